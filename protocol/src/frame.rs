@@ -1,0 +1,267 @@
+//! The frame: a header of fixed layout and a payload of doubles.
+
+use iceoryx2::prelude::ZeroCopySend;
+use thiserror::Error;
+use xxhash_rust::xxh3::xxh3_64;
+
+/// Version of the frames and of the conversation. Participants of another version are refused at the handshake.
+pub const PROTOCOL_VERSION: u32 = 1;
+
+/// What a frame says. Requests travel from the coordinator to a participant, each has one answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u32)]
+pub enum Kind {
+    /// Request, text: the [`crate::serve::Hello`] of the coordinator.
+    Hello = 1,
+    /// Answer to `Hello`, text: the participant's [`crate::serve::Welcome`].
+    Welcome = 2,
+    /// Request, text: the name of a set that an interface couples.
+    Couple = 3,
+    /// Answer to `Couple`: rows of (x, y, mass, radius, length), see [`crate::Surface`].
+    Surface = 4,
+    /// Request: indices of the points that will be exchanged from now on.
+    Select = 5,
+    /// Request: the condensed compliance of `substeps` own steps; no payload.
+    Columns = 6,
+    /// Answer to `Columns`: the square matrix C (m/N), column after column.
+    Compliance = 7,
+    /// Request: window length (s), then the square matrix W_g (1/kg), column after column.
+    Wall = 8,
+    /// Answer to requests that give nothing back (`Select`, `Wall`, `Snapshot`).
+    Ready = 9,
+    /// Request: interface force (N), held constant over the window.
+    Advance = 10,
+    /// Answer to `Advance`: displacement increments (m) of the exchanged points.
+    Motion = 11,
+    /// Request: velocity of the glued points without contact forces, a_g (m/s).
+    Solve = 12,
+    /// Answer to `Solve`: F_g (N), v_g (m/s), iterations, true residual, converged (0 or 1).
+    Force = 13,
+    /// Request: the window stands. Payload: total displacements (m) of the exchanged points, or nothing.
+    Commit = 14,
+    /// Answer to `Commit` and `March`: signals, then ledger terms, in the order of the description.
+    Report = 15,
+    /// Request: advance alone by `substeps` own steps, without any interface.
+    March = 16,
+    /// Request: the run has ended; say what came out.
+    Finish = 17,
+    /// Answer to `Finish`, text: the [`crate::Outcome`].
+    Finished = 18,
+    /// Answer to any request, text: the participant cannot go on, see [`crate::NodeError`].
+    Fault = 19,
+    /// Request, text: write the fields of the committed state under this name.
+    Snapshot = 20,
+}
+
+impl Kind {
+    const ALL: [Kind; 20] = [
+        Kind::Hello,
+        Kind::Welcome,
+        Kind::Couple,
+        Kind::Surface,
+        Kind::Select,
+        Kind::Columns,
+        Kind::Compliance,
+        Kind::Wall,
+        Kind::Ready,
+        Kind::Advance,
+        Kind::Motion,
+        Kind::Solve,
+        Kind::Force,
+        Kind::Commit,
+        Kind::Report,
+        Kind::March,
+        Kind::Finish,
+        Kind::Finished,
+        Kind::Fault,
+        Kind::Snapshot,
+    ];
+
+    /// The kind with this number, if there is one.
+    pub fn from_number(number: u32) -> Option<Kind> {
+        Self::ALL.into_iter().find(|kind| *kind as u32 == number)
+    }
+
+    /// Whether the frame carries interface data: it is logged, replayed and part of `hashes.exchange`.
+    /// Greetings, outcomes and faults hold process ids, wall-clock times and texts, so they are not.
+    pub fn is_exchange(self) -> bool {
+        !matches!(
+            self,
+            Kind::Hello
+                | Kind::Welcome
+                | Kind::Finish
+                | Kind::Finished
+                | Kind::Fault
+                | Kind::Snapshot
+        )
+    }
+}
+
+/// The header of every frame, of the same layout on both sides of shared memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[repr(C)]
+#[type_name("thirdbody.header.v1")]
+pub struct Header {
+    /// [`Kind`] as its number.
+    pub kind: u32,
+    /// [`PROTOCOL_VERSION`] of the sender.
+    pub protocol: u32,
+    /// The run that this frame belongs to.
+    pub run_id: u64,
+    /// Index of the interface in the scenario, from 0.
+    pub interface: u32,
+    /// Repeat of the window, from 0.
+    pub iteration: u32,
+    /// Coupling window, from 0.
+    pub window: u64,
+    /// Explicit steps since the start of the run at `t0_s`.
+    pub step: u64,
+    /// Explicit steps inside the window.
+    pub substeps: u32,
+    /// Doubles in the payload.
+    pub count: u32,
+    /// Start of the window (s).
+    pub t0_s: f64,
+    /// End of the window (s).
+    pub t1_s: f64,
+    /// XXH3 of the payload's bytes in little-endian order.
+    pub checksum: u64,
+}
+
+impl Header {
+    /// A header of this kind, outside of any window.
+    pub fn of(kind: Kind) -> Header {
+        Header {
+            kind: kind as u32,
+            protocol: PROTOCOL_VERSION,
+            ..Header::default()
+        }
+    }
+}
+
+/// Why a frame cannot be used.
+#[derive(Debug, Error, PartialEq)]
+#[allow(missing_docs)]
+pub enum FrameError {
+    #[error("frame of unknown kind {0}")]
+    UnknownKind(u32),
+    #[error("the header says {header} doubles, the payload holds {payload}")]
+    Length { header: u32, payload: usize },
+    #[error(
+        "checksum of the payload is {computed:016x}, the header says {saved:016x}: the message was damaged"
+    )]
+    Checksum { saved: u64, computed: u64 },
+    #[error("the text of the frame cannot be read: {0}")]
+    Text(String),
+}
+
+/// A header with its payload.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Frame {
+    /// What, of which run, window and iteration.
+    pub header: Header,
+    /// The numbers, or a text packed eight bytes to a double (see [`Frame::text`]).
+    pub payload: Vec<f64>,
+}
+
+impl Frame {
+    /// Joins a header and a payload; count and checksum are filled in.
+    pub fn new(mut header: Header, payload: Vec<f64>) -> Frame {
+        header.count = u32::try_from(payload.len()).expect("payloads stay far below 2^32 doubles");
+        header.checksum = checksum(&payload);
+        Frame { header, payload }
+    }
+
+    /// A frame whose payload is a text: its length in bytes, then the bytes, eight to a double.
+    pub fn with_text(header: Header, text: &str) -> Frame {
+        let bytes = text.as_bytes();
+        let mut payload = Vec::with_capacity(1 + bytes.len().div_ceil(8));
+        payload.push(bytes.len() as f64);
+        for chunk in bytes.chunks(8) {
+            let mut word = [0u8; 8];
+            word[..chunk.len()].copy_from_slice(chunk);
+            payload.push(f64::from_bits(u64::from_le_bytes(word)));
+        }
+        Frame::new(header, payload)
+    }
+
+    /// The text that [`Frame::with_text`] packed.
+    pub fn text(&self) -> Result<String, FrameError> {
+        let (length, words) = self
+            .payload
+            .split_first()
+            .ok_or_else(|| FrameError::Text("it is empty".into()))?;
+        let mut bytes: Vec<u8> = words
+            .iter()
+            .flat_map(|word| word.to_bits().to_le_bytes())
+            .collect();
+        if !(*length >= 0.0 && *length <= bytes.len() as f64) {
+            return Err(FrameError::Text(format!(
+                "it claims {length} bytes and holds {}",
+                bytes.len()
+            )));
+        }
+        bytes.truncate(*length as usize);
+        String::from_utf8(bytes).map_err(|error| FrameError::Text(error.to_string()))
+    }
+
+    /// What the frame says.
+    pub fn kind(&self) -> Result<Kind, FrameError> {
+        Kind::from_number(self.header.kind).ok_or(FrameError::UnknownKind(self.header.kind))
+    }
+
+    /// Checks length and checksum of what arrived.
+    pub fn verify(&self) -> Result<(), FrameError> {
+        if self.header.count as usize != self.payload.len() {
+            return Err(FrameError::Length {
+                header: self.header.count,
+                payload: self.payload.len(),
+            });
+        }
+        let computed = checksum(&self.payload);
+        if computed != self.header.checksum {
+            return Err(FrameError::Checksum {
+                saved: self.header.checksum,
+                computed,
+            });
+        }
+        Ok(())
+    }
+}
+
+/// XXH3 of the bits of the doubles, independent of the byte order of the machine.
+fn checksum(payload: &[f64]) -> u64 {
+    let mut bytes = Vec::with_capacity(payload.len() * 8);
+    for value in payload {
+        bytes.extend_from_slice(&value.to_bits().to_le_bytes());
+    }
+    xxh3_64(&bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_survive_packing_whatever_their_length() {
+        for text in ["", "a", "12345678", "naïve: σ = 672 MPa"] {
+            let frame = Frame::with_text(Header::of(Kind::Fault), text);
+            assert_eq!(frame.text().as_deref(), Ok(text));
+        }
+    }
+
+    #[test]
+    fn one_flipped_bit_is_noticed() {
+        let mut frame = Frame::new(Header::of(Kind::Motion), vec![1.0, -2.0]);
+        frame.payload[1] = f64::from_bits(frame.payload[1].to_bits() ^ 1);
+        assert!(matches!(frame.verify(), Err(FrameError::Checksum { .. })));
+    }
+
+    #[test]
+    fn every_kind_is_found_by_its_number() {
+        for kind in Kind::ALL {
+            assert_eq!(Kind::from_number(kind as u32), Some(kind));
+        }
+        assert_eq!(Kind::from_number(0), None);
+    }
+}

@@ -1,0 +1,33 @@
+//! The words of the conversation between a coupler and its solvers, and nothing else.
+//!
+//! A *participant* is a process (or, for tests and small scenes, a thread) that holds one solver, a [`Node`].
+//! The coordinator speaks to each participant over a [`Link`]: it sends one request [`Frame`] and waits for one
+//! answer, so that on a link there is never more than one frame under way.
+//!
+//! Modules, in reading order:
+//! - [`frame`]: the fixed header and its payload of doubles;
+//! - [`setting`]: what a participant is told when it is launched, and the checked reading of its own keys;
+//! - [`node`]: what a solver can be asked, and what it answers;
+//! - [`serve`]: the loop that turns frames into calls of a [`Node`];
+//! - [`link`]: the ways a frame travels: shared memory or an in-process channel.
+//!
+//! ```
+//! use protocol::{Frame, Header, Kind};
+//! let frame = Frame::new(Header::of(Kind::Motion), vec![1.0, 2.0]);
+//! assert!(frame.verify().is_ok());
+//! ```
+
+pub mod frame;
+pub mod link;
+pub mod node;
+pub mod serve;
+pub mod setting;
+
+pub use frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
+pub use link::{Link, LinkError};
+pub use node::{
+    Capabilities, Description, FaultCode, Node, NodeError, Outcome, Phase, Role, Surface, Term,
+    WallAnswer, Window,
+};
+pub use serve::{ServeError, serve};
+pub use setting::{ConfigError, Session, Setting, Transport, read_config};

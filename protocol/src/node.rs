@@ -1,0 +1,315 @@
+//! What a solver can be asked, and what it answers.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::setting::ConfigError;
+
+/// A solver, seen from the coupler. Vectors over the exchanged points hold two components a point,
+/// `(x0, y0, x1, y1, ...)`, in SI units.
+///
+/// A node that is coupled on several sets keeps their points one after the other, in the order of the
+/// [`Node::couple`] calls. Between two commits every request starts again from the last committed state,
+/// so a window can be repeated as often as the coupler wants.
+pub trait Node: Send {
+    /// What the node is, how it steps and what it reports.
+    fn describe(&self) -> Description;
+
+    /// Couples a named set and returns its points.
+    fn couple(&mut self, set: &str) -> Result<Surface, NodeError>;
+
+    /// Restricts the exchange to these points of the coupled surface; forces on all others are zero.
+    fn select(&mut self, points: &[usize]) -> Result<(), NodeError>;
+
+    /// Condensed compliance C (m/N) of a window of `substeps` own steps: column j holds the displacement
+    /// increments of all exchanged components after a run from rest under a unit force in component j.
+    /// Square, column after column.
+    fn columns(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
+        let _ = substeps;
+        Err(NodeError::unsupported("columns of its compliance"))
+    }
+
+    /// Announces windows of length `window_s` (s) and the compliance W_g (1/kg) of the wall that carries the
+    /// glued points: v_g = a_g + W_g p, with p the impulses (N s) on them. Square, column after column.
+    fn wall(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
+        let _ = (window_s, compliance);
+        Err(NodeError::unsupported("a compliant wall"))
+    }
+
+    /// Runs a window under a constant interface force (N) and returns the displacement increments (m).
+    fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, NodeError> {
+        let _ = (window, force);
+        Err(NodeError::unsupported(
+            "a window under a given interface force",
+        ))
+    }
+
+    /// Solves a window with glued points that obey v_g = a_g + W_g p, `free_velocity` being a_g (m/s).
+    fn solve(&mut self, window: &Window, free_velocity: &[f64]) -> Result<WallAnswer, NodeError> {
+        let _ = (window, free_velocity);
+        Err(NodeError::unsupported("a window on a compliant wall"))
+    }
+
+    /// Makes the last answer for this window the state. `displacement` holds the total displacement (m) of the
+    /// exchanged points where the coupler dictates it (glued points), otherwise it is empty. Returns the values of
+    /// [`Description::signals`], then those of [`Description::ledger`].
+    fn commit(&mut self, window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError>;
+
+    /// Advances alone by [`Window::substeps`] own steps, without interface, and commits. Returns what
+    /// [`Node::commit`] returns.
+    fn march(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        let _ = window;
+        Err(NodeError::unsupported("running without an interface"))
+    }
+
+    /// Writes the fields of the committed state into [`crate::Setting::fields`], as files that begin with `name`.
+    fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {
+        let _ = name;
+        Ok(())
+    }
+
+    /// Ends the run: results, work done and a hash of the whole state.
+    fn finish(&mut self) -> Result<Outcome, NodeError>;
+}
+
+/// One coupling window. Time is counted in integer explicit steps: two windows never differ by rounding.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Window {
+    /// Index from 0.
+    pub index: u64,
+    /// Repeat from 0.
+    pub iteration: u32,
+    /// Explicit steps since the start of the run at `t0_s`.
+    pub step: u64,
+    /// Explicit steps in the window.
+    pub substeps: u32,
+    /// Start (s).
+    pub t0_s: f64,
+    /// End (s).
+    pub t1_s: f64,
+}
+
+/// What a node tells of itself at the handshake.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Description {
+    /// `fem`, `dem`, or the name of a foreign solver.
+    pub kind: String,
+    /// Name and version of the software.
+    pub software: String,
+    /// What it can be asked.
+    pub capabilities: Capabilities,
+    /// Its own step (s); absent where it takes the window as its step.
+    pub step_s: Option<f64>,
+    /// The longest step, or for a node without own step the longest window, that it accepts (s).
+    pub step_limit_s: Option<f64>,
+    /// Which bound `step_limit_s` is.
+    pub step_limit_name: String,
+    /// When its own load history ends (s).
+    pub end_s: Option<f64>,
+    /// Named parts of its load history, in order.
+    pub phases: Vec<Phase>,
+    /// Sets that an interface can name.
+    pub sets: Vec<String>,
+    /// Names of the signals of each report, unit in the name.
+    pub signals: Vec<String>,
+    /// The terms of its energy ledger, cumulative from the start (J).
+    pub ledger: Vec<Term>,
+    /// What the user should know before a long run.
+    pub warnings: Vec<String>,
+}
+
+/// What a node can be asked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Capabilities {
+    /// Requests between two commits restart from the last committed state.
+    pub checkpoint: bool,
+    /// [`Node::advance`].
+    pub advance: bool,
+    /// [`Node::columns`].
+    pub columns: bool,
+    /// [`Node::wall`] and [`Node::solve`].
+    pub compliant_wall: bool,
+    /// [`Node::march`].
+    pub alone: bool,
+}
+
+/// A named part of a load history, for instance `ramp`, `hold` or `cycling`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Phase {
+    /// Its name.
+    pub name: String,
+    /// Start (s).
+    pub t0_s: f64,
+    /// End (s).
+    pub t1_s: f64,
+}
+
+/// A term of the energy ledger.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Term {
+    /// Its name, for instance `kinetic`.
+    pub name: String,
+    /// How it enters the balance W - dE - D.
+    pub role: Role,
+}
+
+/// How a ledger term enters the balance `work - stored - dissipated = 0`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// Work done on the node through its interface, W.
+    InterfaceWork,
+    /// Work done on the node by its own loads and drives, W.
+    Work,
+    /// Energy stored since the start, E.
+    Stored,
+    /// Energy dissipated, D.
+    Dissipated,
+}
+
+/// The points of a coupled set, one entry of each vector per point.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Surface {
+    /// Reference positions (m).
+    pub x_m: Vec<f64>,
+    /// Reference positions (m).
+    pub y_m: Vec<f64>,
+    /// Lumped masses (kg); zero for glued disks.
+    pub mass_kg: Vec<f64>,
+    /// Radii (m); zero for nodes of a mesh.
+    pub radius_m: Vec<f64>,
+    /// Tributary lengths (m).
+    pub length_m: Vec<f64>,
+}
+
+impl Surface {
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.x_m.len()
+    }
+
+    /// Whether there is no point at all.
+    pub fn is_empty(&self) -> bool {
+        self.x_m.is_empty()
+    }
+
+    /// Rows of (x, y, mass, radius, length), as the `Surface` frame carries them.
+    pub fn to_rows(&self) -> Vec<f64> {
+        (0..self.len())
+            .flat_map(|i| {
+                [
+                    self.x_m[i],
+                    self.y_m[i],
+                    self.mass_kg[i],
+                    self.radius_m[i],
+                    self.length_m[i],
+                ]
+            })
+            .collect()
+    }
+
+    /// The reverse of [`Surface::to_rows`]; `None` if the rows are incomplete.
+    pub fn from_rows(rows: &[f64]) -> Option<Surface> {
+        if !rows.len().is_multiple_of(5) {
+            return None;
+        }
+        let column = |k: usize| rows.chunks_exact(5).map(|row| row[k]).collect();
+        Some(Surface {
+            x_m: column(0),
+            y_m: column(1),
+            mass_kg: column(2),
+            radius_m: column(3),
+            length_m: column(4),
+        })
+    }
+}
+
+/// What a node on a compliant wall answers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WallAnswer {
+    /// Force of the node on the wall at each glued point (N), mean over the window.
+    pub force: Vec<f64>,
+    /// Velocity of each glued point at the end of the window (m/s).
+    pub velocity: Vec<f64>,
+    /// Iterations of the contact solver.
+    pub iterations: u64,
+    /// True natural-map residual of the contact problem, relative.
+    pub residual: f64,
+    /// Whether the residual is within the node's own tolerance.
+    pub converged: bool,
+}
+
+/// What came out of a run, seen by one node.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Own steps done, repeats included.
+    pub steps: u64,
+    /// Work done by its kind, for instance `element_steps`. The first entry is the one that times are divided by.
+    pub work: BTreeMap<String, f64>,
+    /// Results by name, unit in the name.
+    pub results: BTreeMap<String, f64>,
+    /// blake3 of every number that can change a later bit, in hexadecimal.
+    pub state_hash: String,
+}
+
+/// What kind of fault ended a participant; its number is the exit code of the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultCode {
+    /// The scenario or a request cannot be followed.
+    Configuration,
+    /// The solution left the finite numbers or a solver did not converge.
+    Diverged,
+    /// The conversation broke: a frame that does not belong here.
+    Protocol,
+}
+
+/// A node cannot do what it was asked.
+#[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
+#[error("{message}")]
+pub struct NodeError {
+    /// What kind of fault.
+    pub code: FaultCode,
+    /// What, where, why and what to do.
+    pub message: String,
+}
+
+impl NodeError {
+    /// The solution diverged or a solver did not converge.
+    pub fn diverged(message: impl Into<String>) -> NodeError {
+        NodeError {
+            code: FaultCode::Diverged,
+            message: message.into(),
+        }
+    }
+
+    /// The scenario or the request cannot be followed.
+    pub fn configuration(message: impl Into<String>) -> NodeError {
+        NodeError {
+            code: FaultCode::Configuration,
+            message: message.into(),
+        }
+    }
+
+    /// A frame that does not belong here.
+    pub fn protocol(message: impl Into<String>) -> NodeError {
+        NodeError {
+            code: FaultCode::Protocol,
+            message: message.into(),
+        }
+    }
+
+    fn unsupported(what: &str) -> NodeError {
+        NodeError::configuration(format!(
+            "this participant does not offer {what}: choose another scheme or another participant"
+        ))
+    }
+}
+
+impl From<ConfigError> for NodeError {
+    fn from(error: ConfigError) -> NodeError {
+        NodeError::configuration(format!("participant.config.{error}"))
+    }
+}

@@ -1,0 +1,356 @@
+//! The loop that turns frames into calls of a [`Node`].
+
+use std::time::{Duration, Instant};
+
+use nix::sys::resource::{UsageWho, getrusage};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
+use crate::link::{Link, LinkError};
+use crate::node::{Description, Node, NodeError, Outcome, WallAnswer, Window};
+use crate::setting::Session;
+
+/// The coordinator's greeting.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hello {
+    /// Protocol version of the coordinator.
+    pub protocol: u32,
+    /// Identity of the run.
+    pub run_id: u64,
+    /// blake3 of the resolved scenario.
+    pub scenario_hash: String,
+    /// Name that the participant has in the scenario.
+    pub participant: String,
+    /// Always `SI`: metres, kilograms, seconds, newtons, joules.
+    pub units: String,
+}
+
+/// The participant's answer to [`Hello`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Welcome {
+    /// Protocol version of the participant.
+    pub protocol: u32,
+    /// Identity of the run that it was launched for.
+    pub run_id: u64,
+    /// blake3 of the scenario that it was launched with.
+    pub scenario_hash: String,
+    /// Units that it speaks.
+    pub units: String,
+    /// Its process.
+    pub pid: u32,
+    /// What it is.
+    pub description: Description,
+}
+
+/// The participant's last words: results and what the run cost it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Farewell {
+    /// What came out.
+    pub outcome: Outcome,
+    /// Processor time (s), all threads of the process.
+    pub cpu_s: f64,
+    /// Wall-clock time inside the node (s), set-up excluded.
+    pub solve_wall_s: f64,
+    /// Wall-clock time of the set-up (s).
+    pub setup_wall_s: f64,
+    /// Wall-clock time spent waiting for requests (s).
+    pub wait_s: f64,
+    /// Largest resident set of the process (bytes).
+    pub peak_rss_bytes: u64,
+}
+
+/// Why a participant stopped serving.
+#[derive(Debug, Error)]
+#[allow(missing_docs)]
+pub enum ServeError {
+    #[error("link to the coordinator: {0}")]
+    Link(#[from] LinkError),
+    #[error("frame from the coordinator: {0}")]
+    Frame(#[from] FrameError),
+    #[error("{0}")]
+    Node(#[from] NodeError),
+    #[error(
+        "nothing heard from the coordinator (process {pid}) for {seconds:.1} s: it is gone or stopped"
+    )]
+    Silent { pid: u32, seconds: f64 },
+}
+
+/// Serves a node until the run is finished, the coordinator leaves, or something fails.
+///
+/// The node is built only after the coordinator's greeting was checked, so that a participant of another
+/// version is refused before its set-up costs anything. A failure is told to the coordinator before it is returned.
+pub fn serve<F>(session: &Session, link: &mut dyn Link, build: F) -> Result<(), ServeError>
+where
+    F: FnOnce(&Session) -> Result<Box<dyn Node>, NodeError>,
+{
+    let mut server = Server::new(session, link);
+    let hello = server.receive()?;
+    if let Err(error) = check_hello(session, &hello) {
+        return server.fail(error);
+    }
+    let start = Instant::now();
+    let mut node = match build(session) {
+        Ok(node) => node,
+        Err(error) => return server.fail(error),
+    };
+    server.setup = start.elapsed();
+    server.send_text(Kind::Welcome, &welcome(session, node.describe()))?;
+    loop {
+        let request = server.receive()?;
+        let start = Instant::now();
+        let answer = answer(node.as_mut(), &request);
+        server.solve += start.elapsed();
+        match answer {
+            Ok(Answer::Numbers(kind, payload)) => server.send(kind, payload)?,
+            Ok(Answer::Outcome(outcome)) => {
+                let farewell = server.farewell(outcome);
+                return server.send_text(Kind::Finished, &farewell);
+            }
+            Err(error) => return server.fail(error),
+        }
+    }
+}
+
+struct Server<'a> {
+    session: &'a Session,
+    link: &'a mut dyn Link,
+    /// Header of the request being answered: answers repeat its window, iteration and interface.
+    current: Header,
+    setup: Duration,
+    solve: Duration,
+    wait: Duration,
+}
+
+impl<'a> Server<'a> {
+    fn new(session: &'a Session, link: &'a mut dyn Link) -> Server<'a> {
+        Server {
+            session,
+            link,
+            current: Header::default(),
+            setup: Duration::ZERO,
+            solve: Duration::ZERO,
+            wait: Duration::ZERO,
+        }
+    }
+
+    fn receive(&mut self) -> Result<Frame, ServeError> {
+        let start = Instant::now();
+        let patience = Duration::from_secs_f64(self.session.idle_deadline_s);
+        let frame = self.link.receive(patience)?.ok_or(ServeError::Silent {
+            pid: self.session.coordinator_pid,
+            seconds: patience.as_secs_f64(),
+        })?;
+        self.wait += start.elapsed();
+        self.current = frame.header;
+        if frame.header.protocol == PROTOCOL_VERSION {
+            frame.verify()?;
+            if frame.header.run_id != self.session.run_id {
+                let error = NodeError::protocol(format!(
+                    "a frame of run {:016x} arrived in run {:016x}: two runs share one transport prefix",
+                    frame.header.run_id, self.session.run_id
+                ));
+                return self.fail(error).map(|()| frame);
+            }
+        }
+        Ok(frame)
+    }
+
+    fn send(&mut self, kind: Kind, payload: Vec<f64>) -> Result<(), ServeError> {
+        let header = self.header(kind);
+        self.transmit(&Frame::new(header, payload))
+    }
+
+    fn send_text<T: Serialize>(&mut self, kind: Kind, value: &T) -> Result<(), ServeError> {
+        let text = serde_json::to_string(value).expect("our own types always serialise");
+        let header = self.header(kind);
+        self.transmit(&Frame::with_text(header, &text))
+    }
+
+    fn header(&self, kind: Kind) -> Header {
+        Header {
+            kind: kind as u32,
+            protocol: PROTOCOL_VERSION,
+            run_id: self.session.run_id,
+            ..self.current
+        }
+    }
+
+    fn transmit(&mut self, frame: &Frame) -> Result<(), ServeError> {
+        let patience = Duration::from_secs_f64(self.session.idle_deadline_s);
+        Ok(self.link.send(frame, patience)?)
+    }
+
+    fn fail(&mut self, error: NodeError) -> Result<(), ServeError> {
+        self.send_text(Kind::Fault, &error)?;
+        Err(error.into())
+    }
+
+    fn farewell(&self, outcome: Outcome) -> Farewell {
+        let usage = getrusage(UsageWho::RUSAGE_SELF).ok();
+        let seconds = |t: nix::sys::time::TimeVal| t.tv_sec() as f64 + 1e-6 * t.tv_usec() as f64;
+        Farewell {
+            outcome,
+            cpu_s: usage.map_or(0.0, |u| seconds(u.user_time()) + seconds(u.system_time())),
+            solve_wall_s: self.solve.as_secs_f64(),
+            setup_wall_s: self.setup.as_secs_f64(),
+            wait_s: self.wait.as_secs_f64(),
+            peak_rss_bytes: usage.map_or(0, |u| 1024 * u.max_rss().max(0) as u64),
+        }
+    }
+}
+
+fn welcome(session: &Session, description: Description) -> Welcome {
+    Welcome {
+        protocol: PROTOCOL_VERSION,
+        run_id: session.run_id,
+        scenario_hash: session.scenario_hash.clone(),
+        units: "SI".into(),
+        pid: std::process::id(),
+        description,
+    }
+}
+
+fn check_hello(session: &Session, frame: &Frame) -> Result<(), NodeError> {
+    let refuse = |message: String| Err(NodeError::configuration(message));
+    if frame.header.protocol != PROTOCOL_VERSION {
+        return refuse(format!(
+            "the coordinator speaks protocol version {}, this participant speaks {PROTOCOL_VERSION}: build both from the same release",
+            frame.header.protocol
+        ));
+    }
+    let hello: Hello = frame
+        .text()
+        .map_err(|error| NodeError::protocol(error.to_string()))
+        .and_then(|text| {
+            serde_json::from_str(&text).map_err(|error| {
+                NodeError::protocol(format!(
+                    "the first frame must be the greeting, it cannot be read: {error}"
+                ))
+            })
+        })?;
+    if hello.scenario_hash != session.scenario_hash {
+        return refuse(format!(
+            "the coordinator runs scenario {}, this participant was launched with {}",
+            hello.scenario_hash, session.scenario_hash
+        ));
+    }
+    if hello.units != "SI" {
+        return refuse(format!(
+            "the coordinator speaks {} units, this participant SI",
+            hello.units
+        ));
+    }
+    Ok(())
+}
+
+enum Answer {
+    Numbers(Kind, Vec<f64>),
+    Outcome(Outcome),
+}
+
+fn answer(node: &mut dyn Node, request: &Frame) -> Result<Answer, NodeError> {
+    let kind = request
+        .kind()
+        .map_err(|error| NodeError::protocol(error.to_string()))?;
+    let window = window_of(&request.header);
+    if kind.is_exchange() && kind != Kind::Couple {
+        check_finite(kind, &window, &request.payload)?;
+    }
+    let payload = &request.payload;
+    match kind {
+        Kind::Couple => {
+            let set = request
+                .text()
+                .map_err(|error| NodeError::protocol(error.to_string()))?;
+            let surface = node.couple(&set)?;
+            Ok(Answer::Numbers(Kind::Surface, surface.to_rows()))
+        }
+        Kind::Select => {
+            let points: Vec<usize> = payload.iter().map(|index| *index as usize).collect();
+            node.select(&points)?;
+            Ok(Answer::Numbers(Kind::Ready, Vec::new()))
+        }
+        Kind::Columns => Ok(Answer::Numbers(
+            Kind::Compliance,
+            node.columns(request.header.substeps)?,
+        )),
+        Kind::Wall => {
+            let (window_s, compliance) = payload
+                .split_first()
+                .ok_or_else(|| NodeError::protocol("the wall request is empty"))?;
+            node.wall(*window_s, compliance)?;
+            Ok(Answer::Numbers(Kind::Ready, Vec::new()))
+        }
+        Kind::Advance => Ok(Answer::Numbers(
+            Kind::Motion,
+            node.advance(&window, payload)?,
+        )),
+        Kind::Solve => Ok(Answer::Numbers(
+            Kind::Force,
+            pack_wall_answer(node.solve(&window, payload)?),
+        )),
+        Kind::Snapshot => {
+            let name = request
+                .text()
+                .map_err(|error| NodeError::protocol(error.to_string()))?;
+            node.snapshot(&name)?;
+            Ok(Answer::Numbers(Kind::Ready, Vec::new()))
+        }
+        Kind::Commit => Ok(Answer::Numbers(
+            Kind::Report,
+            node.commit(&window, payload)?,
+        )),
+        Kind::March => Ok(Answer::Numbers(Kind::Report, node.march(&window)?)),
+        Kind::Finish => Ok(Answer::Outcome(node.finish()?)),
+        other => Err(NodeError::protocol(format!(
+            "{other:?} is not a request that a participant can answer"
+        ))),
+    }
+}
+
+/// Refuses numbers that would silently poison a solver.
+fn check_finite(kind: Kind, window: &Window, payload: &[f64]) -> Result<(), NodeError> {
+    match payload.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(index) => Err(NodeError::diverged(format!(
+            "the {kind:?} message of window {}, iteration {} holds {} at entry {index}: the other side diverged; lower its step or the window",
+            window.index, window.iteration, payload[index]
+        ))),
+    }
+}
+
+/// The window that a header speaks of.
+pub fn window_of(header: &Header) -> Window {
+    Window {
+        index: header.window,
+        iteration: header.iteration,
+        step: header.step,
+        substeps: header.substeps,
+        t0_s: header.t0_s,
+        t1_s: header.t1_s,
+    }
+}
+
+fn pack_wall_answer(answer: WallAnswer) -> Vec<f64> {
+    let mut payload = answer.force;
+    payload.extend_from_slice(&answer.velocity);
+    payload.push(answer.iterations as f64);
+    payload.push(answer.residual);
+    payload.push(if answer.converged { 1.0 } else { 0.0 });
+    payload
+}
+
+/// The [`WallAnswer`] that a `Force` frame carries for `components` interface components, if its length fits.
+pub fn unpack_wall_answer(payload: &[f64], components: usize) -> Option<WallAnswer> {
+    if payload.len() != 2 * components + 3 {
+        return None;
+    }
+    Some(WallAnswer {
+        force: payload[..components].to_vec(),
+        velocity: payload[components..2 * components].to_vec(),
+        iterations: payload[2 * components] as u64,
+        residual: payload[2 * components + 1],
+        converged: payload[2 * components + 2] == 1.0,
+    })
+}

@@ -1,0 +1,1 @@
+//! What every `Link` must do.
