@@ -1,1 +1,17 @@
-//! What every `Link` must do.
+//! What every `Link` must do, and what shared memory must do besides.
+//!
+//! A new link passes [`suite::check`] unchanged. The time limits here only tell a failure from a link that
+//! hangs; nothing is asserted about speed.
+
+mod shm;
+mod suite;
+
+use protocol::link::channel;
+
+#[test]
+fn channel_is_a_link() {
+    suite::check(|| {
+        let (left, right) = channel::pair();
+        (Box::new(left), Box::new(right))
+    });
+}

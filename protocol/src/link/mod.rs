@@ -7,6 +7,7 @@ use thiserror::Error;
 use crate::frame::Frame;
 
 pub mod channel;
+pub mod shm;
 
 /// One end of a two-way connection between the coordinator and one participant.
 ///

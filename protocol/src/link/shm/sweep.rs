@@ -1,0 +1,247 @@
+//! Names that say who owns them, and the removal of what dead runs left.
+//!
+//! Files that iceoryx2 0.10 creates, all of them with the prefix of the run:
+//! - in `/dev/shm`: data segments, connections, the dynamic part of services, the counters of events, and one
+//!   `.global_mgmt` that it never removes;
+//! - in the root: sockets of events; below `services` the static part of services; below `nodes` the monitors
+//!   (locked files that tell whether a process lives), and a folder for each node, the only name without prefix.
+//!
+//! A process that is killed leaves all that it created.
+
+use std::collections::BTreeSet;
+use std::fs::{self, DirBuilder};
+use std::io::{self, ErrorKind};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use nix::unistd::geteuid;
+
+const SHARED_MEMORY: &str = "/dev/shm";
+const OURS: &str = "thirdbody_";
+
+/// What ends the name of the one file that iceoryx2 keeps after its last user.
+const KEPT: &str = ".global_mgmt";
+
+/// The longest path below which the sockets of a run fit, given the longest prefix of [`run_prefix`].
+const ROOT_LENGTH: usize = 27;
+
+/// The folder of this user's service files: `thirdbody-<uid>` in the folder for temporary files, or in `/tmp`
+/// where that folder's path is too long for sockets.
+pub fn run_root() -> PathBuf {
+    let name = format!("thirdbody-{}", geteuid());
+    let root = std::env::temp_dir().join(&name);
+    match root.as_os_str().len() <= ROOT_LENGTH {
+        true => root,
+        false => Path::new("/tmp").join(name),
+    }
+}
+
+/// The prefix of a run: it names the coordinator's process, by number and start time, so that
+/// [`sweep_dead`] knows later whether the run still lives. `run_id` tells the runs of one process apart.
+pub fn run_prefix(coordinator_pid: u32, run_id: u64) -> String {
+    let start = start_time(coordinator_pid).unwrap_or(0);
+    let run = (run_id ^ (run_id >> 32)) as u32;
+    format!("{OURS}{coordinator_pid}_{start:x}_{run:x}_")
+}
+
+/// Removes every file of this prefix from shared memory and from below `root`, with the folders of its nodes,
+/// and says how many files it removed. For runs whose processes have ended. The folders that all runs share
+/// stay: a run that starts at this moment may be about to use them.
+pub fn sweep(root: &Path, prefix: &str) -> io::Result<usize> {
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-' || c == '.';
+    if prefix.is_empty() || !prefix.chars().all(is_word) {
+        let what = format!("`{prefix}` is not the prefix of a run");
+        return Err(io::Error::new(ErrorKind::InvalidInput, what));
+    }
+    let mut removed = 0;
+    for file in files_of(root)? {
+        if name_of(&file).starts_with(prefix) && remove_file(&file)? {
+            removed += 1;
+            remove_if_node(root, file.parent());
+        }
+    }
+    Ok(removed)
+}
+
+/// Sweeps what belongs to coordinators of this user that no longer live, and returns their prefixes.
+pub fn sweep_dead(root: &Path) -> io::Result<Vec<String>> {
+    let user = geteuid().as_raw();
+    let mut dead = BTreeSet::new();
+    for file in files_of(root)? {
+        let Some((prefix, pid, start)) = owner_of(name_of(&file)) else {
+            continue;
+        };
+        let is_mine = fs::symlink_metadata(&file).is_ok_and(|data| data.uid() == user);
+        if is_mine && !dead.contains(prefix) && start_time(pid) != Some(start) {
+            dead.insert(prefix.to_string());
+        }
+    }
+    for prefix in &dead {
+        sweep(root, prefix)?;
+    }
+    Ok(dead.into_iter().collect())
+}
+
+/// Makes `root` a folder that only this user can enter, and refuses what somebody else put in its place.
+pub(super) fn private_folder(root: &Path) -> io::Result<()> {
+    match DirBuilder::new().recursive(true).mode(0o700).create(root) {
+        Ok(()) => (),
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => (),
+        Err(error) => return Err(error),
+    }
+    let data = fs::symlink_metadata(root)?;
+    if !data.is_dir() || data.uid() != geteuid().as_raw() || data.permissions().mode() & 0o022 != 0
+    {
+        let what = "it must be a folder of this user that nobody else can write to";
+        return Err(io::Error::new(ErrorKind::PermissionDenied, what));
+    }
+    Ok(())
+}
+
+/// Fails if `bytes` of shared memory cannot be had: the system would kill iceoryx2 with SIGBUS when it first
+/// writes to a segment for which there is no room.
+pub(super) fn probe_room(prefix: &str, bytes: usize) -> io::Result<()> {
+    static PROBES: AtomicU64 = AtomicU64::new(0);
+    let probe = PROBES.fetch_add(1, Ordering::Relaxed);
+    let name = format!("{prefix}room_{}_{probe}", std::process::id());
+    let path = Path::new(SHARED_MEMORY).join(name);
+    let written = fs::write(&path, vec![0; bytes]);
+    remove_file(&path)?;
+    written
+}
+
+/// Removes the file that iceoryx2 keeps, if no end of this prefix is left. An error leaves it to [`sweep`].
+pub(super) fn remove_shared(root: &Path, prefix: &str) {
+    let Ok(files) = files_of(root) else { return };
+    let (kept, used): (Vec<_>, Vec<_>) = files
+        .iter()
+        .filter(|file| name_of(file).starts_with(prefix))
+        .partition(|file| name_of(file).ends_with(KEPT));
+    if used.is_empty() {
+        for file in kept {
+            let _ = remove_file(file);
+        }
+    }
+}
+
+/// Whose file this is: the prefix, the process id and the start time of the coordinator.
+fn owner_of(name: &str) -> Option<(&str, u32, u64)> {
+    let mut parts = name.strip_prefix(OURS)?.splitn(4, '_');
+    let pid = parts.next()?.parse().ok()?;
+    let start = u64::from_str_radix(parts.next()?, 16).ok()?;
+    u32::from_str_radix(parts.next()?, 16).ok()?;
+    let rest = parts.next()?;
+    Some((&name[..name.len() - rest.len()], pid, start))
+}
+
+/// When a process started, in ticks since the start of the machine; `None` if it has ended.
+fn start_time(pid: u32) -> Option<u64> {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    // The name of the program, in parentheses, may hold anything. State is field 3, start time field 22.
+    let mut fields = stat.rsplit_once(')')?.1.split_ascii_whitespace();
+    let state = fields.next()?;
+    match state {
+        "Z" | "X" => None,
+        _ => fields.nth(18)?.parse().ok(),
+    }
+}
+
+/// All files where a run of this root can have some: shared memory, the root, and two levels below.
+fn files_of(root: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut files = entries(Path::new(SHARED_MEMORY))?;
+    let mut folders = vec![(root.to_path_buf(), 0)];
+    while let Some((folder, depth)) = folders.pop() {
+        for entry in entries(&folder)? {
+            let is_folder = fs::symlink_metadata(&entry).is_ok_and(|data| data.is_dir());
+            match is_folder {
+                true if depth < 2 => folders.push((entry, depth + 1)),
+                true => (),
+                false => files.push(entry),
+            }
+        }
+    }
+    Ok(files)
+}
+
+fn entries(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    match fs::read_dir(folder) {
+        Ok(entries) => entries.map(|entry| Ok(entry?.path())).collect(),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+        Err(error) => Err(error),
+    }
+}
+
+fn name_of(file: &Path) -> &str {
+    file.file_name()
+        .and_then(|name| name.to_str())
+        .unwrap_or_default()
+}
+
+/// Whether it was there to be removed.
+fn remove_file(file: &Path) -> io::Result<bool> {
+    match fs::remove_file(file) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+/// Removes the folder of a node, once it is empty: the system refuses to remove others.
+fn remove_if_node(root: &Path, folder: Option<&Path>) {
+    if let Some(folder) = folder
+        && folder.parent() == Some(&root.join("nodes"))
+    {
+        let _ = fs::remove_dir(folder);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_prefix_names_its_owner() {
+        let pid = std::process::id();
+        let prefix = run_prefix(pid, u64::MAX - 1);
+        let file = format!("{prefix}0354_17.data");
+        let start = start_time(pid).expect("this process lives");
+        assert_eq!(owner_of(&file), Some((prefix.as_str(), pid, start)));
+        for foreign in ["iox2_1_2_3_4", "thirdbody_x_2_3_4", "thirdbody_1_2_3"] {
+            assert_eq!(owner_of(foreign), None, "{foreign}");
+        }
+    }
+
+    #[test]
+    fn runs_of_one_process_have_their_own_prefixes() {
+        assert_ne!(run_prefix(7, 1), run_prefix(7, 2));
+        assert_ne!(run_prefix(7, 1), run_prefix(7, 1 << 33));
+    }
+
+    #[test]
+    fn a_process_that_has_ended_has_no_start_time() {
+        let mut child = std::process::Command::new("true")
+            .spawn()
+            .expect("`true` is everywhere");
+        let pid = child.id();
+        child.wait().expect("it ends");
+        assert_eq!(start_time(pid), None);
+        assert!(start_time(1).is_some());
+    }
+
+    #[test]
+    fn a_sweep_without_a_prefix_is_refused() {
+        for prefix in ["", "../", "a b"] {
+            let swept = sweep(Path::new("/nowhere"), prefix);
+            assert_eq!(
+                swept.map_err(|error| error.kind()),
+                Err(ErrorKind::InvalidInput)
+            );
+        }
+    }
+
+    #[test]
+    fn the_default_root_leaves_room_for_sockets() {
+        assert!(run_root().as_os_str().len() <= ROOT_LENGTH);
+    }
+}
