@@ -1,0 +1,101 @@
+//! How long a step may be.
+
+use crate::config::{Config, RadiusLaw, SampleConfig};
+use crate::error::DemError;
+use crate::wheel::Program;
+
+/// Part of t_i below which coupled trials were clean.
+const CLEAN: f64 = 0.05;
+/// Part of the smallest radius that the wheel may travel in a step.
+const WHEEL_TRAVEL: f64 = 0.01;
+
+/// The bounds of a scenario.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// t_i = d sqrt(rho / P) (s): in this time the mean stress P moves an unbalanced grain of the scaled density rho
+    /// by about its diameter d. No scheme that takes unbalanced grains for resting ones survives steps above it.
+    pub inertial_time: f64,
+    /// Highest sideways speed of the wheel (m/s).
+    top_speed: f64,
+    /// Smallest radius (m).
+    smallest: f64,
+    unsafe_step: bool,
+}
+
+impl Bounds {
+    /// Name of the bound that no step may pass.
+    pub const NAME: &str = "inertial time t_i = d sqrt(rho/P)";
+
+    /// The bounds of a valid configuration.
+    pub fn new(config: &Config) -> Bounds {
+        let (mean, smallest) = radii(config);
+        let density = config.density_kg_per_m3 * config.mass_scale;
+        let wheel = config.wheel.as_ref().map(Program::new);
+        Bounds {
+            inertial_time: 2.0 * mean * (density / config.time.pressure_pa).sqrt(),
+            top_speed: wheel.map_or(0.0, |wheel| wheel.top_speed()),
+            smallest,
+            unsafe_step: config.time.unsafe_step,
+        }
+    }
+
+    /// The longest step that is accepted (s).
+    pub fn limit(&self) -> Option<f64> {
+        (!self.unsafe_step).then_some(self.inertial_time)
+    }
+
+    /// Refuses a step (s) above t_i and tells which other bounds it breaks.
+    pub fn assess(&self, step: f64) -> Result<Vec<String>, DemError> {
+        if self.limit().is_some_and(|limit| step > limit) {
+            return Err(DemError::Step {
+                step_s: step,
+                limit_s: self.inertial_time,
+                bound: Bounds::NAME,
+                help: "shorten it, raise mass_scale, or set time.unsafe_step = true",
+            });
+        }
+        let mut warnings = Vec::new();
+        let clean = CLEAN * self.inertial_time;
+        if step > clean {
+            warnings.push(format!(
+                "the step of {step:e} s is {:.3} of the inertial time t_i = {:e} s; below {CLEAN} ({clean:e} s) the contact forces are clean: shorten the step or raise mass_scale",
+                step / self.inertial_time,
+                self.inertial_time
+            ));
+        }
+        let longest = WHEEL_TRAVEL * self.smallest / self.top_speed;
+        if step > longest {
+            warnings.push(format!(
+                "in a step of {step:e} s the wheel moves {:.3} of the smallest radius; keep it below {WHEEL_TRAVEL} with a step of at most {longest:e} s",
+                step * self.top_speed / self.smallest
+            ));
+        }
+        Ok(warnings)
+    }
+}
+
+/// Mean and smallest radius (m). For a layer these are the law's, so that the bound does not depend on the seed.
+fn radii(config: &Config) -> (f64, f64) {
+    match &config.sample {
+        SampleConfig::Disks(sample) => {
+            let free: Vec<f64> = sample
+                .disks
+                .iter()
+                .filter(|d| !d.glued)
+                .map(|d| d.radius_m)
+                .collect();
+            let mean = free.iter().sum::<f64>() / free.len() as f64;
+            (mean, free.iter().copied().fold(f64::INFINITY, f64::min))
+        }
+        SampleConfig::Layer(layer) => {
+            let (a, b) = (layer.radius_min_m, layer.radius_max_m);
+            let mean = match layer.law {
+                _ if a == b => a,
+                RadiusLaw::SurfaceUniform => a * b * (b / a).ln() / (b - a),
+                RadiusLaw::NumberUniform => 0.5 * (a + b),
+                RadiusLaw::LogUniform => (b - a) / (b / a).ln(),
+            };
+            (mean, a)
+        }
+    }
+}

@@ -1,0 +1,313 @@
+//! Who may touch whom: linked cells, a Verlet list with a skin, and contact slots that persist.
+
+use crate::bodies::{Bodies, HalfPlane};
+
+/// A pair of bodies that may touch, with what it remembers from step to step.
+///
+/// Bodies are numbered free grains first, then glued disks, then the wheel, then the walls; `a < b` always,
+/// and the normal points from `b` to `a`. Forces, not impulses, are kept: they stay right when the step changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Slot {
+    /// The candidate.
+    pub a: u32,
+    /// The antagonist.
+    pub b: u32,
+    /// Normal and tangential force of the last step (N), compression positive.
+    pub force: [f64; 2],
+    /// Elongation of the tangential spring (m).
+    pub spring: f64,
+}
+
+/// The Verlet list: all pairs that were closer than `reach` when it was built.
+#[derive(Clone, Debug, Default)]
+pub struct VerletList {
+    /// Sorted by (a, b).
+    pub slots: Vec<Slot>,
+    /// Gap up to which pairs were listed (m).
+    reach: f64,
+    /// Centres when the list was built (m).
+    centres: Vec<[f64; 2]>,
+    /// Height of the wheel's face when the list was built (m).
+    wheel_y: f64,
+}
+
+/// Geometry of a pair.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Proximity {
+    /// Unit normal from b to a.
+    pub normal: [f64; 2],
+    /// Gap, negative when the bodies overlap (m).
+    pub gap: f64,
+}
+
+impl VerletList {
+    /// Rebuilds the list when a pair outside of it may come closer than `alert` in a step in which no body
+    /// moves further than `travel` (m); forces and springs of pairs that stay are carried over.
+    pub fn refresh(&mut self, bodies: &Bodies, centres: &[[f64; 2]], wheel_y: f64, travel: f64) {
+        let needed = bodies.alert + 2.0 * travel;
+        if self.centres.len() == centres.len()
+            && needed + 2.0 * self.drift(centres, wheel_y) <= self.reach
+        {
+            return;
+        }
+        self.reach = needed + bodies.skin;
+        self.centres.clear();
+        self.centres.extend_from_slice(centres);
+        self.wheel_y = wheel_y;
+        let mut listed = list_pairs(bodies, centres, wheel_y, self.reach);
+        carry_over(&self.slots, &mut listed);
+        self.slots = listed;
+    }
+
+    /// Largest displacement of a body since the list was built (m).
+    fn drift(&self, centres: &[[f64; 2]], wheel_y: f64) -> f64 {
+        let squared = centres
+            .iter()
+            .zip(&self.centres)
+            .map(|(now, then)| (now[0] - then[0]).powi(2) + (now[1] - then[1]).powi(2))
+            .fold(0.0, f64::max);
+        squared.sqrt().max((wheel_y - self.wheel_y).abs())
+    }
+
+    /// All numbers that can change a later bit.
+    pub fn for_each_number(&self, mut visit: impl FnMut(f64)) {
+        visit(self.reach);
+        visit(self.wheel_y);
+        self.centres.iter().flatten().for_each(|x| visit(*x));
+        for slot in &self.slots {
+            visit(f64::from(slot.a));
+            visit(f64::from(slot.b));
+            visit(slot.force[0]);
+            visit(slot.force[1]);
+            visit(slot.spring);
+        }
+    }
+}
+
+/// Normal and gap of a listed pair.
+pub fn proximity(bodies: &Bodies, centres: &[[f64; 2]], wheel_y: f64, slot: &Slot) -> Proximity {
+    let (a, b) = (slot.a as usize, slot.b as usize);
+    if b < bodies.disks() {
+        return between_disks(centres[a], centres[b], bodies.radii[a] + bodies.radii[b]);
+    }
+    match bodies.wall_of(b) {
+        None => Proximity {
+            normal: [0.0, -1.0],
+            gap: wheel_y - centres[a][1] - bodies.radii[a],
+        },
+        Some(wall) => Proximity {
+            normal: wall.normal,
+            gap: height_over(wall, centres[a]) - bodies.radii[a],
+        },
+    }
+}
+
+fn between_disks(a: [f64; 2], b: [f64; 2], reach: f64) -> Proximity {
+    let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
+    let distance = (dx * dx + dy * dy).sqrt();
+    // Coincident centres have no normal; any fixed one separates them again.
+    let normal = if distance > 0.0 {
+        [dx / distance, dy / distance]
+    } else {
+        [0.0, 1.0]
+    };
+    Proximity {
+        normal,
+        gap: distance - reach,
+    }
+}
+
+fn height_over(wall: &HalfPlane, centre: [f64; 2]) -> f64 {
+    (centre[0] - wall.point[0]) * wall.normal[0] + (centre[1] - wall.point[1]) * wall.normal[1]
+}
+
+fn list_pairs(bodies: &Bodies, centres: &[[f64; 2]], wheel_y: f64, reach: f64) -> Vec<Slot> {
+    let mut slots = Vec::new();
+    let mut near = NearPairs::new(centres, &bodies.radii, bodies.free, reach);
+    for a in 0..bodies.disks() {
+        slots.extend(near.of(a).iter().map(|b| slot(a, *b as usize)));
+        let others = bodies.disks()..bodies.count();
+        slots.extend(
+            others
+                .map(|b| slot(a, b))
+                // A glued disk has no business with a fixed wall: neither of them can yield.
+                .filter(|s| a < bodies.free || bodies.wall_of(s.b as usize).is_none())
+                .filter(|s| proximity(bodies, centres, wheel_y, s).gap < reach),
+        );
+    }
+    slots
+}
+
+fn slot(a: usize, b: usize) -> Slot {
+    Slot {
+        a: a as u32,
+        b: b as u32,
+        ..Slot::default()
+    }
+}
+
+/// Copies forces and springs between two lists that are both sorted by (a, b).
+fn carry_over(old: &[Slot], new: &mut [Slot]) {
+    let mut rest = old.iter().peekable();
+    for slot in new {
+        while rest.next_if(|o| (o.a, o.b) < (slot.a, slot.b)).is_some() {}
+        if let Some(same) = rest.next_if(|o| (o.a, o.b) == (slot.a, slot.b)) {
+            *slot = *same;
+        }
+    }
+}
+
+/// Linked cells over disks: answers which disks of higher index are nearer than `reach` to a disk.
+/// Pairs of two disks from `movable` on are left out.
+pub struct NearPairs<'a> {
+    centres: &'a [[f64; 2]],
+    radii: &'a [f64],
+    movable: usize,
+    reach: f64,
+    origin: [f64; 2],
+    cell_size: f64,
+    columns: usize,
+    rows: usize,
+    /// First entry of each cell in `members`.
+    starts: Vec<u32>,
+    members: Vec<u32>,
+    found: Vec<u32>,
+}
+
+impl<'a> NearPairs<'a> {
+    /// Sorts the disks into cells.
+    pub fn new(centres: &'a [[f64; 2]], radii: &'a [f64], movable: usize, reach: f64) -> Self {
+        let limit = |axis: usize, start: f64, pick: fn(f64, f64) -> f64| {
+            centres.iter().map(|c| c[axis]).fold(start, pick)
+        };
+        let origin = [
+            limit(0, f64::INFINITY, f64::min),
+            limit(1, f64::INFINITY, f64::min),
+        ];
+        let width = limit(0, f64::NEG_INFINITY, f64::max) - origin[0];
+        let height = limit(1, f64::NEG_INFINITY, f64::max) - origin[1];
+        let widest = radii.iter().copied().fold(0.0, f64::max);
+        // A grain that flew far away must not make the number of cells explode: four per disk suffice.
+        let affordable = (width * height / (4.0 * centres.len() as f64)).sqrt();
+        let along = width.max(height) / (4.0 * centres.len() as f64);
+        let cell_size = (2.0 * widest + reach).max(affordable).max(along);
+        let columns = 1 + (width / cell_size) as usize;
+        let rows = 1 + (height / cell_size) as usize;
+        let mut cells = NearPairs {
+            centres,
+            radii,
+            movable,
+            reach,
+            origin,
+            cell_size,
+            columns,
+            rows,
+            starts: vec![0; columns * rows + 1],
+            members: vec![0; centres.len()],
+            found: Vec::new(),
+        };
+        cells.fill();
+        cells
+    }
+
+    fn fill(&mut self) {
+        let cells: Vec<usize> = self.centres.iter().map(|c| self.cell(*c)).collect();
+        for cell in &cells {
+            self.starts[cell + 1] += 1;
+        }
+        for cell in 1..self.starts.len() {
+            self.starts[cell] += self.starts[cell - 1];
+        }
+        let mut next = self.starts.clone();
+        for (disk, cell) in cells.into_iter().enumerate() {
+            self.members[next[cell] as usize] = disk as u32;
+            next[cell] += 1;
+        }
+    }
+
+    fn place(&self, centre: [f64; 2]) -> (usize, usize) {
+        let index = |axis: usize| ((centre[axis] - self.origin[axis]) / self.cell_size) as usize;
+        (index(0).min(self.columns - 1), index(1).min(self.rows - 1))
+    }
+
+    fn cell(&self, centre: [f64; 2]) -> usize {
+        let (column, row) = self.place(centre);
+        row * self.columns + column
+    }
+
+    /// The disks with an index above `a` nearer than `reach` to it, in ascending order.
+    pub fn of(&mut self, a: usize) -> &[u32] {
+        let (column, row) = self.place(self.centres[a]);
+        self.found.clear();
+        for r in row.saturating_sub(1)..=(row + 1).min(self.rows - 1) {
+            // The cells of a row lie one after the other, and so do their members.
+            let first = r * self.columns + column.saturating_sub(1);
+            let last = r * self.columns + (column + 1).min(self.columns - 1);
+            for at in self.starts[first]..self.starts[last + 1] {
+                let b = self.members[at as usize] as usize;
+                if b > a && a < self.movable && self.is_near(a, b) {
+                    self.found.push(b as u32);
+                }
+            }
+        }
+        self.found.sort_unstable();
+        &self.found
+    }
+
+    fn is_near(&self, a: usize, b: usize) -> bool {
+        let (dx, dy) = (
+            self.centres[a][0] - self.centres[b][0],
+            self.centres[a][1] - self.centres[b][1],
+        );
+        let reach = self.radii[a] + self.radii[b] + self.reach;
+        dx * dx + dy * dy < reach * reach
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn linked_cells_find_what_the_double_loop_finds() {
+        let centres: Vec<[f64; 2]> = (0..60)
+            .map(|i| [f64::from(i * 37 % 60), f64::from(i * i % 23)])
+            .collect();
+        let radii: Vec<f64> = (0..60).map(|i| 0.5 + f64::from(i % 4) * 0.4).collect();
+        let mut near = NearPairs::new(&centres, &radii, 50, 0.3);
+        for a in 0..60 {
+            let expected: Vec<u32> = (a + 1..60)
+                .filter(|b| a < 50 && near.is_near(a, *b))
+                .map(|b| b as u32)
+                .collect();
+            assert_eq!(near.of(a), expected);
+        }
+    }
+
+    #[test]
+    fn a_stray_grain_does_not_blow_up_the_cells() {
+        let mut centres = vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]];
+        centres.push([1e9, -1e9]);
+        let near = NearPairs::new(&centres, &[0.5; 4], 4, 0.1);
+        assert!(near.columns * near.rows <= 100);
+    }
+
+    #[test]
+    fn forces_survive_a_new_list() {
+        let old = [
+            Slot {
+                force: [5.0, 1.0],
+                spring: 2.0,
+                ..slot(0, 3)
+            },
+            Slot {
+                force: [7.0, 0.0],
+                ..slot(2, 4)
+            },
+        ];
+        let mut new = [slot(0, 2), slot(0, 3), slot(1, 2), slot(2, 4), slot(2, 5)];
+        carry_over(&old, &mut new);
+        assert_eq!(new.map(|s| s.force[0]), [0.0, 5.0, 0.0, 7.0, 0.0]);
+        assert_eq!(new[1].spring, 2.0);
+    }
+}

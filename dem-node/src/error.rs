@@ -1,0 +1,85 @@
+//! Everything that can go wrong inside the node.
+
+use protocol::{ConfigError, FaultCode, NodeError};
+use thiserror::Error;
+
+/// Why the node cannot go on.
+#[derive(Debug, Error)]
+#[allow(missing_docs)]
+pub enum DemError {
+    #[error("participant.config.{0}")]
+    Config(#[from] ConfigError),
+    #[error(
+        "the bed pressed at {pressure_pa:e} Pa is not at rest after {iterations} relaxation steps: unbalanced force {unbalanced:.2e} of the mean contact force; choose another seed"
+    )]
+    NotAtRest {
+        pressure_pa: f64,
+        iterations: usize,
+        unbalanced: f64,
+    },
+    #[error(
+        "the bed is not jammed: {coordination:.2} contacts per grain without rattlers, a frictionless packing needs {needed}; choose another seed or a higher sample.press_pa"
+    )]
+    NotJammed { coordination: f64, needed: f64 },
+    #[error(
+        "disks {a} and {b} overlap by {overlap_m:e} m, {relative:.3} of the smaller radius, and the contacts are rigid: move them apart or give law.contact_stiffness_pa"
+    )]
+    Overlap {
+        a: usize,
+        b: usize,
+        overlap_m: f64,
+        relative: f64,
+    },
+    #[error(
+        "contact of bodies {a} and {b}: W_nn - friction |W_nt| = {denominator:e} (1/kg) is not positive, sliding has no unique impulse; check the wall's compliance or lower law.friction"
+    )]
+    Denominator { a: u32, b: u32, denominator: f64 },
+    #[error(
+        "window {window}: the contact solver stands at a true residual of {residual:.2e} after {iterations} iterations, the tolerance is {tolerance:.1e}; raise solver.max_iterations or lower the step"
+    )]
+    NotConverged {
+        window: u64,
+        residual: f64,
+        iterations: usize,
+        tolerance: f64,
+    },
+    #[error(
+        "the contact impulses left the finite numbers after {iterations} iterations; lower the step or check the wall's compliance"
+    )]
+    NotFinite { iterations: usize },
+    #[error("step of {step_s:e} s is above the {bound} of {limit_s:e} s: {help}")]
+    Step {
+        step_s: f64,
+        limit_s: f64,
+        bound: &'static str,
+        help: &'static str,
+    },
+    #[error("{0}")]
+    Request(String),
+    #[error("cannot write {path}: {source}")]
+    Write {
+        path: String,
+        source: std::io::Error,
+    },
+}
+
+impl From<DemError> for NodeError {
+    fn from(error: DemError) -> NodeError {
+        let code = match &error {
+            DemError::Config(_)
+            | DemError::Overlap { .. }
+            | DemError::Step { .. }
+            | DemError::Write { .. } => FaultCode::Configuration,
+            DemError::Request(_) => FaultCode::Protocol,
+            DemError::NotAtRest { .. }
+            | DemError::NotJammed { .. }
+            | DemError::Denominator { .. }
+            | DemError::NotConverged { .. }
+            | DemError::NotFinite { .. } => FaultCode::Diverged,
+        };
+        NodeError {
+            code,
+            message: error.to_string(),
+        }
+    }
+}

@@ -1,0 +1,497 @@
+//! The solver as a participant of a run.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::path::PathBuf;
+
+use protocol::{
+    Capabilities, ConfigError, Description, Node, NodeError, Outcome, Setting, Surface, WallAnswer,
+    Window,
+};
+
+use crate::bodies::Bodies;
+use crate::bounds::Bounds;
+use crate::config::{Config, LawConfig, LawKind, SolverKind};
+use crate::detect::proximity;
+use crate::error::DemError;
+use crate::law::{Friction, Law, Springs};
+use crate::ledger;
+use crate::report::{self, Journal, Moment, SIGNALS};
+use crate::sample::{self, Sample};
+use crate::snapshot;
+use crate::solver::{Algorithm, Criteria};
+use crate::state::State;
+use crate::step::{Drive, Stepper, Summary};
+use crate::wall::Wall;
+use crate::wheel::Program;
+
+/// The set of glued disks that an interface can couple.
+pub const BASE: &str = "base";
+
+/// Overlap of two rigid disks over the smaller radius above which a sample is refused: its repair in one step would
+/// throw them apart.
+const RIGID_OVERLAP: f64 = 0.01;
+/// Alert distance and Verlet skin over the smallest radius. A wide skin costs candidates in each step, a narrow one new
+/// lists: at 0.2 a pressed layer makes a new one every few hundred steps.
+const ALERT: f64 = 0.02;
+const SKIN: f64 = 0.2;
+
+/// A layer or heap of grains, with its wheel and walls, ready to step.
+pub struct Dem {
+    participant: String,
+    fields: Option<PathBuf>,
+    thickness: f64,
+    theta: f64,
+    own_step: Option<f64>,
+    end: Option<f64>,
+    bounds: Bounds,
+    criteria: Criteria,
+    bodies: Bodies,
+    program: Option<Program>,
+    solid_fraction: f64,
+    warnings: Vec<String>,
+    /// The committed state.
+    state: State,
+    /// The state at the end of the window being solved.
+    trial: State,
+    stepper: Stepper,
+    coupled: bool,
+    /// Length of the announced windows (s).
+    window: Option<f64>,
+    /// What `trial` holds, until it is committed.
+    pending: Option<Pending>,
+    initial_energy: [f64; 3],
+    journal: Journal,
+    steps: u64,
+    contact_iterations: f64,
+}
+
+#[derive(Clone, Copy)]
+struct Pending {
+    window: Window,
+    summary: Summary,
+}
+
+impl Dem {
+    /// Prepares the sample of a configuration and everything around it.
+    pub fn new(config: &Config, setting: &Setting) -> Result<Dem, DemError> {
+        config.validate()?;
+        let bounds = Bounds::new(config);
+        let warnings = match config.time.step_s {
+            Some(step) => bounds.assess(step)?,
+            None => Vec::new(),
+        };
+        let sample = sample::prepare(config, setting.seed)?;
+        let bodies = bodies(config, setting.thickness_m, &sample);
+        let state = State::new(&bodies, &sample.free, &sample.glued);
+        refuse_rigid_overlaps(&bodies, &state)?;
+        let program = config.wheel.as_ref().map(Program::new);
+        let mut stepper = Stepper::default();
+        stepper.problem.wall = Wall::fixed(bodies.glued());
+        Ok(Dem {
+            participant: setting.participant.clone(),
+            fields: setting.fields.clone(),
+            thickness: setting.thickness_m,
+            theta: config.time.theta,
+            own_step: config.time.step_s,
+            end: program.map(|p| p.end()).or(config.time.end_s),
+            bounds,
+            criteria: criteria(config),
+            initial_energy: stored(&bodies, &state),
+            journal: Journal::new(state.wheel.position[1]),
+            trial: state.clone(),
+            state,
+            bodies,
+            program,
+            solid_fraction: sample.solid_fraction,
+            warnings,
+            stepper,
+            coupled: false,
+            window: None,
+            pending: None,
+            steps: 0,
+            contact_iterations: 0.0,
+        })
+    }
+
+    /// The committed state.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// What does not change.
+    pub fn bodies(&self) -> &Bodies {
+        &self.bodies
+    }
+
+    fn drive_at<'a>(&self, start: f64, end: f64, free_velocity: &'a [f64]) -> Drive<'a> {
+        let step = end - start;
+        let loaded = start + self.theta * step;
+        Drive {
+            step,
+            theta: self.theta,
+            load: self.program.map_or(0.0, |p| p.load_at(loaded)),
+            wheel_x: self.program.map_or(0.0, |p| p.drive_at(end)),
+            free_velocity,
+        }
+    }
+
+    fn count(&mut self, summary: &Summary) {
+        self.steps += 1;
+        self.contact_iterations += (summary.listed * summary.verdict.iterations) as f64;
+    }
+
+    fn record(&mut self, start: f64, end: f64, drive_before: f64, summary: &Summary) {
+        let moment = Moment {
+            start,
+            end,
+            drive_work: self.state.accounts.drive - drive_before,
+        };
+        self.journal
+            .record(self.program.as_ref(), &self.state, summary, &moment);
+    }
+
+    fn report(&self, summary: &Summary) -> Vec<f64> {
+        let now = stored(&self.bodies, &self.state);
+        let since = [0, 1, 2].map(|k| now[k] - self.initial_energy[k]);
+        let mut report = report::signals(&self.bodies, &self.state, summary).to_vec();
+        report.extend(ledger::values(&self.state.accounts, since));
+        report
+    }
+
+    fn check_window(&self, window: &Window, free_velocity: &[f64]) -> Result<f64, DemError> {
+        let step = match (self.coupled, self.window) {
+            (true, Some(step)) => step,
+            _ => {
+                return request(
+                    "a window needs the set `base` coupled and the wall announced first",
+                );
+            }
+        };
+        let length = window.t1_s - window.t0_s;
+        if (length - step).abs() > 1e-6 * step {
+            return request(format!(
+                "window {} is {length:e} s long, the wall was announced for {step:e} s: announce the wall anew",
+                window.index
+            ));
+        }
+        if free_velocity.len() != 2 * self.bodies.glued() {
+            return request(format!(
+                "window {} brings {} velocities for {} glued disks of two components",
+                window.index,
+                free_velocity.len(),
+                self.bodies.glued()
+            ));
+        }
+        Ok(step)
+    }
+
+    fn refuse_when_coupled(&self) -> Result<(), ConfigError> {
+        if self.theta != 1.0 {
+            return Err(ConfigError::new(
+                "time.theta",
+                format!("a coupled participant needs 1, got {}: the glued velocity is the window's mean and the end velocity only then", self.theta),
+            )
+            .help("remove the key or write theta = 1"));
+        }
+        if self.own_step.is_some() {
+            return Err(ConfigError::new(
+                "time.step_s",
+                "a coupled participant steps by the windows of its interface and has no step of its own",
+            )
+            .help("remove the key"));
+        }
+        Ok(())
+    }
+}
+
+fn request<T>(message: impl Into<String>) -> Result<T, DemError> {
+    Err(DemError::Request(message.into()))
+}
+
+impl Node for Dem {
+    fn describe(&self) -> Description {
+        let glued = self.bodies.glued() > 0;
+        Description {
+            kind: "dem".into(),
+            software: concat!("thirdbody dem-node ", env!("CARGO_PKG_VERSION")).into(),
+            capabilities: Capabilities {
+                checkpoint: true,
+                compliant_wall: glued,
+                alone: self.own_step.is_some(),
+                ..Capabilities::default()
+            },
+            step_s: self.own_step,
+            step_limit_s: self.bounds.limit(),
+            step_limit_name: Bounds::NAME.into(),
+            end_s: self.end,
+            phases: self.program.map(|p| p.phases()).unwrap_or_default(),
+            sets: if glued { vec![BASE.into()] } else { Vec::new() },
+            signals: SIGNALS.map(String::from).to_vec(),
+            ledger: ledger::terms(),
+            warnings: self.warnings.clone(),
+        }
+    }
+
+    fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
+        if set != BASE || self.bodies.glued() == 0 {
+            return Err(NodeError::configuration(format!(
+                "{} has no set `{set}` to couple; {}",
+                self.participant,
+                if self.bodies.glued() > 0 {
+                    "it has `base`"
+                } else {
+                    "its sample has no glued disks"
+                }
+            )));
+        }
+        if self.coupled {
+            return Err(NodeError::configuration(
+                "the set `base` is already coupled: one interface carries it",
+            ));
+        }
+        self.refuse_when_coupled()?;
+        self.coupled = true;
+        Ok(surface(&self.bodies))
+    }
+
+    fn select(&mut self, points: &[usize]) -> Result<(), NodeError> {
+        if points.iter().copied().eq(0..self.bodies.glued()) {
+            return Ok(());
+        }
+        Err(NodeError::configuration(format!(
+            "all {} glued disks move with the wall, {} of them were selected: select all",
+            self.bodies.glued(),
+            points.len()
+        )))
+    }
+
+    fn wall(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
+        if !(window_s > 0.0 && window_s.is_finite()) {
+            return Ok(request(format!(
+                "windows of {window_s} s cannot be solved"
+            ))?);
+        }
+        for warning in self.bounds.assess(window_s)? {
+            if !self.warnings.contains(&warning) {
+                self.warnings.push(warning);
+            }
+        }
+        self.stepper.problem.wall = Wall::compliant(self.bodies.glued(), compliance)?;
+        self.window = Some(window_s);
+        self.pending = None;
+        Ok(())
+    }
+
+    fn solve(&mut self, window: &Window, free_velocity: &[f64]) -> Result<WallAnswer, NodeError> {
+        let step = self.check_window(window, free_velocity)?;
+        let drive = Drive {
+            step,
+            ..self.drive_at(window.t0_s, window.t1_s, free_velocity)
+        };
+        self.trial.clone_from(&self.state);
+        let summary =
+            self.stepper
+                .advance(&self.bodies, &mut self.trial, &drive, &self.criteria)?;
+        self.count(&summary);
+        self.pending = Some(Pending {
+            window: *window,
+            summary,
+        });
+        let wall = &self.stepper.problem.wall;
+        Ok(WallAnswer {
+            force: wall.impulse.iter().map(|p| p / step).collect(),
+            velocity: wall.velocity.clone(),
+            iterations: summary.verdict.iterations as u64,
+            residual: summary.verdict.residual,
+            converged: summary.verdict.converged,
+        })
+    }
+
+    fn commit(&mut self, window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
+        let Some(pending) = self.pending.take_if(|p| p.window.index == window.index) else {
+            return Ok(request(format!(
+                "window {} is committed but was not solved",
+                window.index
+            ))?);
+        };
+        if displacement.len() != 2 * self.bodies.glued() {
+            return Ok(request(format!(
+                "the commit of window {} brings {} displacements for {} glued disks of two components",
+                window.index,
+                displacement.len(),
+                self.bodies.glued()
+            ))?);
+        }
+        let drive_before = self.state.accounts.drive;
+        std::mem::swap(&mut self.state, &mut self.trial);
+        let glued = &mut self.state.centres[self.bodies.free..];
+        for ((centre, place), u) in glued
+            .iter_mut()
+            .zip(&self.bodies.reference)
+            .zip(displacement.chunks_exact(2))
+        {
+            *centre = [place[0] + u[0], place[1] + u[1]];
+        }
+        self.record(window.t0_s, window.t1_s, drive_before, &pending.summary);
+        Ok(self.report(&pending.summary))
+    }
+
+    fn march(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        let step = self.own_step.ok_or_else(|| {
+            ConfigError::new(
+                "time.step_s",
+                "a run without interface needs a step of its own",
+            )
+        })?;
+        if self.coupled {
+            return Ok(request("a coupled participant cannot advance alone")?);
+        }
+        let fixed = vec![0.0; 2 * self.bodies.glued()];
+        let mut summary = Summary::default();
+        for index in window.step..window.step + u64::from(window.substeps) {
+            // Times are multiples of the step: no rounding builds up.
+            let (start, end) = (index as f64 * step, (index + 1) as f64 * step);
+            let drive = Drive {
+                step,
+                ..self.drive_at(start, end, &fixed)
+            };
+            let drive_before = self.state.accounts.drive;
+            summary =
+                self.stepper
+                    .advance(&self.bodies, &mut self.state, &drive, &self.criteria)?;
+            self.count(&summary);
+            if !summary.verdict.converged {
+                return Err(NodeError::from(DemError::NotConverged {
+                    window: window.index,
+                    residual: summary.verdict.residual,
+                    iterations: summary.verdict.iterations,
+                    tolerance: self.criteria.tolerance,
+                }));
+            }
+            self.record(start, end, drive_before, &summary);
+        }
+        Ok(self.report(&summary))
+    }
+
+    fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {
+        if let Some(folder) = &self.fields {
+            let path = folder.join(format!("{}-{name}.vtp", self.participant));
+            snapshot::write(&path, &self.bodies, &self.state, self.thickness)?;
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<Outcome, NodeError> {
+        let mut results = self
+            .journal
+            .results(self.program.as_ref(), &self.bodies, &self.state);
+        if self.solid_fraction > 0.0 {
+            results.insert("solid_fraction".into(), self.solid_fraction);
+        }
+        if let Some(step) = self.window.or(self.own_step) {
+            results.insert(
+                "step_over_inertial_time".into(),
+                step / self.bounds.inertial_time,
+            );
+        }
+        Ok(Outcome {
+            steps: self.steps,
+            work: BTreeMap::from([("contact_iterations".into(), self.contact_iterations)]),
+            results,
+            state_hash: self.state.hash(),
+        })
+    }
+}
+
+fn criteria(config: &Config) -> Criteria {
+    Criteria {
+        algorithm: match config.solver.kind {
+            SolverKind::Nsgs => Algorithm::Nsgs,
+        },
+        tolerance: config.solver.tolerance,
+        min_iterations: config.solver.min_iterations,
+        max_iterations: config.solver.max_iterations,
+    }
+}
+
+fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
+    let disks = || sample.free.iter().chain(&sample.glued);
+    let smallest = disks()
+        .map(|disk| disk.radius)
+        .fold(f64::INFINITY, f64::min);
+    let mass = |r: f64| config.density_kg_per_m3 * PI * r * r * thickness * config.mass_scale;
+    Bodies {
+        free: sample.free.len(),
+        radii: disks().map(|disk| disk.radius).collect(),
+        masses: sample.free.iter().map(|disk| mass(disk.radius)).collect(),
+        gravity: config.gravity_m_per_s2.map(|g| g / config.mass_scale),
+        reference: sample.glued.iter().map(|disk| disk.centre).collect(),
+        wheel_mass: config.wheel.map(|wheel| wheel.mass_kg),
+        walls: sample.walls.clone(),
+        law: law(&config.law, thickness),
+        alert: ALERT * smallest,
+        skin: SKIN * smallest,
+    }
+}
+
+fn law(config: &LawConfig, thickness: f64) -> Law {
+    Law {
+        friction: match config.kind {
+            LawKind::Signorini => Friction::Signorini,
+            LawKind::Coulomb => Friction::Coulomb {
+                coefficient: config.friction.unwrap_or(0.0),
+            },
+        },
+        springs: config.contact_stiffness_pa.map(|stiffness| Springs {
+            normal: stiffness * thickness,
+            // Without friction there is no tangential force and any stiffness will do.
+            tangential: stiffness * thickness * config.tangential_stiffness_ratio.unwrap_or(1.0),
+        }),
+    }
+}
+
+fn stored(bodies: &Bodies, state: &State) -> [f64; 3] {
+    let [normal, tangential] = state.springs(bodies);
+    [state.kinetic(bodies), normal, tangential]
+}
+
+fn refuse_rigid_overlaps(bodies: &Bodies, state: &State) -> Result<(), DemError> {
+    if bodies.law.springs.is_some() {
+        return Ok(());
+    }
+    for slot in &state.list.slots {
+        let (a, b) = (slot.a as usize, slot.b as usize);
+        let smaller = bodies.radii[a].min(bodies.radii.get(b).copied().unwrap_or(f64::INFINITY));
+        let gap = proximity(bodies, &state.centres, state.wheel.position[1], slot).gap;
+        if gap < -RIGID_OVERLAP * smaller {
+            return Err(DemError::Overlap {
+                a,
+                b,
+                overlap_m: -gap,
+                relative: -gap / smaller,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The glued disks as points: half the distances to the neighbours in x are theirs, at the ends symmetrically.
+fn surface(bodies: &Bodies) -> Surface {
+    let x: Vec<f64> = bodies.reference.iter().map(|c| c[0]).collect();
+    let n = x.len();
+    let between = |i: usize, j: usize| x[j] - x[i];
+    let length = (0..n).map(|i| match i {
+        _ if n == 1 => 2.0 * bodies.radii[bodies.free],
+        0 => between(0, 1),
+        i if i == n - 1 => between(n - 2, n - 1),
+        i => 0.5 * between(i - 1, i + 1),
+    });
+    Surface {
+        length_m: length.collect(),
+        y_m: bodies.reference.iter().map(|c| c[1]).collect(),
+        mass_kg: vec![0.0; n],
+        radius_m: bodies.radii[bodies.free..].to_vec(),
+        x_m: x,
+    }
+}

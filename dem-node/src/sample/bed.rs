@@ -1,0 +1,130 @@
+//! A bed of disks between side walls, pressed against a flat plate until it is jammed.
+
+use std::f64::consts::PI;
+
+use crate::config::LayerConfig;
+use crate::error::DemError;
+use crate::sample::grading::Dice;
+use crate::sample::relax::Pile;
+
+/// Solid fraction that a pressed bed of such disks reaches; it sets how many of them are drawn.
+const EXPECTED_FRACTION: f64 = 0.83;
+/// Solid fraction at which the random disks are dropped: below jamming, so that their overlaps relax away.
+const LOOSE_FRACTION: f64 = 0.75;
+/// A frictionless packing at rest has 4 contacts per grain that carries load (2 unknowns, each contact shared by
+/// two grains); 3.9 leaves room for the last decimals of the relaxation. A bed at 2 is a gas of chains.
+const JAMMED: f64 = 3.9;
+/// Largest unbalanced force over the mean contact force of a bed at rest.
+const UNBALANCED: f64 = 1e-3;
+const MAX_ITERATIONS: usize = 40_000;
+
+/// A pressed bed whose upper plate stands at y = thickness of the layer.
+pub struct Bed {
+    /// The disks between their plates.
+    pub pile: Pile,
+    /// Area of the disks over the area between the plates.
+    pub solid_fraction: f64,
+    /// Mean overlap of the contacts under the last pressure (m).
+    pub mean_overlap: f64,
+}
+
+/// Draws the disks, drops them between the walls and presses them. `stiffness` is that of the contacts over the
+/// thickness (Pa).
+pub fn press(recipe: &LayerConfig, stiffness: f64, seed: u64) -> Result<Bed, DemError> {
+    let mut pile = drop_disks(recipe, &mut Dice::new(seed));
+    let tolerated = 0.05 * recipe.radius_min_m;
+    pile.relax(MAX_ITERATIONS, |load| load.largest < tolerated);
+    let mut mean_overlap = 0.0;
+    for pressure in &recipe.press_pa {
+        pile.thrust = Some(2.0 * pile.half_width * pressure / stiffness);
+        let (iterations, load) = pile.relax(MAX_ITERATIONS, |load| load.is_balanced(UNBALANCED));
+        mean_overlap = load.mean();
+        if iterations == MAX_ITERATIONS {
+            return Err(DemError::NotAtRest {
+                pressure_pa: *pressure,
+                iterations,
+                unbalanced: load.unbalanced() / load.mean(),
+            });
+        }
+    }
+    require_jammed(&pile)?;
+    Ok(Bed {
+        solid_fraction: area(&pile.radii) / (2.0 * pile.half_width * (pile.ceiling - pile.floor)),
+        pile,
+        mean_overlap,
+    })
+}
+
+/// Draws disks until they fill the bed and places their centres at random in a looser box under the plate.
+fn drop_disks(recipe: &LayerConfig, dice: &mut Dice) -> Pile {
+    let width = 2.0 * recipe.half_width_m;
+    let target = EXPECTED_FRACTION * width * (recipe.thickness_m + recipe.bed_extra_m);
+    let mut radii = Vec::new();
+    let mut filled = 0.0;
+    while filled < target {
+        let radius = dice.radius(recipe.law, recipe.radius_min_m, recipe.radius_max_m);
+        filled += PI * radius * radius;
+        radii.push(radius);
+    }
+    let ceiling = recipe.thickness_m;
+    let floor = ceiling - filled / (LOOSE_FRACTION * width);
+    let centres = radii.iter().map(|r| {
+        let x = dice.between(r - recipe.half_width_m, recipe.half_width_m - r);
+        [x, dice.between(floor + r, ceiling - r)]
+    });
+    Pile {
+        centres: centres.collect(),
+        movable: radii.len(),
+        radii,
+        ceiling,
+        floor,
+        half_width: recipe.half_width_m,
+        thrust: None,
+    }
+}
+
+fn area(radii: &[f64]) -> f64 {
+    radii.iter().map(|r| PI * r * r).sum()
+}
+
+fn require_jammed(pile: &Pile) -> Result<(), DemError> {
+    let coordination = coordination(pile);
+    if coordination >= JAMMED {
+        return Ok(());
+    }
+    Err(DemError::NotJammed {
+        coordination,
+        needed: JAMMED,
+    })
+}
+
+/// Contacts per grain that carries load, times two; a contact with a plate counts once like any other. Grains with
+/// fewer than three contacts carry none (rattlers), nor do those that only rattlers hold.
+fn coordination(pile: &Pile) -> f64 {
+    let (pairs, plates) = pile.contacts();
+    let mut carries = vec![true; pile.movable];
+    loop {
+        let mut degree = plates.clone();
+        let mut inner = 0u32;
+        for (a, b) in &pairs {
+            let (a, b) = (*a as usize, *b as usize);
+            if carries[a] && carries[b] {
+                degree[a] += 1;
+                degree[b] += 1;
+                inner += 1;
+            }
+        }
+        let rattlers: Vec<usize> = (0..pile.movable)
+            .filter(|i| carries[*i] && degree[*i] < 3)
+            .collect();
+        if rattlers.is_empty() {
+            let grains = carries.iter().filter(|c| **c).count().max(1);
+            let held: u32 = (0..pile.movable)
+                .filter(|i| carries[*i])
+                .map(|i| plates[i])
+                .sum();
+            return 2.0 * f64::from(inner + held) / grains as f64;
+        }
+        rattlers.into_iter().for_each(|i| carries[i] = false);
+    }
+}

@@ -1,0 +1,286 @@
+//! Soft frictionless disks brought to rest by FIRE.
+//!
+//! Lengths are in metres and forces are divided by the contact stiffness, so that a force is an overlap (m); with
+//! unit masses the fastest oscillation of a packing is then about 3.5 per unit of time whatever the material.
+
+use crate::detect::NearPairs;
+
+/// Disks between rigid plates.
+#[derive(Clone, Debug)]
+pub struct Pile {
+    /// Centres (m), the movable disks first.
+    pub centres: Vec<[f64; 2]>,
+    /// Radii (m).
+    pub radii: Vec<f64>,
+    /// Number of disks that move.
+    pub movable: usize,
+    /// Height of the upper plate (m).
+    pub ceiling: f64,
+    /// Height of the lower plate (m); minus infinity when there is none.
+    pub floor: f64,
+    /// Distance of the side walls from x = 0 (m); infinity when there are none.
+    pub half_width: f64,
+    /// Force with which the floor is pushed upwards over the stiffness (m); a fixed floor when absent.
+    pub thrust: Option<f64>,
+}
+
+/// Forces on the disks, in units of overlap (m).
+#[derive(Clone, Debug, Default)]
+pub struct Load {
+    /// On each movable disk.
+    on_disks: Vec<[f64; 2]>,
+    /// On the floor, thrust included.
+    on_floor: f64,
+    /// The thrust.
+    thrust: f64,
+    /// Sum of all overlaps.
+    sum: f64,
+    /// Number of contacts.
+    pub contacts: usize,
+    /// Largest overlap.
+    pub largest: f64,
+}
+
+impl Load {
+    /// Mean overlap (m).
+    pub fn mean(&self) -> f64 {
+        self.sum / self.contacts.max(1) as f64
+    }
+
+    /// Largest resultant on a disk (m).
+    pub fn unbalanced(&self) -> f64 {
+        let squares = self.on_disks.iter().map(|f| f[0] * f[0] + f[1] * f[1]);
+        squares.fold(0.0, f64::max).sqrt()
+    }
+
+    /// Whether every resultant is below this fraction of the mean contact force, and that on the floor below this
+    /// fraction of its thrust.
+    pub fn is_balanced(&self, fraction: f64) -> bool {
+        self.unbalanced() <= fraction * self.mean() && self.on_floor.abs() <= fraction * self.thrust
+    }
+
+    fn count(&mut self, overlap: f64) {
+        self.sum += overlap;
+        self.contacts += 1;
+        self.largest = self.largest.max(overlap);
+    }
+}
+
+/// Verlet list of the pile.
+struct Neighbours {
+    pairs: Vec<(u32, u32)>,
+    centres: Vec<[f64; 2]>,
+    skin: f64,
+}
+
+impl Pile {
+    /// Lets the disks relax until `at_rest` says so: FIRE (Bitzek et al., PRL 97, 170201, 2006, with their
+    /// parameters) with the semi-implicit Euler step. Returns the number of iterations and the last forces;
+    /// the forces are those of the final positions also when `limit` iterations were not enough.
+    pub fn relax(&mut self, limit: usize, at_rest: impl Fn(&Load) -> bool) -> (usize, Load) {
+        let mut fire = Fire::new(self);
+        let mut neighbours = self.neighbours();
+        let mut load = Load::default();
+        for iteration in 0..limit {
+            self.refresh(&mut neighbours);
+            self.forces(&neighbours, &mut load);
+            if at_rest(&load) {
+                return (iteration, load);
+            }
+            fire.step(self, &load);
+        }
+        (limit, load)
+    }
+
+    fn neighbours(&self) -> Neighbours {
+        let smallest = self.radii.iter().copied().fold(f64::INFINITY, f64::min);
+        let skin = 0.3 * smallest;
+        let mut near = NearPairs::new(&self.centres, &self.radii, self.movable, skin);
+        let mut pairs = Vec::new();
+        for a in 0..self.movable {
+            pairs.extend(near.of(a).iter().map(|b| (a as u32, *b)));
+        }
+        Neighbours {
+            pairs,
+            centres: self.centres.clone(),
+            skin,
+        }
+    }
+
+    fn refresh(&self, neighbours: &mut Neighbours) {
+        let moved = |now: &[f64; 2], then: &[f64; 2]| {
+            (now[0] - then[0]).powi(2) + (now[1] - then[1]).powi(2)
+        };
+        let limit = (0.5 * neighbours.skin).powi(2);
+        let mut both = self.centres.iter().zip(&neighbours.centres);
+        if both.any(|(now, then)| moved(now, then) > limit) {
+            *neighbours = self.neighbours();
+        }
+    }
+
+    fn forces(&self, neighbours: &Neighbours, load: &mut Load) {
+        load.on_disks.clear();
+        load.on_disks.resize(self.movable, [0.0; 2]);
+        (load.sum, load.contacts, load.largest) = (0.0, 0, 0.0);
+        load.thrust = self.thrust.unwrap_or(0.0);
+        load.on_floor = load.thrust;
+        for (a, b) in &neighbours.pairs {
+            self.push_apart(*a as usize, *b as usize, load);
+        }
+        for a in 0..self.movable {
+            self.push_off_plates(a, load);
+        }
+    }
+
+    fn push_apart(&self, a: usize, b: usize, load: &mut Load) {
+        let (dx, dy) = (
+            self.centres[a][0] - self.centres[b][0],
+            self.centres[a][1] - self.centres[b][1],
+        );
+        let reach = self.radii[a] + self.radii[b];
+        let squared = dx * dx + dy * dy;
+        if squared >= reach * reach || squared == 0.0 {
+            return;
+        }
+        let distance = squared.sqrt();
+        let overlap = reach - distance;
+        let force = [overlap * dx / distance, overlap * dy / distance];
+        load.on_disks[a][0] += force[0];
+        load.on_disks[a][1] += force[1];
+        if b < self.movable {
+            load.on_disks[b][0] -= force[0];
+            load.on_disks[b][1] -= force[1];
+        }
+        load.count(overlap);
+    }
+
+    fn push_off_plates(&self, a: usize, load: &mut Load) {
+        let ([x, y], r) = (self.centres[a], self.radii[a]);
+        let sides = [
+            (r - (x + self.half_width), [1.0, 0.0]),
+            (r - (self.half_width - x), [-1.0, 0.0]),
+            (r - (self.ceiling - y), [0.0, -1.0]),
+            (r - (y - self.floor), [0.0, 1.0]),
+        ];
+        for (side, (overlap, direction)) in sides.into_iter().enumerate() {
+            if overlap > 0.0 {
+                load.on_disks[a][0] += overlap * direction[0];
+                load.on_disks[a][1] += overlap * direction[1];
+                load.count(overlap);
+                if side == FLOOR {
+                    load.on_floor -= overlap;
+                }
+            }
+        }
+    }
+
+    /// The contacts of the pile: pairs of disks, and how many plates each movable disk touches.
+    pub fn contacts(&self) -> (Vec<(u32, u32)>, Vec<u32>) {
+        let touching = |(a, b): &(u32, u32)| {
+            let mut load = Load {
+                on_disks: vec![[0.0; 2]; self.movable],
+                ..Load::default()
+            };
+            self.push_apart(*a as usize, *b as usize, &mut load);
+            load.contacts > 0
+        };
+        let pairs = self.neighbours().pairs.into_iter().filter(touching);
+        let plates = (0..self.movable).map(|a| {
+            let mut load = Load {
+                on_disks: vec![[0.0; 2]; self.movable],
+                ..Load::default()
+            };
+            self.push_off_plates(a, &mut load);
+            load.contacts as u32
+        });
+        (pairs.collect(), plates.collect())
+    }
+}
+
+/// Place of the floor among the sides of [`Pile::push_off_plates`].
+const FLOOR: usize = 3;
+
+/// State of the relaxation; a disk has mass 1, the floor that of a row of disks.
+struct Fire {
+    velocities: Vec<[f64; 2]>,
+    floor_velocity: f64,
+    floor_mass: f64,
+    step: f64,
+    mixing: f64,
+    downhill: usize,
+}
+
+impl Fire {
+    const LONGEST_STEP: f64 = 0.4;
+    const MIXING: f64 = 0.1;
+
+    fn new(pile: &Pile) -> Fire {
+        let mean = pile.radii.iter().sum::<f64>() / pile.radii.len() as f64;
+        let row = pile.half_width / mean;
+        Fire {
+            velocities: vec![[0.0; 2]; pile.movable],
+            floor_velocity: 0.0,
+            floor_mass: if row.is_finite() { row.max(1.0) } else { 1.0 },
+            step: 0.1,
+            mixing: Fire::MIXING,
+            downhill: 0,
+        }
+    }
+
+    fn step(&mut self, pile: &mut Pile, load: &Load) {
+        let floor_force = if pile.thrust.is_some() {
+            load.on_floor
+        } else {
+            0.0
+        };
+        self.steer(load, floor_force);
+        let dt = self.step;
+        for ((v, f), x) in self
+            .velocities
+            .iter_mut()
+            .zip(&load.on_disks)
+            .zip(&mut pile.centres)
+        {
+            v[0] += dt * f[0];
+            v[1] += dt * f[1];
+            x[0] += dt * v[0];
+            x[1] += dt * v[1];
+        }
+        self.floor_velocity += dt * floor_force / self.floor_mass;
+        pile.floor += dt * self.floor_velocity;
+    }
+
+    /// Turns the velocity towards the force while the power is positive, stops when it is not.
+    fn steer(&mut self, load: &Load, floor_force: f64) {
+        let dot = |a: &[f64; 2], b: &[f64; 2]| a[0] * b[0] + a[1] * b[1];
+        let (mut power, mut speed, mut force) = (
+            floor_force * self.floor_velocity,
+            self.floor_mass * self.floor_velocity.powi(2),
+            floor_force.powi(2) / self.floor_mass,
+        );
+        for (v, f) in self.velocities.iter().zip(&load.on_disks) {
+            power += dot(v, f);
+            speed += dot(v, v);
+            force += dot(f, f);
+        }
+        if power <= 0.0 {
+            self.velocities.fill([0.0; 2]);
+            self.floor_velocity = 0.0;
+            self.step = (0.5 * self.step).max(0.02);
+            self.mixing = Fire::MIXING;
+            self.downhill = 0;
+            return;
+        }
+        let (keep, turn) = (1.0 - self.mixing, self.mixing * (speed / force).sqrt());
+        for (v, f) in self.velocities.iter_mut().zip(&load.on_disks) {
+            v[0] = keep * v[0] + turn * f[0];
+            v[1] = keep * v[1] + turn * f[1];
+        }
+        self.floor_velocity = keep * self.floor_velocity + turn * floor_force / self.floor_mass;
+        self.downhill += 1;
+        if self.downhill > 5 {
+            self.step = (1.1 * self.step).min(Fire::LONGEST_STEP);
+            self.mixing *= 0.99;
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Fields of the grains as VTK XML PolyData, for ParaView.
+
+use std::f64::consts::PI;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::bodies::Bodies;
+use crate::detect::Slot;
+use crate::error::DemError;
+use crate::state::State;
+
+/// Writes disks as vertices and the contacts between them as lines. Point data: radius_m, velocity_m_per_s, spin_rad_per_s,
+/// glued, pressure_pa; cell data: force_n (normal, tangential), zero on vertices.
+pub fn write(path: &Path, bodies: &Bodies, state: &State, thickness: f64) -> Result<(), DemError> {
+    std::fs::write(path, document(bodies, state, thickness)).map_err(|source| DemError::Write {
+        path: path.display().to_string(),
+        source,
+    })
+}
+
+fn document(bodies: &Bodies, state: &State, thickness: f64) -> String {
+    let disks = bodies.disks();
+    let lines: Vec<&Slot> = state
+        .list
+        .slots
+        .iter()
+        .filter(|slot| (slot.b as usize) < disks && slot.force[0] > 0.0)
+        .collect();
+    let mut text = format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\">\n<PolyData>\n<Piece NumberOfPoints=\"{disks}\" NumberOfVerts=\"{disks}\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n",
+        lines.len()
+    );
+    let points = state.centres.iter().flat_map(|c| [c[0], c[1], 0.0]);
+    text += "<Points>\n";
+    array(&mut text, "Float64", "points", 3, points);
+    text += "</Points>\n<Verts>\n";
+    array(&mut text, "Int64", "connectivity", 1, 0..disks);
+    array(&mut text, "Int64", "offsets", 1, 1..=disks);
+    text += "</Verts>\n<Lines>\n";
+    array(
+        &mut text,
+        "Int64",
+        "connectivity",
+        1,
+        lines.iter().flat_map(|s| [s.a, s.b]),
+    );
+    array(
+        &mut text,
+        "Int64",
+        "offsets",
+        1,
+        (1..=lines.len()).map(|k| 2 * k),
+    );
+    text += "</Lines>\n<PointData>\n";
+    point_data(&mut text, bodies, state, thickness);
+    text += "</PointData>\n<CellData>\n";
+    let forces = lines.iter().flat_map(|slot| slot.force);
+    let cells = std::iter::repeat_n(0.0, 2 * disks).chain(forces);
+    array(&mut text, "Float64", "force_n", 2, cells);
+    text += "</CellData>\n</Piece>\n</PolyData>\n</VTKFile>\n";
+    text
+}
+
+fn point_data(text: &mut String, bodies: &Bodies, state: &State, thickness: f64) {
+    let glued = state
+        .glued_velocity
+        .chunks_exact(2)
+        .map(|v| [v[0], v[1], 0.0]);
+    let velocities: Vec<[f64; 3]> = state.velocities.iter().copied().chain(glued).collect();
+    let flat = velocities.iter().flat_map(|v| [v[0], v[1], 0.0]);
+    let spins = velocities.iter().zip(&bodies.radii).map(|(v, r)| v[2] / r);
+    let flags = (0..bodies.disks()).map(|i| u8::from(i >= bodies.free));
+    array(text, "Float64", "radius_m", 1, bodies.radii.iter());
+    array(text, "Float64", "velocity_m_per_s", 3, flat);
+    array(text, "Float64", "spin_rad_per_s", 1, spins);
+    array(text, "UInt8", "glued", 1, flags);
+    array(
+        text,
+        "Float64",
+        "pressure_pa",
+        1,
+        pressures(bodies, state, thickness),
+    );
+}
+
+/// Mean in-plane pressure in each disk: the trace of (1/V) sum f (x_c - x) over 2, that is sum f_n / (2 pi r thickness).
+fn pressures(bodies: &Bodies, state: &State, thickness: f64) -> Vec<f64> {
+    let mut sums = vec![0.0; bodies.count()];
+    for slot in &state.list.slots {
+        sums[slot.a as usize] += slot.force[0];
+        sums[slot.b as usize] += slot.force[0];
+    }
+    let per_disk = sums.iter().zip(&bodies.radii);
+    per_disk
+        .map(|(sum, r)| sum / (2.0 * PI * r * thickness))
+        .collect()
+}
+
+fn array<T: std::fmt::Display>(
+    text: &mut String,
+    kind: &str,
+    name: &str,
+    components: usize,
+    values: impl IntoIterator<Item = T>,
+) {
+    let _ = writeln!(
+        text,
+        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">"
+    );
+    for value in values {
+        let _ = write!(text, "{value} ");
+    }
+    text.push_str("\n</DataArray>\n");
+}

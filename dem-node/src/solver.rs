@@ -1,0 +1,229 @@
+//! The contact problem of one step and its solvers.
+//!
+//! Unknown are the contact impulses r (N s) and the velocities v after the step:
+//! v = v_free + M^-1 H r, u = H^T v, and at each contact U = u + (g/h, d_t/h) + r/(k h^2) obeys Signorini-Coulomb.
+
+mod nsgs;
+
+use crate::error::DemError;
+use crate::law::{Block, LocalLaw};
+use crate::wall::Wall;
+
+/// Velocity and inertia of a body in the contact problem.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mover {
+    /// v_x, v_y and spin times radius (m/s).
+    pub velocity: [f64; 3],
+    /// What a unit impulse changes of them (1/kg): 1/m, 1/m, r^2/I = 2/m for a grain; 0 where motion is prescribed.
+    pub inverse_mass: [f64; 3],
+}
+
+/// A contact of the problem.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Contact {
+    /// Candidate; the normal points to it.
+    pub a: u32,
+    /// Antagonist.
+    pub b: u32,
+    /// Whether a or b is a glued disk.
+    pub glued: bool,
+    /// Unit normal; the tangent is (-n_y, n_x).
+    pub normal: [f64; 2],
+    /// g/h and d_t/h (m/s).
+    pub bias: [f64; 2],
+    /// Springs on the diagonal, 1/(k h^2) (1/kg).
+    pub compliance: [f64; 2],
+    /// Impulse, normal and tangential (N s).
+    pub impulse: [f64; 2],
+    /// What the solver itself fills in: the bodies' part of W,
+    pub(crate) block: Block,
+    /// and the law prepared for it.
+    pub(crate) law: LocalLaw,
+}
+
+/// All contacts and bodies of a step.
+#[derive(Clone, Debug, Default)]
+pub struct Problem {
+    /// Contacts, sorted by (a, b).
+    pub contacts: Vec<Contact>,
+    /// Bodies; the entries of glued disks are not used.
+    pub movers: Vec<Mover>,
+    /// First glued disk; the glued disks end where `wall` does.
+    pub first_glued: usize,
+    /// The wall under the glued disks.
+    pub wall: Wall,
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// Velocities below this are rounding (m/s): the scale of the residual of an unloaded problem.
+    pub negligible_velocity: f64,
+}
+
+/// The algorithm that solves the problem.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Algorithm {
+    /// Block non-linear Gauss-Seidel.
+    Nsgs,
+}
+
+/// When a solver may stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Criteria {
+    /// The algorithm.
+    pub algorithm: Algorithm,
+    /// Bound on the true residual.
+    pub tolerance: f64,
+    /// Fewest iterations.
+    pub min_iterations: usize,
+    /// Most iterations.
+    pub max_iterations: usize,
+}
+
+/// How a solver ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Verdict {
+    /// Iterations done.
+    pub iterations: usize,
+    /// True natural-map residual, relative.
+    pub residual: f64,
+    /// Whether the residual is within the tolerance.
+    pub converged: bool,
+}
+
+impl Problem {
+    /// Solves for impulses and velocities. The impulses found in the contacts are the first guess; the velocities
+    /// must be the free ones. `converged = false` is an answer, NaN is an error.
+    pub fn solve(&mut self, criteria: &Criteria) -> Result<Verdict, DemError> {
+        self.prepare()?;
+        let verdict = match criteria.algorithm {
+            Algorithm::Nsgs => nsgs::solve(self, criteria),
+        };
+        self.wall.settle();
+        if verdict.residual.is_finite() {
+            return Ok(verdict);
+        }
+        Err(DemError::NotFinite {
+            iterations: verdict.iterations,
+        })
+    }
+
+    /// Local blocks, local laws, and the effect of the first guess on the velocities.
+    fn prepare(&mut self) -> Result<(), DemError> {
+        for index in 0..self.contacts.len() {
+            let block = self.block(&self.contacts[index]);
+            let contact = &mut self.contacts[index];
+            let softened = Block {
+                nn: block.nn + contact.compliance[0],
+                nt: block.nt,
+                tt: block.tt + contact.compliance[1],
+            };
+            contact.block = block;
+            contact.law = LocalLaw::new(softened, self.friction, (contact.a, contact.b))?;
+            let guess = contact.impulse;
+            let contact = self.contacts[index];
+            self.apply(&contact, guess);
+        }
+        Ok(())
+    }
+
+    /// W_nn = n.M^-1 n and so on, summed over both bodies; spin adds its inverse inertia to W_tt.
+    fn block(&self, contact: &Contact) -> Block {
+        let [nx, ny] = contact.normal;
+        let mut block = Block::default();
+        for body in [contact.a as usize, contact.b as usize] {
+            let ([xx, xy, yy], spin) = match self.glued_index(body) {
+                Some(disk) => (self.wall.block(disk), 0.0),
+                None => {
+                    let [x, y, spin] = self.movers[body].inverse_mass;
+                    ([x, 0.0, y], spin)
+                }
+            };
+            block.nn += nx * nx * xx + 2.0 * nx * ny * xy + ny * ny * yy;
+            block.nt += nx * ny * (yy - xx) + (nx * nx - ny * ny) * xy;
+            block.tt += ny * ny * xx - 2.0 * nx * ny * xy + nx * nx * yy + spin;
+        }
+        block
+    }
+
+    fn glued_index(&self, body: usize) -> Option<usize> {
+        let index = body.checked_sub(self.first_glued)?;
+        (2 * index < self.wall.velocity.len()).then_some(index)
+    }
+
+    /// Relative velocity (u_n, u_t) of the contact points, a against b (m/s).
+    pub fn relative_velocity(&self, contact: &Contact) -> [f64; 2] {
+        let a = self.velocity(contact, contact.a as usize);
+        let b = self.velocity(contact, contact.b as usize);
+        project(contact.normal, a, b)
+    }
+
+    #[inline(always)]
+    fn velocity(&self, contact: &Contact, body: usize) -> [f64; 3] {
+        if contact.glued
+            && let Some(disk) = self.glued_index(body)
+        {
+            let [x, y] = self.wall.velocity_of(disk);
+            return [x, y, 0.0];
+        }
+        self.movers[body].velocity
+    }
+
+    /// Adds an impulse (r_n, r_t) at a contact to the velocities of both bodies.
+    #[inline(always)]
+    fn apply(&mut self, contact: &Contact, impulse: [f64; 2]) {
+        let ([nx, ny], [r_n, r_t]) = (contact.normal, impulse);
+        let push = [r_n * nx - r_t * ny, r_n * ny + r_t * nx];
+        self.kick(contact, contact.a as usize, push, r_t);
+        self.kick(contact, contact.b as usize, [-push[0], -push[1]], r_t);
+    }
+
+    #[inline(always)]
+    fn kick(&mut self, contact: &Contact, body: usize, push: [f64; 2], r_t: f64) {
+        if contact.glued
+            && let Some(disk) = self.glued_index(body)
+        {
+            self.wall.push(disk, push);
+            return;
+        }
+        let mover = &mut self.movers[body];
+        mover.velocity[0] += mover.inverse_mass[0] * push[0];
+        mover.velocity[1] += mover.inverse_mass[1] * push[1];
+        // The lever is -r n on a and +r n on b, and the impulses are opposite: both disks turn the same way.
+        mover.velocity[2] -= mover.inverse_mass[2] * r_t;
+    }
+
+    /// The true natural-map residual ||D (r - P(r - U/D))|| / ||D r||, D the diagonal of W with its springs and P
+    /// the projection on the Coulomb sector. It is zero at the solution only, however slowly a solver creeps.
+    pub fn residual(&self) -> f64 {
+        let (mut defect, mut size) = (0.0, 0.0);
+        for contact in &self.contacts {
+            let d_n = contact.block.nn + contact.compliance[0];
+            let d_t = contact.block.tt + contact.compliance[1];
+            let [u_n, u_t] = self.relative_velocity(contact);
+            let [r_n, r_t] = contact.impulse;
+            let full_n = u_n + contact.bias[0] + contact.compliance[0] * r_n;
+            let full_t = u_t + contact.bias[1] + contact.compliance[1] * r_t;
+            let target_n = (r_n - full_n / d_n).max(0.0);
+            let limit = self.friction * target_n;
+            let target_t = if d_t > 0.0 { r_t - full_t / d_t } else { r_t };
+            defect += (d_n * (r_n - target_n)).powi(2);
+            defect += (d_t * (r_t - target_t.clamp(-limit, limit))).powi(2);
+            size += (d_n * r_n).powi(2) + (d_t * r_t).powi(2);
+        }
+        defect.sqrt() / size.sqrt().max(self.scale())
+    }
+
+    /// Least size that a problem is measured against (m/s).
+    fn scale(&self) -> f64 {
+        self.negligible_velocity * (self.contacts.len().max(1) as f64).sqrt()
+    }
+}
+
+/// u_n = n.(v_a - v_b), u_t = t.(v_a - v_b) - w_a - w_b, with w the spin times the radius.
+#[inline(always)]
+pub fn project(normal: [f64; 2], a: [f64; 3], b: [f64; 3]) -> [f64; 2] {
+    let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
+    [
+        normal[0] * dx + normal[1] * dy,
+        normal[0] * dy - normal[1] * dx - a[2] - b[2],
+    ]
+}

@@ -1,0 +1,132 @@
+//! What changes while the grains move: the checkpoint of the node.
+
+use crate::bodies::Bodies;
+use crate::detect::{VerletList, proximity};
+use crate::ledger::Accounts;
+use crate::sample::Disk;
+
+/// Everything that can change a later bit. A window is solved on a copy; committing it swaps the two.
+#[derive(Debug, Default)]
+pub struct State {
+    /// Centres of free grains, then of glued disks (m).
+    pub centres: Vec<[f64; 2]>,
+    /// Velocities of the free grains: v_x, v_y, spin times radius (m/s).
+    pub velocities: Vec<[f64; 3]>,
+    /// Velocities of the glued disks, two components a disk (m/s).
+    pub glued_velocity: Vec<f64>,
+    /// The wheel.
+    pub wheel: WheelState,
+    /// Pairs that may touch, with their forces and springs.
+    pub list: VerletList,
+    /// Energy accounts since the start.
+    pub accounts: Accounts,
+}
+
+/// Where the wheel is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WheelState {
+    /// Sideways displacement and height of the face (m).
+    pub position: [f64; 2],
+    /// Its velocity; the sideways one is prescribed (m/s).
+    pub velocity: [f64; 2],
+}
+
+impl Clone for State {
+    fn clone(&self) -> State {
+        let mut copy = State::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Reuses the buffers: a window is repeated thousands of times.
+    fn clone_from(&mut self, other: &State) {
+        self.centres.clone_from(&other.centres);
+        self.velocities.clone_from(&other.velocities);
+        self.glued_velocity.clone_from(&other.glued_velocity);
+        self.wheel = other.wheel;
+        self.list.clone_from(&other.list);
+        self.accounts = other.accounts;
+    }
+}
+
+impl State {
+    /// The start: grains where the sample puts them, the wheel on the highest disk, and compliant contacts under
+    /// the force that their overlap means.
+    pub fn new(bodies: &Bodies, free: &[Disk], glued: &[Disk]) -> State {
+        let all = || free.iter().chain(glued);
+        let top = |disk: &Disk| disk.centre[1] + disk.radius;
+        let highest = all().map(top).fold(f64::NEG_INFINITY, f64::max);
+        let mut state = State {
+            centres: all().map(|disk| disk.centre).collect(),
+            velocities: free
+                .iter()
+                .map(|d| [d.velocity[0], d.velocity[1], d.velocity[2] * d.radius])
+                .collect(),
+            glued_velocity: vec![0.0; 2 * glued.len()],
+            wheel: WheelState {
+                position: [0.0, highest],
+                velocity: [0.0; 2],
+            },
+            ..State::default()
+        };
+        state.list.refresh(bodies, &state.centres, highest, 0.0);
+        for slot in &mut state.list.slots {
+            let gap = proximity(bodies, &state.centres, highest, slot).gap;
+            if let (Some(springs), true) = (bodies.law.springs, gap < 0.0) {
+                slot.force[0] = -gap * springs.normal;
+            }
+        }
+        state
+    }
+
+    /// Moves grains and wheel with their velocities for a time (s); glued disks are moved by their wall.
+    pub fn drift(&mut self, time: f64) {
+        for (centre, velocity) in self.centres.iter_mut().zip(&self.velocities) {
+            centre[0] += time * velocity[0];
+            centre[1] += time * velocity[1];
+        }
+        self.wheel.position[1] += time * self.wheel.velocity[1];
+    }
+
+    /// Kinetic energy of grains, spin included, and of the wheel's vertical motion (J). The sideways motion of the
+    /// wheel is prescribed: its inertia belongs to the drive.
+    pub fn kinetic(&self, bodies: &Bodies) -> f64 {
+        let grains = self.velocities.iter().zip(&bodies.masses);
+        let grains: f64 = grains
+            .map(|(v, m)| 0.5 * m * (v[0] * v[0] + v[1] * v[1] + 0.5 * v[2] * v[2]))
+            .sum();
+        grains + 0.5 * bodies.wheel_mass.unwrap_or(0.0) * self.wheel.velocity[1].powi(2)
+    }
+
+    /// Energy in the normal and in the tangential springs (J).
+    pub fn springs(&self, bodies: &Bodies) -> [f64; 2] {
+        self.list.slots.iter().fold([0.0; 2], |sum, slot| {
+            let stored = bodies.law.stored(slot.force);
+            [sum[0] + stored[0], sum[1] + stored[1]]
+        })
+    }
+
+    /// Momentum of the free grains (kg m/s).
+    pub fn momentum(&self, bodies: &Bodies) -> [f64; 2] {
+        let grains = self.velocities.iter().zip(&bodies.masses);
+        grains.fold([0.0; 2], |sum, (v, m)| {
+            [sum[0] + m * v[0], sum[1] + m * v[1]]
+        })
+    }
+
+    /// blake3 over every number, in hexadecimal.
+    pub fn hash(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        let mut add = |x: f64| {
+            hasher.update(&x.to_bits().to_le_bytes());
+        };
+        self.centres.iter().flatten().for_each(|x| add(*x));
+        self.velocities.iter().flatten().for_each(|x| add(*x));
+        self.glued_velocity.iter().for_each(|x| add(*x));
+        self.wheel.position.iter().for_each(|x| add(*x));
+        self.wheel.velocity.iter().for_each(|x| add(*x));
+        self.list.for_each_number(&mut add);
+        self.accounts.numbers().into_iter().for_each(add);
+        hasher.finalize().to_hex().to_string()
+    }
+}

@@ -1,0 +1,299 @@
+//! One step of the Moreau-Jean theta scheme.
+//!
+//! q_m = q + h (1 - theta) v; contacts are detected there; v' = v + h F/m + M^-1 H r with the contact laws;
+//! q' = q_m + h theta v' (Moreau 1988; Jean 1999).
+
+use crate::bodies::Bodies;
+use crate::detect::{Slot, proximity};
+use crate::error::DemError;
+use crate::ledger::{ContactStep, contact_loss};
+use crate::solver::{Contact, Criteria, Mover, Problem, Verdict, project};
+use crate::state::State;
+
+/// What drives a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Drive<'a> {
+    /// Length of the step (s).
+    pub step: f64,
+    /// Weight of the end velocity.
+    pub theta: f64,
+    /// Downward load on the wheel (N).
+    pub load: f64,
+    /// Sideways displacement of the wheel at the end (m).
+    pub wheel_x: f64,
+    /// Velocities of the glued disks without contact forces, a_g (m/s).
+    pub free_velocity: &'a [f64],
+}
+
+/// What a step did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Summary {
+    /// How the contact solver ended.
+    pub verdict: Verdict,
+    /// Contacts in the problem.
+    pub listed: usize,
+    /// Contacts that carry force.
+    pub closed: usize,
+    /// Mean and largest overlap of those at the end of the step (m).
+    pub overlap: [f64; 2],
+    /// Force of the grains on the wheel (N).
+    pub on_wheel: [f64; 2],
+    /// Force of the grains on the wall, summed over the glued disks (N).
+    pub on_wall: [f64; 2],
+    /// Largest component of (forces on the free grains - change of their momentum / h) (N).
+    pub momentum_defect: f64,
+}
+
+/// Makes steps; owns the buffers that they share.
+#[derive(Clone, Debug, Default)]
+pub struct Stepper {
+    /// The contact problem of the current step.
+    pub problem: Problem,
+    /// Slot of each contact of the problem.
+    slots: Vec<u32>,
+}
+
+impl Stepper {
+    /// Advances the state by a step. The glued disks stay where they are: their wall moves them.
+    pub fn advance(
+        &mut self,
+        bodies: &Bodies,
+        state: &mut State,
+        drive: &Drive,
+        criteria: &Criteria,
+    ) -> Result<Summary, DemError> {
+        state.drift(drive.step * (1.0 - drive.theta));
+        self.pose(bodies, state, drive);
+        let verdict = self.problem.solve(criteria)?;
+        let mut summary = self.close_contacts(bodies, state, drive);
+        summary.verdict = verdict;
+        summary.momentum_defect = self.momentum_defect(bodies, state, drive);
+        self.close_bodies(bodies, state, drive);
+        state.drift(drive.step * drive.theta);
+        Ok(summary)
+    }
+
+    /// Free velocities and contacts.
+    fn pose(&mut self, bodies: &Bodies, state: &mut State, drive: &Drive) {
+        self.problem.friction = bodies.law.coefficient();
+        self.problem.first_glued = bodies.free;
+        // Positions of a few millimetres carry rounding of 1e-18 m; a billionth of a grain a step is far above it.
+        self.problem.negligible_velocity = 1e-9 * bodies.mean_radius() / drive.step;
+        self.problem.wall.start(drive.free_velocity);
+        self.free_movers(bodies, state, drive);
+        let travel = drive.step * self.top_speed();
+        let wheel_y = state.wheel.position[1];
+        state.list.refresh(bodies, &state.centres, wheel_y, travel);
+        self.problem.contacts.clear();
+        self.slots.clear();
+        for (index, slot) in state.list.slots.iter().enumerate() {
+            if let Some(contact) = self.contact(bodies, state, drive.step, slot) {
+                self.problem.contacts.push(contact);
+                self.slots.push(index as u32);
+            }
+        }
+    }
+
+    fn free_movers(&mut self, bodies: &Bodies, state: &State, drive: &Drive) {
+        let movers = &mut self.problem.movers;
+        movers.clear();
+        let h = drive.step;
+        movers.extend(state.velocities.iter().zip(&bodies.masses).map(|(v, m)| {
+            let kick = [h * bodies.gravity[0], h * bodies.gravity[1]];
+            Mover {
+                velocity: [v[0] + kick[0], v[1] + kick[1], v[2]],
+                inverse_mass: [1.0 / m, 1.0 / m, 2.0 / m],
+            }
+        }));
+        movers.resize(bodies.disks(), Mover::default());
+        if let Some(mass) = bodies.wheel_mass {
+            let x_velocity = (drive.wheel_x - state.wheel.position[0]) / h;
+            movers.push(Mover {
+                velocity: [
+                    x_velocity,
+                    state.wheel.velocity[1] - h * drive.load / mass,
+                    0.0,
+                ],
+                inverse_mass: [0.0, 1.0 / mass, 0.0],
+            });
+        }
+        movers.resize(bodies.count(), Mover::default());
+    }
+
+    fn top_speed(&self) -> f64 {
+        let movers = self
+            .problem
+            .movers
+            .iter()
+            .map(|m| [m.velocity[0], m.velocity[1]]);
+        let glued = self
+            .problem
+            .wall
+            .velocity
+            .chunks_exact(2)
+            .map(|v| [v[0], v[1]]);
+        let squares = movers.chain(glued).map(|v| v[0] * v[0] + v[1] * v[1]);
+        squares.fold(0.0, f64::max).sqrt()
+    }
+
+    /// The contact of a slot, unless the pair stays apart in this step and carried no force in the last one.
+    fn contact(&self, bodies: &Bodies, state: &State, h: f64, slot: &Slot) -> Option<Contact> {
+        let place = proximity(bodies, &state.centres, state.wheel.position[1], slot);
+        let contact = Contact {
+            a: slot.a,
+            b: slot.b,
+            glued: bodies.glued_index(slot.a as usize).is_some()
+                || bodies.glued_index(slot.b as usize).is_some(),
+            normal: place.normal,
+            bias: [place.gap / h, slot.spring / h],
+            compliance: bodies.law.compliance(h),
+            impulse: [h * slot.force[0], h * slot.force[1]],
+            ..Contact::default()
+        };
+        let approach = self.problem.relative_velocity(&contact)[0].min(0.0);
+        let touches = slot.force[0] > 0.0 || place.gap + h * approach < bodies.alert;
+        touches.then_some(contact)
+    }
+
+    /// Stores forces and springs, books the losses, sums what the contacts did.
+    fn close_contacts(&self, bodies: &Bodies, state: &mut State, drive: &Drive) -> Summary {
+        let h = drive.step;
+        let mut summary = Summary {
+            listed: self.problem.contacts.len(),
+            ..Summary::default()
+        };
+        for (contact, slot) in self.problem.contacts.iter().zip(&self.slots) {
+            let slot = *slot as usize;
+            let done = self.contact_step(bodies, state, drive, contact, &state.list.slots[slot]);
+            let [impact, friction] = contact_loss(&bodies.law, &done);
+            state.accounts.impact += impact;
+            state.accounts.friction += friction;
+            state.list.slots[slot].force = [done.impulse[0] / h, done.impulse[1] / h];
+            state.list.slots[slot].spring = done.spring[1];
+            if done.impulse[0] > 0.0 {
+                let overlap = (-done.gap - h * done.velocity[0]).max(0.0);
+                summary.closed += 1;
+                summary.overlap[0] += overlap;
+                summary.overlap[1] = summary.overlap[1].max(overlap);
+            }
+            if Some(contact.b as usize) == bodies.wheel() {
+                let push = push_on_a(contact);
+                summary.on_wheel[0] -= push[0] / h;
+                summary.on_wheel[1] -= push[1] / h;
+            }
+        }
+        summary.overlap[0] /= summary.closed.max(1) as f64;
+        for impulse in self.problem.wall.impulse.chunks_exact(2) {
+            summary.on_wall[0] += impulse[0] / h;
+            summary.on_wall[1] += impulse[1] / h;
+        }
+        summary
+    }
+
+    fn contact_step(
+        &self,
+        bodies: &Bodies,
+        state: &State,
+        drive: &Drive,
+        contact: &Contact,
+        slot: &Slot,
+    ) -> ContactStep {
+        let velocity = self.problem.relative_velocity(contact);
+        let a = velocity_before(bodies, state, contact.a as usize);
+        let b = velocity_before(bodies, state, contact.b as usize);
+        let before = project(contact.normal, a, b);
+        let stretched = bodies
+            .law
+            .springs
+            .map_or(0.0, |s| -contact.impulse[1] / (drive.step * s.tangential));
+        ContactStep {
+            step: drive.step,
+            theta: drive.theta,
+            gap: contact.bias[0] * drive.step,
+            spring: [slot.spring, stretched],
+            impulse: contact.impulse,
+            velocity,
+            change: [velocity[0] - before[0], velocity[1] - before[1]],
+        }
+    }
+
+    /// Balance of the free grains: impulses from wheel, wall and weight against the change of momentum.
+    fn momentum_defect(&self, bodies: &Bodies, state: &State, drive: &Drive) -> f64 {
+        let h = drive.step;
+        let mut defect = [0.0; 2];
+        let outer = |c: &&Contact| (c.a as usize) < bodies.free && c.b as usize >= bodies.free;
+        for contact in self.problem.contacts.iter().filter(outer) {
+            let push = push_on_a(contact);
+            defect = [defect[0] + push[0], defect[1] + push[1]];
+        }
+        for (i, mass) in bodies.masses.iter().enumerate() {
+            let (new, old) = (self.problem.movers[i].velocity, state.velocities[i]);
+            for k in 0..2 {
+                defect[k] += mass * (h * bodies.gravity[k] - (new[k] - old[k]));
+            }
+        }
+        defect[0].abs().max(defect[1].abs()) / h
+    }
+
+    /// Takes over the velocities and books the work of loads, drive, weight and wall, and the loss of the scheme.
+    fn close_bodies(&self, bodies: &Bodies, state: &mut State, drive: &Drive) {
+        let (h, theta) = (drive.step, drive.theta);
+        let at_theta = |new: f64, old: f64| theta * new + (1.0 - theta) * old;
+        let mut squared_change = 0.0;
+        for (i, mass) in bodies.masses.iter().enumerate() {
+            let (new, old) = (self.problem.movers[i].velocity, state.velocities[i]);
+            let change = [new[0] - old[0], new[1] - old[1], new[2] - old[2]];
+            squared_change += mass
+                * (change[0] * change[0] + change[1] * change[1] + 0.5 * change[2] * change[2]);
+            for k in 0..2 {
+                state.accounts.weight += mass * bodies.gravity[k] * h * at_theta(new[k], old[k]);
+            }
+            state.velocities[i] = new;
+        }
+        if let (Some(index), Some(mass)) = (bodies.wheel(), bodies.wheel_mass) {
+            let new = self.problem.movers[index].velocity;
+            let old = state.wheel.velocity;
+            squared_change += mass * (new[1] - old[1]).powi(2);
+            state.accounts.load -= drive.load * h * at_theta(new[1], old[1]);
+            state.accounts.drive -= self.sideways_impulse(index) * at_theta(new[0], old[0]);
+            state.wheel.velocity = [new[0], new[1]];
+            state.wheel.position[0] = drive.wheel_x;
+        }
+        let wall = &self.problem.wall;
+        let speeds = wall.velocity.iter().zip(&state.glued_velocity);
+        for (p, (new, old)) in wall.impulse.iter().zip(speeds) {
+            state.accounts.interface -= p * at_theta(*new, *old);
+        }
+        state.glued_velocity.copy_from_slice(&wall.velocity);
+        state.accounts.impact += (theta - 0.5) * squared_change;
+    }
+
+    /// Sideways impulse of the grains on the wheel (N s).
+    fn sideways_impulse(&self, wheel: usize) -> f64 {
+        let contacts = self.problem.contacts.iter();
+        let on_wheel = contacts.filter(|contact| contact.b as usize == wheel);
+        on_wheel.map(|contact| -push_on_a(contact)[0]).sum()
+    }
+}
+
+fn push_on_a(contact: &Contact) -> [f64; 2] {
+    let ([nx, ny], [r_n, r_t]) = (contact.normal, contact.impulse);
+    [r_n * nx - r_t * ny, r_n * ny + r_t * nx]
+}
+
+fn velocity_before(bodies: &Bodies, state: &State, body: usize) -> [f64; 3] {
+    if body < bodies.free {
+        return state.velocities[body];
+    }
+    if let Some(disk) = bodies.glued_index(body) {
+        return [
+            state.glued_velocity[2 * disk],
+            state.glued_velocity[2 * disk + 1],
+            0.0,
+        ];
+    }
+    if Some(body) == bodies.wheel() {
+        return [state.wheel.velocity[0], state.wheel.velocity[1], 0.0];
+    }
+    [0.0; 3]
+}

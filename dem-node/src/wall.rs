@@ -1,0 +1,131 @@
+//! The glued row: massless disks on a wall that yields, v_g = a_g + W_g p.
+
+use crate::error::DemError;
+
+/// The wall during a step. Velocities and impulses hold two components a glued disk, (x0, y0, x1, y1, ...).
+#[derive(Clone, Debug, Default)]
+pub struct Wall {
+    /// W_g (1/kg), column after column; empty for a fixed wall.
+    compliance: Vec<f64>,
+    /// a_g (m/s).
+    free_velocity: Vec<f64>,
+    /// v_g (m/s).
+    pub velocity: Vec<f64>,
+    /// Contact impulses on the glued disks, p (N s).
+    pub impulse: Vec<f64>,
+}
+
+impl Wall {
+    /// A fixed wall of so many glued disks.
+    pub fn fixed(glued: usize) -> Wall {
+        Wall {
+            compliance: Vec::new(),
+            free_velocity: vec![0.0; 2 * glued],
+            velocity: vec![0.0; 2 * glued],
+            impulse: vec![0.0; 2 * glued],
+        }
+    }
+
+    /// A wall with this compliance, column after column.
+    pub fn compliant(glued: usize, compliance: &[f64]) -> Result<Wall, DemError> {
+        let components = 2 * glued;
+        if compliance.len() != components * components {
+            return Err(DemError::Request(format!(
+                "the wall's compliance holds {} numbers, {glued} glued disks need {components} x {components}",
+                compliance.len()
+            )));
+        }
+        if let Some(i) = (0..components).find(|i| compliance[i * (components + 1)] < 0.0) {
+            return Err(DemError::Request(format!(
+                "the wall's compliance has {:e} on its diagonal at component {i}: a wall cannot move against its force",
+                compliance[i * (components + 1)]
+            )));
+        }
+        // Rigid motion costs nothing when the whole matrix is zero.
+        let rigid = compliance.iter().all(|w| *w == 0.0);
+        Ok(Wall {
+            compliance: if rigid {
+                Vec::new()
+            } else {
+                compliance.to_vec()
+            },
+            ..Wall::fixed(glued)
+        })
+    }
+
+    /// Starts a step: the wall moves with a_g, no impulse acts on it.
+    pub fn start(&mut self, free_velocity: &[f64]) {
+        self.free_velocity.clear();
+        self.free_velocity.extend_from_slice(free_velocity);
+        self.velocity.clear();
+        self.velocity.extend_from_slice(free_velocity);
+        self.impulse.fill(0.0);
+    }
+
+    /// Adds an impulse (N s) on a glued disk; all glued disks follow with two columns of W_g.
+    #[inline]
+    pub fn push(&mut self, disk: usize, impulse: [f64; 2]) {
+        self.impulse[2 * disk] += impulse[0];
+        self.impulse[2 * disk + 1] += impulse[1];
+        let components = self.velocity.len();
+        if self.compliance.is_empty() || impulse == [0.0, 0.0] {
+            return;
+        }
+        let columns = &self.compliance[2 * disk * components..(2 * disk + 2) * components];
+        let (x_column, y_column) = columns.split_at(components);
+        for ((v, x), y) in self.velocity.iter_mut().zip(x_column).zip(y_column) {
+            *v += x * impulse[0] + y * impulse[1];
+        }
+    }
+
+    /// Velocity of a glued disk (m/s).
+    #[inline]
+    pub fn velocity_of(&self, disk: usize) -> [f64; 2] {
+        [self.velocity[2 * disk], self.velocity[2 * disk + 1]]
+    }
+
+    /// The 2x2 block of W_g at a glued disk: xx, xy, yy (1/kg).
+    pub fn block(&self, disk: usize) -> [f64; 3] {
+        if self.compliance.is_empty() {
+            return [0.0; 3];
+        }
+        let components = self.velocity.len();
+        let at = |row: usize, column: usize| self.compliance[column * components + row];
+        let (x, y) = (2 * disk, 2 * disk + 1);
+        [at(x, x), 0.5 * (at(x, y) + at(y, x)), at(y, y)]
+    }
+
+    /// Evaluates v_g = a_g + W_g p anew, without the rounding of the many small changes.
+    pub fn settle(&mut self) {
+        let impulse = self.impulse.clone();
+        self.velocity.copy_from_slice(&self.free_velocity);
+        self.impulse.fill(0.0);
+        for (disk, p) in impulse.chunks_exact(2).enumerate() {
+            self.push(disk, [p[0], p[1]]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn impulses_move_every_glued_disk_by_their_columns() {
+        let compliance: Vec<f64> = (0..16).map(f64::from).collect();
+        let mut wall = Wall::compliant(2, &compliance).expect("4 x 4 numbers");
+        wall.start(&[1.0, 0.0, 0.0, 0.0]);
+        wall.push(1, [1.0, -1.0]);
+        // columns 2 = (8..12) and 3 = (12..16): their difference is -4 everywhere
+        assert_eq!(wall.velocity, [-3.0, -4.0, -4.0, -4.0]);
+        wall.settle();
+        assert_eq!(wall.velocity, [-3.0, -4.0, -4.0, -4.0]);
+        assert_eq!(wall.block(1), [10.0, 12.5, 15.0]);
+    }
+
+    #[test]
+    fn a_matrix_of_another_size_is_refused() {
+        let error = Wall::compliant(2, &[0.0; 4]).expect_err("2 disks need 16 numbers");
+        assert!(error.to_string().contains("4 x 4"), "{error}");
+    }
+}

@@ -1,0 +1,151 @@
+//! The flat rigid wheel above the grains: its load, its sideways motion and the phases of both.
+
+use std::f64::consts::TAU;
+
+use protocol::Phase;
+
+use crate::config::WheelConfig;
+
+/// What happens to the wheel over time: the load ramps up, is held, and from t_s = ramp + hold on the wheel is moved
+/// sideways by D(t) = A sin(2 pi f (t - t_s)), at once at its full speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Program {
+    /// Full load (N).
+    pub load: f64,
+    amplitude: f64,
+    frequency: f64,
+    ramp: f64,
+    hold: f64,
+    cycles: f64,
+}
+
+impl Program {
+    /// The program of a scenario.
+    pub fn new(config: &WheelConfig) -> Program {
+        Program {
+            load: config.load_n,
+            amplitude: config.amplitude_m,
+            frequency: config.frequency_hz,
+            ramp: config.ramp_s,
+            hold: config.hold_s,
+            cycles: config.cycles,
+        }
+    }
+
+    /// Load at a time (N), downwards.
+    pub fn load_at(&self, t: f64) -> f64 {
+        if t >= self.ramp {
+            return self.load;
+        }
+        self.load * t / self.ramp
+    }
+
+    /// Sideways displacement D at a time (m).
+    pub fn drive_at(&self, t: f64) -> f64 {
+        let since = t - self.motion_start();
+        if since <= 0.0 {
+            return 0.0;
+        }
+        self.amplitude * (TAU * self.frequency * since).sin()
+    }
+
+    /// Highest sideways speed (m/s).
+    pub fn top_speed(&self) -> f64 {
+        if self.cycles > 0.0 {
+            TAU * self.frequency * self.amplitude
+        } else {
+            0.0
+        }
+    }
+
+    /// When the load is complete (s).
+    pub fn ramp_end(&self) -> f64 {
+        self.ramp
+    }
+
+    /// t_s (s).
+    pub fn motion_start(&self) -> f64 {
+        self.ramp + self.hold
+    }
+
+    /// End of the history (s).
+    pub fn end(&self) -> f64 {
+        self.motion_start() + self.moving_time()
+    }
+
+    /// Start and end of the last full cycle (s).
+    pub fn last_full_cycle(&self) -> Option<(f64, f64)> {
+        let full = self.cycles.floor();
+        let at = |cycle: f64| self.motion_start() + cycle / self.frequency;
+        (full >= 1.0).then(|| (at(full - 1.0), at(full)))
+    }
+
+    fn moving_time(&self) -> f64 {
+        if self.cycles > 0.0 {
+            self.cycles / self.frequency
+        } else {
+            0.0
+        }
+    }
+
+    /// The named parts of the history; those without duration are left out.
+    pub fn phases(&self) -> Vec<Phase> {
+        let limits = [0.0, self.ramp, self.motion_start(), self.end()];
+        let parts = ["ramp", "hold", "cycling"].iter().zip(limits.windows(2));
+        parts
+            .filter(|(_, t)| t[1] > t[0])
+            .map(|(name, t)| Phase {
+                name: name.to_string(),
+                t0_s: t[0],
+                t1_s: t[1],
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn program() -> Program {
+        Program::new(&WheelConfig {
+            load_n: 8000.0,
+            mass_kg: 0.01,
+            radius_m: 0.0,
+            amplitude_m: 5e-5,
+            frequency_hz: 300.0,
+            ramp_s: 5e-4,
+            hold_s: 4e-4,
+            cycles: 2.25,
+        })
+    }
+
+    #[test]
+    fn the_load_ramps_then_holds() {
+        assert_eq!(program().load_at(2.5e-4), 4000.0);
+        assert_eq!(program().load_at(1.0), 8000.0);
+    }
+
+    #[test]
+    fn motion_starts_after_the_hold_at_full_speed() {
+        let program = program();
+        assert_eq!(program.drive_at(9e-4), 0.0);
+        let speed = program.drive_at(9e-4 + 1e-8) / 1e-8;
+        assert!((speed - TAU * 300.0 * 5e-5).abs() < 1e-6, "{speed}");
+    }
+
+    #[test]
+    fn the_last_full_cycle_is_the_second_of_two_and_a_quarter() {
+        let (start, end) = program().last_full_cycle().expect("there are two");
+        assert!((start - (9e-4 + 1.0 / 300.0)).abs() < 1e-12);
+        assert!((end - (9e-4 + 2.0 / 300.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_ramp_of_no_duration_is_no_phase() {
+        let mut program = program();
+        program.ramp = 0.0;
+        let names: Vec<String> = program.phases().into_iter().map(|p| p.name).collect();
+        assert_eq!(names, ["hold", "cycling"]);
+    }
+}
