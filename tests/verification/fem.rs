@@ -1,1 +1,16 @@
-//! Verification cases of fem-node.
+//! Verification cases of fem-node: each file states its problem, the exact answer, where it is from, and where
+//! the tolerance comes from.
+
+mod fem_bodies;
+
+mod fem_compliance;
+mod fem_energy;
+mod fem_fields;
+mod fem_mesh;
+mod fem_newmark;
+mod fem_patch;
+mod fem_refuse;
+mod fem_repeat;
+mod fem_static;
+mod fem_step_limit;
+mod fem_wave;

@@ -1,0 +1,72 @@
+//! Condensed compliance of the coupled components over a window.
+
+use rayon::prelude::*;
+
+use crate::integrate::{Integrator, Load, RowSums, State};
+use crate::model::Model;
+
+/// C (m/N), square, column after column: column j holds the displacements of all `components` after `substeps`
+/// steps from rest under a unit force in component j and no other. C(1) = h^2/2 M^-1. A mode phi of frequency
+/// omega adds phi phi^T (1 - cos(omega H))/omega^2 in the limit of small steps, the response of an undamped
+/// oscillator to a constant force: never negative, so that C is positive definite.
+///
+/// The columns are independent, so they are what the threads share; each is computed by one of them.
+pub(crate) fn compliance(model: &Model, components: &[usize], substeps: u32) -> Vec<f64> {
+    let columns: Vec<Vec<f64>> = components
+        .par_iter()
+        .map_init(
+            || ColumnRun::new(model),
+            |run, component| run.column(model, components, *component, substeps),
+        )
+        .collect();
+    columns.concat()
+}
+
+/// Room for one column at a time.
+struct ColumnRun {
+    rest: State,
+    state: State,
+    load: Load,
+    sums: Vec<RowSums>,
+    integrator: Integrator,
+}
+
+impl ColumnRun {
+    fn new(model: &Model) -> ColumnRun {
+        let rest = State::at_rest(&model.body);
+        ColumnRun {
+            state: rest.clone(),
+            rest,
+            load: Load::none(&model.body),
+            sums: vec![RowSums::default(); model.body.layout().node_rows()],
+            integrator: Integrator::new(&model.body, model.scheme, model.mesh.elements(), 1),
+        }
+    }
+
+    fn column(
+        &mut self,
+        model: &Model,
+        all: &[usize],
+        component: usize,
+        substeps: u32,
+    ) -> Vec<f64> {
+        let layout = model.body.layout();
+        self.load.clear();
+        self.load.add(component, 1.0);
+        self.state.restore(&self.rest);
+        self.state
+            .accelerate(&model.body, &model.scheme, &self.load);
+        let source = layout.row_of(component);
+        for step in 1..=substeps as usize {
+            // A step carries the motion from one row to the next; what it has not reached is at rest.
+            let reached = [
+                source.saturating_sub(step),
+                (source + step + 1).min(layout.node_rows()),
+            ];
+            let body = &model.body;
+            self.integrator
+                .step_rows(body, &mut self.state, &self.load, &mut self.sums, reached);
+        }
+        all.iter().map(|index| self.state.u[*index]).collect()
+    }
+}

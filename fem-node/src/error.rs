@@ -1,0 +1,92 @@
+//! What can go wrong after the configuration was accepted.
+
+use std::path::PathBuf;
+
+use protocol::{ConfigError, NodeError};
+use thiserror::Error;
+
+/// Why the body cannot be built or asked further.
+#[derive(Debug, Error)]
+#[allow(missing_docs)]
+pub enum FemError {
+    #[error("participant.config.{0}")]
+    Config(#[from] ConfigError),
+    #[error(
+        "its pool of {threads} threads cannot be started: {reason}; ask for fewer with --threads"
+    )]
+    Pool { threads: usize, reason: String },
+    #[error("it has no set `{set}`: an interface can name top, left or right")]
+    UnknownSet { set: String },
+    #[error(
+        "its set `bottom` is the support of the body and does not move: an interface can name top, left or right"
+    )]
+    SupportedSet,
+    #[error("its set `{set}` is coupled twice: join the interfaces, or name another set")]
+    CoupledTwice { set: String },
+    #[error(
+        "point {point} was selected, the coupled sets have {count} points, each to be named once"
+    )]
+    Point { point: usize, count: usize },
+    #[error(
+        "window {window}: the interface force holds {given} numbers, {expected} were agreed on"
+    )]
+    ForceLength {
+        window: u64,
+        given: usize,
+        expected: usize,
+    },
+    #[error("a run of 0 steps was asked for, it needs at least 1")]
+    NoSteps,
+    #[error("window {window} is to be committed, {}", .advanced.map_or("but none was advanced".into(), |w| format!("but window {w} was advanced last")))]
+    NotAdvanced { window: u64, advanced: Option<u64> },
+    #[error(
+        "window {window}: displacements of {count} components were dictated, but this body finds its own from the forces"
+    )]
+    Dictated { window: u64, count: usize },
+    #[error(
+        "window {window}, iteration {iteration}, t = {time_s:.6e} s: a displacement of {displacement_m:?} m left the size of the body, the solution diverged; its step is {step_s:.4e} s, the stability limit {limit_s:.4e} s: lower time.step_s, the window, or the load"
+    )]
+    Diverged {
+        window: u64,
+        iteration: u32,
+        time_s: f64,
+        displacement_m: f64,
+        step_s: f64,
+        limit_s: f64,
+    },
+    #[error(
+        "the columns of its compliance over {substeps} steps left the finite numbers; its step is {step_s:.4e} s, the stability limit {limit_s:.4e} s: lower time.step_s"
+    )]
+    DivergedColumns {
+        substeps: u32,
+        step_s: f64,
+        limit_s: f64,
+    },
+    #[error("fields cannot be written to {}: {reason}", .path.display())]
+    Write { path: PathBuf, reason: String },
+    #[error("`{name}` cannot name a snapshot: use letters, digits, `-`, `_` and `.`")]
+    SnapshotName { name: String },
+}
+
+impl From<FemError> for NodeError {
+    fn from(error: FemError) -> NodeError {
+        let message = error.to_string();
+        match error {
+            FemError::Diverged { .. } | FemError::DivergedColumns { .. } => {
+                NodeError::diverged(message)
+            }
+            FemError::Point { .. }
+            | FemError::ForceLength { .. }
+            | FemError::NoSteps
+            | FemError::NotAdvanced { .. }
+            | FemError::Dictated { .. } => NodeError::protocol(message),
+            FemError::Config(_)
+            | FemError::Pool { .. }
+            | FemError::UnknownSet { .. }
+            | FemError::SupportedSet
+            | FemError::CoupledTwice { .. }
+            | FemError::Write { .. }
+            | FemError::SnapshotName { .. } => NodeError::configuration(message),
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! The points that the body exchanges with a coupler.
+
+use std::collections::BTreeMap;
+
+use protocol::Surface;
+
+use crate::error::FemError;
+use crate::mesh::{Edge, Mesh};
+use crate::model::Model;
+
+/// The coupled nodes, those of them that are exchanged, and what was condensed onto them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Interface {
+    edges: Vec<Edge>,
+    nodes: Vec<[usize; 2]>,
+    /// Exchanged components in the order (x0, y0, x1, y1, ...), as places in the fields.
+    components: Vec<usize>,
+    /// Columns of C by number of steps, for the present selection.
+    columns: BTreeMap<u32, Vec<f64>>,
+}
+
+impl Interface {
+    /// Couples a set; all of its nodes are exchanged until a selection says otherwise.
+    pub(crate) fn couple(&mut self, model: &Model, set: &str) -> Result<Surface, FemError> {
+        let unknown = || FemError::UnknownSet { set: set.into() };
+        let edge = Edge::named(set).ok_or_else(unknown)?;
+        if edge == Edge::Bottom {
+            return Err(FemError::SupportedSet);
+        }
+        if self.edges.contains(&edge) {
+            return Err(FemError::CoupledTwice { set: set.into() });
+        }
+        let nodes = model.mesh.edge(edge);
+        let surface = surface(model, &nodes);
+        self.edges.push(edge);
+        self.nodes.extend(nodes);
+        self.exchange(model, self.nodes.clone());
+        Ok(surface)
+    }
+
+    /// Restricts the exchange to these points of the coupled sets.
+    pub(crate) fn select(&mut self, model: &Model, points: &[usize]) -> Result<(), FemError> {
+        let count = self.nodes.len();
+        let mut seen = vec![false; count];
+        for point in points {
+            match seen.get_mut(*point) {
+                Some(seen) if !*seen => *seen = true,
+                _ => {
+                    return Err(FemError::Point {
+                        point: *point,
+                        count,
+                    });
+                }
+            }
+        }
+        let nodes = points.iter().map(|point| self.nodes[*point]).collect();
+        self.exchange(model, nodes);
+        Ok(())
+    }
+
+    /// Exchanged components, as places in the fields.
+    pub(crate) fn components(&self) -> &[usize] {
+        &self.components
+    }
+
+    /// The columns for this number of steps, computed at the first request.
+    pub(crate) fn columns(
+        &mut self,
+        substeps: u32,
+        compute: impl FnOnce(&[usize]) -> Vec<f64>,
+    ) -> &[f64] {
+        self.columns
+            .entry(substeps)
+            .or_insert_with(|| compute(&self.components))
+    }
+
+    /// Whether the columns for this number of steps are known.
+    pub(crate) fn knows(&self, substeps: u32) -> bool {
+        self.columns.contains_key(&substeps)
+    }
+
+    fn exchange(&mut self, model: &Model, nodes: Vec<[usize; 2]>) {
+        let layout = model.body.layout();
+        let places = nodes
+            .iter()
+            .flat_map(|node| [0, 1].map(|k| layout.index(*node, k)));
+        self.components = places.collect();
+        self.columns.clear();
+    }
+}
+
+fn surface(model: &Model, nodes: &[[usize; 2]]) -> Surface {
+    let place = |mesh: &Mesh, k: usize| nodes.iter().map(|n| mesh.point(n[0], n[1])[k]).collect();
+    Surface {
+        x_m: place(&model.mesh, 0),
+        y_m: place(&model.mesh, 1),
+        mass_kg: nodes
+            .iter()
+            .map(|node| model.body.node_mass(*node))
+            .collect(),
+        radius_m: vec![0.0; nodes.len()],
+        length_m: model.mesh.tributary(nodes),
+    }
+}

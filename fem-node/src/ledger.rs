@@ -1,0 +1,77 @@
+//! The energy ledger: every term from its own formula, none the remainder.
+
+use protocol::{Role, Term};
+
+/// Cumulative energies since the start (J); their formulas are derived in [`crate::integrate`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// Work of the interface force, lambda du.
+    pub interface_work: f64,
+    /// Work of the tractions, [(1-b) f + b f'] du.
+    pub applied_work: f64,
+    /// Strain energy u F(u) / 2, exact for linear elasticity.
+    pub strain: f64,
+    /// Kinetic energy v M v / 2.
+    pub kinetic: f64,
+    /// Dissipated by mass damping, [(1-b) v + b v'] c M du.
+    pub mass_damping: f64,
+    /// Dissipated by the scheme, (b-1/2) (du dF - b h^2/2 da M da) - (b h^2/4) d(a M a).
+    pub numerical: f64,
+}
+
+/// Which terms a body has: only what the scene requires.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Terms {
+    pub(crate) applied: bool,
+    pub(crate) mass_damping: bool,
+}
+
+impl Terms {
+    /// Names and roles, in the order of [`Terms::values`].
+    pub(crate) fn names(self) -> Vec<Term> {
+        self.select(&Ledger::default())
+            .into_iter()
+            .map(|(name, role, _)| Term {
+                name: name.into(),
+                role,
+            })
+            .collect()
+    }
+
+    /// The values (J).
+    pub(crate) fn values(self, ledger: &Ledger) -> Vec<f64> {
+        self.select(ledger)
+            .into_iter()
+            .map(|(_, _, value)| value)
+            .collect()
+    }
+
+    fn select(self, ledger: &Ledger) -> Vec<(&'static str, Role, f64)> {
+        let all = [
+            (
+                true,
+                "interface_work",
+                Role::InterfaceWork,
+                ledger.interface_work,
+            ),
+            (
+                self.applied,
+                "applied_work",
+                Role::Work,
+                ledger.applied_work,
+            ),
+            (true, "strain", Role::Stored, ledger.strain),
+            (true, "kinetic", Role::Stored, ledger.kinetic),
+            (
+                self.mass_damping,
+                "mass_damping",
+                Role::Dissipated,
+                ledger.mass_damping,
+            ),
+            (true, "numerical_loss", Role::Dissipated, ledger.numerical),
+        ];
+        let kept = all.into_iter().filter(|(present, ..)| *present);
+        kept.map(|(_, name, role, value)| (name, role, value))
+            .collect()
+    }
+}

@@ -1,0 +1,98 @@
+//! Linear elasticity in the plane, small strain.
+
+use crate::config::{MaterialConfig, Plane};
+
+/// Isotropic linear elasticity reduced to the plane:
+/// sxx = c11 exx + c12 eyy, syy = c12 exx + c11 eyy, sxy = c33 (ux,y + uy,x), szz = out_of_plane (sxx + syy).
+///
+/// Plane strain (ezz = 0): c11 = lambda + 2 mu, c12 = lambda, szz = nu (sxx + syy).
+/// Plane stress (szz = 0): c11 = E / (1 - nu^2), c12 = nu c11. In both c33 = mu.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Elastic {
+    /// Stiffness against a strain in its own direction, the other one held (Pa).
+    pub c11: f64,
+    /// Coupling of the two directions (Pa).
+    pub c12: f64,
+    /// Shear modulus (Pa).
+    pub c33: f64,
+    /// szz over (sxx + syy).
+    pub out_of_plane: f64,
+    /// Density (kg/m3).
+    pub density: f64,
+}
+
+impl Elastic {
+    /// The plane reduction of a checked material.
+    pub fn new(material: &MaterialConfig, plane: Plane) -> Elastic {
+        let (young, nu) = (material.young_pa, material.poisson);
+        let mu = young / (2.0 * (1.0 + nu));
+        let lambda = young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
+        let in_plane = young / (1.0 - nu * nu);
+        let (c11, c12, out_of_plane) = match plane {
+            Plane::Strain => (lambda + 2.0 * mu, lambda, nu),
+            Plane::Stress => (in_plane, nu * in_plane, 0.0),
+        };
+        Elastic {
+            c11,
+            c12,
+            c33: mu,
+            out_of_plane,
+            density: material.density_kg_per_m3,
+        }
+    }
+
+    /// Stress (sxx, syy, sxy) of the strain (exx, eyy, 2 exy), both in Pa and 1.
+    pub fn stress(&self, strain: [f64; 3]) -> [f64; 3] {
+        let [exx, eyy, shear] = strain;
+        [
+            self.c11 * exx + self.c12 * eyy,
+            self.c12 * exx + self.c11 * eyy,
+            self.c33 * shear,
+        ]
+    }
+
+    /// Hydrostatic pressure -tr(sigma)/3, compression positive (Pa).
+    pub fn pressure(&self, stress: [f64; 3]) -> f64 {
+        -(1.0 + self.out_of_plane) * (stress[0] + stress[1]) / 3.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::MaterialKind;
+
+    fn steel(plane: Plane) -> Elastic {
+        let material = MaterialConfig {
+            kind: MaterialKind::Elastic,
+            young_pa: 200.0,
+            poisson: 0.25,
+            density_kg_per_m3: 1.0,
+        };
+        Elastic::new(&material, plane)
+    }
+
+    #[test]
+    fn plane_strain_gives_the_confined_modulus() {
+        let elastic = steel(Plane::Strain);
+        assert!((elastic.c11 - 240.0).abs() < 1e-12);
+        assert!((elastic.c12 - 80.0).abs() < 1e-12);
+        assert!((elastic.c33 - 80.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn plane_stress_stretches_with_youngs_modulus() {
+        let elastic = steel(Plane::Stress);
+        let [sxx, syy, _] = elastic.stress([1e-3, -0.25e-3, 0.0]);
+        assert!((sxx - 0.2).abs() < 1e-15 && syy.abs() < 1e-15);
+    }
+
+    #[test]
+    fn equal_compression_in_three_directions_is_its_own_pressure() {
+        let elastic = Elastic {
+            out_of_plane: 0.5,
+            ..steel(Plane::Strain)
+        };
+        assert!((elastic.pressure([-3.0, -3.0, 7.0]) - 3.0).abs() < 1e-15);
+    }
+}

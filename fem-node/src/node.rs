@@ -1,0 +1,351 @@
+//! The body as a participant of a coupled run.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use protocol::{
+    Capabilities, Description, Node, NodeError, Outcome, Phase, Setting, Surface, Window,
+};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::compliance::compliance;
+use crate::config::Config;
+use crate::error::FemError;
+use crate::integrate::{Integrator, State};
+use crate::interface::Interface;
+use crate::ledger::{Ledger, Terms};
+use crate::mesh::Edge;
+use crate::model::Model;
+use crate::probe::{self, PressureMaxima};
+use crate::vtu;
+use crate::window::{Request, WindowRun};
+
+/// The snapshot of this name fixes the state whose pressures are reported.
+const HOLD: &str = "hold";
+
+/// An elastic body in explicit dynamics.
+pub struct FemNode {
+    model: Model,
+    participant: String,
+    fields: Option<PathBuf>,
+    /// Never the global pool: its size would ignore the setting.
+    pool: ThreadPool,
+    integrator: Integrator,
+    interface: Interface,
+    committed: State,
+    ledger: Ledger,
+    /// Own steps since the start, committed.
+    steps: u64,
+    run: WindowRun,
+    /// What the last window was run under, until it is committed.
+    pending: Option<(u64, Request)>,
+    steps_done: u64,
+    column_steps: u64,
+    hold: Option<PressureMaxima>,
+}
+
+impl FemNode {
+    /// Builds the body, at rest.
+    pub fn new(config: &Config, setting: &Setting) -> Result<FemNode, FemError> {
+        let model = Model::new(config, setting)?;
+        let threads = setting.threads.max(1);
+        let (body, elements) = (&model.body, model.mesh.elements());
+        Ok(FemNode {
+            participant: setting.participant.clone(),
+            fields: setting.fields.clone(),
+            pool: start_pool(threads)?,
+            integrator: Integrator::new(body, model.scheme, elements, threads),
+            interface: Interface::default(),
+            committed: State::at_rest(body),
+            ledger: Ledger::default(),
+            steps: 0,
+            run: WindowRun::new(body),
+            pending: None,
+            steps_done: 0,
+            column_steps: 0,
+            hold: None,
+            model,
+        })
+    }
+
+    /// Mesh, body, scheme and loads.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The committed state.
+    pub fn state(&self) -> &State {
+        &self.committed
+    }
+
+    /// The energies up to the committed state.
+    pub fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
+    fn try_advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, FemError> {
+        self.pending = None;
+        let components = self.interface.components();
+        if force.len() != components.len() {
+            return Err(FemError::ForceLength {
+                window: window.index,
+                given: force.len(),
+                expected: components.len(),
+            });
+        }
+        if window.substeps == 0 {
+            return Err(FemError::NoSteps);
+        }
+        let request = Request {
+            start: self.steps,
+            substeps: window.substeps,
+            interface: components
+                .iter()
+                .copied()
+                .zip(force.iter().copied())
+                .collect(),
+        };
+        let (model, integrator, committed) = (&self.model, &mut self.integrator, &self.committed);
+        let run = &mut self.run;
+        let parallel = integrator.blocks() > 1;
+        let mut work = || run.run(model, integrator, committed, &request);
+        match parallel {
+            true => self.pool.install(work),
+            false => work(),
+        }
+        self.steps_done += u64::from(window.substeps);
+        self.check_finite(window)?;
+        self.pending = Some((window.index, request));
+        Ok(self.increments())
+    }
+
+    /// Displacement increments of the exchanged components over the last window.
+    fn increments(&self) -> Vec<f64> {
+        let moved = |index: &usize| self.run.state.u[*index] - self.committed.u[*index];
+        self.interface.components().iter().map(moved).collect()
+    }
+
+    /// In small strain no displacement comes near the size of the body, so this notices a diverging run long
+    /// before the numbers overflow.
+    fn check_finite(&self, window: &Window) -> Result<(), FemError> {
+        let far = self.run.largest_displacement();
+        if far < self.model.size() {
+            return Ok(());
+        }
+        let steps = self.steps + u64::from(window.substeps);
+        Err(FemError::Diverged {
+            window: window.index,
+            iteration: window.iteration,
+            time_s: steps as f64 * self.model.scheme.step,
+            displacement_m: far,
+            step_s: self.model.scheme.step,
+            limit_s: self.model.step_limit,
+        })
+    }
+
+    fn try_commit(&mut self, window: &Window, displacement: &[f64]) -> Result<Vec<f64>, FemError> {
+        if !displacement.is_empty() {
+            return Err(FemError::Dictated {
+                window: window.index,
+                count: displacement.len(),
+            });
+        }
+        let request = match self.pending.take() {
+            Some((index, request)) if index == window.index => request,
+            other => {
+                return Err(FemError::NotAdvanced {
+                    window: window.index,
+                    advanced: other.map(|(index, _)| index),
+                });
+            }
+        };
+        self.ledger = self
+            .run
+            .close(&self.model, (&self.committed, &self.ledger), &request);
+        self.committed.restore(&self.run.state);
+        self.steps += u64::from(request.substeps);
+        Ok(self.report(&request))
+    }
+
+    fn report(&self, request: &Request) -> Vec<f64> {
+        let mut report = probe::surface_signals(&self.model, &self.committed).to_vec();
+        let force = request.interface.chunks_exact(2);
+        let total = force.fold([0.0, 0.0], |sum, point| {
+            [sum[0] + point[0].1, sum[1] + point[1].1]
+        });
+        report.extend(total);
+        report.extend(self.terms().values(&self.ledger));
+        report
+    }
+
+    fn terms(&self) -> Terms {
+        Terms {
+            applied: !self.model.tractions.is_empty(),
+            mass_damping: self.model.scheme.mass_damping > 0.0,
+        }
+    }
+
+    fn try_columns(&mut self, substeps: u32) -> Result<Vec<f64>, FemError> {
+        if substeps == 0 {
+            return Err(FemError::NoSteps);
+        }
+        if !self.interface.knows(substeps) {
+            self.column_steps += u64::from(substeps) * self.interface.components().len() as u64;
+        }
+        let (model, pool) = (&self.model, &self.pool);
+        let columns = self.interface.columns(substeps, |components| {
+            pool.install(|| compliance(model, components, substeps))
+        });
+        if columns.iter().all(|c| c.is_finite()) {
+            return Ok(columns.to_vec());
+        }
+        Err(FemError::DivergedColumns {
+            substeps,
+            step_s: self.model.scheme.step,
+            limit_s: self.model.step_limit,
+        })
+    }
+
+    fn try_snapshot(&mut self, name: &str) -> Result<(), FemError> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        if name.is_empty() || !name.chars().all(plain) {
+            return Err(FemError::SnapshotName { name: name.into() });
+        }
+        if name == HOLD {
+            self.hold = Some(probe::pressure_maxima(&self.model, &self.committed));
+        }
+        match &self.fields {
+            Some(folder) => {
+                let path = folder.join(format!("{}-{name}.vtu", self.participant));
+                vtu::write(&path, &self.model, &self.committed)
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// blake3 of every number that can change a later bit: displacements, velocities, energies, time.
+    fn state_hash(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&self.steps.to_le_bytes());
+        let ledger = Terms {
+            applied: true,
+            mass_damping: true,
+        }
+        .values(&self.ledger);
+        for field in [&self.committed.u, &self.committed.v, &ledger] {
+            for value in field {
+                hasher.update(&value.to_le_bytes());
+            }
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+
+    /// Parts of the body's own load history, where it has one and the run has an end.
+    fn phases(&self) -> Vec<Phase> {
+        let Some(end) = self.model.end.filter(|_| !self.model.tractions.is_empty()) else {
+            return Vec::new();
+        };
+        let ramps = self.model.tractions.iter().map(|traction| traction.ramp());
+        let ramp = ramps.fold(0.0, f64::max).min(end);
+        let phase = |name: &str, t0_s: f64, t1_s: f64| Phase {
+            name: name.into(),
+            t0_s,
+            t1_s,
+        };
+        let phases = [phase("ramp", 0.0, ramp), phase(HOLD, ramp, end)];
+        phases
+            .into_iter()
+            .filter(|phase| phase.t1_s > phase.t0_s)
+            .collect()
+    }
+}
+
+impl Node for FemNode {
+    fn describe(&self) -> Description {
+        let movable = Edge::ALL.iter().filter(|(_, edge)| *edge != Edge::Bottom);
+        let forces = ["interface_force_x_n", "interface_force_y_n"];
+        Description {
+            kind: "fem".into(),
+            software: format!("fem-node {}", env!("CARGO_PKG_VERSION")),
+            capabilities: Capabilities {
+                checkpoint: true,
+                advance: true,
+                columns: true,
+                compliant_wall: false,
+                alone: true,
+            },
+            step_s: Some(self.model.scheme.step),
+            step_limit_s: Some(self.model.step_limit),
+            step_limit_name: "stability limit sqrt(2/damping)/omega_max".into(),
+            end_s: self.model.end,
+            phases: self.phases(),
+            sets: movable.map(|(name, _)| (*name).into()).collect(),
+            signals: probe::SURFACE_SIGNALS
+                .iter()
+                .chain(&forces)
+                .map(|name| (*name).into())
+                .collect(),
+            ledger: self.terms().names(),
+            warnings: self.model.warnings.clone(),
+        }
+    }
+
+    fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
+        Ok(self.interface.couple(&self.model, set)?)
+    }
+
+    fn select(&mut self, points: &[usize]) -> Result<(), NodeError> {
+        Ok(self.interface.select(&self.model, points)?)
+    }
+
+    fn columns(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
+        Ok(self.try_columns(substeps)?)
+    }
+
+    fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, NodeError> {
+        Ok(self.try_advance(window, force)?)
+    }
+
+    fn commit(&mut self, window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
+        Ok(self.try_commit(window, displacement)?)
+    }
+
+    fn march(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        let none = vec![0.0; self.interface.components().len()];
+        self.advance(window, &none)?;
+        self.commit(window, &[])
+    }
+
+    fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {
+        Ok(self.try_snapshot(name)?)
+    }
+
+    fn finish(&mut self) -> Result<Outcome, NodeError> {
+        let last = || probe::pressure_maxima(&self.model, &self.committed);
+        let maxima = self.hold.unwrap_or_else(last);
+        let elements = self.model.mesh.elements() as f64;
+        Ok(Outcome {
+            steps: self.steps_done,
+            work: BTreeMap::from([
+                ("element_steps".into(), elements * self.steps_done as f64),
+                (
+                    "column_element_steps".into(),
+                    elements * self.column_steps as f64,
+                ),
+            ]),
+            results: BTreeMap::from([
+                ("p_max_centroid_pa".into(), maxima.centroid),
+                ("p_max_gauss_pa".into(), maxima.gauss),
+            ]),
+            state_hash: self.state_hash(),
+        })
+    }
+}
+
+fn start_pool(threads: usize) -> Result<ThreadPool, FemError> {
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|error| FemError::Pool {
+        threads,
+        reason: error.to_string(),
+    })
+}

@@ -1,0 +1,74 @@
+//! Four doubles at a time.
+//!
+//! The compiler turns loops over whole rows into vector code only when it can prove that a dozen slices do
+//! not overlap, and gives up. Loading a few numbers of each slice by value, computing, and storing them at
+//! the end leaves nothing to prove.
+
+use std::ops::{Add, Mul, Sub};
+
+/// Numbers in a [`Pack`]: two registers of the baseline x86-64, one of AVX.
+pub(crate) const LANES: usize = 4;
+
+/// `LANES` neighbouring numbers of a row.
+#[derive(Clone, Copy)]
+pub(crate) struct Pack(pub [f64; LANES]);
+
+impl Pack {
+    /// The same number in every lane.
+    #[inline(always)]
+    pub(crate) fn splat(value: f64) -> Pack {
+        Pack([value; LANES])
+    }
+
+    /// The numbers from `at` on.
+    #[inline(always)]
+    pub(crate) fn load(row: &[f64], at: usize) -> Pack {
+        let mut lanes = [0.0; LANES];
+        lanes.copy_from_slice(&row[at..at + LANES]);
+        Pack(lanes)
+    }
+
+    /// Writes the numbers from `at` on.
+    #[inline(always)]
+    pub(crate) fn store(self, row: &mut [f64], at: usize) {
+        row[at..at + LANES].copy_from_slice(&self.0);
+    }
+
+    /// Sum of the lanes, pairwise.
+    pub(crate) fn sum(self) -> f64 {
+        (self.0[0] + self.0[2]) + (self.0[1] + self.0[3])
+    }
+
+    #[inline(always)]
+    fn zip(self, other: Pack, combine: impl Fn(f64, f64) -> f64) -> Pack {
+        let mut lanes = self.0;
+        for (lane, right) in lanes.iter_mut().zip(other.0) {
+            *lane = combine(*lane, right);
+        }
+        Pack(lanes)
+    }
+}
+
+impl Add for Pack {
+    type Output = Pack;
+    #[inline(always)]
+    fn add(self, other: Pack) -> Pack {
+        self.zip(other, |a, b| a + b)
+    }
+}
+
+impl Sub for Pack {
+    type Output = Pack;
+    #[inline(always)]
+    fn sub(self, other: Pack) -> Pack {
+        self.zip(other, |a, b| a - b)
+    }
+}
+
+impl Mul for Pack {
+    type Output = Pack;
+    #[inline(always)]
+    fn mul(self, other: Pack) -> Pack {
+        self.zip(other, |a, b| a * b)
+    }
+}

@@ -1,0 +1,153 @@
+//! One coupling window: m steps from the committed state under a constant interface force.
+
+use crate::element::Body;
+use crate::integrate::{Integrator, Load, RowSums, State};
+use crate::ledger::Ledger;
+use crate::model::{Model, Traction};
+
+/// What a window is run under.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Request {
+    /// Own steps since the start of the run.
+    pub(crate) start: u64,
+    /// Own steps to do.
+    pub(crate) substeps: u32,
+    /// Interface force by component (N), held constant.
+    pub(crate) interface: Vec<(usize, f64)>,
+}
+
+/// The state that a window leads to, kept apart from the committed one until it is accepted.
+#[derive(Clone, Debug)]
+pub(crate) struct WindowRun {
+    /// The state at the end of the window.
+    pub(crate) state: State,
+    load: Load,
+    sums: Vec<RowSums>,
+    applied_work: f64,
+    /// a M a at the start of the window, under its own force (W).
+    start_product: f64,
+}
+
+impl WindowRun {
+    pub(crate) fn new(body: &Body) -> WindowRun {
+        WindowRun {
+            state: State::at_rest(body),
+            load: Load::none(body),
+            sums: vec![RowSums::default(); body.layout().node_rows()],
+            applied_work: 0.0,
+            start_product: 0.0,
+        }
+    }
+
+    /// Runs the window from `committed`.
+    pub(crate) fn run(
+        &mut self,
+        model: &Model,
+        integrator: &mut Integrator,
+        committed: &State,
+        request: &Request,
+    ) {
+        self.sums.fill(RowSums::default());
+        self.applied_work = 0.0;
+        self.state.restore(committed);
+        self.set_load(model, request, 0);
+        self.state
+            .accelerate(&model.body, &integrator.scheme, &self.load);
+        self.start_product = inertia_product(&model.body, &self.state.a);
+        let displacements = |state: &State| {
+            let forces = model.tractions.iter().flat_map(|traction| &traction.forces);
+            forces
+                .map(|(index, _)| state.u[*index])
+                .collect::<Vec<f64>>()
+        };
+        let mut before = displacements(&self.state);
+        for k in 0..request.substeps {
+            self.set_load(model, request, k + 1);
+            integrator.step(&model.body, &mut self.state, &self.load, &mut self.sums);
+            let after = displacements(&self.state);
+            self.applied_work += applied_work(model, request.start + u64::from(k), &before, &after);
+            before = after;
+        }
+    }
+
+    /// The ledger at the end of the window, given that of its start.
+    pub(crate) fn close(
+        &self,
+        model: &Model,
+        committed: (&State, &Ledger),
+        request: &Request,
+    ) -> Ledger {
+        let (start, before) = committed;
+        let (b, h) = (model.scheme.damping, model.scheme.step);
+        let sum = |term: fn(&RowSums) -> f64| self.sums.iter().map(term).sum::<f64>();
+        let interface = request.interface.iter();
+        let work = interface.map(|(index, force)| force * (self.state.u[*index] - start.u[*index]));
+        let d_product = inertia_product(&model.body, &self.state.a) - self.start_product;
+        let loss = (b - 0.5) * sum(|row| row.rotation) - 0.25 * b * h * h * d_product;
+        Ledger {
+            interface_work: before.interface_work + work.sum::<f64>(),
+            applied_work: before.applied_work + self.applied_work,
+            strain: 0.5 * dot(&self.state.u, &self.state.force),
+            kinetic: 0.5 * inertia_product(&model.body, &self.state.v),
+            mass_damping: before.mass_damping + model.scheme.mass_damping * sum(|row| row.damping),
+            numerical: before.numerical + loss,
+        }
+    }
+
+    /// The displacement that is farthest from zero, not a number if any is not.
+    pub(crate) fn largest_displacement(&self) -> f64 {
+        let farther = |far: f64, u: &f64| match far.is_nan() || u.abs() <= far {
+            true => far,
+            false => u.abs(),
+        };
+        self.state.u.iter().fold(0.0, farther)
+    }
+
+    /// Interface force and tractions at the end of step `k` of the window, k = 0 being its start.
+    fn set_load(&mut self, model: &Model, request: &Request, k: u32) {
+        let time = |step: u64| step as f64 * model.scheme.step;
+        let now = request.start + u64::from(k);
+        let share = |traction: &Traction, step: u64| traction.share(time(step));
+        let same = |t: &Traction| share(t, now) == share(t, now - 1);
+        if k > 0 && model.tractions.iter().all(same) {
+            return;
+        }
+        self.load.clear();
+        for (index, force) in &request.interface {
+            self.load.add(*index, *force);
+        }
+        for traction in &model.tractions {
+            let share = share(traction, now);
+            for (index, force) in &traction.forces {
+                self.load.add(*index, share * force);
+            }
+        }
+    }
+}
+
+/// [(1-b) f + b f'] du of the tractions over the step that begins at `step`.
+fn applied_work(model: &Model, step: u64, before: &[f64], after: &[f64]) -> f64 {
+    let (b, h) = (model.scheme.damping, model.scheme.step);
+    let mut increments = before.iter().zip(after).map(|(old, new)| new - old);
+    let of_traction = |traction: &Traction| {
+        let start = traction.share(step as f64 * h);
+        let end = traction.share((step + 1) as f64 * h);
+        let full: f64 = traction
+            .forces
+            .iter()
+            .zip(&mut increments)
+            .map(|((_, force), du)| force * du)
+            .sum();
+        ((1.0 - b) * start + b * end) * full
+    };
+    model.tractions.iter().map(of_traction).sum()
+}
+
+/// x M x
+fn inertia_product(body: &Body, x: &[f64]) -> f64 {
+    body.mass.iter().zip(x).map(|(m, x)| m * x * x).sum()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

@@ -1,0 +1,74 @@
+//! Problem: the condensed compliance C of the upper edge of a crowned, graded, clamped block of 12 x 6 elements.
+//! Exact: C is symmetric and positive definite for every window and damping; C(1) = h^2/2 M^-1; the motion of a
+//! window is affine in the interface force, du = du_0 + C lambda.
+//! Source: C is a polynomial in M^-1 K times M^-1; for one mode and b = 1/2 it is (1 - cos(omega H))/omega^2 >= 0
+//! in the limit of small steps. The grouping that lets a new force act half a step early breaks this at b = 1/2.
+//! Tolerance: 1e-12 relative, rounding of up to 1 000 steps.
+
+use nalgebra::{DMatrix, SymmetricEigen};
+use protocol::Node;
+use serde_json::json;
+
+use crate::fem_bodies::{block, node, window, with};
+
+const POINTS: usize = 13;
+
+fn compliance(damping: f64, mass_damping: f64, substeps: u32) -> DMatrix<f64> {
+    let time = json!({"time": {"damping": damping, "mass_damping_per_s": mass_damping}});
+    let mut node = node(&with(block(), time));
+    assert_eq!(node.couple("top").expect("a set").len(), POINTS);
+    let columns = node.columns(substeps).expect("stable");
+    DMatrix::from_column_slice(2 * POINTS, 2 * POINTS, &columns)
+}
+
+#[test]
+fn compliance_is_symmetric_and_positive_definite() {
+    for (damping, mass_damping) in [(0.5, 0.0), (0.75, 0.0), (1.0, 0.0), (0.5, 3e5)] {
+        for substeps in [1, 10, 100, 1000] {
+            let c = compliance(damping, mass_damping, substeps);
+            let asymmetry = (&c - c.transpose()).amax() / c.amax();
+            let least = SymmetricEigen::new(c).eigenvalues.min();
+            let case = format!("b {damping}, c {mass_damping}, m {substeps}");
+            assert!(asymmetry <= 1e-12, "{case}: asymmetry {asymmetry:e}");
+            assert!(least > 0.0, "{case}: smallest eigenvalue {least:e}");
+        }
+    }
+}
+
+#[test]
+fn compliance_of_one_step_is_half_a_step_squared_over_the_mass() {
+    let mut node = node(&block());
+    let masses = node.couple("top").expect("a set").mass_kg;
+    let c = compliance(0.75, 0.0, 1);
+    let half = 0.5 * node.model().scheme.step.powi(2);
+    for (k, mass) in masses.iter().enumerate() {
+        for component in [2 * k, 2 * k + 1] {
+            assert!((c[(component, component)] * mass / half - 1.0).abs() < 1e-14);
+        }
+    }
+    let mut coupling = c;
+    coupling.fill_diagonal(0.0);
+    assert_eq!(coupling.amax(), 0.0, "one step couples no two nodes");
+}
+
+#[test]
+fn a_window_is_affine_in_the_interface_force_with_the_columns_as_slope() {
+    let mut node = node(&with(block(), json!({"time": {"mass_damping_per_s": 1e5}})));
+    node.couple("top").expect("a set");
+    let points = [2, 5, 6, 11];
+    node.select(&points).expect("points of the set");
+    let force = |seed: usize| {
+        (0..8)
+            .map(|k| ((seed + 3 * k) as f64).sin())
+            .collect::<Vec<f64>>()
+    };
+    node.advance(&window(0, 7), &force(1)).expect("stable");
+    node.commit(&window(0, 7), &[]).expect("advanced");
+    let still = node.advance(&window(1, 25), &[0.0; 8]).expect("stable");
+    let moved = node.advance(&window(1, 25), &force(9)).expect("stable");
+    let c = DMatrix::from_column_slice(8, 8, &node.columns(25).expect("stable"));
+    let lambda = nalgebra::DVector::from_vec(force(9));
+    let expected = nalgebra::DVector::from_vec(still) + c * lambda;
+    let error = (nalgebra::DVector::from_vec(moved) - &expected).amax();
+    assert!(error <= 1e-12 * expected.amax(), "{error:e}");
+}

@@ -1,0 +1,74 @@
+//! Problem: the fields of a committed state on disk, and the pressures at the end of the hold.
+//! Exact: a VTK file with one value for each node and element; pressures of the state that was committed when the
+//! snapshot `hold` was taken, not of the last one.
+//! Source: VTK File Formats, "UnstructuredGrid".
+//! Tolerance: none.
+
+use fem_node::{Config, FemNode};
+use protocol::{Node, Setting, read_config};
+use serde_json::json;
+
+use crate::fem_bodies::{block, setting, window, with};
+
+fn loaded(fields: Option<std::path::PathBuf>) -> FemNode {
+    let load = json!({"boundary": {"top": {"traction_pa": [0.0, -1e6]}}});
+    let config: Config = read_config(&with(block(), load)).expect("valid");
+    let setting = Setting {
+        fields,
+        ..setting(1)
+    };
+    FemNode::new(&config, &setting).expect("valid")
+}
+
+fn values(text: &str, name: &str) -> usize {
+    let (_, after) = text
+        .split_once(&format!("Name=\"{name}\""))
+        .expect("the array is there");
+    let body = after.split_once('>').expect("an opened tag").1;
+    let numbers = body.split_once('<').expect("a closed tag").0;
+    let read: Result<Vec<f64>, _> = numbers.split_whitespace().map(str::parse).collect();
+    read.expect("numbers").len()
+}
+
+#[test]
+fn a_snapshot_holds_every_node_and_element() {
+    let folder = std::env::temp_dir().join(format!("fem-fields-{}", std::process::id()));
+    let mut node = loaded(Some(folder.join("fields")));
+    node.march(&window(0, 20)).expect("stable");
+    node.snapshot("hold").expect("written");
+    let text = std::fs::read_to_string(folder.join("fields/rail-hold.vtu")).expect("it exists");
+    std::fs::remove_dir_all(&folder).expect("it exists");
+    assert_eq!(values(&text, "points"), 3 * 13 * 7);
+    assert_eq!(values(&text, "displacement_m"), 3 * 13 * 7);
+    assert_eq!(values(&text, "velocity_m_per_s"), 3 * 13 * 7);
+    assert_eq!(values(&text, "connectivity"), 4 * 12 * 6);
+    for name in [
+        "hydrostatic_pressure_pa",
+        "sigma_xx_pa",
+        "sigma_yy_pa",
+        "sigma_xy_pa",
+        "types",
+    ] {
+        assert_eq!(values(&text, name), 12 * 6, "{name}");
+    }
+}
+
+#[test]
+fn a_name_that_leaves_the_folder_is_refused() {
+    assert!(loaded(None).snapshot("../hold").is_err());
+}
+
+#[test]
+fn reported_pressures_are_those_of_the_hold() {
+    let (mut held, mut unheld) = (loaded(None), loaded(None));
+    for node in [&mut held, &mut unheld] {
+        node.march(&window(0, 20)).expect("stable");
+    }
+    let at_hold = unheld.finish().expect("it ends").results;
+    held.snapshot("hold").expect("nothing to write");
+    for node in [&mut held, &mut unheld] {
+        node.march(&window(1, 20)).expect("stable");
+    }
+    assert_eq!(held.finish().expect("it ends").results, at_hold);
+    assert_ne!(unheld.finish().expect("it ends").results, at_hold);
+}
