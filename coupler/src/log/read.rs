@@ -1,0 +1,392 @@
+//! Reading a log back, with every checksum verified.
+
+use std::collections::{HashMap, VecDeque};
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use mcap::McapError;
+use mcap::records::{Record, op};
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use prost::Message;
+use protocol::link::shm::MAX_DOUBLES;
+use protocol::{Frame, Header};
+
+use super::record::{FORMAT_KEY, INTERFACE, MANIFEST_KEY, PROVENANCE, RUN_ID_KEY, SCENARIO_KEY};
+use super::{FORMAT, LogError, Provenance, chain, proto};
+
+/// No record and no chunk of ours is longer: the longest message, and room for a chunk that was about to close.
+const RECORD_LIMIT: usize = 8 * MAX_DOUBLES + (4 << 20);
+
+/// lz4 cannot shrink data further. A chunk that claims more was damaged or made to harm.
+const SHRINK_LIMIT: u64 = 256;
+
+/// Bytes taken from the file at once.
+const PIECE: usize = 1 << 16;
+
+/// One thing that happened in the run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Entry {
+    /// A frame passed.
+    Exchange(Exchange),
+    /// The window stands.
+    WindowEnd(u64),
+}
+
+/// A frame with those between whom it passed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Exchange {
+    /// Name of the interface.
+    pub interface: String,
+    /// Who sent it.
+    pub sender: String,
+    /// Who received it.
+    pub receiver: String,
+    /// The frame, as it was recorded.
+    pub frame: Frame,
+}
+
+/// Opens a log. Damage is an error, and so is an end that is missing.
+pub fn read(path: &Path) -> Result<LogFile, LogError> {
+    LogFile::open(path, false)
+}
+
+/// Opens a log of which only a part may be readable, for instance because its writer was killed. Entries end where
+/// the damage begins; [`LogFile::damage`] says where and what.
+pub fn recover(path: &Path) -> Result<LogFile, LogError> {
+    LogFile::open(path, true)
+}
+
+/// The entries of a log in the order in which they were recorded. A chunk (about 1 MiB, or one long message) is in
+/// memory at a time, and yields nothing before its checksum is verified.
+pub struct LogFile {
+    path: PathBuf,
+    file: File,
+    reader: LinearReader,
+    tolerant: bool,
+    provenance: Provenance,
+    interfaces: HashMap<u16, Option<String>>,
+    entries: VecDeque<Entry>,
+    /// Where the record begins that is read next.
+    offset: u64,
+    /// Chunks that were reached, and whether the damage is in the last of them.
+    chunks: u64,
+    in_chunk: bool,
+    damage: Option<LogError>,
+    ended: bool,
+}
+
+impl LogFile {
+    fn open(path: &Path, tolerant: bool) -> Result<LogFile, LogError> {
+        let file = File::open(path).map_err(|source| LogError::Read {
+            path: path.into(),
+            source,
+        })?;
+        let options = LinearReaderOptions::default()
+            .with_emit_chunks(true)
+            .with_validate_data_section_crc(true)
+            .with_validate_summary_section_crc(true)
+            .with_check_finishes_after_end_magic(true)
+            .with_record_length_limit(RECORD_LIMIT);
+        let mut log = LogFile {
+            path: path.into(),
+            file,
+            reader: LinearReader::new_with_options(options),
+            tolerant,
+            provenance: Provenance::default(),
+            interfaces: HashMap::new(),
+            entries: VecDeque::new(),
+            offset: mcap::MAGIC.len() as u64,
+            chunks: 0,
+            in_chunk: false,
+            damage: None,
+            ended: false,
+        };
+        log.read_provenance()?;
+        Ok(log)
+    }
+
+    /// What the log says about its run.
+    pub fn provenance(&self) -> &Provenance {
+        &self.provenance
+    }
+
+    /// Why a recovered log ended before its end.
+    pub fn damage(&self) -> Option<&LogError> {
+        self.damage.as_ref()
+    }
+
+    /// The same, for those who keep it.
+    pub(super) fn take_damage(self) -> Option<LogError> {
+        self.damage
+    }
+
+    /// The first two records are the header and the metadata; a file without them is something else.
+    fn read_provenance(&mut self) -> Result<(), LogError> {
+        let path = self.path.clone();
+        let not_a_log = |why: String| LogError::NotALog { path, why };
+        for expected in [op::HEADER, op::METADATA] {
+            match self.next_record() {
+                Ok(Some((opcode, data))) if opcode == expected => {
+                    if opcode == op::METADATA {
+                        match provenance(&data) {
+                            Ok(provenance) => self.provenance = provenance,
+                            Err(why) => return Err(not_a_log(why)),
+                        }
+                    }
+                }
+                Ok(_) => return Err(not_a_log("it does not begin with its provenance".into())),
+                Err(Failure::Io(source)) => {
+                    return Err(LogError::Read {
+                        path: self.path.clone(),
+                        source,
+                    });
+                }
+                Err(Failure::Damage(why)) => return Err(not_a_log(why)),
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads on until there is an entry, or the file has ended.
+    fn advance(&mut self) -> Result<(), Failure> {
+        while self.entries.is_empty() && !self.ended {
+            let start = self.offset;
+            match self.next_record()? {
+                None => self.ended = true,
+                Some((op::CHUNK, data)) => {
+                    self.chunks += 1;
+                    if let Err(failure) = self.read_chunk(&data) {
+                        self.offset = start;
+                        self.in_chunk = true;
+                        return Err(failure);
+                    }
+                }
+                Some(_) => (),
+            }
+        }
+        Ok(())
+    }
+
+    /// The next record of the file, chunks as a whole.
+    fn next_record(&mut self) -> Result<Option<(u8, Vec<u8>)>, Failure> {
+        loop {
+            match self.reader.next_event() {
+                None => return Ok(None),
+                Some(Err(error)) => return Err(error.into()),
+                Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                    self.offset += FRAMING + data.len() as u64;
+                    return Ok(Some((opcode, data.to_vec())));
+                }
+                Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
+                    // A damaged length may ask for anything: memory is taken as data comes.
+                    let buffer = self.reader.insert(wanted.min(PIECE));
+                    let got = read_some(&mut self.file, buffer)?;
+                    self.reader.notify_read(got);
+                }
+            }
+        }
+    }
+
+    fn read_chunk(&mut self, data: &[u8]) -> Result<(), Failure> {
+        let mut entries = VecDeque::new();
+        let mut chunk = Chunk::open(data)?;
+        let mut messages = 0;
+        while let Some((opcode, record)) = chunk.next_record()? {
+            match mcap::parse_record(opcode, &record)? {
+                Record::Channel(channel) => {
+                    let interface = channel.metadata.get(INTERFACE).cloned();
+                    self.interfaces.insert(channel.id, interface);
+                }
+                Record::Message { header, data } => {
+                    messages += 1;
+                    let entry = self
+                        .entry(header.channel_id, &data)
+                        .map_err(|why| Failure::Damage(format!("message {messages}: {why}")))?;
+                    entries.push_back(entry);
+                }
+                _ => (),
+            }
+        }
+        self.entries = entries;
+        Ok(())
+    }
+
+    fn entry(&self, channel: u16, data: &[u8]) -> Result<Entry, String> {
+        match self.interfaces.get(&channel) {
+            None => Err(format!("channel {channel} was never opened")),
+            Some(None) => proto::WindowEnd::decode(data)
+                .map(|end| Entry::WindowEnd(end.window))
+                .map_err(|error| error.to_string()),
+            Some(Some(interface)) => proto::Exchange::decode(data)
+                .map(|message| Entry::Exchange(self.exchange(interface, message)))
+                .map_err(|error| error.to_string()),
+        }
+    }
+
+    fn exchange(&self, interface: &str, message: proto::Exchange) -> Exchange {
+        let header = Header {
+            kind: message.kind,
+            protocol: message.protocol,
+            run_id: self.provenance.run_id,
+            interface: message.interface,
+            iteration: message.iteration,
+            window: message.window,
+            step: message.step,
+            substeps: message.substeps,
+            count: message.payload.len() as u32,
+            t0_s: message.t0_s,
+            t1_s: message.t1_s,
+            checksum: message.checksum,
+        };
+        Exchange {
+            interface: interface.into(),
+            sender: message.sender,
+            receiver: message.receiver,
+            frame: Frame {
+                header,
+                payload: message.payload,
+            },
+        }
+    }
+
+    fn error(&self, failure: Failure) -> LogError {
+        match failure {
+            Failure::Io(source) => LogError::Read {
+                path: self.path.clone(),
+                source,
+            },
+            Failure::Damage(why) => LogError::Damaged {
+                path: self.path.clone(),
+                offset: self.offset,
+                place: match self.in_chunk {
+                    true => format!("chunk {}", self.chunks),
+                    false => format!("a record after {} chunks", self.chunks),
+                },
+                why,
+            },
+        }
+    }
+}
+
+impl Iterator for LogFile {
+    type Item = Result<Entry, LogError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if let Err(failure) = self.advance() {
+            self.ended = true;
+            let error = self.error(failure);
+            if !self.tolerant {
+                return Some(Err(error));
+            }
+            self.damage = Some(error);
+        }
+        self.entries.pop_front().map(Ok)
+    }
+}
+
+/// The kind and the length before the data of each record.
+const FRAMING: u64 = 9;
+
+/// Why reading cannot go on.
+enum Failure {
+    Io(io::Error),
+    Damage(String),
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Failure {
+        Failure::Io(error)
+    }
+}
+
+impl From<McapError> for Failure {
+    fn from(error: McapError) -> Failure {
+        Failure::Damage(chain(&error))
+    }
+}
+
+/// The records of a chunk whose checksum has been verified.
+struct Chunk<'a> {
+    reader: LinearReader,
+    rest: &'a [u8],
+}
+
+impl<'a> Chunk<'a> {
+    /// Hands the chunk to a reader of its own as if it were a file: only that one decompresses within a limit
+    /// and verifies before it yields.
+    fn open(data: &'a [u8]) -> Result<Chunk<'a>, Failure> {
+        let Record::Chunk { header, .. } = mcap::parse_record(op::CHUNK, data)? else {
+            return Err(Failure::Damage("the chunk is none".into()));
+        };
+        if header.uncompressed_size > SHRINK_LIMIT * data.len() as u64 {
+            return Err(Failure::Damage(format!(
+                "{} bytes claim to hold {}",
+                data.len(),
+                header.uncompressed_size
+            )));
+        }
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(RECORD_LIMIT);
+        let mut reader = LinearReader::new_with_options(options);
+        let mut framing = vec![op::CHUNK];
+        framing.extend_from_slice(&(data.len() as u64).to_le_bytes());
+        reader.insert(framing.len()).copy_from_slice(&framing);
+        reader.notify_read(framing.len());
+        Ok(Chunk { reader, rest: data })
+    }
+
+    fn next_record(&mut self) -> Result<Option<(u8, Vec<u8>)>, Failure> {
+        loop {
+            match self.reader.next_event() {
+                None => return Ok(None),
+                Some(Err(error)) => return Err(error.into()),
+                Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                    return Ok(Some((opcode, data.to_vec())));
+                }
+                Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
+                    let buffer = self.reader.insert(wanted);
+                    let got = read_some(&mut self.rest, buffer)?;
+                    self.reader.notify_read(got);
+                }
+            }
+        }
+    }
+}
+
+fn read_some(source: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
+    loop {
+        match source.read(buffer) {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => (),
+            other => return other,
+        }
+    }
+}
+
+fn provenance(data: &[u8]) -> Result<Provenance, String> {
+    let record = mcap::parse_record(op::METADATA, data).map_err(|error| chain(&error))?;
+    let Record::Metadata(mut record) = record else {
+        return Err("the metadata is none".into());
+    };
+    if record.name != PROVENANCE {
+        return Err(format!("its metadata is `{}`", record.name));
+    }
+    let mut take = |key: &str| {
+        let value = record.metadata.remove(key);
+        value.ok_or_else(|| format!("its metadata has no `{key}`"))
+    };
+    let format = take(FORMAT_KEY)?;
+    if format != FORMAT {
+        return Err(format!("its format is `{format}`, this is `{FORMAT}`"));
+    }
+    let run_id = take(RUN_ID_KEY)?;
+    Ok(Provenance {
+        run_id: u64::from_str_radix(&run_id, 16)
+            .map_err(|_| format!("`{run_id}` is not the number of a run"))?,
+        scenario_toml: take(SCENARIO_KEY)?,
+        manifest_json: take(MANIFEST_KEY)?,
+    })
+}

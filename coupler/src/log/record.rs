@@ -1,0 +1,372 @@
+//! Writing the log, on a thread of its own.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::Duration;
+
+use crossbeam_channel::{Receiver, RecvTimeoutError, SendTimeoutError, Sender, bounded};
+use mcap::records::{MessageHeader, Metadata};
+use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
+use prost::Message;
+use protocol::link::shm::MAX_DOUBLES;
+use protocol::{Frame, Kind};
+
+use super::{FORMAT, LogError, Provenance, proto};
+
+/// Messages that may wait for the writer. More would only hide for longer that the disk is too slow.
+const WAITING: usize = 64;
+
+/// A disk that takes nothing for so long is broken (s).
+const PATIENCE_S: u64 = 60;
+
+/// A chunk closes beyond this size, whatever the windows do.
+const CHUNK_BYTES: u64 = 1 << 20;
+
+/// Metadata of a channel.
+pub(super) const INTERFACE: &str = "interface";
+
+/// Name of the metadata record that holds the provenance, and its keys.
+pub(super) const PROVENANCE: &str = "thirdbody.provenance";
+pub(super) const FORMAT_KEY: &str = "format";
+pub(super) const RUN_ID_KEY: &str = "run_id";
+pub(super) const SCENARIO_KEY: &str = "scenario.toml";
+pub(super) const MANIFEST_KEY: &str = "manifest.json";
+
+/// What was written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LogStats {
+    /// Size of the file.
+    pub bytes: u64,
+    /// Frames in it.
+    pub messages: u64,
+    /// Windows that ended.
+    pub windows: u64,
+}
+
+/// Writes an exchange log. Frames are handed to a thread that compresses and writes them; when it falls behind,
+/// [`Recorder::record`] waits. Nothing is left out.
+pub struct Recorder {
+    path: PathBuf,
+    jobs: Option<Sender<Job>>,
+    outcome: Receiver<Result<LogStats, LogError>>,
+}
+
+enum Job {
+    Exchange(Stream, Frame),
+    WindowEnd(u64),
+}
+
+/// What has a channel of its own.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Stream {
+    interface: String,
+    sender: String,
+    receiver: String,
+    kind: u32,
+}
+
+impl Recorder {
+    /// Starts a log at `path`, in place of what is there. What was recorded is on its way to the disk after every
+    /// `flush_every_windows` windows (at least 1): a process that is killed loses no more.
+    pub fn create(
+        path: &Path,
+        provenance: &Provenance,
+        flush_every_windows: u64,
+    ) -> Result<Recorder, LogError> {
+        let file = LogWriter::create(path, provenance, flush_every_windows.max(1))?;
+        let (jobs, taken) = bounded(WAITING);
+        let (report, outcome) = bounded(1);
+        thread::Builder::new()
+            .name("exchange-log".into())
+            .spawn(move || {
+                // Nobody hears it if the recorder was dropped, and then nobody cares.
+                let _ = report.send(file.write_all(&taken));
+            })
+            .map_err(|error| LogError::write(path, &error))?;
+        Ok(Recorder {
+            path: path.into(),
+            jobs: Some(jobs),
+            outcome,
+        })
+    }
+
+    /// Records a frame that went from `sender` to `receiver`. An error may be about an earlier frame.
+    pub fn record(
+        &mut self,
+        interface: &str,
+        sender: &str,
+        receiver: &str,
+        frame: &Frame,
+    ) -> Result<(), LogError> {
+        if frame.payload.len() > MAX_DOUBLES {
+            return Err(LogError::TooLong {
+                doubles: frame.payload.len(),
+                capacity: MAX_DOUBLES,
+            });
+        }
+        let stream = Stream {
+            interface: interface.into(),
+            sender: sender.into(),
+            receiver: receiver.into(),
+            kind: frame.header.kind,
+        };
+        self.hand_over(Job::Exchange(stream, frame.clone()))
+    }
+
+    /// The window stands.
+    pub fn end_window(&mut self, window: u64) -> Result<(), LogError> {
+        self.hand_over(Job::WindowEnd(window))
+    }
+
+    /// Completes the file.
+    pub fn finish(mut self) -> Result<LogStats, LogError> {
+        self.close()
+    }
+
+    fn hand_over(&mut self, job: Job) -> Result<(), LogError> {
+        let Some(jobs) = &self.jobs else {
+            return Err(self.closed());
+        };
+        match jobs.send_timeout(job, Duration::from_secs(PATIENCE_S)) {
+            Ok(()) => Ok(()),
+            Err(SendTimeoutError::Timeout(_)) => Err(self.stalled()),
+            Err(SendTimeoutError::Disconnected(_)) => match self.close() {
+                Ok(_) => Err(self.closed()),
+                Err(error) => Err(error),
+            },
+        }
+    }
+
+    /// Tells the thread that nothing follows, and waits for what it says.
+    fn close(&mut self) -> Result<LogStats, LogError> {
+        if self.jobs.take().is_none() {
+            return Err(self.closed());
+        }
+        match self.outcome.recv_timeout(Duration::from_secs(PATIENCE_S)) {
+            Ok(outcome) => outcome,
+            Err(RecvTimeoutError::Timeout) => Err(self.stalled()),
+            Err(RecvTimeoutError::Disconnected) => Err(self.closed()),
+        }
+    }
+
+    fn stalled(&self) -> LogError {
+        LogError::Stalled {
+            path: self.path.clone(),
+            seconds: PATIENCE_S,
+        }
+    }
+
+    fn closed(&self) -> LogError {
+        LogError::Closed {
+            path: self.path.clone(),
+        }
+    }
+}
+
+impl Drop for Recorder {
+    /// A run that ends early still has a complete file; its error is another one.
+    fn drop(&mut self) {
+        let _ = self.close();
+    }
+}
+
+/// The file, on the side of the thread.
+struct LogWriter {
+    path: PathBuf,
+    writer: Writer<BufWriter<File>>,
+    flush_every_windows: u64,
+    exchange_schema: u16,
+    window_channel: u16,
+    channels: HashMap<Stream, u16>,
+    log_time: u64,
+    stats: LogStats,
+}
+
+impl LogWriter {
+    fn create(
+        path: &Path,
+        provenance: &Provenance,
+        flush_every_windows: u64,
+    ) -> Result<LogWriter, LogError> {
+        let file = File::create(path).map_err(|error| LogError::write(path, &error))?;
+        Self::start(path, file, provenance, flush_every_windows)
+            .map_err(|error| LogError::write(path, &error))
+    }
+
+    fn start(
+        path: &Path,
+        file: File,
+        provenance: &Provenance,
+        flush_every_windows: u64,
+    ) -> Result<LogWriter, McapError> {
+        let mut writer = options().create(BufWriter::new(file))?;
+        write_provenance(&mut writer, provenance)?;
+        let descriptors = proto::descriptors();
+        let exchange_schema = writer.add_schema(proto::EXCHANGE, "protobuf", &descriptors)?;
+        let window_schema = writer.add_schema(proto::WINDOW_END, "protobuf", &descriptors)?;
+        let window_channel =
+            writer.add_channel(window_schema, "windows", "protobuf", &BTreeMap::new())?;
+        writer.flush()?;
+        Ok(LogWriter {
+            path: path.into(),
+            writer,
+            flush_every_windows,
+            exchange_schema,
+            window_channel,
+            channels: HashMap::new(),
+            log_time: 0,
+            stats: LogStats::default(),
+        })
+    }
+
+    fn write_all(mut self, jobs: &Receiver<Job>) -> Result<LogStats, LogError> {
+        for job in jobs {
+            let written = match job {
+                Job::Exchange(stream, frame) => self.write(stream, frame),
+                Job::WindowEnd(window) => self.end_window(window),
+            };
+            written.map_err(|error| LogError::write(&self.path, &error))?;
+        }
+        self.finish()
+    }
+
+    fn write(&mut self, stream: Stream, frame: Frame) -> Result<(), McapError> {
+        let channel_id = self.channel(&stream)?;
+        let header = frame.header;
+        // Not a number becomes 0 here; the exact time is in the message.
+        self.log_time = (header.t1_s * 1e9).round() as u64;
+        let exchange = proto::Exchange {
+            kind: header.kind,
+            protocol: header.protocol,
+            interface: header.interface,
+            iteration: header.iteration,
+            window: header.window,
+            step: header.step,
+            substeps: header.substeps,
+            t0_s: header.t0_s,
+            t1_s: header.t1_s,
+            sender: stream.sender,
+            receiver: stream.receiver,
+            payload: frame.payload,
+            checksum: header.checksum,
+        };
+        self.put(channel_id, header.window, &exchange.encode_to_vec())?;
+        self.stats.messages += 1;
+        Ok(())
+    }
+
+    fn end_window(&mut self, window: u64) -> Result<(), McapError> {
+        let end = proto::WindowEnd { window };
+        self.put(self.window_channel, window, &end.encode_to_vec())?;
+        self.stats.windows += 1;
+        if self.stats.windows.is_multiple_of(self.flush_every_windows) {
+            self.writer.flush()?;
+        }
+        Ok(())
+    }
+
+    fn put(&mut self, channel_id: u16, window: u64, data: &[u8]) -> Result<(), McapError> {
+        let header = MessageHeader {
+            channel_id,
+            // The format has 32 bits here; the message has all 64.
+            sequence: window as u32,
+            log_time: self.log_time,
+            publish_time: self.log_time,
+        };
+        self.writer.write_to_known_channel(&header, data)
+    }
+
+    fn channel(&mut self, stream: &Stream) -> Result<u16, McapError> {
+        if let Some(channel) = self.channels.get(stream) {
+            return Ok(*channel);
+        }
+        let topic = format!(
+            "{}/{}/{}",
+            stream.interface,
+            stream.sender,
+            kind_name(stream.kind)
+        );
+        let metadata = BTreeMap::from([
+            (INTERFACE.to_string(), stream.interface.clone()),
+            ("receiver".to_string(), stream.receiver.clone()),
+        ]);
+        let channel =
+            self.writer
+                .add_channel(self.exchange_schema, &topic, "protobuf", &metadata)?;
+        self.channels.insert(stream.clone(), channel);
+        Ok(channel)
+    }
+
+    fn finish(mut self) -> Result<LogStats, LogError> {
+        self.writer
+            .finish()
+            .map_err(|error| LogError::write(&self.path, &error))?;
+        let mut buffer = self.writer.into_inner();
+        let size = buffer
+            .flush()
+            .and_then(|()| buffer.get_ref().metadata())
+            .map_err(|error| LogError::write(&self.path, &error))?;
+        Ok(LogStats {
+            bytes: size.len(),
+            ..self.stats
+        })
+    }
+}
+
+/// Chunks are put together in memory and written at once: with mcap's way of going back to fill in their header,
+/// a writer that is killed leaves a header that says nothing.
+fn options() -> WriteOptions {
+    WriteOptions::new()
+        .profile("thirdbody")
+        .library(concat!("thirdbody ", env!("CARGO_PKG_VERSION")))
+        .compression(Some(Compression::Lz4))
+        .chunk_size(Some(CHUNK_BYTES))
+        .disable_seeking(true)
+        .calculate_chunk_crcs(true)
+        .calculate_data_section_crc(true)
+        .calculate_summary_section_crc(true)
+        .calculate_attachment_crcs(true)
+}
+
+/// As metadata for us, as attachments for other tools.
+fn write_provenance(
+    writer: &mut Writer<BufWriter<File>>,
+    provenance: &Provenance,
+) -> Result<(), McapError> {
+    let texts = [
+        (SCENARIO_KEY, "application/toml", &provenance.scenario_toml),
+        (MANIFEST_KEY, "application/json", &provenance.manifest_json),
+    ];
+    let mut metadata = BTreeMap::from([
+        (FORMAT_KEY.to_string(), FORMAT.to_string()),
+        (
+            RUN_ID_KEY.to_string(),
+            format!("{:016x}", provenance.run_id),
+        ),
+    ]);
+    for (key, _, text) in texts {
+        metadata.insert(key.into(), text.clone());
+    }
+    writer.write_metadata(&Metadata {
+        name: PROVENANCE.into(),
+        metadata,
+    })?;
+    for (name, media_type, text) in texts {
+        writer.attach(&Attachment {
+            log_time: 0,
+            create_time: 0,
+            name: name.into(),
+            media_type: media_type.into(),
+            data: text.as_bytes().into(),
+        })?;
+    }
+    Ok(())
+}
+
+/// The name of a kind, or its number if it has none.
+pub(super) fn kind_name(kind: u32) -> String {
+    Kind::from_number(kind).map_or_else(|| kind.to_string(), |kind| format!("{kind:?}"))
+}

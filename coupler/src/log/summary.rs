@@ -1,0 +1,157 @@
+//! What a log holds.
+
+use std::path::Path;
+
+use protocol::{Frame, Kind};
+
+use super::hash::ExchangeHasher;
+use super::record::kind_name;
+use super::{Entry, Exchange, LogError, Provenance, read, recover};
+
+/// A log in numbers.
+#[derive(Debug)]
+pub struct LogSummary {
+    /// What the log says about its run.
+    pub provenance: Provenance,
+    /// In the order of their first message.
+    pub streams: Vec<Stream>,
+    /// Windows that ended.
+    pub windows: u64,
+    /// The last of them.
+    pub last_window: Option<u64>,
+    /// Where the first number was exchanged that is not finite.
+    pub non_finite: Option<NonFinite>,
+    /// `hashes.exchange`, to be compared with the run's summary.
+    pub hash: String,
+    /// Why a recovered log ended before its end.
+    pub damage: Option<LogError>,
+}
+
+/// All messages of one kind between two.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stream {
+    /// Name of the interface.
+    pub interface: String,
+    /// Who sends.
+    pub sender: String,
+    /// Who receives.
+    pub receiver: String,
+    /// [`protocol::Kind`] as its number.
+    pub kind: u32,
+    /// How many.
+    pub messages: u64,
+    /// Bytes of their payloads.
+    pub bytes: u64,
+    /// Window of the first.
+    pub first_window: u64,
+    /// Window of the last.
+    pub last_window: u64,
+}
+
+impl Stream {
+    /// The name of its channel in the log.
+    pub fn topic(&self) -> String {
+        format!(
+            "{}/{}/{}",
+            self.interface,
+            self.sender,
+            kind_name(self.kind)
+        )
+    }
+}
+
+/// A number that is not finite, and where it was.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NonFinite {
+    /// The channel.
+    pub topic: String,
+    /// The window.
+    pub window: u64,
+    /// Repeat of the window.
+    pub iteration: u32,
+    /// Entry of the payload.
+    pub index: usize,
+    /// The number.
+    pub value: f64,
+}
+
+/// Reads a whole log; with `tolerant`, as much of it as can be read.
+pub fn summarize(path: &Path, tolerant: bool) -> Result<LogSummary, LogError> {
+    let mut log = match tolerant {
+        true => recover(path)?,
+        false => read(path)?,
+    };
+    let mut summary = LogSummary {
+        provenance: log.provenance().clone(),
+        streams: Vec::new(),
+        windows: 0,
+        last_window: None,
+        non_finite: None,
+        hash: String::new(),
+        damage: None,
+    };
+    let mut hasher = ExchangeHasher::new();
+    for entry in &mut log {
+        match entry? {
+            Entry::Exchange(exchange) => {
+                hasher.add(&exchange.interface, &exchange.sender, &exchange.frame);
+                summary.count(&exchange);
+            }
+            Entry::WindowEnd(window) => {
+                hasher.end_window();
+                summary.windows += 1;
+                summary.last_window = Some(window);
+            }
+        }
+    }
+    summary.hash = hasher.finish();
+    summary.damage = log.take_damage();
+    Ok(summary)
+}
+
+impl LogSummary {
+    fn count(&mut self, exchange: &Exchange) {
+        let header = &exchange.frame.header;
+        let same = |stream: &Stream| {
+            stream.kind == header.kind
+                && stream.sender == exchange.sender
+                && stream.receiver == exchange.receiver
+                && stream.interface == exchange.interface
+        };
+        let index = self.streams.iter().position(same).unwrap_or_else(|| {
+            self.streams.push(Stream {
+                interface: exchange.interface.clone(),
+                sender: exchange.sender.clone(),
+                receiver: exchange.receiver.clone(),
+                kind: header.kind,
+                messages: 0,
+                bytes: 0,
+                first_window: header.window,
+                last_window: header.window,
+            });
+            self.streams.len() - 1
+        });
+        let stream = &mut self.streams[index];
+        stream.messages += 1;
+        stream.bytes += 8 * exchange.frame.payload.len() as u64;
+        stream.last_window = header.window;
+        if self.non_finite.is_none() {
+            self.non_finite = first_non_finite(&exchange.frame).map(|(index, value)| NonFinite {
+                topic: stream.topic(),
+                window: header.window,
+                iteration: header.iteration,
+                index,
+                value,
+            });
+        }
+    }
+}
+
+/// The bytes of a text make doubles of any kind, so texts are left out.
+fn first_non_finite(frame: &Frame) -> Option<(usize, f64)> {
+    if frame.header.kind == Kind::Couple as u32 {
+        return None;
+    }
+    let mut values = frame.payload.iter().copied().enumerate();
+    values.find(|(_, value)| !value.is_finite())
+}

@@ -1,0 +1,427 @@
+//! Recording, reading back, and what damage does.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use protocol::link::shm::MAX_DOUBLES;
+use protocol::{Frame, Header, Kind};
+
+use super::*;
+
+/// A file of one test, gone with it.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new() -> Scratch {
+        static FILES: AtomicU64 = AtomicU64::new(0);
+        let file = FILES.fetch_add(1, Ordering::Relaxed);
+        let name = format!("thirdbody-log-{}-{file}.mcap", std::process::id());
+        Scratch(std::env::temp_dir().join(name))
+    }
+
+    fn holding(bytes: &[u8]) -> Scratch {
+        let scratch = Scratch::new();
+        fs::write(&scratch.0, bytes).expect("the folder can be written to");
+        scratch
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.0);
+    }
+}
+
+const RUN: u64 = 0xfeed_0000_beef_0001;
+
+fn origin() -> Provenance {
+    Provenance {
+        scenario_toml: "[run]\nname = \"Zügig\"\n".into(),
+        manifest_json: "{\"seed\": 7}".into(),
+        run_id: RUN,
+    }
+}
+
+fn exchange(sender: &str, kind: Kind, window: u64, payload: Vec<f64>) -> Exchange {
+    let receiver = if sender == "coupler" {
+        "rail"
+    } else {
+        "coupler"
+    };
+    let header = Header {
+        run_id: RUN,
+        interface: 0,
+        iteration: window as u32 % 3,
+        window,
+        step: 7 * window,
+        substeps: 7,
+        t0_s: window as f64 * 1e-7,
+        t1_s: (window + 1) as f64 * 1e-7,
+        ..Header::of(kind)
+    };
+    Exchange {
+        interface: "layer-base".into(),
+        sender: sender.into(),
+        receiver: receiver.into(),
+        frame: Frame::new(header, payload),
+    }
+}
+
+/// A handshake and `windows` windows of two frames each.
+fn story(windows: u64) -> Vec<Entry> {
+    let mut entries = vec![
+        Entry::Exchange(exchange("coupler", Kind::Columns, 0, vec![])),
+        Entry::Exchange(exchange("rail", Kind::Compliance, 0, vec![0.5; 9])),
+    ];
+    for window in 0..windows {
+        let force = vec![window as f64, -0.0, f64::MIN_POSITIVE / 4.0];
+        let motion = vec![1.0 / (window + 3) as f64; 5];
+        entries.push(Entry::Exchange(exchange(
+            "coupler",
+            Kind::Advance,
+            window,
+            force,
+        )));
+        entries.push(Entry::Exchange(exchange(
+            "rail",
+            Kind::Motion,
+            window,
+            motion,
+        )));
+        entries.push(Entry::WindowEnd(window));
+    }
+    entries
+}
+
+fn put(recorder: &mut Recorder, entry: &Entry) -> Result<(), LogError> {
+    match entry {
+        Entry::Exchange(e) => recorder.record(&e.interface, &e.sender, &e.receiver, &e.frame),
+        Entry::WindowEnd(window) => recorder.end_window(*window),
+    }
+}
+
+fn recorded(path: &Path, entries: &[Entry], flush_every_windows: u64) -> LogStats {
+    let mut recorder =
+        Recorder::create(path, &origin(), flush_every_windows).expect("it is created");
+    for entry in entries {
+        put(&mut recorder, entry).expect("it is recorded");
+    }
+    recorder.finish().expect("it is completed")
+}
+
+fn bytes_of(entries: &[Entry], flush_every_windows: u64) -> Vec<u8> {
+    let scratch = Scratch::new();
+    recorded(&scratch.0, entries, flush_every_windows);
+    fs::read(&scratch.0).expect("it was written")
+}
+
+fn hash_of(entries: &[Entry]) -> String {
+    let mut hasher = ExchangeHasher::new();
+    for entry in entries {
+        match entry {
+            Entry::Exchange(e) => hasher.add(&e.interface, &e.sender, &e.frame),
+            Entry::WindowEnd(_) => hasher.end_window(),
+        }
+    }
+    hasher.finish()
+}
+
+/// Equal to the bit, which `==` on doubles is not.
+fn assert_same(read: &[Entry], expected: &[Entry]) {
+    assert_eq!(read.len(), expected.len());
+    for (read, expected) in read.iter().zip(expected) {
+        match (read, expected) {
+            (Entry::Exchange(read), Entry::Exchange(expected)) => {
+                let bits = |e: &Exchange| {
+                    e.frame
+                        .payload
+                        .iter()
+                        .map(|v| v.to_bits())
+                        .collect::<Vec<_>>()
+                };
+                assert_eq!(bits(read), bits(expected));
+                assert_eq!(read.frame.header, expected.frame.header);
+                assert_eq!(
+                    (&read.interface, &read.sender, &read.receiver),
+                    (&expected.interface, &expected.sender, &expected.receiver)
+                );
+            }
+            _ => assert_eq!(read, expected),
+        }
+    }
+}
+
+fn read_all(path: &Path) -> Result<Vec<Entry>, LogError> {
+    read(path)?.collect()
+}
+
+#[test]
+fn a_log_gives_back_what_was_recorded_to_the_bit() {
+    let scratch = Scratch::new();
+    let mut entries = story(40);
+    let odd = vec![
+        f64::NAN,
+        f64::from_bits(0x7ff0_0000_0000_0001),
+        f64::from_bits(0xfff8_dead_beef_cafe),
+        f64::NEG_INFINITY,
+        -0.0,
+    ];
+    entries.push(Entry::Exchange(exchange(
+        "rail",
+        Kind::Motion,
+        u64::MAX,
+        odd,
+    )));
+    let stats = recorded(&scratch.0, &entries, 3);
+    assert_eq!((stats.messages, stats.windows), (83, 40));
+    assert_eq!(
+        Some(stats.bytes),
+        fs::metadata(&scratch.0).ok().map(|m| m.len())
+    );
+    let log = read(&scratch.0).expect("it is a log");
+    assert_eq!(log.provenance(), &origin());
+    assert_same(&read_all(&scratch.0).expect("it is whole"), &entries);
+}
+
+#[test]
+fn a_large_message_comes_back() {
+    let scratch = Scratch::new();
+    let matrix = (0..1_000_000).map(|i| f64::from(i).sqrt()).collect();
+    let entries = [Entry::Exchange(exchange(
+        "rail",
+        Kind::Compliance,
+        0,
+        matrix,
+    ))];
+    recorded(&scratch.0, &entries, 1);
+    assert_same(&read_all(&scratch.0).expect("it is whole"), &entries);
+}
+
+#[test]
+fn a_payload_that_shrinks_to_nothing_comes_back() {
+    let scratch = Scratch::new();
+    let entries = [Entry::Exchange(exchange(
+        "rail",
+        Kind::Motion,
+        0,
+        vec![0.0; 500_000],
+    ))];
+    recorded(&scratch.0, &entries, 1);
+    assert_same(&read_all(&scratch.0).expect("it is whole"), &entries);
+}
+
+#[test]
+fn a_message_beyond_the_cap_is_refused() {
+    let scratch = Scratch::new();
+    let mut recorder = Recorder::create(&scratch.0, &origin(), 1).expect("it is created");
+    let frame = Frame {
+        payload: vec![0.0; MAX_DOUBLES + 1],
+        ..Frame::default()
+    };
+    let refused = recorder.record("i", "a", "b", &frame);
+    assert!(matches!(refused, Err(LogError::TooLong { .. })));
+    recorder.finish().expect("the log goes on without it");
+}
+
+#[test]
+fn equal_exchanges_of_different_runs_have_equal_messages() {
+    let mut other = story(3);
+    for entry in &mut other {
+        if let Entry::Exchange(exchange) = entry {
+            exchange.frame.header.run_id = 1;
+        }
+    }
+    assert_eq!(bytes_of(&story(3), 1), bytes_of(&other, 1));
+}
+
+/// What a killed writer leaves is the beginning of a file. Whatever its length, what can be read is the beginning
+/// of the story, and a longer file never holds less.
+#[test]
+fn a_truncated_log_holds_the_beginning_of_the_story() {
+    let entries = story(12);
+    let bytes = bytes_of(&entries, 2);
+    let mut most = 0;
+    for length in 0..bytes.len() {
+        let scratch = Scratch::holding(&bytes[..length]);
+        assert!(
+            read_all(&scratch.0).is_err(),
+            "{length} bytes are not whole"
+        );
+        let Ok(mut log) = recover(&scratch.0) else {
+            assert_eq!(most, 0, "{length} bytes");
+            continue;
+        };
+        let found: Vec<Entry> = log
+            .by_ref()
+            .collect::<Result<_, _>>()
+            .expect("what cannot be read is left out");
+        assert!(log.damage().is_some(), "{length} bytes");
+        assert!(found.len() >= most, "{length} bytes");
+        most = found.len();
+        assert_same(&found, &entries[..most]);
+    }
+    assert_eq!(most, entries.len());
+}
+
+#[test]
+fn one_flipped_bit_anywhere_is_an_error() {
+    let entries = story(4);
+    let bytes = bytes_of(&entries, 2);
+    for index in 0..bytes.len() {
+        for bit in [0, 7] {
+            let mut damaged = bytes.clone();
+            damaged[index] ^= 1 << bit;
+            let scratch = Scratch::holding(&damaged);
+            assert!(
+                read_all(&scratch.0).is_err(),
+                "byte {index} of {}, bit {bit}",
+                bytes.len()
+            );
+            if let Ok(log) = recover(&scratch.0) {
+                let mut found: Vec<Entry> = log.filter_map(Result::ok).collect();
+                // The number of the run is in no chunk: only the checksum at the end of the file covers it.
+                for entry in &mut found {
+                    if let Entry::Exchange(exchange) = entry {
+                        exchange.frame.header.run_id = RUN;
+                    }
+                }
+                assert_same(&found, &entries[..found.len()]);
+            }
+        }
+    }
+}
+
+#[test]
+fn damage_is_named_with_its_chunk_and_byte() {
+    let entries = story(6);
+    let bytes = bytes_of(&entries, 2);
+    // Three chunks hold two windows each, after the one that declares the messages.
+    let needle = b"lz4";
+    let chunks: Vec<usize> = (0..bytes.len() - 3)
+        .filter(|start| &bytes[*start..start + 3] == needle)
+        .collect();
+    let mut damaged = bytes.clone();
+    damaged[chunks[2] + 40] ^= 0x10;
+    let scratch = Scratch::holding(&damaged);
+    let error = read_all(&scratch.0).expect_err("the third chunk is damaged");
+    let text = error.to_string();
+    assert!(text.contains("in chunk 3"), "{text}");
+    // The chunk's record begins 9 + 32 bytes before the name of its compression.
+    assert!(text.contains(&format!("byte {}", chunks[2] - 41)), "{text}");
+    let mut log = recover(&scratch.0).expect("its beginning is fine");
+    assert_eq!(log.by_ref().count(), 8, "the handshake and two windows");
+    assert!(log.damage().is_some());
+}
+
+#[test]
+fn a_killed_writer_loses_no_more_than_the_windows_since_the_last_flush() {
+    let scratch = Scratch::new();
+    let entries = story(7);
+    let mut recorder = Recorder::create(&scratch.0, &origin(), 3).expect("it is created");
+    for entry in &entries {
+        put(&mut recorder, entry).expect("it is recorded");
+    }
+    // Killed here, as soon as the writer has caught up with the six windows it has to have flushed.
+    let found = loop {
+        let copy = Scratch::holding(&fs::read(&scratch.0).expect("it exists"));
+        let summary = summarize(&copy.0, true).expect("its beginning is fine");
+        if summary.windows >= 6 {
+            break summary;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    };
+    assert_eq!(found.last_window, Some(5));
+    assert!(found.damage.is_some(), "it has no end");
+    drop(recorder);
+    let whole = summarize(&scratch.0, false).expect("a recorder that is dropped ends its file");
+    assert_eq!(whole.windows, 7);
+}
+
+#[test]
+fn a_full_disk_is_an_error_and_not_a_panic() {
+    let full = Path::new("/dev/full");
+    let error = Recorder::create(full, &origin(), 1).err();
+    let text = error.expect("nothing fits there").to_string();
+    assert!(text.contains("No space left"), "{text}");
+    let nowhere = Recorder::create(Path::new("/nowhere/log.mcap"), &origin(), 1);
+    assert!(matches!(nowhere.err(), Some(LogError::Write { .. })));
+}
+
+#[test]
+fn a_summary_counts_streams_and_repeats_the_hash() {
+    let scratch = Scratch::new();
+    let entries = story(5);
+    recorded(&scratch.0, &entries, 2);
+    let summary = summarize(&scratch.0, false).expect("it is whole");
+    assert_eq!(summary.hash, hash_of(&entries));
+    assert_eq!(summary.provenance, origin());
+    assert_eq!((summary.windows, summary.last_window), (5, Some(4)));
+    assert_eq!(summary.non_finite, None);
+    let topics: Vec<String> = summary.streams.iter().map(Stream::topic).collect();
+    let expected = [
+        "coupler/Columns",
+        "rail/Compliance",
+        "coupler/Advance",
+        "rail/Motion",
+    ];
+    assert_eq!(topics, expected.map(|topic| format!("layer-base/{topic}")));
+    let motion = &summary.streams[3];
+    assert_eq!((motion.messages, motion.bytes), (5, 5 * 5 * 8));
+    assert_eq!((motion.first_window, motion.last_window), (0, 4));
+}
+
+#[test]
+fn the_first_number_that_is_not_finite_is_found() {
+    let scratch = Scratch::new();
+    let mut entries = story(3);
+    let mut text = exchange("coupler", Kind::Couple, 0, vec![]);
+    text.frame = Frame::with_text(text.frame.header, "\u{fffd}\u{fffd}\u{fffd}");
+    entries.push(Entry::Exchange(text));
+    for window in 3..5 {
+        let payload = vec![0.0, 1.0, f64::NEG_INFINITY, f64::NAN];
+        entries.push(Entry::Exchange(exchange(
+            "rail",
+            Kind::Motion,
+            window,
+            payload,
+        )));
+    }
+    recorded(&scratch.0, &entries, 1);
+    let expected = NonFinite {
+        topic: "layer-base/rail/Motion".into(),
+        window: 3,
+        iteration: 0,
+        index: 2,
+        value: f64::NEG_INFINITY,
+    };
+    let summary = summarize(&scratch.0, false).expect("it is whole");
+    assert_eq!(summary.non_finite, Some(expected));
+}
+
+#[test]
+fn what_is_not_a_log_is_refused_by_name() {
+    let missing = read(Path::new("/nowhere/exchange.mcap")).err();
+    assert!(matches!(missing, Some(LogError::Read { .. })));
+    let folder = read(&std::env::temp_dir()).err();
+    assert!(matches!(folder, Some(LogError::Read { .. })));
+    let contents: [&[u8]; 3] = [b"", b"window,iteration\n0,0\n", &[0; 4096]];
+    for content in contents {
+        let scratch = Scratch::holding(content);
+        let refused = recover(&scratch.0).err();
+        assert!(matches!(refused, Some(LogError::NotALog { .. })));
+    }
+}
+
+#[test]
+fn a_file_of_another_program_is_refused() {
+    let scratch = Scratch::new();
+    let file = fs::File::create(&scratch.0).expect("it can be written");
+    mcap::Writer::new(file)
+        .and_then(|mut writer| writer.finish())
+        .expect("it is written");
+    assert!(matches!(
+        read(&scratch.0).err(),
+        Some(LogError::NotALog { .. })
+    ));
+}
