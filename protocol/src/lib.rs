@@ -9,7 +9,8 @@
 //! - [`setting`]: what a participant is told when it is launched, and the checked reading of its own keys;
 //! - [`node`]: what a solver can be asked, and what it answers;
 //! - [`serve`]: the loop that turns frames into calls of a [`Node`];
-//! - [`link`]: the ways a frame travels: shared memory or an in-process channel.
+//! - [`link`]: the ways a frame travels: shared memory or an in-process channel;
+//! - [`participate`](mod@participate): the whole life of a participant in a process of its own.
 //!
 //! ```
 //! use protocol::{Frame, Header, Kind};
@@ -20,6 +21,7 @@
 pub mod frame;
 pub mod link;
 pub mod node;
+pub mod participate;
 pub mod serve;
 pub mod setting;
 
@@ -29,5 +31,6 @@ pub use node::{
     Capabilities, Description, FaultCode, Node, NodeError, Outcome, Phase, Role, Surface, Term,
     WallAnswer, Window,
 };
+pub use participate::{ParticipateError, participate};
 pub use serve::{ServeError, serve};
 pub use setting::{ConfigError, Session, Setting, Transport, read_config};

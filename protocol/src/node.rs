@@ -246,7 +246,7 @@ pub struct WallAnswer {
 pub struct Outcome {
     /// Own steps done, repeats included.
     pub steps: u64,
-    /// Work done by its kind, for instance `element_steps`. The first entry is the one that times are divided by.
+    /// Work done by its kind, for instance `element_steps`. Times are divided by the sum of the entries.
     pub work: BTreeMap<String, f64>,
     /// Results by name, unit in the name.
     pub results: BTreeMap<String, f64>,

@@ -1,1 +1,45 @@
-//! placeholder
+//! What the suites share: small solvers whose coupled motion is known on paper, and the means to run scenarios.
+//!
+//! - [`bar`]: an elastic bar, explicit, the continuum side of the one-dimensional cases;
+//! - [`chain`]: masses and springs, implicit, the side that stands on the wall; one mass is a rigid body;
+//! - [`plate`]: a row of loaded masses on a two-dimensional surface;
+//! - [`runs`]: running a scenario text in-process or over shared memory, and reading what it left.
+
+pub mod bar;
+pub mod chain;
+pub mod plate;
+pub mod runs;
+
+use coupler::launch::{Registry, Solver};
+
+/// The verification solvers with the shipped ones.
+pub fn registry() -> Registry {
+    let solvers = vec![
+        Solver {
+            kind: "bar",
+            check: |config, _| protocol::read_config::<bar::Config>(config).map(|_| Vec::new()),
+            build: bar::build,
+        },
+        Solver {
+            kind: "chain",
+            check: |config, _| protocol::read_config::<chain::Config>(config).map(|_| Vec::new()),
+            build: chain::build,
+        },
+        Solver {
+            kind: "plate",
+            check: |config, _| protocol::read_config::<plate::Config>(config).map(|_| Vec::new()),
+            build: plate::build,
+        },
+        Solver {
+            kind: "fem",
+            check: fem_node::check,
+            build: fem_node::build,
+        },
+        Solver {
+            kind: "dem",
+            check: dem_node::check,
+            build: dem_node::build,
+        },
+    ];
+    Registry { solvers }
+}

@@ -1,1 +1,14 @@
 //! Verification cases of dem-node.
+
+mod dem_balance;
+mod dem_bounds;
+mod dem_column;
+mod dem_compliance;
+mod dem_glued;
+mod dem_impact;
+mod dem_incline;
+mod dem_layer;
+mod dem_layer_run;
+mod dem_pyramid;
+mod dem_support;
+mod dem_wheel;

@@ -128,3 +128,38 @@ fn coordination(pile: &Pile) -> f64 {
         rattlers.into_iter().for_each(|i| carries[i] = false);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pile(centres: Vec<[f64; 2]>) -> Pile {
+        Pile {
+            radii: vec![0.5; centres.len()],
+            movable: centres.len(),
+            centres,
+            ceiling: f64::INFINITY,
+            floor: 0.0,
+            half_width: f64::INFINITY,
+            thrust: None,
+        }
+    }
+
+    #[test]
+    fn a_chain_in_equilibrium_is_no_packing() {
+        let chain = pile(
+            (0..10)
+                .map(|i| [0.0, 0.499 + 0.998 * f64::from(i)])
+                .collect(),
+        );
+        let error = require_jammed(&chain).expect_err("chains carry load at 2 contacts");
+        assert!(error.to_string().contains("not jammed"), "{error}");
+    }
+
+    #[test]
+    fn rattlers_and_what_only_they_hold_do_not_count() {
+        // A 4 x 4 square block on the floor: its corners have 2 contacts or 3, and peel off one after the other.
+        let block = (0..16).map(|i| [0.998 * f64::from(i % 4), 0.499 + 0.998 * f64::from(i / 4)]);
+        assert_eq!(coordination(&pile(block.collect())), 0.0);
+    }
+}

@@ -1,0 +1,226 @@
+//! Time from a request of the coupler to the answer of a node, over shared memory.
+
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use protocol::link::shm::{self, ShmLink, WaitMode};
+use protocol::participate::{ParticipateError, read_session};
+use protocol::setting::SESSION_VARIABLE;
+use protocol::{Frame, Header, Kind, Link, PROTOCOL_VERSION, Session, Setting, Transport};
+use serde_json::json;
+
+use crate::error::Error;
+use crate::launch::process;
+
+/// Frames that pass before counting starts.
+const WARM_UP: usize = 500;
+/// Frames that are timed.
+const TIMED: usize = 5_000;
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// One row of the table.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Doubles in the request, and as many in the answer.
+    pub doubles: usize,
+    /// How both ends wait: `poll` or `event`.
+    pub mode: &'static str,
+    /// Processes: the coupler and one node, or the coupler and two nodes that are asked in turn while the other waits.
+    pub processes: usize,
+    /// Median round trip (us).
+    pub p50_us: f64,
+    /// 99th percentile (us).
+    pub p99_us: f64,
+}
+
+/// Measures all rows: 100, 1 000 and 10 000 doubles, both ways of waiting, two and three processes.
+pub fn measure() -> Result<Vec<Row>, Error> {
+    let mut rows = Vec::new();
+    for processes in [2, 3] {
+        for (mode, wait) in [("poll", WaitMode::Poll), ("event", WaitMode::Event)] {
+            let mut bench = Bench::start(processes - 1, mode, wait)?;
+            for doubles in [100, 1_000, 10_000] {
+                let (p50_us, p99_us) = bench.time(doubles)?;
+                rows.push(Row {
+                    doubles,
+                    mode,
+                    processes,
+                    p50_us,
+                    p99_us,
+                });
+            }
+        }
+    }
+    Ok(rows)
+}
+
+/// `{"results": [...]}` as scripts read it.
+pub fn json(rows: &[Row]) -> String {
+    let results: Vec<_> = rows
+        .iter()
+        .map(|row| {
+            json!({
+                "doubles": row.doubles,
+                "mode": row.mode,
+                "processes": row.processes,
+                "p50_us": row.p50_us,
+                "p99_us": row.p99_us,
+            })
+        })
+        .collect();
+    json!({ "results": results }).to_string()
+}
+
+/// The rows for a person.
+pub fn table(rows: &[Row]) -> String {
+    let mut lines = vec!["doubles  mode   processes  p50 (us)  p99 (us)".to_string()];
+    lines.extend(rows.iter().map(|row| {
+        format!(
+            "{:>7}  {:<5}  {:>9}  {:>8.1}  {:>8.1}",
+            row.doubles, row.mode, row.processes, row.p50_us, row.p99_us
+        )
+    }));
+    lines.join("\n")
+}
+
+/// Answers every frame with its own payload, until the other end goes away.
+pub fn echo() -> Result<(), ParticipateError> {
+    let session = read_session()?;
+    protocol::participate::follow(session.coordinator_pid, nix::sys::signal::Signal::SIGKILL)?;
+    let Transport::Shm { root, prefix } = &session.transport else {
+        return Err(ParticipateError::NoChannel);
+    };
+    let mut link = ShmLink::participant(root, prefix, &session.setting.participant, PATIENCE)?;
+    while let Some(frame) = link.receive(PATIENCE)? {
+        if frame.kind().is_ok_and(|kind| kind == Kind::Finish) {
+            break;
+        }
+        link.send(&frame, PATIENCE)?;
+    }
+    Ok(())
+}
+
+/// Links and processes of one set-up; everything is ended and removed when dropped.
+struct Bench {
+    links: Vec<ShmLink>,
+    children: Vec<Child>,
+    session_files: Vec<PathBuf>,
+    root: PathBuf,
+    prefix: String,
+}
+
+impl Bench {
+    fn start(nodes: usize, mode: &str, wait: WaitMode) -> Result<Bench, Error> {
+        let root = shm::run_root();
+        let _ = shm::sweep_dead(&root);
+        let run_id = nodes as u64 * 2 + u64::from(mode == "poll");
+        let mut bench = Bench {
+            links: Vec::new(),
+            children: Vec::new(),
+            session_files: Vec::new(),
+            prefix: shm::run_prefix(std::process::id(), run_id),
+            root,
+        };
+        for index in 0..nodes {
+            let name = format!("echo-{index}");
+            let link = ShmLink::coordinator(&bench.root, &bench.prefix, &name, wait)
+                .map_err(|error| Error::Refused(error.to_string()))?;
+            bench.links.push(link);
+            bench.spawn(&name)?;
+        }
+        Ok(bench)
+    }
+
+    fn spawn(&mut self, name: &str) -> Result<(), Error> {
+        let session = self.session(name);
+        let path = std::env::temp_dir().join(format!("{}{name}.json", self.prefix));
+        let text = serde_json::to_string(&session).expect("our own types always serialise");
+        std::fs::write(&path, text).map_err(Error::io(path.display().to_string()))?;
+        self.session_files.push(path.clone());
+        let child = Command::new(crate::cli::own_program()?)
+            .args(["bench", "echo"])
+            .env(SESSION_VARIABLE, &path)
+            .stdin(Stdio::null())
+            .spawn()
+            .map_err(Error::io("starting the other end"))?;
+        self.children.push(child);
+        Ok(())
+    }
+
+    fn session(&self, name: &str) -> Session {
+        Session {
+            protocol: PROTOCOL_VERSION,
+            run_id: 0,
+            scenario_hash: String::new(),
+            coordinator_pid: std::process::id(),
+            setting: Setting {
+                participant: name.to_string(),
+                seed: 0,
+                thickness_m: 1.0,
+                threads: 1,
+                fields: None,
+            },
+            transport: Transport::Shm {
+                root: self.root.clone(),
+                prefix: self.prefix.clone(),
+            },
+            idle_deadline_s: PATIENCE.as_secs_f64(),
+            config: json!(null),
+        }
+    }
+
+    /// Median and 99th percentile (us) of the round trips with this many doubles.
+    fn time(&mut self, doubles: usize) -> Result<(f64, f64), Error> {
+        let frame = Frame::new(Header::of(Kind::Advance), vec![0.5; doubles]);
+        let mut times = Vec::with_capacity(TIMED);
+        for turn in 0..WARM_UP + TIMED {
+            let index = turn % self.links.len();
+            let start = Instant::now();
+            self.round_trip(index, &frame)?;
+            if turn >= WARM_UP {
+                times.push(1e6 * start.elapsed().as_secs_f64());
+            }
+        }
+        times.sort_by(f64::total_cmp);
+        Ok((times[TIMED / 2], times[TIMED * 99 / 100]))
+    }
+
+    fn round_trip(&mut self, index: usize, frame: &Frame) -> Result<(), Error> {
+        let link = &mut self.links[index];
+        let fault = |why: String| Error::Protocol {
+            peer: format!("echo-{index}"),
+            phase: "in the benchmark".into(),
+            why,
+        };
+        link.send(frame, PATIENCE)
+            .map_err(|error| fault(error.to_string()))?;
+        match link.receive(PATIENCE) {
+            Ok(Some(answer))
+                if answer.verify().is_ok() && answer.payload.len() == frame.payload.len() =>
+            {
+                Ok(())
+            }
+            Ok(Some(_)) => Err(fault("the answer is not the request".into())),
+            Ok(None) => Err(fault("no answer came".into())),
+            Err(error) => Err(fault(error.to_string())),
+        }
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        let goodbye = Frame::new(Header::of(Kind::Finish), Vec::new());
+        for link in &mut self.links {
+            let _ = link.send(&goodbye, Duration::from_millis(100));
+        }
+        for child in &mut self.children {
+            process::end(child);
+        }
+        self.links.clear();
+        for path in &self.session_files {
+            let _ = std::fs::remove_file(path);
+        }
+        let _ = shm::sweep(&self.root, &self.prefix);
+    }
+}

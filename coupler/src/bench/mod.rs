@@ -1,0 +1,3 @@
+//! Measurements of what the machine gives.
+
+pub mod exchange;

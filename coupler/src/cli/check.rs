@@ -1,0 +1,57 @@
+//! `thirdbody check`: everything that can be said before a run.
+
+use super::{ScenarioArguments, VerbResult, print};
+use crate::couple::run::check as check_scenario;
+use crate::launch::Registry;
+use crate::scenario::{Loaded, load};
+
+/// Arguments of `check`.
+#[derive(Debug, clap::Args)]
+pub struct CheckArguments {
+    #[command(flatten)]
+    scenario: ScenarioArguments,
+}
+
+/// Checks a scenario; an error has exit code 2.
+pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
+    let loaded = load(&arguments.scenario.scenario, &arguments.scenario.set)?;
+    let warnings = check_scenario(&loaded, registry, arguments.scenario.threads())?;
+    print(&describe(&loaded));
+    for warning in warnings {
+        print(&format!("warning: {warning}"));
+    }
+    Ok(0)
+}
+
+fn describe(loaded: &Loaded) -> String {
+    let scenario = &loaded.scenario;
+    let mut lines = vec![format!(
+        "{}: valid, scenario {}",
+        scenario.run.name, loaded.hash
+    )];
+    for participant in &scenario.participant {
+        let command = match &participant.command {
+            None => format!("thirdbody node {}", participant.kind),
+            Some(words) => words.join(" "),
+        };
+        lines.push(format!(
+            "participant {} ({}): {command}",
+            participant.name, participant.kind
+        ));
+    }
+    for interface in &scenario.interface {
+        lines.push(format!(
+            "interface {}: {} <-> {}, {:?}, {} substeps a window, gap within {:.1e} node spacings",
+            interface.name,
+            interface.between[0],
+            interface.between[1],
+            interface.scheme,
+            interface.substeps,
+            interface.tolerance_rel
+        ));
+    }
+    if scenario.interface.is_empty() {
+        lines.push("no interface: the solver runs alone".into());
+    }
+    lines.join("\n")
+}

@@ -1,0 +1,103 @@
+//! The command line: one file a verb.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::error::Error;
+use crate::launch::Registry;
+
+pub mod bench;
+pub mod check;
+pub mod inspect;
+pub mod node;
+pub mod run;
+
+/// Concurrent FE-DEM co-simulation of wheel, third body and rail.
+#[derive(Debug, Parser)]
+#[command(name = "thirdbody", version, about)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Run a scenario: a folder, a file, or a name under scenarios/.
+    Run(run::RunArguments),
+    /// Check a scenario without running it.
+    Check(check::CheckArguments),
+    /// Show what a run directory or an exchange log holds.
+    Inspect(inspect::InspectArguments),
+    /// Measure what the machine gives.
+    Bench(bench::BenchArguments),
+    /// Serve a shipped solver to the coordinator that launched this process.
+    Node(node::NodeArguments),
+    /// Start a foreign participant whose life is tied to the coordinator's.
+    #[command(hide = true)]
+    ExecChild(node::ExecArguments),
+}
+
+/// The scenario and its overrides, as several verbs take them.
+#[derive(Debug, clap::Args)]
+pub struct ScenarioArguments {
+    /// A folder with scenario.toml, a file, or a name under scenarios/.
+    pub scenario: String,
+    /// Override a key: run.seed=2, participant.rail.config.mesh.size_m=1e-4, interface.layer-base.substeps=9.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Threads of each participant (results never depend on it); by default the cores of the machine.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+}
+
+impl ScenarioArguments {
+    /// Threads of each participant.
+    pub fn threads(&self) -> usize {
+        self.threads.map_or_else(
+            || std::thread::available_parallelism().map_or(1, usize::from),
+            usize::from,
+        )
+    }
+}
+
+/// What a verb came to, for the exit code.
+pub type VerbResult = Result<i32, Error>;
+
+/// Runs the command line with the solvers that this binary ships.
+pub fn main(registry: &Registry) -> ExitCode {
+    let result = match Cli::parse().verb {
+        Verb::Run(arguments) => run::run(&arguments, registry),
+        Verb::Check(arguments) => check::check(&arguments, registry),
+        Verb::Inspect(arguments) => inspect::inspect(&arguments),
+        Verb::Bench(arguments) => bench::bench(&arguments),
+        Verb::Node(arguments) => node::node(&arguments, registry),
+        Verb::ExecChild(arguments) => node::exec_child(&arguments),
+    };
+    let code = result.unwrap_or_else(|error| {
+        let code = error.exit_code();
+        print_error(error);
+        code
+    });
+    ExitCode::from(code as u8)
+}
+
+/// Tells on stderr what went wrong; scenario errors point into the file.
+pub fn print_error(error: Error) {
+    match error {
+        Error::Scenario(scenario) => eprintln!("{:?}", miette::Report::new(*scenario)),
+        other => eprintln!("error: {other}"),
+    }
+}
+
+/// Prints results; a reader that went away (a closed pipe) is not an error of ours.
+pub fn print(text: &str) {
+    let _ = writeln!(std::io::stdout().lock(), "{text}");
+}
+
+/// Where this program lies, to be started again as a participant.
+pub fn own_program() -> Result<PathBuf, Error> {
+    std::env::current_exe().map_err(Error::io("finding this program"))
+}

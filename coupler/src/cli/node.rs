@@ -1,0 +1,54 @@
+//! `thirdbody node` and `exec-child`: this program as a participant.
+
+use std::os::unix::process::CommandExt;
+use std::process::Command;
+
+use nix::sys::signal::Signal;
+use protocol::participate;
+use protocol::participate::{follow, read_session};
+
+use super::VerbResult;
+use crate::error::Error;
+use crate::launch::Registry;
+
+/// Arguments of `node`.
+#[derive(Debug, clap::Args)]
+pub struct NodeArguments {
+    /// Kind of the solver: fem or dem.
+    kind: String,
+}
+
+/// Arguments of `exec-child`.
+#[derive(Debug, clap::Args)]
+pub struct ExecArguments {
+    /// Program and arguments.
+    #[arg(trailing_var_arg = true, required = true)]
+    command: Vec<String>,
+}
+
+/// Serves a shipped solver until the run ends.
+pub fn node(arguments: &NodeArguments, registry: &Registry) -> VerbResult {
+    let solver = registry.get(&arguments.kind).ok_or_else(|| {
+        Error::Refused(format!(
+            "no solver of kind `{}` is built in",
+            arguments.kind
+        ))
+    })?;
+    participate(solver.build).map_err(|error| Error::Refused(error.to_string()))?;
+    Ok(0)
+}
+
+/// Becomes a foreign participant: asks for SIGKILL at the coordinator's end, which survives `exec`. A program that is
+/// not ours may have no answer to anything milder.
+pub fn exec_child(arguments: &ExecArguments) -> VerbResult {
+    let session = read_session().map_err(|error| Error::Refused(error.to_string()))?;
+    follow(session.coordinator_pid, Signal::SIGKILL)
+        .map_err(|error| Error::Refused(error.to_string()))?;
+    let error = Command::new(&arguments.command[0])
+        .args(&arguments.command[1..])
+        .exec();
+    Err(Error::Refused(format!(
+        "cannot start `{}`: {error}",
+        arguments.command[0]
+    )))
+}

@@ -1,0 +1,91 @@
+//! `thirdbody run`: launch, couple, record.
+
+use std::path::PathBuf;
+
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+use super::{ScenarioArguments, VerbResult, own_program, print, print_error};
+use crate::couple::run::{Ended, Options, run as run_scenario};
+use crate::error::Error;
+use crate::launch::{Registry, Watch};
+use crate::scenario::load;
+
+/// Arguments of `run`.
+#[derive(Debug, clap::Args)]
+pub struct RunArguments {
+    #[command(flatten)]
+    scenario: ScenarioArguments,
+    /// Run directory: a new or an empty folder. By default runs/<name>-<time>-<id>.
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Print summary.json on stdout instead of a short table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs a scenario; the exit code is the run's.
+pub fn run(arguments: &RunArguments, registry: &Registry) -> VerbResult {
+    let loaded = load(&arguments.scenario.scenario, &arguments.scenario.set)?;
+    let watch = Watch::default();
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register_usize(signal, watch.flag(), signal as usize)
+            .map_err(Error::io("listening for signals"))?;
+    }
+    let ended = run_scenario(
+        &loaded,
+        &Options {
+            out: arguments.out.as_deref(),
+            threads: arguments.scenario.threads(),
+            registry,
+            program: own_program()?,
+            watch,
+            progress: true,
+        },
+    )?;
+    match arguments.json {
+        true => print(&ended.summary.to_json()),
+        false => print(&table(&ended)),
+    }
+    match ended.error {
+        None => Ok(0),
+        Some(error) => {
+            let code = error.exit_code();
+            print_error(error);
+            Ok(code)
+        }
+    }
+}
+
+/// The summary for a person.
+fn table(ended: &Ended) -> String {
+    let value = ended.summary.value();
+    let mut lines = vec![
+        format!("status    {}", value["status"].as_str().unwrap_or_default()),
+        format!("run       {}", ended.path.display()),
+        format!(
+            "simulated {:.6e} s in {} windows",
+            ended.summary.sim_time_s, ended.summary.windows
+        ),
+        format!(
+            "wall      {:.2} s",
+            value["wall_s"].as_f64().unwrap_or_default()
+        ),
+    ];
+    if let Some(coupling) = value["coupling"].as_object() {
+        lines.push("coupling".into());
+        lines.extend(
+            coupling
+                .iter()
+                .map(|(name, number)| format!("  {name:<24} {number}")),
+        );
+    }
+    lines.push("results".into());
+    lines.extend(
+        ended
+            .summary
+            .results
+            .iter()
+            .map(|(name, number)| format!("  {name:<24} {number}")),
+    );
+    lines.join("\n")
+}

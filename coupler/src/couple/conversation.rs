@@ -1,0 +1,197 @@
+//! Requests and answers between the coordinator and its participants, recorded and hashed as they pass.
+
+use protocol::{Frame, Header, Kind, PROTOCOL_VERSION, Window};
+
+use crate::error::Error;
+use crate::launch::peer::Patience;
+use crate::launch::{Peer, Watch};
+use crate::log::{ExchangeHasher, Recorder};
+use crate::scenario::Deadlines;
+
+/// Name under which the coupler's own frames are logged.
+pub const COUPLER: &str = "coupler";
+
+/// All participants of a run, and everything that was said.
+pub struct Conversation {
+    /// The participants, in the order of the scenario.
+    pub peers: Vec<Peer>,
+    run_id: u64,
+    interface: String,
+    watch: Watch,
+    deadlines: Deadlines,
+    recorder: Option<Recorder>,
+    hasher: ExchangeHasher,
+}
+
+impl Conversation {
+    /// A conversation with `peers`; what passes is recorded under the name `interface`.
+    pub fn new(
+        peers: Vec<Peer>,
+        run_id: u64,
+        interface: &str,
+        deadlines: &Deadlines,
+        watch: Watch,
+        recorder: Option<Recorder>,
+    ) -> Conversation {
+        Conversation {
+            peers,
+            run_id,
+            interface: interface.to_string(),
+            watch,
+            deadlines: deadlines.clone(),
+            recorder,
+            hasher: ExchangeHasher::new(),
+        }
+    }
+
+    /// Sends a request of numbers.
+    pub fn tell(
+        &mut self,
+        peer: usize,
+        kind: Kind,
+        window: &Window,
+        payload: Vec<f64>,
+    ) -> Result<(), Error> {
+        let frame = Frame::new(self.header(kind, window), payload);
+        self.send(peer, &frame)
+    }
+
+    /// Sends a request that is a text.
+    pub fn tell_text(&mut self, peer: usize, kind: Kind, text: &str) -> Result<(), Error> {
+        let frame = Frame::with_text(self.header(kind, &Window::default()), text);
+        self.send(peer, &frame)
+    }
+
+    /// Waits for the answer of this kind.
+    pub fn hear(&mut self, peer: usize, kind: Kind) -> Result<Frame, Error> {
+        let patience = match kind {
+            Kind::Welcome => Patience {
+                seconds: self.deadlines.setup_s,
+                key: "setup_s",
+            },
+            _ => self.answer_patience(),
+        };
+        let frame = self.peers[peer].receive(kind, patience, &self.watch)?;
+        if frame.header.run_id != self.run_id {
+            return Err(self.peers[peer].protocol(format!(
+                "answered for run {:016x}, this is run {:016x}",
+                frame.header.run_id, self.run_id
+            )));
+        }
+        let name = self.peers[peer].name().to_string();
+        self.keep(&name, COUPLER, &frame)?;
+        Ok(frame)
+    }
+
+    /// A request of numbers and its answer's numbers.
+    pub fn ask(
+        &mut self,
+        peer: usize,
+        kind: Kind,
+        answer: Kind,
+        window: &Window,
+        payload: Vec<f64>,
+    ) -> Result<Vec<f64>, Error> {
+        self.tell(peer, kind, window, payload)?;
+        let frame = self.hear(peer, answer)?;
+        if (frame.header.window, frame.header.iteration) != (window.index, window.iteration) {
+            return Err(self.peers[peer].protocol(format!(
+                "answered for window {}, iteration {}",
+                frame.header.window, frame.header.iteration
+            )));
+        }
+        Ok(frame.payload)
+    }
+
+    /// The same, for an answer that must hold exactly `length` finite numbers.
+    pub fn ask_exactly(
+        &mut self,
+        peer: usize,
+        (kind, answer): (Kind, Kind),
+        window: &Window,
+        payload: Vec<f64>,
+        length: usize,
+    ) -> Result<Vec<f64>, Error> {
+        let numbers = self.ask(peer, kind, answer, window, payload)?;
+        if numbers.len() != length {
+            return Err(self.peers[peer].protocol(format!(
+                "answered {} numbers where {length} were due",
+                numbers.len()
+            )));
+        }
+        match numbers.iter().position(|value| !value.is_finite()) {
+            None => Ok(numbers),
+            Some(index) => Err(Error::Diverged(format!(
+                "participant `{}` answered {} at entry {index} of {answer:?} in window {}, iteration {}: it diverged; lower its step or the window",
+                self.peers[peer].name(),
+                numbers[index],
+                window.index,
+                window.iteration
+            ))),
+        }
+    }
+
+    /// Closes a window in the log and in the hash.
+    pub fn end_window(&mut self, window: u64) -> Result<(), Error> {
+        self.hasher.end_window();
+        if let Some(recorder) = &mut self.recorder {
+            recorder.end_window(window)?;
+        }
+        Ok(())
+    }
+
+    /// Closes the log, also after an error; returns `hashes.exchange`.
+    pub fn close(&mut self) -> Result<String, Error> {
+        let hash = std::mem::replace(&mut self.hasher, ExchangeHasher::new()).finish();
+        if let Some(recorder) = self.recorder.take() {
+            recorder.finish()?;
+        }
+        Ok(hash)
+    }
+
+    fn header(&self, kind: Kind, window: &Window) -> Header {
+        Header {
+            kind: kind as u32,
+            protocol: PROTOCOL_VERSION,
+            run_id: self.run_id,
+            iteration: window.iteration,
+            window: window.index,
+            step: window.step,
+            substeps: window.substeps,
+            t0_s: window.t0_s,
+            t1_s: window.t1_s,
+            ..Header::default()
+        }
+    }
+
+    fn send(&mut self, peer: usize, frame: &Frame) -> Result<(), Error> {
+        let patience = match frame.header.kind == Kind::Hello as u32 {
+            true => Patience {
+                seconds: self.deadlines.setup_s,
+                key: "setup_s",
+            },
+            false => self.answer_patience(),
+        };
+        self.peers[peer].send(frame, patience, &self.watch)?;
+        let name = self.peers[peer].name().to_string();
+        self.keep(COUPLER, &name, frame)
+    }
+
+    fn keep(&mut self, sender: &str, receiver: &str, frame: &Frame) -> Result<(), Error> {
+        if !Kind::from_number(frame.header.kind).is_some_and(Kind::is_exchange) {
+            return Ok(());
+        }
+        self.hasher.add(&self.interface, sender, frame);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.record(&self.interface, sender, receiver, frame)?;
+        }
+        Ok(())
+    }
+
+    fn answer_patience(&self) -> Patience {
+        Patience {
+            seconds: self.deadlines.answer_s,
+            key: "answer_s",
+        }
+    }
+}

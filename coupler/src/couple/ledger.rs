@@ -1,0 +1,205 @@
+//! Work, momentum and gap of the interface, and the energies that both sides report.
+
+use protocol::{Role, Term};
+
+/// What an interface has seen since the start of the run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct InterfaceLedger {
+    /// Sum over windows of |F_g . (N du - H v_g)| (J).
+    pub energy_defect_j: f64,
+    /// Sum over windows of |F_g . N du| (J).
+    pub energy_j: f64,
+    /// Largest gap at the end of a window, over the mean node spacing.
+    pub gap_max_rel: f64,
+    /// Largest |sum lambda - sum F_g| (N).
+    pub force_residual_n: f64,
+    /// Largest |sum F_g| (N).
+    pub force_max_n: f64,
+    /// Windows that did not converge and were accepted all the same.
+    pub not_converged: u64,
+    /// Sum of the repeats of all windows.
+    pub repeats: u64,
+    /// Windows so far.
+    pub windows: u64,
+    /// Iterations of the contact solver, repeats included.
+    pub contact_iterations: u64,
+    /// Largest true residual of an accepted contact solve.
+    pub contact_residual_max: f64,
+}
+
+/// One window as the ledger sees it, vectors over the glued points.
+pub struct WindowEntry<'a> {
+    /// Force of the grains on the wall (N).
+    pub point_force: &'a [f64],
+    /// Force on the surface nodes during the window (N).
+    pub nodal_force: &'a [f64],
+    /// Motion of the points that the nodes dictate, N du (m).
+    pub point_motion: &'a [f64],
+    /// Motion of the points in the contact solve, H v_g (m).
+    pub wall_motion: &'a [f64],
+    /// Mean spacing of the surface nodes (m).
+    pub spacing_m: f64,
+}
+
+impl InterfaceLedger {
+    /// Adds a window that stands.
+    pub fn add(&mut self, entry: &WindowEntry) {
+        let dot = |motion: &dyn Fn(usize) -> f64| -> f64 {
+            entry
+                .point_force
+                .iter()
+                .enumerate()
+                .map(|(i, force)| force * motion(i))
+                .sum()
+        };
+        let defect = dot(&|i| entry.point_motion[i] - entry.wall_motion[i]);
+        self.energy_defect_j += defect.abs();
+        self.energy_j += dot(&|i| entry.point_motion[i]).abs();
+        self.gap_max_rel = self.gap_max_rel.max(gap(entry));
+        let (point, nodal) = (total(entry.point_force), total(entry.nodal_force));
+        let residual = (point[0] - nodal[0]).hypot(point[1] - nodal[1]);
+        self.force_residual_n = self.force_residual_n.max(residual);
+        self.force_max_n = self.force_max_n.max(point[0].hypot(point[1]));
+        self.windows += 1;
+    }
+
+    /// energy defect / energy, see summary.json.
+    pub fn energy_defect_rel(&self) -> f64 {
+        ratio(self.energy_defect_j, self.energy_j)
+    }
+
+    /// force residual / force, see summary.json.
+    pub fn force_residual_rel(&self) -> f64 {
+        ratio(self.force_residual_n, self.force_max_n)
+    }
+
+    /// Mean repeats of a window beyond its first run.
+    pub fn repeats_mean(&self) -> f64 {
+        ratio(self.repeats as f64, self.windows as f64)
+    }
+}
+
+fn gap(entry: &WindowEntry) -> f64 {
+    largest_difference(entry.point_motion, entry.wall_motion) / entry.spacing_m
+}
+
+/// The largest |a_i - b_i|; not a number if any of them is not.
+pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |most: f64, (a, b)| {
+        let difference = (a - b).abs();
+        if difference > most || difference.is_nan() {
+            difference
+        } else {
+            most
+        }
+    })
+}
+
+/// Sum of both components of a force vector.
+pub fn total(force: &[f64]) -> [f64; 2] {
+    let mut sum = [0.0; 2];
+    for pair in force.chunks_exact(2) {
+        sum[0] += pair[0];
+        sum[1] += pair[1];
+    }
+    sum
+}
+
+/// a / b, and zero where both are.
+pub fn ratio(a: f64, b: f64) -> f64 {
+    if a == 0.0 { 0.0 } else { a / b }
+}
+
+/// Energies of one participant: its terms and their latest values (J).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EnergyLedger {
+    /// What the terms mean.
+    pub terms: Vec<Term>,
+    /// Cumulative values (J), one a term.
+    pub values: Vec<f64>,
+}
+
+impl EnergyLedger {
+    fn sum(&self, wanted: impl Fn(Role) -> bool, size: impl Fn(f64) -> f64) -> f64 {
+        let chosen = self
+            .terms
+            .iter()
+            .zip(&self.values)
+            .filter(|(term, _)| wanted(term.role));
+        chosen.map(|(_, value)| size(*value)).sum()
+    }
+
+    /// W - dE - D (J).
+    pub fn defect_j(&self) -> f64 {
+        let work = self.sum(
+            |role| matches!(role, Role::Work | Role::InterfaceWork),
+            |v| v,
+        );
+        let kept = self.sum(
+            |role| matches!(role, Role::Stored | Role::Dissipated),
+            |v| v,
+        );
+        work - kept
+    }
+
+    /// Sum of |W| over the work terms (J).
+    pub fn work_j(&self) -> f64 {
+        self.sum(
+            |role| matches!(role, Role::Work | Role::InterfaceWork),
+            f64::abs,
+        )
+    }
+
+    /// |W - dE - D| / sum of |W| per term.
+    pub fn balance_rel(&self) -> f64 {
+        ratio(self.defect_j().abs(), self.work_j())
+    }
+}
+
+/// The balance of several participants together: work of their own loads and drives, less what all of them store
+/// and dissipate. Works at the common interface are left out on purpose: they should cancel, and what one side
+/// receives and the other does not give shows as a defect. Without any load of their own (an initial velocity,
+/// say) the defect is compared with the work at the interface.
+pub fn total_balance_rel(ledgers: &[EnergyLedger]) -> f64 {
+    let sum = |wanted: Role, size: fn(f64) -> f64| -> f64 {
+        ledgers
+            .iter()
+            .map(|ledger| ledger.sum(|role| role == wanted, size))
+            .sum()
+    };
+    let defect: f64 = ledgers.iter().map(EnergyLedger::defect_j).sum();
+    let through = sum(Role::InterfaceWork, |v| v);
+    let scale = match sum(Role::Work, f64::abs) {
+        0.0 => 0.5 * sum(Role::InterfaceWork, f64::abs),
+        own => own,
+    };
+    ratio((defect - through).abs(), scale)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn term(name: &str, role: Role) -> Term {
+        Term {
+            name: name.into(),
+            role,
+        }
+    }
+
+    #[test]
+    fn a_leak_at_the_interface_shows_in_the_total() {
+        let side = |interface: f64, own: f64, stored: f64| EnergyLedger {
+            terms: vec![
+                term("interface", Role::InterfaceWork),
+                term("load", Role::Work),
+                term("strain", Role::Stored),
+            ],
+            values: vec![interface, own, stored],
+        };
+        let sound = [side(3.0, 0.0, 3.0), side(-3.0, 10.0, 7.0)];
+        assert_eq!(total_balance_rel(&sound), 0.0);
+        let leaky = [side(3.0, 0.0, 3.0), side(-4.0, 10.0, 6.0)];
+        assert_eq!(total_balance_rel(&leaky), 0.1);
+    }
+}

@@ -1,0 +1,47 @@
+//! The solvers that a binary ships, handed in by its composition root.
+
+use protocol::setting::nearest;
+use protocol::{ConfigError, Node, NodeError, Session, Setting};
+
+use crate::error::Error;
+use crate::scenario::Participant;
+
+/// A shipped solver.
+#[derive(Clone, Copy)]
+pub struct Solver {
+    /// Word that `kind` in the scenario gives.
+    pub kind: &'static str,
+    /// Validates its keys; returns what the user should know beforehand.
+    pub check: fn(&serde_json::Value, &Setting) -> Result<Vec<String>, ConfigError>,
+    /// Makes the node.
+    pub build: fn(&Session) -> Result<Box<dyn Node>, NodeError>,
+}
+
+/// All shipped solvers.
+#[derive(Clone, Default)]
+pub struct Registry {
+    /// One entry a kind.
+    pub solvers: Vec<Solver>,
+}
+
+impl Registry {
+    /// The solver of this kind.
+    pub fn get(&self, kind: &str) -> Option<&Solver> {
+        self.solvers.iter().find(|solver| solver.kind == kind)
+    }
+
+    /// The solver that a participant without a command of its own asks for.
+    pub fn find(&self, participant: &Participant) -> Result<&Solver, Error> {
+        self.get(&participant.kind).ok_or_else(|| {
+            let kinds: Vec<&str> = self.solvers.iter().map(|solver| solver.kind).collect();
+            let proposal = match nearest(&participant.kind, &kinds) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("kinds: {}", kinds.join(", ")),
+            };
+            Error::Refused(format!(
+                "participant `{}`: no solver of kind `{}` is built in; {proposal} For a program of your own, give its command",
+                participant.name, participant.kind
+            ))
+        })
+    }
+}

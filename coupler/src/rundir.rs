@@ -1,0 +1,131 @@
+//! The run directory: `runs/<id>/` with everything that a run leaves.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+use serde_json::json;
+
+use crate::error::Error;
+use crate::scenario::Loaded;
+
+/// A run's own folder.
+pub struct RunDir {
+    path: PathBuf,
+    journal: Mutex<fs::File>,
+    start: Instant,
+}
+
+impl RunDir {
+    /// Makes the folder: `out` if given (refused when it is not empty), else `runs/<name>-<seconds>-<id>`,
+    /// to which `runs/latest` then points.
+    pub fn create(out: Option<&Path>, name: &str, run_id: u64) -> Result<RunDir, Error> {
+        let path = match out {
+            Some(out) => checked(out)?,
+            None => default_path(name, run_id)?,
+        };
+        for folder in ["logs", "fields"] {
+            let folder = path.join(folder);
+            fs::create_dir_all(&folder).map_err(Error::io(folder.display().to_string()))?;
+        }
+        let journal_path = path.join("logs/coordinator.log");
+        let journal = fs::File::create(&journal_path)
+            .map_err(Error::io(journal_path.display().to_string()))?;
+        Ok(RunDir {
+            path,
+            journal: Mutex::new(journal),
+            start: Instant::now(),
+        })
+    }
+
+    /// The folder itself.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Texts of the coordinator and its participants.
+    pub fn logs(&self) -> PathBuf {
+        self.path.join("logs")
+    }
+
+    /// Field files of the participants.
+    pub fn fields(&self) -> PathBuf {
+        self.path.join("fields")
+    }
+
+    /// Writes a whole file of the run.
+    pub fn write(&self, name: &str, text: &str) -> Result<(), Error> {
+        let path = self.path.join(name);
+        fs::write(&path, text).map_err(Error::io(path.display().to_string()))
+    }
+
+    /// Adds a line to `logs/coordinator.log`, with the seconds since the start.
+    pub fn note(&self, text: &str) {
+        if let Ok(mut file) = self.journal.lock() {
+            // The journal is a convenience: a full disk is reported by the log of exchanges and the summary.
+            let _ = writeln!(file, "{:10.3} {text}", self.start.elapsed().as_secs_f64());
+        }
+    }
+}
+
+fn checked(out: &Path) -> Result<PathBuf, Error> {
+    if out.exists() && !out.is_dir() {
+        return Err(Error::Refused(format!(
+            "--out {}: it is not a folder",
+            out.display()
+        )));
+    }
+    let occupied = fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some());
+    match occupied {
+        true => Err(Error::Refused(format!(
+            "--out {}: the folder is not empty; a run never overwrites another, choose a new or an empty one",
+            out.display()
+        ))),
+        false => Ok(out.to_path_buf()),
+    }
+}
+
+fn default_path(name: &str, run_id: u64) -> Result<PathBuf, Error> {
+    let seconds = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |since| since.as_secs());
+    let id = format!("{name}-{seconds}-{:08x}", run_id as u32);
+    let path = Path::new("runs").join(&id);
+    fs::create_dir_all(&path).map_err(Error::io(path.display().to_string()))?;
+    point_latest(&id);
+    Ok(path)
+}
+
+/// Two runs may start at the same time: the link is made under a name of its own and renamed, which is atomic.
+fn point_latest(id: &str) {
+    let temporary = Path::new("runs").join(format!(".latest-{id}"));
+    if std::os::unix::fs::symlink(id, &temporary).is_ok()
+        && fs::rename(&temporary, "runs/latest").is_err()
+    {
+        let _ = fs::remove_file(&temporary);
+    }
+}
+
+/// The manifest: what ran, where, from which build.
+pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize) -> String {
+    let host = nix::unistd::gethostname()
+        .ok()
+        .and_then(|name| name.into_string().ok())
+        .unwrap_or_default();
+    let value = json!({
+        "schema": "thirdbody.manifest/1",
+        "software": format!("thirdbody {}", env!("CARGO_PKG_VERSION")),
+        "git": option_env!("THIRDBODY_GIT").unwrap_or("unknown"),
+        "protocol": protocol::PROTOCOL_VERSION,
+        "run_id": format!("{run_id:016x}"),
+        "scenario_file": loaded.source.name,
+        "scenario_hash": loaded.hash,
+        "seed": loaded.scenario.run.seed,
+        "threads": threads,
+        "cores": std::thread::available_parallelism().map_or(1, usize::from),
+        "host": host,
+    });
+    serde_json::to_string_pretty(&value).expect("JSON values always serialise")
+}

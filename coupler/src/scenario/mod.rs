@@ -1,0 +1,178 @@
+//! The scenario: who takes part, who talks to whom, and how.
+
+use serde::{Deserialize, Serialize};
+
+pub mod load;
+pub mod source;
+
+pub use load::{Loaded, load};
+
+/// A whole scenario, as resolved from the file and `--set`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// What is common to all participants.
+    pub run: Run,
+    /// The solvers.
+    pub participant: Vec<Participant>,
+    /// Where they are joined; without any, the one participant runs alone.
+    #[serde(default)]
+    pub interface: Vec<Interface>,
+}
+
+/// What is common to all participants.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// Name of the run, a plain file name.
+    pub name: String,
+    /// Seed of everything random.
+    #[serde(default)]
+    pub seed: u64,
+    /// Out-of-plane thickness (m), positive.
+    pub thickness_m: f64,
+    /// How frames travel.
+    #[serde(default)]
+    pub transport: TransportKind,
+    /// End of the run (s); by default the longest load history of a participant.
+    pub end_s: Option<f64>,
+    /// What is written, and how often.
+    #[serde(default)]
+    pub output: Output,
+    /// How long to wait for whom.
+    #[serde(default)]
+    pub deadlines: Deadlines,
+}
+
+/// How frames travel between the coordinator and its participants.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TransportKind {
+    /// One process a participant, iceoryx2 shared memory.
+    #[default]
+    Shm,
+    /// One thread a participant, inside the coordinator's process.
+    Channel,
+}
+
+/// What is written, and how often.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Output {
+    /// Windows between two rows of `signals.csv`.
+    pub signals_every_windows: u64,
+    /// Windows between two flushes of `exchange.mcap`: a killed writer loses at most so many.
+    pub flush_every_windows: u64,
+    /// Whether `exchange.mcap` is written.
+    pub exchange: bool,
+    /// Own steps in a report of a solver that runs alone.
+    pub alone_steps: u32,
+}
+
+impl Default for Output {
+    fn default() -> Output {
+        Output {
+            signals_every_windows: 1,
+            flush_every_windows: 100,
+            exchange: true,
+            alone_steps: 100,
+        }
+    }
+}
+
+/// How long to wait for whom (s). Waits are far longer than any answer that we have measured, so that only
+/// a participant that has really stopped runs into them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Deadlines {
+    /// From launch to the participant's greeting, sample preparation included.
+    pub setup_s: f64,
+    /// For one answer during the run.
+    pub answer_s: f64,
+    /// How long a participant waits for its next request before it ends itself.
+    pub idle_s: f64,
+}
+
+impl Default for Deadlines {
+    fn default() -> Deadlines {
+        Deadlines {
+            setup_s: 300.0,
+            answer_s: 60.0,
+            idle_s: 600.0,
+        }
+    }
+}
+
+/// One solver of the scenario.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Participant {
+    /// Its name, a plain file name; messages and logs use it.
+    pub name: String,
+    /// `fem`, `dem`, or the kind of a foreign program.
+    pub kind: String,
+    /// Program and arguments of a foreign participant; by default `thirdbody node <kind>`.
+    pub command: Option<Vec<String>>,
+    /// The solver's own keys.
+    #[serde(default)]
+    pub config: toml::Table,
+}
+
+/// Two named sets that are joined.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Interface {
+    /// Its name.
+    pub name: String,
+    /// The two sets, `participant.set`: one of a continuum that takes forces, one of a solver on a wall.
+    pub between: [String; 2],
+    /// How the two sides are joined.
+    pub scheme: Scheme,
+    /// Explicit steps in a window, at least 1.
+    pub substeps: u32,
+    /// How nodes and glued disks are related.
+    #[serde(default)]
+    pub mapping: MappingKind,
+    /// Largest gap that counts as closed, over the mean spacing of the surface nodes.
+    pub tolerance_rel: f64,
+    /// Repeats of a window before it counts as not converged, at least 1.
+    #[serde(default = "default_repeats")]
+    pub repeats_max: u32,
+    /// What a window that did not converge, or a starved contact solve, leads to.
+    #[serde(default)]
+    pub on_not_converged: Policy,
+}
+
+fn default_repeats() -> u32 {
+    8
+}
+
+/// How the two sides of an interface are joined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scheme {
+    /// One constant force a window, equal displacements at its end, exact compliance (the default choice).
+    DualSchur,
+    /// Motion to the wall, force back, one window late: naive, shown to fail.
+    StaggeredSerial,
+}
+
+/// How nodes and glued disks are related.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MappingKind {
+    /// Mean of the node shape functions over each disk's segment, with affine correction.
+    #[default]
+    Mortar,
+}
+
+/// What a window that did not converge leads to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Policy {
+    /// The run ends with exit code 3.
+    #[default]
+    Stop,
+    /// The window stands and is counted.
+    Accept,
+}

@@ -1,0 +1,119 @@
+//! Where a key stands in the scenario file, for messages that point at it.
+
+use miette::NamedSource;
+use protocol::ConfigError;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::error::{Error, ScenarioError};
+
+/// The text of a scenario with its name.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// Path as the user gave it.
+    pub name: String,
+    /// The whole text.
+    pub text: String,
+}
+
+impl Source {
+    /// An error about `key`, a dotted path from the top of the scenario in which list entries are named or
+    /// numbered (`participant.rail.config.mesh.size_m`, `participant[0].kind`), pointing at the nearest
+    /// part of the path that the file contains.
+    pub fn error(&self, key: &str, error: ConfigError) -> Error {
+        Error::Scenario(Box::new(ScenarioError {
+            key: key.to_string(),
+            problem: error.problem,
+            help: error.help,
+            source_file: Some(
+                NamedSource::new(&self.name, self.text.clone()).with_language("TOML"),
+            ),
+            span: self.span(key).map(|range| range.into()),
+        }))
+    }
+
+    fn span(&self, key: &str) -> Option<std::ops::Range<usize>> {
+        let document = DeTable::parse(&self.text).ok()?;
+        let mut found = None;
+        let mut table = document.get_ref();
+        let segments = segments(key);
+        let mut index = 0;
+        while index < segments.len() {
+            let (name, value) = table.get_key_value(segments[index].as_str())?;
+            found = Some(name.span());
+            index += 1;
+            match value.get_ref() {
+                DeValue::Table(inner) => table = inner,
+                DeValue::Array(entries) if index < segments.len() => {
+                    let entry = pick(entries, &segments[index]);
+                    let Some(DeValue::Table(inner)) = entry.map(Spanned::get_ref) else {
+                        return found;
+                    };
+                    index += 1;
+                    table = inner;
+                }
+                _ => return found,
+            }
+            let missing = index < segments.len() && !table.contains_key(segments[index].as_str());
+            if missing {
+                return found;
+            }
+        }
+        found
+    }
+}
+
+/// An entry of a list of tables, by its position or by its `name`.
+fn pick<'a, 'i>(
+    entries: &'a [Spanned<DeValue<'i>>],
+    segment: &str,
+) -> Option<&'a Spanned<DeValue<'i>>> {
+    if let Ok(position) = segment.parse::<usize>() {
+        return entries.get(position);
+    }
+    entries.iter().find(|entry| match entry.get_ref() {
+        DeValue::Table(table) => table
+            .get("name")
+            .and_then(|name| name.get_ref().as_str())
+            .is_some_and(|name| name == segment),
+        _ => false,
+    })
+}
+
+/// `participant[0].config.mesh` as its parts; an index is a part of its own.
+pub fn segments(key: &str) -> Vec<String> {
+    key.split(['.', '['])
+        .map(|part| part.trim_end_matches(']').to_string())
+        .filter(|part| !part.is_empty())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "[run]\nname = \"x\"\n\n[[participant]]\nname = \"rail\"\n[participant.config.mesh]\nsize = 1\n";
+
+    fn source() -> Source {
+        Source {
+            name: "scenario.toml".into(),
+            text: TEXT.into(),
+        }
+    }
+
+    #[test]
+    fn a_key_of_a_named_participant_is_found() {
+        let range = source()
+            .span("participant.rail.config.mesh.size")
+            .expect("it is there");
+        assert_eq!(&TEXT[range], "size");
+    }
+
+    #[test]
+    fn a_missing_key_points_at_its_table() {
+        let range = source()
+            .span("participant[0].config.mesh.height_m")
+            .expect("the table is there");
+        assert_eq!(&TEXT[range], "mesh");
+    }
+}

@@ -1,0 +1,206 @@
+//! `summary.json`, schema `thirdbody.summary/1`.
+
+use std::collections::BTreeMap;
+
+use protocol::serve::Farewell;
+use serde_json::{Map, Value, json};
+
+use crate::couple::handshake::{Greeted, Joined};
+use crate::couple::ledger::{EnergyLedger, InterfaceLedger, ratio, total_balance_rel};
+use crate::error::Error;
+use crate::scenario::Scenario;
+
+/// What a run came to. Fields that never came about (a run that ended early) are left out of the file.
+#[derive(Clone, Debug, Default)]
+pub struct Summary {
+    scenario: String,
+    scenario_hash: String,
+    status: String,
+    exit_code: i32,
+    message: String,
+    /// Simulated time that stands (s).
+    pub sim_time_s: f64,
+    wall_s: f64,
+    /// Windows that stand.
+    pub windows: u64,
+    participants: Vec<ParticipantSummary>,
+    coupling: Option<InterfaceLedger>,
+    coupling_wall_s: Option<f64>,
+    run_wall_s: f64,
+    /// Results by name, unit in the name.
+    pub results: BTreeMap<String, f64>,
+    /// hashes.exchange
+    pub exchange_hash: Option<String>,
+    state_hash: Option<String>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct ParticipantSummary {
+    name: String,
+    kind: String,
+    pid: u32,
+    energy: Option<EnergyLedger>,
+    farewell: Option<Farewell>,
+}
+
+/// Wall-clock times that the coordinator measured.
+pub struct Costs {
+    /// From the greetings to the farewells (s).
+    pub talk_wall_s: f64,
+    /// From the start of the run (s).
+    pub run_wall_s: f64,
+}
+
+impl Summary {
+    /// A run that has not done anything yet.
+    pub fn new(scenario: &str, scenario_hash: &str) -> Summary {
+        Summary {
+            scenario: scenario.to_string(),
+            scenario_hash: scenario_hash.to_string(),
+            ..Summary::default()
+        }
+    }
+
+    /// Who answered.
+    pub fn greet(&mut self, scenario: &Scenario, greeted: &[Greeted]) {
+        self.participants = scenario
+            .participant
+            .iter()
+            .zip(greeted)
+            .map(|(participant, greeted)| ParticipantSummary {
+                name: participant.name.clone(),
+                kind: greeted.description.kind.clone(),
+                pid: greeted.pid,
+                ..ParticipantSummary::default()
+            })
+            .collect();
+    }
+
+    /// What the interface has seen so far.
+    pub fn interface(&mut self, ledger: &InterfaceLedger, joined: &Joined) {
+        self.windows = ledger.windows;
+        self.coupling = Some(ledger.clone());
+        self.results
+            .insert("interface_nodes".into(), joined.nodes.len() as f64);
+        self.results
+            .insert("interface_points".into(), joined.points.len() as f64);
+    }
+
+    /// The latest energies of all participants.
+    pub fn energies(&mut self, energies: &[EnergyLedger]) {
+        for (participant, energy) in self.participants.iter_mut().zip(energies) {
+            participant.energy = Some(energy.clone());
+        }
+        let balance = total_balance_rel(energies);
+        self.results.insert("energy_balance_rel".into(), balance);
+    }
+
+    /// What the participants said at the end.
+    pub fn farewell(&mut self, farewells: &[Farewell], costs: &Costs) {
+        let mut state = blake3::Hasher::new();
+        let mut solving = 0.0;
+        for (participant, farewell) in self.participants.iter_mut().zip(farewells) {
+            state.update(participant.name.as_bytes());
+            state.update(farewell.outcome.state_hash.as_bytes());
+            solving += farewell.solve_wall_s;
+            for (name, value) in &farewell.outcome.results {
+                self.results.insert(name.clone(), *value);
+            }
+            participant.farewell = Some(farewell.clone());
+        }
+        self.state_hash = Some(state.finalize().to_hex().to_string());
+        self.run_wall_s = costs.run_wall_s;
+        self.coupling_wall_s = Some((costs.talk_wall_s - solving).max(0.0));
+    }
+
+    /// How it ended.
+    pub fn end(&mut self, wall_s: f64, error: Option<&Error>) {
+        self.wall_s = wall_s;
+        self.status = error.map_or("completed", Error::status).to_string();
+        self.exit_code = error.map_or(0, Error::exit_code);
+        self.message = error.map_or_else(String::new, ToString::to_string);
+    }
+
+    /// The text of summary.json.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(&self.value()).expect("JSON values always serialise")
+    }
+
+    /// summary.json as a value.
+    pub fn value(&self) -> Value {
+        let participants: Map<String, Value> = self
+            .participants
+            .iter()
+            .map(|participant| (participant.name.clone(), participant.value()))
+            .collect();
+        let mut value = json!({
+            "schema": "thirdbody.summary/1",
+            "scenario": self.scenario,
+            "status": self.status,
+            "exit_code": self.exit_code,
+            "message": self.message,
+            "sim_time_s": self.sim_time_s,
+            "wall_s": self.wall_s,
+            "windows": self.windows,
+            "participants": participants,
+            "results": self.results,
+            "hashes": {
+                "scenario": self.scenario_hash,
+                "exchange": self.exchange_hash,
+                "state": self.state_hash,
+            },
+        });
+        if let Some(ledger) = &self.coupling {
+            value["repeats_mean"] = json!(ledger.repeats_mean());
+            value["coupling"] = self.coupling_value(ledger);
+        }
+        value
+    }
+
+    fn coupling_value(&self, ledger: &InterfaceLedger) -> Value {
+        let mut value = json!({
+            "gap_max_rel": ledger.gap_max_rel,
+            "energy_defect_rel": ledger.energy_defect_rel(),
+            "force_residual_rel": ledger.force_residual_rel(),
+            "not_converged_windows": ledger.not_converged,
+            "contact_iterations": ledger.contact_iterations,
+            "contact_residual_max": ledger.contact_residual_max,
+        });
+        if let Some(wall_s) = self.coupling_wall_s {
+            value["wall_s"] = json!(wall_s);
+            value["share"] = json!(ratio(wall_s, self.run_wall_s));
+        }
+        value
+    }
+}
+
+impl ParticipantSummary {
+    fn value(&self) -> Value {
+        let mut value = json!({ "kind": self.kind, "pid": self.pid });
+        if let Some(energy) = &self.energy {
+            let terms: Map<String, Value> = energy
+                .terms
+                .iter()
+                .zip(&energy.values)
+                .map(|(term, joules)| (format!("{}_j", term.name), json!(joules)))
+                .collect();
+            value["energy"] = Value::Object(terms);
+            value["energy_balance_rel"] = json!(energy.balance_rel());
+        }
+        if let Some(farewell) = &self.farewell {
+            let outcome = &farewell.outcome;
+            value["steps"] = json!(outcome.steps);
+            value["cpu_s"] = json!(farewell.cpu_s);
+            value["solve_wall_s"] = json!(farewell.solve_wall_s);
+            value["setup_wall_s"] = json!(farewell.setup_wall_s);
+            value["wait_s"] = json!(farewell.wait_s);
+            value["work"] = json!(outcome.work);
+            let work: f64 = outcome.work.values().sum();
+            if work > 0.0 {
+                value["ns_per_work"] = json!(1e9 * farewell.solve_wall_s / work);
+            }
+            value["peak_rss_bytes"] = json!(farewell.peak_rss_bytes);
+        }
+        value
+    }
+}

@@ -1,0 +1,107 @@
+//! The whole life of a participant in a process of its own.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use nix::sys::prctl::set_pdeathsig;
+use nix::sys::signal::Signal;
+use nix::unistd::getppid;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+use thiserror::Error;
+
+use crate::link::LinkError;
+use crate::link::shm::{self, ShmLink};
+use crate::node::{Node, NodeError};
+use crate::serve::{ServeError, serve};
+use crate::setting::{SESSION_VARIABLE, Session, Transport};
+
+/// Why a participant could not take part, or stopped.
+#[derive(Debug, Error)]
+#[allow(missing_docs)]
+pub enum ParticipateError {
+    #[error(
+        "{SESSION_VARIABLE} is not set: this program is a participant, `thirdbody run` launches it"
+    )]
+    NoSession,
+    #[error("session file {path}: {why}")]
+    Session { path: PathBuf, why: String },
+    #[error("the coordinator (process {0}) has ended")]
+    Orphan(u32),
+    #[error("the session asks for an in-process channel, which a process of its own cannot have")]
+    NoChannel,
+    #[error("listening for signals: {0}")]
+    Signals(std::io::Error),
+    #[error("link to the coordinator: {0}")]
+    Link(#[from] LinkError),
+    #[error(transparent)]
+    Serve(#[from] ServeError),
+}
+
+/// Takes part in the run that the environment names: reads the session file, ties this process's life to the
+/// coordinator's, connects through shared memory and serves the node that `build` makes.
+///
+/// The process ends on SIGTERM and SIGINT, whatever it is computing, and is sent SIGTERM when the coordinator ends,
+/// however that happens.
+pub fn participate<F>(build: F) -> Result<(), ParticipateError>
+where
+    F: FnOnce(&Session) -> Result<Box<dyn Node>, NodeError>,
+{
+    let session = read_session()?;
+    let Transport::Shm { root, prefix } = &session.transport else {
+        return Err(ParticipateError::NoChannel);
+    };
+    end_on_signals(session.coordinator_pid, root.clone(), prefix.clone())?;
+    follow(session.coordinator_pid, Signal::SIGTERM)?;
+    let patience = Duration::from_secs_f64(session.idle_deadline_s);
+    let mut link = ShmLink::participant(root, prefix, &session.setting.participant, patience)?;
+    Ok(serve(&session, &mut link, build)?)
+}
+
+/// A participant that is asked to end must not finish a long computation first. If the coordinator is gone
+/// nobody else may be left to remove the run's shared memory, so it is swept on the way out.
+fn end_on_signals(
+    coordinator_pid: u32,
+    root: PathBuf,
+    prefix: String,
+) -> Result<(), ParticipateError> {
+    let mut signals = Signals::new([SIGTERM, SIGINT]).map_err(ParticipateError::Signals)?;
+    std::thread::spawn(move || {
+        if let Some(signal) = signals.forever().next() {
+            if !is_child_of(coordinator_pid) {
+                let _ = shm::sweep(&root, &prefix);
+            }
+            eprintln!("ended by signal {signal}");
+            std::process::exit(128 + signal);
+        }
+    });
+    Ok(())
+}
+
+/// The session that the environment names.
+pub fn read_session() -> Result<Session, ParticipateError> {
+    let path: PathBuf = std::env::var_os(SESSION_VARIABLE)
+        .ok_or(ParticipateError::NoSession)?
+        .into();
+    let fault = |why: String| ParticipateError::Session {
+        path: path.clone(),
+        why,
+    };
+    let text = std::fs::read_to_string(&path).map_err(|error| fault(error.to_string()))?;
+    serde_json::from_str(&text).map_err(|error| fault(error.to_string()))
+}
+
+/// Asks for `signal` at the coordinator's end. If it ended before the request took effect nothing would ever be
+/// sent, so the parent is looked at afterwards.
+pub fn follow(coordinator_pid: u32, signal: Signal) -> Result<(), ParticipateError> {
+    // Cannot fail with a valid signal, and the check below does not depend on it.
+    let _ = set_pdeathsig(signal);
+    match is_child_of(coordinator_pid) {
+        true => Ok(()),
+        false => Err(ParticipateError::Orphan(coordinator_pid)),
+    }
+}
+
+fn is_child_of(coordinator_pid: u32) -> bool {
+    getppid().as_raw() as u32 == coordinator_pid
+}

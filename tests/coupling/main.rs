@@ -1,0 +1,4 @@
+//! Coupled motions that are known on paper, run through the coupler in-process and over shared memory.
+
+mod added_mass;
+mod split_bar;

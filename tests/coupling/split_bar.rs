@@ -1,0 +1,220 @@
+//! Split bar (case 1 of the coupling page).
+//!
+//! Problem: a uniform elastic lattice (spacing 1 m, masses 1 kg, springs 1 N/m, wave speed 1 m/s), its left 100
+//! elements an explicit bar, the rest a chain of masses and springs stepped implicitly once a window. A pulse
+//! exp(-((x - 50) / 10)^2) m travels right through the joint at x = 100 m.
+//!
+//! ```text
+//!   |~ bar, 100 elements, explicit ~|o-o-o- chain, 100 masses, implicit -o-o
+//!             pulse -->          x = 100
+//! ```
+//!
+//! Exact answer: the same lattice in one piece (the node at the joint keeps its half mass, for a glued point has
+//! none), integrated with 1/200 of the step. Errors of this very case, computed by an independent program of thirty
+//! lines (dense matrices, another language): 2.077e-2 at theta = 0.5, 2.538e-2 at theta = 1; with a tenth of the step
+//! 6.04e-4 and 2.55e-3. Energy -0.8 % and -81 %.
+
+use harness::runs::{Left, run_in_process, run_over_shared_memory};
+
+const SUBSTEPS: f64 = 10.0;
+/// The step of the case; the critical one is 1 s.
+const STEP_S: f64 = 0.9;
+const END_S: f64 = 160.0;
+
+fn scenario(theta: f64, step_s: f64) -> String {
+    format!(
+        r#"
+[run]
+name = "split-bar"
+thickness_m = 1.0
+[[participant]]
+name = "bar"
+kind = "bar"
+[participant.config]
+elements = 100
+spacing_m = 1.0
+element_mass_kg = 1.0
+element_stiffness_n_per_m = 1.0
+step_s = {step_s}
+damping = 0.5
+pulse = {{ centre_m = 50.0, width_m = 10.0 }}
+[[participant]]
+name = "chain"
+kind = "chain"
+[participant.config]
+x_m = 100.0
+glued_mass_kg = 0.0
+count = 100
+mass_kg = 1.0
+stiffness_n_per_m = 1.0
+theta = {theta}
+end_s = {END_S}
+[[interface]]
+name = "joint"
+between = ["bar.end", "chain.end"]
+scheme = "dual-schur"
+substeps = {SUBSTEPS:.0}
+tolerance_rel = 1e-9
+"#
+    )
+}
+
+/// Displacement of node 100 of the whole lattice at these times.
+fn monolithic(times: &[f64]) -> Vec<f64> {
+    let nodes = 201;
+    let mut u: Vec<f64> = (0..nodes)
+        .map(|i| (-((i as f64 - 50.0) / 10.0).powi(2)).exp())
+        .collect();
+    let mut v: Vec<f64> = (0..nodes)
+        .map(|i| {
+            let s = (i as f64 - 50.0) / 10.0;
+            0.2 * s * (-s * s).exp()
+        })
+        .collect();
+    let acceleration = |u: &[f64]| -> Vec<f64> {
+        (0..nodes)
+            .map(|i| {
+                let left = if i > 0 { u[i - 1] - u[i] } else { 0.0 };
+                let right = if i + 1 < nodes { u[i + 1] - u[i] } else { 0.0 };
+                // The glued point has no mass: the node at the joint keeps the half of its one element.
+                let mass = if i == 0 || i == 100 { 0.5 } else { 1.0 };
+                (left + right) / mass
+            })
+            .collect()
+    };
+    let h = STEP_S / 200.0;
+    let mut result = Vec::new();
+    let mut a = acceleration(&u);
+    let mut step = 0u64;
+    for time in times {
+        while (step as f64 + 0.5) * h < *time {
+            for i in 0..nodes {
+                u[i] += h * v[i] + 0.5 * h * h * a[i];
+            }
+            let next = acceleration(&u);
+            for i in 0..nodes {
+                v[i] += 0.5 * h * (a[i] + next[i]);
+            }
+            a = next;
+            step += 1;
+        }
+        result.push(u[100]);
+    }
+    result
+}
+
+fn interface_error(left: &Left) -> f64 {
+    let times = &left.signals["t_s"];
+    let exact = monolithic(times);
+    let found = &left.signals["bar.u_m"];
+    let square = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
+    let difference = square(&mut found.iter().zip(&exact).map(|(a, b)| a - b));
+    (difference / square(&mut exact.iter().copied())).sqrt()
+}
+
+/// Total energy after each window over the energy at the start.
+fn energy(left: &Left) -> Vec<f64> {
+    let start = pulse_energy_j();
+    let (bar, chain) = (
+        &left.signals["bar.energy_j"],
+        &left.signals["chain.energy_j"],
+    );
+    bar.iter()
+        .zip(chain)
+        .map(|(a, b)| (start + a + b) / start)
+        .collect()
+}
+
+fn pulse(i: usize) -> f64 {
+    (-((i as f64 - 50.0) / 10.0).powi(2)).exp()
+}
+
+/// a.M a of the pulse, for masses of 1 kg.
+fn inertia() -> f64 {
+    (1..100)
+        .map(|i| (pulse(i + 1) - 2.0 * pulse(i) + pulse(i - 1)).powi(2))
+        .sum()
+}
+
+/// Kinetic and strain energy of the pulse (J).
+fn mechanical_j() -> f64 {
+    pulse_energy_j() + 0.125 * STEP_S * STEP_S * inertia()
+}
+
+/// Energy of the pulse (J) as the bar's ledger counts it, see `harness::bar`.
+fn pulse_energy_j() -> f64 {
+    let u = pulse;
+    let strain: f64 = (0..100).map(|i| 0.5 * (u(i + 1) - u(i)).powi(2)).sum();
+    let kinetic: f64 = (0..=100)
+        .map(|i| {
+            let s = (i as f64 - 50.0) / 10.0;
+            0.5 * (0.2 * s * (-s * s).exp()).powi(2)
+        })
+        .sum();
+    strain + kinetic - 0.125 * STEP_S * STEP_S * inertia()
+}
+
+#[test]
+fn the_trapezoidal_chain_carries_the_pulse_on_and_keeps_its_energy() {
+    let left = run_in_process(&scenario(0.5, STEP_S), &[])
+        .expect("it is valid")
+        .completed();
+    let (bar, chain) = (
+        &left.signals["bar.mechanical_j"],
+        &left.signals["chain.energy_j"],
+    );
+    let last = (bar[bar.len() - 1] + chain[chain.len() - 1]) / mechanical_j();
+    println!(
+        "error {:.3e}, energy {last:.4}, gap {:.1e}",
+        interface_error(&left),
+        left.number("coupling.gap_max_rel")
+    );
+    assert!((interface_error(&left) / 2.077e-2 - 1.0).abs() < 5e-3);
+    assert!((last - 1.0).abs() <= 0.01, "energy {last}");
+    assert!(left.number("coupling.gap_max_rel") <= 1e-10);
+    assert_eq!(left.number("repeats_mean"), 1.0);
+}
+
+#[test]
+fn the_implicit_euler_chain_only_ever_loses_energy() {
+    let left = run_in_process(&scenario(1.0, STEP_S), &[])
+        .expect("it is valid")
+        .completed();
+    let energy = energy(&left);
+    println!(
+        "error {:.3e}, energy {:.4}",
+        interface_error(&left),
+        energy[energy.len() - 1]
+    );
+    assert!((interface_error(&left) / 2.538e-2 - 1.0).abs() < 5e-3);
+    for pair in energy.windows(2) {
+        assert!(pair[1] <= pair[0] * (1.0 + 1e-12), "energy rose: {pair:?}");
+    }
+    assert!(left.number("coupling.gap_max_rel") <= 1e-10);
+}
+
+#[test]
+fn a_tenth_of_the_step_brings_the_error_down_with_it() {
+    for (theta, expected) in [(0.5, 6.04e-4), (1.0, 2.55e-3)] {
+        let left = run_in_process(&scenario(theta, 0.1 * STEP_S), &[])
+            .expect("it is valid")
+            .completed();
+        let error = interface_error(&left);
+        assert!(
+            (error / expected - 1.0).abs() < 2e-2,
+            "theta {theta}: error {error:.3e}"
+        );
+    }
+}
+
+#[test]
+fn shared_memory_gives_the_same_bits() {
+    let inside = run_in_process(&scenario(1.0, STEP_S), &[])
+        .expect("it is valid")
+        .completed();
+    let outside = run_over_shared_memory(&scenario(1.0, STEP_S), &[])
+        .expect("it is valid")
+        .completed();
+    assert_eq!(inside.signals, outside.signals);
+    assert_eq!(inside.text("hashes.state"), outside.text("hashes.state"));
+}

@@ -1,0 +1,105 @@
+//! Processes that are killed, stopped or interrupted in the middle of a run.
+
+use std::path::Path;
+use std::time::Duration;
+
+use coupler::log;
+use harness::runs::Scratch;
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+
+use crate::scene::{Running, completed, fails, gone_within, shared_memory_of, short_quick};
+
+/// The longest that an end may take once a peer is lost.
+const PROMPT: Duration = Duration::from_secs(2);
+
+/// A run of `quick` that goes on for long enough, in the midst of its windows.
+fn in_the_midst(work: &Path, sets: &[&str]) -> Running {
+    let mut all = vec!["run.end_s=1e-3", "run.output.flush_every_windows=10"];
+    all.extend(sets);
+    let mut running = Running::start(&mut short_quick(work, &all), &work.join("out"));
+    running.wait_for("windows of");
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(running.participants().len(), 2, "{}", running.log());
+    running
+}
+
+fn send(pid: i32, signal: Signal) {
+    kill(Pid::from_raw(pid), signal).expect("it is still running");
+}
+
+#[test]
+fn killing_either_node_ends_the_run_with_its_name() {
+    for (index, name) in [(0, "rail"), (1, "third-body")] {
+        let work = Scratch::new("killed");
+        let running = in_the_midst(work.path(), &[]);
+        let pids = running.participants();
+        let coordinator = running.child.id();
+        send(pids[index], Signal::SIGKILL);
+        let (output, took) = running.end_within(PROMPT);
+        println!("`{name}` killed: ended after {took:?}");
+        fails(&output, 4, &["lost participant", name, "window", "SIGKILL"]);
+        gone_within(&pids, PROMPT);
+        assert_eq!(shared_memory_of(coordinator), Vec::<String>::new());
+        let summary = harness::runs::parse_json(&output.stdout);
+        assert_eq!(summary["status"], "peer_lost");
+        assert!(
+            summary["windows"].as_u64() > Some(0),
+            "what was valid is kept"
+        );
+        let found = log::summarize(&work.path().join("out/exchange.mcap"), false)
+            .expect("the log was closed");
+        assert_eq!(found.hash, summary["hashes"]["exchange"]);
+    }
+}
+
+#[test]
+fn killing_the_coordinator_ends_its_children_and_keeps_the_log() {
+    let work = Scratch::new("orphans");
+    let mut running = in_the_midst(work.path(), &[]);
+    let pids = running.participants();
+    let coordinator = running.child.id();
+    send(coordinator as i32, Signal::SIGKILL);
+    gone_within(&pids, PROMPT);
+    running.child.wait().expect("it was killed");
+    let found = log::summarize(&work.path().join("out/exchange.mcap"), true)
+        .expect("readable up to its last flush");
+    println!("log of a killed coordinator: {} windows", found.windows);
+    assert!(found.windows > 0);
+
+    let next = Scratch::new("next");
+    let summary = completed(&mut short_quick(next.path(), &[]));
+    assert_eq!(summary["status"], "completed");
+    assert_eq!(shared_memory_of(coordinator), Vec::<String>::new());
+}
+
+#[test]
+fn a_stopped_node_is_told_from_a_dead_one() {
+    let work = Scratch::new("stopped");
+    let running = in_the_midst(work.path(), &["run.deadlines.answer_s=1"]);
+    let pids = running.participants();
+    send(pids[1], Signal::SIGSTOP);
+    let (output, _) = running.end_within(Duration::from_secs(8));
+    fails(
+        &output,
+        5,
+        &["third-body", "alive but stopped", "run.deadlines.answer_s"],
+    );
+    gone_within(&pids, PROMPT);
+}
+
+#[test]
+fn an_interrupt_keeps_the_valid_part() {
+    for (signal, code) in [(Signal::SIGINT, 130), (Signal::SIGTERM, 143)] {
+        let work = Scratch::new("interrupted");
+        let running = in_the_midst(work.path(), &[]);
+        let pids = running.participants();
+        send(running.child.id() as i32, signal);
+        let (output, _) = running.end_within(Duration::from_secs(4));
+        fails(&output, code, &["interrupted"]);
+        gone_within(&pids, PROMPT);
+        let summary = harness::runs::parse_json(&output.stdout);
+        assert_eq!(summary["status"], "interrupted");
+        log::summarize(&work.path().join("out/exchange.mcap"), false).expect("the log was closed");
+    }
+}

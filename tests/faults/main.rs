@@ -1,0 +1,6 @@
+//! What happens when something is wrong: bad scenarios, bad peers, processes that die or fall silent.
+
+mod bad_scenario;
+mod lost_peer;
+mod same_bits;
+mod scene;

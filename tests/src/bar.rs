@@ -1,0 +1,305 @@
+//! An elastic bar of two-node elements with lumped masses, Newmark with beta_N = 0 and gamma = damping.
+//!
+//! The interface is its right end node, component 0; component 1 is not moved and has no compliance.
+
+use protocol::{
+    Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface, Term, Window,
+    read_config,
+};
+use serde::Deserialize;
+
+/// The bar's keys.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// Elements.
+    pub elements: usize,
+    /// Length of one (m).
+    pub spacing_m: f64,
+    /// Mass of one (kg).
+    pub element_mass_kg: f64,
+    /// Stiffness of one (N/m).
+    pub element_stiffness_n_per_m: f64,
+    /// Step (s).
+    pub step_s: f64,
+    /// Newmark's gamma, 0.5 to 1.
+    pub damping: f64,
+    /// Whether the left end is held.
+    #[serde(default)]
+    pub left_fixed: bool,
+    /// Velocity of the whole bar at the start (m/s).
+    #[serde(default)]
+    pub velocity_m_per_s: f64,
+    /// A pulse exp(-((x - centre) / width)^2) (m) that travels right at the start.
+    pub pulse: Option<Pulse>,
+    /// How a step is put together.
+    #[serde(default)]
+    pub grouping: Grouping,
+}
+
+/// A travelling pulse.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pulse {
+    /// Where its crest is (m).
+    pub centre_m: f64,
+    /// Its width (m).
+    pub width_m: f64,
+}
+
+/// How a step is put together; the two are the same scheme for a force without jumps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Grouping {
+    /// State (u, v) at t_n: a new force acts from t_n on.
+    #[default]
+    Synchronised,
+    /// State (u_n, v_{n-1}, a_{n-1}): a new force acts half a step early. Wrong on purpose.
+    Staggered,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct State {
+    u: Vec<f64>,
+    v: Vec<f64>,
+    /// Acceleration of the step before; only the staggered grouping has it.
+    a: Vec<f64>,
+    interface_work_j: f64,
+}
+
+/// The bar.
+pub struct Bar {
+    config: Config,
+    mass: Vec<f64>,
+    committed: State,
+    trial: State,
+    energy_0_j: f64,
+    steps: u64,
+}
+
+/// Makes a bar from a session.
+pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
+    Ok(Box::new(Bar::new(read_config(&session.config)?)))
+}
+
+impl Bar {
+    /// A bar at its initial state.
+    pub fn new(config: Config) -> Bar {
+        let nodes = config.elements + 1;
+        let mut mass = vec![config.element_mass_kg; nodes];
+        mass[0] *= 0.5;
+        mass[nodes - 1] *= 0.5;
+        let (u, v) = initial(&config);
+        let state = State {
+            u,
+            v,
+            a: vec![0.0; nodes],
+            interface_work_j: 0.0,
+        };
+        let mut bar = Bar {
+            config,
+            mass,
+            committed: state.clone(),
+            trial: state,
+            energy_0_j: 0.0,
+            steps: 0,
+        };
+        bar.energy_0_j = bar.energy_j(&bar.committed);
+        bar
+    }
+
+    /// Kinetic and strain energy (J).
+    fn mechanical_j(&self, state: &State) -> f64 {
+        let kinetic: f64 = self
+            .mass
+            .iter()
+            .zip(&state.v)
+            .map(|(m, v)| 0.5 * m * v * v)
+            .sum();
+        let stiffness = self.config.element_stiffness_n_per_m;
+        let strain: f64 = state
+            .u
+            .windows(2)
+            .map(|u| 0.5 * stiffness * (u[1] - u[0]).powi(2))
+            .sum();
+        kinetic + strain
+    }
+
+    /// The same less b h^2 a.M a / 4, which is what the scheme keeps at b = 0.5: the free vibration of velocity Verlet
+    /// conserves it to rounding, while kinetic plus strain energy swings by (omega h)^2 / 4.
+    fn energy_j(&self, state: &State) -> f64 {
+        let a = self.acceleration(&state.u, 0.0);
+        let inertia: f64 = self.mass.iter().zip(&a).map(|(m, a)| m * a * a).sum();
+        let (h, b) = (self.config.step_s, self.config.damping);
+        self.mechanical_j(state) - 0.25 * b * h * h * inertia
+    }
+
+    fn acceleration(&self, u: &[f64], force: f64) -> Vec<f64> {
+        let last = u.len() - 1;
+        let mut f = vec![0.0; u.len()];
+        for i in 0..last {
+            let tension = self.config.element_stiffness_n_per_m * (u[i + 1] - u[i]);
+            f[i] += tension;
+            f[i + 1] -= tension;
+        }
+        f[last] += force;
+        let mut a: Vec<f64> = f.iter().zip(&self.mass).map(|(f, m)| f / m).collect();
+        if self.config.left_fixed {
+            a[0] = 0.0;
+        }
+        a
+    }
+
+    /// `substeps` steps under a constant force on the right end.
+    fn run(&self, state: &mut State, force: f64, substeps: u32) {
+        match self.config.grouping {
+            Grouping::Synchronised => self.synchronised(state, force, substeps),
+            Grouping::Staggered => self.staggered(state, force, substeps),
+        }
+    }
+
+    fn synchronised(&self, state: &mut State, force: f64, substeps: u32) {
+        let (h, b) = (self.config.step_s, self.config.damping);
+        let mut a = self.acceleration(&state.u, force);
+        for _ in 0..substeps {
+            for i in 0..state.u.len() {
+                state.u[i] += h * state.v[i] + 0.5 * h * h * a[i];
+            }
+            let next = self.acceleration(&state.u, force);
+            for i in 0..state.v.len() {
+                state.v[i] += h * ((1.0 - b) * a[i] + b * next[i]);
+            }
+            a = next;
+        }
+    }
+
+    fn staggered(&self, state: &mut State, force: f64, substeps: u32) {
+        let (h, b) = (self.config.step_s, self.config.damping);
+        for _ in 0..substeps {
+            let a = self.acceleration(&state.u, force);
+            for i in 0..state.u.len() {
+                let old = state.a[i];
+                state.u[i] += h * state.v[i] + h * h * ((1.0 - b) * old + (b + 0.5) * a[i]);
+                state.v[i] += h * ((1.0 - b) * old + b * a[i]);
+            }
+            state.a = a;
+        }
+    }
+}
+
+fn initial(config: &Config) -> (Vec<f64>, Vec<f64>) {
+    let nodes = config.elements + 1;
+    let mut u = vec![0.0; nodes];
+    let mut v = vec![config.velocity_m_per_s; nodes];
+    if let Some(pulse) = &config.pulse {
+        let speed =
+            config.spacing_m * (config.element_stiffness_n_per_m / config.element_mass_kg).sqrt();
+        for i in 0..nodes {
+            let s = (i as f64 * config.spacing_m - pulse.centre_m) / pulse.width_m;
+            u[i] += (-s * s).exp();
+            // v = -c du/dx: the pulse travels right.
+            v[i] += speed * 2.0 * s / pulse.width_m * (-s * s).exp();
+        }
+    }
+    if config.left_fixed {
+        v[0] = 0.0;
+    }
+    (u, v)
+}
+
+impl Node for Bar {
+    fn describe(&self) -> Description {
+        let c = &self.config;
+        let omega_max = 2.0 * (c.element_stiffness_n_per_m / c.element_mass_kg).sqrt();
+        Description {
+            kind: "bar".into(),
+            software: "verification bar".into(),
+            capabilities: Capabilities {
+                checkpoint: true,
+                advance: true,
+                columns: true,
+                ..Capabilities::default()
+            },
+            step_s: Some(c.step_s),
+            step_limit_s: Some((2.0 / c.damping).sqrt() / omega_max),
+            step_limit_name: "stability limit".into(),
+            sets: vec!["end".into()],
+            signals: vec!["u_m".into(), "v_m_per_s".into(), "mechanical_j".into()],
+            ledger: [("interface", Role::InterfaceWork), ("energy", Role::Stored)]
+                .map(|(name, role)| Term {
+                    name: name.into(),
+                    role,
+                })
+                .to_vec(),
+            ..Description::default()
+        }
+    }
+
+    fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
+        if set != "end" {
+            return Err(NodeError::configuration(format!(
+                "the bar has no set `{set}`"
+            )));
+        }
+        Ok(Surface {
+            x_m: vec![self.config.elements as f64 * self.config.spacing_m],
+            y_m: vec![0.0],
+            mass_kg: vec![self.mass[self.config.elements]],
+            radius_m: vec![0.0],
+            length_m: vec![self.config.spacing_m],
+        })
+    }
+
+    fn select(&mut self, points: &[usize]) -> Result<(), NodeError> {
+        match points {
+            [0] => Ok(()),
+            other => Err(NodeError::protocol(format!(
+                "the bar has one point, asked for {other:?}"
+            ))),
+        }
+    }
+
+    fn columns(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
+        let zeros = vec![0.0; self.mass.len()];
+        let mut rest = State {
+            u: zeros.clone(),
+            v: zeros.clone(),
+            a: zeros,
+            interface_work_j: 0.0,
+        };
+        self.run(&mut rest, 1.0, substeps);
+        Ok(vec![rest.u[self.config.elements], 0.0, 0.0, 0.0])
+    }
+
+    fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, NodeError> {
+        let mut state = self.committed.clone();
+        self.run(&mut state, force[0], window.substeps);
+        self.steps += u64::from(window.substeps);
+        let end = self.config.elements;
+        let du = state.u[end] - self.committed.u[end];
+        state.interface_work_j += force[0] * du;
+        self.trial = state;
+        Ok(vec![du, 0.0])
+    }
+
+    fn commit(&mut self, _window: &Window, _displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
+        self.committed.clone_from(&self.trial);
+        let state = &self.committed;
+        let end = self.config.elements;
+        Ok(vec![
+            state.u[end],
+            state.v[end],
+            self.mechanical_j(state),
+            state.interface_work_j,
+            self.energy_j(state) - self.energy_0_j,
+        ])
+    }
+
+    fn finish(&mut self) -> Result<Outcome, NodeError> {
+        Ok(Outcome {
+            steps: self.steps,
+            state_hash: crate::runs::bits_hash(self.committed.u.iter().chain(&self.committed.v)),
+            ..Outcome::default()
+        })
+    }
+}

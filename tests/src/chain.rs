@@ -1,0 +1,247 @@
+//! Masses and springs along x, implicit theta scheme, one step a window; the first mass is glued to the wall.
+//!
+//! With (M + (theta H)^2 K) v = M v_0 - H K (q_0 + theta (1 - theta) H v_0) + impulses for the free masses. The glued
+//! mass moves by H v_g, so it enters the springs at q_0 + theta H v_g; what it needs beyond the springs is the wall's
+//! impulse -p, and v_g = a_g + W_g p. Component 1 follows a_g and carries nothing.
+
+use nalgebra::{DMatrix, DVector};
+use protocol::{
+    Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface, Term, WallAnswer,
+    Window, read_config,
+};
+use serde::Deserialize;
+
+/// The chain's keys.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// Place of the glued mass (m).
+    pub x_m: f64,
+    /// Mass of the glued one (kg).
+    pub glued_mass_kg: f64,
+    /// Free masses.
+    #[serde(default)]
+    pub count: usize,
+    /// Mass of a free one (kg).
+    #[serde(default)]
+    pub mass_kg: f64,
+    /// Stiffness of the springs between neighbours (N/m).
+    #[serde(default)]
+    pub stiffness_n_per_m: f64,
+    /// 0.5 to 1.
+    pub theta: f64,
+    /// Velocity of all masses at the start (m/s).
+    #[serde(default)]
+    pub velocity_m_per_s: f64,
+    /// End of the run (s).
+    pub end_s: f64,
+    /// From this window on, claim that the contact solve was starved (to see it refused).
+    #[serde(default)]
+    pub starve_from_window: Option<u64>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct State {
+    q: Vec<f64>,
+    v: Vec<f64>,
+    interface_work_j: f64,
+}
+
+/// The chain; mass 0 is the glued one.
+pub struct Chain {
+    config: Config,
+    mass: Vec<f64>,
+    window_s: f64,
+    wall: f64,
+    committed: State,
+    trial: State,
+    energy_0_j: f64,
+    steps: u64,
+}
+
+/// Makes a chain from a session.
+pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
+    Ok(Box::new(Chain::new(read_config(&session.config)?)))
+}
+
+impl Chain {
+    /// A chain at its initial state.
+    pub fn new(config: Config) -> Chain {
+        let mut mass = vec![config.mass_kg; config.count + 1];
+        mass[0] = config.glued_mass_kg;
+        let state = State {
+            q: vec![0.0; mass.len()],
+            v: vec![config.velocity_m_per_s; mass.len()],
+            interface_work_j: 0.0,
+        };
+        let mut chain = Chain {
+            config,
+            mass,
+            window_s: 0.0,
+            wall: 0.0,
+            committed: state.clone(),
+            trial: state,
+            energy_0_j: 0.0,
+            steps: 0,
+        };
+        chain.energy_0_j = chain.energy_j(&chain.committed);
+        chain
+    }
+
+    fn energy_j(&self, state: &State) -> f64 {
+        let kinetic: f64 = self
+            .mass
+            .iter()
+            .zip(&state.v)
+            .map(|(m, v)| 0.5 * m * v * v)
+            .sum();
+        let stiffness = self.config.stiffness_n_per_m;
+        kinetic
+            + state
+                .q
+                .windows(2)
+                .map(|q| 0.5 * stiffness * (q[1] - q[0]).powi(2))
+                .sum::<f64>()
+    }
+
+    /// Spring forces (N) at positions q.
+    fn springs(&self, q: &[f64]) -> Vec<f64> {
+        let mut force = vec![0.0; q.len()];
+        for i in 0..q.len() - 1 {
+            let tension = self.config.stiffness_n_per_m * (q[i + 1] - q[i]);
+            force[i] += tension;
+            force[i + 1] -= tension;
+        }
+        force
+    }
+
+    /// Velocities at the end of the window and the impulse p of the chain on the wall, by one linear system in
+    /// (v_0 = v_g, v_1, ..., v_n, p): momentum of each mass, then the wall.
+    fn step(&self, free_velocity: f64) -> (Vec<f64>, f64) {
+        let (h, theta) = (self.window_s, self.config.theta);
+        let n = self.mass.len();
+        let start = &self.committed;
+        // Positions at theta, without what the unknown velocities add.
+        let known: Vec<f64> = (0..n)
+            .map(|i| match i {
+                0 => start.q[0],
+                _ => start.q[i] + theta * (1.0 - theta) * h * start.v[i],
+            })
+            .collect();
+        let force = self.springs(&known);
+        let mut matrix = DMatrix::zeros(n + 1, n + 1);
+        let mut right = DVector::zeros(n + 1);
+        for column in 0..n {
+            let mut unit = vec![0.0; n];
+            unit[column] = theta * h * if column == 0 { 1.0 } else { theta };
+            let springs = self.springs(&unit);
+            for row in 0..n {
+                matrix[(row, column)] = -h * springs[row];
+            }
+            matrix[(column, column)] += self.mass[column];
+            right[column] = self.mass[column] * start.v[column] + h * force[column];
+        }
+        matrix[(0, n)] = 1.0;
+        matrix[(n, 0)] = 1.0;
+        matrix[(n, n)] = -self.wall;
+        right[n] = free_velocity;
+        let solution = matrix.lu().solve(&right).expect("masses are positive");
+        (solution.as_slice()[..n].to_vec(), solution[n])
+    }
+}
+
+impl Node for Chain {
+    fn describe(&self) -> Description {
+        Description {
+            kind: "chain".into(),
+            software: "verification chain".into(),
+            capabilities: Capabilities {
+                checkpoint: true,
+                compliant_wall: true,
+                ..Capabilities::default()
+            },
+            end_s: Some(self.config.end_s),
+            sets: vec!["end".into()],
+            signals: vec!["q_m".into(), "v_m_per_s".into()],
+            ledger: [("interface", Role::InterfaceWork), ("energy", Role::Stored)]
+                .map(|(name, role)| Term {
+                    name: name.into(),
+                    role,
+                })
+                .to_vec(),
+            ..Description::default()
+        }
+    }
+
+    fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
+        if set != "end" {
+            return Err(NodeError::configuration(format!(
+                "the chain has no set `{set}`"
+            )));
+        }
+        Ok(Surface {
+            x_m: vec![self.config.x_m],
+            y_m: vec![0.0],
+            mass_kg: vec![0.0],
+            radius_m: vec![0.0],
+            length_m: vec![1.0],
+        })
+    }
+
+    fn select(&mut self, _points: &[usize]) -> Result<(), NodeError> {
+        Ok(())
+    }
+
+    fn wall(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
+        self.window_s = window_s;
+        self.wall = compliance[0];
+        Ok(())
+    }
+
+    fn solve(&mut self, window: &Window, free_velocity: &[f64]) -> Result<WallAnswer, NodeError> {
+        let (velocity, impulse) = self.step(free_velocity[0]);
+        let (h, theta) = (self.window_s, self.config.theta);
+        let mut state = self.committed.clone();
+        for i in 0..velocity.len() {
+            state.q[i] += match i {
+                0 => h * velocity[0],
+                _ => h * (theta * velocity[i] + (1.0 - theta) * state.v[i]),
+            };
+        }
+        state.interface_work_j -= impulse * velocity[0];
+        state.v.clone_from(&velocity);
+        self.trial = state;
+        self.steps += 1;
+        let starved = self
+            .config
+            .starve_from_window
+            .is_some_and(|from| window.index >= from);
+        Ok(WallAnswer {
+            force: vec![impulse / h, 0.0],
+            velocity: vec![velocity[0], free_velocity[1]],
+            iterations: 1,
+            residual: if starved { 0.3 } else { 0.0 },
+            converged: !starved,
+        })
+    }
+
+    fn commit(&mut self, _window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
+        self.committed.clone_from(&self.trial);
+        self.committed.q[0] = displacement[0];
+        let state = &self.committed;
+        Ok(vec![
+            state.q[0],
+            state.v[0],
+            state.interface_work_j,
+            self.energy_j(state) - self.energy_0_j,
+        ])
+    }
+
+    fn finish(&mut self) -> Result<Outcome, NodeError> {
+        Ok(Outcome {
+            steps: self.steps,
+            state_hash: crate::runs::bits_hash(self.committed.q.iter().chain(&self.committed.v)),
+            ..Outcome::default()
+        })
+    }
+}

@@ -1,0 +1,196 @@
+//! Running a scenario text in-process or over shared memory, and reading what it left.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use coupler::couple::run::{Ended, Options, run};
+use coupler::error::Error;
+use coupler::launch::Watch;
+use coupler::scenario::load::parse;
+use coupler::scenario::source::Source;
+use serde_json::Value;
+
+/// A folder of its own below the system's temporary one, removed when dropped.
+pub struct Scratch {
+    path: PathBuf,
+}
+
+impl Scratch {
+    /// A new empty folder; `name` helps to find it while a test runs.
+    pub fn new(name: &str) -> Scratch {
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        let unique = format!(
+            "thirdbody-test-{name}-{}-{}",
+            std::process::id(),
+            COUNT.fetch_add(1, Ordering::Relaxed)
+        );
+        let path = std::env::temp_dir().join(unique);
+        std::fs::create_dir_all(&path).expect("the temporary folder is writable");
+        Scratch { path }
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.path);
+    }
+}
+
+/// What a run left.
+pub struct Left {
+    /// How it ended.
+    pub ended: Ended,
+    /// Columns of signals.csv by name.
+    pub signals: BTreeMap<String, Vec<f64>>,
+    /// The run directory, kept while this lives.
+    pub scratch: Scratch,
+}
+
+impl Left {
+    /// The run, which must have reached its end.
+    pub fn completed(self) -> Left {
+        if let Some(error) = &self.ended.error {
+            let logs = self.scratch.path().join("logs");
+            let texts = std::fs::read_dir(&logs).into_iter().flatten().flatten();
+            let texts: Vec<String> = texts
+                .flat_map(|entry| std::fs::read_to_string(entry.path()))
+                .collect();
+            panic!("the run ended early: {error}\n{}", texts.join("\n"));
+        }
+        self
+    }
+
+    /// A number of summary.json by its path, for instance `coupling.gap_max_rel`.
+    pub fn number(&self, path: &str) -> f64 {
+        let value = self.ended.summary.value();
+        path.split('.')
+            .fold(&value, |value, key| &value[key])
+            .as_f64()
+            .unwrap_or_else(|| panic!("no number {path} in {value:#}"))
+    }
+
+    /// A text of summary.json by its path.
+    pub fn text(&self, path: &str) -> String {
+        let value = self.ended.summary.value();
+        let found = path.split('.').fold(&value, |value, key| &value[key]);
+        found
+            .as_str()
+            .unwrap_or_else(|| panic!("no text {path} in {value:#}"))
+            .to_string()
+    }
+}
+
+/// Runs a scenario text with the verification solvers in threads of this process.
+pub fn run_in_process(text: &str, overrides: &[&str]) -> Result<Left, Error> {
+    let mut all = vec!["run.transport=channel"];
+    all.extend(overrides);
+    run_text(text, &all)
+}
+
+/// Runs a scenario text over shared memory: verification solvers as foreign programs, shipped ones by `thirdbody`.
+pub fn run_over_shared_memory(text: &str, overrides: &[&str]) -> Result<Left, Error> {
+    let mut table: toml::Table = text.parse().expect("the test's scenario is TOML");
+    let participants = table["participant"].as_array_mut().expect("a list");
+    for participant in participants {
+        let participant = participant.as_table_mut().expect("a table");
+        let kind = participant["kind"].as_str().expect("a text").to_string();
+        if !["fem", "dem"].contains(&kind.as_str()) {
+            let program = program("verification-node").display().to_string();
+            participant.insert("command".into(), vec![program, kind].into());
+        }
+    }
+    let text = toml::to_string(&table).expect("it was TOML before");
+    run_text(&text, overrides)
+}
+
+fn run_text(text: &str, overrides: &[&str]) -> Result<Left, Error> {
+    let source = Source {
+        name: "test.toml".into(),
+        text: text.into(),
+    };
+    let overrides: Vec<String> = overrides.iter().map(|set| set.to_string()).collect();
+    let loaded = parse(source, &overrides)?;
+    let scratch = Scratch::new(&loaded.scenario.run.name);
+    let registry = crate::registry();
+    let ended = run(
+        &loaded,
+        &Options {
+            out: Some(scratch.path()),
+            threads: 1,
+            registry: &registry,
+            program: program("thirdbody"),
+            watch: Watch::default(),
+            progress: false,
+        },
+    )?;
+    let signals = read_csv(&scratch.path().join("signals.csv"));
+    Ok(Left {
+        ended,
+        signals,
+        scratch,
+    })
+}
+
+/// Columns of a CSV file of numbers, by name; text columns are left out. Lines that begin with # are comments.
+pub fn read_csv(path: &Path) -> BTreeMap<String, Vec<f64>> {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let mut columns: BTreeMap<String, Vec<f64>> =
+        names.iter().map(|n| (n.to_string(), Vec::new())).collect();
+    for line in lines {
+        for (name, cell) in names.iter().zip(line.split(',')) {
+            if let (Some(column), Ok(value)) = (columns.get_mut(*name), cell.parse()) {
+                column.push(value);
+            }
+        }
+    }
+    columns
+}
+
+/// A program of this workspace, built with the tests.
+pub fn program(name: &str) -> PathBuf {
+    let mut folder = std::env::current_exe().expect("a test knows its own path");
+    folder.pop();
+    if folder.ends_with("deps") {
+        folder.pop();
+    }
+    let path = folder.join(name);
+    assert!(
+        path.is_file(),
+        "{} is not built: run `cargo test --release` on the whole workspace",
+        path.display()
+    );
+    path
+}
+
+/// The command `thirdbody`, in a folder of its own.
+pub fn thirdbody(folder: &Path) -> Command {
+    let mut command = Command::new(program("thirdbody"));
+    command.current_dir(folder);
+    command
+}
+
+/// summary.json as a command printed it with `--json`.
+pub fn parse_json(stdout: &[u8]) -> Value {
+    serde_json::from_slice(stdout)
+        .unwrap_or_else(|error| panic!("{error} in {}", String::from_utf8_lossy(stdout)))
+}
+
+/// A hash of the bits of numbers, enough to tell two states apart.
+pub fn bits_hash<'a>(numbers: impl Iterator<Item = &'a f64>) -> String {
+    let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
+    for number in numbers {
+        for byte in number.to_bits().to_le_bytes() {
+            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+    format!("{hash:016x}")
+}

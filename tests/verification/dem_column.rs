@@ -1,0 +1,108 @@
+//! A column of disks under gravity, and how fast Gauss-Seidel solves it.
+//!
+//! ```text
+//!   O   f = mg
+//!   O   f = 2 mg
+//!   O   ...           contact k from the top carries k m g
+//!  ===
+//! ```
+//!
+//! Forces: exact; reference column.csv of the project's own tables. Tolerance: the true residual 1e-12 times the
+//! conditioning of 20 contacts.
+//! Rate: the n x n matrix W of a column on a fixed floor is tridiagonal; Gauss-Seidel contracts by cos^2(pi / 2n)
+//! a sweep (Young 1954: the square of Jacobi's), whatever the order of the contacts. Reference: gs_column_rate.csv.
+//! Tolerance 1e-4: what the second eigenvalue still adds after the sweeps that are left out.
+
+use protocol::{Node, Window};
+use serde_json::{Value, json};
+
+use crate::dem_support::{build, close, march, mass, scene};
+
+const RADIUS: f64 = 1e-3;
+const G: f64 = 9.81;
+
+/// n and contraction per sweep, from gs_column_rate.csv.
+const RATES: [(usize, f64); 3] = [(5, 0.90450850), (10, 0.97552826), (20, 0.99384417)];
+
+fn stack(n: usize) -> Vec<Value> {
+    let disk =
+        |i: usize| json!({"x_m": 0.0, "y_m": RADIUS * (2 * i + 1) as f64, "radius_m": RADIUS});
+    (0..n).map(disk).collect()
+}
+
+#[test]
+fn each_contact_of_a_column_carries_what_stands_on_it() {
+    let sample = json!({
+        "kind": "disks",
+        "disks": stack(20),
+        "walls": [{"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}],
+    });
+    let overrides = json!({"gravity_m_per_s2": [0.0, -G]});
+    let mut dem = build(&scene(
+        json!({"kind": "signorini"}),
+        1e-4,
+        sample,
+        overrides,
+    ));
+    let report = march(&mut dem, 0, 5);
+    assert_eq!(report.signal("contacts"), 20.0);
+    for slot in &dem.state().list.slots {
+        // Disk 19 is on top; the floor is body 20 and carries disk 0.
+        let above = if slot.b == 20 { 20 } else { 20 - slot.b };
+        close(
+            "force",
+            slot.force[0] / (mass(RADIUS) * G),
+            f64::from(above),
+            1e-8,
+        );
+    }
+    assert!(
+        report.signal("overlap_max_rel") < 1e-9,
+        "rigid contacts must not sink in"
+    );
+}
+
+/// Residual after exactly this many sweeps from a cold start. The floor is a glued disk on a wall that does not
+/// yield: such a window answers `converged = false` instead of failing.
+fn residual_after(n: usize, sweeps: usize) -> f64 {
+    let mut disks = stack(n);
+    disks.push(json!({"x_m": 0.0, "y_m": -RADIUS, "radius_m": RADIUS, "glued": true}));
+    let solver = json!({
+        "kind": "nsgs", "tolerance": 1e-300, "max_iterations": sweeps, "min_iterations": sweeps,
+    });
+    let mut config = scene(
+        json!({"kind": "signorini"}),
+        1e-4,
+        json!({"kind": "disks", "disks": disks}),
+        json!({"gravity_m_per_s2": [0.0, -G], "solver": solver}),
+    );
+    config["time"] = json!({"pressure_pa": 1.0});
+    let mut dem = build(&config);
+    dem.couple("base").expect("there is a glued disk");
+    dem.wall(1e-4, &[0.0; 4]).expect("a rigid wall");
+    let window = Window {
+        t1_s: 1e-4,
+        substeps: 1,
+        ..Window::default()
+    };
+    let answer = dem
+        .solve(&window, &[0.0; 2])
+        .expect("an answer, converged or not");
+    assert!(!answer.converged);
+    assert_eq!(answer.iterations, sweeps as u64);
+    answer.residual
+}
+
+#[test]
+fn gauss_seidel_contracts_at_the_rate_of_theory() {
+    for (n, expected) in RATES {
+        let (early, late) = (n * n, n * n + 20);
+        let ratio = residual_after(n, late) / residual_after(n, early);
+        close(
+            &format!("contraction at n = {n}"),
+            ratio.powf(0.05),
+            expected,
+            1e-4,
+        );
+    }
+}

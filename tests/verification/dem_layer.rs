@@ -1,0 +1,189 @@
+//! The pressed layer: what its recipe promises.
+//!
+//! From the project's own trials: about 840 T - 60 grains (T in mm) over |x| <= 8 mm for radii of 0.05 to 0.1 mm with
+//! p ~ r^-2; a frictionless bed at rest is jammed at 4 contacts per grain without rattlers; solid fraction of such
+//! beds 0.80 to 0.84. The tolerance of 15 % on the count is the scatter over seeds, the fraction's is its trend
+//! with the bed's height (walls pack looser).
+
+use dem_node::config::{Config, LayerConfig, RadiusLaw, SampleConfig};
+use dem_node::sample::{self, Sample, bed, layer};
+use serde_json::{Value, json};
+
+use crate::dem_support::refusal;
+
+const CROWN: f64 = 0.3;
+const STIFFNESS: f64 = 2.255e11;
+
+fn recipe(thickness_m: f64) -> LayerConfig {
+    LayerConfig {
+        thickness_m,
+        half_width_m: 8e-3,
+        crown_radius_m: CROWN,
+        radius_min_m: 0.05e-3,
+        radius_max_m: 0.1e-3,
+        law: RadiusLaw::SurfaceUniform,
+        seed: None,
+        bed_extra_m: 0.7e-3,
+        press_pa: vec![300e6, 50e6],
+    }
+}
+
+fn layer_of(thickness_m: f64, seed: u64) -> Sample {
+    layer::prepare(&recipe(thickness_m), Some(STIFFNESS), seed).expect("the recipe works")
+}
+
+fn drop_at(x: f64) -> f64 {
+    CROWN - (CROWN * CROWN - x * x).sqrt()
+}
+
+#[test]
+fn a_layer_has_the_expected_number_of_grains() {
+    for thickness in [0.3e-3, 0.6e-3] {
+        for seed in 1..4 {
+            let sample = layer_of(thickness, seed);
+            let expected = 840.0 * thickness * 1e3 - 60.0;
+            let found = sample.free.len() as f64;
+            assert!(
+                (found / expected - 1.0).abs() < 0.15,
+                "{found} grains, {expected} expected"
+            );
+            assert!(
+                (115..=140).contains(&sample.glued.len()),
+                "{} glued",
+                sample.glued.len()
+            );
+        }
+    }
+}
+
+#[test]
+fn the_pressed_bed_is_dense() {
+    for seed in 1..4 {
+        let bed = bed::press(&recipe(0.3e-3), STIFFNESS, seed).expect("it is jammed");
+        assert!(
+            (0.80..0.84).contains(&bed.solid_fraction),
+            "{}",
+            bed.solid_fraction
+        );
+        // 50 MPa on a mean diameter are 7 N per contact or so, 3e-8 m at this stiffness.
+        assert!(
+            (2e-8..5e-8).contains(&bed.mean_overlap),
+            "{:e}",
+            bed.mean_overlap
+        );
+    }
+}
+
+#[test]
+fn the_layer_follows_the_crown_with_constant_thickness() {
+    let thickness = 0.3e-3;
+    let sample = layer_of(thickness, 1);
+    let surface = |disk: &sample::Disk| disk.centre[1] + disk.radius + drop_at(disk.centre[0]);
+    for millimetre in -7..7 {
+        let range = f64::from(millimetre) * 1e-3..f64::from(millimetre + 1) * 1e-3;
+        let here = sample
+            .free
+            .iter()
+            .filter(|disk| range.contains(&disk.centre[0]));
+        let highest = here.map(surface).fold(f64::NEG_INFINITY, f64::max);
+        // The flanks loosen a little when the side walls go: 0.05 of the smallest radius.
+        assert!(
+            (highest - thickness).abs() < 2.5e-6,
+            "top at {millimetre} mm: {highest:e}"
+        );
+    }
+}
+
+#[test]
+fn the_glued_row_lies_within_a_radius_of_the_crowned_line() {
+    let sample = layer_of(0.3e-3, 1);
+    for disk in &sample.glued {
+        let above = disk.centre[1] + drop_at(disk.centre[0]);
+        assert!(
+            above.abs() <= disk.radius * (1.0 + 1e-12),
+            "{above:e} of {:e}",
+            disk.radius
+        );
+    }
+    assert!(sample.glued.is_sorted_by(|a, b| a.centre[0] <= b.centre[0]));
+    let diameter = 2.0 * 0.0693e-3;
+    let last = sample.glued.last().expect("there are some");
+    let reach = last.centre[0] + last.radius - 8e-3;
+    assert!(
+        (reach / diameter - 5.0).abs() < 0.3,
+        "catch row of {} d",
+        reach / diameter
+    );
+    let top = last.centre[1] + last.radius + drop_at(last.centre[0]);
+    assert!(top.abs() < 1e-15, "the catch row is flush with the line");
+}
+
+#[test]
+fn the_seed_decides_every_bit_and_nothing_else_does() {
+    let centres = |seed: u64| -> Vec<[u64; 2]> {
+        let sample = layer_of(0.15e-3, seed);
+        sample
+            .free
+            .iter()
+            .map(|d| d.centre.map(f64::to_bits))
+            .collect()
+    };
+    assert_eq!(centres(7), centres(7));
+    assert_ne!(centres(7), centres(8));
+}
+
+fn config(changes: Value) -> Value {
+    let mut config = json!({
+        "law": {"kind": "coulomb", "friction": 0.3, "contact_stiffness_pa": STIFFNESS, "tangential_stiffness_ratio": 0.5},
+        "solver": {"kind": "nsgs", "tolerance": 1e-4, "max_iterations": 1000, "min_iterations": 5},
+        "time": {"pressure_pa": 1e9},
+        "density_kg_per_m3": 7800.0,
+        "mass_scale": 1000.0,
+        "sample": {
+            "kind": "layer", "thickness_m": 0.15e-3, "half_width_m": 8e-3, "crown_radius_m": CROWN,
+            "radius_min_m": 0.05e-3, "radius_max_m": 0.1e-3, "law": "surface_uniform",
+        },
+        "wheel": {"load_n": 8000.0, "mass_kg": 0.01, "ramp_s": 5e-4, "hold_s": 4e-4},
+    });
+    for (key, value) in changes.as_object().into_iter().flatten() {
+        config["sample"][key] = value.clone();
+    }
+    config
+}
+
+#[test]
+fn the_seed_of_the_run_is_used_unless_the_sample_has_its_own() {
+    let free = |changes: Value, seed: u64| {
+        let config: Config = protocol::read_config(&config(changes)).expect("it is valid");
+        assert!(matches!(config.sample, SampleConfig::Layer(_)));
+        sample::prepare(&config, seed)
+            .expect("the recipe works")
+            .free
+    };
+    assert_eq!(free(json!({}), 7), free(json!({"seed": 7}), 3));
+    assert_ne!(free(json!({}), 7), free(json!({}), 3));
+}
+
+#[test]
+fn recipes_that_make_no_layer_are_refused_by_key() {
+    let cases = [
+        (
+            json!({"radius_min_m": -5e-5}),
+            "sample.radius_min_m: must be positive, got -5e-5 (m)",
+        ),
+        (json!({"radius_max_m": 4e-5}), "sample.radius_max_m"),
+        (json!({"press_pa": []}), "sample.press_pa"),
+        (json!({"crown_radius_m": 1e-3}), "sample.crown_radius_m"),
+        (json!({"thickness_m": 0.0}), "sample.thickness_m"),
+    ];
+    for (changes, expected) in cases {
+        let message = refusal(&config(changes));
+        assert!(message.contains(expected), "{message}");
+    }
+    let mut without_wheel = config(json!({}));
+    without_wheel
+        .as_object_mut()
+        .expect("a table")
+        .remove("wheel");
+    assert!(refusal(&without_wheel).contains("wheel"));
+}

@@ -1,0 +1,109 @@
+//! The flat wheel: its sideways motion is prescribed, its height follows the load.
+//!
+//! ```text
+//!   =====  -> D(t)      wheel
+//!     O                 a disk between wheel and floor that does not slip rolls with half the wheel's speed
+//!   =====               floor
+//! ```
+//!
+//! Exact by kinematics (v = V/2, spin = -V/2R) and statics (F_N = load). Were the wheel's inverse mass in x not
+//! zero, a wheel of a microgram would be carried along by friction. Tolerance: the true residual 1e-12.
+
+use protocol::Node;
+use serde_json::{Value, json};
+
+use crate::dem_support::{build, close, march, mass, scene};
+
+const RADIUS: f64 = 1e-3;
+const LOAD: f64 = 2.0;
+const AMPLITUDE: f64 = 1e-4;
+const FREQUENCY: f64 = 10.0;
+const START: f64 = 2e-3;
+
+fn roller(friction: f64, wheel_mass: f64) -> Value {
+    let sample = json!({
+        "kind": "disks",
+        "disks": [{"x_m": 0.0, "y_m": RADIUS, "radius_m": RADIUS}],
+        "walls": [{"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}],
+    });
+    let wheel = json!({
+        "load_n": LOAD, "mass_kg": wheel_mass, "amplitude_m": AMPLITUDE, "frequency_hz": FREQUENCY,
+        "ramp_s": 1e-3, "hold_s": START - 1e-3, "cycles": 2.0,
+    });
+    scene(
+        json!({"kind": "coulomb", "friction": friction}),
+        1e-4,
+        sample,
+        json!({"wheel": wheel}),
+    )
+}
+
+#[test]
+fn a_disk_under_the_wheel_rolls_with_half_its_speed() {
+    let mut dem = build(&roller(0.3, 1e-9));
+    let turn = std::f64::consts::TAU * FREQUENCY;
+    for step in 0..1000 {
+        let report = march(&mut dem, step, 1);
+        let drive = |t: f64| AMPLITUDE * (turn * (t - START).max(0.0)).sin();
+        let (start, end) = (step as f64 * 1e-4, (step + 1) as f64 * 1e-4);
+        let speed = (drive(end) - drive(start)) / 1e-4;
+        close("D", report.signal("wheel_x_m"), drive(end), 1e-18);
+        let [vx, _, spin] = dem.state().velocities[0];
+        close("speed of the disk", vx, 0.5 * speed, 1e-9);
+        close("spin of the disk", spin, -0.5 * speed, 1e-9);
+        if end > 1e-3 {
+            close("normal force", report.signal("wheel_fn_n"), LOAD, 1e-9);
+        }
+    }
+}
+
+#[test]
+fn a_slipping_wheel_pulls_with_friction_times_load() {
+    // Friction 1e-4 cannot turn the disk: both contacts slip, F_T = mu F_N against the motion.
+    let mut config = roller(1e-4, 1e-6);
+    config["mass_scale"] = json!(1e4);
+    config["wheel"]["cycles"] = json!(0.1);
+    let mut dem = build(&config);
+    let report = march(&mut dem, 0, 30);
+    close(
+        "tangential force",
+        report.signal("wheel_ft_n"),
+        -1e-4 * LOAD,
+        1e-12,
+    );
+    // Only the wheel's friction turns the disk, the floor's follows its turning: alpha R = 2 mu N / m twice over,
+    // and the sideways forces of both contacts cancel.
+    let [vx, _, spin] = dem.state().velocities[0];
+    let seconds = 10.0 * 1e-4;
+    let alpha = 4.0 * 1e-4 * LOAD / (mass(RADIUS) * 1e4);
+    close("disk stays", vx, 0.0, 1e-9);
+    close("disk turns clockwise", spin, -alpha * seconds, 1e-9);
+}
+
+#[test]
+fn results_tell_load_force_and_loop() {
+    let mut dem = build(&roller(0.3, 1e-3));
+    march(&mut dem, 0, 2020);
+    let outcome = dem.finish().expect("it finishes");
+    let result = |name: &str| outcome.results[name];
+    close("load", result("load_n"), LOAD, 0.0);
+    close("force in the hold", result("wheel_force_n"), LOAD, 1e-9);
+    close(
+        "a rigid disk does not yield",
+        result("approach_m"),
+        0.0,
+        1e-12,
+    );
+    close(
+        "wheel height while cycling",
+        result("wheel_y_range_over_r"),
+        0.0,
+        1e-9,
+    );
+    // Rolling costs nothing but the inertia of the disk, which gives back what it took.
+    assert!(result("loop_area_j").abs() < 1e-6 * LOAD * AMPLITUDE);
+    assert_eq!(outcome.steps, 2020);
+    assert!(outcome.work["contact_iterations"] > 2020.0);
+    let phases: Vec<String> = dem.describe().phases.into_iter().map(|p| p.name).collect();
+    assert_eq!(phases, ["ramp", "hold", "cycling"]);
+}
