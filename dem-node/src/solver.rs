@@ -54,8 +54,10 @@ pub struct Problem {
     pub wall: Wall,
     /// Coefficient of friction.
     pub friction: f64,
-    /// Velocities below this are rounding (m/s): the scale of the residual of an unloaded problem.
-    pub negligible_velocity: f64,
+    /// What rounding leaves of a gap over the step (m/s): no residual can be smaller.
+    pub rounding: f64,
+    /// Least size that residuals are measured against (m/s).
+    least_size: f64,
 }
 
 /// The algorithm that solves the problem.
@@ -92,7 +94,12 @@ pub struct Verdict {
 impl Problem {
     /// Solves for impulses and velocities. The impulses found in the contacts are the first guess; the velocities
     /// must be the free ones. `converged = false` is an answer, NaN is an error.
+    ///
+    /// Residuals are relative to ||D r||, but to no less than what makes a defect of pure rounding pass: a group of
+    /// grains that just moves on has impulses near zero, and would never converge relative to them.
     pub fn solve(&mut self, criteria: &Criteria) -> Result<Verdict, DemError> {
+        let contacts = self.contacts.len().max(1) as f64;
+        self.least_size = self.rounding * contacts.sqrt() / criteria.tolerance;
         self.prepare()?;
         let verdict = match criteria.algorithm {
             Algorithm::Nsgs => nsgs::solve(self, criteria),
@@ -209,12 +216,7 @@ impl Problem {
             defect += (d_t * (r_t - target_t.clamp(-limit, limit))).powi(2);
             size += (d_n * r_n).powi(2) + (d_t * r_t).powi(2);
         }
-        defect.sqrt() / size.sqrt().max(self.scale())
-    }
-
-    /// Least size that a problem is measured against (m/s).
-    fn scale(&self) -> f64 {
-        self.negligible_velocity * (self.contacts.len().max(1) as f64).sqrt()
+        defect.sqrt() / size.sqrt().max(self.least_size)
     }
 }
 

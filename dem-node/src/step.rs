@@ -77,8 +77,7 @@ impl Stepper {
     fn pose(&mut self, bodies: &Bodies, state: &mut State, drive: &Drive) {
         self.problem.friction = bodies.law.coefficient();
         self.problem.first_glued = bodies.free;
-        // Positions of a few millimetres carry rounding of 1e-18 m; a billionth of a grain a step is far above it.
-        self.problem.negligible_velocity = 1e-9 * bodies.mean_radius() / drive.step;
+        self.problem.rounding = 4.0 * f64::EPSILON * extent(&state.centres) / drive.step;
         self.problem.wall.start(drive.free_velocity);
         self.free_movers(bodies, state, drive);
         let travel = drive.step * self.top_speed();
@@ -274,6 +273,12 @@ impl Stepper {
         let on_wheel = contacts.filter(|contact| contact.b as usize == wheel);
         on_wheel.map(|contact| -push_on_a(contact)[0]).sum()
     }
+}
+
+/// Largest coordinate (m): positions, and so gaps, carry its rounding.
+fn extent(centres: &[[f64; 2]]) -> f64 {
+    let coordinates = centres.iter().flatten();
+    coordinates.fold(0.0, |largest, x| largest.max(x.abs()))
 }
 
 fn push_on_a(contact: &Contact) -> [f64; 2] {

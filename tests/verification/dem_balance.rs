@@ -95,7 +95,7 @@ fn falling_disks_close_the_ledger_with_the_work_of_their_weight() {
     let mut sample = group();
     sample["walls"] = json!([{"x_m": 0.0, "y_m": -4.0 * R, "nx": 0.1, "ny": 1.0}]);
     let law = json!({"kind": "coulomb", "friction": 0.4});
-    let overrides = json!({"gravity_m_per_s2": [3.0, -900.0], "mass_scale": 50.0});
+    let overrides = json!({"gravity_m_per_s2": [3.0, -40_000.0], "mass_scale": 50.0});
     let mut dem = build(&scene(law, 5e-6, sample, overrides));
     let before = dem.state().kinetic(dem.bodies());
     let mut worst = 0.0f64;
@@ -110,7 +110,7 @@ fn falling_disks_close_the_ledger_with_the_work_of_their_weight() {
         "{:e}",
         report.imbalance(before)
     );
-    let weight: f64 = dem.bodies().masses.iter().sum::<f64>() / 50.0 * 900.0;
+    let weight: f64 = dem.bodies().masses.iter().sum::<f64>() / 50.0 * 40_000.0;
     assert!(
         worst < 1e-9 * weight,
         "momentum defect {worst:e} N at a weight of {weight:e} N"

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::dem_support::{build, close, refusal, scene, setting};
 
-const T_I: f64 = 3.532_704_3e-4;
+const T_I: f64 = 3.532_704_347e-4;
 
 fn one_disk(step_s: f64) -> Value {
     let sample = json!({

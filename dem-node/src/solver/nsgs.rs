@@ -59,5 +59,5 @@ fn sweep(problem: &mut Problem) -> f64 {
         changed += (d_n * step[0]).powi(2) + (d_t * step[1]).powi(2);
         size += (d_n * impulse[0]).powi(2) + (d_t * impulse[1]).powi(2);
     }
-    changed.sqrt() / size.sqrt().max(problem.scale())
+    changed.sqrt() / size.sqrt().max(problem.least_size)
 }
