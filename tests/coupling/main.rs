@@ -2,3 +2,5 @@
 
 mod added_mass;
 mod split_bar;
+mod starved;
+mod static_patch;

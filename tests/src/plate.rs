@@ -39,6 +39,7 @@ pub struct Plate {
     force: DVector<f64>,
     load_work_j: f64,
     interface_work_j: f64,
+    loss_j: f64,
 }
 
 /// Makes a plate from a session.
@@ -53,6 +54,7 @@ pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
         force: DVector::zeros(size),
         load_work_j: 0.0,
         interface_work_j: 0.0,
+        loss_j: 0.0,
         config,
     }))
 }
@@ -91,6 +93,7 @@ impl Node for Plate {
                 ("interface", Role::InterfaceWork),
                 ("load", Role::Work),
                 ("kinetic", Role::Stored),
+                ("numerical_loss", Role::Dissipated),
             ]
             .map(|(name, role)| Term {
                 name: name.into(),
@@ -146,6 +149,8 @@ impl Node for Plate {
     }
 
     fn commit(&mut self, _window: &Window, _displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
+        // Implicit Euler: m v (v - v_0) = m (v^2 - v_0^2) / 2 + m (v - v_0)^2 / 2.
+        self.loss_j += 0.5 * self.point_mass_kg() * (&self.trial - &self.velocity).norm_squared();
         self.velocity.clone_from(&self.trial);
         self.load_work_j += self.load().dot(&self.velocity) * self.window_s;
         self.interface_work_j -= self.force.dot(&self.velocity) * self.window_s;
@@ -157,6 +162,7 @@ impl Node for Plate {
             self.interface_work_j,
             self.load_work_j,
             kinetic,
+            self.loss_j,
         ])
     }
 

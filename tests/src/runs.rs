@@ -114,9 +114,9 @@ fn run_text(text: &str, overrides: &[&str]) -> Result<Left, Error> {
     let source = Source {
         name: "test.toml".into(),
         text: text.into(),
+        overrides: overrides.iter().map(|set| set.to_string()).collect(),
     };
-    let overrides: Vec<String> = overrides.iter().map(|set| set.to_string()).collect();
-    let loaded = parse(source, &overrides)?;
+    let loaded = parse(source)?;
     let scratch = Scratch::new(&loaded.scenario.run.name);
     let registry = crate::registry();
     let ended = run(

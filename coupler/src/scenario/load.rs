@@ -26,22 +26,20 @@ pub struct Loaded {
 pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded, Error> {
     let path = find(scenario)?;
     let text = std::fs::read_to_string(&path).map_err(Error::io(path.display().to_string()))?;
-    parse(
-        Source {
-            name: path.display().to_string(),
-            text,
-        },
-        overrides,
-    )
+    parse(Source {
+        name: path.display().to_string(),
+        text,
+        overrides: overrides.to_vec(),
+    })
 }
 
-/// The same from a text.
-pub fn parse(source: Source, overrides: &[String]) -> Result<Loaded, Error> {
+/// The same from a text with its overrides.
+pub fn parse(source: Source) -> Result<Loaded, Error> {
     let mut table: toml::Table = source
         .text
         .parse()
         .map_err(|error| syntax_error(&source, &error))?;
-    for set in overrides {
+    for set in &source.overrides {
         apply(&mut table, set)?;
     }
     let scenario: Scenario = serde_path_to_error::deserialize(table.clone()).map_err(|error| {
@@ -332,9 +330,9 @@ load_n = 8000.0
         let source = Source {
             name: "small.toml".into(),
             text: text.into(),
+            overrides: overrides.iter().map(|s| s.to_string()).collect(),
         };
-        let overrides: Vec<String> = overrides.iter().map(|s| s.to_string()).collect();
-        parse(source, &overrides)
+        parse(source)
     }
 
     fn key_of(error: Error) -> String {

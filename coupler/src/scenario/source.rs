@@ -14,6 +14,8 @@ pub struct Source {
     pub name: String,
     /// The whole text.
     pub text: String,
+    /// `KEY=VALUE` overrides that were applied to it.
+    pub overrides: Vec<String>,
 }
 
 impl Source {
@@ -21,6 +23,15 @@ impl Source {
     /// numbered (`participant.rail.config.mesh.size_m`, `participant[0].kind`), pointing at the nearest
     /// part of the path that the file contains.
     pub fn error(&self, key: &str, error: ConfigError) -> Error {
+        if let Some(set) = self.overriding(key) {
+            return Error::Scenario(Box::new(ScenarioError {
+                key: key.to_string(),
+                problem: format!("{} (from --set {set})", error.problem),
+                help: error.help,
+                source_file: None,
+                span: None,
+            }));
+        }
         Error::Scenario(Box::new(ScenarioError {
             key: key.to_string(),
             problem: error.problem,
@@ -30,6 +41,23 @@ impl Source {
             ),
             span: self.span(key).map(|range| range.into()),
         }))
+    }
+
+    /// The last override that wrote this key, or a table that holds it.
+    fn overriding(&self, key: &str) -> Option<&String> {
+        let wanted = segments(key);
+        let same = |(position, (a, b)): (usize, (&String, &String))| {
+            // Entries of a list go by number in serde's paths and by name in overrides.
+            a == b || (position == 1 && b.parse::<usize>().is_ok())
+        };
+        self.overrides.iter().rev().find(|set| {
+            let written = segments(
+                set.split_once('=')
+                    .map_or(set.as_str(), |(key, _)| key)
+                    .trim(),
+            );
+            written.len() <= wanted.len() && written.iter().zip(&wanted).enumerate().all(same)
+        })
     }
 
     fn span(&self, key: &str) -> Option<std::ops::Range<usize>> {
@@ -98,6 +126,7 @@ mod tests {
         Source {
             name: "scenario.toml".into(),
             text: TEXT.into(),
+            overrides: vec!["participant.rail.config.mesh.size=-1".into()],
         }
     }
 
@@ -107,6 +136,14 @@ mod tests {
             .span("participant.rail.config.mesh.size")
             .expect("it is there");
         assert_eq!(&TEXT[range], "size");
+    }
+
+    #[test]
+    fn an_overridden_key_is_blamed_on_its_override() {
+        let blamed = |key: &str| source().overriding(key).is_some();
+        assert!(blamed("participant.rail.config.mesh.size"));
+        assert!(blamed("participant[0].config.mesh.size"));
+        assert!(!blamed("participant.rail.config.mesh.height_m"));
     }
 
     #[test]

@@ -1,0 +1,93 @@
+//! Dependencies run one way: the solvers and the coupler's library know the protocol, and nobody else knows anybody.
+//! Only the composition root names the shipped solvers.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Members of this workspace below `package` in the tree of normal dependencies.
+fn members_below(package: &str) -> Vec<String> {
+    let output = Command::new(env!("CARGO"))
+        .args([
+            "tree",
+            "--offline",
+            "--edges",
+            "normal",
+            "--prefix",
+            "none",
+            "--package",
+            package,
+        ])
+        .current_dir(root())
+        .output()
+        .expect("cargo starts");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let members = ["protocol", "fem-node", "dem-node", "coupler", "tests"];
+    let mut found: Vec<String> = text
+        .lines()
+        .filter_map(|line| line.split(' ').next())
+        .filter(|name| members.contains(name) && *name != package)
+        .map(String::from)
+        .collect();
+    found.sort();
+    found.dedup();
+    found
+}
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).expect("it is there").flatten() {
+        let path = entry.path();
+        match path.is_dir() {
+            true => found.extend(sources(&path)),
+            false if path.extension().is_some_and(|ending| ending == "rs") => found.push(path),
+            false => {}
+        }
+    }
+    found
+}
+
+#[test]
+fn solvers_know_the_protocol_and_nothing_else() {
+    assert_eq!(members_below("protocol"), Vec::<String>::new());
+    assert_eq!(members_below("fem-node"), ["protocol"]);
+    assert_eq!(members_below("dem-node"), ["protocol"]);
+}
+
+#[test]
+fn only_the_composition_root_names_the_solvers() {
+    for path in sources(&root().join("coupler/src")) {
+        let text = std::fs::read_to_string(&path).expect("it is text");
+        let names = text.contains("fem_node") || text.contains("dem_node");
+        assert_eq!(
+            names,
+            path.ends_with("coupler/src/main.rs"),
+            "{}",
+            path.display()
+        );
+    }
+}
+
+#[test]
+fn no_solver_names_another_room() {
+    for (room, others) in [
+        ("protocol", ["fem_node", "dem_node", "coupler::"]),
+        ("fem-node", ["dem_node", "coupler::", "harness"]),
+        ("dem-node", ["fem_node", "coupler::", "harness"]),
+    ] {
+        for path in sources(&root().join(room).join("src")) {
+            let text = std::fs::read_to_string(&path).expect("it is text");
+            for other in others {
+                assert!(!text.contains(other), "{} names {other}", path.display());
+            }
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! A contact solve that ran out of iterations (case 10 of the coupling page): the gap still reads zero, since the coupler
+//! gives the continuum whatever force came back, so only the solver's own residual can tell.
+
+use coupler::error::Error;
+use harness::runs::run_in_process;
+
+const SCENARIO: &str = r#"
+[run]
+name = "starved"
+thickness_m = 1.0
+[[participant]]
+name = "bar"
+kind = "bar"
+[participant.config]
+elements = 10
+spacing_m = 1.0
+element_mass_kg = 1.0
+element_stiffness_n_per_m = 1.0
+step_s = 0.5
+damping = 0.5
+[[participant]]
+name = "body"
+kind = "chain"
+[participant.config]
+x_m = 10.0
+glued_mass_kg = 1.0
+velocity_m_per_s = 1.0
+theta = 1.0
+end_s = 50.0
+starve_from_window = 7
+[[interface]]
+name = "glue"
+between = ["bar.end", "body.end"]
+scheme = "dual-schur"
+substeps = 10
+tolerance_rel = 1e-9
+"#;
+
+#[test]
+fn a_starved_contact_solve_ends_the_run_by_name() {
+    let left = run_in_process(SCENARIO, &[]).expect("it is valid");
+    let error = left.ended.error.as_ref().expect("window 7 is starved");
+    assert!(matches!(error, Error::NotConverged(_)), "{error}");
+    let text = error.to_string();
+    for word in ["`glue`", "window 7", "starved", "3.000e-1"] {
+        assert!(text.contains(word), "no {word} in {text}");
+    }
+    assert_eq!(left.text("status"), "not_converged");
+    assert_eq!(left.number("exit_code"), 3.0);
+    assert_eq!(left.number("windows"), 7.0);
+    assert!(
+        left.number("coupling.gap_max_rel") < 1e-12,
+        "the gap does not show it"
+    );
+}
+
+#[test]
+fn accepting_counts_the_windows() {
+    let accept = ["interface.glue.on_not_converged=accept"];
+    let left = run_in_process(SCENARIO, &accept)
+        .expect("it is valid")
+        .completed();
+    assert_eq!(
+        left.number("coupling.not_converged_windows"),
+        left.number("windows") - 7.0
+    );
+}
