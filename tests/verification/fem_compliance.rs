@@ -1,15 +1,18 @@
-//! Problem: the condensed compliance C of the upper edge of a crowned, graded, clamped block of 12 x 6 elements.
+//! Problem: the condensed compliance C of the upper edge of a crowned, graded, clamped block of 12 x 6 elements, and
+//! of one element between rollers, a mass on a spring k.
 //! Exact: C is symmetric and positive definite for every window and damping; C(1) = h^2/2 M^-1; the motion of a
 //! window is affine in the interface force, du = du_0 + C lambda.
-//! Source: C is a polynomial in M^-1 K times M^-1; for one mode and b = 1/2 it is (1 - cos(omega H))/omega^2 >= 0
-//! in the limit of small steps. The grouping that lets a new force act half a step early breaks this at b = 1/2.
+//! For the mass on a spring at b = 1/2, C = (1 - cos(m phi))/k >= 0 with cos(phi) = 1 - (omega h)^2/2.
+//! Source: C is a polynomial in M^-1 K times M^-1; the discrete oscillator swings about its static place, f/k, from
+//! rest. A force that acts half a step early adds (omega h)^2 sin(m phi) / (2 k sin(phi)), which makes C negative
+//! just before each full period.
 //! Tolerance: 1e-12 relative, rounding of up to 1 000 steps.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use protocol::Node;
 use serde_json::json;
 
-use crate::fem_bodies::{block, node, window, with};
+use crate::fem_bodies::{block, confined_modulus, node, strip, window, with};
 
 const POINTS: usize = 13;
 
@@ -49,6 +52,52 @@ fn compliance_of_one_step_is_half_a_step_squared_over_the_mass() {
     let mut coupling = c;
     coupling.fill_diagonal(0.0);
     assert_eq!(coupling.amax(), 0.0, "one step couples no two nodes");
+}
+
+/// Motion (m/N) of the mass on a spring after `substeps` under a unit force shared by its two nodes.
+fn spring(damping: f64, substeps: u32) -> f64 {
+    let mut node = node(&with(
+        strip(1e-3, 1e-3, 1e-3),
+        json!({"time": {"damping": damping}}),
+    ));
+    node.couple("top").expect("a set");
+    let c = DMatrix::from_column_slice(4, 4, &node.columns(substeps).expect("stable"));
+    0.5 * (c[(1, 1)] + c[(1, 3)])
+}
+
+#[test]
+fn a_mass_on_a_spring_swings_about_its_static_place() {
+    let stiffness = 1e-3 * confined_modulus();
+    let speed = (confined_modulus() / 7800.0).sqrt();
+    let step = node(&strip(1e-3, 1e-3, 1e-3)).model().scheme.step;
+    let omega_h = 2f64.sqrt() * speed / 1e-3 * step;
+    let phi = (1.0 - 0.5 * omega_h * omega_h).acos();
+    for substeps in 1..=100 {
+        let exact = (1.0 - (f64::from(substeps) * phi).cos()) / stiffness;
+        let error = (spring(0.5, substeps) - exact).abs() * stiffness;
+        assert!(error <= 1e-12, "m {substeps}: {error:e}");
+    }
+}
+
+#[test]
+fn a_constant_force_never_moves_a_mass_on_a_spring_backwards() {
+    for damping in [0.5, 0.75, 1.0] {
+        for substeps in 1..=100 {
+            let motion = spring(damping, substeps);
+            assert!(motion > 0.0, "b {damping} m {substeps}: {motion:e}");
+        }
+    }
+}
+
+#[test]
+fn columns_belong_to_their_selection() {
+    let mut node = node(&block());
+    node.couple("top").expect("a set");
+    let all = DMatrix::from_column_slice(2 * POINTS, 2 * POINTS, &node.columns(5).expect("stable"));
+    node.select(&[3, 8]).expect("points of the set");
+    let two = DMatrix::from_column_slice(4, 4, &node.columns(5).expect("stable"));
+    let places = [6, 7, 16, 17];
+    assert_eq!(two, all.select_rows(&places).select_columns(&places));
 }
 
 #[test]

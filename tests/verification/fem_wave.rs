@@ -1,6 +1,7 @@
 //! Problem: a confined strip of 200 elements over its height, hit by a traction that stays.
 //! Exact: the surface moves down at sigma/(rho c_p) until the reflection returns at 2H/c_p, has then sunk by
 //! 2 sigma H/M, comes back, and repeats after 4H/c_p: a triangular wave.
+//! A traction that ramps over T, sigma t/T, moves it by sigma t^2/(2 T rho c_p) meanwhile.
 //! Source: d'Alembert, c_p = sqrt(M/rho).
 //! Tolerance: period 0.1 %, velocity 0.5 %: the lumped chain is slower by (pi/4/200)^2/6 in its first mode, its
 //! short waves ripple behind the front.
@@ -14,8 +15,8 @@ const HEIGHT: f64 = 20e-3;
 const SIGMA: f64 = 100e6;
 
 /// Surface displacement after each step (m), and the step (s).
-fn surface(steps: u64) -> (Vec<f64>, f64) {
-    let load = json!({"boundary": {"top": {"traction_pa": [0.0, -SIGMA]}}});
+fn surface(steps: u64, ramp: f64) -> (Vec<f64>, f64) {
+    let load = json!({"boundary": {"top": {"traction_pa": [0.0, -SIGMA], "ramp_s": ramp}}});
     let mut node = node(&with(strip(2e-4, HEIGHT, 1e-4), load));
     let step = node.model().scheme.step;
     let march = |index| {
@@ -28,9 +29,9 @@ fn surface(steps: u64) -> (Vec<f64>, f64) {
 #[test]
 fn waves_travel_at_the_confined_speed() {
     let speed = (confined_modulus() / 7800.0).sqrt();
-    let step = surface(1).1;
+    let step = surface(1, 0.0).1;
     let period = 4.0 * HEIGHT / speed;
-    let (u, _) = surface((3.6 * period / step) as u64);
+    let (u, _) = surface((3.6 * period / step) as u64, 0.0);
     let middle = -SIGMA * HEIGHT / confined_modulus();
     let crossings: Vec<f64> = u
         .windows(2)
@@ -57,4 +58,20 @@ fn waves_travel_at_the_confined_speed() {
     );
     let deepest = u.iter().fold(0.0, |least: f64, u| least.min(*u));
     assert!((deepest / (2.0 * middle) - 1.0).abs() < 5e-3, "{deepest:e}");
+}
+
+#[test]
+fn a_ramp_moves_the_surface_with_the_square_of_time() {
+    let speed = (confined_modulus() / 7800.0).sqrt();
+    let back = 2.0 * HEIGHT / speed;
+    let step = surface(1, back).1;
+    let steps = (0.9 * back / step) as u64;
+    let (u, _) = surface(steps, back);
+    let t = steps as f64 * step;
+    let exact = -SIGMA * t * t / (2.0 * back * 7800.0 * speed);
+    let measured = u[u.len() - 1];
+    assert!(
+        (measured / exact - 1.0).abs() < 5e-3,
+        "{measured:e} against {exact:e}"
+    );
 }
