@@ -15,6 +15,7 @@
 //! - [`solver`]: the contact problem and its solvers;
 //! - [`mod@step`]: one step of the scheme;
 //! - [`ledger`], [`report`], [`snapshot`]: energy, signals and results, fields;
+//! - [`setup`]: from the keys to the types of the steps;
 //! - [`node`]: all of it as a participant of a run.
 //!
 //! A disk that falls on a floor and stays there:
@@ -55,6 +56,7 @@ pub mod ledger;
 pub mod node;
 pub mod report;
 pub mod sample;
+pub mod setup;
 pub mod snapshot;
 pub mod solver;
 pub mod state;

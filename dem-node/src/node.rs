@@ -1,7 +1,6 @@
 //! The solver as a participant of a run.
 
 use std::collections::BTreeMap;
-use std::f64::consts::PI;
 use std::path::PathBuf;
 
 use protocol::{
@@ -11,15 +10,14 @@ use protocol::{
 
 use crate::bodies::Bodies;
 use crate::bounds::Bounds;
-use crate::config::{Config, LawConfig, LawKind, SolverKind};
-use crate::detect::proximity;
+use crate::config::Config;
 use crate::error::DemError;
-use crate::law::{Friction, Law, Springs};
 use crate::ledger;
 use crate::report::{self, Journal, Moment, SIGNALS};
-use crate::sample::{self, Sample};
+use crate::sample;
+use crate::setup;
 use crate::snapshot;
-use crate::solver::{Algorithm, Criteria};
+use crate::solver::Criteria;
 use crate::state::State;
 use crate::step::{Drive, Stepper, Summary};
 use crate::wall::Wall;
@@ -27,14 +25,6 @@ use crate::wheel::Program;
 
 /// The set of glued disks that an interface can couple.
 pub const BASE: &str = "base";
-
-/// Overlap of two rigid disks over the smaller radius above which a sample is refused: its repair in one step would
-/// throw them apart.
-const RIGID_OVERLAP: f64 = 0.01;
-/// Alert distance and Verlet skin over the smallest radius. A wide skin costs candidates in each step, a narrow one new
-/// lists: at 0.2 a pressed layer makes a new one every few hundred steps.
-const ALERT: f64 = 0.02;
-const SKIN: f64 = 0.2;
 
 /// A layer or heap of grains, with its wheel and walls, ready to step.
 pub struct Dem {
@@ -82,9 +72,9 @@ impl Dem {
             None => Vec::new(),
         };
         let sample = sample::prepare(config, setting.seed)?;
-        let bodies = bodies(config, setting.thickness_m, &sample);
+        let bodies = setup::bodies(config, setting.thickness_m, &sample);
         let state = State::new(&bodies, &sample.free, &sample.glued);
-        refuse_rigid_overlaps(&bodies, &state)?;
+        setup::refuse_rigid_overlaps(&bodies, &state)?;
         let program = config.wheel.as_ref().map(Program::new);
         let mut stepper = Stepper::default();
         stepper.problem.wall = Wall::fixed(bodies.glued());
@@ -96,7 +86,7 @@ impl Dem {
             own_step: config.time.step_s,
             end: program.map(|p| p.end()).or(config.time.end_s),
             bounds,
-            criteria: criteria(config),
+            criteria: setup::criteria(config),
             initial_energy: stored(&bodies, &state),
             journal: Journal::new(state.wheel.position[1]),
             trial: state.clone(),
@@ -404,76 +394,9 @@ impl Node for Dem {
     }
 }
 
-fn criteria(config: &Config) -> Criteria {
-    Criteria {
-        algorithm: match config.solver.kind {
-            SolverKind::Nsgs => Algorithm::Nsgs,
-        },
-        tolerance: config.solver.tolerance,
-        min_iterations: config.solver.min_iterations,
-        max_iterations: config.solver.max_iterations,
-    }
-}
-
-fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
-    let disks = || sample.free.iter().chain(&sample.glued);
-    let smallest = disks()
-        .map(|disk| disk.radius)
-        .fold(f64::INFINITY, f64::min);
-    let mass = |r: f64| config.density_kg_per_m3 * PI * r * r * thickness * config.mass_scale;
-    Bodies {
-        free: sample.free.len(),
-        radii: disks().map(|disk| disk.radius).collect(),
-        masses: sample.free.iter().map(|disk| mass(disk.radius)).collect(),
-        gravity: config.gravity_m_per_s2.map(|g| g / config.mass_scale),
-        reference: sample.glued.iter().map(|disk| disk.centre).collect(),
-        wheel_mass: config.wheel.map(|wheel| wheel.mass_kg),
-        walls: sample.walls.clone(),
-        law: law(&config.law, thickness),
-        alert: ALERT * smallest,
-        skin: SKIN * smallest,
-    }
-}
-
-fn law(config: &LawConfig, thickness: f64) -> Law {
-    Law {
-        friction: match config.kind {
-            LawKind::Signorini => Friction::Signorini,
-            LawKind::Coulomb => Friction::Coulomb {
-                coefficient: config.friction.unwrap_or(0.0),
-            },
-        },
-        springs: config.contact_stiffness_pa.map(|stiffness| Springs {
-            normal: stiffness * thickness,
-            // Without friction there is no tangential force and any stiffness will do.
-            tangential: stiffness * thickness * config.tangential_stiffness_ratio.unwrap_or(1.0),
-        }),
-    }
-}
-
 fn stored(bodies: &Bodies, state: &State) -> [f64; 3] {
     let [normal, tangential] = state.springs(bodies);
     [state.kinetic(bodies), normal, tangential]
-}
-
-fn refuse_rigid_overlaps(bodies: &Bodies, state: &State) -> Result<(), DemError> {
-    if bodies.law.springs.is_some() {
-        return Ok(());
-    }
-    for slot in &state.list.slots {
-        let (a, b) = (slot.a as usize, slot.b as usize);
-        let smaller = bodies.radii[a].min(bodies.radii.get(b).copied().unwrap_or(f64::INFINITY));
-        let gap = proximity(bodies, &state.centres, state.wheel.position[1], slot).gap;
-        if gap < -RIGID_OVERLAP * smaller {
-            return Err(DemError::Overlap {
-                a,
-                b,
-                overlap_m: -gap,
-                relative: -gap / smaller,
-            });
-        }
-    }
-    Ok(())
 }
 
 /// The glued disks as points: half the distances to the neighbours in x are theirs, at the ends symmetrically.

@@ -115,20 +115,18 @@ impl Problem {
 
     /// Local blocks, local laws, and the effect of the first guess on the velocities.
     fn prepare(&mut self) -> Result<(), DemError> {
-        for index in 0..self.contacts.len() {
-            let block = self.block(&self.contacts[index]);
-            let contact = &mut self.contacts[index];
+        let mut contacts = std::mem::take(&mut self.contacts);
+        for contact in &mut contacts {
+            contact.block = self.block(contact);
             let softened = Block {
-                nn: block.nn + contact.compliance[0],
-                nt: block.nt,
-                tt: block.tt + contact.compliance[1],
+                nn: contact.block.nn + contact.compliance[0],
+                nt: contact.block.nt,
+                tt: contact.block.tt + contact.compliance[1],
             };
-            contact.block = block;
             contact.law = LocalLaw::new(softened, self.friction, (contact.a, contact.b))?;
-            let guess = contact.impulse;
-            let contact = self.contacts[index];
-            self.apply(&contact, guess);
+            self.apply(contact, contact.impulse);
         }
+        self.contacts = contacts;
         Ok(())
     }
 
@@ -157,6 +155,7 @@ impl Problem {
     }
 
     /// Relative velocity (u_n, u_t) of the contact points, a against b (m/s).
+    #[inline(always)]
     pub fn relative_velocity(&self, contact: &Contact) -> [f64; 2] {
         let a = self.velocity(contact, contact.a as usize);
         let b = self.velocity(contact, contact.b as usize);

@@ -9,6 +9,7 @@ mod dem_impact;
 mod dem_incline;
 mod dem_layer;
 mod dem_layer_run;
+mod dem_participant;
 mod dem_pyramid;
 mod dem_support;
 mod dem_wheel;

@@ -43,21 +43,23 @@ pub fn solve(problem: &mut Problem, criteria: &Criteria) -> Verdict {
 /// One pass over all contacts in their order. Returns ||D dr|| / ||D r||, D the diagonal of W.
 fn sweep(problem: &mut Problem) -> f64 {
     let (mut changed, mut size) = (0.0, 0.0);
-    for index in 0..problem.contacts.len() {
-        let contact = problem.contacts[index];
-        let [u_n, u_t] = problem.relative_velocity(&contact);
+    // Taken out for the pass: a contact that is copied instead of borrowed costs as much as its arithmetic.
+    let mut contacts = std::mem::take(&mut problem.contacts);
+    for contact in &mut contacts {
+        let [u_n, u_t] = problem.relative_velocity(contact);
         let ([r_n, r_t], block) = (contact.impulse, contact.block);
         let impulse = contact.law.impulse([
             u_n + contact.bias[0] - block.nn * r_n - block.nt * r_t,
             u_t + contact.bias[1] - block.nt * r_n - block.tt * r_t,
         ]);
         let step = [impulse[0] - r_n, impulse[1] - r_t];
-        problem.apply(&contact, step);
-        problem.contacts[index].impulse = impulse;
+        contact.impulse = impulse;
+        problem.apply(contact, step);
         let d_n = block.nn + contact.compliance[0];
         let d_t = block.tt + contact.compliance[1];
         changed += (d_n * step[0]).powi(2) + (d_t * step[1]).powi(2);
         size += (d_n * impulse[0]).powi(2) + (d_t * impulse[1]).powi(2);
     }
+    problem.contacts = contacts;
     changed.sqrt() / size.sqrt().max(problem.least_size)
 }

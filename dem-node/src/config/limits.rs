@@ -1,0 +1,272 @@
+//! What the keys may hold, and what they may not hold together.
+
+use protocol::ConfigError;
+
+use super::{
+    Config, DisksConfig, LawConfig, LawKind, LayerConfig, SampleConfig, SolverConfig, TimeConfig,
+    WheelConfig,
+};
+
+impl Config {
+    /// Refuses values out of range, naming the key, the value and what to do.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.law.validate()?;
+        self.solver.validate()?;
+        self.time.validate()?;
+        positive("density_kg_per_m3", self.density_kg_per_m3, "kg/m3")?;
+        at_least("mass_scale", self.mass_scale, 1.0, "")?;
+        for component in self.gravity_m_per_s2 {
+            finite("gravity_m_per_s2", component)?;
+        }
+        match &self.sample {
+            SampleConfig::Layer(layer) => layer.validate()?,
+            SampleConfig::Disks(disks) => disks.validate()?,
+        }
+        if let Some(wheel) = &self.wheel {
+            wheel.validate()?;
+        }
+        self.validate_together()
+    }
+
+    fn validate_together(&self) -> Result<(), ConfigError> {
+        if matches!(self.sample, SampleConfig::Layer(_)) && self.wheel.is_none() {
+            return Err(ConfigError::new(
+                "wheel",
+                "a layer needs the wheel that holds it, and there is none",
+            )
+            .help("add [participant.config.wheel]"));
+        }
+        if self.wheel.is_some() && self.time.end_s.is_some() {
+            return Err(
+                ConfigError::new("time.end_s", "the wheel's history already ends the run")
+                    .help("remove the key, or change wheel.hold_s or wheel.cycles"),
+            );
+        }
+        Ok(())
+    }
+}
+
+impl LawConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        if let Some(stiffness) = self.contact_stiffness_pa {
+            positive("law.contact_stiffness_pa", stiffness, "Pa")?;
+        }
+        match self.kind {
+            LawKind::Signorini => self.validate_frictionless(),
+            LawKind::Coulomb => self.validate_coulomb(),
+        }
+    }
+
+    fn validate_frictionless(&self) -> Result<(), ConfigError> {
+        let superfluous = [
+            ("law.friction", self.friction),
+            (
+                "law.tangential_stiffness_ratio",
+                self.tangential_stiffness_ratio,
+            ),
+        ];
+        match superfluous.into_iter().find(|(_, value)| value.is_some()) {
+            None => Ok(()),
+            Some((key, _)) => Err(ConfigError::new(
+                key,
+                "law.kind = \"signorini\" has no tangential force, the key would have no effect",
+            )
+            .help("remove it, or choose law.kind = \"coulomb\"")),
+        }
+    }
+
+    fn validate_coulomb(&self) -> Result<(), ConfigError> {
+        let friction = required("law.friction", self.friction, "law.kind = \"coulomb\"")?;
+        at_least("law.friction", friction, 0.0, "")?;
+        let key = "law.tangential_stiffness_ratio";
+        match (self.contact_stiffness_pa, self.tangential_stiffness_ratio) {
+            (None, None) => Ok(()),
+            (None, Some(_)) => Err(ConfigError::new(
+                key,
+                "rigid contacts have no stiffness, the key would have no effect",
+            )
+            .help("remove it, or give law.contact_stiffness_pa")),
+            (Some(_), ratio) => {
+                let why = "compliant contacts with friction";
+                positive(key, required(key, ratio, why)?, "")
+            }
+        }
+    }
+}
+
+impl SolverConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        within("solver.tolerance", self.tolerance, f64::MIN_POSITIVE, 0.1)?;
+        if self.max_iterations == 0 || self.min_iterations > self.max_iterations {
+            return Err(ConfigError::new(
+                "solver.max_iterations",
+                format!(
+                    "must be at least 1 and at least solver.min_iterations = {}, got {}",
+                    self.min_iterations, self.max_iterations
+                ),
+            ));
+        }
+        Ok(())
+    }
+}
+
+impl TimeConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        within("time.theta", self.theta, 0.5, 1.0)?;
+        positive("time.pressure_pa", self.pressure_pa, "Pa")?;
+        for (key, value) in [("time.step_s", self.step_s), ("time.end_s", self.end_s)] {
+            if let Some(value) = value {
+                positive(key, value, "s")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl LayerConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        positive("sample.thickness_m", self.thickness_m, "m")?;
+        positive("sample.half_width_m", self.half_width_m, "m")?;
+        positive("sample.radius_min_m", self.radius_min_m, "m")?;
+        at_least(
+            "sample.radius_max_m",
+            self.radius_max_m,
+            self.radius_min_m,
+            "m",
+        )?;
+        at_least(
+            "sample.bed_extra_m",
+            self.bed_extra_m,
+            4.0 * self.radius_max_m,
+            "m",
+        )?;
+        at_least(
+            "sample.half_width_m",
+            self.half_width_m,
+            10.0 * self.radius_max_m,
+            "m",
+        )?;
+        at_least("sample.crown_radius_m", self.crown_radius_m, 0.0, "m")?;
+        if self.crown_radius_m > 0.0 {
+            at_least(
+                "sample.crown_radius_m",
+                self.crown_radius_m,
+                2.0 * self.half_width_m,
+                "m",
+            )?;
+        }
+        if self.press_pa.is_empty() {
+            return Err(ConfigError::new(
+                "sample.press_pa",
+                "needs at least one pressure",
+            ));
+        }
+        self.press_pa
+            .iter()
+            .try_for_each(|pressure| positive("sample.press_pa", *pressure, "Pa"))
+    }
+}
+
+impl DisksConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        if self.disks.iter().all(|disk| disk.glued) {
+            return Err(ConfigError::new(
+                "sample.disks",
+                "needs at least one disk that is not glued",
+            ));
+        }
+        for (i, disk) in self.disks.iter().enumerate() {
+            let key = |name: &str| format!("sample.disks[{i}].{name}");
+            positive(&key("radius_m"), disk.radius_m, "m")?;
+            finite(&key("x_m"), disk.x_m)?;
+            finite(&key("y_m"), disk.y_m)?;
+        }
+        for (i, wall) in self.walls.iter().enumerate() {
+            positive(
+                &format!("sample.walls[{i}].nx"),
+                wall.nx.hypot(wall.ny),
+                "length of (nx, ny)",
+            )?;
+        }
+        Ok(())
+    }
+}
+
+impl WheelConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        positive("wheel.mass_kg", self.mass_kg, "kg")?;
+        at_least("wheel.load_n", self.load_n, 0.0, "N")?;
+        at_least("wheel.ramp_s", self.ramp_s, 0.0, "s")?;
+        at_least("wheel.hold_s", self.hold_s, 0.0, "s")?;
+        at_least("wheel.amplitude_m", self.amplitude_m, 0.0, "m")?;
+        at_least("wheel.cycles", self.cycles, 0.0, "")?;
+        if self.radius_m != 0.0 {
+            return Err(ConfigError::new(
+                "wheel.radius_m",
+                format!(
+                    "only a flat wheel can roll on grains so far, got a radius of {} m",
+                    self.radius_m
+                ),
+            )
+            .help("write radius_m = 0"));
+        }
+        if self.cycles > 0.0 {
+            positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
+        }
+        Ok(())
+    }
+}
+
+fn required(key: &str, value: Option<f64>, by: &str) -> Result<f64, ConfigError> {
+    value.ok_or_else(|| ConfigError::new(key, format!("{by} need it and it is missing")))
+}
+
+fn positive(key: &str, value: f64, unit: &str) -> Result<(), ConfigError> {
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
+    }
+    Err(ConfigError::new(
+        key,
+        format!("must be positive, got {value:e}{}", in_brackets(unit)),
+    ))
+}
+
+fn at_least(key: &str, value: f64, minimum: f64, unit: &str) -> Result<(), ConfigError> {
+    if value >= minimum && value.is_finite() {
+        return Ok(());
+    }
+    Err(ConfigError::new(
+        key,
+        format!(
+            "must be at least {minimum:e}, got {value:e}{}",
+            in_brackets(unit)
+        ),
+    ))
+}
+
+fn within(key: &str, value: f64, low: f64, high: f64) -> Result<(), ConfigError> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(ConfigError::new(
+        key,
+        format!("must lie between {low} and {high}, got {value}"),
+    ))
+}
+
+fn finite(key: &str, value: f64) -> Result<(), ConfigError> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(ConfigError::new(
+        key,
+        format!("must be a finite number, got {value}"),
+    ))
+}
+
+fn in_brackets(unit: &str) -> String {
+    match unit {
+        "" => String::new(),
+        unit => format!(" ({unit})"),
+    }
+}

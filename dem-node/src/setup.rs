@@ -1,0 +1,90 @@
+//! From the keys of a scenario to the types that the steps work with.
+
+use std::f64::consts::PI;
+
+use crate::bodies::Bodies;
+use crate::config::{Config, LawConfig, LawKind, SolverKind};
+use crate::detect::proximity;
+use crate::error::DemError;
+use crate::law::{Friction, Law, Springs};
+use crate::sample::Sample;
+use crate::solver::{Algorithm, Criteria};
+use crate::state::State;
+
+/// Overlap of two rigid disks over the smaller radius above which a sample is refused: its repair in one step would
+/// throw them apart.
+const RIGID_OVERLAP: f64 = 0.01;
+/// Alert distance and Verlet skin over the smallest radius. A wide skin costs candidates in each step, a narrow one new
+/// lists: at 0.2 a pressed layer makes a new one every few hundred steps.
+const ALERT: f64 = 0.02;
+const SKIN: f64 = 0.2;
+
+/// When the contact solver may stop.
+pub fn criteria(config: &Config) -> Criteria {
+    Criteria {
+        algorithm: match config.solver.kind {
+            SolverKind::Nsgs => Algorithm::Nsgs,
+        },
+        tolerance: config.solver.tolerance,
+        min_iterations: config.solver.min_iterations,
+        max_iterations: config.solver.max_iterations,
+    }
+}
+
+/// The bodies of a prepared sample.
+pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
+    let disks = || sample.free.iter().chain(&sample.glued);
+    let smallest = disks()
+        .map(|disk| disk.radius)
+        .fold(f64::INFINITY, f64::min);
+    let mass = |r: f64| config.density_kg_per_m3 * PI * r * r * thickness * config.mass_scale;
+    Bodies {
+        free: sample.free.len(),
+        radii: disks().map(|disk| disk.radius).collect(),
+        masses: sample.free.iter().map(|disk| mass(disk.radius)).collect(),
+        gravity: config.gravity_m_per_s2.map(|g| g / config.mass_scale),
+        reference: sample.glued.iter().map(|disk| disk.centre).collect(),
+        wheel_mass: config.wheel.map(|wheel| wheel.mass_kg),
+        walls: sample.walls.clone(),
+        law: law(&config.law, thickness),
+        alert: ALERT * smallest,
+        skin: SKIN * smallest,
+    }
+}
+
+fn law(config: &LawConfig, thickness: f64) -> Law {
+    Law {
+        friction: match config.kind {
+            LawKind::Signorini => Friction::Signorini,
+            LawKind::Coulomb => Friction::Coulomb {
+                coefficient: config.friction.unwrap_or(0.0),
+            },
+        },
+        springs: config.contact_stiffness_pa.map(|stiffness| Springs {
+            normal: stiffness * thickness,
+            // Without friction there is no tangential force and any stiffness will do.
+            tangential: stiffness * thickness * config.tangential_stiffness_ratio.unwrap_or(1.0),
+        }),
+    }
+}
+
+/// Rigid disks may touch at the start, not lie in each other.
+pub fn refuse_rigid_overlaps(bodies: &Bodies, state: &State) -> Result<(), DemError> {
+    if bodies.law.springs.is_some() {
+        return Ok(());
+    }
+    for slot in &state.list.slots {
+        let (a, b) = (slot.a as usize, slot.b as usize);
+        let smaller = bodies.radii[a].min(bodies.radii.get(b).copied().unwrap_or(f64::INFINITY));
+        let gap = proximity(bodies, &state.centres, state.wheel.position[1], slot).gap;
+        if gap < -RIGID_OVERLAP * smaller {
+            return Err(DemError::Overlap {
+                a,
+                b,
+                overlap_m: -gap,
+                relative: -gap / smaller,
+            });
+        }
+    }
+    Ok(())
+}
