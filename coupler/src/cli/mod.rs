@@ -13,6 +13,7 @@ pub mod bench;
 pub mod check;
 pub mod inspect;
 pub mod node;
+pub mod report;
 pub mod run;
 
 /// Concurrent FE-DEM co-simulation of wheel, third body and rail.
@@ -31,6 +32,8 @@ enum Verb {
     Check(check::CheckArguments),
     /// Show what a run directory or an exchange log holds.
     Inspect(inspect::InspectArguments),
+    /// Draw what a run left: report.html and its pictures.
+    Report(report::ReportArguments),
     /// Measure what the machine gives.
     Bench(bench::BenchArguments),
     /// Serve a shipped solver to the coordinator that launched this process.
@@ -72,6 +75,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         Verb::Run(arguments) => run::run(&arguments, registry),
         Verb::Check(arguments) => check::check(&arguments, registry),
         Verb::Inspect(arguments) => inspect::inspect(&arguments),
+        Verb::Report(arguments) => report::report(&arguments),
         Verb::Bench(arguments) => bench::bench(&arguments),
         Verb::Node(arguments) => node::node(&arguments, registry),
         Verb::ExecChild(arguments) => node::exec_child(&arguments),

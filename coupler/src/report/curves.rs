@@ -1,0 +1,188 @@
+//! Interface traction, friction loop, forces over time: whatever the run's tables hold.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use plotters::prelude::*;
+
+use super::scene::picture;
+use crate::error::Error;
+
+type Columns = BTreeMap<String, Vec<f64>>;
+
+/// One line of a plot.
+struct Curve {
+    label: &'static str,
+    points: Vec<(f64, f64)>,
+    colour: RGBColor,
+}
+
+const BLUE_LINE: RGBColor = RGBColor(31, 90, 160);
+const RED_LINE: RGBColor = RGBColor(190, 50, 40);
+
+/// (file, caption, SVG) of every plot that the run has the columns for.
+pub fn all(run: &Path) -> Result<Vec<(&'static str, &'static str, String)>, Error> {
+    let mut plots = Vec::new();
+    let profile = read_csv(&run.join("profile.csv"));
+    if let (Some(x), Some(pressure)) = (profile.get("x_m"), profile.get("pressure_pa")) {
+        let curves = [
+            Curve {
+                label: "at the nodes",
+                points: join(x, pressure, 1e3, 1e-6),
+                colour: RGBColor(170, 190, 210),
+            },
+            Curve {
+                label: "mean over 1 mm",
+                points: join(x, &moving_mean(x, pressure, 1e-3), 1e3, 1e-6),
+                colour: BLUE_LINE,
+            },
+        ];
+        let svg = plot("x (mm)", "pressure on the rail (MPa)", &curves)?;
+        plots.push((
+            "profile.svg",
+            "Interface pressure on the rail at the end of the hold",
+            svg,
+        ));
+    }
+    let signals = read_csv(&run.join("signals.csv"));
+    let column = |name: &str| {
+        let ending = format!(".{name}");
+        signals
+            .iter()
+            .find(|(key, _)| *key == name || key.ends_with(&ending))
+            .map(|(_, values)| values)
+    };
+    if let (Some(t), Some(normal), Some(tangential)) = (
+        signals.get("t_s"),
+        column("wheel_fn_n"),
+        column("wheel_ft_n"),
+    ) {
+        let curves = [
+            Curve {
+                label: "normal",
+                points: join(t, normal, 1e3, 1.0),
+                colour: BLUE_LINE,
+            },
+            Curve {
+                label: "tangential",
+                points: join(t, tangential, 1e3, 1.0),
+                colour: RED_LINE,
+            },
+        ];
+        plots.push((
+            "forces.svg",
+            "Force of the layer on the wheel",
+            plot("t (ms)", "force (N)", &curves)?,
+        ));
+    }
+    if let (Some(x), Some(tangential)) = (column("wheel_x_m"), column("wheel_ft_n"))
+        && x.iter().any(|x| *x != 0.0)
+    {
+        let curve = Curve {
+            label: "tangential force",
+            points: join(x, tangential, 1e3, 1.0),
+            colour: RED_LINE,
+        };
+        let svg = plot("D (mm)", "tangential force (N)", &[curve])?;
+        plots.push((
+            "friction.svg",
+            "Tangential force over the wheel's lateral position",
+            svg,
+        ));
+    }
+    Ok(plots)
+}
+
+fn plot(x_desc: &str, y_desc: &str, curves: &[Curve]) -> Result<String, Error> {
+    let points = || curves.iter().flat_map(|curve| &curve.points);
+    let x = range(points().map(|point| point.0));
+    let y = range(points().map(|point| point.1));
+    let mut svg = String::new();
+    {
+        let area = SVGBackend::with_string(&mut svg, (900, 380)).into_drawing_area();
+        area.fill(&WHITE).map_err(picture)?;
+        let mut chart = ChartBuilder::on(&area)
+            .margin(14)
+            .x_label_area_size(40)
+            .y_label_area_size(70)
+            .build_cartesian_2d(x, y)
+            .map_err(picture)?;
+        chart
+            .configure_mesh()
+            .light_line_style(WHITE)
+            .bold_line_style(BLACK.mix(0.1))
+            .x_desc(x_desc)
+            .y_desc(y_desc)
+            .draw()
+            .map_err(picture)?;
+        for curve in curves {
+            let colour = curve.colour;
+            chart
+                .draw_series(LineSeries::new(curve.points.iter().copied(), &colour))
+                .map_err(picture)?
+                .label(curve.label)
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour));
+        }
+        chart
+            .configure_series_labels()
+            .background_style(WHITE)
+            .border_style(BLACK.mix(0.3))
+            .draw()
+            .map_err(picture)?;
+        area.present().map_err(picture)?;
+    }
+    Ok(svg)
+}
+
+fn range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+    let (low, high) = values
+        .filter(|value| value.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (low.min(v), high.max(v))
+        });
+    if low > high {
+        return 0.0..1.0;
+    }
+    let margin = 0.04 * (high - low).max(1e-12 * high.abs()).max(f64::MIN_POSITIVE);
+    low - margin..high + margin
+}
+
+/// Points of two columns, scaled, at most about 4 000 of them.
+fn join(x: &[f64], y: &[f64], x_scale: f64, y_scale: f64) -> Vec<(f64, f64)> {
+    let stride = x.len().div_ceil(4000).max(1);
+    x.iter()
+        .zip(y)
+        .step_by(stride)
+        .map(|(x, y)| (x * x_scale, y * y_scale))
+        .collect()
+}
+
+/// Mean of the values whose places lie within half of `width` of each place.
+fn moving_mean(x: &[f64], y: &[f64], width: f64) -> Vec<f64> {
+    x.iter()
+        .map(|centre| {
+            let near = x
+                .iter()
+                .zip(y)
+                .filter(|(x, _)| (**x - centre).abs() <= 0.5 * width * (1.0 + 1e-9));
+            let (sum, count) = near.fold((0.0, 0.0), |(sum, count), (_, y)| (sum + y, count + 1.0));
+            sum / count
+        })
+        .collect()
+}
+
+/// Columns of numbers by name; an absent file has none, cells that are no numbers are left out.
+fn read_csv(path: &Path) -> Columns {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+    let mut columns = Columns::new();
+    for line in lines {
+        for (name, cell) in names.iter().zip(line.split(',')) {
+            if let Ok(value) = cell.parse() {
+                columns.entry(name.to_string()).or_default().push(value);
+            }
+        }
+    }
+    columns
+}

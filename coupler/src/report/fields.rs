@@ -1,0 +1,54 @@
+//! Reading the VTK XML files that participants write (ASCII data arrays).
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+
+/// The data arrays of a file by their names; `points` are the coordinates.
+pub type Arrays = BTreeMap<String, Vec<f64>>;
+
+/// Reads every ASCII data array of a VTK XML file. Arrays that share a name (connectivity of several kinds
+/// of cells) keep the last one's numbers.
+pub fn read(path: &Path) -> Result<Arrays, Error> {
+    let text = std::fs::read_to_string(path).map_err(Error::io(path.display().to_string()))?;
+    let mut arrays = Arrays::new();
+    for part in text.split("<DataArray ").skip(1) {
+        let (head, rest) = part
+            .split_once('>')
+            .ok_or_else(|| damaged(path, "an unfinished DataArray"))?;
+        let name =
+            attribute(head, "Name").ok_or_else(|| damaged(path, "a DataArray without a name"))?;
+        let body = rest.split("</DataArray>").next().unwrap_or_default();
+        let numbers: Result<Vec<f64>, _> = body.split_ascii_whitespace().map(str::parse).collect();
+        let numbers =
+            numbers.map_err(|_| damaged(path, &format!("array {name} is not ASCII numbers")))?;
+        arrays.insert(name.to_string(), numbers);
+    }
+    Ok(arrays)
+}
+
+/// Files of a run's fields that end with `-<name>.<extension>`.
+pub fn named(run: &Path, name: &str, extension: &str) -> Vec<PathBuf> {
+    let ending = format!("-{name}.{extension}");
+    let mut found: Vec<PathBuf> = std::fs::read_dir(run.join("fields"))
+        .into_iter()
+        .flatten()
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| {
+            path.file_name()
+                .is_some_and(|file| file.to_string_lossy().ends_with(&ending))
+        })
+        .collect();
+    found.sort();
+    found
+}
+
+fn attribute<'a>(head: &'a str, name: &str) -> Option<&'a str> {
+    head.split(&format!("{name}=\"")).nth(1)?.split('"').next()
+}
+
+fn damaged(path: &Path, why: &str) -> Error {
+    Error::Refused(format!("{}: {why}; run the scenario again", path.display()))
+}
