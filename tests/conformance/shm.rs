@@ -142,6 +142,7 @@ fn two_runs_do_not_hear_each_other() {
 fn the_first_frame_waits_for_a_participant_that_comes_late() {
     let scene = Scene::new();
     let mut left = scene.coordinator("rail", WaitMode::Event);
+    assert_eq!(left.receive(SHORT), Ok(None), "it has not come, nor left");
     let sender = thread::spawn(move || {
         left.send(&numbered(1, vec![1.0]), AMPLE)
             .expect("it is taken");

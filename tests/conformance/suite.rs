@@ -21,6 +21,7 @@ pub fn check(pair: impl Fn() -> Pair) {
     a_peer_that_takes_nothing_ends_with_the_patience(pair());
     last_words_arrive_before_the_end_is_noticed(pair());
     a_peer_that_left_is_noticed(pair());
+    a_peer_that_leaves_while_we_wait_is_noticed(pair());
     a_peer_that_never_spoke_and_left_holds_nobody_up(pair());
     ten_thousand_requests_have_ten_thousand_answers(pair());
     endless_patience_is_allowed(pair());
@@ -171,6 +172,16 @@ fn a_peer_that_left_is_noticed((mut left, mut right): Pair) {
     let frame = numbered(2, vec![1.0; 10]);
     assert_eq!(left.send(&frame, AMPLE), Err(LinkError::Closed));
     assert_eq!(left.receive(AMPLE), Err(LinkError::Closed));
+}
+
+fn a_peer_that_leaves_while_we_wait_is_noticed((mut left, mut right): Pair) {
+    let leaver = thread::spawn(move || {
+        receive(&mut *right);
+        thread::sleep(SHORT);
+    });
+    left.send(&numbered(1, vec![]), AMPLE).expect("it is taken");
+    assert_eq!(left.receive(Duration::MAX), Err(LinkError::Closed));
+    leaver.join().expect("the leaver ends");
 }
 
 fn a_peer_that_never_spoke_and_left_holds_nobody_up((mut left, right): Pair) {

@@ -224,6 +224,12 @@ mod tests {
             .spawn()
             .expect("`true` is everywhere");
         let pid = child.id();
+        // Nobody has asked for its status yet: it is there, but it has ended.
+        let ended = (0..10_000).any(|_| {
+            std::thread::sleep(std::time::Duration::from_millis(1));
+            start_time(pid).is_none()
+        });
+        assert!(ended, "it is still said to run");
         child.wait().expect("it ends");
         assert_eq!(start_time(pid), None);
         assert!(start_time(1).is_some());
