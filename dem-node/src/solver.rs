@@ -215,7 +215,15 @@ impl Problem {
             defect += (d_t * (r_t - target_t.clamp(-limit, limit))).powi(2);
             size += (d_n * r_n).powi(2) + (d_t * r_t).powi(2);
         }
-        defect.sqrt() / size.sqrt().max(self.least_size)
+        self.relative(defect.sqrt(), size.sqrt())
+    }
+
+    /// A defect over the size of the problem; nothing is no defect, even of a problem without contacts.
+    fn relative(&self, defect: f64, size: f64) -> f64 {
+        if defect == 0.0 {
+            return 0.0;
+        }
+        defect / size.max(self.least_size)
     }
 }
 

@@ -116,3 +116,22 @@ fn falling_disks_close_the_ledger_with_the_work_of_their_weight() {
         "momentum defect {worst:e} N at a weight of {weight:e} N"
     );
 }
+
+#[test]
+fn weight_is_that_of_the_real_mass_whatever_the_scale() {
+    let sample = json!({"kind": "disks", "disks": [{"x_m": 0.0, "y_m": 0.0, "radius_m": R}]});
+    let overrides = json!({"gravity_m_per_s2": [0.0, -9.81], "mass_scale": 50.0});
+    let mut dem = build(&scene(
+        json!({"kind": "signorini"}),
+        1e-4,
+        sample,
+        overrides,
+    ));
+    march(&mut dem, 0, 100);
+    close(
+        "speed after 10 ms",
+        dem.state().velocities[0][1],
+        -9.81e-2 / 50.0,
+        1e-15,
+    );
+}

@@ -51,7 +51,8 @@ fn one_window(law: Value, w_g: [f64; 3], a_g: [f64; 2]) -> (Vec<f64>, Vec<f64>) 
     dem.wall(H, &[w_g[0], w_g[1], w_g[1], w_g[2]])
         .expect("2 x 2 numbers");
     let answer = dem.solve(&window(0), &a_g).expect("it can be solved");
-    assert!(answer.converged);
+    // One contact whose 2x2 block is right is solved in one sweep; the second finds nothing to change.
+    assert!(answer.converged && answer.iterations <= 2, "{answer:?}");
     (answer.force, answer.velocity)
 }
 

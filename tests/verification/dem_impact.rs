@@ -86,6 +86,9 @@ fn grains_that_meet_within_a_step_do_not_pass_through_each_other() {
         2.0 * RADIUS,
         1e-12,
     );
+    for velocity in &dem.state().velocities {
+        close("velocity", velocity[0], 150.0, 1e-9);
+    }
 }
 
 #[test]

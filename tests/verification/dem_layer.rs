@@ -120,6 +120,19 @@ fn the_glued_row_lies_within_a_radius_of_the_crowned_line() {
 }
 
 #[test]
+fn rigid_grains_start_without_overlap() {
+    let sample = layer::prepare(&recipe(0.15e-3), None, 1).expect("the recipe works");
+    let disks: Vec<&sample::Disk> = sample.free.iter().chain(&sample.glued).collect();
+    for (i, a) in disks[..sample.free.len()].iter().enumerate() {
+        for b in &disks[i + 1..] {
+            let (dx, dy) = (a.centre[0] - b.centre[0], a.centre[1] - b.centre[1]);
+            let gap = dx.hypot(dy) - a.radius - b.radius;
+            assert!(gap > -1e-12, "overlap of {:e} m", -gap);
+        }
+    }
+}
+
+#[test]
 fn the_seed_decides_every_bit_and_nothing_else_does() {
     let centres = |seed: u64| -> Vec<[u64; 2]> {
         let sample = layer_of(0.15e-3, seed);

@@ -12,7 +12,8 @@ use crate::sample::{Disk, Sample};
 
 /// Mean diameters by which the bare row extends past each side, to catch grains that come loose.
 const CATCH_DIAMETERS: f64 = 5.0;
-/// Stiffness of the bed's contacts over the highest pressure when the law is rigid: overlaps near 1e-3 r.
+/// Stiffness of the bed's contacts over the highest pressure when the law is rigid: overlaps near 1e-3 r. Rigid grains
+/// then lose that much of their radius, see [`release`].
 const RIGID_BED_STIFFNESS: f64 = 1e3;
 /// The released layer is at rest when no resultant exceeds this part of the mean contact force in the pressed bed.
 const RELEASED: f64 = 1e-2;
@@ -25,23 +26,22 @@ pub fn prepare(
     seed: u64,
 ) -> Result<Sample, DemError> {
     let highest = recipe.press_pa.iter().copied().fold(0.0, f64::max);
-    let stiffness = stiffness.unwrap_or(RIGID_BED_STIFFNESS * highest);
-    let bed = bed::press(recipe, stiffness, seed)?;
+    let bed_stiffness = stiffness.unwrap_or(RIGID_BED_STIFFNESS * highest);
+    let bed = bed::press(recipe, bed_stiffness, seed)?;
     let (free, mut glued) = cut(&bed.pile);
     glued.extend(catch_row(recipe, &free, &glued));
     glued.sort_by(|a, b| a.centre[0].total_cmp(&b.centre[0]));
     let crown = Crown {
         radius: recipe.crown_radius_m,
     };
-    let free = release(
-        &bed,
-        crown.follow(free),
-        crown.follow(glued.clone()),
-        recipe.thickness_m,
-    );
+    let (free, glued) = (crown.follow(free), crown.follow(glued));
+    let (mut free, overlap) = release(&bed, free, &glued, recipe.thickness_m);
+    if stiffness.is_none() {
+        shrink(&mut free, overlap);
+    }
     Ok(Sample {
         free: in_columns(free),
-        glued: crown.follow(glued),
+        glued,
         walls: Vec::new(),
         solid_fraction: bed.solid_fraction,
     })
@@ -110,8 +110,9 @@ impl Crown {
 ///
 /// The shift along the crown leaves overlaps of up to a few micrometres on the flanks. Grains that find no support
 /// drift off slowly; that they still do is no reason to wait, so the number of iterations is bounded, not the drift.
-fn release(bed: &Bed, free: Vec<Disk>, glued: Vec<Disk>, thickness: f64) -> Vec<Disk> {
-    let all = || free.iter().chain(&glued);
+/// Returns the grains and the largest overlap that is left (m).
+fn release(bed: &Bed, free: Vec<Disk>, glued: &[Disk], thickness: f64) -> (Vec<Disk>, f64) {
+    let all = || free.iter().chain(glued);
     let mut pile = Pile {
         centres: all().map(|disk| disk.centre).collect(),
         radii: all().map(|disk| disk.radius).collect(),
@@ -122,11 +123,22 @@ fn release(bed: &Bed, free: Vec<Disk>, glued: Vec<Disk>, thickness: f64) -> Vec<
         thrust: None,
     };
     let tolerated = RELEASED * bed.mean_overlap;
-    pile.relax(MAX_ITERATIONS, |load| load.unbalanced() <= tolerated);
+    let (_, load) = pile.relax(MAX_ITERATIONS, |load| load.unbalanced() <= tolerated);
     let moved = free.iter().zip(pile.centres);
-    moved
-        .map(|(disk, centre)| Disk { centre, ..*disk })
-        .collect()
+    let moved = moved.map(|(disk, centre)| Disk { centre, ..*disk });
+    (moved.collect(), load.largest)
+}
+
+/// Makes the grains smaller until none overlaps. The first step would repair the overlaps of rigid grains with the
+/// velocity g/h, and that threw the wheel 17 um up.
+fn shrink(disks: &mut [Disk], overlap: f64) {
+    let smallest = disks
+        .iter()
+        .map(|disk| disk.radius)
+        .fold(f64::INFINITY, f64::min);
+    for disk in disks {
+        disk.radius *= 1.0 - overlap / smallest;
+    }
 }
 
 /// Numbers the grains column by column, so that neighbours lie close in memory.

@@ -75,21 +75,22 @@ struct Neighbours {
 
 impl Pile {
     /// Lets the disks relax until `at_rest` says so: FIRE (Bitzek et al., PRL 97, 170201, 2006, with their
-    /// parameters) with the semi-implicit Euler step. Returns the number of iterations and the last forces;
-    /// the forces are those of the final positions also when `limit` iterations were not enough.
+    /// parameters) with the semi-implicit Euler step. Returns the number of iterations, which is
+    /// `limit` when they were not enough, and the forces at the final positions.
     pub fn relax(&mut self, limit: usize, at_rest: impl Fn(&Load) -> bool) -> (usize, Load) {
         let mut fire = Fire::new(self);
         let mut neighbours = self.neighbours();
         let mut load = Load::default();
-        for iteration in 0..limit {
+        let mut iteration = 0;
+        loop {
             self.refresh(&mut neighbours);
             self.forces(&neighbours, &mut load);
-            if at_rest(&load) {
+            if iteration == limit || at_rest(&load) {
                 return (iteration, load);
             }
             fire.step(self, &load);
+            iteration += 1;
         }
-        (limit, load)
     }
 
     fn neighbours(&self) -> Neighbours {

@@ -61,5 +61,5 @@ fn sweep(problem: &mut Problem) -> f64 {
         size += (d_n * impulse[0]).powi(2) + (d_t * impulse[1]).powi(2);
     }
     problem.contacts = contacts;
-    changed.sqrt() / size.sqrt().max(problem.least_size)
+    problem.relative(changed.sqrt(), size.sqrt())
 }
