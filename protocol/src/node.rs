@@ -64,7 +64,7 @@ pub trait Node: Send {
         Err(NodeError::unsupported("running without an interface"))
     }
 
-    /// Writes the fields of the committed state into [`crate::Setting::fields`], as files that begin with `name`.
+    /// Writes the fields of the committed state into [`crate::Setting::fields`], as `<participant>-<name>.vtu` or `.vtp`.
     fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {
         let _ = name;
         Ok(())
