@@ -1,0 +1,112 @@
+//! The main job, `thirdbody run quick`, as a user runs it: three processes, shared memory, one command.
+//!
+//! What must hold is exact or given by the solvers' own tolerances: the interface carries the wheel's load, forces and
+//! momentum balance to rounding, friction stays inside Coulomb's cone, the gap is closed, the energies close.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use harness::runs::{Scratch, parse_json, read_csv, thirdbody};
+use serde_json::Value;
+
+const LOAD_N: f64 = 8000.0;
+const FRICTION: f64 = 0.3;
+const WINDOW_S: f64 = 9.0 * 6.8e-8;
+
+fn number(summary: &Value, path: &str) -> f64 {
+    let value = path.split('.').fold(summary, |value, key| &value[key]);
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("no number {path} in {summary:#}"))
+}
+
+fn distinct_pids(log: &str) -> usize {
+    let pids: BTreeSet<&str> = log
+        .lines()
+        .filter_map(|line| line.split("pid ").nth(1))
+        .filter_map(|rest| rest.split([',', ' ']).next())
+        .collect();
+    pids.len()
+}
+
+#[test]
+fn quick_carries_the_load_through_three_processes() {
+    let work = Scratch::new("quick");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/quick");
+    let out = work.path().join("out");
+    let output = thirdbody(work.path())
+        .arg("run")
+        .arg(scene)
+        .arg("--out")
+        .arg(&out)
+        .arg("--json")
+        .output()
+        .expect("the program starts");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let summary = parse_json(&output.stdout);
+    assert_eq!(summary["status"], "completed");
+    let log = std::fs::read_to_string(out.join("logs/coordinator.log")).expect("it was written");
+    assert_eq!(distinct_pids(&log), 3, "{log}");
+
+    let force = number(&summary, "results.interface_force_n");
+    assert!(
+        (force / LOAD_N - 1.0).abs() <= 0.01,
+        "interface force {force}"
+    );
+    let wheel = number(&summary, "results.wheel_force_n");
+    assert!(
+        (force / wheel - 1.0).abs() <= 1e-3,
+        "interface {force}, wheel {wheel}"
+    );
+    assert!(number(&summary, "coupling.gap_max_rel") <= 1e-4);
+    assert!(number(&summary, "results.energy_balance_rel") <= 0.02);
+    assert!(number(&summary, "results.true_residual_max") <= 1e-4);
+    assert_eq!(number(&summary, "coupling.not_converged_windows"), 0.0);
+
+    let signals = read_csv(&out.join("signals.csv"));
+    let of = |name: &str| &signals[&format!("third-body.{name}")];
+    let (normal, tangential) = (of("wheel_fn_n"), of("wheel_ft_n"));
+    for (n, t) in normal.iter().zip(tangential) {
+        assert!(
+            t.abs() <= FRICTION * n * (1.0 + 1e-9) + 1e-9,
+            "F_T = {t}, F_N = {n}"
+        );
+    }
+    // Vertical momentum of the free grains: pushed up by the wall, down by the wheel, nothing else.
+    let (wall, momentum) = (&signals["interface_fy_n"], of("momentum_y_kg_m_per_s"));
+    for i in 1..wall.len() {
+        let rate = (momentum[i] - momentum[i - 1]) / WINDOW_S;
+        let defect = -wall[i] - normal[i] - rate;
+        assert!(defect.abs() <= 1e-9 * LOAD_N, "window {i}: {defect} N");
+    }
+}
+
+#[test]
+fn a_solver_without_interface_runs_alone() {
+    let work = Scratch::new("alone");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/layer-alone");
+    let out = work.path().join("out");
+    let output = thirdbody(work.path())
+        .arg("run")
+        .arg(scene)
+        .arg("--out")
+        .arg(&out)
+        .arg("--json")
+        .output()
+        .expect("the program starts");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let summary = parse_json(&output.stdout);
+    let log = std::fs::read_to_string(out.join("logs/coordinator.log")).expect("it was written");
+    assert_eq!(distinct_pids(&log), 2, "{log}");
+    assert!(summary.get("coupling").is_none());
+    let wheel = number(&summary, "results.wheel_force_n");
+    assert!((wheel / LOAD_N - 1.0).abs() <= 1e-3, "wheel force {wheel}");
+}
