@@ -40,6 +40,13 @@ pub enum ElementKind {
     #[default]
     #[serde(rename = "q4_1point")]
     Q4OnePoint,
+    /// Bilinear quadrilateral, 2 x 2 points.
+    #[serde(rename = "q4_2x2")]
+    Q4Full,
+    /// Bilinear quadrilateral, 2 x 2 points for the change of shape, one mean value for the change of volume; it
+    /// does not lock when nearly incompressible.
+    #[serde(rename = "q4_bbar")]
+    Q4MeanDilatation,
 }
 
 /// Out-of-plane condition.

@@ -4,6 +4,10 @@
 //! each padded with zeros to [`Layout::stride`], so that packs of neighbours never need a special case.
 
 mod q4_1point;
+mod q4_2x2;
+mod q4_bbar;
+mod row;
+mod stiffness;
 
 use std::ops::Range;
 
@@ -13,7 +17,21 @@ use crate::mesh::{Edge, Mesh};
 use crate::pack::LANES;
 
 use q4_1point::Q4OnePoint;
-pub(crate) use q4_1point::RowForces;
+use q4_2x2::Q4Full;
+use q4_bbar::Q4MeanDilatation;
+pub(crate) use row::RowForces;
+pub use stiffness::Stiffness;
+
+/// 1/sqrt(3), the coordinate of the 2 x 2 Gauss points.
+const GAUSS: f64 = 0.577_350_269_189_625_8;
+
+/// Natural coordinates of the 2 x 2 Gauss points; each has the weight 1.
+pub const GAUSS_POINTS: [[f64; 2]; 4] = [
+    [-GAUSS, -GAUSS],
+    [GAUSS, -GAUSS],
+    [GAUSS, GAUSS],
+    [-GAUSS, GAUSS],
+];
 
 /// Where the components of the nodes are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +110,29 @@ pub struct Body {
 /// The closed set of elements.
 #[derive(Clone, Debug)]
 enum Element {
-    Q4OnePoint(Q4OnePoint),
+    OnePoint(Q4OnePoint),
+    Full(Q4Full),
+    MeanDilatation(Q4MeanDilatation),
+}
+
+impl Element {
+    fn new(
+        kind: ElementKind,
+        mesh: &Mesh,
+        layout: Layout,
+        elastic: &Elastic,
+        thickness: f64,
+    ) -> Element {
+        match kind {
+            ElementKind::Q4OnePoint => {
+                Element::OnePoint(Q4OnePoint::new(mesh, layout, elastic, thickness))
+            }
+            ElementKind::Q4Full => Element::Full(Q4Full::new(mesh, layout, elastic, thickness)),
+            ElementKind::Q4MeanDilatation => {
+                Element::MeanDilatation(Q4MeanDilatation::new(mesh, layout, elastic, thickness))
+            }
+        }
+    }
 }
 
 /// Which components are held at zero.
@@ -114,11 +154,7 @@ impl Body {
         thickness: f64,
     ) -> Body {
         let layout = Layout::new(mesh);
-        let element = match kind {
-            ElementKind::Q4OnePoint => {
-                Element::Q4OnePoint(Q4OnePoint::new(mesh, layout, elastic, thickness))
-            }
-        };
+        let element = Element::new(kind, mesh, layout, elastic, thickness);
         let node_mass = lump(mesh, elastic.density * thickness);
         let mut body = Body {
             layout,
@@ -166,7 +202,9 @@ impl Body {
         out: &mut RowForces,
     ) {
         match &self.element {
-            Element::Q4OnePoint(elements) => elements.row(row, upper, lower, out),
+            Element::OnePoint(elements) => elements.row(row, upper, lower, out),
+            Element::Full(elements) => elements.row(row, upper, lower, out),
+            Element::MeanDilatation(elements) => elements.row(row, upper, lower, out),
         }
     }
 
@@ -183,6 +221,21 @@ impl Body {
             self.mass[*index] = 0.0;
             self.inverse_mass[*index] = 0.0;
         }
+    }
+}
+
+/// Tangent stiffness of one element: the derivative of the forces that the body gives it.
+pub fn stiffness(
+    kind: ElementKind,
+    corners: &[[f64; 2]; 4],
+    elastic: &Elastic,
+    thickness: f64,
+) -> Stiffness {
+    let moduli = [elastic.c11, elastic.c12, elastic.c33];
+    match kind {
+        ElementKind::Q4OnePoint => q4_1point::stiffness(corners, elastic, thickness),
+        ElementKind::Q4Full => q4_2x2::stiffness(corners, moduli, thickness),
+        ElementKind::Q4MeanDilatation => q4_bbar::stiffness(corners, elastic, thickness),
     }
 }
 
@@ -204,6 +257,38 @@ fn lump(mesh: &Mesh, surface_density: f64) -> Vec<f64> {
 /// Area of a quadrilateral (m2), positive when its corners run anticlockwise.
 pub(crate) fn area(p: &[[f64; 2]; 4]) -> f64 {
     0.5 * ((p[2][0] - p[0][0]) * (p[3][1] - p[1][1]) - (p[3][0] - p[1][0]) * (p[2][1] - p[0][1]))
+}
+
+/// dx/dxi, dy/dxi and dx/deta, dy/deta at natural coordinates.
+fn tangents(p: &[[f64; 2]; 4], natural: [f64; 2]) -> [[f64; 2]; 2] {
+    let mut tangents = [[0.0; 2]; 2];
+    for (slope, point) in natural_slopes(natural).iter().zip(p) {
+        for k in 0..2 {
+            tangents[k][0] += slope[k] * point[0];
+            tangents[k][1] += slope[k] * point[1];
+        }
+    }
+    tangents
+}
+
+/// Area of the element over that of the natural square, at natural coordinates (m2).
+pub fn jacobian(p: &[[f64; 2]; 4], natural: [f64; 2]) -> f64 {
+    let [[a, b], [c, d]] = tangents(p, natural);
+    a * d - b * c
+}
+
+/// Derivatives (N,x N,y) of the four shape functions (1/m), corners anticlockwise.
+pub fn slopes(p: &[[f64; 2]; 4], natural: [f64; 2]) -> [[f64; 2]; 4] {
+    let [[a, b], [c, d]] = tangents(p, natural);
+    let determinant = a * d - b * c;
+    natural_slopes(natural)
+        .map(|[s, t]| [(d * s - b * t) / determinant, (a * t - c * s) / determinant])
+}
+
+/// Derivatives (N,xi N,eta) of N = (1 + xi xi_a)(1 + eta eta_a)/4.
+fn natural_slopes([xi, eta]: [f64; 2]) -> [[f64; 2]; 4] {
+    let signs = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    signs.map(|[s, t]| [0.25 * s * (1.0 + t * eta), 0.25 * t * (1.0 + s * xi)])
 }
 
 fn fixed_components(mesh: &Mesh, supports: Supports, layout: Layout) -> Vec<usize> {
@@ -236,5 +321,62 @@ mod tests {
         let mesh = Mesh::structured(3, 2, |i, j| [i as f64 + 0.1 * j as f64, -2.0 * j as f64]);
         let total: f64 = lump(&mesh, 5.0).iter().sum();
         assert!((total - 5.0 * 12.0).abs() < 1e-12);
+    }
+    fn distorted() -> Mesh {
+        Mesh::structured(6, 4, |i, j| {
+            let wobble = |k: usize| 0.2 * ((k * 7919 + 13) % 101) as f64 / 101.0;
+            let k = j * 7 + i;
+            [i as f64 + wobble(k), -1.3 * j as f64 + wobble(k + 50)]
+        })
+    }
+
+    fn law(plane: crate::config::Plane) -> Elastic {
+        let material = crate::config::MaterialConfig {
+            kind: crate::config::MaterialKind::Elastic,
+            young_pa: 3.0,
+            poisson: 0.3,
+            density_kg_per_m3: 1.0,
+        };
+        Elastic::new(&material, plane)
+    }
+
+    /// The row kernels regroup the formulas of the matrices, which are those of the books.
+    #[test]
+    fn the_forces_of_a_body_are_its_stiffness_times_the_displacements() {
+        use crate::config::Plane;
+        let mesh = distorted();
+        for kind in [
+            ElementKind::Q4OnePoint,
+            ElementKind::Q4Full,
+            ElementKind::Q4MeanDilatation,
+        ] {
+            for plane in [Plane::Strain, Plane::Stress] {
+                let (law, t) = (law(plane), 0.7);
+                let body = Body::new(&mesh, kind, &law, Supports::default(), t);
+                let layout = body.layout();
+                let motion =
+                    |n: [usize; 2], k: usize| ((31 * n[0] + 17 * n[1] + 5 * k) as f64).sin();
+                let (mut u, mut exact) = (vec![0.0; layout.len()], vec![0.0; layout.len()]);
+                for (i, j) in (0..4).flat_map(|j| (0..6).map(move |i| (i, j))) {
+                    let corners = mesh.corners(i, j);
+                    let points = corners.map(|n| mesh.point(n[0], n[1]));
+                    let stiffness = stiffness(kind, &points, &law, t);
+                    let places: [usize; 8] =
+                        std::array::from_fn(|r| layout.index(corners[r / 2], r % 2));
+                    let moved: [f64; 8] = std::array::from_fn(|r| motion(corners[r / 2], r % 2));
+                    for (row, place) in stiffness.0.iter().zip(places) {
+                        exact[place] += row.iter().zip(moved).map(|(k, u)| k * u).sum::<f64>();
+                    }
+                    places.iter().zip(moved).for_each(|(p, m)| u[*p] = m);
+                }
+                let mut force = vec![0.0; layout.len()];
+                body.internal_force(&u, &mut force);
+                let scale = exact.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
+                for (computed, exact) in force.iter().zip(&exact) {
+                    let error = (computed - exact).abs();
+                    assert!(error <= 1e-12 * scale, "{kind:?} {computed} {exact}");
+                }
+            }
+        }
     }
 }

@@ -19,6 +19,8 @@ pub struct Elastic {
     pub out_of_plane: f64,
     /// Density (kg/m3).
     pub density: f64,
+    /// Which reduction it is.
+    pub plane: Plane,
 }
 
 impl Elastic {
@@ -38,6 +40,7 @@ impl Elastic {
             c33: mu,
             out_of_plane,
             density: material.density_kg_per_m3,
+            plane,
         }
     }
 
@@ -51,9 +54,23 @@ impl Elastic {
         ]
     }
 
+    /// Bulk modulus c12 + 2/3 c33 (Pa); in plane stress that of the reduced law, without the free third direction.
+    pub fn bulk(&self) -> f64 {
+        self.c12 + 2.0 / 3.0 * self.c33
+    }
+
     /// Hydrostatic pressure -tr(sigma)/3, compression positive (Pa).
     pub fn pressure(&self, stress: [f64; 3]) -> f64 {
         -(1.0 + self.out_of_plane) * (stress[0] + stress[1]) / 3.0
+    }
+
+    /// Hydrostatic pressure of an equal stress in all directions that the plane leaves (Pa): three in plane strain,
+    /// two in plane stress.
+    pub fn pressure_of_uniform(&self, stress: f64) -> f64 {
+        match self.plane {
+            Plane::Strain => -stress,
+            Plane::Stress => -2.0 / 3.0 * stress,
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use protocol::{ConfigError, Setting};
 
-use crate::config::{Config, StepChoice, positive};
+use crate::config::{Config, ElementKind, StepChoice, positive};
 use crate::element::{Body, Supports};
 use crate::integrate::Scheme;
 use crate::material::Elastic;
@@ -22,6 +22,10 @@ pub struct Model {
     pub mesh: Mesh,
     /// The law of the material.
     pub elastic: Elastic,
+    /// Which element.
+    pub element: ElementKind,
+    /// Thickness (m).
+    pub thickness: f64,
     /// The discretised body.
     pub body: Body,
     /// Step and damping.
@@ -87,6 +91,8 @@ impl Model {
         Ok(Model {
             mesh,
             elastic,
+            element: config.element,
+            thickness,
             body,
             scheme,
             omega_max,

@@ -1,12 +1,10 @@
 //! What the user wants to see: signals of each window, stresses when asked.
 
-use crate::element::Layout;
+use crate::config::ElementKind;
+use crate::element::{GAUSS_POINTS, Layout, area, jacobian, slopes};
 use crate::integrate::State;
 use crate::mesh::{Edge, Mesh};
 use crate::model::Model;
-
-/// 1/sqrt(3), the coordinate of the 2 x 2 Gauss points.
-const GAUSS: f64 = 0.577_350_269_189_625_8;
 
 /// Names of what [`surface_signals`] returns.
 pub(crate) const SURFACE_SIGNALS: [&str; 2] = ["surface_mean_uy_m", "surface_min_uy_m"];
@@ -43,18 +41,9 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
     };
     for j in 0..model.mesh.rows() {
         for i in 0..model.mesh.columns() {
-            let pressure = |xi, eta| {
-                model
-                    .elastic
-                    .pressure(stress(model, state, [i, j], [xi, eta]))
-            };
+            let pressure = |xi, eta| pressure(model, state, [i, j], [xi, eta]);
             maxima.centroid = maxima.centroid.max(pressure(0.0, 0.0));
-            for (xi, eta) in [
-                (-GAUSS, -GAUSS),
-                (GAUSS, -GAUSS),
-                (GAUSS, GAUSS),
-                (-GAUSS, GAUSS),
-            ] {
+            for [xi, eta] in GAUSS_POINTS {
                 maxima.gauss = maxima.gauss.max(pressure(xi, eta));
             }
         }
@@ -64,15 +53,52 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
 
 /// Stress (sxx, syy, sxy) of the displacements at natural coordinates of the element (column, row) (Pa).
 pub fn stress(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> [f64; 3] {
+    let (points, u) = corners(model, state, element);
+    let [sxx, syy, sxy] = model.elastic.stress(strain(&points, &u, natural));
+    let extra = mean_dilatation_stress(model, &points, &u, natural);
+    [sxx + extra, syy + extra, sxy]
+}
+
+/// Hydrostatic pressure -tr(sigma)/3 at natural coordinates of the element (column, row), compression positive (Pa).
+pub fn pressure(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> f64 {
+    let (points, u) = corners(model, state, element);
+    let elastic = &model.elastic;
+    let extra = mean_dilatation_stress(model, &points, &u, natural);
+    elastic.pressure(elastic.stress(strain(&points, &u, natural)))
+        + elastic.pressure_of_uniform(extra)
+}
+
+/// k (E - e), the stress in all directions that the element with one mean dilatation E has besides Hooke's (Pa).
+fn mean_dilatation_stress(
+    model: &Model,
+    points: &[[f64; 2]; 4],
+    u: &[[f64; 2]; 4],
+    natural: [f64; 2],
+) -> f64 {
+    if model.element != ElementKind::Q4MeanDilatation {
+        return 0.0;
+    }
+    let dilatation = |natural| {
+        let [exx, eyy, _] = strain(points, u, natural);
+        exx + eyy
+    };
+    let weighted = GAUSS_POINTS.map(|point| jacobian(points, point) * dilatation(point));
+    let mean = weighted.iter().sum::<f64>() / area(points);
+    model.elastic.bulk() * (mean - dilatation(natural))
+}
+
+/// Positions and displacements of the corners of the element (column, row) (m).
+fn corners(model: &Model, state: &State, element: [usize; 2]) -> ([[f64; 2]; 4], [[f64; 2]; 4]) {
     let corners = model.mesh.corners(element[0], element[1]);
-    let points = corners.map(|n| model.mesh.point(n[0], n[1]));
-    let u = corners.map(|node| displacement(model.body.layout(), state, node));
-    model.elastic.stress(strain(&points, &u, natural))
+    (
+        corners.map(|n| model.mesh.point(n[0], n[1])),
+        corners.map(|node| displacement(model.body.layout(), state, node)),
+    )
 }
 
 /// Strain (exx, eyy, 2 exy) of a bilinear quadrilateral at natural coordinates, corners anticlockwise.
 pub fn strain(points: &[[f64; 2]; 4], u: &[[f64; 2]; 4], natural: [f64; 2]) -> [f64; 3] {
-    let slopes = shape_slopes(points, natural);
+    let slopes = slopes(points, natural);
     let mut strain = [0.0; 3];
     for ([dx, dy], [ux, uy]) in slopes.iter().zip(u) {
         strain[0] += dx * ux;
@@ -87,21 +113,13 @@ pub(crate) fn displacement(layout: Layout, state: &State, node: [usize; 2]) -> [
     [0, 1].map(|k| state.u[layout.index(node, k)])
 }
 
-/// Derivatives (N,x N,y) of the four shape functions N = (1 + xi xi_a)(1 + eta eta_a)/4.
-fn shape_slopes(points: &[[f64; 2]; 4], [xi, eta]: [f64; 2]) -> [[f64; 2]; 4] {
-    let signs = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-    let natural: [[f64; 2]; 4] =
-        signs.map(|[s, t]| [0.25 * s * (1.0 + t * eta), 0.25 * t * (1.0 + s * xi)]);
-    let mut jacobian = [[0.0; 2]; 2];
-    for (slope, point) in natural.iter().zip(points) {
-        for k in 0..2 {
-            jacobian[k][0] += slope[k] * point[0];
-            jacobian[k][1] += slope[k] * point[1];
-        }
-    }
-    let [[a, b], [c, d]] = jacobian;
-    let determinant = a * d - b * c;
-    natural.map(|[s, t]| [(d * s - b * t) / determinant, (a * t - c * s) / determinant])
+/// Hydrostatic pressures at the centroids of all elements, row after row (Pa).
+pub(crate) fn centroid_pressures(model: &Model, state: &State) -> Vec<f64> {
+    let mesh: &Mesh = &model.mesh;
+    let elements = (0..mesh.rows()).flat_map(|j| (0..mesh.columns()).map(move |i| [i, j]));
+    elements
+        .map(|element| pressure(model, state, element, [0.0, 0.0]))
+        .collect()
 }
 
 /// Centroid stresses (sxx, syy, sxy) of all elements, row after row (Pa).

@@ -64,9 +64,7 @@ fn document(model: &Model, state: &State) -> String {
         nodes().flat_map(|n| vector(&state.v, n)),
     );
     file.push_str("</PointData>\n<CellData>\n");
-    let pressure = stresses
-        .iter()
-        .map(|stress| model.elastic.pressure(*stress));
+    let pressure = probe::centroid_pressures(model, state).into_iter();
     array(&mut file, "hydrostatic_pressure_pa", 1, pressure);
     for (k, name) in ["sigma_xx_pa", "sigma_yy_pa", "sigma_xy_pa"]
         .into_iter()

@@ -19,7 +19,9 @@
 //! G has length 1 on a parallelogram. There, for a square and nu = 0.3, the hourglass stiffness is 0.735 of
 //! the exact bending stiffness; full integration gives 1.57 of it.
 
-use crate::element::{Layout, area};
+use super::row::{Corners, RowForces, row_numbers};
+use super::stiffness::Stiffness;
+use crate::element::{Layout, area, slopes};
 use crate::material::Elastic;
 use crate::mesh::Mesh;
 use crate::pack::{LANES, Pack};
@@ -46,17 +48,7 @@ impl Q4OnePoint {
         elastic: &Elastic,
         thickness: f64,
     ) -> Q4OnePoint {
-        let padded = layout.padded_columns();
-        let mut numbers = vec![0.0; mesh.rows() * NUMBERS * padded];
-        for (j, row) in numbers.chunks_exact_mut(NUMBERS * padded).enumerate() {
-            for i in 0..mesh.columns() {
-                let corners = mesh.corners(i, j).map(|n| mesh.point(n[0], n[1]));
-                let of_element = element_numbers(&corners, elastic, thickness);
-                for (array, number) in row.chunks_exact_mut(padded).zip(of_element) {
-                    array[i] = number;
-                }
-            }
-        }
+        let numbers = row_numbers(mesh, layout, |p| element_numbers(p, elastic, thickness));
         Q4OnePoint {
             elastic: *elastic,
             layout,
@@ -99,36 +91,22 @@ impl Q4OnePoint {
     }
 }
 
-/// One displacement component at the corners of a pack of elements.
-struct Corners {
-    u1: Pack,
-    u2: Pack,
-    u3: Pack,
-    u4: Pack,
-}
-
-impl Corners {
-    #[inline(always)]
-    fn load(lower: &[f64], upper: &[f64], i: usize) -> Corners {
-        Corners {
-            u1: Pack::load(lower, i),
-            u2: Pack::load(lower, i + 1),
-            u3: Pack::load(upper, i + 1),
-            u4: Pack::load(upper, i),
-        }
+/// K = t A B^T D B + 0.1 c11 A (sum B^2) t G G^T in x and in y: the tangent of the forces above.
+pub(super) fn stiffness(p: &[[f64; 2]; 4], elastic: &Elastic, thickness: f64) -> Stiffness {
+    let (b, volume) = (slopes(p, [0.0, 0.0]), thickness * area(p));
+    let mut k = Stiffness::default();
+    k.add_material(&b, [elastic.c11, elastic.c12, elastic.c33], volume);
+    let h = [1.0, -1.0, 1.0, -1.0];
+    let moment = [0, 1].map(|k| (0..4).map(|a| h[a] * p[a][k]).sum::<f64>());
+    let pure = [0, 1, 2, 3].map(|a| 0.5 * (h[a] - moment[0] * b[a][0] - moment[1] * b[a][1]));
+    let sum_b2: f64 = b.iter().flatten().map(|b| b * b).sum();
+    let hourglass = HOURGLASS * elastic.c11 * volume * sum_b2;
+    for component in 0..2 {
+        let mut row = [0.0; 8];
+        (0..4).for_each(|a| row[2 * a + component] = pure[a]);
+        k.add_outer(&row, &row, hourglass);
     }
-
-    #[inline(always)]
-    fn gradient(&self, bx: [Pack; 2], by: [Pack; 2]) -> (Pack, Pack) {
-        let (d13, d24) = (self.u1 - self.u3, self.u2 - self.u4);
-        (bx[0] * d13 + bx[1] * d24, by[0] * d13 + by[1] * d24)
-    }
-
-    /// h.u
-    #[inline(always)]
-    fn hourglass(&self) -> Pack {
-        (self.u1 + self.u3) - (self.u2 + self.u4)
-    }
+    k
 }
 
 fn element_numbers(p: &[[f64; 2]; 4], elastic: &Elastic, thickness: f64) -> [f64; NUMBERS] {
@@ -145,70 +123,6 @@ fn element_numbers(p: &[[f64; 2]; 4], elastic: &Elastic, thickness: f64) -> [f64
     let volume = thickness * area;
     let hourglass = 0.25 * HOURGLASS * elastic.c11 * volume * sum_b2;
     [b[0], b[1], b[2], b[3], h(0), h(1), volume, hourglass]
-}
-
-/// Forces of a row of elements on the nodes above and below it, kept until the row below has added its own.
-///
-/// A node takes from two elements of each row: `left` holds what each node gets from the element on its right,
-/// whose left corner it is, `right` what it gets from the element on its left.
-#[derive(Clone, Debug)]
-pub(crate) struct RowForces {
-    upper_left: Vec<f64>,
-    upper_right: Vec<f64>,
-    lower_left: Vec<f64>,
-    lower_right: Vec<f64>,
-    carried_left: Vec<f64>,
-    carried_right: Vec<f64>,
-}
-
-impl RowForces {
-    pub(crate) fn new(layout: Layout) -> RowForces {
-        let zero = vec![0.0; layout.row_len()];
-        RowForces {
-            upper_left: zero.clone(),
-            upper_right: zero.clone(),
-            lower_left: zero.clone(),
-            lower_right: zero.clone(),
-            carried_left: zero.clone(),
-            carried_right: zero,
-        }
-    }
-
-    /// Corner forces f1 = F1 + Q, f2 = F2 - Q, f3 = -F1 + Q, f4 = -F2 - Q.
-    #[inline(always)]
-    fn store(&mut self, i: usize, f1: Pack, f2: Pack, q: Pack) {
-        (f1 + q).store(&mut self.lower_left, i);
-        (f2 - q).store(&mut self.lower_right, i + 1);
-        (q - f1).store(&mut self.upper_right, i + 1);
-        (Pack::splat(0.0) - f2 - q).store(&mut self.upper_left, i);
-    }
-
-    /// There are no elements below the last row of nodes.
-    pub(crate) fn clear_upper(&mut self) {
-        self.upper_left.fill(0.0);
-        self.upper_right.fill(0.0);
-    }
-
-    /// There are no elements above the first row of nodes.
-    pub(crate) fn clear_carried(&mut self) {
-        self.carried_left.fill(0.0);
-        self.carried_right.fill(0.0);
-    }
-
-    /// The force on a row of nodes: from the elements above it, then from those below it.
-    pub(crate) fn assemble(&self, force: &mut [f64]) {
-        for k in (0..force.len()).step_by(LANES) {
-            let above = Pack::load(&self.carried_left, k) + Pack::load(&self.carried_right, k);
-            let below = Pack::load(&self.upper_left, k) + Pack::load(&self.upper_right, k);
-            (above + below).store(force, k);
-        }
-    }
-
-    /// Goes down by one row: what acted on the lower nodes is carried to them.
-    pub(crate) fn advance(&mut self) {
-        std::mem::swap(&mut self.carried_left, &mut self.lower_left);
-        std::mem::swap(&mut self.carried_right, &mut self.lower_right);
-    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,182 @@
+//! Bilinear quadrilateral with 2 x 2 Gauss points for the change of shape and one mean value for the change of volume.
+//!
+//! T. J. R. Hughes, "Generalization of selective integration procedures to anisotropic and nonlinear media", Int. J.
+//! Numer. Meth. Engng 15 (1980) 1413-1418. Four points ask a nearly incompressible element to keep its volume four
+//! times with eight displacements, and it locks; the mean asks once. With the dilatation e = u,x + v,y, its mean E over
+//! the element and the bulk modulus k, the stress is
+//!
+//! ```text
+//! s = D strain + k (E - e) 1,      k = c12 + 2/3 c33
+//! ```
+//!
+//! Because the mean of e - E is zero, s works on the plain gradients of the virtual displacements. In plane strain k is
+//! the bulk modulus lambda + 2 mu / 3 and s is k E 1 plus twice mu the deviator. In plane stress, where nothing locks,
+//! the same formula holds with the lambda of plane stress.
+//!
+//! D - k is the matrix of the moduli (4/3, -2/3, 1) c33, so what remains is the kernel of [`super::q4_2x2`] and
+//! the forces of the uniform pressure -k E, which need only the mean gradients.
+
+use super::q4_2x2::{self, Modes, integrate};
+use super::row::{Corners, RowForces, row_numbers};
+use super::stiffness::{Stiffness, dilatation_row};
+use crate::element::{GAUSS_POINTS, Layout, area, jacobian, slopes};
+use crate::material::Elastic;
+use crate::mesh::Mesh;
+use crate::pack::{LANES, Pack};
+
+/// Those of the 2 x 2 element, and t k / area.
+const NUMBERS: usize = q4_2x2::NUMBERS + 1;
+
+/// All elements of a block.
+#[derive(Clone, Debug)]
+pub(super) struct Q4MeanDilatation {
+    moduli: [f64; 3],
+    layout: Layout,
+    numbers: Vec<f64>,
+}
+
+impl Q4MeanDilatation {
+    pub(super) fn new(
+        mesh: &Mesh,
+        layout: Layout,
+        elastic: &Elastic,
+        thickness: f64,
+    ) -> Q4MeanDilatation {
+        let of_element = |p: &[[f64; 2]; 4]| {
+            let mut numbers = [0.0; NUMBERS];
+            numbers[..NUMBERS - 1].copy_from_slice(&q4_2x2::geometry(p, thickness));
+            numbers[NUMBERS - 1] = thickness * elastic.bulk() / area(p);
+            numbers
+        };
+        Q4MeanDilatation {
+            moduli: deviatoric(elastic),
+            layout,
+            numbers: row_numbers(mesh, layout, of_element),
+        }
+    }
+
+    /// Forces of the elements of a row, between the displacements of two rows of nodes.
+    pub(super) fn row(&self, row: usize, upper: &[f64], lower: &[f64], out: &mut RowForces) {
+        let padded = self.layout.padded_columns();
+        let stride = self.layout.stride();
+        let numbers = &self.numbers[row * NUMBERS * padded..(row + 1) * NUMBERS * padded];
+        let (ux4, uy4) = upper.split_at(stride);
+        let (ux1, uy1) = lower.split_at(stride);
+        for i in (0..padded).step_by(LANES) {
+            let x = Modes::of(&Corners::load(ux1, ux4, i));
+            let y = Modes::of(&Corners::load(uy1, uy4, i));
+            let number = |k: usize| Pack::load(numbers, k * padded + i);
+            let [mut fx, mut fy] = integrate(&number, [x, y], self.moduli);
+
+            // The mean gradients times the area; the hourglass parts do not change the volume.
+            let (x_xi, y_xi, x_eta, y_eta) = (number(0), number(1), number(2), number(3));
+            let volume = (x.xi * y_eta - x.eta * y_xi) + (y.eta * x_xi - y.xi * x_eta);
+            let stress = number(NUMBERS - 1) * volume;
+            fx.xi = fx.xi + stress * y_eta;
+            fx.eta = fx.eta - stress * y_xi;
+            fy.xi = fy.xi - stress * x_eta;
+            fy.eta = fy.eta + stress * x_xi;
+            fx.store(out, i);
+            fy.store(out, stride + i);
+        }
+    }
+}
+
+/// D - k: what resists a change of shape.
+fn deviatoric(elastic: &Elastic) -> [f64; 3] {
+    let bulk = elastic.bulk();
+    [elastic.c11 - bulk, elastic.c12 - bulk, elastic.c33]
+}
+
+/// K = sum over the points of t J B^T (D - k) B, and t A k b b^T with E = b u.
+pub(super) fn stiffness(p: &[[f64; 2]; 4], elastic: &Elastic, thickness: f64) -> Stiffness {
+    let mut k = q4_2x2::stiffness(p, deviatoric(elastic), thickness);
+    k.add_outer(
+        &mean_dilatation(p),
+        &mean_dilatation(p),
+        thickness * area(p) * elastic.bulk(),
+    );
+    k
+}
+
+/// The row b of the mean dilatation E = b u.
+fn mean_dilatation(p: &[[f64; 2]; 4]) -> [f64; 8] {
+    let mut mean = [0.0; 8];
+    for natural in GAUSS_POINTS {
+        let share = jacobian(p, natural) / area(p);
+        let row = dilatation_row(&slopes(p, natural));
+        mean.iter_mut()
+            .zip(row)
+            .for_each(|(mean, b)| *mean += share * b);
+    }
+    mean
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{MaterialConfig, MaterialKind, Plane};
+
+    const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [2.0, 0.3], [1.7, 1.9], [-0.2, 1.1]];
+
+    fn elastic(poisson: f64) -> Elastic {
+        let material = MaterialConfig {
+            kind: MaterialKind::Elastic,
+            young_pa: 3.0,
+            poisson,
+            density_kg_per_m3: 1.0,
+        };
+        Elastic::new(&material, Plane::Strain)
+    }
+
+    /// Hughes' form: the strains themselves, ezz included, get a third of (mean - own) dilatation, and the full
+    /// three-dimensional law is applied to them.
+    #[test]
+    fn the_stiffness_is_that_of_the_three_dimensional_law_on_the_modified_strains() {
+        let (law, t) = (elastic(0.3), 0.5);
+        let ours = stiffness(&CORNERS, &law, t);
+        let mean = mean_dilatation(&CORNERS);
+        for (r, row) in ours.0.iter().enumerate() {
+            for (c, entry) in row.iter().enumerate() {
+                let mut exact = 0.0;
+                for natural in GAUSS_POINTS {
+                    let b = slopes(&CORNERS, natural);
+                    let own = dilatation_row(&b);
+                    let strain = |k: usize| {
+                        let third = (mean[k] - own[k]) / 3.0;
+                        let [dx, dy] = b[k / 2];
+                        match k % 2 {
+                            0 => [dx + third, third, third, dy],
+                            _ => [third, dy + third, third, dx],
+                        }
+                    };
+                    let (e, d) = (strain(r), strain(c));
+                    let (lambda, mu) = (law.c12, law.c33);
+                    let trace = |e: [f64; 4]| e[0] + e[1] + e[2];
+                    let work = lambda * trace(e) * trace(d)
+                        + 2.0 * mu * (e[0] * d[0] + e[1] * d[1] + e[2] * d[2])
+                        + mu * e[3] * d[3];
+                    exact += t * jacobian(&CORNERS, natural) * work;
+                }
+                assert!((entry - exact).abs() < 1e-13, "{r} {c}: {entry} {exact}");
+            }
+        }
+    }
+
+    #[test]
+    fn bending_costs_no_volume_however_incompressible() {
+        // u = x y, v = 0 on a square: e = y has the mean 0, so the energy stays that of the shape.
+        let square = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        let energy = |poisson: f64| {
+            let k = stiffness(&square, &elastic(poisson), 1.0);
+            let u = [1.0, 0.0, -1.0, 0.0, 1.0, 0.0, -1.0, 0.0];
+            let force = |row: &[f64; 8]| row.iter().zip(u).map(|(k, u)| k * u).sum::<f64>();
+            k.0.iter()
+                .zip(u)
+                .map(|(row, u)| u * force(row))
+                .sum::<f64>()
+                / elastic(poisson).c33
+        };
+        assert!((energy(0.499_999) / energy(0.3) - 1.0).abs() < 1e-9);
+    }
+}

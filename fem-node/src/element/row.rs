@@ -1,0 +1,128 @@
+//! What all elements of a structured block share: corner displacements by packs, numbers by rows, and the
+//! forces that a row of elements hands to the nodes above and below it.
+
+use crate::element::Layout;
+use crate::mesh::Mesh;
+use crate::pack::{LANES, Pack};
+
+/// N numbers of each element, row after row: for each row N arrays of [`Layout::padded_columns`], zero in the padding.
+pub(super) fn row_numbers<const N: usize>(
+    mesh: &Mesh,
+    layout: Layout,
+    of_element: impl Fn(&[[f64; 2]; 4]) -> [f64; N],
+) -> Vec<f64> {
+    let padded = layout.padded_columns();
+    let mut numbers = vec![0.0; mesh.rows() * N * padded];
+    for (j, row) in numbers.chunks_exact_mut(N * padded).enumerate() {
+        for i in 0..mesh.columns() {
+            let corners = mesh.corners(i, j).map(|n| mesh.point(n[0], n[1]));
+            for (array, number) in row.chunks_exact_mut(padded).zip(of_element(&corners)) {
+                array[i] = number;
+            }
+        }
+    }
+    numbers
+}
+
+/// One displacement component at the corners of a pack of elements.
+pub(super) struct Corners {
+    u1: Pack,
+    u2: Pack,
+    u3: Pack,
+    u4: Pack,
+}
+
+impl Corners {
+    #[inline(always)]
+    pub(super) fn load(lower: &[f64], upper: &[f64], i: usize) -> Corners {
+        Corners {
+            u1: Pack::load(lower, i),
+            u2: Pack::load(lower, i + 1),
+            u3: Pack::load(upper, i + 1),
+            u4: Pack::load(upper, i),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn gradient(&self, bx: [Pack; 2], by: [Pack; 2]) -> (Pack, Pack) {
+        let (d13, d24) = (self.u1 - self.u3, self.u2 - self.u4);
+        (bx[0] * d13 + bx[1] * d24, by[0] * d13 + by[1] * d24)
+    }
+
+    /// Four times the means of u,xi and u,eta over the element.
+    #[inline(always)]
+    pub(super) fn natural(&self) -> (Pack, Pack) {
+        let (d31, d24) = (self.u3 - self.u1, self.u2 - self.u4);
+        (d31 + d24, d31 - d24)
+    }
+
+    /// h.u
+    #[inline(always)]
+    pub(super) fn hourglass(&self) -> Pack {
+        (self.u1 + self.u3) - (self.u2 + self.u4)
+    }
+}
+
+/// Forces of a row of elements on the nodes above and below it, kept until the row below has added its own.
+///
+/// A node takes from two elements of each row: `left` holds what each node gets from the element on its right,
+/// whose left corner it is, `right` what it gets from the element on its left.
+#[derive(Clone, Debug)]
+pub(crate) struct RowForces {
+    upper_left: Vec<f64>,
+    upper_right: Vec<f64>,
+    lower_left: Vec<f64>,
+    lower_right: Vec<f64>,
+    carried_left: Vec<f64>,
+    carried_right: Vec<f64>,
+}
+
+impl RowForces {
+    pub(crate) fn new(layout: Layout) -> RowForces {
+        let zero = vec![0.0; layout.row_len()];
+        RowForces {
+            upper_left: zero.clone(),
+            upper_right: zero.clone(),
+            lower_left: zero.clone(),
+            lower_right: zero.clone(),
+            carried_left: zero.clone(),
+            carried_right: zero,
+        }
+    }
+
+    /// Corner forces f1 = F1 + Q, f2 = F2 - Q, f3 = -F1 + Q, f4 = -F2 - Q.
+    #[inline(always)]
+    pub(super) fn store(&mut self, i: usize, f1: Pack, f2: Pack, q: Pack) {
+        (f1 + q).store(&mut self.lower_left, i);
+        (f2 - q).store(&mut self.lower_right, i + 1);
+        (q - f1).store(&mut self.upper_right, i + 1);
+        (Pack::splat(0.0) - f2 - q).store(&mut self.upper_left, i);
+    }
+
+    /// There are no elements below the last row of nodes.
+    pub(crate) fn clear_upper(&mut self) {
+        self.upper_left.fill(0.0);
+        self.upper_right.fill(0.0);
+    }
+
+    /// There are no elements above the first row of nodes.
+    pub(crate) fn clear_carried(&mut self) {
+        self.carried_left.fill(0.0);
+        self.carried_right.fill(0.0);
+    }
+
+    /// The force on a row of nodes: from the elements above it, then from those below it.
+    pub(crate) fn assemble(&self, force: &mut [f64]) {
+        for k in (0..force.len()).step_by(LANES) {
+            let above = Pack::load(&self.carried_left, k) + Pack::load(&self.carried_right, k);
+            let below = Pack::load(&self.upper_left, k) + Pack::load(&self.upper_right, k);
+            (above + below).store(force, k);
+        }
+    }
+
+    /// Goes down by one row: what acted on the lower nodes is carried to them.
+    pub(crate) fn advance(&mut self) {
+        std::mem::swap(&mut self.carried_left, &mut self.lower_left);
+        std::mem::swap(&mut self.carried_right, &mut self.lower_right);
+    }
+}
