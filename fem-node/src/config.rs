@@ -1,15 +1,25 @@
 //! The keys of `[participant.config]`, read and checked once.
 
+mod wheel;
+
 use std::fmt;
 
 use protocol::ConfigError;
 use serde::de::{self, Deserializer, Visitor};
 use serde::{Deserialize, Serialize};
 
+pub use wheel::{ContactConfig, WheelConfig};
+
 /// What the scenario says about the body.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
+    /// Motion in time or equilibrium; motion when absent.
+    #[serde(default)]
+    pub analysis: Analysis,
+    /// How a body under a wheel comes under its load.
+    #[serde(default)]
+    pub start: Start,
     /// Element; `q4_1point` when absent, the fast one.
     #[serde(default)]
     pub element: ElementKind,
@@ -31,6 +41,32 @@ pub struct Config {
     /// Tractions on the edges.
     #[serde(default)]
     pub boundary: BoundaryConfig,
+    /// The rigid wheel on the upper edge.
+    pub wheel: Option<WheelConfig>,
+    /// Contact of the upper edge with the wheel.
+    pub contact: Option<ContactConfig>,
+}
+
+/// What is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Analysis {
+    /// Explicit dynamics.
+    #[default]
+    Dynamic,
+    /// Equilibrium under the full load.
+    Static,
+}
+
+/// How a body under a wheel comes under its load.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Start {
+    /// The wheel's load grows in time, `wheel.ramp_s` and `wheel.hold_s` long.
+    #[default]
+    Ramp,
+    /// Motion starts from the equilibrium under the full load.
+    Static,
 }
 
 /// Finite element.
@@ -143,6 +179,9 @@ pub struct TimeConfig {
     pub safety: Option<f64>,
     /// Damping force per mass and velocity (1/s), >= 0; none when absent.
     pub mass_damping_per_s: Option<f64>,
+    /// The same on body and wheel until the wheel starts to move sideways (1/s), so that it has stopped bouncing by
+    /// then; none when absent.
+    pub start_mass_damping_per_s: Option<f64>,
     /// Accept a step above the stability limit, to show what happens then.
     #[serde(default)]
     pub unsafe_step: bool,
@@ -187,7 +226,23 @@ impl Config {
         self.mesh.check()?;
         self.material.check()?;
         self.time.check()?;
-        self.boundary.check()
+        self.boundary.check()?;
+        wheel::check(self)?;
+        self.refuse_unfinished()
+    }
+
+    /// What can be written but not yet run.
+    fn refuse_unfinished(&self) -> Result<(), ConfigError> {
+        let unfinished = [
+            ("analysis", self.analysis == Analysis::Static),
+            ("start", self.start == Start::Static),
+            ("wheel", self.wheel.is_some()),
+        ];
+        match unfinished.into_iter().find(|(_, asked)| *asked) {
+            None => Ok(()),
+            Some((key, _)) => Err(ConfigError::new(key, "this version cannot run it")
+                .help("remove the key, or take a later version")),
+        }
     }
 }
 

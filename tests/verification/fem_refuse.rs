@@ -13,6 +13,12 @@ fn refused(change: Value) -> protocol::ConfigError {
     fem_node::check(&config, &setting(1)).expect_err("it makes no sense")
 }
 
+/// A wheel with friction, and these of its keys changed.
+fn wheel(change: Value) -> Value {
+    let plain = json!({"load_n": 1.0, "mass_kg": 0.01, "ramp_s": 1e-4, "hold_s": 1e-4});
+    json!({"contact": {"friction": 0.3}, "wheel": with(plain, change)})
+}
+
 #[test]
 fn every_number_out_of_range_is_refused_by_its_key() {
     let cases = [
@@ -60,6 +66,34 @@ fn every_number_out_of_range_is_refused_by_its_key() {
         (
             "boundary.tpo",
             json!({"boundary": {"tpo": {"traction_pa": [0.0, 1.0]}}}),
+        ),
+        (
+            "time.start_mass_damping_per_s",
+            json!({"time": {"start_mass_damping_per_s": 3e4}}),
+        ),
+        ("start", json!({"start": "static"})),
+        ("start", json!({"start": "slow"})),
+        ("wheel", json!({"contact": {"friction": 0.3}})),
+        ("wheel.width_m", wheel(json!({"width_m": 1.0}))),
+        ("wheel.mass_kg", wheel(json!({"mass_kg": 0.0}))),
+        ("wheel.load_n", wheel(json!({"load_n": -1.0}))),
+        ("wheel.radius_m", wheel(json!({"radius_m": -0.4}))),
+        ("wheel.amplitude_m", wheel(json!({"amplitude_m": -1e-5}))),
+        ("wheel.ramp_s", wheel(json!({"ramp_s": -1e-3}))),
+        ("wheel.hold_s", wheel(json!({"hold_s": -1e-3}))),
+        ("wheel.cycles", wheel(json!({"cycles": -1.0}))),
+        (
+            "wheel.frequency_hz",
+            wheel(json!({"cycles": 1.0, "frequency_hz": 0.0})),
+        ),
+        ("contact", with(wheel(json!({})), json!({"contact": null}))),
+        (
+            "contact.friction",
+            with(wheel(json!({})), json!({"contact": {"friction": -0.1}})),
+        ),
+        (
+            "time.end_s",
+            with(wheel(json!({})), json!({"time": {"end_s": 1e-3}})),
         ),
         ("element", json!({"element": "q5"})),
         ("mesh.sise_m", json!({"mesh": {"sise_m": 1.0}})),
