@@ -7,7 +7,7 @@
 //! - [`couple`]: handshake, mapping, clock, schemes, ledgers and the loop over windows;
 //! - [`log`]: the exchange log and its hash;
 //! - [`output`]: signals, interface traction, progress; [`rundir`], [`summary`]: what a run leaves behind;
-//! - [`report`]: pictures of it; [`bench`]: what the machine gives;
+//! - [`report`]: pictures of it; [`bench`](mod@bench): what the machine gives;
 //! - [`cli`]: the verbs of the command line;
 //! - [`error`]: what can end a run, and the exit code it has.
 //!

@@ -163,6 +163,7 @@ impl Summary {
             "energy_defect_rel": ledger.energy_defect_rel(),
             "force_residual_rel": ledger.force_residual_rel(),
             "not_converged_windows": ledger.not_converged,
+            "halved_windows": ledger.halved,
             "contact_iterations": ledger.contact_iterations,
             "contact_residual_max": ledger.contact_residual_max,
         });

@@ -2,6 +2,7 @@
 
 mod added_mass;
 mod main_job;
+mod schemes;
 mod split_bar;
 mod starved;
 mod static_patch;

@@ -19,7 +19,8 @@ use harness::runs::{Left, run_in_process, run_over_shared_memory};
 const SUBSTEPS: f64 = 10.0;
 /// The step of the case; the critical one is 1 s.
 const STEP_S: f64 = 0.9;
-const END_S: f64 = 160.0;
+/// Eighteen windows; the case's 160 s would end with a short one, which the table does not have.
+const END_S: f64 = 162.0;
 
 fn scenario(theta: f64, step_s: f64) -> String {
     format!(

@@ -20,6 +20,11 @@ pub struct Config {
     pub element_mass_kg: f64,
     /// Stiffness of one (N/m).
     pub element_stiffness_n_per_m: f64,
+    /// Elongation of an element at which it yields (m); elastic when absent.
+    pub yield_elongation_m: Option<f64>,
+    /// Tangent stiffness of a yielding element over its elastic one.
+    #[serde(default)]
+    pub hardening_ratio: f64,
     /// Step (s).
     pub step_s: f64,
     /// Newmark's gamma, 0.5 to 1.
@@ -64,6 +69,8 @@ struct State {
     v: Vec<f64>,
     /// Acceleration of the step before; only the staggered grouping has it.
     a: Vec<f64>,
+    /// Plastic elongation of each element (m).
+    plastic: Vec<f64>,
     interface_work_j: f64,
 }
 
@@ -94,6 +101,7 @@ impl Bar {
             u,
             v,
             a: vec![0.0; nodes],
+            plastic: vec![0.0; config.elements],
             interface_work_j: 0.0,
         };
         let mut bar = Bar {
@@ -128,17 +136,33 @@ impl Bar {
     /// The same less b h^2 a.M a / 4, which is what the scheme keeps at b = 0.5: the free vibration of velocity Verlet
     /// conserves it to rounding, while kinetic plus strain energy swings by (omega h)^2 / 4.
     fn energy_j(&self, state: &State) -> f64 {
-        let a = self.acceleration(&state.u, 0.0);
+        let a = self.acceleration(&state.u, &state.plastic, 0.0);
         let inertia: f64 = self.mass.iter().zip(&a).map(|(m, a)| m * a * a).sum();
         let (h, b) = (self.config.step_s, self.config.damping);
         self.mechanical_j(state) - 0.25 * b * h * h * inertia
     }
 
-    fn acceleration(&self, u: &[f64], force: f64) -> Vec<f64> {
+    /// Moves the plastic elongations to where the stress is admissible: return mapping of a bar with kinematic
+    /// hardening, |k (e - e_p) - k' e_p| <= k e_y with k' = k r / (1 - r).
+    fn yield_where_due(&self, u: &[f64], plastic: &mut [f64]) {
+        let Some(limit) = self.config.yield_elongation_m else {
+            return;
+        };
+        let ratio = self.config.hardening_ratio;
+        let back = ratio / (1.0 - ratio);
+        for (e_p, pair) in plastic.iter_mut().zip(u.windows(2)) {
+            let relative = pair[1] - pair[0] - *e_p - back * *e_p;
+            if relative.abs() > limit {
+                *e_p += relative.signum() * (relative.abs() - limit) / (1.0 + back);
+            }
+        }
+    }
+
+    fn acceleration(&self, u: &[f64], plastic: &[f64], force: f64) -> Vec<f64> {
         let last = u.len() - 1;
         let mut f = vec![0.0; u.len()];
         for i in 0..last {
-            let tension = self.config.element_stiffness_n_per_m * (u[i + 1] - u[i]);
+            let tension = self.config.element_stiffness_n_per_m * (u[i + 1] - u[i] - plastic[i]);
             f[i] += tension;
             f[i + 1] -= tension;
         }
@@ -160,14 +184,15 @@ impl Bar {
 
     fn synchronised(&self, state: &mut State, force: f64, substeps: u32) {
         let (h, b) = (self.config.step_s, self.config.damping);
-        let mut a = self.acceleration(&state.u, force);
+        let mut a = self.acceleration(&state.u, &state.plastic, force);
         for _ in 0..substeps {
-            for i in 0..state.u.len() {
-                state.u[i] += h * state.v[i] + 0.5 * h * h * a[i];
+            for (u, (v, a)) in state.u.iter_mut().zip(state.v.iter().zip(&a)) {
+                *u += h * v + 0.5 * h * h * a;
             }
-            let next = self.acceleration(&state.u, force);
-            for i in 0..state.v.len() {
-                state.v[i] += h * ((1.0 - b) * a[i] + b * next[i]);
+            self.yield_where_due(&state.u, &mut state.plastic);
+            let next = self.acceleration(&state.u, &state.plastic, force);
+            for (v, (old, new)) in state.v.iter_mut().zip(a.iter().zip(&next)) {
+                *v += h * ((1.0 - b) * old + b * new);
             }
             a = next;
         }
@@ -176,11 +201,11 @@ impl Bar {
     fn staggered(&self, state: &mut State, force: f64, substeps: u32) {
         let (h, b) = (self.config.step_s, self.config.damping);
         for _ in 0..substeps {
-            let a = self.acceleration(&state.u, force);
-            for i in 0..state.u.len() {
-                let old = state.a[i];
-                state.u[i] += h * state.v[i] + h * h * ((1.0 - b) * old + (b + 0.5) * a[i]);
-                state.v[i] += h * ((1.0 - b) * old + b * a[i]);
+            let a = self.acceleration(&state.u, &state.plastic, force);
+            let motion = state.u.iter_mut().zip(&mut state.v);
+            for ((u, v), (old, new)) in motion.zip(state.a.iter().zip(&a)) {
+                *u += h * *v + h * h * ((1.0 - b) * old + (b + 0.5) * new);
+                *v += h * ((1.0 - b) * old + b * new);
             }
             state.a = a;
         }
@@ -265,6 +290,7 @@ impl Node for Bar {
             u: zeros.clone(),
             v: zeros.clone(),
             a: zeros,
+            plastic: vec![0.0; self.config.elements],
             interface_work_j: 0.0,
         };
         self.run(&mut rest, 1.0, substeps);

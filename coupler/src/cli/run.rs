@@ -15,7 +15,7 @@ use crate::scenario::load;
 pub struct RunArguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
-    /// Run directory: a new or an empty folder. By default runs/<name>-<time>-<id>.
+    /// Run directory: a new or an empty folder. By default a new one below runs/.
     #[arg(long)]
     out: Option<PathBuf>,
     /// Print summary.json on stdout instead of a short table.

@@ -17,23 +17,27 @@ impl Clock {
         self.step_s * f64::from(self.substeps)
     }
 
-    /// Window `index`, repeat `iteration`.
-    pub fn window(&self, index: u64, iteration: u32) -> Window {
-        let step = index * u64::from(self.substeps);
+    /// The first run of window `index`, `substeps` long, from explicit step `step` on.
+    pub fn window(&self, index: u64, step: u64, substeps: u32) -> Window {
         Window {
             index,
-            iteration,
+            iteration: 0,
             step,
-            substeps: self.substeps,
+            substeps,
             t0_s: step as f64 * self.step_s,
-            t1_s: (step + u64::from(self.substeps)) as f64 * self.step_s,
+            t1_s: (step + u64::from(substeps)) as f64 * self.step_s,
         }
     }
 
-    /// Windows until `end_s`, the last one included whole. The margin keeps an end time that is a multiple of the
-    /// window up to rounding from costing one window more.
-    pub fn windows_until(&self, end_s: f64) -> u64 {
-        (end_s / self.window_s() - 1e-6).ceil().max(0.0) as u64
+    /// Explicit steps until `end_s`, the last one included whole. The margin keeps an end time that is a multiple of
+    /// the step up to rounding from costing one step more.
+    pub fn steps_until(&self, end_s: f64) -> u64 {
+        (end_s / self.step_s - 1e-6).ceil().max(0.0) as u64
+    }
+
+    /// Substeps of a full window, or what is left before `end`.
+    pub fn substeps_before(&self, step: u64, end: u64) -> u32 {
+        u32::try_from(end - step).map_or(self.substeps, |left| left.min(self.substeps))
     }
 }
 
@@ -47,8 +51,10 @@ mod tests {
             step_s: 1.7e-8,
             substeps: 7,
         };
-        assert_eq!(clock.window(41, 0).t1_s, clock.window(42, 3).t0_s);
-        assert_eq!(clock.windows_until(10.0 * clock.window_s()), 10);
-        assert_eq!(clock.windows_until(10.5 * clock.window_s()), 11);
+        assert_eq!(clock.window(5, 35, 7).t1_s, clock.window(6, 42, 7).t0_s);
+        assert_eq!(clock.steps_until(70.0 * clock.step_s), 70);
+        assert_eq!(clock.steps_until(70.5 * clock.step_s), 71);
+        assert_eq!(clock.substeps_before(0, 71), 7);
+        assert_eq!(clock.substeps_before(70, 71), 1);
     }
 }

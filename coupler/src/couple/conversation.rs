@@ -93,14 +93,7 @@ impl Conversation {
         payload: Vec<f64>,
     ) -> Result<Vec<f64>, Error> {
         self.tell(peer, kind, window, payload)?;
-        let frame = self.hear(peer, answer)?;
-        if (frame.header.window, frame.header.iteration) != (window.index, window.iteration) {
-            return Err(self.peers[peer].protocol(format!(
-                "answered for window {}, iteration {}",
-                frame.header.window, frame.header.iteration
-            )));
-        }
-        Ok(frame.payload)
+        self.hear_of(peer, answer, window)
     }
 
     /// The same, for an answer that must hold exactly `length` finite numbers.
@@ -112,7 +105,31 @@ impl Conversation {
         payload: Vec<f64>,
         length: usize,
     ) -> Result<Vec<f64>, Error> {
-        let numbers = self.ask(peer, kind, answer, window, payload)?;
+        self.tell(peer, kind, window, payload)?;
+        self.hear_exactly(peer, answer, window, length)
+    }
+
+    /// Waits for the answer of this kind about this window.
+    fn hear_of(&mut self, peer: usize, kind: Kind, window: &Window) -> Result<Vec<f64>, Error> {
+        let frame = self.hear(peer, kind)?;
+        if (frame.header.window, frame.header.iteration) != (window.index, window.iteration) {
+            return Err(self.peers[peer].protocol(format!(
+                "answered for window {}, iteration {}",
+                frame.header.window, frame.header.iteration
+            )));
+        }
+        Ok(frame.payload)
+    }
+
+    /// The same, for an answer that must hold exactly `length` finite numbers.
+    pub fn hear_exactly(
+        &mut self,
+        peer: usize,
+        kind: Kind,
+        window: &Window,
+        length: usize,
+    ) -> Result<Vec<f64>, Error> {
+        let numbers = self.hear_of(peer, kind, window)?;
         if numbers.len() != length {
             return Err(self.peers[peer].protocol(format!(
                 "answered {} numbers where {length} were due",
@@ -122,7 +139,7 @@ impl Conversation {
         match numbers.iter().position(|value| !value.is_finite()) {
             None => Ok(numbers),
             Some(index) => Err(Error::Diverged(format!(
-                "participant `{}` answered {} at entry {index} of {answer:?} in window {}, iteration {}: it diverged; lower its step or the window",
+                "participant `{}` answered {} at entry {index} of {kind:?} in window {}, iteration {}: it diverged; lower its step or the window",
                 self.peers[peer].name(),
                 numbers[index],
                 window.index,

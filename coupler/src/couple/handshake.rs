@@ -1,6 +1,5 @@
 //! The handshake: who takes part, what is exchanged, and on which bounds.
 
-use nalgebra::DMatrix;
 use protocol::serve::{Hello, Welcome};
 use protocol::{Description, Kind, PROTOCOL_VERSION, Surface, Window};
 
@@ -8,7 +7,7 @@ use super::clock::Clock;
 use super::conversation::Conversation;
 use super::mapping::Mapping;
 use crate::error::Error;
-use crate::scenario::{Interface, Loaded, MappingKind, Scheme};
+use crate::scenario::{Interface, Loaded};
 
 /// A participant that answered the greeting.
 #[derive(Clone, Debug)]
@@ -102,11 +101,9 @@ pub struct Joined {
     pub clock: Clock,
     /// Mean spacing of the exchanged nodes (m).
     pub spacing_m: f64,
-    /// Condensed compliance of the exchanged nodes (m/N); zero for a scheme that does not use it.
-    pub compliance: DMatrix<f64>,
 }
 
-/// Couples the two named sets, agrees on what is exchanged, and gives the wall its compliance.
+/// Couples the two named sets and agrees on what is exchanged.
 pub fn join(
     conversation: &mut Conversation,
     interface: &Interface,
@@ -120,23 +117,12 @@ pub fn join(
     let active = mapping.active();
     let mapping = mapping.restricted(&active);
     let nodes = pick(&all_nodes, &active);
-    let opening = Window::default();
     select(conversation, sides.continuum, &active)?;
     select(
         conversation,
         sides.wall,
         &(0..points.len()).collect::<Vec<_>>(),
     )?;
-    let compliance = match interface.scheme {
-        Scheme::DualSchur => columns(conversation, sides.continuum, &clock, nodes.len())?,
-        Scheme::StaggeredSerial => DMatrix::zeros(2 * nodes.len(), 2 * nodes.len()),
-    };
-    let window_s = clock.window_s();
-    let wall_compliance = mapping.condense(&compliance) / (window_s * window_s);
-    let mut payload = Vec::with_capacity(1 + wall_compliance.len());
-    payload.push(window_s);
-    payload.extend_from_slice(wall_compliance.as_slice());
-    conversation.ask(sides.wall, Kind::Wall, Kind::Ready, &opening, payload)?;
     let spacing_m = nodes.length_m.iter().sum::<f64>() / nodes.len() as f64;
     Ok(Joined {
         continuum: sides.continuum,
@@ -146,7 +132,6 @@ pub fn join(
         mapping,
         clock,
         spacing_m,
-        compliance,
     })
 }
 
@@ -261,9 +246,7 @@ fn map(interface: &Interface, nodes: &Surface, points: &Surface) -> Result<Mappi
             .map(|(x, y)| [*x, *y])
             .collect()
     };
-    let mapping = match interface.mapping {
-        MappingKind::Mortar => Mapping::mortar(&places(nodes), &places(points)),
-    };
+    let mapping = Mapping::new(interface.mapping, &places(nodes), &places(points));
     mapping.map_err(|error| {
         Error::Refused(format!(
             "interface `{}` between {} and {}: {error}",
@@ -288,25 +271,4 @@ fn select(conversation: &mut Conversation, peer: usize, indices: &[usize]) -> Re
     conversation
         .ask(peer, Kind::Select, Kind::Ready, &Window::default(), payload)
         .map(|_| ())
-}
-
-fn columns(
-    conversation: &mut Conversation,
-    peer: usize,
-    clock: &Clock,
-    nodes: usize,
-) -> Result<DMatrix<f64>, Error> {
-    let opening = Window {
-        substeps: clock.substeps,
-        ..Window::default()
-    };
-    let size = 2 * nodes;
-    let numbers = conversation.ask_exactly(
-        peer,
-        (Kind::Columns, Kind::Compliance),
-        &opening,
-        Vec::new(),
-        size * size,
-    )?;
-    Ok(DMatrix::from_vec(size, size, numbers))
 }

@@ -17,6 +17,8 @@ pub struct InterfaceLedger {
     pub force_max_n: f64,
     /// Windows that did not converge and were accepted all the same.
     pub not_converged: u64,
+    /// Windows that were done again as two halves.
+    pub halved: u64,
     /// Sum of the repeats of all windows.
     pub repeats: u64,
     /// Windows so far.

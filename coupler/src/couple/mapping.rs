@@ -3,6 +3,8 @@
 use nalgebra::DMatrix;
 use thiserror::Error;
 
+use crate::scenario::MappingKind;
+
 /// Why two sets of points cannot be related.
 #[derive(Debug, Error, PartialEq)]
 #[allow(missing_docs)]
@@ -41,6 +43,42 @@ pub struct Mapping {
 }
 
 impl Mapping {
+    /// The relation that a scenario asks for.
+    pub fn new(
+        kind: MappingKind,
+        nodes: &[[f64; 2]],
+        points: &[[f64; 2]],
+    ) -> Result<Mapping, MappingError> {
+        match kind {
+            MappingKind::Mortar => Mapping::mortar(nodes, points),
+            MappingKind::Linear => Mapping::placed(nodes, points, Line::interpolation),
+            MappingKind::Nearest => Mapping::placed(nodes, points, Line::nearest),
+        }
+    }
+
+    /// Rows that depend on the place of each point alone.
+    fn placed(
+        nodes: &[[f64; 2]],
+        points: &[[f64; 2]],
+        row: impl Fn(&Line, f64) -> Vec<(usize, f64)>,
+    ) -> Result<Mapping, MappingError> {
+        if nodes.is_empty() || points.is_empty() {
+            return Err(MappingError::Empty);
+        }
+        if nodes.len() == 1 {
+            let rows = points.iter().map(|_| vec![(0, 1.0)]).collect();
+            return Ok(Mapping { rows, nodes: 1 });
+        }
+        let line = Line::through(nodes)?;
+        let places: Vec<f64> = points.iter().map(|point| line.place(*point)).collect();
+        line.check(points, &places)?;
+        segments(points, &places)?;
+        Ok(Mapping {
+            rows: places.iter().map(|place| row(&line, *place)).collect(),
+            nodes: nodes.len(),
+        })
+    }
+
     /// Mortar weights with affine correction on the line through `nodes` (m): row i is the mean of the nodes' shape
     /// functions over the segment of point i (halfway to its neighbours, cut at the ends of the line), plus
     /// (s_i - centre of the segment) times their mean slope there. Constant and linear fields are reproduced exactly,
@@ -173,7 +211,8 @@ impl Line {
         line.nodes.sort_by(|a, b| a.1.total_cmp(&b.1));
         for pair in line.nodes.windows(2) {
             // A chord of zero length (all nodes in one place) gives NaN places, which also end here.
-            if !(pair[1].1 - pair[0].1 > 1e-12 * length) {
+            let spacing = pair[1].1 - pair[0].1;
+            if spacing.is_nan() || spacing <= 1e-12 * length {
                 let [x_m, y_m] = nodes[pair[0].0];
                 return Err(MappingError::RepeatedNode {
                     first: pair[0].0.min(pair[1].0),
@@ -215,7 +254,7 @@ impl Line {
         let (first, last) = self.ends();
         let (low, high) = (low.max(first), high.min(last));
         let length = high - low;
-        if !(length > 1e-12 * (last - first)) {
+        if length <= 1e-12 * (last - first) {
             return self.interpolation(s);
         }
         let centre = 0.5 * (low + high);
@@ -251,6 +290,14 @@ impl Line {
         let ((i, a), (j, b)) = (self.nodes[right - 1], self.nodes[right]);
         let share = (s - a) / (b - a);
         vec![(i, 1.0 - share), (j, share)]
+    }
+}
+
+impl Line {
+    fn nearest(&self, s: f64) -> Vec<(usize, f64)> {
+        let row = self.interpolation(s);
+        let (node, _) = if row[0].1 >= row[1].1 { row[0] } else { row[1] };
+        vec![(node, 1.0)]
     }
 }
 
@@ -382,6 +429,66 @@ mod tests {
             .sum();
         let nodal_power: f64 = motion.iter().zip(&nodal).map(|(v, f)| v * f).sum();
         assert!((power - nodal_power).abs() < 1e-12 * power.abs());
+    }
+
+    #[test]
+    fn every_kind_conserves_force_and_power() {
+        let nodes: Vec<[f64; 2]> = (0..41).map(|i| [-0.01 + 5e-4 * i as f64, 0.0]).collect();
+        let points = uneven_points(97, -0.008, 0.008);
+        for kind in [
+            MappingKind::Mortar,
+            MappingKind::Linear,
+            MappingKind::Nearest,
+        ] {
+            let mapping = Mapping::new(kind, &nodes, &points).expect("regular input");
+            let force = both(|i| 1.0 + (i as f64).sin(), points.len());
+            let sum = |f: &[f64]| f.iter().step_by(2).sum::<f64>();
+            assert!(
+                (sum(&mapping.force(&force)) / sum(&force) - 1.0).abs() < 1e-13,
+                "{kind:?}"
+            );
+        }
+    }
+
+    /// Ripple of a uniform pressure, |t - mean| / mean over the nodes well inside: what the kinds differ by.
+    #[test]
+    fn mortar_keeps_a_uniform_pressure_more_even_than_the_others() {
+        let nodes: Vec<[f64; 2]> = (0..121).map(|i| [1e-4 * i as f64, 0.0]).collect();
+        let points = uneven_points(80, 0.0, 0.012);
+        let ripple = |kind| {
+            let mapping = Mapping::new(kind, &nodes, &points).expect("regular input");
+            let mut places: Vec<f64> = points.iter().map(|p| p[0]).collect();
+            places.sort_by(f64::total_cmp);
+            let force: Vec<f64> = points
+                .iter()
+                .flat_map(|p| {
+                    let k = places
+                        .iter()
+                        .position(|x| *x == p[0])
+                        .expect("it is one of them");
+                    let left = if k > 0 { places[k - 1] } else { -places[k] };
+                    let right = if k + 1 < places.len() {
+                        places[k + 1]
+                    } else {
+                        0.024 - places[k]
+                    };
+                    [0.5 * (right - left), 0.0]
+                })
+                .collect();
+            let nodal = mapping.force(&force);
+            let inside: Vec<f64> = (10..110).map(|i| nodal[2 * i] / 1e-4).collect();
+            let mean = inside.iter().sum::<f64>() / inside.len() as f64;
+            (inside.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / inside.len() as f64).sqrt()
+                / mean
+        };
+        let [mortar, linear, nearest] = [
+            MappingKind::Mortar,
+            MappingKind::Linear,
+            MappingKind::Nearest,
+        ]
+        .map(ripple);
+        println!("ripple: mortar {mortar:.3}, linear {linear:.3}, nearest {nearest:.3}");
+        assert!(mortar < 0.5 * linear && linear < nearest);
     }
 
     #[test]

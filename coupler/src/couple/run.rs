@@ -10,7 +10,7 @@ use super::clock::Clock;
 use super::conversation::Conversation;
 use super::handshake::{self, Greeted};
 use super::ledger::EnergyLedger;
-use super::scheme::Coupling;
+use super::scheme::{Attempt, Coupling, Standing};
 use crate::error::Error;
 use crate::launch::{Launcher, Registry, Watch, config_value, process, setting};
 use crate::log::{Provenance, Recorder};
@@ -247,9 +247,10 @@ impl RunSession<'_> {
         let joined = handshake::join(conversation, interface, greeted)?;
         conversation.end_window(0)?;
         let clock = joined.clock;
-        let count = clock.windows_until(end_s(&self.loaded.scenario, greeted)?);
+        let end = clock.steps_until(end_s(&self.loaded.scenario, greeted)?);
         self.rundir.note(&format!(
-            "{count} windows of {:.4e} s ({} steps of {:.4e} s), {} nodes, {} glued points",
+            "{} windows of {:.4e} s ({} steps of {:.4e} s), {} nodes, {} glued points",
+            end.div_ceil(clock.substeps.into()),
             clock.window_s(),
             clock.substeps,
             clock.step_s,
@@ -258,12 +259,25 @@ impl RunSession<'_> {
         ));
         let (continuum, wall) = (joined.continuum, joined.wall);
         let mut coupling = Coupling::new(interface, joined);
-        outputs.expect(count);
-        for index in 0..count {
-            let result = coupling.window(conversation, index);
+        outputs.expect(end);
+        // What is left of a halved window, to be done before the next full one.
+        let mut rest = None;
+        let (mut index, mut step) = (0, 0);
+        while step < end {
+            let substeps = rest
+                .take()
+                .unwrap_or_else(|| clock.substeps_before(step, end));
+            let mut window = clock.window(index, step, substeps);
+            let mut attempt = coupling.window(conversation, window);
+            while let Ok(Attempt::Halve) = attempt {
+                rest = Some(rest.unwrap_or(0) + window.substeps / 2);
+                window = clock.window(index, step, window.substeps.div_ceil(2));
+                attempt = coupling.window(conversation, window);
+            }
             self.summary.interface(&coupling.ledger, coupling.joined());
-            let standing = result?;
-            let window = clock.window(index, 0);
+            let Attempt::Standing(standing) = attempt? else {
+                unreachable!("halving was dealt with");
+            };
             let mut reports = vec![Vec::new(), Vec::new()];
             reports[continuum] = standing.continuum_report.clone();
             reports[wall] = standing.wall_report.clone();
@@ -274,6 +288,8 @@ impl RunSession<'_> {
                 Some((&coupling, &standing)),
             )?;
             self.summary.sim_time_s = window.t1_s;
+            index += 1;
+            step += u64::from(window.substeps);
         }
         outputs.finish(conversation, &mut self.summary)
     }
@@ -298,10 +314,11 @@ impl RunSession<'_> {
             step_s,
             substeps: self.loaded.scenario.run.output.alone_steps,
         };
-        let count = clock.windows_until(end_s(&self.loaded.scenario, greeted)?);
-        outputs.expect(count);
-        for index in 0..count {
-            let window = clock.window(index, 0);
+        let end = clock.steps_until(end_s(&self.loaded.scenario, greeted)?);
+        outputs.expect(end);
+        for index in 0..end.div_ceil(clock.substeps.into()) {
+            let step = index * u64::from(clock.substeps);
+            let window = clock.window(index, step, clock.substeps_before(step, end));
             let report = conversation.ask(0, Kind::March, Kind::Report, &window, Vec::new())?;
             conversation.end_window(index)?;
             outputs.add(conversation, &window, &[report], None)?;
@@ -397,8 +414,8 @@ impl<'a> Outputs<'a> {
         })
     }
 
-    fn expect(&mut self, windows: u64) {
-        self.progress.expect(windows);
+    fn expect(&mut self, steps: u64) {
+        self.progress.expect(steps);
     }
 
     fn add(
@@ -406,7 +423,7 @@ impl<'a> Outputs<'a> {
         conversation: &mut Conversation,
         window: &Window,
         reports: &[Vec<f64>],
-        coupled: Option<(&Coupling, &super::scheme::Standing)>,
+        coupled: Option<(&Coupling, &Standing)>,
     ) -> Result<(), Error> {
         for (peer, report) in reports.iter().enumerate() {
             let due = self.signal_counts[peer] + self.energies[peer].terms.len();

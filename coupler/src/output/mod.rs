@@ -71,7 +71,7 @@ pub struct Progress {
     shown: bool,
     terminal: bool,
     start: Instant,
-    windows: u64,
+    steps: u64,
     last: Instant,
     tenths: u64,
 }
@@ -85,24 +85,24 @@ impl Progress {
             shown,
             terminal: std::io::stderr().is_terminal(),
             start: now,
-            windows: 0,
+            steps: 0,
             last: now,
             tenths: 0,
         }
     }
 
-    /// The windows start now, and there will be so many.
-    pub fn expect(&mut self, windows: u64) {
-        self.windows = windows;
+    /// The windows start now, and hold so many explicit steps together.
+    pub fn expect(&mut self, steps: u64) {
+        self.steps = steps;
         self.start = Instant::now();
     }
 
     /// A window has passed.
     pub fn show(&mut self, window: &Window) {
-        let done = window.index + 1;
-        let tenth = 10 * done / self.windows.max(1);
+        let done = window.step + u64::from(window.substeps);
+        let tenth = 10 * done / self.steps.max(1);
         let due = match self.terminal {
-            true => self.last.elapsed() > Duration::from_millis(200) || done == self.windows,
+            true => self.last.elapsed() > Duration::from_millis(200) || done == self.steps,
             false => tenth > self.tenths,
         };
         if !self.shown || !due {
@@ -111,12 +111,12 @@ impl Progress {
         self.last = Instant::now();
         self.tenths = tenth;
         let spent = self.start.elapsed().as_secs_f64();
-        let left = spent * (self.windows - done) as f64 / done as f64;
+        let left = spent * (self.steps - done) as f64 / done as f64;
         let line = format!(
-            "{}: window {done} of {} ({} %), t = {:.3} ms, {spent:.0} s spent, {left:.0} s left",
+            "{}: {} % ({} windows), t = {:.3} ms, {spent:.0} s spent, {left:.0} s left",
             self.name,
-            self.windows,
-            100 * done / self.windows.max(1),
+            100 * done / self.steps.max(1),
+            window.index + 1,
             1e3 * window.t1_s
         );
         let mut stderr = std::io::stderr().lock();

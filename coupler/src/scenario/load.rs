@@ -237,6 +237,13 @@ fn check_interface(scenario: &Scenario, interface: &Interface) -> Result<(), Con
     at_least_one(&key("substeps"), interface.substeps.into())?;
     at_least_one(&key("repeats_max"), interface.repeats_max.into())?;
     positive(&key("tolerance_rel"), interface.tolerance_rel)?;
+    positive(&key("relaxation"), interface.relaxation)?;
+    if interface.relaxation > 1.0 {
+        return Err(ConfigError::new(
+            &key("relaxation"),
+            format!("must be at most 1, got {}", interface.relaxation),
+        ));
+    }
     if scenario.participant.len() != 2 {
         return Err(ConfigError::new(
             &key("between"),

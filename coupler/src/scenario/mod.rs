@@ -138,6 +138,15 @@ pub struct Interface {
     /// Repeats of a window before it counts as not converged, at least 1.
     #[serde(default = "default_repeats")]
     pub repeats_max: u32,
+    /// Where the compliance of a dual Schur scheme comes from.
+    #[serde(default)]
+    pub compliance: CompliancePrior,
+    /// How a fixed-point scheme is accelerated.
+    #[serde(default)]
+    pub acceleration: Acceleration,
+    /// First, or constant, relaxation of a fixed-point scheme, above 0 and at most 1.
+    #[serde(default = "default_relaxation")]
+    pub relaxation: f64,
     /// What a window that did not converge, or a starved contact solve, leads to.
     #[serde(default)]
     pub on_not_converged: Policy,
@@ -147,23 +156,66 @@ fn default_repeats() -> u32 {
     8
 }
 
+/// Half of the answer is where a first relaxed step neither overshoots much nor hardly moves.
+fn default_relaxation() -> f64 {
+    0.5
+}
+
 /// How the two sides of an interface are joined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// One constant force a window, equal displacements at its end, exact compliance (the default choice).
     DualSchur,
+    /// The same with a compliance that is updated by what the continuum does: for one that is not linear.
+    DualSchurSecant,
+    /// The same with one solve a window, whatever gap it leaves, on a compliance that errs to the soft side.
+    DualSchurCheap,
     /// Motion to the wall, force back, one window late: naive, shown to fail.
     StaggeredSerial,
+    /// Both at once, each with what the other did one window before: naive, shown to fail.
+    StaggeredParallel,
+    /// Motion to the wall, force back, repeated until both agree: needs nothing but repeatable windows.
+    FixedPointSerial,
+    /// The same with both sides at once, each with the other's last answer.
+    FixedPointParallel,
 }
 
-/// How nodes and glued disks are related.
+/// Where the compliance of a dual Schur scheme comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CompliancePrior {
+    /// The continuum's own columns: exact for a linear one.
+    #[default]
+    Columns,
+    /// Surface masses alone: for a continuum that gives no columns. Slow contact solves; use with `dual-schur-secant`.
+    Mass,
+}
+
+/// What a fixed-point iteration makes of its last answers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Acceleration {
+    /// A constant share of the new answer.
+    Constant,
+    /// A share that follows the last two residuals.
+    Aitken,
+    /// Interface quasi-Newton by least squares over the window's answers.
+    #[default]
+    IqnIls,
+}
+
+/// How nodes and glued disks are related. Motion goes by N and force by its transpose in each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MappingKind {
     /// Mean of the node shape functions over each disk's segment, with affine correction.
     #[default]
     Mortar,
+    /// Interpolation between the two nodes beside each disk.
+    Linear,
+    /// The nearest node.
+    Nearest,
 }
 
 /// What a window that did not converge leads to.
@@ -175,4 +227,6 @@ pub enum Policy {
     Stop,
     /// The window stands and is counted.
     Accept,
+    /// The window is done again as two of half its length; the run ends when there is nothing left to halve.
+    Halve,
 }

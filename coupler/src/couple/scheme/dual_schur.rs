@@ -1,0 +1,87 @@
+//! Dual Schur complement on displacement with a force that is constant in the window.
+//!
+//! The continuum's increment is du = du_free + C lambda, exactly so if it is linear and C holds its own columns. The other
+//! side solves its contacts on the wall v_g = a_g + W_g p with a_g = N (du_k - C lambda_k) / H and W_g = N C N^T / H^2; its
+//! forces F_g are given back as lambda = N^T F_g, and the run of the continuum under this very lambda decides:
+//! |N du - H v_g| must be within the tolerance, whatever C was.
+
+use protocol::Window;
+
+use super::{Coupling, Solved};
+use crate::couple::conversation::Conversation;
+use crate::error::Error;
+use crate::scenario::Scheme;
+
+impl Coupling {
+    pub(super) fn dual_schur(
+        &mut self,
+        conversation: &mut Conversation,
+        mut window: Window,
+    ) -> Result<Solved, Error> {
+        let secant = self.interface.scheme != Scheme::DualSchur;
+        let repeats = match self.interface.scheme {
+            Scheme::DualSchurCheap => 1,
+            _ => self.interface.repeats_max,
+        };
+        let mut lambda = self.lambda.clone();
+        let mut increment = self.advance(conversation, &window, &lambda)?;
+        loop {
+            self.compliance
+                .prepare(conversation, &self.joined, &window)?;
+            let free = self.free_velocity(&window, &increment, &lambda);
+            let answer = self.solve(conversation, &window, free)?;
+            let starved = self.starved(&window, &answer);
+            let next = self.joined.mapping.force(&answer.force);
+            window.iteration += 1;
+            let moved = self.advance(conversation, &window, &next)?;
+            if secant {
+                let s: Vec<f64> = next.iter().zip(&lambda).map(|(a, b)| a - b).collect();
+                let y: Vec<f64> = moved.iter().zip(&increment).map(|(a, b)| a - b).collect();
+                self.compliance.update(window.substeps, &s, &y);
+            }
+            (lambda, increment) = (next, moved);
+            let gap_m = self.gap_m(&window, &increment, &answer);
+            let last = window.iteration >= repeats || starved.is_some();
+            if gap_m > self.tolerance_m() && !last {
+                continue;
+            }
+            let fault = match self.interface.scheme {
+                // One solve a window is what this scheme is; its gap is reported, not judged.
+                Scheme::DualSchurCheap => starved,
+                _ => starved.or_else(|| self.open(&window, gap_m, self.advice())),
+            };
+            return Ok(Solved {
+                window,
+                increment,
+                lambda,
+                answer,
+                fault,
+            });
+        }
+    }
+
+    fn advice(&self) -> &'static str {
+        match self.interface.scheme {
+            Scheme::DualSchur => {
+                "the compliance does not fit the continuum any more, as of a plastic one; take scheme = \"dual-schur-secant\", lower substeps, or accept with on_not_converged = \"accept\""
+            }
+            _ => {
+                "lower substeps, raise repeats_max, or let on_not_converged = \"halve\" the window"
+            }
+        }
+    }
+
+    /// N (du - C lambda) / H: how the glued points would move without contact forces (m/s).
+    fn free_velocity(&self, window: &Window, increment: &[f64], lambda: &[f64]) -> Vec<f64> {
+        let window_s = self.window_s(window);
+        let carried = self.compliance.times(window.substeps, lambda);
+        let free: Vec<f64> = increment
+            .iter()
+            .zip(carried.iter())
+            .map(|(du, c)| du - c)
+            .collect();
+        let mut velocity = self.joined.mapping.motion(&free);
+        velocity.iter_mut().for_each(|v| *v /= window_s);
+        velocity
+    }
+}

@@ -1,0 +1,130 @@
+//! Motion one way, force the other: the continuum takes forces (Neumann side), the wall takes motion (Dirichlet side).
+//!
+//! Done once a window these are the naive staggered schemes; repeated with relaxation or quasi-Newton updates of the force
+//! they are the black-box schemes for a solver that cannot stand on a compliant wall. A rigid confined layer must never
+//! be the plain Dirichlet side: its force is not a function of the motion.
+
+use protocol::{Kind, WallAnswer, Window};
+
+use super::acceleration::Accelerator;
+use super::{Coupling, Solved};
+use crate::couple::conversation::Conversation;
+use crate::error::Error;
+use crate::scenario::Scheme;
+
+impl Coupling {
+    /// The continuum runs under the force of the window before, the other side follows its motion exactly, and its
+    /// force is used one window later. Nothing is repeated and no gap is judged.
+    pub(super) fn staggered_serial(
+        &mut self,
+        conversation: &mut Conversation,
+        window: Window,
+    ) -> Result<Solved, Error> {
+        self.rigid_wall(conversation, &window)?;
+        let increment = self.advance(conversation, &window, &self.lambda.clone())?;
+        let motion = self.joined.mapping.motion(&increment);
+        let answer = self.solve_rigid(conversation, &window, &motion)?;
+        Ok(self.naive(window, increment, answer))
+    }
+
+    /// Both sides run at once: the continuum under the last force, the other side on the last motion.
+    pub(super) fn staggered_parallel(
+        &mut self,
+        conversation: &mut Conversation,
+        window: Window,
+    ) -> Result<Solved, Error> {
+        self.rigid_wall(conversation, &window)?;
+        let motion = self.last_motion.clone();
+        let (increment, answer) =
+            self.both(conversation, &window, &self.lambda.clone(), &motion)?;
+        Ok(self.naive(window, increment, answer))
+    }
+
+    fn naive(&self, window: Window, increment: Vec<f64>, answer: WallAnswer) -> Solved {
+        Solved {
+            window,
+            increment,
+            lambda: self.joined.mapping.force(&answer.force),
+            fault: self.starved(&window, &answer),
+            answer,
+        }
+    }
+
+    /// lambda -> F(motion(lambda)), accelerated, until the motion that the wall was given is the continuum's own.
+    pub(super) fn fixed_point(
+        &mut self,
+        conversation: &mut Conversation,
+        mut window: Window,
+    ) -> Result<Solved, Error> {
+        self.rigid_wall(conversation, &window)?;
+        let parallel = self.interface.scheme == Scheme::FixedPointParallel;
+        let mut accelerator =
+            Accelerator::new(self.interface.acceleration, self.interface.relaxation);
+        let mut lambda = self.lambda.clone();
+        let mut motion = match parallel {
+            true => self.last_motion.clone(),
+            false => self
+                .joined
+                .mapping
+                .motion(&self.advance(conversation, &window, &lambda)?),
+        };
+        loop {
+            let answer = match parallel {
+                true => self.both(conversation, &window, &lambda, &motion)?.1,
+                false => self.solve_rigid(conversation, &window, &motion)?,
+            };
+            let starved = self.starved(&window, &answer);
+            let next = accelerator.next(&lambda, &self.joined.mapping.force(&answer.force));
+            window.iteration += 1;
+            let moved = self.advance(conversation, &window, &next)?;
+            let gap_m = self.gap_m(&window, &moved, &answer);
+            let last = window.iteration >= self.interface.repeats_max || starved.is_some();
+            lambda = next;
+            motion = self.joined.mapping.motion(&moved);
+            if gap_m > self.tolerance_m() && !last {
+                continue;
+            }
+            let advice = "the fixed point was not reached; raise repeats_max, take acceleration = \"iqn-ils\", lower relaxation, or take a dual-schur scheme";
+            let fault = starved.or_else(|| self.open(&window, gap_m, advice));
+            return Ok(Solved {
+                window,
+                increment: moved,
+                lambda,
+                answer,
+                fault,
+            });
+        }
+    }
+
+    /// The other side follows a motion (m) exactly.
+    fn solve_rigid(
+        &mut self,
+        conversation: &mut Conversation,
+        window: &Window,
+        motion: &[f64],
+    ) -> Result<WallAnswer, Error> {
+        let window_s = self.window_s(window);
+        let velocity = motion.iter().map(|du| du / window_s).collect();
+        self.solve(conversation, window, velocity)
+    }
+
+    /// Both sides at once.
+    fn both(
+        &mut self,
+        conversation: &mut Conversation,
+        window: &Window,
+        lambda: &[f64],
+        motion: &[f64],
+    ) -> Result<(Vec<f64>, WallAnswer), Error> {
+        conversation.tell(
+            self.joined.continuum,
+            Kind::Advance,
+            window,
+            lambda.to_vec(),
+        )?;
+        let answer = self.solve_rigid(conversation, window, motion)?;
+        let increment =
+            conversation.hear_exactly(self.joined.continuum, Kind::Motion, window, lambda.len())?;
+        Ok((increment, answer))
+    }
+}
