@@ -103,6 +103,8 @@ pub fn read_config<T: DeserializeOwned>(config: &serde_json::Value) -> Result<T,
 /// Turns serde's message about `path` into an error that names the key and proposes what to write instead.
 pub fn config_error(path: &str, message: &str) -> ConfigError {
     let parent = path.trim_end_matches(['.', '?']);
+    // Some formats repeat the path on a second line.
+    let message = message.lines().next().unwrap_or_default();
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
     let join = |key: &str| match parent {
         "" => key.to_string(),

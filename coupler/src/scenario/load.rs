@@ -42,6 +42,10 @@ pub fn parse(source: Source) -> Result<Loaded, Error> {
     for set in &source.overrides {
         apply(&mut table, set)?;
     }
+    if let Some((key, value)) = not_finite(&toml::Value::Table(table.clone())) {
+        let error = ConfigError::new(&key, format!("must be a finite number, got {value}"));
+        return Err(source.error(&key, error));
+    }
     let scenario: Scenario = serde_path_to_error::deserialize(table.clone()).map_err(|error| {
         let found = config_error(&error.path().to_string(), &error.inner().to_string());
         source.error(&found.key.clone(), found)
@@ -142,6 +146,32 @@ fn apply(table: &mut toml::Table, set: &str) -> Result<(), Error> {
     }
     current.insert(last.clone(), value);
     Ok(())
+}
+
+/// The path and value of the first number that is not finite; entries of lists go by their name if they have one.
+fn not_finite(value: &toml::Value) -> Option<(String, f64)> {
+    let below = |name: String, value: &toml::Value| {
+        let (key, found) = not_finite(value)?;
+        Some((
+            if key.is_empty() {
+                name
+            } else {
+                format!("{name}.{key}")
+            },
+            found,
+        ))
+    };
+    match value {
+        toml::Value::Float(number) if !number.is_finite() => Some((String::new(), *number)),
+        toml::Value::Table(table) => table
+            .iter()
+            .find_map(|(name, value)| below(name.clone(), value)),
+        toml::Value::Array(entries) => entries.iter().enumerate().find_map(|(index, value)| {
+            let name = value.get("name").and_then(toml::Value::as_str);
+            below(name.map_or_else(|| index.to_string(), String::from), value)
+        }),
+        _ => None,
+    }
 }
 
 fn parse_value(text: &str) -> toml::Value {
@@ -377,6 +407,12 @@ load_n = 8000.0
     fn an_unknown_key_is_named_where_it_stands() {
         let error = read(&SMALL.replace("thickness_m", "thikness_m"), &[]).expect_err("mistyped");
         assert_eq!(key_of(error), "run.thikness_m");
+    }
+
+    #[test]
+    fn a_number_that_is_not_finite_is_named() {
+        let error = read(&SMALL.replace("8000.0", "nan"), &[]).expect_err("not a number");
+        assert_eq!(key_of(error), "participant.rail.config.wheel.load_n");
     }
 
     #[test]

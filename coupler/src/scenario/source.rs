@@ -23,10 +23,11 @@ impl Source {
     /// numbered (`participant.rail.config.mesh.size_m`, `participant[0].kind`), pointing at the nearest
     /// part of the path that the file contains.
     pub fn error(&self, key: &str, error: ConfigError) -> Error {
-        if let Some(set) = self.overriding(key) {
+        if let Some((set, inside)) = self.overriding(key) {
+            let origin = if inside { "perhaps from" } else { "from" };
             return Error::Scenario(Box::new(ScenarioError {
                 key: key.to_string(),
-                problem: format!("{} (from --set {set})", error.problem),
+                problem: format!("{} ({origin} --set {set})", error.problem),
                 help: error.help,
                 source_file: None,
                 span: None,
@@ -43,21 +44,26 @@ impl Source {
         }))
     }
 
-    /// The last override that wrote this key, or a table that holds it.
-    fn overriding(&self, key: &str) -> Option<&String> {
+    /// The last override that wrote this key or a table that holds it, else one that wrote inside of it: an error
+    /// about a table may be about any of its keys, which the second value tells.
+    fn overriding(&self, key: &str) -> Option<(&String, bool)> {
         let wanted = segments(key);
         let same = |(position, (a, b)): (usize, (&String, &String))| {
             // Entries of a list go by number in serde's paths and by name in overrides.
             a == b || (position == 1 && b.parse::<usize>().is_ok())
         };
-        self.overrides.iter().rev().find(|set| {
-            let written = segments(
+        let written = |set: &String| {
+            segments(
                 set.split_once('=')
                     .map_or(set.as_str(), |(key, _)| key)
                     .trim(),
-            );
-            written.len() <= wanted.len() && written.iter().zip(&wanted).enumerate().all(same)
-        })
+            )
+        };
+        let agrees = |set: &&String| written(set).iter().zip(&wanted).enumerate().all(same);
+        let mut candidates: Vec<&String> = self.overrides.iter().rev().filter(agrees).collect();
+        candidates.sort_by_key(|set| written(set).len() > wanted.len());
+        let first = candidates.first()?;
+        Some((first, written(first).len() > wanted.len()))
     }
 
     fn span(&self, key: &str) -> Option<std::ops::Range<usize>> {
@@ -140,10 +146,16 @@ mod tests {
 
     #[test]
     fn an_overridden_key_is_blamed_on_its_override() {
-        let blamed = |key: &str| source().overriding(key).is_some();
+        let blamed = |key: &str| source().overriding(key).is_some_and(|(_, inside)| !inside);
         assert!(blamed("participant.rail.config.mesh.size"));
         assert!(blamed("participant[0].config.mesh.size"));
         assert!(!blamed("participant.rail.config.mesh.height_m"));
+        let table = source();
+        assert!(
+            table
+                .overriding("participant.rail.config.mesh")
+                .is_some_and(|(_, inside)| inside)
+        );
     }
 
     #[test]
