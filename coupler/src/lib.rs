@@ -7,6 +7,7 @@
 //! - [`couple`]: handshake, mapping, clock, schemes, ledgers and the loop over windows;
 //! - [`log`]: the exchange log and its hash;
 //! - [`output`]: signals, interface traction, progress; [`rundir`], [`summary`]: what a run leaves behind;
+//! - [`validate`]: scenes against what must come out of them;
 //! - [`report`]: pictures of it; [`bench`](mod@bench): what the machine gives;
 //! - [`cli`]: the verbs of the command line;
 //! - [`error`]: what can end a run, and the exit code it has.
@@ -31,3 +32,4 @@ pub mod report;
 pub mod rundir;
 pub mod scenario;
 pub mod summary;
+pub mod validate;

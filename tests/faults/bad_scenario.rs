@@ -62,7 +62,11 @@ fn a_missing_key_is_named() {
         "",
         &["participant.third-body.config.time.pressure_pa", "missing"],
     );
-    text_refused("substeps = 9\n", "", &["interface[0].substeps", "missing"]);
+    text_refused(
+        "substeps = 9\n",
+        "",
+        &["interface.layer-base.substeps", "missing"],
+    );
 }
 
 #[test]
@@ -75,7 +79,7 @@ fn a_wrong_type_is_named() {
     refused(
         &["interface.layer-base.substeps=2.5"],
         2,
-        &["interface[0].substeps", "invalid type"],
+        &["interface.layer-base.substeps", "invalid type"],
     );
 }
 

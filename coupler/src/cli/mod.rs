@@ -15,6 +15,7 @@ pub mod inspect;
 pub mod node;
 pub mod report;
 pub mod run;
+pub mod validate;
 
 /// Concurrent FE-DEM co-simulation of wheel, third body and rail.
 #[derive(Debug, Parser)]
@@ -32,6 +33,8 @@ enum Verb {
     Check(check::CheckArguments),
     /// Show what a run directory or an exchange log holds.
     Inspect(inspect::InspectArguments),
+    /// Run the shipped verification scenes against what must come out of them.
+    Validate(validate::ValidateArguments),
     /// Draw what a run left: report.html and its pictures.
     Report(report::ReportArguments),
     /// Measure what the machine gives.
@@ -75,6 +78,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         Verb::Run(arguments) => run::run(&arguments, registry),
         Verb::Check(arguments) => check::check(&arguments, registry),
         Verb::Inspect(arguments) => inspect::inspect(&arguments),
+        Verb::Validate(arguments) => validate::validate(&arguments, registry),
         Verb::Report(arguments) => report::report(&arguments),
         Verb::Bench(arguments) => bench::bench(&arguments),
         Verb::Node(arguments) => node::node(&arguments, registry),

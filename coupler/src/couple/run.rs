@@ -121,7 +121,7 @@ pub fn run(loaded: &Loaded, options: &Options) -> Result<Ended, Error> {
 }
 
 /// Tells runs apart; it takes no part in any result.
-fn fresh_run_id() -> u64 {
+pub fn fresh_run_id() -> u64 {
     let mut hasher = blake3::Hasher::new();
     hasher.update(&std::process::id().to_le_bytes());
     let now = std::time::SystemTime::now()

@@ -8,7 +8,8 @@ use plotters::prelude::*;
 use super::scene::picture;
 use crate::error::Error;
 
-type Columns = BTreeMap<String, Vec<f64>>;
+/// Columns of numbers by their names.
+pub type Columns = BTreeMap<String, Vec<f64>>;
 
 /// One line of a plot.
 struct Curve {
@@ -172,7 +173,7 @@ fn moving_mean(x: &[f64], y: &[f64], width: f64) -> Vec<f64> {
 }
 
 /// Columns of numbers by name; an absent file has none, cells that are no numbers are left out.
-fn read_csv(path: &Path) -> Columns {
+pub fn read_csv(path: &Path) -> Columns {
     let text = std::fs::read_to_string(path).unwrap_or_default();
     let mut lines = text.lines();
     let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();

@@ -23,6 +23,7 @@ impl Source {
     /// numbered (`participant.rail.config.mesh.size_m`, `participant[0].kind`), pointing at the nearest
     /// part of the path that the file contains.
     pub fn error(&self, key: &str, error: ConfigError) -> Error {
+        let key = &self.named(key);
         if let Some((set, inside)) = self.overriding(key) {
             let origin = if inside { "perhaps from" } else { "from" };
             return Error::Scenario(Box::new(ScenarioError {
@@ -42,6 +43,30 @@ impl Source {
             ),
             span: self.span(key).map(|range| range.into()),
         }))
+    }
+
+    /// The key with list entries by their names where they have one: `participant[0].kind` is `participant.rail.kind`.
+    fn named(&self, key: &str) -> String {
+        let name_of = |list: &str, entry: &str| -> Option<String> {
+            let position: usize = entry.parse().ok()?;
+            let table: toml::Table = self.text.parse().ok()?;
+            Some(
+                table
+                    .get(list)?
+                    .get(position)?
+                    .get("name")?
+                    .as_str()?
+                    .to_string(),
+            )
+        };
+        let parts = segments(key);
+        match parts.as_slice() {
+            [list, entry, rest @ ..] => {
+                let entry = name_of(list, entry).unwrap_or_else(|| entry.clone());
+                [&[list.clone(), entry], rest].concat().join(".")
+            }
+            _ => key.to_string(),
+        }
     }
 
     /// The last override that wrote this key or a table that holds it, else one that wrote inside of it: an error
@@ -156,6 +181,15 @@ mod tests {
                 .overriding("participant.rail.config.mesh")
                 .is_some_and(|(_, inside)| inside)
         );
+    }
+
+    #[test]
+    fn entries_go_by_their_names() {
+        assert_eq!(
+            source().named("participant[0].config.mesh"),
+            "participant.rail.config.mesh"
+        );
+        assert_eq!(source().named("run.seed"), "run.seed");
     }
 
     #[test]

@@ -1,0 +1,80 @@
+//! `thirdbody validate`: the shipped scenes against what must come out of them.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+
+use super::{VerbResult, own_program, print};
+use crate::launch::{Registry, Watch};
+use crate::validate::run_suite;
+use crate::validate::suite::{Row, Runs};
+
+/// Exit code of a check that failed.
+const CHECK_FAILED: i32 = 8;
+
+/// Arguments of `validate`.
+#[derive(Debug, clap::Args)]
+pub struct ValidateArguments {
+    /// Which scenes: those below scenarios/<SUITE>.
+    #[arg(long, default_value = "verification")]
+    suite: Suite,
+    /// Print the rows as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The suites that ship.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Suite {
+    /// Exact answers of the solvers alone and coupled.
+    Verification,
+}
+
+/// Runs a suite; exit code 8 if a row does not hold.
+pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResult {
+    let folder = match arguments.suite {
+        Suite::Verification => PathBuf::from("scenarios/verification"),
+    };
+    let runs = Runs {
+        registry,
+        program: own_program()?,
+        threads: 1,
+        watch: Watch::default(),
+    };
+    let rows = run_suite(&folder, &runs)?;
+    match arguments.json {
+        true => print(&serde_json::json!({ "results": rows }).to_string()),
+        false => print(&table(&rows)),
+    }
+    match rows.iter().all(|row| row.holds) {
+        true => Ok(0),
+        false => Ok(CHECK_FAILED),
+    }
+}
+
+fn table(rows: &[Row]) -> String {
+    let mut lines = vec![format!(
+        "{:<5} {:>14} {:>14}  name (source)",
+        "holds", "ours", "expected"
+    )];
+    lines.extend(rows.iter().map(|row| {
+        format!(
+            "{:<5} {:>14} {:>14}  {} ({})",
+            if row.holds { "yes" } else { "NO" },
+            number(&row.ours),
+            number(&row.expected),
+            row.name,
+            row.source
+        )
+    }));
+    let failed = rows.iter().filter(|row| !row.holds).count();
+    lines.push(format!("{} rows, {failed} do not hold", rows.len()));
+    lines.join("\n")
+}
+
+fn number(value: &serde_json::Value) -> String {
+    match value.as_f64() {
+        Some(number) if value.is_f64() => format!("{number:.6e}"),
+        _ => value.to_string(),
+    }
+}

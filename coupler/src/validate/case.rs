@@ -1,0 +1,72 @@
+//! `expected.toml`: what must come out of a scene, and who says so.
+
+use std::path::Path;
+
+use protocol::setting::config_error;
+use serde::Deserialize;
+
+use crate::error::Error;
+
+/// The whole file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Expected {
+    /// Runs of the scene, each with its expectations.
+    pub case: Vec<Case>,
+}
+
+/// One run.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// What it shows.
+    pub name: String,
+    /// Author, year, equation, or the table that the numbers are from.
+    pub source: String,
+    /// Overrides of the scene, as after `--set`.
+    #[serde(default)]
+    pub set: Vec<String>,
+    /// How the run must end.
+    #[serde(default)]
+    pub exit_code: i32,
+    /// What the message must hold.
+    #[serde(default)]
+    pub says: Vec<String>,
+    /// Numbers that must come out.
+    #[serde(default)]
+    pub number: Vec<Number>,
+}
+
+/// One number.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Number {
+    /// Where it is found: a path in summary.json, or `signals.<column>.<last | max | min | mean>`.
+    pub path: String,
+    /// What it must be.
+    pub expected: f64,
+    /// How far from it, over it.
+    pub tolerance_rel: Option<f64>,
+    /// How far from it.
+    pub tolerance_abs: Option<f64>,
+}
+
+impl Number {
+    /// Whether a number that came out is near enough.
+    pub fn holds(&self, ours: f64) -> bool {
+        let relative = self.tolerance_rel.unwrap_or(0.0) * self.expected.abs();
+        (ours - self.expected).abs() <= relative.max(self.tolerance_abs.unwrap_or(0.0))
+    }
+}
+
+/// Reads `expected.toml`.
+pub fn read(path: &Path) -> Result<Expected, Error> {
+    let text = std::fs::read_to_string(path).map_err(Error::io(path.display().to_string()))?;
+    let refuse = |why: String| Error::Refused(format!("{}: {why}", path.display()));
+    let table: toml::Table = text
+        .parse()
+        .map_err(|error: toml::de::Error| refuse(error.to_string()))?;
+    serde_path_to_error::deserialize(table).map_err(|error| {
+        refuse(config_error(&error.path().to_string(), &error.inner().to_string()).to_string())
+    })
+}

@@ -1,0 +1,22 @@
+//! Verification by scenes: a folder with a scenario and `expected.toml`, which says what must come out and who says so.
+//!
+//! ```toml
+//! [[case]]
+//! name = "Hertz line contact, 8 000 N"
+//! source = "Hertz (1882); Johnson, Contact Mechanics (1985), section 4.2"
+//! set = ["participant.rail.config.contact.friction=0"]     # overrides, none by default
+//! [[case.number]]
+//! path = "results.p0_pa"             # in summary.json, or signals.<column>.<last | max | min | mean>
+//! expected = 977.8e6
+//! tolerance_rel = 0.03               # or tolerance_abs
+//! ```
+//!
+//! A case that must fail says how: `exit_code = 3`, `says = ["starved"]`.
+//!
+//! - [`case`](mod@case): the file;
+//! - [`suite`]: running the cases of a folder.
+
+pub mod case;
+pub mod suite;
+
+pub use suite::{Row, run_suite};

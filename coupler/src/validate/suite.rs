@@ -1,0 +1,182 @@
+//! Running the cases of a folder of scenes.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::case::{Case, Number, read};
+use crate::couple::run::{Ended, Options, run};
+use crate::error::Error;
+use crate::launch::{Registry, Watch};
+use crate::scenario::load;
+
+/// One line of the table.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// Scene, case and number.
+    pub name: String,
+    /// What came out.
+    pub ours: Value,
+    /// What should.
+    pub expected: Value,
+    /// Who says so.
+    pub source: String,
+    /// Whether it is near enough.
+    pub holds: bool,
+}
+
+/// How the runs of a suite are done.
+pub struct Runs<'a> {
+    /// Shipped solvers.
+    pub registry: &'a Registry,
+    /// The program whose `node` verb serves them.
+    pub program: PathBuf,
+    /// Threads of each participant.
+    pub threads: usize,
+    /// Signals that end the suite.
+    pub watch: Watch,
+}
+
+/// Runs all cases of all scenes below `folder`, in the order of their names.
+pub fn run_suite(folder: &Path, runs: &Runs) -> Result<Vec<Row>, Error> {
+    let mut scenes: Vec<PathBuf> = std::fs::read_dir(folder)
+        .map_err(Error::io(folder.display().to_string()))?
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| path.join("expected.toml").is_file())
+        .collect();
+    scenes.sort();
+    let mut rows = Vec::new();
+    for scene in &scenes {
+        for case in read(&scene.join("expected.toml"))?.case {
+            rows.extend(run_case(scene, &case, runs)?);
+        }
+    }
+    Ok(rows)
+}
+
+fn run_case(scene: &Path, case: &Case, runs: &Runs) -> Result<Vec<Row>, Error> {
+    let place = scene
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    eprintln!("{place}: {}", case.name);
+    let out = Scratch::new()?;
+    let outcome = attempt(scene, case, runs, &out.path);
+    if let Err(Error::Interrupted { signal }) = outcome {
+        return Err(Error::Interrupted { signal });
+    }
+    let mut rows = vec![ending(&place, case, &outcome)];
+    if let Ok(ended) = &outcome {
+        let summary = ended.summary.value();
+        let signals = crate::report::curves::read_csv(&out.path.join("signals.csv"));
+        rows.extend(
+            case.number
+                .iter()
+                .map(|number| judged(&place, case, number, &summary, &signals)),
+        );
+    }
+    Ok(rows)
+}
+
+fn attempt(scene: &Path, case: &Case, runs: &Runs, out: &Path) -> Result<Ended, Error> {
+    let loaded = load(&scene.display().to_string(), &case.set)?;
+    let ended = run(
+        &loaded,
+        &Options {
+            out: Some(out),
+            threads: runs.threads,
+            registry: runs.registry,
+            program: runs.program.clone(),
+            watch: runs.watch.clone(),
+            progress: false,
+        },
+    )?;
+    match ended.error {
+        Some(error) => Err(error),
+        None => Ok(ended),
+    }
+}
+
+/// How the run ended, as a row of its own.
+fn ending(place: &str, case: &Case, outcome: &Result<Ended, Error>) -> Row {
+    let (code, message) = match outcome {
+        Ok(_) => (0, String::new()),
+        Err(error) => (error.exit_code(), error.to_string()),
+    };
+    let says_all = case.says.iter().all(|word| message.contains(word));
+    Row {
+        name: format!("{place}: {}: exit code", case.name),
+        ours: match message.is_empty() || code == case.exit_code && says_all {
+            true => Value::from(code),
+            false => Value::from(format!("{code}: {message}")),
+        },
+        expected: Value::from(case.exit_code),
+        source: case.source.clone(),
+        holds: code == case.exit_code && says_all,
+    }
+}
+
+fn judged(
+    place: &str,
+    case: &Case,
+    number: &Number,
+    summary: &Value,
+    signals: &BTreeMap<String, Vec<f64>>,
+) -> Row {
+    let ours = match number.path.strip_prefix("signals.") {
+        Some(path) => of_signals(signals, path),
+        None => number
+            .path
+            .split('.')
+            .fold(summary, |value, key| &value[key])
+            .as_f64(),
+    };
+    Row {
+        name: format!("{place}: {}: {}", case.name, number.path),
+        ours: ours.map_or(Value::Null, Value::from),
+        expected: Value::from(number.expected),
+        source: case.source.clone(),
+        holds: ours.is_some_and(|ours| number.holds(ours)),
+    }
+}
+
+/// `<column>.<last | max | min | mean>`; the column's name may hold dots itself.
+fn of_signals(signals: &BTreeMap<String, Vec<f64>>, path: &str) -> Option<f64> {
+    let (column, what) = path.rsplit_once('.')?;
+    let values = signals.get(column)?;
+    match what {
+        "last" => values.last().copied(),
+        "max" => values.iter().copied().reduce(f64::max),
+        "min" => values.iter().copied().reduce(f64::min),
+        "mean" => Some(values.iter().sum::<f64>() / values.len() as f64),
+        _ => None,
+    }
+}
+
+/// A run directory that nobody keeps.
+struct Scratch {
+    path: PathBuf,
+}
+
+impl Scratch {
+    fn new() -> Result<Scratch, Error> {
+        let unique = format!(
+            "thirdbody-validate-{}-{:08x}",
+            std::process::id(),
+            crate::couple::run::fresh_run_id() as u32
+        );
+        let path = std::env::temp_dir().join(unique);
+        std::fs::create_dir_all(&path).map_err(Error::io(path.display().to_string()))?;
+        Ok(Scratch { path })
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.path);
+    }
+}
