@@ -12,7 +12,9 @@ fn thirdbody(arguments: &[&str]) -> Output {
 
 #[test]
 fn every_verb_explains_itself() {
-    for verb in ["run", "check", "inspect", "report", "validate", "bench", "node"] {
+    for verb in [
+        "run", "check", "inspect", "report", "validate", "bench", "node",
+    ] {
         let output = thirdbody(&[verb, "--help"]);
         assert!(output.status.success(), "{verb}");
         assert!(
@@ -44,7 +46,11 @@ fn every_shipped_scene_is_valid() {
 fn the_verification_scenes_give_what_they_must() {
     let output = thirdbody(&["validate", "--json"]);
     let text = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        output.status.success(),
+        "{text}{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
     assert!(text.matches("\"holds\":true").count() >= 10, "{text}");
 }
 
