@@ -55,7 +55,7 @@ impl ColumnRun {
         self.load.add(component, 1.0);
         self.state.restore(&self.rest);
         self.state
-            .accelerate(&model.body, &model.scheme, &self.load);
+            .accelerate(&model.body, model.scheme.mass_damping, &self.load);
         let source = layout.row_of(component);
         for step in 1..=substeps as usize {
             // A step carries the motion from one row to the next; what it has not reached is at rest.

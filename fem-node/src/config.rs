@@ -236,7 +236,6 @@ impl Config {
         let unfinished = [
             ("analysis", self.analysis == Analysis::Static),
             ("start", self.start == Start::Static),
-            ("wheel", self.wheel.is_some()),
         ];
         match unfinished.into_iter().find(|(_, asked)| *asked) {
             None => Ok(()),

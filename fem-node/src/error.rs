@@ -6,7 +6,7 @@ use protocol::{ConfigError, NodeError};
 use thiserror::Error;
 
 /// Why the body cannot be built or asked further.
-#[derive(Debug, Error)]
+#[derive(Clone, Debug, Error)]
 #[allow(missing_docs)]
 pub enum FemError {
     #[error("participant.config.{0}")]
@@ -62,6 +62,19 @@ pub enum FemError {
         step_s: f64,
         limit_s: f64,
     },
+    #[error(
+        "step {step}, t = {time_s:.6e} s: the contact with the wheel left a residual of {residual:.2e} after {sweeps} sweeps: a heavier wheel.mass_kg converges faster, a flat one (wheel.radius_m = 0) needs no sweeps"
+    )]
+    Contact {
+        step: u64,
+        time_s: f64,
+        sweeps: usize,
+        residual: f64,
+    },
+    #[error(
+        "its set `{set}` cannot be coupled: the body carries a wheel of its own on its upper edge; remove [participant.config.wheel], or give the wheel to the other participant"
+    )]
+    CoupledWithWheel { set: String },
     #[error("fields cannot be written to {}: {reason}", .path.display())]
     Write { path: PathBuf, reason: String },
     #[error("`{name}` cannot name a snapshot: use letters, digits, `-`, `_` and `.`")]
@@ -72,9 +85,9 @@ impl From<FemError> for NodeError {
     fn from(error: FemError) -> NodeError {
         let message = error.to_string();
         match error {
-            FemError::Diverged { .. } | FemError::DivergedColumns { .. } => {
-                NodeError::diverged(message)
-            }
+            FemError::Diverged { .. }
+            | FemError::DivergedColumns { .. }
+            | FemError::Contact { .. } => NodeError::diverged(message),
             FemError::Point { .. }
             | FemError::ForceLength { .. }
             | FemError::NoSteps
@@ -85,6 +98,7 @@ impl From<FemError> for NodeError {
             | FemError::UnknownSet { .. }
             | FemError::SupportedSet
             | FemError::CoupledTwice { .. }
+            | FemError::CoupledWithWheel { .. }
             | FemError::Write { .. }
             | FemError::SnapshotName { .. } => NodeError::configuration(message),
         }

@@ -44,6 +44,7 @@ use rayon::prelude::*;
 
 use crate::element::{Body, RowForces};
 use crate::pack::{LANES, Pack};
+use crate::wheel::{Wheel, WheelRun};
 
 /// Below this number of elements for each thread, waking the threads costs more than they save: with 2 820 each,
 /// two threads are 1.7 times faster than one, with 705 each not at all.
@@ -74,6 +75,28 @@ impl Scheme {
     }
 }
 
+/// Mass damping c at the two ends of a step (1/s); it differs where the damping of a start phase ends, and then
+/// D = [(1-b) c_n v + b c_n+1 v'] M du.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Damping {
+    pub(crate) start: f64,
+    pub(crate) end: f64,
+}
+
+impl Damping {
+    /// The same at both ends.
+    pub(crate) fn constant(rate: f64) -> Damping {
+        Damping {
+            start: rate,
+            end: rate,
+        }
+    }
+
+    fn acts(self) -> bool {
+        self.start > 0.0 || self.end > 0.0
+    }
+}
+
 /// The state of the body, every field in the order of [`crate::element::Layout`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
@@ -83,7 +106,7 @@ pub struct State {
     pub v: Vec<f64>,
     /// Internal force F(u) (N).
     pub force: Vec<f64>,
-    /// Acceleration (m/s2); computed anew at the start of each window.
+    /// Acceleration (m/s2); computed anew at the start of each window of a body without wheel.
     pub a: Vec<f64>,
 }
 
@@ -106,11 +129,17 @@ impl State {
         self.force.copy_from_slice(&start.force);
     }
 
+    /// Takes over what a window starts from, the accelerations included: contact forces do not jump there.
+    pub(crate) fn resume(&mut self, start: &State) {
+        self.restore(start);
+        self.a.copy_from_slice(&start.a);
+    }
+
     /// a = M^-1 (f - F(u)) - c v
-    pub(crate) fn accelerate(&mut self, body: &Body, scheme: &Scheme, load: &Load) {
+    pub(crate) fn accelerate(&mut self, body: &Body, damping: f64, load: &Load) {
         let forces = load.values.iter().zip(&self.force).zip(&body.inverse_mass);
         for ((a, v), ((f, internal), w)) in self.a.iter_mut().zip(&self.v).zip(forces) {
-            *a = w * (f - internal) - scheme.mass_damping * v;
+            *a = w * (f - internal) - damping * v;
         }
     }
 }
@@ -150,6 +179,11 @@ impl Load {
         self.loaded_rows[index / self.row_len] = true;
     }
 
+    /// Forces on the upper row.
+    pub(crate) fn upper_row(&self) -> &[f64] {
+        self.row(0)
+    }
+
     /// A row of nodes; the many rows without load share one row of zeros, which stays in the cache.
     fn row(&self, row: usize) -> &[f64] {
         match self.loaded_rows[row] {
@@ -164,7 +198,7 @@ impl Load {
 pub(crate) struct RowSums {
     /// Sum of du dF - b h^2/2 da M da.
     pub(crate) rotation: f64,
-    /// Sum of [(1-b) v + b v'] M du.
+    /// Sum of [(1-b) c v + b c' v'] M du.
     pub(crate) damping: f64,
 }
 
@@ -182,6 +216,8 @@ struct Scratch {
 #[derive(Clone, Debug)]
 pub(crate) struct Integrator {
     pub(crate) scheme: Scheme,
+    /// Mass damping of the step to come.
+    pub(crate) damping: Damping,
     scratch: Vec<Scratch>,
 }
 
@@ -203,6 +239,7 @@ impl Integrator {
         };
         Integrator {
             scheme,
+            damping: Damping::constant(scheme.mass_damping),
             scratch: vec![scratch; blocks],
         }
     }
@@ -212,16 +249,17 @@ impl Integrator {
         self.scratch.len()
     }
 
-    /// One step under `load`, the applied forces at its end.
+    /// One step under `load`, the applied forces at its end, and under the forces of the wheel.
     pub(crate) fn step(
         &mut self,
         body: &Body,
         state: &mut State,
         load: &Load,
         sums: &mut [RowSums],
+        wheel: Option<(&Wheel, &mut WheelRun)>,
     ) {
         let rows = body.layout().node_rows();
-        self.step_rows(body, state, load, sums, [0, rows]);
+        self.step_blocks(body, state, load, sums, [0, rows], wheel);
     }
 
     /// One step of the rows `first .. end` only, all others being at rest and staying there.
@@ -231,17 +269,58 @@ impl Integrator {
         state: &mut State,
         load: &Load,
         sums: &mut [RowSums],
-        [first, end]: [usize; 2],
+        rows: [usize; 2],
     ) {
-        let scheme = self.scheme;
-        let mut blocks = split(body, &scheme, state, sums, &mut self.scratch, [first, end]);
+        self.step_blocks(body, state, load, sums, rows, None);
+    }
+
+    fn step_blocks(
+        &mut self,
+        body: &Body,
+        state: &mut State,
+        load: &Load,
+        sums: &mut [RowSums],
+        rows: [usize; 2],
+        wheel: Option<(&Wheel, &mut WheelRun)>,
+    ) {
+        let rule = Rule {
+            scheme: self.scheme,
+            damping: self.damping,
+        };
+        let mut blocks = split(body, &rule.scheme, state, sums, &mut self.scratch, rows);
+        if let Some(block) = blocks.first_mut() {
+            block.wheel = wheel;
+        }
         match blocks.as_mut_slice() {
-            [one] => one.step(body, &scheme, load),
+            [one] => one.step(body, &rule, load),
             many => many
                 .par_iter_mut()
-                .for_each(|block| block.step(body, &scheme, load)),
+                .for_each(|block| block.step(body, &rule, load)),
         }
     }
+}
+
+/// How a step is done.
+#[derive(Clone, Copy)]
+struct Rule {
+    scheme: Scheme,
+    damping: Damping,
+}
+
+/// The upper row at the end of a step, before its contact forces are known; every field holds a row of nodes.
+pub(crate) struct UpperRow<'a> {
+    /// New displacements (m).
+    pub(crate) u: &'a [f64],
+    /// Velocities at the start of the step (m/s).
+    pub(crate) v: &'a [f64],
+    /// Accelerations at the start of the step (m/s2).
+    pub(crate) a: &'a [f64],
+    /// New internal forces (N).
+    pub(crate) force: &'a [f64],
+    /// Applied forces at the end of the step (N).
+    pub(crate) load: &'a [f64],
+    /// Inverse masses (1/kg).
+    pub(crate) inverse_mass: &'a [f64],
 }
 
 /// Neighbouring rows of nodes and everything that stepping them writes.
@@ -253,6 +332,8 @@ struct Block<'a> {
     force: &'a mut [f64],
     sums: &'a mut [RowSums],
     scratch: &'a mut Scratch,
+    /// Of the block with the upper row, if there is a wheel.
+    wheel: Option<(&'a Wheel, &'a mut WheelRun)>,
 }
 
 /// Cuts the rows `first .. end` into as many blocks as there is scratch room for. Each block gets copies of the
@@ -286,6 +367,7 @@ fn split<'a>(
             force: force.next()?,
             sums: sums.next()?,
             scratch,
+            wheel: None,
         })
     });
     blocks.collect()
@@ -317,7 +399,8 @@ fn predict_copy(body: &Body, scheme: &Scheme, state: &State, row: usize, into: &
 impl Block<'_> {
     /// One sweep from the upper to the lower row: predict the next row, compute the elements above it, then
     /// finish the row whose forces are complete. Every number is touched while it is in the cache.
-    fn step(&mut self, body: &Body, scheme: &Scheme, load: &Load) {
+    fn step(&mut self, body: &Body, rule: &Rule, load: &Load) {
+        let scheme = &rule.scheme;
         let size = body.layout().row_len();
         let rows = self.u.len() / size;
         self.predict(scheme, 0);
@@ -334,7 +417,7 @@ impl Block<'_> {
             } else {
                 elements.clear_upper();
             }
-            self.finish(body, scheme, load, local);
+            self.finish(body, rule, load, local);
         }
     }
 
@@ -359,7 +442,7 @@ impl Block<'_> {
         }
     }
 
-    fn finish(&mut self, body: &Body, scheme: &Scheme, load: &Load, local: usize) {
+    fn finish(&mut self, body: &Body, rule: &Rule, load: &Load, local: usize) {
         let Scratch {
             elements,
             force,
@@ -370,23 +453,39 @@ impl Block<'_> {
         elements.advance();
         let own = local * force.len()..(local + 1) * force.len();
         let all = body.layout().row(self.first + local);
+        let load = match &mut self.wheel {
+            Some((wheel, run)) if local == 0 => {
+                let upper = UpperRow {
+                    u: &self.u[own.clone()],
+                    v: &self.v[own.clone()],
+                    a: &self.a[own.clone()],
+                    force,
+                    load: load.row(0),
+                    inverse_mass: &body.inverse_mass[all.clone()],
+                };
+                run.close(wheel, (&rule.scheme, rule.damping), &upper);
+                run.load()
+            }
+            _ => load.row(self.first + local),
+        };
         let mut row = Row {
             v: &mut self.v[own.clone()],
             a: &mut self.a[own.clone()],
             force: &mut self.force[own],
             new_force: force,
             new_a: acceleration,
-            load: load.row(self.first + local),
+            load,
             mass: &body.mass[all.clone()],
             inverse_mass: &body.inverse_mass[all],
         };
-        row.accelerate(scheme);
+        let (scheme, damping) = (&rule.scheme, rule.damping);
+        row.accelerate(scheme, damping.end);
         let sums = &mut self.sums[local];
         if scheme.damping > 0.5 {
             sums.rotation += row.rotation(scheme);
         }
-        if scheme.mass_damping > 0.0 {
-            sums.damping += row.damping(scheme);
+        if damping.acts() {
+            sums.damping += row.damping(scheme, damping);
         }
         row.correct(scheme);
     }
@@ -406,8 +505,8 @@ struct Row<'a> {
 
 impl Row<'_> {
     /// a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F(u'))
-    fn accelerate(&mut self, scheme: &Scheme) {
-        let (h, b, c) = (scheme.step, scheme.damping, scheme.mass_damping);
+    fn accelerate(&mut self, scheme: &Scheme, c: f64) {
+        let (h, b) = (scheme.step, scheme.damping);
         let drag = Pack::splat(c / (1.0 + b * h * c));
         let (old, new) = scheme.weights();
         for k in (0..self.new_a.len()).step_by(LANES) {
@@ -434,17 +533,18 @@ impl Row<'_> {
         sum.sum()
     }
 
-    /// [(1-b) v + b v'] M du
-    fn damping(&self, scheme: &Scheme) -> f64 {
+    /// [(1-b) c v + b c' v'] M du
+    fn damping(&self, scheme: &Scheme, damping: Damping) -> f64 {
         let h = Pack::splat(scheme.step);
         let half = Pack::splat(0.5 * scheme.step * scheme.step);
-        let b = Pack::splat(scheme.damping);
+        let start = Pack::splat((1.0 - scheme.damping) * damping.start);
+        let end = Pack::splat(scheme.damping * damping.end);
         let mut sum = Pack::splat(0.0);
         for k in (0..self.new_a.len()).step_by(LANES) {
             let v = Pack::load(self.v, k);
-            let dv = self.new_velocity(scheme, k) - v;
+            let drag = start * v + end * self.new_velocity(scheme, k);
             let du = h * v + half * Pack::load(self.a, k);
-            sum = sum + (v + b * dv) * Pack::load(self.mass, k) * du;
+            sum = sum + drag * Pack::load(self.mass, k) * du;
         }
         sum.sum()
     }
@@ -496,7 +596,7 @@ mod tests {
         load.add(body.layout().index([3, 0], 1), -1.0);
         load.add(body.layout().index([7, 0], 0), 0.5);
         let mut state = State::at_rest(&body);
-        state.accelerate(&body, &scheme, &load);
+        state.accelerate(&body, scheme.mass_damping, &load);
         let mut sums = vec![RowSums::default(); body.layout().node_rows()];
         for _ in 0..steps {
             integrator.step_rows(&body, &mut state, &load, &mut sums, rows);

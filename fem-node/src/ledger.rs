@@ -2,6 +2,8 @@
 
 use protocol::{Role, Term};
 
+use crate::wheel::Energies;
+
 /// Cumulative energies since the start (J); their formulas are derived in [`crate::integrate`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ledger {
@@ -13,10 +15,14 @@ pub struct Ledger {
     pub strain: f64,
     /// Kinetic energy v M v / 2.
     pub kinetic: f64,
-    /// Dissipated by mass damping, [(1-b) v + b v'] c M du.
+    /// Dissipated by mass damping, [(1-b) c v + b c' v'] M du.
     pub mass_damping: f64,
     /// Dissipated by the scheme, (b-1/2) (du dF - b h^2/2 da M da) - (b h^2/4) d(a M a).
     pub numerical: f64,
+    /// What the wheel and its contact have moved and dissipated.
+    pub wheel: Energies,
+    /// Kinetic energy of the wheel's vertical motion, m v^2 / 2.
+    pub wheel_kinetic: f64,
 }
 
 /// Which terms a body has: only what the scene requires.
@@ -24,6 +30,7 @@ pub struct Ledger {
 pub(crate) struct Terms {
     pub(crate) applied: bool,
     pub(crate) mass_damping: bool,
+    pub(crate) wheel: bool,
 }
 
 impl Terms {
@@ -47,6 +54,7 @@ impl Terms {
     }
 
     fn select(self, ledger: &Ledger) -> Vec<(&'static str, Role, f64)> {
+        let wheel = &ledger.wheel;
         let all = [
             (
                 true,
@@ -66,9 +74,24 @@ impl Terms {
                 self.mass_damping,
                 "mass_damping",
                 Role::Dissipated,
-                ledger.mass_damping,
+                ledger.mass_damping + wheel.mass_damping,
             ),
-            (true, "numerical_loss", Role::Dissipated, ledger.numerical),
+            (
+                true,
+                "numerical_loss",
+                Role::Dissipated,
+                ledger.numerical + wheel.numerical,
+            ),
+            (self.wheel, "wheel_load", Role::Work, wheel.load),
+            (self.wheel, "wheel_drive", Role::Work, wheel.drive),
+            (
+                self.wheel,
+                "wheel_kinetic",
+                Role::Stored,
+                ledger.wheel_kinetic,
+            ),
+            (self.wheel, "friction", Role::Dissipated, wheel.friction),
+            (self.wheel, "impact", Role::Dissipated, wheel.impact),
         ];
         let kept = all.into_iter().filter(|(present, ..)| *present);
         kept.map(|(_, name, role, value)| (name, role, value))

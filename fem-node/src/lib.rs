@@ -7,6 +7,7 @@
 //! - [`element`]: the discretised body, masses, supports and internal forces;
 //! - [`spectrum`]: the largest frequency and the longest stable step;
 //! - [`integrate`]: the time scheme and the energies that a step moves;
+//! - [`wheel`]: the body's own rigid wheel and the contact with it;
 //! - [`model`]: everything that does not change during a run;
 //! - [`ledger`]: the energies that are reported;
 //! - [`probe`]: signals, stresses and pressures;
@@ -37,6 +38,7 @@ pub mod model;
 pub mod node;
 pub mod probe;
 pub mod spectrum;
+pub mod wheel;
 
 mod compliance;
 mod error;

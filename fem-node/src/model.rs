@@ -8,6 +8,7 @@ use crate::integrate::Scheme;
 use crate::material::Elastic;
 use crate::mesh::{Edge, Mesh};
 use crate::spectrum;
+use crate::wheel::Wheel;
 
 /// Share of the stability limit that `step_s = "auto"` takes by default.
 const SAFETY: f64 = 0.9;
@@ -38,6 +39,8 @@ pub struct Model {
     pub end: Option<f64>,
     /// Tractions on the edges.
     pub tractions: Vec<Traction>,
+    /// The body's own wheel.
+    pub wheel: Option<Wheel>,
     /// What the user should know before a long run.
     pub warnings: Vec<String>,
 }
@@ -87,6 +90,11 @@ impl Model {
             mass_damping: config.time.mass_damping_per_s.unwrap_or(0.0),
         };
         let tractions = tractions(config, &mesh, &body, thickness);
+        let start_damping = config.time.start_mass_damping_per_s.unwrap_or(0.0);
+        let parts = config.wheel.as_ref().zip(config.contact.as_ref());
+        let wheel =
+            parts.map(|parts| Wheel::new(parts, (&mesh, &body), (step, thickness), start_damping));
+        let end = wheel.as_ref().map(|wheel| wheel.program.end());
         let warnings = warnings(config, &mesh, &scheme, step_limit);
         Ok(Model {
             mesh,
@@ -97,10 +105,17 @@ impl Model {
             scheme,
             omega_max,
             step_limit,
-            end: config.time.end_s,
+            end: end.or(config.time.end_s),
             tractions,
+            wheel,
             warnings,
         })
+    }
+
+    /// Mass damping at the end of a step (1/s), that of the start phase included.
+    pub(crate) fn damping_at(&self, step: u64) -> f64 {
+        let start = self.wheel.as_ref().map(|wheel| wheel.damping_at(step));
+        self.scheme.mass_damping + start.unwrap_or(0.0)
     }
 
     /// The larger of width and height (m).

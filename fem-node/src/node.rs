@@ -16,8 +16,9 @@ use crate::interface::Interface;
 use crate::ledger::{Ledger, Terms};
 use crate::mesh::Edge;
 use crate::model::Model;
-use crate::probe::{self, PressureMaxima};
+use crate::probe::{self, Held, PressureMaxima};
 use crate::vtu;
+use crate::wheel::{self, WheelState};
 use crate::window::{Request, WindowRun};
 
 /// The snapshot of this name fixes the state whose pressures are reported.
@@ -33,6 +34,7 @@ pub struct FemNode {
     integrator: Integrator,
     interface: Interface,
     committed: State,
+    wheel: Option<WheelState>,
     ledger: Ledger,
     /// Own steps since the start, committed.
     steps: u64,
@@ -42,6 +44,8 @@ pub struct FemNode {
     steps_done: u64,
     column_steps: u64,
     hold: Option<PressureMaxima>,
+    /// The same for a body with a wheel, exactly when the wheel starts to move sideways.
+    held: Option<Held>,
 }
 
 impl FemNode {
@@ -59,11 +63,13 @@ impl FemNode {
             committed: State::at_rest(body),
             ledger: Ledger::default(),
             steps: 0,
-            run: WindowRun::new(body),
+            wheel: model.wheel.as_ref().map(WheelState::at_rest),
+            run: WindowRun::new(&model),
             pending: None,
             steps_done: 0,
             column_steps: 0,
             hold: None,
+            held: None,
             model,
         })
     }
@@ -105,7 +111,8 @@ impl FemNode {
                 .zip(force.iter().copied())
                 .collect(),
         };
-        let (model, integrator, committed) = (&self.model, &mut self.integrator, &self.committed);
+        let (model, integrator) = (&self.model, &mut self.integrator);
+        let committed = (&self.committed, self.wheel.as_ref());
         let run = &mut self.run;
         let parallel = integrator.blocks() > 1;
         let mut work = || run.run(model, integrator, committed, &request);
@@ -115,6 +122,9 @@ impl FemNode {
         }
         self.steps_done += u64::from(window.substeps);
         self.check_finite(window)?;
+        if let Some(failed) = self.run.wheel.as_mut().and_then(|run| run.failed.take()) {
+            return Err(failed);
+        }
         self.pending = Some((window.index, request));
         Ok(self.increments())
     }
@@ -162,7 +172,14 @@ impl FemNode {
         self.ledger = self
             .run
             .close(&self.model, (&self.committed, &self.ledger), &request);
-        self.committed.restore(&self.run.state);
+        match (&mut self.wheel, &self.run.wheel) {
+            (Some(wheel), Some(run)) => {
+                self.committed.resume(&self.run.state);
+                wheel.clone_from(&run.state);
+                self.held = self.run.held.or(self.held);
+            }
+            _ => self.committed.restore(&self.run.state),
+        }
         self.steps += u64::from(request.substeps);
         Ok(self.report(&request))
     }
@@ -174,6 +191,9 @@ impl FemNode {
             [sum[0] + point[0].1, sum[1] + point[1].1]
         });
         report.extend(total);
+        if let Some((wheel, state)) = self.model.wheel.as_ref().zip(self.wheel.as_ref()) {
+            report.extend(state.signals(wheel));
+        }
         report.extend(self.terms().values(&self.ledger));
         report
     }
@@ -181,7 +201,8 @@ impl FemNode {
     fn terms(&self) -> Terms {
         Terms {
             applied: !self.model.tractions.is_empty(),
-            mass_damping: self.model.scheme.mass_damping > 0.0,
+            mass_damping: self.model.damping_at(0) > 0.0,
+            wheel: self.model.wheel.is_some(),
         }
     }
 
@@ -217,10 +238,30 @@ impl FemNode {
         match &self.fields {
             Some(folder) => {
                 let path = folder.join(format!("{}-{name}.vtu", self.participant));
-                vtu::write(&path, &self.model, &self.committed)
+                let touches = self.wheel.as_ref().map_or(&[][..], |wheel| &wheel.touches);
+                vtu::write(&path, &self.model, &self.committed, touches)
             }
             None => Ok(()),
         }
+    }
+
+    /// Results of the hold, or of the last state where there was none.
+    fn results(&self) -> BTreeMap<String, f64> {
+        let mut results = BTreeMap::new();
+        let mut maxima = self.hold;
+        if let Some((wheel, state)) = self.model.wheel.as_ref().zip(self.wheel.as_ref()) {
+            let last = || probe::held(&self.model, &self.committed, (wheel, state));
+            let held = self.held.unwrap_or_else(last);
+            maxima = Some(held.maxima);
+            results = state.journal.results(wheel);
+            results.insert("p0_pa".into(), held.peak);
+            results.insert("approach_m".into(), held.approach);
+        }
+        let last = || probe::pressure_maxima(&self.model, &self.committed);
+        let maxima = maxima.unwrap_or_else(last);
+        results.insert("p_max_centroid_pa".into(), maxima.centroid);
+        results.insert("p_max_gauss_pa".into(), maxima.gauss);
+        results
     }
 
     /// blake3 of every number that can change a later bit: displacements, velocities, energies, time.
@@ -230,10 +271,16 @@ impl FemNode {
         let ledger = Terms {
             applied: true,
             mass_damping: true,
+            wheel: true,
         }
         .values(&self.ledger);
         for field in [&self.committed.u, &self.committed.v, &ledger] {
             for value in field {
+                hasher.update(&value.to_le_bytes());
+            }
+        }
+        if let Some(wheel) = &self.wheel {
+            for value in wheel.numbers().iter().chain(&self.committed.a) {
                 hasher.update(&value.to_le_bytes());
             }
         }
@@ -242,6 +289,9 @@ impl FemNode {
 
     /// Parts of the body's own load history, where it has one and the run has an end.
     fn phases(&self) -> Vec<Phase> {
+        if let Some(wheel) = &self.model.wheel {
+            return wheel.program.phases();
+        }
         let Some(end) = self.model.end.filter(|_| !self.model.tractions.is_empty()) else {
             return Vec::new();
         };
@@ -269,8 +319,8 @@ impl Node for FemNode {
             software: format!("fem-node {}", env!("CARGO_PKG_VERSION")),
             capabilities: Capabilities {
                 checkpoint: true,
-                advance: true,
-                columns: true,
+                advance: self.wheel.is_none(),
+                columns: self.wheel.is_none(),
                 compliant_wall: false,
                 alone: true,
             },
@@ -283,6 +333,7 @@ impl Node for FemNode {
             signals: probe::SURFACE_SIGNALS
                 .iter()
                 .chain(&forces)
+                .chain(wheel::SIGNALS.iter().filter(|_| self.wheel.is_some()))
                 .map(|name| (*name).into())
                 .collect(),
             ledger: self.terms().names(),
@@ -291,6 +342,9 @@ impl Node for FemNode {
     }
 
     fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
+        if self.wheel.is_some() {
+            return Err(FemError::CoupledWithWheel { set: set.into() }.into());
+        }
         Ok(self.interface.couple(&self.model, set)?)
     }
 
@@ -321,8 +375,6 @@ impl Node for FemNode {
     }
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
-        let last = || probe::pressure_maxima(&self.model, &self.committed);
-        let maxima = self.hold.unwrap_or_else(last);
         let elements = self.model.mesh.elements() as f64;
         Ok(Outcome {
             steps: self.steps_done,
@@ -333,10 +385,7 @@ impl Node for FemNode {
                     elements * self.column_steps as f64,
                 ),
             ]),
-            results: BTreeMap::from([
-                ("p_max_centroid_pa".into(), maxima.centroid),
-                ("p_max_gauss_pa".into(), maxima.gauss),
-            ]),
+            results: self.results(),
             state_hash: self.state_hash(),
         })
     }

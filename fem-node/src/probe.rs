@@ -5,6 +5,7 @@ use crate::element::{GAUSS_POINTS, Layout, area, jacobian, slopes};
 use crate::integrate::State;
 use crate::mesh::{Edge, Mesh};
 use crate::model::Model;
+use crate::wheel::{Wheel, WheelState};
 
 /// Names of what [`surface_signals`] returns.
 pub(crate) const SURFACE_SIGNALS: [&str; 2] = ["surface_mean_uy_m", "surface_min_uy_m"];
@@ -31,6 +32,25 @@ pub struct PressureMaxima {
     pub centroid: f64,
     /// Over the 2 x 2 Gauss points.
     pub gauss: f64,
+}
+
+/// What is reported of the moment before the wheel starts to move sideways.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Held {
+    pub(crate) maxima: PressureMaxima,
+    /// Highest contact pressure of a node (Pa).
+    pub(crate) peak: f64,
+    /// How far the wheel has sunk since it touched the body (m).
+    pub(crate) approach: f64,
+}
+
+/// Pressures and approach of a state.
+pub(crate) fn held(model: &Model, state: &State, (wheel, at): (&Wheel, &WheelState)) -> Held {
+    Held {
+        maxima: pressure_maxima(model, state),
+        peak: wheel.peak_pressure(&at.touches),
+        approach: at.approach(wheel),
+    }
 }
 
 /// Largest hydrostatic pressures of a state.

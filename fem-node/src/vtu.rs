@@ -8,12 +8,18 @@ use crate::error::FemError;
 use crate::integrate::State;
 use crate::model::Model;
 use crate::probe;
+use crate::wheel::{Status, Touch};
 
 /// Type number of a quadrilateral in VTK.
 const VTK_QUAD: u8 = 9;
 
-/// Writes displacement, velocity and centroid stresses of a state.
-pub(crate) fn write(path: &Path, model: &Model, state: &State) -> Result<(), FemError> {
+/// Writes displacement, velocity and centroid stresses of a state, and the contacts of the upper edge if it has any.
+pub(crate) fn write(
+    path: &Path,
+    model: &Model,
+    state: &State,
+    touches: &[Touch],
+) -> Result<(), FemError> {
     let failed = |error: std::io::Error| FemError::Write {
         path: path.into(),
         reason: error.to_string(),
@@ -21,11 +27,11 @@ pub(crate) fn write(path: &Path, model: &Model, state: &State) -> Result<(), Fem
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).map_err(failed)?;
     }
-    fs::write(path, document(model, state)).map_err(failed)
+    fs::write(path, document(model, state, touches)).map_err(failed)
 }
 
 /// The whole file as text.
-fn document(model: &Model, state: &State) -> String {
+fn document(model: &Model, state: &State, touches: &[Touch]) -> String {
     let (mesh, layout) = (&model.mesh, model.body.layout());
     let nodes = || (0..=mesh.rows()).flat_map(|j| (0..=mesh.columns()).map(move |i| [i, j]));
     let vector = |field: &[f64], node| {
@@ -63,6 +69,14 @@ fn document(model: &Model, state: &State) -> String {
         3,
         nodes().flat_map(|n| vector(&state.v, n)),
     );
+    if !touches.is_empty() {
+        let below = mesh.points().len() - touches.len();
+        let status = touches
+            .iter()
+            .map(status)
+            .chain(std::iter::repeat_n(-1.0, below));
+        array(&mut file, "node_status", 1, status);
+    }
     file.push_str("</PointData>\n<CellData>\n");
     let pressure = probe::centroid_pressures(model, state).into_iter();
     array(&mut file, "hydrostatic_pressure_pa", 1, pressure);
@@ -74,6 +88,15 @@ fn document(model: &Model, state: &State) -> String {
     }
     file.push_str("</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
     file
+}
+
+/// 0 open, 1 stick, 2 slip; -1 marks nodes that cannot touch the wheel.
+fn status(touch: &Touch) -> f64 {
+    match touch.status {
+        Status::Open => 0.0,
+        Status::Stick => 1.0,
+        Status::Slip => 2.0,
+    }
 }
 
 fn cells(file: &mut String, model: &Model) {

@@ -1,9 +1,11 @@
 //! One coupling window: m steps from the committed state under a constant interface force.
 
 use crate::element::Body;
-use crate::integrate::{Integrator, Load, RowSums, State};
+use crate::integrate::{Damping, Integrator, Load, RowSums, State, UpperRow};
 use crate::ledger::Ledger;
 use crate::model::{Model, Traction};
+use crate::probe::{self, Held};
+use crate::wheel::{WheelRun, WheelState};
 
 /// What a window is run under.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,6 +23,10 @@ pub(crate) struct Request {
 pub(crate) struct WindowRun {
     /// The state at the end of the window.
     pub(crate) state: State,
+    /// The wheel at the end of the window.
+    pub(crate) wheel: Option<WheelRun>,
+    /// Results of the moment before the wheel starts to move sideways, if it lies in the window.
+    pub(crate) held: Option<Held>,
     load: Load,
     sums: Vec<RowSums>,
     applied_work: f64,
@@ -29,8 +35,11 @@ pub(crate) struct WindowRun {
 }
 
 impl WindowRun {
-    pub(crate) fn new(body: &Body) -> WindowRun {
+    pub(crate) fn new(model: &Model) -> WindowRun {
+        let body = &model.body;
         WindowRun {
+            wheel: model.wheel.as_ref().map(WheelRun::new),
+            held: None,
             state: State::at_rest(body),
             load: Load::none(body),
             sums: vec![RowSums::default(); body.layout().node_rows()],
@@ -44,16 +53,15 @@ impl WindowRun {
         &mut self,
         model: &Model,
         integrator: &mut Integrator,
-        committed: &State,
+        committed: (&State, Option<&WheelState>),
         request: &Request,
     ) {
         self.sums.fill(RowSums::default());
         self.applied_work = 0.0;
-        self.state.restore(committed);
-        self.set_load(model, request, 0);
-        self.state
-            .accelerate(&model.body, &integrator.scheme, &self.load);
+        self.held = None;
+        self.begin(model, committed, request);
         self.start_product = inertia_product(&model.body, &self.state.a);
+        self.hold(model, request.start);
         let displacements = |state: &State| {
             let forces = model.tractions.iter().flat_map(|traction| &traction.forces);
             forces
@@ -62,11 +70,83 @@ impl WindowRun {
         };
         let mut before = displacements(&self.state);
         for k in 0..request.substeps {
+            let step = request.start + u64::from(k);
             self.set_load(model, request, k + 1);
-            integrator.step(&model.body, &mut self.state, &self.load, &mut self.sums);
+            integrator.damping = Damping {
+                start: model.damping_at(step),
+                end: model.damping_at(step + 1),
+            };
+            let wheel = model.wheel.as_ref().zip(self.wheel.as_mut());
+            integrator.step(
+                &model.body,
+                &mut self.state,
+                &self.load,
+                &mut self.sums,
+                wheel,
+            );
             let after = displacements(&self.state);
-            self.applied_work += applied_work(model, request.start + u64::from(k), &before, &after);
+            self.applied_work += applied_work(model, step, &before, &after);
             before = after;
+            self.hold(model, step + 1);
+        }
+    }
+
+    /// The committed state under the forces of the window. Interface forces jump from one window to the next, so that
+    /// the accelerations are computed anew; those of the wheel do not, except from nothing at the start of the run.
+    fn begin(
+        &mut self,
+        model: &Model,
+        (state, wheel): (&State, Option<&WheelState>),
+        request: &Request,
+    ) {
+        self.set_load(model, request, 0);
+        let damping = model.damping_at(request.start);
+        let (Some(run), Some(wheel)) = (&mut self.wheel, wheel) else {
+            self.state.restore(state);
+            self.state.accelerate(&model.body, damping, &self.load);
+            return;
+        };
+        run.restore(wheel);
+        self.state.resume(state);
+        if request.start == 0 {
+            self.open(model, damping);
+        }
+    }
+
+    /// The contact forces at the start of the run, and the accelerations under them.
+    fn open(&mut self, model: &Model, damping: f64) {
+        let (Some(wheel), Some(run)) = (&model.wheel, &mut self.wheel) else {
+            return;
+        };
+        let (body, state) = (&model.body, &mut self.state);
+        state.accelerate(body, damping, &self.load);
+        let upper = body.layout().row(0);
+        let row = UpperRow {
+            u: &state.u[upper.clone()],
+            v: &state.v[upper.clone()],
+            a: &state.a[upper.clone()],
+            force: &state.force[upper.clone()],
+            load: self.load.upper_row(),
+            inverse_mass: &body.inverse_mass[upper.clone()],
+        };
+        run.open(wheel, &row);
+        let pushes = run.load().iter().zip(self.load.upper_row());
+        for ((a, w), (all, applied)) in state.a[upper.clone()]
+            .iter_mut()
+            .zip(&body.inverse_mass[upper])
+            .zip(pushes)
+        {
+            *a += w * (all - applied);
+        }
+    }
+
+    /// Takes note of the state at the end of `step` if the wheel moves sideways from then on.
+    fn hold(&mut self, model: &Model, step: u64) {
+        let (Some(wheel), Some(run)) = (&model.wheel, &self.wheel) else {
+            return;
+        };
+        if step == wheel.motion_step() {
+            self.held = Some(probe::held(model, &self.state, (wheel, &run.state)));
         }
     }
 
@@ -84,13 +164,18 @@ impl WindowRun {
         let work = interface.map(|(index, force)| force * (self.state.u[*index] - start.u[*index]));
         let d_product = inertia_product(&model.body, &self.state.a) - self.start_product;
         let loss = (b - 0.5) * sum(|row| row.rotation) - 0.25 * b * h * h * d_product;
+        let wheel = self.wheel.as_ref().map(|run| &run.state);
+        let energies = wheel.map_or(Default::default(), |wheel| wheel.energies);
+        let kinetic = model.wheel.as_ref().zip(wheel);
         Ledger {
             interface_work: before.interface_work + work.sum::<f64>(),
             applied_work: before.applied_work + self.applied_work,
             strain: 0.5 * dot(&self.state.u, &self.state.force),
             kinetic: 0.5 * inertia_product(&model.body, &self.state.v),
-            mass_damping: before.mass_damping + model.scheme.mass_damping * sum(|row| row.damping),
+            mass_damping: before.mass_damping + sum(|row| row.damping),
             numerical: before.numerical + loss,
+            wheel: energies,
+            wheel_kinetic: kinetic.map_or(0.0, |(wheel, state)| state.kinetic(wheel)),
         }
     }
 

@@ -14,3 +14,5 @@ mod fem_repeat;
 mod fem_static;
 mod fem_step_limit;
 mod fem_wave;
+mod fem_wheel;
+mod fem_wheel_extremes;
