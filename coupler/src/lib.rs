@@ -7,6 +7,7 @@
 //! - [`couple`]: handshake, mapping, clock, schemes, ledgers and the loop over windows;
 //! - [`log`]: the exchange log and its hash;
 //! - [`output`]: signals, interface traction, progress; [`rundir`], [`summary`]: what a run leaves behind;
+//! - [`replay`]: solvers and coupler again, against the log;
 //! - [`validate`]: scenes against what must come out of them;
 //! - [`report`]: pictures of it; [`bench`](mod@bench): what the machine gives;
 //! - [`cli`]: the verbs of the command line;
@@ -28,6 +29,7 @@ pub mod error;
 pub mod launch;
 pub mod log;
 pub mod output;
+pub mod replay;
 pub mod report;
 pub mod rundir;
 pub mod scenario;

@@ -27,7 +27,7 @@ pub enum Kind {
     Compliance = 7,
     /// Request: window length (s), then the square matrix W_g (1/kg), column after column.
     Wall = 8,
-    /// Answer to requests that give nothing back (`Select`, `Wall`, `Snapshot`).
+    /// Answer to requests that give nothing back (`Select`, `Wall`).
     Ready = 9,
     /// Request: interface force (N), held constant over the window.
     Advance = 10,
@@ -51,10 +51,12 @@ pub enum Kind {
     Fault = 19,
     /// Request, text: write the fields of the committed state under this name.
     Snapshot = 20,
+    /// Answer to `Snapshot`: the files are written. Like its request it is no part of the exchange.
+    Saved = 21,
 }
 
 impl Kind {
-    const ALL: [Kind; 20] = [
+    const ALL: [Kind; 21] = [
         Kind::Hello,
         Kind::Welcome,
         Kind::Couple,
@@ -75,6 +77,7 @@ impl Kind {
         Kind::Finished,
         Kind::Fault,
         Kind::Snapshot,
+        Kind::Saved,
     ];
 
     /// The kind with this number, if there is one.
@@ -93,6 +96,7 @@ impl Kind {
                 | Kind::Finished
                 | Kind::Fault
                 | Kind::Snapshot
+                | Kind::Saved
         )
     }
 }

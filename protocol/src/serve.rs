@@ -295,7 +295,7 @@ fn answer(node: &mut dyn Node, request: &Frame) -> Result<Answer, NodeError> {
                 .text()
                 .map_err(|error| NodeError::protocol(error.to_string()))?;
             node.snapshot(&name)?;
-            Ok(Answer::Numbers(Kind::Ready, Vec::new()))
+            Ok(Answer::Numbers(Kind::Saved, Vec::new()))
         }
         Kind::Commit => Ok(Answer::Numbers(
             Kind::Report,

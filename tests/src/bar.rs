@@ -293,7 +293,12 @@ impl Node for Bar {
             plastic: vec![0.0; self.config.elements],
             interface_work_j: 0.0,
         };
-        self.run(&mut rest, 1.0, substeps);
+        // Columns are those of the elastic body: a unit force would make a soft bar yield.
+        let elastic = Bar::new(Config {
+            yield_elongation_m: None,
+            ..self.config.clone()
+        });
+        elastic.run(&mut rest, 1.0, substeps);
         Ok(vec![rest.u[self.config.elements], 0.0, 0.0, 0.0])
     }
 

@@ -13,6 +13,7 @@ pub mod bench;
 pub mod check;
 pub mod inspect;
 pub mod node;
+pub mod replay;
 pub mod report;
 pub mod run;
 pub mod validate;
@@ -33,6 +34,8 @@ enum Verb {
     Check(check::CheckArguments),
     /// Show what a run directory or an exchange log holds.
     Inspect(inspect::InspectArguments),
+    /// Run each solver again against the logged other side, and compare bit for bit.
+    Replay(replay::ReplayArguments),
     /// Run the shipped verification scenes against what must come out of them.
     Validate(validate::ValidateArguments),
     /// Draw what a run left: report.html and its pictures.
@@ -78,6 +81,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         Verb::Run(arguments) => run::run(&arguments, registry),
         Verb::Check(arguments) => check::check(&arguments, registry),
         Verb::Inspect(arguments) => inspect::inspect(&arguments),
+        Verb::Replay(arguments) => replay::replay(&arguments, registry),
         Verb::Validate(arguments) => validate::validate(&arguments, registry),
         Verb::Report(arguments) => report::report(&arguments),
         Verb::Bench(arguments) => bench::bench(&arguments),

@@ -62,6 +62,15 @@ impl Conversation {
         self.send(peer, &frame)
     }
 
+    /// Sends a request of another run again, as it stood but for the run.
+    pub fn repeat(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<(), Error> {
+        let header = Header {
+            run_id: self.run_id,
+            ..header
+        };
+        self.send(peer, &Frame::new(header, payload))
+    }
+
     /// Waits for the answer of this kind.
     pub fn hear(&mut self, peer: usize, kind: Kind) -> Result<Frame, Error> {
         let patience = match kind {

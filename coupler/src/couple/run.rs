@@ -260,38 +260,24 @@ impl RunSession<'_> {
         let (continuum, wall) = (joined.continuum, joined.wall);
         let mut coupling = Coupling::new(interface, joined);
         outputs.expect(end);
-        // What is left of a halved window, to be done before the next full one.
-        let mut rest = None;
-        let (mut index, mut step) = (0, 0);
-        while step < end {
-            let substeps = rest
-                .take()
-                .unwrap_or_else(|| clock.substeps_before(step, end));
-            let mut window = clock.window(index, step, substeps);
-            let mut attempt = coupling.window(conversation, window);
-            while let Ok(Attempt::Halve) = attempt {
-                rest = Some(rest.unwrap_or(0) + window.substeps / 2);
-                window = clock.window(index, step, window.substeps.div_ceil(2));
-                attempt = coupling.window(conversation, window);
-            }
-            self.summary.interface(&coupling.ledger, coupling.joined());
-            let Attempt::Standing(standing) = attempt? else {
-                unreachable!("halving was dealt with");
-            };
-            let mut reports = vec![Vec::new(), Vec::new()];
-            reports[continuum] = standing.continuum_report.clone();
-            reports[wall] = standing.wall_report.clone();
-            outputs.add(
-                conversation,
-                &window,
-                &reports,
-                Some((&coupling, &standing)),
-            )?;
-            self.summary.sim_time_s = window.t1_s;
-            index += 1;
-            step += u64::from(window.substeps);
-        }
-        outputs.finish(conversation, &mut self.summary)
+        let summary = &mut self.summary;
+        each_window(
+            conversation,
+            &mut coupling,
+            end,
+            |conversation, coupling, window, standing| {
+                summary.interface(&coupling.ledger, coupling.joined());
+                let Some(standing) = standing else {
+                    return Ok(());
+                };
+                let mut reports = vec![Vec::new(), Vec::new()];
+                reports[continuum] = standing.continuum_report.clone();
+                reports[wall] = standing.wall_report.clone();
+                summary.sim_time_s = window.t1_s;
+                outputs.add(conversation, window, &reports, Some((coupling, standing)))
+            },
+        )?;
+        outputs.finish(conversation, summary)
     }
 
     fn alone(
@@ -327,6 +313,63 @@ impl RunSession<'_> {
         }
         outputs.finish(conversation, &mut self.summary)
     }
+}
+
+/// All windows until step `end`, halved where the scheme asks for it. `seen` is told of each window that stands, and
+/// once, without one, when a window failed.
+fn each_window<F>(
+    conversation: &mut Conversation,
+    coupling: &mut Coupling,
+    end: u64,
+    mut seen: F,
+) -> Result<(), Error>
+where
+    F: FnMut(&mut Conversation, &Coupling, &Window, Option<&Standing>) -> Result<(), Error>,
+{
+    let clock = coupling.joined().clock;
+    // What is left of a halved window, to be done before the next full one.
+    let mut rest: Option<u32> = None;
+    let (mut index, mut step) = (0, 0);
+    while step < end {
+        let substeps = rest
+            .take()
+            .unwrap_or_else(|| clock.substeps_before(step, end));
+        let mut window = clock.window(index, step, substeps);
+        let standing = loop {
+            match coupling.window(conversation, window) {
+                Ok(Attempt::Standing(standing)) => break standing,
+                Ok(Attempt::Halve) => {
+                    rest = Some(rest.unwrap_or(0) + window.substeps / 2);
+                    window = clock.window(index, step, window.substeps.div_ceil(2));
+                }
+                Err(error) => {
+                    seen(conversation, coupling, &window, None)?;
+                    return Err(error);
+                }
+            }
+        };
+        seen(conversation, coupling, &window, Some(&standing))?;
+        index += 1;
+        step += u64::from(window.substeps);
+    }
+    Ok(())
+}
+
+/// The whole coupled conversation without outputs: what a replay of the coupler runs against tapes.
+pub fn windows(
+    conversation: &mut Conversation,
+    scenario: &Scenario,
+    greeted: &[Greeted],
+) -> Result<(), Error> {
+    let Some(interface) = scenario.interface.first() else {
+        return Err(Error::Refused(
+            "a solver that ran alone has no coupler to replay".into(),
+        ));
+    };
+    let joined = handshake::join(conversation, interface, greeted)?;
+    let end = joined.clock.steps_until(end_s(scenario, greeted)?);
+    let mut coupling = Coupling::new(interface, joined);
+    each_window(conversation, &mut coupling, end, |_, _, _, _| Ok(()))
 }
 
 /// `run.end_s`, or the end of the longest load history.
@@ -489,7 +532,7 @@ fn snapshot(conversation: &mut Conversation, name: &str) -> Result<(), Error> {
         conversation.tell_text(peer, Kind::Snapshot, name)?;
     }
     for peer in 0..conversation.peers.len() {
-        conversation.hear(peer, Kind::Ready)?;
+        conversation.hear(peer, Kind::Saved)?;
     }
     Ok(())
 }

@@ -42,6 +42,8 @@ pub enum Life {
     Process(Child),
     /// In a thread of the coordinator.
     Thread(JoinHandle<Result<(), String>>),
+    /// In a log.
+    Tape,
 }
 
 /// A deadline with the key that sets it.
@@ -198,6 +200,7 @@ impl Peer {
             Some(Life::Thread(thread)) if thread.is_finished() => {
                 return Err(lost(self, "its thread ended".into()));
             }
+            Some(Life::Tape) => "the log holds no answer".into(),
             _ => "its thread is alive but silent".into(),
         };
         if start.elapsed().as_secs_f64() < patience.seconds {
@@ -231,7 +234,7 @@ impl Peer {
             Some(Life::Thread(thread)) => {
                 let _ = thread.join();
             }
-            None => {}
+            Some(Life::Tape) | None => {}
         }
     }
 }

@@ -1,0 +1,182 @@
+//! Replay of logged runs: bit for bit where nothing changed, and the first departure named where something did.
+
+use std::path::Path;
+
+use coupler::launch::{Launcher, Watch};
+use coupler::replay::departure::Difference;
+use coupler::replay::{Recording, Replayed, coupler as loop_replay, recording, solver};
+use coupler::rundir::RunDir;
+use harness::runs::{Scratch, parse_json, program, run_in_process, thirdbody};
+use protocol::{Frame, Kind};
+
+/// A plastic bar under a heavy body: repeats, secant updates and halved windows.
+const SCENARIO: &str = r#"
+[run]
+name = "replayed"
+thickness_m = 1.0
+[[participant]]
+name = "bar"
+kind = "bar"
+[participant.config]
+elements = 40
+spacing_m = 1.0
+element_mass_kg = 1.0
+element_stiffness_n_per_m = 1.0
+step_s = 0.9
+damping = 0.5
+left_fixed = true
+yield_elongation_m = 0.1
+hardening_ratio = 0.05
+[[participant]]
+name = "body"
+kind = "chain"
+[participant.config]
+x_m = 40.0
+glued_mass_kg = 40.0
+velocity_m_per_s = -1.0
+theta = 1.0
+end_s = 800.0
+[[interface]]
+name = "glue"
+between = ["bar.end", "body.end"]
+scheme = "dual-schur-secant"
+substeps = 30
+tolerance_rel = 1e-9
+repeats_max = 2
+on_not_converged = "halve"
+"#;
+
+fn logged() -> (harness::runs::Left, Recording) {
+    let left = run_in_process(SCENARIO, &[])
+        .expect("it is valid")
+        .completed();
+    assert!(left.number("coupling.halved_windows") > 0.0);
+    let recording = recording(&left.scratch.path().join("exchange.mcap")).expect("it was closed");
+    (left, recording)
+}
+
+fn replay(recording: &Recording, who: &str) -> Replayed {
+    let scratch = Scratch::new("replay");
+    let rundir = RunDir::create(Some(scratch.path()), "replay", 0).expect("it is empty");
+    let registry = harness::registry();
+    let launcher = Launcher {
+        loaded: &recording.loaded,
+        registry: &registry,
+        program: program("thirdbody"),
+        run_id: 7,
+        threads: 1,
+        rundir: &rundir,
+    };
+    let watch = Watch::default();
+    let replayed = match who {
+        "coupler" => loop_replay::replay(recording, &launcher, &watch),
+        name => solver::replay(recording, &launcher, name, &watch),
+    };
+    replayed.expect("the participants start")
+}
+
+#[test]
+fn both_solvers_and_the_coupler_repeat_every_bit() {
+    let (_left, recording) = logged();
+    let mut compared = 0;
+    for who in ["bar", "body"] {
+        let replayed = replay(&recording, who);
+        assert_eq!(replayed.departure, None, "{who}");
+        compared += replayed.equal;
+    }
+    let coupler = replay(&recording, "coupler");
+    assert_eq!(coupler.departure, None);
+    assert_eq!(coupler.equal, compared);
+    assert_eq!(2 * compared as usize, recording.messages.len());
+}
+
+#[test]
+fn one_flipped_bit_of_an_answer_is_named_exactly() {
+    let (_left, mut recording) = logged();
+    let index = recording
+        .messages
+        .iter()
+        .rposition(|message| message.sender == "bar" && message.frame.kind() == Ok(Kind::Motion))
+        .expect("the bar moved");
+    let frame = &mut recording.messages[index].frame;
+    let (window, iteration) = (frame.header.window, frame.header.iteration);
+    let mut payload = frame.payload.clone();
+    payload[0] = f64::from_bits(payload[0].to_bits() ^ 1);
+    *frame = Frame::new(frame.header, payload);
+
+    let departure = replay(&recording, "bar")
+        .departure
+        .expect("a bit was flipped");
+    assert_eq!(
+        (
+            departure.sender.as_str(),
+            departure.window,
+            departure.iteration
+        ),
+        ("bar", window, iteration)
+    );
+    assert!(matches!(
+        departure.difference,
+        Difference::Number {
+            entry: 0,
+            ulps: 1,
+            ..
+        }
+    ));
+    assert_eq!(
+        replay(&recording, "body").departure,
+        None,
+        "the other side was not touched"
+    );
+}
+
+#[test]
+fn a_changed_solver_departs_at_its_first_other_answer() {
+    let (_left, mut recording) = logged();
+    recording.loaded.scenario.participant[0]
+        .config
+        .insert("hardening_ratio".into(), toml::Value::Float(0.06));
+    let departure = replay(&recording, "bar")
+        .departure
+        .expect("it hardens more");
+    assert_eq!(departure.sender, "bar");
+    assert_eq!(departure.kind, "Motion");
+}
+
+/// The log of a run whose coordinator was killed: what was flushed is replayed.
+#[test]
+fn the_command_replays_a_shipped_run_and_what_is_left_of_a_cut_log() {
+    let work = Scratch::new("command");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/quick");
+    let out = work.path().join("out");
+    let mut run = thirdbody(work.path());
+    run.arg("run")
+        .arg(scene)
+        .arg("--out")
+        .arg(&out)
+        .args(["--set", "run.end_s=6e-5"]);
+    run.args(["--set", "run.output.flush_every_windows=10"]);
+    assert!(run.output().expect("the program starts").status.success());
+    let whole = std::fs::read(out.join("exchange.mcap")).expect("it was written");
+    std::fs::write(out.join("cut.mcap"), &whole[..whole.len() * 2 / 3])
+        .expect("the folder is writable");
+    for (name, damaged) in [("exchange.mcap", false), ("cut.mcap", true)] {
+        let output = thirdbody(work.path())
+            .arg("replay")
+            .arg(out.join(name))
+            .arg("--json")
+            .output()
+            .expect("it starts");
+        assert!(
+            output.status.success(),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let found = parse_json(&output.stdout);
+        assert_eq!(found["damage"].is_string(), damaged, "{found:#}");
+        for row in found["results"].as_array().expect("a list") {
+            assert!(row["departure"].is_null(), "{row:#}");
+            assert!(row["equal_messages"].as_u64() > Some(50), "{row:#}");
+        }
+    }
+}
