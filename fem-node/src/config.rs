@@ -1,5 +1,6 @@
 //! The keys of `[participant.config]`, read and checked once.
 
+mod statics;
 mod wheel;
 
 use std::fmt;
@@ -8,6 +9,7 @@ use protocol::ConfigError;
 use serde::de::{self, Deserializer, Visitor};
 use serde::{Deserialize, Serialize};
 
+pub use statics::StaticsConfig;
 pub use wheel::{ContactConfig, WheelConfig};
 
 /// What the scenario says about the body.
@@ -45,6 +47,9 @@ pub struct Config {
     pub wheel: Option<WheelConfig>,
     /// Contact of the upper edge with the wheel.
     pub contact: Option<ContactConfig>,
+    /// How a static analysis or a static start follows its loads.
+    #[serde(default)]
+    pub statics: StaticsConfig,
 }
 
 /// What is computed.
@@ -228,15 +233,14 @@ impl Config {
         self.time.check()?;
         self.boundary.check()?;
         wheel::check(self)?;
+        self.statics
+            .check(self.wheel.map_or(0.0, |wheel| wheel.load_n))?;
         self.refuse_unfinished()
     }
 
     /// What can be written but not yet run.
     fn refuse_unfinished(&self) -> Result<(), ConfigError> {
-        let unfinished = [
-            ("analysis", self.analysis == Analysis::Static),
-            ("start", self.start == Start::Static),
-        ];
+        let unfinished = [("start", self.start == Start::Static)];
         match unfinished.into_iter().find(|(_, asked)| *asked) {
             None => Ok(()),
             Some((key, _)) => Err(ConfigError::new(key, "this version cannot run it")

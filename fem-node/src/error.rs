@@ -75,6 +75,25 @@ pub enum FemError {
         "its set `{set}` cannot be coupled: the body carries a wheel of its own on its upper edge; remove [participant.config.wheel], or give the wheel to the other participant"
     )]
     CoupledWithWheel { set: String },
+    #[error(
+        "a static analysis cannot be coupled through its set `{set}`: write analysis = \"dynamic\", or remove the [[interface]]"
+    )]
+    CoupledStatics { set: String },
+    #[error(
+        "its stiffness ({equations} equations) has no Cholesky factor: {reason}; check base and sides (the body must be held) and the mesh (no element may be inside out)"
+    )]
+    Factor { equations: usize, reason: String },
+    #[error(
+        "increment {increment} of the static contact (load {load_n:?} N, sideways {lateral_m:?} m, friction {friction:?}): after {iterations} rounds a law of contact is still violated by {violation_n:.3e} N; lower statics.increment_n, or lower contact.friction"
+    )]
+    ContactNotConverged {
+        increment: usize,
+        load_n: f64,
+        lateral_m: f64,
+        friction: f64,
+        violation_n: f64,
+        iterations: usize,
+    },
     #[error("fields cannot be written to {}: {reason}", .path.display())]
     Write { path: PathBuf, reason: String },
     #[error("`{name}` cannot name a snapshot: use letters, digits, `-`, `_` and `.`")]
@@ -87,7 +106,8 @@ impl From<FemError> for NodeError {
         match error {
             FemError::Diverged { .. }
             | FemError::DivergedColumns { .. }
-            | FemError::Contact { .. } => NodeError::diverged(message),
+            | FemError::Contact { .. }
+            | FemError::ContactNotConverged { .. } => NodeError::diverged(message),
             FemError::Point { .. }
             | FemError::ForceLength { .. }
             | FemError::NoSteps
@@ -99,6 +119,8 @@ impl From<FemError> for NodeError {
             | FemError::SupportedSet
             | FemError::CoupledTwice { .. }
             | FemError::CoupledWithWheel { .. }
+            | FemError::Factor { .. }
+            | FemError::CoupledStatics { .. }
             | FemError::Write { .. }
             | FemError::SnapshotName { .. } => NodeError::configuration(message),
         }

@@ -9,8 +9,10 @@
 //! - [`integrate`]: the time scheme and the energies that a step moves;
 //! - [`wheel`]: the body's own rigid wheel and the contact with it;
 //! - [`model`]: everything that does not change during a run;
+//! - [`statics`]: equilibrium, alone or as the start of dynamics;
 //! - [`ledger`]: the energies that are reported;
 //! - [`probe`]: signals, stresses and pressures;
+//! - [`profile`]: the pressure between wheel and body;
 //! - [`node`]: the body as a participant, with its windows, interface and compliance.
 //!
 //! ```
@@ -37,7 +39,9 @@ pub mod mesh;
 pub mod model;
 pub mod node;
 pub mod probe;
+pub mod profile;
 pub mod spectrum;
+pub mod statics;
 pub mod wheel;
 
 mod compliance;
@@ -50,9 +54,12 @@ mod window;
 use protocol::{ConfigError, Node, NodeError, Session, Setting, read_config};
 use serde_json::Value;
 
+use config::Analysis;
+
 pub use config::Config;
 pub use error::FemError;
 pub use node::FemNode;
+pub use statics::StaticNode;
 
 /// Judges the keys of a participant: everything that can be wrong before a run, the mesh and the step included.
 /// Returns what the user should know all the same.
@@ -64,5 +71,8 @@ pub fn check(config: &Value, setting: &Setting) -> Result<Vec<String>, ConfigErr
 /// Builds the participant of a session.
 pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
     let config: Config = read_config(&session.config)?;
-    Ok(Box::new(FemNode::new(&config, &session.setting)?))
+    Ok(match config.analysis {
+        Analysis::Dynamic => Box::new(FemNode::new(&config, &session.setting)?),
+        Analysis::Static => Box::new(StaticNode::new(&config, &session.setting)?),
+    })
 }

@@ -2,7 +2,7 @@
 
 use protocol::{ConfigError, Setting};
 
-use crate::config::{Config, ElementKind, StepChoice, positive};
+use crate::config::{Analysis, Config, ElementKind, StepChoice, positive};
 use crate::element::{Body, Supports};
 use crate::integrate::Scheme;
 use crate::material::Elastic;
@@ -131,6 +131,8 @@ impl Model {
 fn choose_step(config: &Config, limit: f64) -> Result<f64, ConfigError> {
     let time = &config.time;
     match time.step_s {
+        // A static analysis takes no steps in time.
+        _ if config.analysis == Analysis::Static => Ok(SAFETY * limit),
         StepChoice::Auto => Ok(time.safety.unwrap_or(SAFETY) * limit),
         StepChoice::Seconds(step) if step < limit || time.unsafe_step => Ok(step),
         StepChoice::Seconds(step) => {

@@ -22,7 +22,7 @@ use crate::wheel::{self, WheelState};
 use crate::window::{Request, WindowRun};
 
 /// The snapshot of this name fixes the state whose pressures are reported.
-const HOLD: &str = "hold";
+pub(crate) const HOLD: &str = "hold";
 
 /// An elastic body in explicit dynamics.
 pub struct FemNode {
@@ -261,6 +261,7 @@ impl FemNode {
         let maxima = maxima.unwrap_or_else(last);
         results.insert("p_max_centroid_pa".into(), maxima.centroid);
         results.insert("p_max_gauss_pa".into(), maxima.gauss);
+        results.insert("p_max_nodal_pa".into(), maxima.nodal);
         results
     }
 

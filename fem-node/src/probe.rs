@@ -32,6 +32,8 @@ pub struct PressureMaxima {
     pub centroid: f64,
     /// Over the 2 x 2 Gauss points.
     pub gauss: f64,
+    /// Over the nodes, the values of the elements around a node being averaged there.
+    pub nodal: f64,
 }
 
 /// What is reported of the moment before the wheel starts to move sideways.
@@ -58,7 +60,9 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
     let mut maxima = PressureMaxima {
         centroid: f64::NEG_INFINITY,
         gauss: f64::NEG_INFINITY,
+        nodal: f64::NEG_INFINITY,
     };
+    let mut nodal = vec![(0.0, 0.0); model.mesh.points().len()];
     for j in 0..model.mesh.rows() {
         for i in 0..model.mesh.columns() {
             let pressure = |xi, eta| pressure(model, state, [i, j], [xi, eta]);
@@ -66,8 +70,15 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
             for [xi, eta] in GAUSS_POINTS {
                 maxima.gauss = maxima.gauss.max(pressure(xi, eta));
             }
+            for (node, [xi, eta]) in model.mesh.corners(i, j).into_iter().zip(GAUSS_POINTS) {
+                let (sum, count) = &mut nodal[node[1] * (model.mesh.columns() + 1) + node[0]];
+                *sum += pressure(xi.signum(), eta.signum());
+                *count += 1.0;
+            }
         }
     }
+    let means = nodal.into_iter().map(|(sum, count)| sum / count);
+    maxima.nodal = means.fold(f64::NEG_INFINITY, f64::max);
     maxima
 }
 

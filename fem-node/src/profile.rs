@@ -1,0 +1,116 @@
+//! The pressure between wheel and body.
+
+use std::fmt::Write;
+
+use crate::mesh::Edge;
+use crate::model::Model;
+use crate::statics::{Status, WheelContact};
+
+/// Nodes of the contact, counted inwards from the outermost one, which is left out, that give the half-width. The
+/// pressure of the outermost node belongs to a part of its surface that is not known.
+const FIT: usize = 5;
+
+/// Tractions on the upper edge, node by node from left to right.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    /// Where (m), undeformed.
+    pub x: Vec<f64>,
+    /// Normal force over the surface that belongs to the node (Pa).
+    pub pressure: Vec<f64>,
+    /// Tangential force over the same surface, positive where the wheel drags the body towards +x (Pa).
+    pub shear: Vec<f64>,
+    /// Open, sticking or slipping.
+    pub status: Vec<Status>,
+}
+
+impl Profile {
+    /// The profile of a contact.
+    pub fn new(model: &Model, contact: &WheelContact) -> Profile {
+        let nodes = model.mesh.edge(Edge::Top);
+        let areas = model
+            .mesh
+            .tributary(&nodes)
+            .into_iter()
+            .map(|length| length * model.thickness);
+        let areas: Vec<f64> = areas.collect();
+        let over_area = |force: &[f64]| {
+            force
+                .iter()
+                .zip(&areas)
+                .map(|(force, area)| force / area)
+                .collect()
+        };
+        Profile {
+            x: nodes
+                .iter()
+                .map(|n| model.mesh.point(n[0], n[1])[0])
+                .collect(),
+            pressure: over_area(&contact.normal),
+            shear: over_area(&contact.tangential),
+            status: contact.status.clone(),
+        }
+    }
+
+    /// Highest contact pressure p0 (Pa).
+    pub fn peak(&self) -> f64 {
+        self.pressure.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Half of the width of the contact (m): under a Hertzian p^2 = p0^2 (1 - x^2/a^2) the zero of the straight line
+    /// through p^2 at the five nodes inside the outermost one, on the side x > 0. None where fewer than two remain.
+    pub fn half_width(&self) -> Option<f64> {
+        let closed = |k: &usize| self.status[*k] != Status::Open && self.x[*k] > 0.0;
+        let closed: Vec<usize> = (0..self.x.len()).filter(closed).collect();
+        let inside = &closed[..closed.len().saturating_sub(1)];
+        let fit = &inside[inside.len().saturating_sub(FIT)..];
+        if fit.len() < 2 {
+            return None;
+        }
+        let mean = |value: &dyn Fn(usize) -> f64| {
+            fit.iter().map(|k| value(*k)).sum::<f64>() / fit.len() as f64
+        };
+        let squared = |k: usize| self.pressure[k] * self.pressure[k];
+        let (x, p2) = (mean(&|k| self.x[k]), mean(&squared));
+        let covariance = mean(&|k| (self.x[k] - x) * (squared(k) - p2));
+        let variance = mean(&|k| (self.x[k] - x).powi(2));
+        Some(x - p2 * variance / covariance)
+    }
+
+    /// A table with the columns x_m, pressure_pa, shear_pa and status.
+    pub fn csv(&self) -> String {
+        let mut text = String::from("x_m,pressure_pa,shear_pa,status\n");
+        for (k, x) in self.x.iter().enumerate() {
+            let (pressure, shear) = (self.pressure[k], self.shear[k]);
+            writeln!(
+                text,
+                "{x:e},{pressure:e},{shear:e},{}",
+                self.status[k].word()
+            )
+            .expect("a string takes what it is given");
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_half_width_of_a_parabola_in_x_is_found_from_its_squares() {
+        // p^2 = 100 - 10 x, a straight line already: it vanishes at 10.
+        let x: Vec<f64> = (-9..=9).map(f64::from).collect();
+        let status = |x: &f64| match x.abs() > 8.0 {
+            true => Status::Open,
+            false => Status::Stick,
+        };
+        let profile = Profile {
+            pressure: x.iter().map(|x| (100.0 - 10.0 * x.abs()).sqrt()).collect(),
+            shear: vec![0.0; x.len()],
+            status: x.iter().map(status).collect(),
+            x,
+        };
+        assert!((profile.half_width().expect("seven nodes") - 10.0).abs() < 1e-12);
+        assert_eq!(profile.peak(), 10.0);
+    }
+}

@@ -1,0 +1,464 @@
+//! One increment of the contact problem of Signorini and Coulomb, by an active set.
+//!
+//! Under the statuses of all nodes the problem is linear. With f_j = -r_n n_j + r_t t_j the force on node j and
+//! C the compliance of the edge, u_i = sum C_ij f_j + u_i(tractions), d = (lateral, -approach) the wheel:
+//!
+//! ```text
+//! every closed node     g_i = g0_i + n_i . (d - u_i) = 0
+//! that sticks           t_i . (d - d_before - u_i + u_i,before) = 0
+//! that slips            r_t = s friction r_n,  s = +1 or -1
+//! the wheel             sum (r_n n_y - r_t t_y) = load
+//! ```
+//!
+//! Then every status is judged by the sign that its own condition leaves open, and the wrong ones are changed: a
+//! pulling force opens a node, a negative gap closes one, a tangential force beyond the cone begins to slip in its own
+//! direction, a slip against its force sticks. This is Newton's method on the projections of the laws (Hueeber,
+//! Stadler, Wohlmuth, SIAM J. Sci. Comput. 30 (2008) 572-596) and ends after two to five rounds where the load
+//! increments are small. Coulomb's law is not the gradient of anything, so rounds can repeat; then only the worst status
+//! is changed, and when that does not end either the increment is halved.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::WheelContact;
+use super::edge::EdgeCompliance;
+use super::face::Face;
+
+/// Rounds in which every wrong status changes; after that only the worst does.
+const ROUNDS_ALL: usize = 30;
+
+/// Rounds after which the increment is halved.
+const ROUNDS_MAX: usize = 400;
+
+/// How often an increment is halved before giving up.
+const HALVINGS_MAX: u32 = 6;
+
+/// Share of the largest force or displacement that counts as zero: the rounding of a dense solve.
+const ROUNDING: f64 = 1e-10;
+
+/// Where a closed node has no columns yet, those of this many neighbours on each side are computed with it: contact
+/// grows from its edge, and many columns at a time are cheaper.
+const REACH: usize = 8;
+
+/// What a node of the contact surface does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Status {
+    /// It does not touch.
+    #[default]
+    Open,
+    /// It touches and moves with the wheel.
+    Stick,
+    /// It touches and slides, dragged towards +t by the wheel.
+    SlipForward,
+    /// It touches and slides, dragged towards -t by the wheel.
+    SlipBackward,
+}
+
+impl Status {
+    /// Direction of the drag, 0 when it does not slip.
+    pub fn direction(self) -> f64 {
+        match self {
+            Status::SlipForward => 1.0,
+            Status::SlipBackward => -1.0,
+            Status::Open | Status::Stick => 0.0,
+        }
+    }
+
+    /// The word in tables.
+    pub fn word(self) -> &'static str {
+        match self {
+            Status::Open => "open",
+            Status::Stick => "stick",
+            Status::SlipForward | Status::SlipBackward => "slip",
+        }
+    }
+
+    fn slipping(direction: f64) -> Status {
+        match direction >= 0.0 {
+            true => Status::SlipForward,
+            false => Status::SlipBackward,
+        }
+    }
+}
+
+/// Where an increment leads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Target {
+    /// Vertical force on the wheel (N).
+    pub(super) load: f64,
+    /// Sideways position of the wheel (m).
+    pub(super) lateral: f64,
+    /// Coefficient of friction.
+    pub(super) friction: f64,
+}
+
+impl Target {
+    /// Whether friction can hold the node.
+    fn grips(&self, edge: &EdgeCompliance, node: usize) -> bool {
+        self.friction > 0.0 && edge.is_free(node)
+    }
+}
+
+/// A status that its own condition refutes.
+#[derive(Clone, Copy, Debug)]
+struct Change {
+    node: usize,
+    status: Status,
+    /// By how much, as a force (N).
+    violation: f64,
+}
+
+/// An increment that did not end.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Failure {
+    /// The worst violation of a law in the last round, as a force (N).
+    pub(super) violation: f64,
+    pub(super) iterations: usize,
+}
+
+/// The contact at the end of the last increment.
+#[derive(Clone, Debug)]
+pub(super) struct ContactState {
+    status: Vec<Status>,
+    normal: Vec<f64>,
+    tangential: Vec<f64>,
+    /// Displacements of the nodes of the edge (m).
+    u: Vec<[f64; 2]>,
+    /// Position of the wheel: (lateral, -approach) (m).
+    wheel: [f64; 2],
+    load: f64,
+}
+
+impl ContactState {
+    /// The wheel just touches.
+    pub(super) fn open(edge: &EdgeCompliance) -> ContactState {
+        let nodes = edge.len();
+        ContactState {
+            status: vec![Status::Open; nodes],
+            normal: vec![0.0; nodes],
+            tangential: vec![0.0; nodes],
+            u: vec![[0.0; 2]; nodes],
+            wheel: [0.0; 2],
+            load: 0.0,
+        }
+    }
+
+    pub(super) fn describe(&self, face: &Face) -> WheelContact {
+        WheelContact {
+            normals: face.normals.clone(),
+            normal: self.normal.clone(),
+            tangential: self.tangential.clone(),
+            status: self.status.clone(),
+            approach: -self.wheel[1],
+            lateral: self.wheel[0],
+        }
+    }
+
+    /// Goes to the target, in one increment if that ends.
+    pub(super) fn advance(
+        &mut self,
+        face: &Face,
+        edge: &mut EdgeCompliance,
+        target: Target,
+        mut extend: impl FnMut(&mut EdgeCompliance, &[usize]),
+    ) -> Result<(), Failure> {
+        let (mut pieces, mut done, mut halvings) = (1u32, 0u32, 0);
+        let from = (self.load, self.wheel[0]);
+        while done < pieces {
+            let share = f64::from(done + 1) / f64::from(pieces);
+            let piece = Target {
+                load: from.0 + share * (target.load - from.0),
+                lateral: from.1 + share * (target.lateral - from.1),
+                friction: target.friction,
+            };
+            match self.increment(face, edge, piece, &mut extend) {
+                Ok(()) => done += 1,
+                Err(failure) if halvings == HALVINGS_MAX => return Err(failure),
+                Err(_) => {
+                    halvings += 1;
+                    (pieces, done) = (2 * pieces, 2 * done);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn increment(
+        &mut self,
+        face: &Face,
+        edge: &mut EdgeCompliance,
+        target: Target,
+        extend: &mut impl FnMut(&mut EdgeCompliance, &[usize]),
+    ) -> Result<(), Failure> {
+        let mut trial = self.clone();
+        trial.load = target.load;
+        if target.load == 0.0 {
+            *self = trial;
+            return Ok(());
+        }
+        trial.start(face, target);
+        let mut failure = Failure {
+            violation: 0.0,
+            iterations: 0,
+        };
+        for round in 0..ROUNDS_MAX {
+            let unknown = trial.unknown_nodes(edge);
+            if !unknown.is_empty() {
+                extend(edge, &unknown);
+            }
+            if !trial.solve(self, face, edge, target) {
+                return Err(failure);
+            }
+            trial.move_nodes(face, edge);
+            let changes = trial.judge(self, face, edge, target);
+            let Some(worst) = changes
+                .iter()
+                .max_by(|a, b| a.violation.total_cmp(&b.violation))
+            else {
+                *self = trial;
+                return Ok(());
+            };
+            failure = Failure {
+                violation: worst.violation,
+                iterations: round + 1,
+            };
+            match round < ROUNDS_ALL {
+                true => changes.iter().for_each(|c| trial.status[c.node] = c.status),
+                false => trial.status[worst.node] = worst.status,
+            }
+        }
+        Err(failure)
+    }
+
+    /// The wheel rests on something from the first round on; friction that begins now finds everything at rest.
+    fn start(&mut self, face: &Face, target: Target) {
+        if self.status.iter().all(|s| *s == Status::Open) {
+            let gap = |node: usize| face.gap(node, self.wheel, self.u[node]);
+            let lowest = (0..self.status.len()).min_by(|a, b| gap(*a).total_cmp(&gap(*b)));
+            self.status[lowest.expect("an edge has nodes")] = Status::Stick;
+        }
+        let no_force_yet = self.tangential.iter().all(|r| *r == 0.0);
+        if target.friction > 0.0 && no_force_yet {
+            for status in self.status.iter_mut().filter(|s| **s != Status::Open) {
+                *status = Status::Stick;
+            }
+        }
+    }
+
+    /// Forces and wheel under the present statuses; false where they leave the wheel or a node undetermined.
+    fn solve(
+        &mut self,
+        before: &ContactState,
+        face: &Face,
+        edge: &EdgeCompliance,
+        target: Target,
+    ) -> bool {
+        let system = System::new(self, before, face, edge, target);
+        let Some(solution) = system.matrix.lu().solve(&system.right) else {
+            return false;
+        };
+        self.normal.fill(0.0);
+        self.tangential.fill(0.0);
+        for (unknown, value) in system.unknowns.iter().zip(&solution) {
+            let node = unknown.node;
+            match unknown.along {
+                Along::Normal => {
+                    self.normal[node] += value;
+                    self.tangential[node] += unknown.drag * value;
+                }
+                Along::Tangent => self.tangential[node] += value,
+            }
+        }
+        self.wheel = [
+            target.lateral,
+            -system.scale * solution[system.unknowns.len()],
+        ];
+        solution.iter().all(|value| value.is_finite())
+    }
+
+    fn move_nodes(&mut self, face: &Face, edge: &EdgeCompliance) {
+        for (node, u) in self.u.iter_mut().enumerate() {
+            *u = edge.under_tractions(node);
+        }
+        for source in (0..self.status.len()).filter(|k| self.status[*k] != Status::Open) {
+            let force = face.force(source, self.normal[source], self.tangential[source]);
+            for (node, u) in self.u.iter_mut().enumerate() {
+                let moved = edge.moved(node, source, force);
+                (0..2).for_each(|k| u[k] += moved[k]);
+            }
+        }
+    }
+
+    /// All statuses whose own condition does not hold. Where nothing grips, the direction of the slip has no
+    /// consequence and is only noted.
+    fn judge(
+        &mut self,
+        before: &ContactState,
+        face: &Face,
+        edge: &EdgeCompliance,
+        target: Target,
+    ) -> Vec<Change> {
+        let zero = ROUNDING * target.load;
+        let mut changes = Vec::new();
+        for node in 0..self.status.len() {
+            let slip = self.slip(before, face, node);
+            let grips = target.grips(edge, node);
+            if self.status[node] != Status::Open && !grips {
+                self.status[node] = Status::slipping(slip);
+            }
+            let (normal, tangential) = (self.normal[node], self.tangential[node]);
+            let excess = tangential.abs() - target.friction * normal;
+            let against = -slip * self.status[node].direction() / edge.measure();
+            let gap = face.gap(node, self.wheel, self.u[node]) / edge.measure();
+            let (violation, status) = match self.status[node] {
+                Status::Open if grips => (-gap, Status::Stick),
+                Status::Open => (-gap, Status::slipping(slip)),
+                _ if normal < -zero => (-normal, Status::Open),
+                _ if !grips => (0.0, self.status[node]),
+                Status::Stick => (excess, Status::slipping(tangential)),
+                Status::SlipForward | Status::SlipBackward => (against, Status::Stick),
+            };
+            if violation > zero {
+                changes.push(Change {
+                    node,
+                    status,
+                    violation,
+                });
+            }
+        }
+        changes
+    }
+
+    /// Motion of the wheel along the tangent beyond that of the node in this increment (m).
+    fn slip(&self, before: &ContactState, face: &Face, node: usize) -> f64 {
+        let tangent = face.tangent(node);
+        let relative = |s: &ContactState, k: usize| s.wheel[k] - s.u[node][k];
+        (0..2)
+            .map(|k| tangent[k] * (relative(self, k) - relative(before, k)))
+            .sum()
+    }
+
+    /// Closed nodes without columns, and their neighbours: contact grows from its edge.
+    fn unknown_nodes(&self, edge: &EdgeCompliance) -> Vec<usize> {
+        let closed = |node: &usize| self.status[*node] != Status::Open;
+        let missing: Vec<usize> = (0..edge.len())
+            .filter(closed)
+            .filter(|node| !edge.knows(*node))
+            .collect();
+        let (Some(first), Some(last)) = (missing.first(), missing.last()) else {
+            return missing;
+        };
+        let reach = first.saturating_sub(REACH)..(last + REACH + 1).min(edge.len());
+        reach.filter(|node| !edge.knows(*node)).collect()
+    }
+}
+
+/// Along what a force acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Along {
+    Normal,
+    Tangent,
+}
+
+/// One contact force of the linear problem.
+#[derive(Clone, Copy, Debug)]
+struct Unknown {
+    node: usize,
+    along: Along,
+    /// Tangential force that comes with each newton of a normal one.
+    drag: f64,
+    /// The force on the node for a value of 1.
+    direction: [f64; 2],
+}
+
+/// The linear problem under given statuses. The last unknown is the approach over a compliance, and the equation of
+/// the wheel is multiplied with it, so that all entries are of one size.
+struct System {
+    unknowns: Vec<Unknown>,
+    matrix: DMatrix<f64>,
+    right: DVector<f64>,
+    scale: f64,
+}
+
+impl System {
+    fn new(
+        now: &ContactState,
+        before: &ContactState,
+        face: &Face,
+        edge: &EdgeCompliance,
+        target: Target,
+    ) -> System {
+        let unknowns = unknowns(now, face, edge, target);
+        let (count, scale) = (unknowns.len(), edge.measure());
+        let mut matrix = DMatrix::zeros(count + 1, count + 1);
+        let mut right = DVector::zeros(count + 1);
+        let axis = |unknown: &Unknown| match unknown.along {
+            Along::Normal => face.normals[unknown.node],
+            Along::Tangent => face.tangent(unknown.node),
+        };
+        for (j, source) in unknowns.iter().enumerate() {
+            for (i, row) in unknowns.iter().enumerate() {
+                let moved = edge.moved(row.node, source.node, source.direction);
+                matrix[(i, j)] = dot(axis(row), moved);
+            }
+            matrix[(count, j)] = -scale * source.direction[1];
+        }
+        for (i, row) in unknowns.iter().enumerate() {
+            let (axis, node) = (axis(row), row.node);
+            matrix[(i, count)] = scale * axis[1];
+            let wheel = [target.lateral, 0.0];
+            let to_go = match row.along {
+                Along::Normal => face.gap(node, wheel, edge.under_tractions(node)),
+                Along::Tangent => {
+                    let relative = |k: usize| {
+                        (wheel[k] - before.wheel[k])
+                            - (edge.under_tractions(node)[k] - before.u[node][k])
+                    };
+                    dot(axis, [relative(0), relative(1)])
+                }
+            };
+            right[i] = to_go;
+        }
+        right[count] = scale * target.load;
+        System {
+            unknowns,
+            matrix,
+            right,
+            scale,
+        }
+    }
+}
+
+/// A normal force for each closed node, then a tangential one for each that sticks.
+fn unknowns(
+    now: &ContactState,
+    face: &Face,
+    edge: &EdgeCompliance,
+    target: Target,
+) -> Vec<Unknown> {
+    let closed = || (0..edge.len()).filter(|node| now.status[*node] != Status::Open);
+    let normal = closed().map(|node| {
+        let drag = match target.grips(edge, node) {
+            true => target.friction * now.status[node].direction(),
+            false => 0.0,
+        };
+        Unknown {
+            node,
+            along: Along::Normal,
+            drag,
+            direction: face.force(node, 1.0, drag),
+        }
+    });
+    let sticking =
+        closed().filter(|node| now.status[*node] == Status::Stick && target.grips(edge, *node));
+    let tangential = sticking.map(|node| Unknown {
+        node,
+        along: Along::Tangent,
+        drag: 0.0,
+        direction: face.force(node, 0.0, 1.0),
+    });
+    normal.chain(tangential).collect()
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}

@@ -1,0 +1,114 @@
+//! Compliance of the upper edge.
+
+use super::factor::Factor;
+use crate::mesh::Edge;
+use crate::model::Model;
+
+/// What the upper edge does under forces on its nodes and under the tractions.
+pub(super) struct EdgeCompliance {
+    /// Displacements (x0, y0, x1, ...) under the full tractions (m).
+    full: Vec<f64>,
+    /// Share of the tractions that acts.
+    share: f64,
+    /// For each node, once it has been needed, the displacements of all under a unit force in x and in y (m/N).
+    columns: Vec<Option<[Vec<f64>; 2]>>,
+    /// Whether both components of the node can move.
+    free: Vec<bool>,
+    measure: f64,
+}
+
+impl EdgeCompliance {
+    pub(super) fn new(model: &Model, factor: &Factor) -> EdgeCompliance {
+        let components = components(model);
+        let full = factor.solve(&tractions(model));
+        EdgeCompliance {
+            full: components.iter().map(|c| full[*c]).collect(),
+            share: 0.0,
+            columns: vec![None; components.len() / 2],
+            free: components
+                .chunks_exact(2)
+                .map(|c| factor.moves(c[0]) && factor.moves(c[1]))
+                .collect(),
+            measure: 0.0,
+        }
+    }
+
+    /// Nodes of the edge.
+    pub(super) fn len(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Sets the share of the tractions that acts.
+    pub(super) fn apply(&mut self, share: f64) {
+        self.share = share;
+    }
+
+    /// The tractions that act, as a field of nodal forces (N).
+    pub(super) fn applied(&self, model: &Model) -> Vec<f64> {
+        let mut load = tractions(model);
+        load.iter_mut().for_each(|f| *f *= self.share);
+        load
+    }
+
+    /// Whether both components of the node can move. One that cannot move sideways sticks to nothing.
+    pub(super) fn is_free(&self, node: usize) -> bool {
+        self.free[node]
+    }
+
+    /// The compliance of the node that was needed first (m/N), a measure of what a force moves.
+    pub(super) fn measure(&self) -> f64 {
+        self.measure
+    }
+
+    /// Whether the columns of the node are known.
+    pub(super) fn knows(&self, node: usize) -> bool {
+        self.columns[node].is_some()
+    }
+
+    /// Computes the columns of these nodes.
+    pub(super) fn extend(&mut self, model: &Model, factor: &Factor, nodes: &[usize]) {
+        let components = components(model);
+        let sources: Vec<usize> = nodes
+            .iter()
+            .flat_map(|node| [components[2 * node], components[2 * node + 1]])
+            .collect();
+        let mut columns = factor.columns(&sources, &components).into_iter();
+        for node in nodes {
+            self.columns[*node] = columns.next().zip(columns.next()).map(|(x, y)| [x, y]);
+            if self.measure == 0.0 {
+                self.measure = self.moved(*node, *node, [0.0, 1.0])[1];
+            }
+        }
+    }
+
+    /// Displacement of `node` under a force on the node `source`, whose columns are known (m).
+    pub(super) fn moved(&self, node: usize, source: usize, force: [f64; 2]) -> [f64; 2] {
+        let [x, y] = self.columns[source]
+            .as_ref()
+            .expect("columns come before forces");
+        [0, 1].map(|k| x[2 * node + k] * force[0] + y[2 * node + k] * force[1])
+    }
+
+    /// Displacement of a node under the tractions alone (m).
+    pub(super) fn under_tractions(&self, node: usize) -> [f64; 2] {
+        [0, 1].map(|k| self.share * self.full[2 * node + k])
+    }
+}
+
+/// Places of (x0, y0, x1, y1, ...) of the upper edge in a field.
+fn components(model: &Model) -> Vec<usize> {
+    let layout = model.body.layout();
+    let nodes = model.mesh.edge(Edge::Top).into_iter();
+    nodes
+        .flat_map(|node| [0, 1].map(|k| layout.index(node, k)))
+        .collect()
+}
+
+/// Nodal forces of the full tractions (N).
+fn tractions(model: &Model) -> Vec<f64> {
+    let mut load = vec![0.0; model.body.layout().len()];
+    for (index, force) in model.tractions.iter().flat_map(|t| &t.forces) {
+        load[*index] += force;
+    }
+    load
+}

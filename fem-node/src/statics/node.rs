@@ -1,0 +1,327 @@
+//! A static analysis as a participant.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::path::PathBuf;
+
+use protocol::{
+    Capabilities, Description, Node, NodeError, Outcome, Phase, Setting, Surface, Window,
+};
+
+use super::{Loads, StaticState, Statics, Status};
+use crate::config::Config;
+use crate::error::FemError;
+use crate::model::Model;
+use crate::node::HOLD;
+use crate::probe;
+use crate::profile::Profile;
+use crate::vtu;
+
+/// Signals of the wheel, in the words of the wheel in motion: `wheel_fn_n` and `wheel_ft_n` are the force of the body
+/// on it, upwards and towards +x.
+const WHEEL_SIGNALS: [&str; 6] = [
+    "wheel_x_m",
+    "approach_m",
+    "wheel_fn_n",
+    "wheel_ft_n",
+    "sn_pct",
+    "contact_nodes",
+];
+
+/// Increments in a cycle of the sideways motion when nothing else is asked for.
+const PER_CYCLE: u32 = 240;
+
+/// A body whose loads grow so slowly that it is always in equilibrium. Its time counts increments, 1 s each: those
+/// of the load first, then those of the sideways cycles D = A sin(2 pi c).
+///
+/// Beside the fields of a snapshot NAME it writes `<participant>-NAME-profile.csv`: x_m, pressure_pa, shear_pa, status.
+pub struct StaticNode {
+    model: Model,
+    participant: String,
+    fields: Option<PathBuf>,
+    statics: Statics,
+    loads: Option<Loads>,
+    cycling: Cycling,
+    /// Increments done.
+    done: u64,
+    /// The state when the load was complete.
+    held: Option<StaticState>,
+    journal: Journal,
+}
+
+/// The sideways motion after the loading.
+#[derive(Clone, Copy, Debug)]
+struct Cycling {
+    amplitude: f64,
+    cycles: f64,
+    per_cycle: u32,
+}
+
+/// What the sideways cycles leave in the results.
+#[derive(Clone, Debug, Default)]
+struct Journal {
+    /// (D, force of the wheel on the body in x) after each increment, the loaded state first.
+    path: Vec<[f64; 2]>,
+    /// Sn each time D passed zero after the first reversal (%).
+    slipping_at_zero: Vec<f64>,
+}
+
+impl StaticNode {
+    /// Builds and factorises the body; nothing is loaded yet.
+    pub fn new(config: &Config, setting: &Setting) -> Result<StaticNode, FemError> {
+        let model = Model::new(config, setting)?;
+        let loads = Loads::new(config);
+        let wheel = config.wheel.filter(|wheel| wheel.amplitude_m > 0.0);
+        Ok(StaticNode {
+            statics: Statics::new(&model, loads)?,
+            participant: setting.participant.clone(),
+            fields: setting.fields.clone(),
+            loads,
+            cycling: Cycling {
+                amplitude: wheel.map_or(0.0, |wheel| wheel.amplitude_m),
+                cycles: wheel.map_or(0.0, |wheel| wheel.cycles),
+                per_cycle: config.statics.increments_per_cycle.unwrap_or(PER_CYCLE),
+            },
+            done: 0,
+            held: None,
+            journal: Journal::default(),
+            model,
+        })
+    }
+
+    /// Mesh, body and loads.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The equilibrium under the full load, once it is reached.
+    pub fn held(&self) -> Option<&StaticState> {
+        self.held.as_ref()
+    }
+
+    fn loading(&self) -> u64 {
+        self.statics.loading_increments() as u64
+    }
+
+    /// Increments of the whole history.
+    fn end(&self) -> u64 {
+        self.loading() + self.cycling.increments()
+    }
+
+    fn increment(&mut self) -> Result<(), FemError> {
+        if self.done >= self.end() {
+            return Ok(());
+        }
+        self.done += 1;
+        if self.done <= self.loading() {
+            self.statics.load_increment(&self.model)?;
+            if self.done == self.loading() {
+                self.held = Some(self.statics.state(&self.model));
+                self.note();
+            }
+            return Ok(());
+        }
+        let step = self.done - self.loading();
+        self.statics
+            .move_to(&self.model, self.cycling.lateral(step))?;
+        self.note();
+        if let (true, Some(contact)) = (self.cycling.passes_zero(step), self.statics.contact()) {
+            let slipping = 100.0 * contact.slipping_share();
+            self.journal.slipping_at_zero.push(slipping);
+        }
+        Ok(())
+    }
+
+    fn note(&mut self) {
+        if let Some(contact) = self.statics.contact() {
+            self.journal
+                .path
+                .push([contact.lateral, contact.resultant()[0]]);
+        }
+    }
+
+    fn report(&self) -> Vec<f64> {
+        let state = self.statics.state(&self.model);
+        let mut report = probe::surface_signals(&self.model, &state.state).to_vec();
+        if let Some(contact) = state.contact {
+            let [fx, fy] = contact.resultant();
+            let touching = contact
+                .status
+                .iter()
+                .filter(|s| **s != Status::Open)
+                .count();
+            report.extend([
+                contact.lateral,
+                contact.approach,
+                -fy,
+                -fx,
+                100.0 * contact.slipping_share(),
+                touching as f64,
+            ]);
+        }
+        report
+    }
+
+    fn try_snapshot(&mut self, name: &str) -> Result<(), FemError> {
+        let Some(folder) = &self.fields else {
+            return Ok(());
+        };
+        let now = || self.statics.state(&self.model);
+        let state = match &self.held {
+            Some(held) if name == HOLD => held.clone(),
+            _ => now(),
+        };
+        let path = folder.join(format!("{}-{name}.vtu", self.participant));
+        let contact = state.contact.as_ref();
+        let touches = contact.map_or(Vec::new(), |contact| contact.touches());
+        vtu::write(&path, &self.model, &state.state, &touches)?;
+        let Some(contact) = &state.contact else {
+            return Ok(());
+        };
+        let path = folder.join(format!("{}-{name}-profile.csv", self.participant));
+        let text = Profile::new(&self.model, contact).csv();
+        std::fs::write(&path, text).map_err(|error| FemError::Write {
+            path,
+            reason: error.to_string(),
+        })
+    }
+
+    fn results(&self, held: &StaticState) -> BTreeMap<String, f64> {
+        let maxima = probe::pressure_maxima(&self.model, &held.state);
+        let mut results = BTreeMap::from([
+            ("p_max_centroid_pa", maxima.centroid),
+            ("p_max_gauss_pa", maxima.gauss),
+            ("p_max_nodal_pa", maxima.nodal),
+        ]);
+        if let Some((loads, contact)) = self.loads.zip(held.contact.as_ref()) {
+            let profile = Profile::new(&self.model, contact);
+            results.insert("load_n", loads.load);
+            results.insert("approach_m", contact.approach);
+            results.insert("p0_pa", profile.peak());
+            results.extend(profile.half_width().map(|a| ("contact_half_width_m", a)));
+        }
+        results.extend(self.journal.results(self.cycling.per_cycle as usize));
+        results
+            .into_iter()
+            .map(|(name, value)| (name.to_string(), value))
+            .collect()
+    }
+}
+
+impl Cycling {
+    fn increments(&self) -> u64 {
+        (self.cycles * f64::from(self.per_cycle)).round() as u64
+    }
+
+    /// D after this many increments (m).
+    fn lateral(&self, step: u64) -> f64 {
+        let within = step % u64::from(self.per_cycle);
+        self.amplitude * (TAU * within as f64 / f64::from(self.per_cycle)).sin()
+    }
+
+    /// Whether D = 0 after this many increments, having been reversed before.
+    fn passes_zero(&self, step: u64) -> bool {
+        (2 * step).is_multiple_of(u64::from(self.per_cycle))
+    }
+}
+
+impl Journal {
+    fn results(&self, per_cycle: usize) -> Vec<(&'static str, f64)> {
+        let mut results = Vec::new();
+        if let Some(start) = self.path.len().checked_sub(per_cycle + 1) {
+            results.push(("loop_area_j", loop_area(&self.path[start..])));
+        }
+        if !self.slipping_at_zero.is_empty() {
+            let sum: f64 = self.slipping_at_zero.iter().sum();
+            let mean = sum / self.slipping_at_zero.len() as f64;
+            results.push(("sn_max_velocity_pct", mean));
+        }
+        results
+    }
+}
+
+/// Work of the wheel along a path, the integral of the force over D (J).
+fn loop_area(path: &[[f64; 2]]) -> f64 {
+    let trapezium = |pair: &[[f64; 2]]| 0.5 * (pair[0][1] + pair[1][1]) * (pair[1][0] - pair[0][0]);
+    path.windows(2).map(trapezium).sum()
+}
+
+impl Node for StaticNode {
+    fn describe(&self) -> Description {
+        let wheel = WHEEL_SIGNALS.iter().filter(|_| self.loads.is_some());
+        let phase = |name: &str, t0: u64, t1: u64| Phase {
+            name: name.into(),
+            t0_s: t0 as f64,
+            t1_s: t1 as f64,
+        };
+        let phases = [
+            phase(HOLD, 0, self.loading()),
+            phase("cycling", self.loading(), self.end()),
+        ];
+        Description {
+            kind: "fem".into(),
+            software: format!("fem-node {}", env!("CARGO_PKG_VERSION")),
+            capabilities: Capabilities {
+                alone: true,
+                ..Capabilities::default()
+            },
+            step_s: Some(1.0),
+            step_limit_s: None,
+            step_limit_name: "none: the time of a static analysis counts increments".into(),
+            end_s: Some(self.end() as f64),
+            phases: phases.into_iter().filter(|p| p.t1_s > p.t0_s).collect(),
+            sets: Vec::new(),
+            signals: probe::SURFACE_SIGNALS
+                .iter()
+                .chain(wheel)
+                .map(|name| (*name).into())
+                .collect(),
+            ledger: Vec::new(),
+            warnings: self.model.warnings.clone(),
+        }
+    }
+
+    fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
+        Err(FemError::CoupledStatics { set: set.into() }.into())
+    }
+
+    fn select(&mut self, _points: &[usize]) -> Result<(), NodeError> {
+        Ok(())
+    }
+
+    fn commit(&mut self, window: &Window, _displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
+        Err(FemError::NotAdvanced {
+            window: window.index,
+            advanced: None,
+        }
+        .into())
+    }
+
+    fn march(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        for _ in 0..window.substeps {
+            self.increment()?;
+        }
+        Ok(self.report())
+    }
+
+    fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {
+        Ok(self.try_snapshot(name)?)
+    }
+
+    fn finish(&mut self) -> Result<Outcome, NodeError> {
+        let last = self.statics.state(&self.model);
+        let mut hasher = blake3::Hasher::new();
+        let contact = last.contact.iter();
+        let forces = contact.flat_map(|c| c.normal.iter().chain(&c.tangential));
+        for value in last.state.u.iter().chain(forces) {
+            hasher.update(&value.to_le_bytes());
+        }
+        let results = self.results(self.held.as_ref().unwrap_or(&last));
+        Ok(Outcome {
+            steps: self.done,
+            work: BTreeMap::from([("load_increments".into(), self.done as f64)]),
+            results,
+            state_hash: hasher.finalize().to_hex().to_string(),
+        })
+    }
+}
