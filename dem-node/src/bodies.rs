@@ -28,6 +28,8 @@ pub struct Bodies {
     pub wheel_mass: Option<f64>,
     /// Fixed walls.
     pub walls: Vec<HalfPlane>,
+    /// Velocity of the only grain when its motion is prescribed (m/s).
+    pub pulled: Option<[f64; 2]>,
     /// What happens at a contact.
     pub law: Law,
     /// Pairs that may come closer than this in a step enter the contact problem (m).

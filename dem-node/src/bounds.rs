@@ -35,7 +35,8 @@ impl Bounds {
             inertial_time: 2.0 * mean * (density / config.time.pressure_pa).sqrt(),
             top_speed: wheel.map_or(0.0, |wheel| wheel.top_speed()),
             smallest,
-            unsafe_step: config.time.unsafe_step,
+            // A prescribed motion has no inertia.
+            unsafe_step: config.time.unsafe_step || config.drive.is_some(),
         }
     }
 

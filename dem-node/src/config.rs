@@ -27,6 +27,9 @@ pub struct Config {
     /// The rigid wheel above the grains.
     #[serde(default)]
     pub wheel: Option<WheelConfig>,
+    /// Opens or closes the only contact of a pair of disks.
+    #[serde(default)]
+    pub drive: Option<DriveConfig>,
 }
 
 fn one() -> f64 {
@@ -37,14 +40,38 @@ fn one() -> f64 {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LawConfig {
-    /// Signorini or Coulomb.
+    /// Signorini, Coulomb or cohesion.
     pub kind: LawKind,
-    /// Coefficient of friction, at least 0; with `coulomb` only.
+    /// Coefficient of friction, at least 0; with `coulomb` and `cohesion`.
     pub friction: Option<f64>,
     /// Stiffness of each contact per thickness (Pa): kn = value x thickness. Rigid contacts when absent.
     pub contact_stiffness_pa: Option<f64>,
     /// kt / kn of compliant contacts with friction, above 0.
     pub tangential_stiffness_ratio: Option<f64>,
+    /// Cn (Pa/m), normal stiffness of a bond over its area r1 r2/(r1 + r2) x thickness; this and all below with `cohesion`.
+    pub cn_pa_per_m: Option<f64>,
+    /// Ct (Pa/m), tangential stiffness, at least 0.
+    pub ct_pa_per_m: Option<f64>,
+    /// w (J/m2), decohesion energy.
+    pub w_j_per_m2: Option<f64>,
+    /// b (Pa m s^p), viscosity of decohesion, at least 0.
+    pub b_pa_m_s: Option<f64>,
+    /// p, power of the rate.
+    pub p: Option<f64>,
+    /// h'.
+    pub h_prime: Option<HPrimeConfig>,
+    /// Pairs of grains with a smaller gap are bonded at the start (m).
+    pub alert_m: Option<f64>,
+}
+
+/// The words for `law.h_prime`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HPrimeConfig {
+    /// h' = 1: adhesion falls gradually, separation takes w.
+    One,
+    /// h' = a: brittle, separation takes w/2.
+    Adhesion,
 }
 
 /// The words for `law.kind`.
@@ -55,6 +82,8 @@ pub enum LawKind {
     Signorini,
     /// Unilateral contact with Coulomb friction.
     Coulomb,
+    /// Bonds of Raous, Cangémi and Cocou between grains, Coulomb friction elsewhere.
+    Cohesion,
 }
 
 /// `solver`: how the contact problem is solved.
@@ -227,4 +256,13 @@ pub struct WheelConfig {
     /// Periods of the sideways motion, not necessarily whole.
     #[serde(default)]
     pub cycles: f64,
+}
+
+/// Prescribed motion of the only grain along the line from the only glued disk, over 30 openings sqrt(w/Cn) in
+/// 100 000 steps; the step follows.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DriveConfig {
+    /// Opening velocity (m/s); a negative one closes the contact.
+    pub velocity_m_per_s: f64,
 }

@@ -1,6 +1,7 @@
 //! Who may touch whom: linked cells, a Verlet list with a skin, and contact slots that persist.
 
 use crate::bodies::{Bodies, HalfPlane};
+use crate::bond::Bond;
 
 /// A pair of bodies that may touch, with what it remembers from step to step.
 ///
@@ -42,8 +43,16 @@ pub struct Proximity {
 
 impl VerletList {
     /// Rebuilds the list when a pair outside of it may come closer than `alert` in a step in which no body
-    /// moves further than `travel` (m); forces and springs of pairs that stay are carried over.
-    pub fn refresh(&mut self, bodies: &Bodies, centres: &[[f64; 2]], wheel_y: f64, travel: f64) {
+    /// moves further than `travel` (m); forces and springs of pairs that stay are carried over. Bonded pairs stay
+    /// listed, however far apart.
+    pub fn refresh(
+        &mut self,
+        bodies: &Bodies,
+        centres: &[[f64; 2]],
+        wheel_y: f64,
+        travel: f64,
+        bonds: &[Bond],
+    ) {
         let needed = bodies.alert + 2.0 * travel;
         if self.centres.len() == centres.len()
             && needed + 2.0 * self.drift(centres, wheel_y) <= self.reach
@@ -55,6 +64,7 @@ impl VerletList {
         self.centres.extend_from_slice(centres);
         self.wheel_y = wheel_y;
         let mut listed = list_pairs(bodies, centres, wheel_y, self.reach);
+        add_bonded(&mut listed, bonds);
         carry_over(&self.slots, &mut listed);
         self.slots = listed;
     }
@@ -143,6 +153,21 @@ fn slot(a: usize, b: usize) -> Slot {
         a: a as u32,
         b: b as u32,
         ..Slot::default()
+    }
+}
+
+/// Adds the bonded pairs that are missing in a list sorted by (a, b).
+fn add_bonded(slots: &mut Vec<Slot>, bonds: &[Bond]) {
+    let listed = slots.len();
+    for bond in bonds {
+        let pair = (bond.a, bond.b);
+        let place = slots[..listed].binary_search_by_key(&pair, |s| (s.a, s.b));
+        if place.is_err() {
+            slots.push(slot(bond.a as usize, bond.b as usize));
+        }
+    }
+    if slots.len() > listed {
+        slots.sort_unstable_by_key(|s| (s.a, s.b));
     }
 }
 
@@ -290,6 +315,19 @@ mod tests {
         centres.push([1e9, -1e9]);
         let near = NearPairs::new(&centres, &[0.5; 4], 4, 0.1);
         assert!(near.columns * near.rows <= 100);
+    }
+
+    #[test]
+    fn bonded_pairs_are_listed_however_far_apart() {
+        let bond = |a, b| Bond {
+            a,
+            b,
+            ..Bond::default()
+        };
+        let mut slots = vec![slot(0, 2), slot(1, 2), slot(3, 4)];
+        add_bonded(&mut slots, &[bond(0, 4), bond(1, 2), bond(2, 3)]);
+        let pairs: Vec<(u32, u32)> = slots.iter().map(|s| (s.a, s.b)).collect();
+        assert_eq!(pairs, [(0, 2), (0, 4), (1, 2), (2, 3), (3, 4)]);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Contact laws: unilateral contact, Coulomb friction and elastic compliance, solved in closed form.
 
+use crate::cohesion::Cohesion;
 use crate::error::DemError;
 
 /// What happens at every contact.
@@ -9,6 +10,8 @@ pub struct Law {
     pub friction: Friction,
     /// Elasticity of the grains; `None` makes rigid contacts.
     pub springs: Option<Springs>,
+    /// Bonds between grains; `None` makes a loose material.
+    pub cohesion: Option<Cohesion>,
 }
 
 /// The tangential part of a law.

@@ -3,7 +3,7 @@
 //! With M dv = H r + h F over a step and v_theta = theta v' + (1 - theta) v, the motion itself says
 //! dK = v_theta.(H r + h F) - (theta - 1/2) dv.M dv. The first product is work at the contacts, of the loads and at the
 //! interface; the second is the numerical loss of the scheme. Contacts turn their share into spring energy, friction
-//! and impact (see [`contact_loss`]).
+//! and impact (see [`contact_loss`]), bonds into bond energy and decohesion as well (see [`crate::bond::close`]).
 
 use protocol::{Role, Term};
 
@@ -24,11 +24,13 @@ pub struct Accounts {
     pub impact: f64,
     /// Lost in slip.
     pub friction: f64,
+    /// Lost by falling adhesion.
+    pub cohesion: f64,
 }
 
 impl Accounts {
     /// All accounts in order.
-    pub fn numbers(&self) -> [f64; 6] {
+    pub fn numbers(&self) -> [f64; 7] {
         [
             self.interface,
             self.load,
@@ -36,6 +38,7 @@ impl Accounts {
             self.weight,
             self.impact,
             self.friction,
+            self.cohesion,
         ]
     }
 }
@@ -54,13 +57,15 @@ pub fn terms() -> Vec<Term> {
         term("kinetic", Role::Stored),
         term("springs_normal", Role::Stored),
         term("springs_tangential", Role::Stored),
+        term("bonds_elastic", Role::Stored),
         term("impact", Role::Dissipated),
         term("friction", Role::Dissipated),
+        term("cohesion", Role::Dissipated),
     ]
 }
 
-/// The values of [`terms`]; `stored` are kinetic and spring energies since the start.
-pub fn values(accounts: &Accounts, stored: [f64; 3]) -> [f64; 9] {
+/// The values of [`terms`]; `stored` are kinetic, spring and bond energies since the start.
+pub fn values(accounts: &Accounts, stored: [f64; 4]) -> [f64; 11] {
     [
         accounts.interface,
         accounts.load,
@@ -69,8 +74,10 @@ pub fn values(accounts: &Accounts, stored: [f64; 3]) -> [f64; 9] {
         stored[0],
         stored[1],
         stored[2],
+        stored[3],
         accounts.impact,
         accounts.friction,
+        accounts.cohesion,
     ]
 }
 

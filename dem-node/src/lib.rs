@@ -10,8 +10,8 @@
 //! - [`bodies`], [`state`]: what stays and what changes;
 //! - [`bounds`]: how long a step may be;
 //! - [`detect`]: who may touch whom;
-//! - [`law`]: contact laws in closed form;
-//! - [`wall`], [`wheel`]: the glued row and the wheel's program;
+//! - [`law`], [`cohesion`], [`bond`]: contact laws in closed form, with or without bonds;
+//! - [`wall`], [`wheel`], [`pull`]: the glued row, the wheel's program, and a pair that is pulled apart;
 //! - [`solver`]: the contact problem and its solvers;
 //! - [`mod@step`]: one step of the scheme;
 //! - [`ledger`], [`report`], [`snapshot`]: energy, signals and results, fields;
@@ -47,13 +47,16 @@
 //! ```
 
 pub mod bodies;
+pub mod bond;
 pub mod bounds;
+pub mod cohesion;
 pub mod config;
 pub mod detect;
 pub mod error;
 pub mod law;
 pub mod ledger;
 pub mod node;
+pub mod pull;
 pub mod report;
 pub mod sample;
 pub mod setup;

@@ -9,11 +9,13 @@ use protocol::{
 };
 
 use crate::bodies::Bodies;
+use crate::bond;
 use crate::bounds::Bounds;
 use crate::config::Config;
 use crate::error::DemError;
 use crate::ledger;
-use crate::report::{self, Journal, Moment, SIGNALS};
+use crate::pull::{self, Pull};
+use crate::report::{self, BONDS, Journal, Moment, SIGNALS};
 use crate::sample;
 use crate::setup;
 use crate::snapshot;
@@ -38,6 +40,10 @@ pub struct Dem {
     criteria: Criteria,
     bodies: Bodies,
     program: Option<Program>,
+    pull: Option<Pull>,
+    /// Bonds at the start, and the longest step with a unique end (s).
+    born: usize,
+    bond_step_limit: Option<f64>,
     solid_fraction: f64,
     warnings: Vec<String>,
     /// The committed state.
@@ -50,7 +56,7 @@ pub struct Dem {
     window: Option<f64>,
     /// What `trial` holds, until it is committed.
     pending: Option<Pending>,
-    initial_energy: [f64; 3],
+    initial_energy: [f64; 4],
     journal: Journal,
     steps: u64,
     contact_iterations: f64,
@@ -72,9 +78,18 @@ impl Dem {
             None => Vec::new(),
         };
         let sample = sample::prepare(config, setting.seed)?;
-        let bodies = setup::bodies(config, setting.thickness_m, &sample);
-        let state = State::new(&bodies, &sample.free, &sample.glued);
+        let mut bodies = setup::bodies(config, setting.thickness_m, &sample);
+        let mut state = State::new(&bodies, &sample.free, &sample.glued);
         setup::refuse_rigid_overlaps(&bodies, &state)?;
+        let pull = match &config.drive {
+            None => None,
+            Some(drive) => Some(Pull::new(drive, &bodies, &state)?),
+        };
+        if let Some(pull) = &pull {
+            let [x, y] = pull.velocity(&state);
+            bodies.pulled = Some([x, y]);
+            state.velocities[0] = [x, y, 0.0];
+        }
         let program = config.wheel.as_ref().map(Program::new);
         let mut stepper = Stepper::default();
         stepper.problem.wall = Wall::fixed(bodies.glued());
@@ -83,11 +98,17 @@ impl Dem {
             fields: setting.fields.clone(),
             thickness: setting.thickness_m,
             theta: config.time.theta,
-            own_step: config.time.step_s,
-            end: program.map(|p| p.end()).or(config.time.end_s),
+            own_step: pull.map(|p| p.step()).or(config.time.step_s),
+            end: program
+                .map(|p| p.end())
+                .or(pull.map(|p| p.end()))
+                .or(config.time.end_s),
             bounds,
             criteria: setup::criteria(config),
             initial_energy: stored(&bodies, &state),
+            born: bond::count(&state.bonds),
+            bond_step_limit: bond::step_limit(&bodies, &state.bonds),
+            pull,
             journal: Journal::new(state.wheel.position[1]),
             trial: state.clone(),
             state,
@@ -143,10 +164,21 @@ impl Dem {
 
     fn report(&self, summary: &Summary) -> Vec<f64> {
         let now = stored(&self.bodies, &self.state);
-        let since = [0, 1, 2].map(|k| now[k] - self.initial_energy[k]);
+        let since = [0, 1, 2, 3].map(|k| now[k] - self.initial_energy[k]);
         let mut report = report::signals(&self.bodies, &self.state, summary).to_vec();
+        if self.bodies.law.cohesion.is_some() {
+            report.push(bond::count(&self.state.bonds) as f64);
+        }
+        report.extend(self.pull.iter().flat_map(|pull| pull.signals(&self.state)));
         report.extend(ledger::values(&self.state.accounts, since));
         report
+    }
+
+    fn signal_names(&self) -> Vec<String> {
+        let bonds = self.bodies.law.cohesion.map(|_| BONDS);
+        let pulled = self.pull.map(|_| pull::SIGNALS).into_iter().flatten();
+        let names = SIGNALS.into_iter().chain(bonds).chain(pulled);
+        names.map(String::from).collect()
     }
 
     fn check_window(&self, window: &Window, free_velocity: &[f64]) -> Result<f64, DemError> {
@@ -217,7 +249,7 @@ impl Node for Dem {
             end_s: self.end,
             phases: self.program.map(|p| p.phases()).unwrap_or_default(),
             sets: if glued { vec![BASE.into()] } else { Vec::new() },
-            signals: SIGNALS.map(String::from).to_vec(),
+            signals: self.signal_names(),
             ledger: ledger::terms(),
             warnings: self.warnings.clone(),
         }
@@ -379,6 +411,14 @@ impl Node for Dem {
         if self.solid_fraction > 0.0 {
             results.insert("solid_fraction".into(), self.solid_fraction);
         }
+        if self.bodies.law.cohesion.is_some() {
+            let bonds = bond::count(&self.state.bonds);
+            results.insert("bonds".into(), bonds as f64);
+            results.insert("bonds_broken".into(), (self.born - bonds) as f64);
+        }
+        if let Some(limit) = self.bond_step_limit {
+            results.insert("bond_step_limit_s".into(), limit);
+        }
         if let Some(step) = self.window.or(self.own_step) {
             results.insert(
                 "step_over_inertial_time".into(),
@@ -394,9 +434,9 @@ impl Node for Dem {
     }
 }
 
-fn stored(bodies: &Bodies, state: &State) -> [f64; 3] {
-    let [normal, tangential] = state.springs(bodies);
-    [state.kinetic(bodies), normal, tangential]
+fn stored(bodies: &Bodies, state: &State) -> [f64; 4] {
+    let [normal, tangential, bonds] = state.springs(bodies);
+    [state.kinetic(bodies), normal, tangential, bonds]
 }
 
 /// The glued disks as points: half the distances to the neighbours in x are theirs, at the ends symmetrically.

@@ -27,6 +27,9 @@ pub const SIGNALS: [&str; 16] = [
     "lost_grains",
 ];
 
+/// Name of the signal that cohesive laws add: bonds above 0.01 of adhesion.
+pub const BONDS: &str = "bonds";
+
 /// The signals of a step. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
 /// towards +x); `glued_f*_n` their force on the wall; overlaps are over the mean radius.
 pub fn signals(bodies: &Bodies, state: &State, step: &Summary) -> [f64; 16] {

@@ -6,7 +6,7 @@ pub mod layer;
 pub mod relax;
 
 use crate::bodies::HalfPlane;
-use crate::config::{Config, DisksConfig, SampleConfig};
+use crate::config::{Config, DisksConfig, LawKind, SampleConfig};
 use crate::error::DemError;
 
 /// A disk of a sample.
@@ -40,6 +40,8 @@ pub fn prepare(config: &Config, seed: u64) -> Result<Sample, DemError> {
         SampleConfig::Layer(recipe) => layer::prepare(
             recipe,
             config.law.contact_stiffness_pa,
+            // Rigid contacts must not overlap when their bond breaks.
+            config.law.kind == LawKind::Cohesion && config.law.contact_stiffness_pa.is_some(),
             recipe.seed.unwrap_or(seed),
         ),
     }

@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use crate::bodies::Bodies;
-use crate::config::{Config, LawConfig, LawKind, SolverKind};
+use crate::cohesion::{Cohesion, HPrime};
+use crate::config::{Config, HPrimeConfig, LawConfig, LawKind, SolverKind};
 use crate::detect::proximity;
 use crate::error::DemError;
 use crate::law::{Friction, Law, Springs};
@@ -46,9 +47,11 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
         reference: sample.glued.iter().map(|disk| disk.centre).collect(),
         wheel_mass: config.wheel.map(|wheel| wheel.mass_kg),
         walls: sample.walls.clone(),
+        pulled: None,
         law: law(&config.law, thickness),
         alert: ALERT * smallest,
-        skin: SKIN * smallest,
+        // The first list must hold all pairs that are bonded.
+        skin: (SKIN * smallest).max(config.law.alert_m.unwrap_or(0.0)),
     }
 }
 
@@ -56,7 +59,7 @@ fn law(config: &LawConfig, thickness: f64) -> Law {
     Law {
         friction: match config.kind {
             LawKind::Signorini => Friction::Signorini,
-            LawKind::Coulomb => Friction::Coulomb {
+            LawKind::Coulomb | LawKind::Cohesion => Friction::Coulomb {
                 coefficient: config.friction.unwrap_or(0.0),
             },
         },
@@ -65,7 +68,24 @@ fn law(config: &LawConfig, thickness: f64) -> Law {
             // Without friction there is no tangential force and any stiffness will do.
             tangential: stiffness * thickness * config.tangential_stiffness_ratio.unwrap_or(1.0),
         }),
+        cohesion: cohesion(config, thickness),
     }
+}
+
+fn cohesion(config: &LawConfig, thickness: f64) -> Option<Cohesion> {
+    Some(Cohesion {
+        normal: config.cn_pa_per_m?,
+        tangential: config.ct_pa_per_m?,
+        energy: config.w_j_per_m2?,
+        viscosity: config.b_pa_m_s?,
+        power: config.p?,
+        h_prime: match config.h_prime? {
+            HPrimeConfig::One => HPrime::One,
+            HPrimeConfig::Adhesion => HPrime::Adhesion,
+        },
+        thickness,
+        alert: config.alert_m?,
+    })
 }
 
 /// Rigid disks may touch at the start, not lie in each other.

@@ -5,6 +5,7 @@
 
 mod nsgs;
 
+use crate::bond::BondContact;
 use crate::error::DemError;
 use crate::law::{Block, LocalLaw};
 use crate::wall::Wall;
@@ -17,6 +18,9 @@ pub struct Mover {
     /// What a unit impulse changes of them (1/kg): 1/m, 1/m, r^2/I = 2/m for a grain; 0 where motion is prescribed.
     pub inverse_mass: [f64; 3],
 }
+
+/// The bond of a contact that has none.
+pub const UNBONDED: u32 = u32::MAX;
 
 /// A contact of the problem.
 #[derive(Clone, Copy, Debug, Default)]
@@ -35,6 +39,8 @@ pub struct Contact {
     pub compliance: [f64; 2],
     /// Impulse, normal and tangential (N s).
     pub impulse: [f64; 2],
+    /// Place of its bond in [`Problem::bonds`], or [`UNBONDED`].
+    pub bond: u32,
     /// What the solver itself fills in: the bodies' part of W,
     pub(crate) block: Block,
     /// and the law prepared for it.
@@ -46,6 +52,8 @@ pub struct Contact {
 pub struct Problem {
     /// Contacts, sorted by (a, b).
     pub contacts: Vec<Contact>,
+    /// The bonds among them.
+    pub bonds: Vec<BondContact>,
     /// Bodies; the entries of glued disks are not used.
     pub movers: Vec<Mover>,
     /// First glued disk; the glued disks end where `wall` does.
@@ -123,7 +131,11 @@ impl Problem {
                 nt: contact.block.nt,
                 tt: contact.block.tt + contact.compliance[1],
             };
-            contact.law = LocalLaw::new(softened, self.friction, (contact.a, contact.b))?;
+            let pair = (contact.a, contact.b);
+            match self.bonds.get_mut(contact.bond as usize) {
+                None => contact.law = LocalLaw::new(softened, self.friction, pair)?,
+                Some(bond) => bond.prepare(contact.block, contact.compliance[0], pair)?,
+            }
             self.apply(contact, contact.impulse);
         }
         self.contacts = contacts;
@@ -197,8 +209,23 @@ impl Problem {
         mover.velocity[2] -= mover.inverse_mass[2] * r_t;
     }
 
+    /// The impulse that the law of a contact wants under the velocities of the moment, its own share taken out.
+    #[inline(always)]
+    pub(crate) fn wanted(&self, contact: &Contact, velocity: [f64; 2]) -> [f64; 2] {
+        let ([u_n, u_t], [r_n, r_t]) = (velocity, contact.impulse);
+        let block = contact.block;
+        let b = [
+            u_n + contact.bias[0] - block.nn * r_n - block.nt * r_t,
+            u_t + contact.bias[1] - block.nt * r_n - block.tt * r_t,
+        ];
+        match self.bonds.get(contact.bond as usize) {
+            None => contact.law.impulse(b),
+            Some(bond) => bond.impulse(b),
+        }
+    }
+
     /// The true natural-map residual ||D (r - P(r - U/D))|| / ||D r||, D the diagonal of W with its springs and P
-    /// the projection on the Coulomb sector. It is zero at the solution only, however slowly a solver creeps.
+    /// the projection on the Coulomb sector, which bonds replace by the exact local solution. It is zero at the solution only, however slowly a solver creeps.
     pub fn residual(&self) -> f64 {
         let (mut defect, mut size) = (0.0, 0.0);
         for contact in &self.contacts {
@@ -206,6 +233,12 @@ impl Problem {
             let d_t = contact.block.tt + contact.compliance[1];
             let [u_n, u_t] = self.relative_velocity(contact);
             let [r_n, r_t] = contact.impulse;
+            if contact.bond != UNBONDED {
+                let [wanted_n, wanted_t] = self.wanted(contact, [u_n, u_t]);
+                defect += (d_n * (r_n - wanted_n)).powi(2) + (d_t * (r_t - wanted_t)).powi(2);
+                size += (d_n * r_n).powi(2) + (d_t * r_t).powi(2);
+                continue;
+            }
             let full_n = u_n + contact.bias[0] + contact.compliance[0] * r_n;
             let full_t = u_t + contact.bias[1] + contact.compliance[1] * r_t;
             let target_n = (r_n - full_n / d_n).max(0.0);

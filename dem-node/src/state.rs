@@ -1,6 +1,7 @@
 //! What changes while the grains move: the checkpoint of the node.
 
 use crate::bodies::Bodies;
+use crate::bond::{self, Bond, Finder};
 use crate::detect::{VerletList, proximity};
 use crate::ledger::Accounts;
 use crate::sample::Disk;
@@ -18,6 +19,8 @@ pub struct State {
     pub wheel: WheelState,
     /// Pairs that may touch, with their forces and springs.
     pub list: VerletList,
+    /// Bonds that are not broken, sorted by (a, b).
+    pub bonds: Vec<Bond>,
     /// Energy accounts since the start.
     pub accounts: Accounts,
 }
@@ -45,13 +48,14 @@ impl Clone for State {
         self.glued_velocity.clone_from(&other.glued_velocity);
         self.wheel = other.wheel;
         self.list.clone_from(&other.list);
+        self.bonds.clone_from(&other.bonds);
         self.accounts = other.accounts;
     }
 }
 
 impl State {
     /// The start: grains where the sample puts them, the wheel on the highest disk, and compliant contacts under
-    /// the force that their overlap means.
+    /// the force that their overlap means. Bonds are made here, at rest: what they span is no stretch, overlaps included.
     pub fn new(bodies: &Bodies, free: &[Disk], glued: &[Disk]) -> State {
         let all = || free.iter().chain(glued);
         let top = |disk: &Disk| disk.centre[1] + disk.radius;
@@ -69,8 +73,15 @@ impl State {
             },
             ..State::default()
         };
-        state.list.refresh(bodies, &state.centres, highest, 0.0);
+        state
+            .list
+            .refresh(bodies, &state.centres, highest, 0.0, &[]);
+        state.bonds = bond::make(bodies, &state.centres, &state.list);
+        let mut bonds = Finder::new(&state.bonds);
         for slot in &mut state.list.slots {
+            if bonds.find((slot.a, slot.b)).is_some() {
+                continue;
+            }
             let gap = proximity(bodies, &state.centres, highest, slot).gap;
             if let (Some(springs), true) = (bodies.law.springs, gap < 0.0) {
                 slot.force[0] = -gap * springs.normal;
@@ -98,11 +109,19 @@ impl State {
         grains + 0.5 * bodies.wheel_mass.unwrap_or(0.0) * self.wheel.velocity[1].powi(2)
     }
 
-    /// Energy in the normal and in the tangential springs (J).
-    pub fn springs(&self, bodies: &Bodies) -> [f64; 2] {
-        self.list.slots.iter().fold([0.0; 2], |sum, slot| {
-            let stored = bodies.law.stored(slot.force);
-            [sum[0] + stored[0], sum[1] + stored[1]]
+    /// Energy in the normal and in the tangential springs, and in the bonds (J).
+    pub fn springs(&self, bodies: &Bodies) -> [f64; 3] {
+        let mut bonds = Finder::new(&self.bonds);
+        self.list.slots.iter().fold([0.0; 3], |sum, slot| {
+            let bonded = bonds.find((slot.a, slot.b));
+            let force = match bonded {
+                None => slot.force,
+                // Tension and shear are the bond's.
+                Some(_) => [slot.force[0].max(0.0), 0.0],
+            };
+            let [normal, tangential] = bodies.law.stored(force);
+            let cohesive = bonded.map_or(0.0, |(_, bond)| bond.stored(bodies));
+            [sum[0] + normal, sum[1] + tangential, sum[2] + cohesive]
         })
     }
 
@@ -126,6 +145,7 @@ impl State {
         self.wheel.position.iter().for_each(|x| add(*x));
         self.wheel.velocity.iter().for_each(|x| add(*x));
         self.list.for_each_number(&mut add);
+        self.bonds.iter().flat_map(Bond::numbers).for_each(&mut add);
         self.accounts.numbers().into_iter().for_each(add);
         hasher.finalize().to_hex().to_string()
     }

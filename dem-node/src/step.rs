@@ -4,10 +4,12 @@
 //! q' = q_m + h theta v' (Moreau 1988; Jean 1999).
 
 use crate::bodies::Bodies;
+use crate::bond::{self, BondContact, BondStep, Finder};
+use crate::cohesion::Cohesion;
 use crate::detect::{Slot, proximity};
 use crate::error::DemError;
 use crate::ledger::{ContactStep, contact_loss};
-use crate::solver::{Contact, Criteria, Mover, Problem, Verdict, project};
+use crate::solver::{Contact, Criteria, Mover, Problem, UNBONDED, Verdict, project};
 use crate::state::State;
 
 /// What drives a step.
@@ -51,6 +53,8 @@ pub struct Stepper {
     pub problem: Problem,
     /// Slot of each contact of the problem.
     slots: Vec<u32>,
+    /// Adhesion at the end of the step of each bond of the problem.
+    adhesion: Vec<f64>,
 }
 
 impl Stepper {
@@ -64,13 +68,71 @@ impl Stepper {
     ) -> Result<Summary, DemError> {
         state.drift(drive.step * (1.0 - drive.theta));
         self.pose(bodies, state, drive);
-        let verdict = self.problem.solve(criteria)?;
+        let verdict = match &bodies.law.cohesion {
+            None => self.problem.solve(criteria)?,
+            Some(law) => self.solve_bonded(bodies, state, drive, criteria, law)?,
+        };
         let mut summary = self.close_contacts(bodies, state, drive);
         summary.verdict = verdict;
         summary.momentum_defect = self.momentum_defect(bodies, state, drive);
         self.close_bodies(bodies, state, drive);
         state.drift(drive.step * drive.theta);
         Ok(summary)
+    }
+
+    /// Solves under the adhesion of the step's start, lowers adhesion as far as that solution asks, and solves again until
+    /// no bond falls by more than the tolerance. Adhesion only goes down on the way: above the step of
+    /// [`bond::step_limit`] that picks the first solution on the way from the intact bond.
+    fn solve_bonded(
+        &mut self,
+        bodies: &Bodies,
+        state: &State,
+        drive: &Drive,
+        criteria: &Criteria,
+        law: &Cohesion,
+    ) -> Result<Verdict, DemError> {
+        let mut verdict = self.problem.solve(criteria)?;
+        while verdict.converged && self.lower_adhesion(bodies, state, drive.step, criteria, law) {
+            self.problem.wall.start(drive.free_velocity);
+            self.free_movers(bodies, state, drive);
+            let again = self.problem.solve(criteria)?;
+            let iterations = verdict.iterations + again.iterations;
+            let converged = again.converged && iterations <= criteria.max_iterations;
+            verdict = Verdict {
+                iterations,
+                residual: again.residual,
+                converged,
+            };
+        }
+        Ok(verdict)
+    }
+
+    /// Whether adhesion fell so far that the problem has to be solved again.
+    fn lower_adhesion(
+        &mut self,
+        bodies: &Bodies,
+        state: &State,
+        h: f64,
+        criteria: &Criteria,
+        law: &Cohesion,
+    ) -> bool {
+        let problem = &mut self.problem;
+        let bonded = problem.contacts.iter().filter(|c| c.bond != UNBONDED);
+        self.adhesion.clear();
+        self.adhesion.extend(bonded.map(|contact| {
+            let velocity = problem.relative_velocity(contact);
+            problem.bonds[contact.bond as usize].fall(law, velocity, contact.bias[0], h)
+        }));
+        let both = problem.bonds.iter().zip(&self.adhesion);
+        let furthest = both.fold(0.0f64, |f, (bond, a)| f.max(bond.adhesion[1] - a));
+        if furthest <= criteria.tolerance {
+            return false;
+        }
+        for (contact, adhesion) in problem.bonds.iter_mut().zip(&self.adhesion) {
+            let bond = &state.bonds[contact.index as usize];
+            contact.soften(&bodies.law, bond, *adhesion, h);
+        }
+        true
     }
 
     /// Free velocities and contacts.
@@ -82,14 +144,27 @@ impl Stepper {
         self.free_movers(bodies, state, drive);
         let travel = drive.step * self.top_speed();
         let wheel_y = state.wheel.position[1];
-        state.list.refresh(bodies, &state.centres, wheel_y, travel);
+        let (list, centres) = (&mut state.list, &state.centres);
+        list.refresh(bodies, centres, wheel_y, travel, &state.bonds);
         self.problem.contacts.clear();
+        self.problem.bonds.clear();
         self.slots.clear();
+        let mut bonds = Finder::new(&state.bonds);
         for (index, slot) in state.list.slots.iter().enumerate() {
-            if let Some(contact) = self.contact(bodies, state, drive.step, slot) {
-                self.problem.contacts.push(contact);
-                self.slots.push(index as u32);
+            let bond = bonds.find((slot.a, slot.b));
+            let Some(mut contact) = self.contact(bodies, state, drive.step, slot, bond.is_some())
+            else {
+                continue;
+            };
+            if let Some((place, bond)) = bond {
+                contact.bond = self.problem.bonds.len() as u32;
+                contact.bias = [contact.bias[0] - bond.reference / drive.step, 0.0];
+                contact.compliance[1] = 0.0;
+                let bonded = BondContact::new(&bodies.law, bond, place, drive.step);
+                self.problem.bonds.push(bonded);
             }
+            self.problem.contacts.push(contact);
+            self.slots.push(index as u32);
         }
     }
 
@@ -104,6 +179,12 @@ impl Stepper {
                 inverse_mass: [1.0 / m, 1.0 / m, 2.0 / m],
             }
         }));
+        if let (Some([x, y]), Some(grain)) = (bodies.pulled, movers.first_mut()) {
+            *grain = Mover {
+                velocity: [x, y, 0.0],
+                ..Mover::default()
+            };
+        }
         movers.resize(bodies.disks(), Mover::default());
         if let Some(mass) = bodies.wheel_mass {
             let x_velocity = (drive.wheel_x - state.wheel.position[0]) / h;
@@ -135,8 +216,15 @@ impl Stepper {
         squares.fold(0.0, f64::max).sqrt()
     }
 
-    /// The contact of a slot, unless the pair stays apart in this step and carried no force in the last one.
-    fn contact(&self, bodies: &Bodies, state: &State, h: f64, slot: &Slot) -> Option<Contact> {
+    /// The contact of a slot, unless the pair has no bond, stays apart in this step and carried no force in the last one.
+    fn contact(
+        &self,
+        bodies: &Bodies,
+        state: &State,
+        h: f64,
+        slot: &Slot,
+        bonded: bool,
+    ) -> Option<Contact> {
         let place = proximity(bodies, &state.centres, state.wheel.position[1], slot);
         let contact = Contact {
             a: slot.a,
@@ -147,8 +235,12 @@ impl Stepper {
             bias: [place.gap / h, slot.spring / h],
             compliance: bodies.law.compliance(h),
             impulse: [h * slot.force[0], h * slot.force[1]],
+            bond: UNBONDED,
             ..Contact::default()
         };
+        if bonded {
+            return Some(contact);
+        }
         let approach = self.problem.relative_velocity(&contact)[0].min(0.0);
         let touches = slot.force[0] > 0.0 || place.gap + h * approach < bodies.alert;
         touches.then_some(contact)
@@ -164,11 +256,15 @@ impl Stepper {
         for (contact, slot) in self.problem.contacts.iter().zip(&self.slots) {
             let slot = *slot as usize;
             let done = self.contact_step(bodies, state, drive, contact, &state.list.slots[slot]);
-            let [impact, friction] = contact_loss(&bodies.law, &done);
-            state.accounts.impact += impact;
-            state.accounts.friction += friction;
-            state.list.slots[slot].force = [done.impulse[0] / h, done.impulse[1] / h];
-            state.list.slots[slot].spring = done.spring[1];
+            if contact.bond == UNBONDED {
+                let [impact, friction] = contact_loss(&bodies.law, &done);
+                state.accounts.impact += impact;
+                state.accounts.friction += friction;
+                state.list.slots[slot].force = [done.impulse[0] / h, done.impulse[1] / h];
+                state.list.slots[slot].spring = done.spring[1];
+            } else {
+                self.close_bond(bodies, state, contact.bond as usize, slot, &done);
+            }
             if done.impulse[0] > 0.0 {
                 let overlap = (-done.gap - h * done.velocity[0]).max(0.0);
                 summary.closed += 1;
@@ -181,12 +277,35 @@ impl Stepper {
                 summary.on_wheel[1] -= push[1] / h;
             }
         }
+        state.bonds.retain(|bond| bond.adhesion > 0.0);
         summary.overlap[0] /= summary.closed.max(1) as f64;
         for impulse in self.problem.wall.impulse.chunks_exact(2) {
             summary.on_wall[0] += impulse[0] / h;
             summary.on_wall[1] += impulse[1] / h;
         }
         summary
+    }
+
+    /// Moves a bond and its slot to the end of the step and books what it lost.
+    fn close_bond(
+        &self,
+        bodies: &Bodies,
+        state: &mut State,
+        place: usize,
+        slot: usize,
+        done: &ContactStep,
+    ) {
+        let contact = &self.problem.bonds[place];
+        let [before, solved] = contact.adhesion;
+        let step = BondStep {
+            contact: *done,
+            adhesion: [before, solved, self.adhesion[place]],
+        };
+        let bond = &mut state.bonds[contact.index as usize];
+        let loss = bond::close(&bodies.law, bond, &mut state.list.slots[slot], &step);
+        state.accounts.impact += loss.impact;
+        state.accounts.friction += loss.friction;
+        state.accounts.cohesion += loss.cohesion;
     }
 
     fn contact_step(
@@ -219,6 +338,10 @@ impl Stepper {
     /// Balance of the free grains: impulses from wheel, wall and weight against the change of momentum.
     fn momentum_defect(&self, bodies: &Bodies, state: &State, drive: &Drive) -> f64 {
         let h = drive.step;
+        if bodies.pulled.is_some() {
+            // The drive takes up whatever force there is.
+            return 0.0;
+        }
         let mut defect = [0.0; 2];
         let outer = |c: &&Contact| (c.a as usize) < bodies.free && c.b as usize >= bodies.free;
         for contact in self.problem.contacts.iter().filter(outer) {
@@ -257,6 +380,11 @@ impl Stepper {
             state.accounts.drive -= self.sideways_impulse(index) * at_theta(new[0], old[0]);
             state.wheel.velocity = [new[0], new[1]];
             state.wheel.position[0] = drive.wheel_x;
+        }
+        if let Some(velocity) = bodies.pulled {
+            let pushes = self.problem.contacts.iter().map(push_on_a);
+            let works = pushes.map(|push| push[0] * velocity[0] + push[1] * velocity[1]);
+            state.accounts.drive -= works.sum::<f64>();
         }
         let wall = &self.problem.wall;
         let speeds = wall.velocity.iter().zip(&state.glued_velocity);

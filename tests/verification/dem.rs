@@ -1,7 +1,9 @@
 //! Verification cases of dem-node.
 
 mod dem_balance;
+mod dem_bonds;
 mod dem_bounds;
+mod dem_cohesion;
 mod dem_column;
 mod dem_compliance;
 mod dem_glued;

@@ -29,7 +29,7 @@ fn recipe(thickness_m: f64) -> LayerConfig {
 }
 
 fn layer_of(thickness_m: f64, seed: u64) -> Sample {
-    layer::prepare(&recipe(thickness_m), Some(STIFFNESS), seed).expect("the recipe works")
+    layer::prepare(&recipe(thickness_m), Some(STIFFNESS), false, seed).expect("the recipe works")
 }
 
 fn drop_at(x: f64) -> f64 {
@@ -121,7 +121,7 @@ fn the_glued_row_lies_within_a_radius_of_the_crowned_line() {
 
 #[test]
 fn rigid_grains_start_without_overlap() {
-    let sample = layer::prepare(&recipe(0.15e-3), None, 1).expect("the recipe works");
+    let sample = layer::prepare(&recipe(0.15e-3), None, false, 1).expect("the recipe works");
     let disks: Vec<&sample::Disk> = sample.free.iter().chain(&sample.glued).collect();
     for (i, a) in disks[..sample.free.len()].iter().enumerate() {
         for b in &disks[i + 1..] {

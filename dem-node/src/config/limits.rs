@@ -25,6 +25,7 @@ impl Config {
         if let Some(wheel) = &self.wheel {
             wheel.validate()?;
         }
+        crate::pull::validate(self)?;
         self.validate_together()
     }
 
@@ -52,9 +53,59 @@ impl LawConfig {
             positive("law.contact_stiffness_pa", stiffness, "Pa")?;
         }
         match self.kind {
-            LawKind::Signorini => self.validate_frictionless(),
-            LawKind::Coulomb => self.validate_coulomb(),
+            LawKind::Signorini => self.validate_frictionless()?,
+            LawKind::Coulomb => self.validate_friction("law.kind = \"coulomb\"")?,
+            LawKind::Cohesion => {
+                self.validate_friction("law.kind = \"cohesion\"")?;
+                return self.validate_cohesion();
+            }
         }
+        self.refuse_cohesion()
+    }
+
+    fn validate_cohesion(&self) -> Result<(), ConfigError> {
+        let given = |key, value| required(key, value, "law.kind = \"cohesion\"");
+        let [cn, ct, w, b, p, alert] = self.cohesion_numbers();
+        for ((key, value), unit) in [(cn, "Pa/m"), (w, "J/m2"), (p, ""), (alert, "m")] {
+            positive(key, given(key, value)?, unit)?;
+        }
+        for ((key, value), unit) in [(ct, "Pa/m"), (b, "Pa m s")] {
+            at_least(key, given(key, value)?, 0.0, unit)?;
+        }
+        match self.h_prime {
+            Some(_) => Ok(()),
+            None => Err(ConfigError::new(
+                "law.h_prime",
+                "law.kind = \"cohesion\" needs it and it is missing",
+            )
+            .help("write h_prime = \"one\" or \"adhesion\"")),
+        }
+    }
+
+    fn refuse_cohesion(&self) -> Result<(), ConfigError> {
+        let numbers = self.cohesion_numbers().into_iter();
+        let given = numbers
+            .filter(|(_, value)| value.is_some())
+            .map(|(key, _)| key);
+        match given.chain(self.h_prime.map(|_| "law.h_prime")).next() {
+            None => Ok(()),
+            Some(key) => Err(ConfigError::new(
+                key,
+                "belongs to bonds, and this law has none: the key would have no effect",
+            )
+            .help("remove it, or choose law.kind = \"cohesion\"")),
+        }
+    }
+
+    fn cohesion_numbers(&self) -> [(&'static str, Option<f64>); 6] {
+        [
+            ("law.cn_pa_per_m", self.cn_pa_per_m),
+            ("law.ct_pa_per_m", self.ct_pa_per_m),
+            ("law.w_j_per_m2", self.w_j_per_m2),
+            ("law.b_pa_m_s", self.b_pa_m_s),
+            ("law.p", self.p),
+            ("law.alert_m", self.alert_m),
+        ]
     }
 
     fn validate_frictionless(&self) -> Result<(), ConfigError> {
@@ -75,8 +126,8 @@ impl LawConfig {
         }
     }
 
-    fn validate_coulomb(&self) -> Result<(), ConfigError> {
-        let friction = required("law.friction", self.friction, "law.kind = \"coulomb\"")?;
+    fn validate_friction(&self, by: &str) -> Result<(), ConfigError> {
+        let friction = required("law.friction", self.friction, by)?;
         at_least("law.friction", friction, 0.0, "")?;
         let key = "law.tangential_stiffness_ratio";
         match (self.contact_stiffness_pa, self.tangential_stiffness_ratio) {

@@ -20,9 +20,14 @@ const RELEASED: f64 = 1e-2;
 const MAX_ITERATIONS: usize = 20_000;
 
 /// Prepares a layer; `stiffness` is that of the contacts over the thickness (Pa).
+///
+/// A `bonded` layer stays as it was shifted: its bonds take the gaps and overlaps as they are for their reference, and
+/// nothing is left to relax. Relaxed first, the overlaps on the flanks lift the top there and flatten the crown: the
+/// approach under 8 000 N then falls 0.8 % below that of the rail alone.
 pub fn prepare(
     recipe: &LayerConfig,
     stiffness: Option<f64>,
+    bonded: bool,
     seed: u64,
 ) -> Result<Sample, DemError> {
     let highest = recipe.press_pa.iter().copied().fold(0.0, f64::max);
@@ -35,10 +40,15 @@ pub fn prepare(
         radius: recipe.crown_radius_m,
     };
     let (free, glued) = (crown.follow(free), crown.follow(glued));
-    let (mut free, overlap) = release(&bed, free, &glued, recipe.thickness_m);
-    if stiffness.is_none() {
-        shrink(&mut free, overlap);
-    }
+    let free = if bonded {
+        free
+    } else {
+        let (mut free, overlap) = release(&bed, free, &glued, recipe.thickness_m);
+        if stiffness.is_none() {
+            shrink(&mut free, overlap);
+        }
+        free
+    };
     Ok(Sample {
         free: in_columns(free),
         glued,

@@ -46,12 +46,8 @@ fn sweep(problem: &mut Problem) -> f64 {
     // Taken out for the pass: a contact that is copied instead of borrowed costs as much as its arithmetic.
     let mut contacts = std::mem::take(&mut problem.contacts);
     for contact in &mut contacts {
-        let [u_n, u_t] = problem.relative_velocity(contact);
         let ([r_n, r_t], block) = (contact.impulse, contact.block);
-        let impulse = contact.law.impulse([
-            u_n + contact.bias[0] - block.nn * r_n - block.nt * r_t,
-            u_t + contact.bias[1] - block.nt * r_n - block.tt * r_t,
-        ]);
+        let impulse = problem.wanted(contact, problem.relative_velocity(contact));
         let step = [impulse[0] - r_n, impulse[1] - r_t];
         contact.impulse = impulse;
         problem.apply(contact, step);
