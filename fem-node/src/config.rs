@@ -67,10 +67,11 @@ pub enum Analysis {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Start {
-    /// The wheel's load grows in time, `wheel.ramp_s` and `wheel.hold_s` long.
+    /// The wheel's load grows in time, `wheel.ramp_s` long.
     #[default]
     Ramp,
-    /// Motion starts from the equilibrium under the full load.
+    /// The motion starts from the equilibrium under the full load, in place of the ramp; what `wheel.hold_s` says
+    /// remains.
     Static,
 }
 
@@ -235,16 +236,24 @@ impl Config {
         wheel::check(self)?;
         self.statics
             .check(self.wheel.map_or(0.0, |wheel| wheel.load_n))?;
-        self.refuse_unfinished()
+        self.check_start()
     }
 
-    /// What can be written but not yet run.
-    fn refuse_unfinished(&self) -> Result<(), ConfigError> {
-        let unfinished = [("start", self.start == Start::Static)];
-        match unfinished.into_iter().find(|(_, asked)| *asked) {
-            None => Ok(()),
-            Some((key, _)) => Err(ConfigError::new(key, "this version cannot run it")
-                .help("remove the key, or take a later version")),
+    /// A static start carries the full tractions; a ramp would take them away again.
+    fn check_start(&self) -> Result<(), ConfigError> {
+        let ramped = |traction: &TractionConfig| traction.ramp_s.is_some_and(|ramp| ramp > 0.0);
+        let mut edges = self
+            .boundary
+            .edges()
+            .filter(|(_, traction)| ramped(traction));
+        match edges.next() {
+            Some((name, _)) if self.start == Start::Static => {
+                let key = format!("boundary.{name}.ramp_s");
+                let problem = "a static start already carries the full traction";
+                Err(ConfigError::new(&key, problem)
+                    .help("remove the ramp, or write start = \"ramp\""))
+            }
+            _ => Ok(()),
         }
     }
 }

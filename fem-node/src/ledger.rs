@@ -11,7 +11,7 @@ pub struct Ledger {
     pub interface_work: f64,
     /// Work of the tractions, [(1-b) f + b f'] du.
     pub applied_work: f64,
-    /// Strain energy u F(u) / 2, exact for linear elasticity.
+    /// Strain energy u F(u) / 2, exact for linear elasticity, less that of a static start.
     pub strain: f64,
     /// Kinetic energy v M v / 2.
     pub kinetic: f64,

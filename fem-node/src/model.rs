@@ -2,7 +2,7 @@
 
 use protocol::{ConfigError, Setting};
 
-use crate::config::{Analysis, Config, ElementKind, StepChoice, positive};
+use crate::config::{Analysis, Config, ElementKind, Start, StepChoice, WheelConfig, positive};
 use crate::element::{Body, Supports};
 use crate::integrate::Scheme;
 use crate::material::Elastic;
@@ -91,7 +91,8 @@ impl Model {
         };
         let tractions = tractions(config, &mesh, &body, thickness);
         let start_damping = config.time.start_mass_damping_per_s.unwrap_or(0.0);
-        let parts = config.wheel.as_ref().zip(config.contact.as_ref());
+        let history = config.wheel.map(|wheel| history(config.start, wheel));
+        let parts = history.as_ref().zip(config.contact.as_ref());
         let wheel =
             parts.map(|parts| Wheel::new(parts, (&mesh, &body), (step, thickness), start_damping));
         let end = wheel.as_ref().map(|wheel| wheel.program.end());
@@ -125,6 +126,17 @@ impl Model {
             self.mesh.point(self.mesh.columns(), self.mesh.rows()),
         ];
         (right - left).max(top - bottom)
+    }
+}
+
+/// A static start takes the place of the ramp.
+fn history(start: Start, wheel: WheelConfig) -> WheelConfig {
+    match start {
+        Start::Ramp => wheel,
+        Start::Static => WheelConfig {
+            ramp_s: 0.0,
+            ..wheel
+        },
     }
 }
 

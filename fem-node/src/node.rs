@@ -9,7 +9,7 @@ use protocol::{
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::compliance::compliance;
-use crate::config::Config;
+use crate::config::{Config, Start};
 use crate::error::FemError;
 use crate::integrate::{Integrator, State};
 use crate::interface::Interface;
@@ -17,6 +17,7 @@ use crate::ledger::{Ledger, Terms};
 use crate::mesh::Edge;
 use crate::model::Model;
 use crate::probe::{self, Held, PressureMaxima};
+use crate::statics::{self, Loads};
 use crate::vtu;
 use crate::wheel::{self, WheelState};
 use crate::window::{Request, WindowRun};
@@ -49,10 +50,11 @@ pub struct FemNode {
 }
 
 impl FemNode {
-    /// Builds the body, at rest.
+    /// Builds the body: at rest and undeformed, or in equilibrium with its wheel.
     pub fn new(config: &Config, setting: &Setting) -> Result<FemNode, FemError> {
         let model = Model::new(config, setting)?;
         let threads = setting.threads.max(1);
+        let (committed, wheel) = start_state(&model, config)?;
         let (body, elements) = (&model.body, model.mesh.elements());
         Ok(FemNode {
             participant: setting.participant.clone(),
@@ -60,11 +62,11 @@ impl FemNode {
             pool: start_pool(threads)?,
             integrator: Integrator::new(body, model.scheme, elements, threads),
             interface: Interface::default(),
-            committed: State::at_rest(body),
             ledger: Ledger::default(),
             steps: 0,
-            wheel: model.wheel.as_ref().map(WheelState::at_rest),
-            run: WindowRun::new(&model),
+            run: WindowRun::new(&model, &committed),
+            committed,
+            wheel,
             pending: None,
             steps_done: 0,
             column_steps: 0,
@@ -390,6 +392,24 @@ impl Node for FemNode {
             state_hash: self.state_hash(),
         })
     }
+}
+
+/// The body undeformed and the wheel just touching it, or both in equilibrium under the full load.
+fn start_state(model: &Model, config: &Config) -> Result<(State, Option<WheelState>), FemError> {
+    let Some(wheel) = model.wheel.as_ref() else {
+        return Ok((State::at_rest(&model.body), None));
+    };
+    if config.start == Start::Ramp {
+        return Ok((
+            State::at_rest(&model.body),
+            Some(WheelState::at_rest(wheel)),
+        ));
+    }
+    let start = statics::equilibrium(model, Loads::new(config).as_ref())?;
+    let resting = start
+        .contact
+        .map(|contact| WheelState::resting(wheel, contact.approach, contact.touches()));
+    Ok((start.state, resting))
 }
 
 fn start_pool(threads: usize) -> Result<ThreadPool, FemError> {

@@ -172,6 +172,20 @@ impl WheelState {
         }
     }
 
+    /// Resting on a body in equilibrium, by this much below the place where it first touched (m).
+    pub(crate) fn resting(wheel: &Wheel, approach: f64, touches: Vec<Touch>) -> WheelState {
+        WheelState {
+            height: wheel.first_height - approach,
+            touches,
+            ..WheelState::at_rest(wheel)
+        }
+    }
+
+    /// Whether it touches anything.
+    pub(crate) fn touches_body(&self) -> bool {
+        self.touches.iter().any(Touch::closed)
+    }
+
     pub(crate) fn kinetic(&self, wheel: &Wheel) -> f64 {
         0.5 * wheel.mass * self.velocity * self.velocity
     }

@@ -27,6 +27,8 @@ pub(crate) struct WindowRun {
     pub(crate) wheel: Option<WheelRun>,
     /// Results of the moment before the wheel starts to move sideways, if it lies in the window.
     pub(crate) held: Option<Held>,
+    /// Strain energy at the start of the run (J).
+    start_strain: f64,
     load: Load,
     sums: Vec<RowSums>,
     applied_work: f64,
@@ -35,9 +37,11 @@ pub(crate) struct WindowRun {
 }
 
 impl WindowRun {
-    pub(crate) fn new(model: &Model) -> WindowRun {
+    /// For a run that begins in this state.
+    pub(crate) fn new(model: &Model, start: &State) -> WindowRun {
         let body = &model.body;
         WindowRun {
+            start_strain: strain_energy(start),
             wheel: model.wheel.as_ref().map(WheelRun::new),
             held: None,
             state: State::at_rest(body),
@@ -92,7 +96,8 @@ impl WindowRun {
     }
 
     /// The committed state under the forces of the window. Interface forces jump from one window to the next, so that
-    /// the accelerations are computed anew; those of the wheel do not, except from nothing at the start of the run.
+    /// the accelerations are computed anew; those of the wheel do not, except from nothing at the start of a run that
+    /// does not begin in equilibrium.
     fn begin(
         &mut self,
         model: &Model,
@@ -108,7 +113,7 @@ impl WindowRun {
         };
         run.restore(wheel);
         self.state.resume(state);
-        if request.start == 0 {
+        if request.start == 0 && !wheel.touches_body() {
             self.open(model, damping);
         }
     }
@@ -170,7 +175,7 @@ impl WindowRun {
         Ledger {
             interface_work: before.interface_work + work.sum::<f64>(),
             applied_work: before.applied_work + self.applied_work,
-            strain: 0.5 * dot(&self.state.u, &self.state.force),
+            strain: strain_energy(&self.state) - self.start_strain,
             kinetic: 0.5 * inertia_product(&model.body, &self.state.v),
             mass_damping: before.mass_damping + sum(|row| row.damping),
             numerical: before.numerical + loss,
@@ -231,6 +236,11 @@ fn applied_work(model: &Model, step: u64, before: &[f64], after: &[f64]) -> f64 
 /// x M x
 fn inertia_product(body: &Body, x: &[f64]) -> f64 {
     body.mass.iter().zip(x).map(|(m, x)| m * x * x).sum()
+}
+
+/// u F(u) / 2, exact for linear elasticity.
+fn strain_energy(state: &State) -> f64 {
+    0.5 * dot(&state.u, &state.force)
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -73,6 +73,21 @@ fn every_number_out_of_range_is_refused_by_its_key() {
         ),
         ("start", json!({"start": "static"})),
         ("start", json!({"start": "slow"})),
+        (
+            "statics.increment_n",
+            json!({"statics": {"increment_n": 0.0}}),
+        ),
+        (
+            "statics.increments_per_cycle",
+            json!({"statics": {"increments_per_cycle": 3}}),
+        ),
+        (
+            "boundary.top.ramp_s",
+            with(
+                wheel(json!({})),
+                json!({"start": "static", "boundary": {"top": {"traction_pa": [0.0, 1.0], "ramp_s": 1e-4}}}),
+            ),
+        ),
         ("wheel", json!({"contact": {"friction": 0.3}})),
         ("wheel.width_m", wheel(json!({"width_m": 1.0}))),
         ("wheel.mass_kg", wheel(json!({"mass_kg": 0.0}))),

@@ -313,3 +313,52 @@ fn extreme_loads_and_friction_end() {
         );
     }
 }
+
+/// Contact forces, displacements and the wheel of the static solution solve the equations of motion with zero
+/// velocity, so that nothing moves until the wheel does; rounding of the dense solve is all that is left.
+#[test]
+fn a_static_start_stays_in_equilibrium() {
+    for element in ["q4_1point", "q4_2x2", "q4_bbar"] {
+        let statics = with(loaded(small(), 8000.0, 0.3), json!({"element": element}));
+        let rest = result(&mut solved(&statics), "approach_m");
+        let moving = json!({"analysis": "dynamic", "start": "static",
+                            "wheel": {"ramp_s": 1e-3, "hold_s": 1e-3}});
+        let mut node = crate::fem_bodies::node(&with(statics, moving));
+        let phases = node.describe().phases;
+        assert_eq!((phases[0].name.as_str(), phases[0].t0_s), ("hold", 0.0));
+        let report = node.march(&window(0, 300)).expect("it is stable");
+        let value = |name: &str| crate::fem_bodies::reported(&node, &report, name);
+        assert!(
+            (value("wheel_fn_n") / 8000.0 - 1.0).abs() < 1e-8,
+            "{}",
+            value("wheel_fn_n")
+        );
+        assert!(
+            (-value("wheel_y_m") / rest - 1.0).abs() < 1e-10,
+            "{} {rest}",
+            value("wheel_y_m")
+        );
+        assert!(
+            value("kinetic").abs() < 1e-15 && value("strain").abs() < 1e-12,
+            "{}",
+            value("kinetic")
+        );
+    }
+}
+
+/// The statics keep the normals of the undeformed body, the dynamics those of the moment: forces differ by the
+/// slope that the displacements add, which is below 1 % here.
+#[test]
+fn a_static_start_under_a_round_wheel_is_close_to_equilibrium() {
+    let moving = json!({
+        "analysis": "dynamic", "start": "static", "element": "q4_1point",
+        "mesh": {"crown_radius_m": 0.0},
+        "wheel": {"radius_m": 0.3, "hold_s": 1e-3},
+    });
+    let mut node = crate::fem_bodies::node(&with(loaded(small(), 8000.0, 0.3), moving));
+    for index in 0..20 {
+        let report = node.march(&window(index, 5)).expect("it is stable");
+        let force = crate::fem_bodies::reported(&node, &report, "wheel_fn_n");
+        assert!((force / 8000.0 - 1.0).abs() < 1e-2, "{force}");
+    }
+}

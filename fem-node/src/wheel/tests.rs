@@ -47,7 +47,7 @@ impl Flight {
         let wheel = model.wheel.as_ref().expect("it has one");
         Flight {
             integrator: Integrator::new(&model.body, model.scheme, model.mesh.elements(), 1),
-            run: WindowRun::new(&model),
+            run: WindowRun::new(&model, &State::at_rest(&model.body)),
             state: State::at_rest(&model.body),
             wheel: WheelState::at_rest(wheel),
             steps: 0,
