@@ -21,13 +21,17 @@ fn loaded(fields: Option<std::path::PathBuf>) -> FemNode {
 }
 
 fn values(text: &str, name: &str) -> usize {
+    numbers(text, name).len()
+}
+
+fn numbers(text: &str, name: &str) -> Vec<f64> {
     let (_, after) = text
         .split_once(&format!("Name=\"{name}\""))
         .expect("the array is there");
     let body = after.split_once('>').expect("an opened tag").1;
     let numbers = body.split_once('<').expect("a closed tag").0;
     let read: Result<Vec<f64>, _> = numbers.split_whitespace().map(str::parse).collect();
-    read.expect("numbers").len()
+    read.expect("numbers")
 }
 
 #[test]
@@ -51,6 +55,30 @@ fn a_snapshot_holds_every_node_and_element() {
     ] {
         assert_eq!(values(&text, name), 12 * 6, "{name}");
     }
+}
+
+#[test]
+fn contacts_of_the_upper_edge_are_shown() {
+    let folder = std::env::temp_dir().join(format!("fem-status-{}", std::process::id()));
+    let wheel = json!({
+        "wheel": {"load_n": 500.0, "mass_kg": 1e-3, "ramp_s": 0.0, "hold_s": 1e-4},
+        "contact": {"friction": 0.3},
+    });
+    let config: Config = read_config(&with(block(), wheel)).expect("valid");
+    let setting = Setting {
+        fields: Some(folder.clone()),
+        ..setting(1)
+    };
+    let mut node = FemNode::new(&config, &setting).expect("valid");
+    node.march(&window(0, 100)).expect("stable");
+    node.snapshot("pressed").expect("written");
+    let text = std::fs::read_to_string(folder.join("rail-pressed.vtu")).expect("it exists");
+    std::fs::remove_dir_all(&folder).expect("it exists");
+    let status = numbers(&text, "node_status");
+    let (top, below) = status.split_at(13);
+    assert!(top[6] > 0.0, "the crown touches");
+    assert_eq!((top[0], top[12]), (0.0, 0.0), "the edges do not");
+    assert_eq!(below, [-1.0; 13 * 6]);
 }
 
 #[test]

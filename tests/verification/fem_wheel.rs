@@ -157,6 +157,15 @@ fn sweeps_and_closed_form_agree_on_a_nearly_flat_wheel() {
 }
 
 #[test]
+fn the_history_is_told_in_parts() {
+    let description = node(&wheel_rail(2.25)).describe();
+    let phases: Vec<&str> = description.phases.iter().map(|p| p.name.as_str()).collect();
+    assert_eq!(phases, ["ramp", "hold", "cycling"]);
+    assert_eq!(description.end_s, Some(8e-4 + 2.25 / 300.0));
+    assert_eq!(description.phases[2].t1_s, 8e-4 + 2.25 / 300.0);
+}
+
+#[test]
 fn threads_do_not_change_a_bit() {
     let config = with(
         wheel_rail(0.1),
