@@ -10,6 +10,9 @@ use crate::model::Model;
 /// omega adds phi phi^T (1 - cos(omega H))/omega^2 in the limit of small steps, the response of an undamped
 /// oscillator to a constant force: never negative, so that C is positive definite.
 ///
+/// They are those of linear elasticity in small strain: a plastic body that yields within the window is softer, and a
+/// coupler that needs more than one repeat then takes more of them.
+///
 /// The columns are independent, so they are what the threads share; each is computed by one of them.
 pub(crate) fn compliance(model: &Model, components: &[usize], substeps: u32) -> Vec<f64> {
     let columns: Vec<Vec<f64>> = components

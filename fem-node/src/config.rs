@@ -1,5 +1,6 @@
 //! The keys of `[participant.config]`, read and checked once.
 
+mod boundary;
 mod statics;
 mod wheel;
 
@@ -9,6 +10,8 @@ use protocol::ConfigError;
 use serde::de::{self, Deserializer, Visitor};
 use serde::{Deserialize, Serialize};
 
+pub(crate) use boundary::SetLoad;
+pub use boundary::{BoundaryConfig, Component, SetConfig};
 pub use statics::StaticsConfig;
 pub use wheel::{ContactConfig, WheelConfig};
 
@@ -25,6 +28,9 @@ pub struct Config {
     /// Element; `q4_1point` when absent, the fast one.
     #[serde(default)]
     pub element: ElementKind,
+    /// Small strain when absent.
+    #[serde(default)]
+    pub kinematics: Kinematics,
     /// Out-of-plane condition; plane strain when absent.
     #[serde(default)]
     pub plane: Plane,
@@ -40,7 +46,7 @@ pub struct Config {
     pub material: MaterialConfig,
     /// Time integration.
     pub time: TimeConfig,
-    /// Tractions on the edges.
+    /// Loads and prescribed motions on named sets.
     #[serde(default)]
     pub boundary: BoundaryConfig,
     /// The rigid wheel on the upper edge.
@@ -111,6 +117,8 @@ pub enum Base {
     Clamped,
     /// y fixed, x free, except in the middle node where nothing else holds the body.
     Roller,
+    /// No support.
+    Free,
 }
 
 /// Support of the lateral edges.
@@ -128,9 +136,22 @@ pub enum Sides {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MaterialKind {
-    /// Linear elastic, isotropic, small strain.
+    /// Linear elastic, isotropic.
     #[default]
     Elastic,
+    /// Elastic up to von Mises' yield surface, which grows and moves linearly with the plastic strain; plane strain.
+    J2,
+}
+
+/// What is taken for the strain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kinematics {
+    /// The symmetric part of the displacement gradient; rotations must stay small.
+    #[default]
+    Small,
+    /// The stretch without the rotation: rotations may be large, the stretch must stay small.
+    Corotational,
 }
 
 /// Geometry: a block with a graded structured mesh, fine in the middle of its upper edge.
@@ -161,15 +182,20 @@ pub struct MeshConfig {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialConfig {
-    /// Which law.
-    #[serde(default)]
-    pub kind: MaterialKind,
+    /// Which law; when absent `j2` beside a `yield_pa`, `elastic` without.
+    pub kind: Option<MaterialKind>,
     /// Young's modulus (Pa), > 0.
     pub young_pa: f64,
     /// Poisson's ratio, in (-1, 0.5).
     pub poisson: f64,
     /// Density (kg/m3), > 0.
     pub density_kg_per_m3: f64,
+    /// Yield stress in uniaxial tension (Pa), > 0; `j2` only.
+    pub yield_pa: Option<f64>,
+    /// Growth H of the yield stress with the equivalent plastic strain (Pa), >= 0; none when absent.
+    pub hardening_pa: Option<f64>,
+    /// Growth of the back stress with the plastic strain in uniaxial tension (Pa), >= 0; none when absent.
+    pub kinematic_hardening_pa: Option<f64>,
 }
 
 /// Time integration.
@@ -204,28 +230,6 @@ pub enum StepChoice {
     Seconds(f64),
 }
 
-/// Tractions on the edges, constant along each.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BoundaryConfig {
-    /// Upper edge.
-    pub top: Option<TractionConfig>,
-    /// Left edge.
-    pub left: Option<TractionConfig>,
-    /// Right edge.
-    pub right: Option<TractionConfig>,
-}
-
-/// A traction, held after a linear ramp.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TractionConfig {
-    /// Components (tx, ty) on the reference edge (Pa).
-    pub traction_pa: [f64; 2],
-    /// Duration of the ramp from zero (s); applied at once when absent or 0.
-    pub ramp_s: Option<f64>,
-}
-
 impl Config {
     /// Checks every number that can be judged alone; mesh and step are judged where they are built.
     pub fn check(&self) -> Result<(), ConfigError> {
@@ -236,17 +240,76 @@ impl Config {
         wheel::check(self)?;
         self.statics
             .check(self.wheel.map_or(0.0, |wheel| wheel.load_n))?;
+        self.check_law()?;
+        self.check_motion()?;
         self.check_start()
+    }
+
+    /// Which laws, planes, elements and strains go together.
+    fn check_law(&self) -> Result<(), ConfigError> {
+        if self.material.law() == MaterialKind::J2 && self.plane == Plane::Stress {
+            return Err(ConfigError::new("plane", "\"stress\" does not go with a j2 material")
+                .help("take plane = \"strain\": the return to the yield surface keeps ezz = 0, not szz = 0"));
+        }
+        if self.kinematics == Kinematics::Corotational
+            && self.element == ElementKind::Q4MeanDilatation
+        {
+            return Err(ConfigError::new(
+                "kinematics",
+                "\"corotational\" does not go with the element q4_bbar",
+            )
+            .help("take q4_1point or q4_2x2: the mean dilatation is that of small strain"));
+        }
+        match self.analysis == Analysis::Static || self.start == Start::Static {
+            true => self.check_static(),
+            false => Ok(()),
+        }
+    }
+
+    /// An equilibrium is solved for a supported, linear body.
+    fn check_static(&self) -> Result<(), ConfigError> {
+        let refused = [
+            ("material.yield_pa", self.material.law() == MaterialKind::J2),
+            ("kinematics", self.kinematics == Kinematics::Corotational),
+            ("base", self.base == Base::Free),
+        ];
+        match refused.into_iter().find(|(_, refused)| *refused) {
+            None => Ok(()),
+            Some((key, _)) => {
+                let problem = "does not go with a static analysis or start, which solve for a supported, linear elastic body";
+                Err(ConfigError::new(key, problem)
+                    .help("take analysis = \"dynamic\" and start = \"ramp\", or remove the key"))
+            }
+        }
+    }
+
+    /// A prescribed motion needs time, and leaves nothing for a contact to find.
+    fn check_motion(&self) -> Result<(), ConfigError> {
+        let Some(set) = self.boundary.driven().next() else {
+            return Ok(());
+        };
+        let key = format!("boundary.{set}");
+        if self.analysis == Analysis::Static || self.start == Start::Static {
+            return Err(ConfigError::new(
+                &key,
+                "a prescribed motion does not go with a static analysis or start",
+            )
+            .help("give a traction, or take analysis = \"dynamic\" and start = \"ramp\""));
+        }
+        match self.wheel.is_some() && self.boundary.driven().any(|set| set == "top") {
+            true => Err(
+                ConfigError::new("boundary.top", "moves the edge that the wheel touches")
+                    .help("remove the motion or the wheel"),
+            ),
+            false => Ok(()),
+        }
     }
 
     /// A static start carries the full tractions; a ramp would take them away again.
     fn check_start(&self) -> Result<(), ConfigError> {
-        let ramped = |traction: &TractionConfig| traction.ramp_s.is_some_and(|ramp| ramp > 0.0);
-        let mut edges = self
-            .boundary
-            .edges()
-            .filter(|(_, traction)| ramped(traction));
-        match edges.next() {
+        let ramped = |set: &SetConfig| set.ramp_s.is_some_and(|ramp| ramp > 0.0);
+        let mut sets = self.boundary.0.iter().filter(|(_, set)| ramped(set));
+        match sets.next() {
             Some((name, _)) if self.start == Start::Static => {
                 let key = format!("boundary.{name}.ramp_s");
                 let problem = "a static start already carries the full traction";
@@ -279,12 +342,70 @@ impl MaterialConfig {
             self.density_kg_per_m3,
             "kg/m3",
         )?;
+        self.check_hardening()?;
         if self.poisson > -1.0 && self.poisson < 0.5 {
             return Ok(());
         }
         let problem = format!("must lie between -1 and 0.5, got {}", self.poisson);
         Err(ConfigError::new("material.poisson", problem)
             .help("an incompressible body (0.5) transmits pressure infinitely fast, no step could follow it; take 0.49 at most"))
+    }
+}
+
+impl MaterialConfig {
+    /// A linear elastic material: Young's modulus (Pa), Poisson's ratio, density (kg/m3).
+    pub fn elastic(young_pa: f64, poisson: f64, density_kg_per_m3: f64) -> MaterialConfig {
+        MaterialConfig {
+            kind: None,
+            young_pa,
+            poisson,
+            density_kg_per_m3,
+            yield_pa: None,
+            hardening_pa: None,
+            kinematic_hardening_pa: None,
+        }
+    }
+
+    /// The law that the keys ask for: scripts give `yield_pa` alone.
+    pub fn law(&self) -> MaterialKind {
+        match (self.kind, self.yield_pa) {
+            (Some(kind), _) => kind,
+            (None, Some(_)) => MaterialKind::J2,
+            (None, None) => MaterialKind::Elastic,
+        }
+    }
+
+    fn check_hardening(&self) -> Result<(), ConfigError> {
+        let keys = [
+            ("material.yield_pa", self.yield_pa),
+            ("material.hardening_pa", self.hardening_pa),
+            (
+                "material.kinematic_hardening_pa",
+                self.kinematic_hardening_pa,
+            ),
+        ];
+        let given = keys.into_iter().find(|(_, value)| value.is_some());
+        match (self.law(), given) {
+            (MaterialKind::Elastic, Some((key, _))) => Err(ConfigError::new(
+                key,
+                "has no effect on an elastic material",
+            )
+            .help("give material.yield_pa and leave material.kind out, or remove the key")),
+            (MaterialKind::Elastic, None) => Ok(()),
+            (MaterialKind::J2, _) => {
+                let yield_pa = self.yield_pa.ok_or_else(|| {
+                    ConfigError::new(
+                        "material.yield_pa",
+                        "is required with material.kind = \"j2\"",
+                    )
+                    .help("give the yield stress in uniaxial tension (Pa)")
+                })?;
+                positive("material.yield_pa", yield_pa, "Pa")?;
+                keys[1..].iter().try_for_each(|(key, value)| {
+                    optional(*value, |value| not_negative(key, value, "Pa"))
+                })
+            }
+        }
     }
 }
 
@@ -303,32 +424,6 @@ impl TimeConfig {
             not_negative("time.mass_damping_per_s", rate, "1/s")
         })?;
         optional(self.end_s, |end| positive("time.end_s", end, "s"))
-    }
-}
-
-impl BoundaryConfig {
-    /// The loaded edges by name.
-    pub fn edges(&self) -> impl Iterator<Item = (&'static str, &TractionConfig)> {
-        [
-            ("top", &self.top),
-            ("left", &self.left),
-            ("right", &self.right),
-        ]
-        .into_iter()
-        .filter_map(|(name, traction)| traction.as_ref().map(|traction| (name, traction)))
-    }
-
-    fn check(&self) -> Result<(), ConfigError> {
-        for (name, traction) in self.edges() {
-            if !traction.traction_pa.iter().all(|t| t.is_finite()) {
-                let key = format!("boundary.{name}.traction_pa");
-                return Err(ConfigError::new(&key, "must be two finite numbers (Pa)"));
-            }
-            optional(traction.ramp_s, |ramp| {
-                not_negative(&format!("boundary.{name}.ramp_s"), ramp, "s")
-            })?;
-        }
-        Ok(())
     }
 }
 

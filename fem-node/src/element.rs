@@ -13,13 +13,15 @@ use std::ops::Range;
 
 use crate::config::{Base, ElementKind, Sides};
 use crate::material::Elastic;
+use crate::material::j2::{HISTORY, remembered};
+use crate::material::point::PointLaw;
 use crate::mesh::{Edge, Mesh};
 use crate::pack::LANES;
 
 use q4_1point::Q4OnePoint;
 use q4_2x2::Q4Full;
 use q4_bbar::Q4MeanDilatation;
-pub(crate) use row::RowForces;
+pub(crate) use row::{Course, RowForces, Standing};
 pub use stiffness::Stiffness;
 
 /// 1/sqrt(3), the coordinate of the 2 x 2 Gauss points.
@@ -167,6 +169,14 @@ impl Body {
         body
     }
 
+    /// Takes components out of the equations of motion.
+    pub(crate) fn hold(&mut self, components: impl Iterator<Item = usize>) {
+        for index in components {
+            self.mass[index] = 0.0;
+            self.inverse_mass[index] = 0.0;
+        }
+    }
+
     /// Where the components are stored.
     pub fn layout(&self) -> Layout {
         self.layout
@@ -208,6 +218,82 @@ impl Body {
         }
     }
 
+    /// Like [`Body::element_row`] under any law; returns what the elements dissipated (J).
+    pub(crate) fn element_row_by(
+        &self,
+        law: &PointLaw,
+        row: usize,
+        course: Course,
+        out: &mut RowForces,
+    ) -> f64 {
+        match &self.element {
+            Element::OnePoint(elements) => elements.row_by(law, row, course, out),
+            Element::Full(elements) => elements.row_by(law, row, course, out),
+            Element::MeanDilatation(elements) => elements.row_by(law, row, course, out),
+        }
+    }
+
+    /// Stored energy less u F(u) / 2 (J) under a law that is not linear.
+    pub(crate) fn energy_beyond(&self, law: &PointLaw, u: &[f64], history: &[f64]) -> f64 {
+        let layout = self.layout;
+        let size = self.history_row_len(law);
+        let mut sum = 0.0;
+        for row in 0..layout.node_rows() - 1 {
+            let now = Standing {
+                u: [&u[layout.row(row)], &u[layout.row(row + 1)]],
+                history: &history[row * size..(row + 1) * size],
+            };
+            sum += match &self.element {
+                Element::OnePoint(elements) => elements.energy_beyond(law, row, now),
+                Element::Full(elements) => elements.energy_beyond(law, row, now),
+                Element::MeanDilatation(elements) => elements.energy_beyond(law, row, now),
+            };
+        }
+        sum
+    }
+
+    /// Numbers that a row of elements remembers.
+    pub(crate) fn history_row_len(&self, law: &PointLaw) -> usize {
+        match law.plastic {
+            Some(_) => self.points() * HISTORY * self.layout.padded_columns(),
+            None => 0,
+        }
+    }
+
+    /// Points in which an element has a stress of its own.
+    fn points(&self) -> usize {
+        match &self.element {
+            Element::OnePoint(_) => 1,
+            Element::Full(_) | Element::MeanDilatation(_) => 4,
+        }
+    }
+
+    /// Plastic strain (pxx, pyy, 2 pxy) and its equivalent value at natural coordinates of an element: those of the
+    /// nearest point, at the centroid the mean over the points.
+    pub fn plastic_strain(
+        &self,
+        history: &[f64],
+        [column, row]: [usize; 2],
+        [xi, eta]: [f64; 2],
+    ) -> [f64; HISTORY] {
+        let padded = self.layout.padded_columns();
+        let of_point = |point: usize| {
+            let first = (row * self.points() + point) * HISTORY * padded;
+            remembered(&history[first..first + HISTORY * padded], padded, column)
+        };
+        if history.is_empty() {
+            return [0.0; HISTORY];
+        }
+        if self.points() == 1 {
+            return of_point(0);
+        }
+        if xi == 0.0 && eta == 0.0 {
+            let all = [0, 1, 2, 3].map(of_point);
+            return std::array::from_fn(|k| 0.25 * all.iter().map(|p| p[k]).sum::<f64>());
+        }
+        of_point(2 * usize::from(eta > 0.0) + usize::from(xi > 0.0))
+    }
+
     fn spread_masses(&mut self, fixed: &[usize]) {
         let layout = self.layout;
         let nodes = (0..layout.node_rows()).flat_map(|j| (0..=layout.columns).map(move |i| [i, j]));
@@ -217,10 +303,7 @@ impl Body {
                 self.inverse_mass[layout.index(node, component)] = 1.0 / mass;
             }
         }
-        for index in fixed {
-            self.mass[*index] = 0.0;
-            self.inverse_mass[*index] = 0.0;
-        }
+        self.hold(fixed.iter().copied());
     }
 }
 
@@ -295,6 +378,7 @@ fn fixed_components(mesh: &Mesh, supports: Supports, layout: Layout) -> Vec<usiz
     let bottom = mesh.edge(Edge::Bottom);
     let mut fixed: Vec<usize> = bottom.iter().map(|node| layout.index(*node, 1)).collect();
     match (supports.base, supports.sides) {
+        (Base::Free, _) => fixed.clear(),
         (Base::Clamped, _) => fixed.extend(bottom.iter().map(|node| layout.index(*node, 0))),
         (Base::Roller, Sides::Free) => fixed.push(layout.index(bottom[bottom.len() / 2], 0)),
         (Base::Roller, Sides::FixedX) => {}
@@ -331,12 +415,7 @@ mod tests {
     }
 
     fn law(plane: crate::config::Plane) -> Elastic {
-        let material = crate::config::MaterialConfig {
-            kind: crate::config::MaterialKind::Elastic,
-            young_pa: 3.0,
-            poisson: 0.3,
-            density_kg_per_m3: 1.0,
-        };
+        let material = crate::config::MaterialConfig::elastic(3.0, 0.3, 1.0);
         Elastic::new(&material, plane)
     }
 

@@ -21,6 +21,10 @@ pub enum FemError {
         "its set `bottom` is the support of the body and does not move: an interface can name top, left or right"
     )]
     SupportedSet,
+    #[error(
+        "its set `{set}` moves as boundary.{set} prescribes and takes no force: name another set, or remove the motion"
+    )]
+    DrivenSet { set: String },
     #[error("its set `{set}` is coupled twice: join the interfaces, or name another set")]
     CoupledTwice { set: String },
     #[error(
@@ -117,6 +121,7 @@ impl From<FemError> for NodeError {
             | FemError::Pool { .. }
             | FemError::UnknownSet { .. }
             | FemError::SupportedSet
+            | FemError::DrivenSet { .. }
             | FemError::CoupledTwice { .. }
             | FemError::CoupledWithWheel { .. }
             | FemError::Factor { .. }

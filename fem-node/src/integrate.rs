@@ -40,9 +40,12 @@
 //!
 //! The last bracket telescopes inside a window, not across windows: a is computed anew under the new force.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
-use crate::element::{Body, RowForces};
+use crate::element::{Body, Course, RowForces};
+use crate::material::point::PointLaw;
 use crate::pack::{LANES, Pack};
 use crate::wheel::{Wheel, WheelRun};
 
@@ -71,7 +74,12 @@ impl Scheme {
 
     #[inline(always)]
     fn predicted(&self, u: f64, v: f64, a: f64) -> f64 {
-        u + (self.step * v + 0.5 * self.step * self.step * a)
+        u + self.increment(v, a)
+    }
+
+    #[inline(always)]
+    fn increment(&self, v: f64, a: f64) -> f64 {
+        self.step * v + 0.5 * self.step * self.step * a
     }
 }
 
@@ -108,6 +116,8 @@ pub struct State {
     pub force: Vec<f64>,
     /// Acceleration (m/s2); computed anew at the start of each window of a body without wheel.
     pub a: Vec<f64>,
+    /// What the points of a plastic body remember, empty for any other; see [`Body::plastic_strain`].
+    pub history: Vec<f64>,
 }
 
 impl State {
@@ -119,6 +129,17 @@ impl State {
             v: zero.clone(),
             force: zero.clone(),
             a: zero,
+            history: Vec::new(),
+        }
+    }
+
+    /// At rest, undeformed, under a law that may be more than linear.
+    pub fn at_rest_under(body: &Body, law: Option<&PointLaw>) -> State {
+        let rows = body.layout().node_rows() - 1;
+        let remembered = law.map_or(0, |law| rows * body.history_row_len(law));
+        State {
+            history: vec![0.0; remembered],
+            ..State::at_rest(body)
         }
     }
 
@@ -127,6 +148,7 @@ impl State {
         self.u.copy_from_slice(&start.u);
         self.v.copy_from_slice(&start.v);
         self.force.copy_from_slice(&start.force);
+        self.history.copy_from_slice(&start.history);
     }
 
     /// Takes over what a window starts from, the accelerations included: contact forces do not jump there.
@@ -184,6 +206,11 @@ impl Load {
         self.row(0)
     }
 
+    /// Force on a component (N).
+    pub(crate) fn at(&self, index: usize) -> f64 {
+        self.values[index]
+    }
+
     /// A row of nodes; the many rows without load share one row of zeros, which stays in the cache.
     fn row(&self, row: usize) -> &[f64] {
         match self.loaded_rows[row] {
@@ -200,6 +227,8 @@ pub(crate) struct RowSums {
     pub(crate) rotation: f64,
     /// Sum of [(1-b) c v + b c' v'] M du.
     pub(crate) damping: f64,
+    /// Dissipated by the elements below the row.
+    pub(crate) plastic: f64,
 }
 
 /// Room for the forces of one block of rows.
@@ -210,6 +239,40 @@ struct Scratch {
     acceleration: Vec<f64>,
     above: Vec<f64>,
     below: Vec<f64>,
+    memory: Memory,
+}
+
+/// What a block needs besides when the points remember: increments of displacements, and a copy of the histories
+/// above it, whose owner changes them at the same time. Empty when they do not.
+#[derive(Clone, Debug, Default)]
+struct Memory {
+    /// Increments of the row at hand and of the one below it.
+    here: Vec<f64>,
+    next: Vec<f64>,
+    above: Vec<f64>,
+    below: Vec<f64>,
+    history: Vec<f64>,
+}
+
+impl Memory {
+    fn new(body: &Body, law: &PointLaw) -> Memory {
+        let zero = match law.plastic {
+            Some(_) => vec![0.0; body.layout().row_len()],
+            None => Vec::new(),
+        };
+        Memory {
+            here: zero.clone(),
+            next: zero.clone(),
+            above: zero.clone(),
+            below: zero,
+            history: vec![0.0; body.history_row_len(law)],
+        }
+    }
+
+    /// Goes down by one row.
+    fn advance(&mut self) {
+        std::mem::swap(&mut self.here, &mut self.next);
+    }
 }
 
 /// Steps a body, on one thread or several, with the same bits: whoever computes a row computes it alike.
@@ -218,6 +281,7 @@ pub(crate) struct Integrator {
     pub(crate) scheme: Scheme,
     /// Mass damping of the step to come.
     pub(crate) damping: Damping,
+    law: Option<PointLaw>,
     scratch: Vec<Scratch>,
 }
 
@@ -236,12 +300,25 @@ impl Integrator {
             acceleration: zero.clone(),
             above: zero.clone(),
             below: zero,
+            memory: Memory::default(),
         };
         Integrator {
             scheme,
             damping: Damping::constant(scheme.mass_damping),
+            law: None,
             scratch: vec![scratch; blocks],
         }
+    }
+
+    /// Steps under a law that is more than linear.
+    pub(crate) fn under(mut self, body: &Body, law: Option<PointLaw>) -> Integrator {
+        if let Some(law) = &law {
+            for scratch in &mut self.scratch {
+                scratch.memory = Memory::new(body, law);
+            }
+        }
+        self.law = law;
+        self
     }
 
     /// Blocks of rows that are stepped at the same time.
@@ -288,6 +365,7 @@ impl Integrator {
             damping: self.damping,
         };
         let mut blocks = split(body, &rule.scheme, state, sums, &mut self.scratch, rows);
+        blocks.iter_mut().for_each(|block| block.law = self.law);
         if let Some(block) = blocks.first_mut() {
             block.wheel = wheel;
         }
@@ -330,10 +408,14 @@ struct Block<'a> {
     v: &'a mut [f64],
     a: &'a mut [f64],
     force: &'a mut [f64],
+    /// Histories of the elements below each row; empty if the points do not remember.
+    history: &'a mut [f64],
     sums: &'a mut [RowSums],
     scratch: &'a mut Scratch,
     /// Of the block with the upper row, if there is a wheel.
     wheel: Option<(&'a Wheel, &'a mut WheelRun)>,
+    /// More than linear elasticity in small strain.
+    law: Option<PointLaw>,
 }
 
 /// Cuts the rows `first .. end` into as many blocks as there is scratch room for. Each block gets copies of the
@@ -352,6 +434,8 @@ fn split<'a>(
         copy_neighbours(body, scheme, state, [start, (start + rows).min(end)], room);
     }
     let row_len = body.layout().row_len();
+    let remembered = state.history.len() / (body.layout().node_rows() - 1);
+    let mut history = state.history[first * remembered..].chunks_mut((rows * remembered).max(1));
     let (places, size) = (first * row_len..end * row_len, rows * row_len);
     let mut u = state.u[places.clone()].chunks_mut(size);
     let mut v = state.v[places.clone()].chunks_mut(size);
@@ -365,9 +449,11 @@ fn split<'a>(
             v: v.next()?,
             a: a.next()?,
             force: force.next()?,
+            history: history.next().unwrap_or_default(),
             sums: sums.next()?,
             scratch,
             wheel: None,
+            law: None,
         })
     });
     blocks.collect()
@@ -380,11 +466,17 @@ fn copy_neighbours(
     [first, end]: [usize; 2],
     room: &mut Scratch,
 ) {
+    let memory = &mut room.memory;
     if first > 0 {
         predict_copy(body, scheme, state, first - 1, &mut room.above);
+        increment_copy(body, scheme, state, first - 1, &mut memory.above);
+        let size = memory.history.len();
+        let above = (first - 1) * size..first * size;
+        memory.history.copy_from_slice(&state.history[above]);
     }
     if end < body.layout().node_rows() {
         predict_copy(body, scheme, state, end, &mut room.below);
+        increment_copy(body, scheme, state, end, &mut memory.below);
     }
 }
 
@@ -396,6 +488,15 @@ fn predict_copy(body: &Body, scheme: &Scheme, state: &State, row: usize, into: &
     }
 }
 
+/// The increments that [`predict_copy`] adds; `into` is empty where nobody asks for them.
+fn increment_copy(body: &Body, scheme: &Scheme, state: &State, row: usize, into: &mut [f64]) {
+    let row = body.layout().row(row);
+    let rates = state.v[row.clone()].iter().zip(&state.a[row]);
+    for (copy, (v, a)) in into.iter_mut().zip(rates) {
+        *copy = scheme.increment(*v, *a);
+    }
+}
+
 impl Block<'_> {
     /// One sweep from the upper to the lower row: predict the next row, compute the elements above it, then
     /// finish the row whose forces are complete. Every number is touched while it is in the cache.
@@ -404,6 +505,9 @@ impl Block<'_> {
         let size = body.layout().row_len();
         let rows = self.u.len() / size;
         self.predict(scheme, 0);
+        if let Some(law) = self.law {
+            return self.step_by(&law, body, rule, load);
+        }
         self.start(body);
         for local in 0..rows {
             let here = &self.u[local * size..(local + 1) * size];
@@ -433,12 +537,82 @@ impl Block<'_> {
         }
     }
 
+    /// Like the rest of [`Block::step`] under a law that is more than linear.
+    fn step_by(&mut self, law: &PointLaw, body: &Body, rule: &Rule, load: &Load) {
+        let size = body.layout().row_len();
+        let rows = self.u.len() / size;
+        self.start_by(law, body);
+        for local in 0..rows {
+            self.scratch.memory.advance();
+            if local + 1 < rows {
+                self.predict(&rule.scheme, local + 1);
+            }
+            match self.first + local + 1 < body.layout().node_rows() {
+                true => self.elements_by(law, body, local),
+                false => self.scratch.elements.clear_upper(),
+            }
+            self.finish(body, rule, load, local);
+        }
+    }
+
+    fn start_by(&mut self, law: &PointLaw, body: &Body) {
+        let Scratch {
+            elements,
+            above,
+            memory,
+            ..
+        } = &mut *self.scratch;
+        elements.clear_carried();
+        if self.first > 0 {
+            let course = Course {
+                u: [above, &self.u[..above.len()]],
+                du: [&memory.above, &memory.next],
+                history: &mut memory.history,
+            };
+            // The block above counts what they dissipate.
+            body.element_row_by(law, self.first - 1, course, elements);
+            elements.advance();
+        }
+    }
+
+    /// The elements between this row and the next, which may belong to the block below.
+    fn elements_by(&mut self, law: &PointLaw, body: &Body, local: usize) {
+        let size = body.layout().row_len();
+        let Scratch {
+            elements,
+            below,
+            memory,
+            ..
+        } = &mut *self.scratch;
+        let inside = (local + 1) * size < self.u.len();
+        let (here, rest) = self.u[local * size..].split_at(size);
+        let remembered = memory.history.len();
+        let course = Course {
+            u: [here, if inside { &rest[..size] } else { below }],
+            du: [
+                &memory.here,
+                if inside { &memory.next } else { &memory.below },
+            ],
+            history: &mut self.history[local * remembered..(local + 1) * remembered],
+        };
+        self.sums[local].plastic += body.element_row_by(law, self.first + local, course, elements);
+    }
+
     fn predict(&mut self, scheme: &Scheme, local: usize) {
         let size = self.scratch.force.len();
         let row = local * size..(local + 1) * size;
+        self.remember_increment(scheme, row.clone());
         let rates = self.v[row.clone()].iter().zip(&self.a[row.clone()]);
         for (u, (v, a)) in self.u[row].iter_mut().zip(rates) {
             *u = scheme.predicted(*u, *v, *a);
+        }
+    }
+
+    /// The increments of the next row, where the points remember.
+    fn remember_increment(&mut self, scheme: &Scheme, row: Range<usize>) {
+        let rates = self.v[row.clone()].iter().zip(&self.a[row]);
+        for (increment, (v, a)) in self.scratch.memory.next.iter_mut().zip(rates) {
+            *increment = scheme.increment(*v, *a);
         }
     }
 
@@ -569,7 +743,7 @@ impl Row<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{ElementKind, MaterialConfig, MaterialKind, Plane};
+    use crate::config::{ElementKind, MaterialConfig, Plane};
     use crate::element::Supports;
     use crate::material::Elastic;
     use crate::mesh::Mesh;
@@ -577,12 +751,7 @@ mod tests {
     /// A skewed body of 9 x 7 elements with E = density = 1, stepped under two forces.
     fn stepped(blocks: usize, rows: [usize; 2], steps: usize) -> (State, Vec<RowSums>) {
         let mesh = Mesh::structured(9, 7, |i, j| [i as f64 + 0.2 * j as f64, -(j as f64)]);
-        let material = MaterialConfig {
-            kind: MaterialKind::Elastic,
-            young_pa: 1.0,
-            poisson: 0.3,
-            density_kg_per_m3: 1.0,
-        };
+        let material = MaterialConfig::elastic(1.0, 0.3, 1.0);
         let elastic = Elastic::new(&material, Plane::Strain);
         let supports = Supports::default();
         let body = Body::new(&mesh, ElementKind::Q4OnePoint, &elastic, supports, 1.0);

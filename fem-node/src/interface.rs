@@ -27,6 +27,9 @@ impl Interface {
         if edge == Edge::Bottom {
             return Err(FemError::SupportedSet);
         }
+        if model.is_driven(set) {
+            return Err(FemError::DrivenSet { set: set.into() });
+        }
         if self.edges.contains(&edge) {
             return Err(FemError::CoupledTwice { set: set.into() });
         }

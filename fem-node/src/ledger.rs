@@ -11,7 +11,8 @@ pub struct Ledger {
     pub interface_work: f64,
     /// Work of the tractions, [(1-b) f + b f'] du.
     pub applied_work: f64,
-    /// Strain energy u F(u) / 2, exact for linear elasticity, less that of a static start.
+    /// Stored energy of the deformation, less that of a static start: u F(u) / 2, and what plastic strain and rotation
+    /// change in it. With kinematic hardening that of the back stress is part of it.
     pub strain: f64,
     /// Kinetic energy v M v / 2.
     pub kinetic: f64,
@@ -23,6 +24,10 @@ pub struct Ledger {
     pub wheel: Energies,
     /// Kinetic energy of the wheel's vertical motion, m v^2 / 2.
     pub wheel_kinetic: f64,
+    /// Work of the prescribed motions, [`crate::boundary`].
+    pub drive_work: f64,
+    /// Dissipated by plastic flow, [`crate::material::j2`].
+    pub plastic: f64,
 }
 
 /// Which terms a body has: only what the scene requires.
@@ -31,6 +36,8 @@ pub(crate) struct Terms {
     pub(crate) applied: bool,
     pub(crate) mass_damping: bool,
     pub(crate) wheel: bool,
+    pub(crate) driven: bool,
+    pub(crate) plastic: bool,
 }
 
 impl Terms {
@@ -68,6 +75,7 @@ impl Terms {
                 Role::Work,
                 ledger.applied_work,
             ),
+            (self.driven, "drive_work", Role::Work, ledger.drive_work),
             (true, "strain", Role::Stored, ledger.strain),
             (true, "kinetic", Role::Stored, ledger.kinetic),
             (
@@ -82,6 +90,7 @@ impl Terms {
                 Role::Dissipated,
                 ledger.numerical + wheel.numerical,
             ),
+            (self.plastic, "plastic", Role::Dissipated, ledger.plastic),
             (self.wheel, "wheel_load", Role::Work, wheel.load),
             (self.wheel, "wheel_drive", Role::Work, wheel.drive),
             (

@@ -3,8 +3,9 @@
 //! Modules, in reading order:
 //! - [`config`]: the keys of `[participant.config]`;
 //! - [`mesh`]: graded structured meshes;
-//! - [`material`]: linear elasticity in the plane;
+//! - [`material`]: linear elasticity in the plane, plasticity, large rotations;
 //! - [`element`]: the discretised body, masses, supports and internal forces;
+//! - [`boundary`]: loads and prescribed motions of named sets;
 //! - [`spectrum`]: the largest frequency and the longest stable step;
 //! - [`integrate`]: the time scheme and the energies that a step moves;
 //! - [`wheel`]: the body's own rigid wheel and the contact with it;
@@ -30,6 +31,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod boundary;
 pub mod config;
 pub mod element;
 pub mod integrate;

@@ -1,4 +1,7 @@
-//! Linear elasticity in the plane, small strain.
+//! Linear elasticity in the plane, and in its own files what goes beyond it.
+
+pub mod j2;
+pub mod point;
 
 use crate::config::{MaterialConfig, Plane};
 
@@ -77,15 +80,9 @@ impl Elastic {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::MaterialKind;
 
     fn steel(plane: Plane) -> Elastic {
-        let material = MaterialConfig {
-            kind: MaterialKind::Elastic,
-            young_pa: 200.0,
-            poisson: 0.25,
-            density_kg_per_m3: 1.0,
-        };
+        let material = MaterialConfig::elastic(200.0, 0.25, 1.0);
         Elastic::new(&material, plane)
     }
 

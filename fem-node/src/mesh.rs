@@ -137,6 +137,28 @@ impl Mesh {
         lengths
     }
 
+    /// Names of its node sets.
+    pub fn sets(&self) -> Vec<&str> {
+        Edge::ALL.iter().map(|(name, _)| *name).collect()
+    }
+
+    /// The nodes of a set, in the order of a walk along it.
+    pub fn set(&self, name: &str) -> Option<Vec<[usize; 2]>> {
+        Edge::named(name).map(|edge| self.edge(edge))
+    }
+
+    /// The two ends of a segment of the outline, ordered so that the body lies on the left.
+    pub fn outline(&self, a: [usize; 2], b: [usize; 2]) -> [[usize; 2]; 2] {
+        let upper_or_left = match a[1] == b[1] {
+            true => (a[1] == 0) == (a[0] < b[0]),
+            false => (a[0] == 0) != (a[1] < b[1]),
+        };
+        match upper_or_left {
+            true => [b, a],
+            false => [a, b],
+        }
+    }
+
     /// Corners of the element in column i, row j, anticlockwise from the lower left one, as (column, row).
     pub fn corners(&self, i: usize, j: usize) -> [[usize; 2]; 4] {
         [[i, j + 1], [i + 1, j + 1], [i + 1, j], [i, j]]

@@ -2,11 +2,16 @@
 
 use protocol::{ConfigError, Setting};
 
-use crate::config::{Analysis, Config, ElementKind, Start, StepChoice, WheelConfig, positive};
+use crate::boundary::{self, Drive, Traction};
+use crate::config::{
+    Analysis, Config, ElementKind, MaterialKind, Start, StepChoice, WheelConfig, positive,
+};
 use crate::element::{Body, Supports};
 use crate::integrate::Scheme;
 use crate::material::Elastic;
-use crate::mesh::{Edge, Mesh};
+use crate::material::j2::J2;
+use crate::material::point::PointLaw;
+use crate::mesh::Mesh;
 use crate::spectrum;
 use crate::wheel::Wheel;
 
@@ -23,6 +28,8 @@ pub struct Model {
     pub mesh: Mesh,
     /// The law of the material.
     pub elastic: Elastic,
+    /// What is more than linear about the material and its strain.
+    pub law: Option<PointLaw>,
     /// Which element.
     pub element: ElementKind,
     /// Thickness (m).
@@ -37,35 +44,15 @@ pub struct Model {
     pub step_limit: f64,
     /// End of the run (s), where the scenario gives one.
     pub end: Option<f64>,
-    /// Tractions on the edges.
+    /// Tractions on named sets.
     pub tractions: Vec<Traction>,
     /// The body's own wheel.
     pub wheel: Option<Wheel>,
+    /// Prescribed motions of named sets.
+    pub drives: Vec<Drive>,
+    driven_sets: Vec<String>,
     /// What the user should know before a long run.
     pub warnings: Vec<String>,
-}
-
-/// A traction turned into forces on the nodes of its edge.
-#[derive(Clone, Debug)]
-pub struct Traction {
-    /// Component and force at full load (N).
-    pub forces: Vec<(usize, f64)>,
-    ramp: f64,
-}
-
-impl Traction {
-    /// Share of the full load at time t (s).
-    pub fn share(&self, t: f64) -> f64 {
-        match self.ramp > 0.0 {
-            true => (t / self.ramp).clamp(0.0, 1.0),
-            false => 1.0,
-        }
-    }
-
-    /// Duration of the ramp (s).
-    pub fn ramp(&self) -> f64 {
-        self.ramp
-    }
 }
 
 impl Model {
@@ -75,12 +62,14 @@ impl Model {
         positive("thickness_m", setting.thickness_m, "m")?;
         let mesh = Mesh::graded(&config.mesh)?;
         let elastic = Elastic::new(&config.material, config.plane);
+        let law = law(config, &elastic);
         let supports = Supports {
             base: config.base,
             sides: config.sides,
         };
         let thickness = setting.thickness_m;
-        let body = Body::new(&mesh, config.element, &elastic, supports, thickness);
+        let mut body = Body::new(&mesh, config.element, &elastic, supports, thickness);
+        let (tractions, drives) = boundary::build(config, &mesh, &mut body, thickness)?;
         let omega_max = spectrum::omega_max(&body);
         let step_limit = spectrum::step_limit(omega_max, config.time.damping);
         let step = choose_step(config, step_limit)?;
@@ -89,7 +78,6 @@ impl Model {
             damping: config.time.damping,
             mass_damping: config.time.mass_damping_per_s.unwrap_or(0.0),
         };
-        let tractions = tractions(config, &mesh, &body, thickness);
         let start_damping = config.time.start_mass_damping_per_s.unwrap_or(0.0);
         let history = config.wheel.map(|wheel| history(config.start, wheel));
         let parts = history.as_ref().zip(config.contact.as_ref());
@@ -100,6 +88,7 @@ impl Model {
         Ok(Model {
             mesh,
             elastic,
+            law,
             element: config.element,
             thickness,
             body,
@@ -109,6 +98,8 @@ impl Model {
             end: end.or(config.time.end_s),
             tractions,
             wheel,
+            drives,
+            driven_sets: config.boundary.driven().map(String::from).collect(),
             warnings,
         })
     }
@@ -117,6 +108,16 @@ impl Model {
     pub(crate) fn damping_at(&self, step: u64) -> f64 {
         let start = self.wheel.as_ref().map(|wheel| wheel.damping_at(step));
         self.scheme.mass_damping + start.unwrap_or(0.0)
+    }
+
+    /// The plastic law, where the material has one.
+    pub fn plastic(&self) -> Option<&J2> {
+        self.law.as_ref().and_then(|law| law.plastic.as_ref())
+    }
+
+    /// Whether any component of this set has a prescribed motion of its own.
+    pub(crate) fn is_driven(&self, set: &str) -> bool {
+        self.driven_sets.iter().any(|driven| driven == set)
     }
 
     /// The larger of width and height (m).
@@ -140,6 +141,14 @@ fn history(start: Start, wheel: WheelConfig) -> WheelConfig {
     }
 }
 
+fn law(config: &Config, elastic: &Elastic) -> Option<PointLaw> {
+    let plastic = match config.material.law() {
+        MaterialKind::J2 => J2::new(&config.material, elastic),
+        MaterialKind::Elastic => None,
+    };
+    PointLaw::new(config.kinematics, plastic)
+}
+
 fn choose_step(config: &Config, limit: f64) -> Result<f64, ConfigError> {
     let time = &config.time;
     match time.step_s {
@@ -157,25 +166,6 @@ fn choose_step(config: &Config, limit: f64) -> Result<f64, ConfigError> {
             )))
         }
     }
-}
-
-/// Consistent with linear shape functions: each node carries half of the edges beside it.
-fn tractions(config: &Config, mesh: &Mesh, body: &Body, thickness: f64) -> Vec<Traction> {
-    let of_edge = |(name, traction): (&'static str, &crate::config::TractionConfig)| {
-        let nodes = mesh.edge(Edge::named(name).expect("the keys are names of edges"));
-        let lengths = mesh.tributary(&nodes);
-        let forces = nodes.iter().zip(lengths).flat_map(|(node, length)| {
-            [0, 1].map(|k| {
-                let force = traction.traction_pa[k] * length * thickness;
-                (body.layout().index(*node, k), force)
-            })
-        });
-        Traction {
-            forces: forces.filter(|(_, force)| *force != 0.0).collect(),
-            ramp: traction.ramp_s.unwrap_or(0.0),
-        }
-    };
-    config.boundary.edges().map(of_edge).collect()
 }
 
 fn warnings(config: &Config, mesh: &Mesh, scheme: &Scheme, limit: f64) -> Vec<String> {

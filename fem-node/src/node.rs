@@ -60,7 +60,8 @@ impl FemNode {
             participant: setting.participant.clone(),
             fields: setting.fields.clone(),
             pool: start_pool(threads)?,
-            integrator: Integrator::new(body, model.scheme, elements, threads),
+            integrator: Integrator::new(body, model.scheme, elements, threads)
+                .under(body, model.law),
             interface: Interface::default(),
             ledger: Ledger::default(),
             steps: 0,
@@ -205,6 +206,8 @@ impl FemNode {
             applied: !self.model.tractions.is_empty(),
             mass_damping: self.model.damping_at(0) > 0.0,
             wheel: self.model.wheel.is_some(),
+            driven: !self.model.drives.is_empty(),
+            plastic: self.model.plastic().is_some(),
         }
     }
 
@@ -267,7 +270,7 @@ impl FemNode {
         results
     }
 
-    /// blake3 of every number that can change a later bit: displacements, velocities, energies, time.
+    /// blake3 of every number that can change a later bit: displacements, velocities, histories, energies, time.
     fn state_hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&self.steps.to_le_bytes());
@@ -275,9 +278,12 @@ impl FemNode {
             applied: true,
             mass_damping: true,
             wheel: true,
+            driven: true,
+            plastic: true,
         }
         .values(&self.ledger);
-        for field in [&self.committed.u, &self.committed.v, &ledger] {
+        let State { u, v, history, .. } = &self.committed;
+        for field in [u, v, history, &ledger] {
             for value in field {
                 hasher.update(&value.to_le_bytes());
             }
@@ -295,10 +301,13 @@ impl FemNode {
         if let Some(wheel) = &self.model.wheel {
             return wheel.program.phases();
         }
-        let Some(end) = self.model.end.filter(|_| !self.model.tractions.is_empty()) else {
+        let (tractions, drives) = (&self.model.tractions, &self.model.drives);
+        let loaded = !tractions.is_empty() || !drives.is_empty();
+        let Some(end) = self.model.end.filter(|_| loaded) else {
             return Vec::new();
         };
-        let ramps = self.model.tractions.iter().map(|traction| traction.ramp());
+        let ramps = tractions.iter().map(|traction| traction.ramp());
+        let ramps = ramps.chain(drives.iter().map(|drive| drive.ramp()));
         let ramp = ramps.fold(0.0, f64::max).min(end);
         let phase = |name: &str, t0_s: f64, t1_s: f64| Phase {
             name: name.into(),
@@ -397,11 +406,11 @@ impl Node for FemNode {
 /// The body undeformed and the wheel just touching it, or both in equilibrium under the full load.
 fn start_state(model: &Model, config: &Config) -> Result<(State, Option<WheelState>), FemError> {
     let Some(wheel) = model.wheel.as_ref() else {
-        return Ok((State::at_rest(&model.body), None));
+        return Ok((State::at_rest_under(&model.body, model.law.as_ref()), None));
     };
     if config.start == Start::Ramp {
         return Ok((
-            State::at_rest(&model.body),
+            State::at_rest_under(&model.body, model.law.as_ref()),
             Some(WheelState::at_rest(wheel)),
         ));
     }

@@ -4,13 +4,13 @@
 //! not overlap, and gives up. Loading a few numbers of each slice by value, computing, and storing them at
 //! the end leaves nothing to prove.
 
-use std::ops::{Add, Mul, Sub};
+use std::ops::{Add, Div, Mul, Sub};
 
 /// Numbers in a [`Pack`]: two registers of the baseline x86-64, one of AVX.
 pub(crate) const LANES: usize = 4;
 
 /// `LANES` neighbouring numbers of a row.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(crate) struct Pack(pub [f64; LANES]);
 
 impl Pack {
@@ -37,6 +37,25 @@ impl Pack {
     /// Sum of the lanes, pairwise.
     pub(crate) fn sum(self) -> f64 {
         (self.0[0] + self.0[2]) + (self.0[1] + self.0[3])
+    }
+
+    /// Square root of each lane.
+    #[inline(always)]
+    pub(crate) fn sqrt(self) -> Pack {
+        Pack(self.0.map(f64::sqrt))
+    }
+
+    /// The larger one, lane by lane.
+    #[inline(always)]
+    pub(crate) fn max(self, other: Pack) -> Pack {
+        self.zip(other, |a, b| if a > b { a } else { b })
+    }
+
+    /// Whether any lane is above that of `other`.
+    #[inline(always)]
+    pub(crate) fn any_above(self, other: Pack) -> bool {
+        let above = self.zip(other, |a, b| if a > b { 1.0 } else { 0.0 });
+        above.sum() > 0.0
     }
 
     #[inline(always)]
@@ -70,5 +89,13 @@ impl Mul for Pack {
     #[inline(always)]
     fn mul(self, other: Pack) -> Pack {
         self.zip(other, |a, b| a * b)
+    }
+}
+
+impl Div for Pack {
+    type Output = Pack;
+    #[inline(always)]
+    fn div(self, other: Pack) -> Pack {
+        self.zip(other, |a, b| a / b)
     }
 }

@@ -82,12 +82,43 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
     maxima
 }
 
-/// Stress (sxx, syy, sxy) of the displacements at natural coordinates of the element (column, row) (Pa).
+/// Cauchy stress (sxx, syy, sxy) at natural coordinates of the element (column, row) (Pa).
 pub fn stress(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> [f64; 3] {
     let (points, u) = corners(model, state, element);
-    let [sxx, syy, sxy] = model.elastic.stress(strain(&points, &u, natural));
+    let gradient = gradient(&points, &u, natural);
+    let (strain, rotation) = match &model.law {
+        Some(law) => law.strain_at(gradient),
+        None => (symmetric(gradient), None),
+    };
+    let [sxx, syy, sxy] = model.elastic.stress(strain);
     let extra = mean_dilatation_stress(model, &points, &u, natural);
-    [sxx + extra, syy + extra, sxy]
+    let less = plastic_stress(model, state, element, natural);
+    let stress = [sxx + extra - less[0], syy + extra - less[1], sxy - less[2]];
+    rotation.map_or(stress, |rotation| turned(stress, rotation))
+}
+
+/// 2 mu p, what plastic strain takes off Hooke's stress (Pa). It has no trace, so the pressure knows nothing of it.
+fn plastic_stress(
+    model: &Model,
+    state: &State,
+    element: [usize; 2],
+    natural: [f64; 2],
+) -> [f64; 3] {
+    let Some(law) = model.plastic() else {
+        return [0.0; 3];
+    };
+    let [pxx, pyy, pxy, _] = model.body.plastic_strain(&state.history, element, natural);
+    [2.0 * law.mu * pxx, 2.0 * law.mu * pyy, law.mu * pxy]
+}
+
+/// R S R^T of the rotation (cos, sin).
+fn turned([xx, yy, xy]: [f64; 3], [cos, sin]: [f64; 2]) -> [f64; 3] {
+    let (cc, ss, cs) = (cos * cos, sin * sin, cos * sin);
+    [
+        cc * xx - 2.0 * cs * xy + ss * yy,
+        ss * xx + 2.0 * cs * xy + cc * yy,
+        cs * (xx - yy) + (cc - ss) * xy,
+    ]
 }
 
 /// Hydrostatic pressure -tr(sigma)/3 at natural coordinates of the element (column, row), compression positive (Pa).
@@ -95,8 +126,12 @@ pub fn pressure(model: &Model, state: &State, element: [usize; 2], natural: [f64
     let (points, u) = corners(model, state, element);
     let elastic = &model.elastic;
     let extra = mean_dilatation_stress(model, &points, &u, natural);
-    elastic.pressure(elastic.stress(strain(&points, &u, natural)))
-        + elastic.pressure_of_uniform(extra)
+    let gradient = gradient(&points, &u, natural);
+    let strain = match &model.law {
+        Some(law) => law.strain_at(gradient).0,
+        None => symmetric(gradient),
+    };
+    elastic.pressure(elastic.stress(strain)) + elastic.pressure_of_uniform(extra)
 }
 
 /// k (E - e), the stress in all directions that the element with one mean dilatation E has besides Hooke's (Pa).
@@ -129,14 +164,23 @@ fn corners(model: &Model, state: &State, element: [usize; 2]) -> ([[f64; 2]; 4],
 
 /// Strain (exx, eyy, 2 exy) of a bilinear quadrilateral at natural coordinates, corners anticlockwise.
 pub fn strain(points: &[[f64; 2]; 4], u: &[[f64; 2]; 4], natural: [f64; 2]) -> [f64; 3] {
-    let slopes = slopes(points, natural);
-    let mut strain = [0.0; 3];
-    for ([dx, dy], [ux, uy]) in slopes.iter().zip(u) {
-        strain[0] += dx * ux;
-        strain[1] += dy * uy;
-        strain[2] += dy * ux + dx * uy;
+    symmetric(gradient(points, u, natural))
+}
+
+fn symmetric([[xx, xy], [yx, yy]]: [[f64; 2]; 2]) -> [f64; 3] {
+    [xx, yy, xy + yx]
+}
+
+/// u,x u,y / v,x v,y of a bilinear quadrilateral at natural coordinates, corners anticlockwise.
+fn gradient(points: &[[f64; 2]; 4], u: &[[f64; 2]; 4], natural: [f64; 2]) -> [[f64; 2]; 2] {
+    let mut gradient = [[0.0; 2]; 2];
+    for (slope, u) in slopes(points, natural).iter().zip(u) {
+        for k in 0..2 {
+            gradient[k][0] += slope[0] * u[k];
+            gradient[k][1] += slope[1] * u[k];
+        }
     }
-    strain
+    gradient
 }
 
 /// Displacement of the node (column, row) (m).

@@ -1,9 +1,10 @@
 //! One coupling window: m steps from the committed state under a constant interface force.
 
+use crate::boundary::Traction;
 use crate::element::Body;
 use crate::integrate::{Damping, Integrator, Load, RowSums, State, UpperRow};
 use crate::ledger::Ledger;
-use crate::model::{Model, Traction};
+use crate::model::Model;
 use crate::probe::{self, Held};
 use crate::wheel::{WheelRun, WheelState};
 
@@ -32,6 +33,7 @@ pub(crate) struct WindowRun {
     load: Load,
     sums: Vec<RowSums>,
     applied_work: f64,
+    drive_work: f64,
     /// a M a at the start of the window, under its own force (W).
     start_product: f64,
 }
@@ -44,10 +46,11 @@ impl WindowRun {
             start_strain: strain_energy(start),
             wheel: model.wheel.as_ref().map(WheelRun::new),
             held: None,
-            state: State::at_rest(body),
+            state: State::at_rest_under(body, model.law.as_ref()),
             load: Load::none(body),
             sums: vec![RowSums::default(); body.layout().node_rows()],
             applied_work: 0.0,
+            drive_work: 0.0,
             start_product: 0.0,
         }
     }
@@ -62,6 +65,7 @@ impl WindowRun {
     ) {
         self.sums.fill(RowSums::default());
         self.applied_work = 0.0;
+        self.drive_work = 0.0;
         self.held = None;
         self.begin(model, committed, request);
         self.start_product = inertia_product(&model.body, &self.state.a);
@@ -75,6 +79,7 @@ impl WindowRun {
         let mut before = displacements(&self.state);
         for k in 0..request.substeps {
             let step = request.start + u64::from(k);
+            let reactions = self.drive(model, step);
             self.set_load(model, request, k + 1);
             integrator.damping = Damping {
                 start: model.damping_at(step),
@@ -88,6 +93,7 @@ impl WindowRun {
                 &mut self.sums,
                 wheel,
             );
+            self.drive_work += self.driven(model, step, &reactions);
             let after = displacements(&self.state);
             self.applied_work += applied_work(model, step, &before, &after);
             before = after;
@@ -165,6 +171,7 @@ impl WindowRun {
         let (start, before) = committed;
         let (b, h) = (model.scheme.damping, model.scheme.step);
         let sum = |term: fn(&RowSums) -> f64| self.sums.iter().map(term).sum::<f64>();
+        let plastic = sum(|row| row.plastic);
         let interface = request.interface.iter();
         let work = interface.map(|(index, force)| force * (self.state.u[*index] - start.u[*index]));
         let d_product = inertia_product(&model.body, &self.state.a) - self.start_product;
@@ -172,16 +179,62 @@ impl WindowRun {
         let wheel = self.wheel.as_ref().map(|run| &run.state);
         let energies = wheel.map_or(Default::default(), |wheel| wheel.energies);
         let kinetic = model.wheel.as_ref().zip(wheel);
+        let State { u, history, .. } = &self.state;
+        let beyond = |law| model.body.energy_beyond(law, u, history);
+        let beyond = model.law.as_ref().map_or(0.0, beyond);
         Ledger {
             interface_work: before.interface_work + work.sum::<f64>(),
             applied_work: before.applied_work + self.applied_work,
-            strain: strain_energy(&self.state) - self.start_strain,
+            strain: strain_energy(&self.state) + beyond - self.start_strain,
             kinetic: 0.5 * inertia_product(&model.body, &self.state.v),
             mass_damping: before.mass_damping + sum(|row| row.damping),
             numerical: before.numerical + loss,
             wheel: energies,
             wheel_kinetic: kinetic.map_or(0.0, |(wheel, state)| state.kinetic(wheel)),
+            drive_work: before.drive_work + self.drive_work,
+            plastic: before.plastic + plastic,
         }
+    }
+
+    /// Sets the rates that take the prescribed components where they are at the end of the step that begins at
+    /// `step`. Returns what the drives exert on them now (N).
+    fn drive(&mut self, model: &Model, step: u64) -> Vec<f64> {
+        let h = model.scheme.step;
+        for drive in &model.drives {
+            let place = drive.place((step + 1) as f64 * h);
+            for (index, value) in &drive.components {
+                self.state.v[*index] = (place * value - self.state.u[*index]) / h;
+                self.state.a[*index] = 0.0;
+            }
+        }
+        self.reactions(model)
+    }
+
+    /// Work of the drives over the step that began at `step`; the components take on their velocities after it.
+    fn driven(&mut self, model: &Model, step: u64, before: &[f64]) -> f64 {
+        let (b, h) = (model.scheme.damping, model.scheme.step);
+        let after = self.reactions(model);
+        let mut reactions = before.iter().zip(&after);
+        let mut work = 0.0;
+        for drive in &model.drives {
+            let [start, end] = [step, step + 1].map(|step| step as f64 * h);
+            let (moved, speed) = (drive.place(end) - drive.place(start), drive.speed(end));
+            for (index, value) in &drive.components {
+                let (old, new) = reactions.next().expect("one for each component");
+                work += ((1.0 - b) * old + b * new) * moved * value;
+                self.state.v[*index] = speed * value;
+                self.state.a[*index] = 0.0;
+            }
+        }
+        work
+    }
+
+    /// F(u) - f in the prescribed components, drive after drive (N).
+    fn reactions(&self, model: &Model) -> Vec<f64> {
+        let components = model.drives.iter().flat_map(|drive| &drive.components);
+        components
+            .map(|(index, _)| self.state.force[*index] - self.load.at(*index))
+            .collect()
     }
 
     /// The displacement that is farthest from zero, not a number if any is not.

@@ -8,19 +8,14 @@
 //! nu = 0.499, of which elements with full integration find some 80 %.
 //! Tolerance: orders within 0.15 of 2 and 1 from the two finer of three meshes; 2 % for the cylinder of 5 elements.
 
-use fem_node::config::{ElementKind, MaterialConfig, MaterialKind, Plane};
+use fem_node::config::{ElementKind, MaterialConfig, Plane};
 use fem_node::element::{self, GAUSS_POINTS};
 use fem_node::material::Elastic;
 use fem_node::mesh::Mesh;
 use nalgebra::{DMatrix, DVector};
 
 fn elastic(poisson: f64) -> Elastic {
-    let material = MaterialConfig {
-        kind: MaterialKind::Elastic,
-        young_pa: 2.0,
-        poisson,
-        density_kg_per_m3: 1.0,
-    };
+    let material = MaterialConfig::elastic(2.0, poisson, 1.0);
     Elastic::new(&material, Plane::Strain)
 }
 

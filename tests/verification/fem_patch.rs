@@ -5,7 +5,7 @@
 //! orthogonality of the hourglass vectors.
 //! Tolerance: 1e-12 of the largest term, rounding of a few dozen operations.
 
-use fem_node::config::{ElementKind, MaterialConfig, MaterialKind, Plane};
+use fem_node::config::{ElementKind, MaterialConfig, Plane};
 use fem_node::element::{Body, Supports};
 use fem_node::material::Elastic;
 use fem_node::mesh::Mesh;
@@ -28,12 +28,7 @@ fn distorted() -> Mesh {
 }
 
 fn elastic() -> Elastic {
-    let material = MaterialConfig {
-        kind: MaterialKind::Elastic,
-        young_pa: 2.0,
-        poisson: 0.3,
-        density_kg_per_m3: 1.0,
-    };
+    let material = MaterialConfig::elastic(2.0, 0.3, 1.0);
     Elastic::new(&material, Plane::Strain)
 }
 

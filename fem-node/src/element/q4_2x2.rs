@@ -19,10 +19,11 @@
 //!
 //! Only six numbers of geometry and J at the four points are needed, in place of four gradients of eight numbers.
 
-use super::row::{Corners, RowForces, row_numbers};
+use super::row::{Corners, Course, RowForces, Standing, load_corners, row_numbers};
 use super::stiffness::Stiffness;
 use crate::element::{GAUSS, GAUSS_POINTS, Layout, jacobian, slopes};
 use crate::material::Elastic;
+use crate::material::point::{Gradient, PointLaw};
 use crate::mesh::Mesh;
 use crate::pack::{LANES, Pack};
 
@@ -35,6 +36,7 @@ pub(super) const NUMBERS: usize = 10;
 pub(super) struct Q4Full {
     moduli: [f64; 3],
     layout: Layout,
+    thickness: f64,
     numbers: Vec<f64>,
 }
 
@@ -43,6 +45,7 @@ impl Q4Full {
         Q4Full {
             moduli: [elastic.c11, elastic.c12, elastic.c33],
             layout,
+            thickness,
             numbers: row_numbers(mesh, layout, |p| geometry(p, thickness)),
         }
     }
@@ -65,8 +68,172 @@ impl Q4Full {
     }
 }
 
+impl Q4Full {
+    /// Like [`Q4Full::row`] under any law; returns what was dissipated (J).
+    pub(super) fn row_by(
+        &self,
+        law: &PointLaw,
+        row: usize,
+        course: Course,
+        out: &mut RowForces,
+    ) -> f64 {
+        let points = self.points(row);
+        points.forces(law, course, |i, [fx, fy], _| {
+            fx.store(out, i);
+            fy.store(out, self.layout.stride() + i);
+        })
+    }
+
+    /// Stored energy less u F / 2 (J) of a row, [`PointLaw::energy_beyond`].
+    pub(super) fn energy_beyond(&self, law: &PointLaw, row: usize, now: Standing) -> f64 {
+        self.points(row).energy_beyond(law, now)
+    }
+
+    fn points(&self, row: usize) -> RowPoints<'_> {
+        let padded = self.layout.padded_columns();
+        RowPoints {
+            numbers: &self.numbers[row * NUMBERS * padded..(row + 1) * NUMBERS * padded],
+            layout: self.layout,
+            moduli: self.moduli,
+            thickness: self.thickness,
+        }
+    }
+}
+
+/// The four points of all elements of a row, under any law.
+pub(super) struct RowPoints<'a> {
+    /// Those of [`geometry`] come first.
+    pub(super) numbers: &'a [f64],
+    pub(super) layout: Layout,
+    pub(super) moduli: [f64; 3],
+    pub(super) thickness: f64,
+}
+
+/// Derivatives of the position at a point of a pack of elements, and t / 16 J.
+struct Place {
+    x_xi: Pack,
+    y_xi: Pack,
+    x_eta: Pack,
+    y_eta: Pack,
+    weight: Pack,
+    upper: bool,
+    right: bool,
+}
+
+impl RowPoints<'_> {
+    /// Forces by packs of elements, handed to `store` with the modes of the displacement; returns what was
+    /// dissipated (J).
+    #[inline(always)]
+    pub(super) fn forces(
+        &self,
+        law: &PointLaw,
+        mut course: Course,
+        mut store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
+    ) -> f64 {
+        let (padded, stride) = (self.layout.padded_columns(), self.layout.stride());
+        let mut dissipated = Pack::splat(0.0);
+        for i in (0..padded).step_by(LANES) {
+            let u = load_corners(course.u, stride, i).map(|corners| Modes::of(&corners));
+            let du = course.du;
+            let mut force = [Modes::default(); 2];
+            for point in 0..4 {
+                let place = self.place(point, i);
+                let increment = || {
+                    let du = load_corners(du, stride, i).map(|corners| Modes::of(&corners));
+                    place.gradient(&du, self.thickness)
+                };
+                let gradient = place.gradient(&u, self.thickness);
+                let history = &mut course.point(point, padded);
+                let response = law.respond(self.moduli, gradient, increment, history, i);
+                dissipated = dissipated + place.volume(self.thickness) * response.dissipated;
+                place.add(response.stress, self.thickness, &mut force);
+            }
+            store(i, force, u);
+        }
+        dissipated.sum()
+    }
+
+    pub(super) fn energy_beyond(&self, law: &PointLaw, now: Standing) -> f64 {
+        let (padded, stride) = (self.layout.padded_columns(), self.layout.stride());
+        let mut sum = Pack::splat(0.0);
+        for i in (0..padded).step_by(LANES) {
+            let u = load_corners(now.u, stride, i).map(|corners| Modes::of(&corners));
+            for point in 0..4 {
+                let place = self.place(point, i);
+                let gradient = place.gradient(&u, self.thickness);
+                let past = now.past(point, padded, i);
+                let energy = law.energy_beyond(self.moduli, gradient, past);
+                sum = sum + place.volume(self.thickness) * energy;
+            }
+        }
+        sum.sum()
+    }
+
+    /// Points in the order of the weights: (-, -), (+, -), (-, +), (+, +).
+    #[inline(always)]
+    fn place(&self, point: usize, i: usize) -> Place {
+        let number = |k: usize| Pack::load(self.numbers, k * self.layout.padded_columns() + i);
+        let (upper, right) = (point >= 2, point % 2 == 1);
+        let along = |positive: bool, mean: Pack, slope: Pack| match positive {
+            true => mean + slope,
+            false => mean - slope,
+        };
+        Place {
+            x_xi: along(upper, number(0), number(4)),
+            y_xi: along(upper, number(1), number(5)),
+            x_eta: along(right, number(2), number(4)),
+            y_eta: along(right, number(3), number(5)),
+            weight: number(6 + point),
+            upper,
+            right,
+        }
+    }
+}
+
+impl Place {
+    /// t J; the weight t / 16 J would give it by a division, and none in the padding.
+    #[inline(always)]
+    fn volume(&self, thickness: f64) -> Pack {
+        Pack::splat(thickness) * (self.x_xi * self.y_eta - self.x_eta * self.y_xi)
+    }
+
+    #[inline(always)]
+    fn gradient(&self, u: &[Modes; 2], thickness: f64) -> Gradient {
+        let scale = Pack::splat(4.0 / thickness) * self.weight;
+        let (x_xi, y_xi) = (scale * self.x_xi, scale * self.y_xi);
+        let (x_eta, y_eta) = (scale * self.x_eta, scale * self.y_eta);
+        let along = |positive: bool, mean: Pack, slope: Pack| match positive {
+            true => mean + slope,
+            false => mean - slope,
+        };
+        [0, 1].map(|k| {
+            let xi = along(self.upper, u[k].xi, u[k].hourglass);
+            let eta = along(self.right, u[k].eta, u[k].hourglass);
+            [xi * y_eta - eta * y_xi, eta * x_xi - xi * x_eta]
+        })
+    }
+
+    /// Adds the forces of a stress.
+    #[inline(always)]
+    fn add(&self, stress: Gradient, thickness: f64, force: &mut [Modes; 2]) {
+        let quarter = Pack::splat(0.25 * thickness);
+        for ([along_x, along_y], force) in stress.into_iter().zip(force) {
+            let (sx, sy) = (quarter * along_x, quarter * along_y);
+            let xi = sx * self.y_eta - sy * self.x_eta;
+            let eta = sy * self.x_xi - sx * self.y_xi;
+            force.xi = force.xi + xi;
+            force.eta = force.eta + eta;
+            let signed = |positive: bool, q: Pack, sum: Pack| match positive {
+                true => sum + q,
+                false => sum - q,
+            };
+            force.hourglass = signed(self.right, eta, signed(self.upper, xi, force.hourglass));
+        }
+    }
+}
+
 /// A bilinear field of a pack of elements, or the forces that do work on it: parts along xi, eta and xi eta.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct Modes {
     pub(super) xi: Pack,
     pub(super) eta: Pack,
@@ -104,11 +271,7 @@ pub(super) fn integrate(
     let [c11, c12, c33] = moduli.map(Pack::splat);
     let (bx, by) = (number(4), number(5));
     let zero = Pack::splat(0.0);
-    let mut force = [Modes {
-        xi: zero,
-        eta: zero,
-        hourglass: zero,
-    }; 2];
+    let mut force = [Modes::default(); 2];
     for upper in [false, true] {
         let along = |mean: Pack, slope: Pack| if upper { mean + slope } else { mean - slope };
         let (u_xi, v_xi) = (along(x.xi, x.hourglass), along(y.xi, y.hourglass));

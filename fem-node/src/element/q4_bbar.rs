@@ -16,11 +16,12 @@
 //! D - k is the matrix of the moduli (4/3, -2/3, 1) c33, so what remains is the kernel of [`super::q4_2x2`] and
 //! the forces of the uniform pressure -k E, which need only the mean gradients.
 
-use super::q4_2x2::{self, Modes, integrate};
-use super::row::{Corners, RowForces, row_numbers};
+use super::q4_2x2::{self, Modes, RowPoints, integrate};
+use super::row::{Corners, Course, RowForces, Standing, row_numbers};
 use super::stiffness::{Stiffness, dilatation_row};
 use crate::element::{GAUSS_POINTS, Layout, area, jacobian, slopes};
 use crate::material::Elastic;
+use crate::material::point::PointLaw;
 use crate::mesh::Mesh;
 use crate::pack::{LANES, Pack};
 
@@ -32,6 +33,7 @@ const NUMBERS: usize = q4_2x2::NUMBERS + 1;
 pub(super) struct Q4MeanDilatation {
     moduli: [f64; 3],
     layout: Layout,
+    thickness: f64,
     numbers: Vec<f64>,
 }
 
@@ -51,6 +53,7 @@ impl Q4MeanDilatation {
         Q4MeanDilatation {
             moduli: deviatoric(elastic),
             layout,
+            thickness,
             numbers: row_numbers(mesh, layout, of_element),
         }
     }
@@ -68,18 +71,62 @@ impl Q4MeanDilatation {
             let number = |k: usize| Pack::load(numbers, k * padded + i);
             let [mut fx, mut fy] = integrate(&number, [x, y], self.moduli);
 
-            // The mean gradients times the area; the hourglass parts do not change the volume.
-            let (x_xi, y_xi, x_eta, y_eta) = (number(0), number(1), number(2), number(3));
-            let volume = (x.xi * y_eta - x.eta * y_xi) + (y.eta * x_xi - y.xi * x_eta);
-            let stress = number(NUMBERS - 1) * volume;
-            fx.xi = fx.xi + stress * y_eta;
-            fx.eta = fx.eta - stress * y_xi;
-            fy.xi = fy.xi - stress * x_eta;
-            fy.eta = fy.eta + stress * x_xi;
+            add_mean_pressure(&number, [x, y], [&mut fx, &mut fy]);
             fx.store(out, i);
             fy.store(out, stride + i);
         }
     }
+}
+
+impl Q4MeanDilatation {
+    /// Like [`Q4MeanDilatation::row`] under any law of small strain; returns what was dissipated (J).
+    pub(super) fn row_by(
+        &self,
+        law: &PointLaw,
+        row: usize,
+        course: Course,
+        out: &mut RowForces,
+    ) -> f64 {
+        let points = self.points(row);
+        let padded = self.layout.padded_columns();
+        points.forces(law, course, |i, [mut fx, mut fy], u| {
+            let number = |k: usize| Pack::load(points.numbers, k * padded + i);
+            add_mean_pressure(&number, u, [&mut fx, &mut fy]);
+            fx.store(out, i);
+            fy.store(out, self.layout.stride() + i);
+        })
+    }
+
+    /// Stored energy less u F / 2 (J) of a row, [`PointLaw::energy_beyond`].
+    pub(super) fn energy_beyond(&self, law: &PointLaw, row: usize, now: Standing) -> f64 {
+        self.points(row).energy_beyond(law, now)
+    }
+
+    fn points(&self, row: usize) -> RowPoints<'_> {
+        let padded = self.layout.padded_columns();
+        RowPoints {
+            numbers: &self.numbers[row * NUMBERS * padded..(row + 1) * NUMBERS * padded],
+            layout: self.layout,
+            moduli: self.moduli,
+            thickness: self.thickness,
+        }
+    }
+}
+
+/// The mean gradients times the area give t k E; the hourglass parts do not change the volume.
+#[inline(always)]
+fn add_mean_pressure(
+    number: &impl Fn(usize) -> Pack,
+    [x, y]: [Modes; 2],
+    [fx, fy]: [&mut Modes; 2],
+) {
+    let (x_xi, y_xi, x_eta, y_eta) = (number(0), number(1), number(2), number(3));
+    let volume = (x.xi * y_eta - x.eta * y_xi) + (y.eta * x_xi - y.xi * x_eta);
+    let stress = number(NUMBERS - 1) * volume;
+    fx.xi = fx.xi + stress * y_eta;
+    fx.eta = fx.eta - stress * y_xi;
+    fy.xi = fy.xi - stress * x_eta;
+    fy.eta = fy.eta + stress * x_xi;
 }
 
 /// D - k: what resists a change of shape.
@@ -115,17 +162,12 @@ fn mean_dilatation(p: &[[f64; 2]; 4]) -> [f64; 8] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{MaterialConfig, MaterialKind, Plane};
+    use crate::config::{MaterialConfig, Plane};
 
     const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [2.0, 0.3], [1.7, 1.9], [-0.2, 1.1]];
 
     fn elastic(poisson: f64) -> Elastic {
-        let material = MaterialConfig {
-            kind: MaterialKind::Elastic,
-            young_pa: 3.0,
-            poisson,
-            density_kg_per_m3: 1.0,
-        };
+        let material = MaterialConfig::elastic(3.0, poisson, 1.0);
         Elastic::new(&material, Plane::Strain)
     }
 

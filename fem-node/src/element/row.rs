@@ -2,6 +2,7 @@
 //! forces that a row of elements hands to the nodes above and below it.
 
 use crate::element::Layout;
+use crate::material::j2::{HISTORY, Past, PointHistory, past};
 use crate::mesh::Mesh;
 use crate::pack::{LANES, Pack};
 
@@ -61,6 +62,59 @@ impl Corners {
     pub(super) fn hourglass(&self) -> Pack {
         (self.u1 + self.u3) - (self.u2 + self.u4)
     }
+}
+
+/// A row of elements under more than linear elasticity: displacements of the nodes above and below it, what they
+/// changed by in the last step, and what the points remember.
+pub(crate) struct Course<'a> {
+    /// Upper and lower row of nodes.
+    pub(crate) u: [&'a [f64]; 2],
+    /// Their last increments; empty where nothing is remembered.
+    pub(crate) du: [&'a [f64]; 2],
+    /// Histories of this row: for each point [`crate::material::j2::HISTORY`] arrays of [`Layout::padded_columns`].
+    pub(crate) history: &'a mut [f64],
+}
+
+impl Course<'_> {
+    /// The histories of one of the points.
+    #[inline(always)]
+    pub(super) fn point(&mut self, point: usize, padded: usize) -> PointHistory<'_> {
+        let size = HISTORY * padded;
+        let places = match self.history.is_empty() {
+            true => 0..0,
+            false => point * size..(point + 1) * size,
+        };
+        PointHistory {
+            values: &mut self.history[places],
+            stride: padded,
+        }
+    }
+}
+
+/// Displacements and histories of a row of elements, as they are.
+#[derive(Clone, Copy)]
+pub(crate) struct Standing<'a> {
+    pub(crate) u: [&'a [f64]; 2],
+    pub(crate) history: &'a [f64],
+}
+
+impl Standing<'_> {
+    /// What one of the points remembers; nothing where points do not.
+    #[inline(always)]
+    pub(super) fn past(&self, point: usize, padded: usize, i: usize) -> Past {
+        match self.history.is_empty() {
+            true => Past::default(),
+            false => past(self.history, padded, point * HISTORY * padded + i),
+        }
+    }
+}
+
+/// Both displacement components at the corners of the elements from column `i` on.
+#[inline(always)]
+pub(super) fn load_corners([upper, lower]: [&[f64]; 2], stride: usize, i: usize) -> [Corners; 2] {
+    let (ux4, uy4) = upper.split_at(stride);
+    let (ux1, uy1) = lower.split_at(stride);
+    [Corners::load(ux1, ux4, i), Corners::load(uy1, uy4, i)]
 }
 
 /// Forces of a row of elements on the nodes above and below it, kept until the row below has added its own.
