@@ -106,6 +106,8 @@ pub struct SolverConfig {
 pub enum SolverKind {
     /// Block non-linear Gauss-Seidel.
     Nsgs,
+    /// Projected conjugate gradient: fewer iterations where there is no friction and many grains.
+    Pcg,
 }
 
 /// `time`: step and scheme.

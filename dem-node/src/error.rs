@@ -54,6 +54,11 @@ pub enum DemError {
         bound: &'static str,
         help: &'static str,
     },
+    #[error("cannot start {threads} threads for the contact solver: {error}; run with --threads 1")]
+    Threads {
+        threads: usize,
+        error: rayon::ThreadPoolBuildError,
+    },
     #[error("{0}")]
     Request(String),
     #[error("cannot write {path}: {source}")]
@@ -69,6 +74,7 @@ impl From<DemError> for NodeError {
             DemError::Config(_)
             | DemError::Overlap { .. }
             | DemError::Step { .. }
+            | DemError::Threads { .. }
             | DemError::Write { .. } => FaultCode::Configuration,
             DemError::Request(_) => FaultCode::Protocol,
             DemError::NotAtRest { .. }

@@ -51,6 +51,8 @@ pub struct Dem {
     /// The state at the end of the window being solved.
     trial: State,
     stepper: Stepper,
+    /// Threads of the contact solver; `None` for one.
+    pool: Option<rayon::ThreadPool>,
     coupled: bool,
     /// Length of the announced windows (s).
     window: Option<f64>,
@@ -93,6 +95,7 @@ impl Dem {
         let program = config.wheel.as_ref().map(Program::new);
         let mut stepper = Stepper::default();
         stepper.problem.wall = Wall::fixed(bodies.glued());
+        let pool = pool(setting.threads)?;
         Ok(Dem {
             participant: setting.participant.clone(),
             fields: setting.fields.clone(),
@@ -104,7 +107,7 @@ impl Dem {
                 .or(pull.map(|p| p.end()))
                 .or(config.time.end_s),
             bounds,
-            criteria: setup::criteria(config),
+            criteria: setup::criteria(config, pool.is_some()),
             initial_energy: stored(&bodies, &state),
             born: bond::count(&state.bonds),
             bond_step_limit: bond::step_limit(&bodies, &state.bonds),
@@ -117,6 +120,7 @@ impl Dem {
             solid_fraction: sample.solid_fraction,
             warnings,
             stepper,
+            pool,
             coupled: false,
             window: None,
             pending: None,
@@ -227,6 +231,27 @@ impl Dem {
     }
 }
 
+/// The threads of the contact solver, `None` where the calling thread suffices.
+pub(crate) fn pool(threads: usize) -> Result<Option<rayon::ThreadPool>, DemError> {
+    if threads <= 1 {
+        return Ok(None);
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map(Some)
+        .map_err(|error| DemError::Threads { threads, error })
+}
+
+/// Runs work where a solver may use the threads of the pool.
+pub(crate) fn in_pool<T: Send>(
+    pool: Option<&rayon::ThreadPool>,
+    work: impl FnOnce() -> T + Send,
+) -> T {
+    match pool {
+        Some(pool) => pool.install(work),
+        None => work(),
+    }
+}
+
 fn request<T>(message: impl Into<String>) -> Result<T, DemError> {
     Err(DemError::Request(message.into()))
 }
@@ -312,9 +337,10 @@ impl Node for Dem {
             ..self.drive_at(window.t0_s, window.t1_s, free_velocity)
         };
         self.trial.clone_from(&self.state);
-        let summary =
-            self.stepper
-                .advance(&self.bodies, &mut self.trial, &drive, &self.criteria)?;
+        let (stepper, state) = (&mut self.stepper, &mut self.trial);
+        let summary = in_pool(self.pool.as_ref(), || {
+            stepper.advance(&self.bodies, state, &drive, &self.criteria)
+        })?;
         self.count(&summary);
         self.pending = Some(Pending {
             window: *window,
@@ -379,9 +405,10 @@ impl Node for Dem {
                 ..self.drive_at(start, end, &fixed)
             };
             let drive_before = self.state.accounts.drive;
-            summary =
-                self.stepper
-                    .advance(&self.bodies, &mut self.state, &drive, &self.criteria)?;
+            let (stepper, state) = (&mut self.stepper, &mut self.state);
+            summary = in_pool(self.pool.as_ref(), || {
+                stepper.advance(&self.bodies, state, &drive, &self.criteria)
+            })?;
             self.count(&summary);
             if !summary.verdict.converged {
                 return Err(NodeError::from(DemError::NotConverged {

@@ -17,18 +17,20 @@ use crate::state::State;
 const RIGID_OVERLAP: f64 = 0.01;
 /// Alert distance and Verlet skin over the smallest radius. A wide skin costs candidates in each step, a narrow one new
 /// lists: at 0.2 a pressed layer makes a new one every few hundred steps.
-const ALERT: f64 = 0.02;
-const SKIN: f64 = 0.2;
+pub(crate) const ALERT: f64 = 0.02;
+pub(crate) const SKIN: f64 = 0.2;
 
 /// When the contact solver may stop.
-pub fn criteria(config: &Config) -> Criteria {
+pub fn criteria(config: &Config, parallel: bool) -> Criteria {
     Criteria {
         algorithm: match config.solver.kind {
             SolverKind::Nsgs => Algorithm::Nsgs,
+            SolverKind::Pcg => Algorithm::Pcg,
         },
         tolerance: config.solver.tolerance,
         min_iterations: config.solver.min_iterations,
         max_iterations: config.solver.max_iterations,
+        parallel,
     }
 }
 

@@ -3,20 +3,25 @@
 //! Unknown are the contact impulses r (N s) and the velocities v after the step:
 //! v = v_free + M^-1 H r, u = H^T v, and at each contact U = u + (g/h, d_t/h) + r/(k h^2) obeys Signorini-Coulomb.
 
+mod groups;
 mod nsgs;
+mod pcg;
 
 use crate::bond::BondContact;
 use crate::error::DemError;
 use crate::law::{Block, LocalLaw};
 use crate::wall::Wall;
 
-/// Velocity and inertia of a body in the contact problem.
+/// Velocity and inertia of a body in the contact problem: one aligned record, so that a contact loads each of its
+/// bodies as a whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(align(32))]
 pub struct Mover {
     /// v_x, v_y and spin times radius (m/s).
     pub velocity: [f64; 3],
-    /// What a unit impulse changes of them (1/kg): 1/m, 1/m, r^2/I = 2/m for a grain; 0 where motion is prescribed.
-    pub inverse_mass: [f64; 3],
+    /// 1/m (1/kg). A disk turns with r^2/I = 2/m, the wheel moves by impulses along y only; 0 where all motion is
+    /// prescribed.
+    pub inverse_mass: f64,
 }
 
 /// The bond of a contact that has none.
@@ -58,6 +63,8 @@ pub struct Problem {
     pub movers: Vec<Mover>,
     /// First glued disk; the glued disks end where `wall` does.
     pub first_glued: usize,
+    /// The wheel: impulses move it along y only, its sideways velocity is prescribed.
+    pub wheel: Option<usize>,
     /// The wall under the glued disks.
     pub wall: Wall,
     /// Coefficient of friction.
@@ -66,6 +73,9 @@ pub struct Problem {
     pub rounding: f64,
     /// Least size that residuals are measured against (m/s).
     least_size: f64,
+    /// Buffers of the solvers.
+    sweeper: groups::Sweeper,
+    conjugate: pcg::Vectors,
 }
 
 /// The algorithm that solves the problem.
@@ -73,6 +83,8 @@ pub struct Problem {
 pub enum Algorithm {
     /// Block non-linear Gauss-Seidel.
     Nsgs,
+    /// Projected conjugate gradient.
+    Pcg,
 }
 
 /// When a solver may stop.
@@ -86,6 +98,8 @@ pub struct Criteria {
     pub min_iterations: usize,
     /// Most iterations.
     pub max_iterations: usize,
+    /// Whether the rayon pool of the caller may be used. The answer has the same bits either way.
+    pub parallel: bool,
 }
 
 /// How a solver ended.
@@ -111,6 +125,7 @@ impl Problem {
         self.prepare()?;
         let verdict = match criteria.algorithm {
             Algorithm::Nsgs => nsgs::solve(self, criteria),
+            Algorithm::Pcg => pcg::solve(self, criteria),
         };
         self.wall.settle();
         if verdict.residual.is_finite() {
@@ -136,10 +151,23 @@ impl Problem {
                 None => contact.law = LocalLaw::new(softened, self.friction, pair)?,
                 Some(bond) => bond.prepare(contact.block, contact.compliance[0], pair)?,
             }
-            self.apply(contact, contact.impulse);
+            self.start_from(contact);
         }
         self.contacts = contacts;
+        self.wall.settle();
         Ok(())
+    }
+
+    /// Applies the first guess of a contact. Glued disks only take note: the wall follows all of them at once.
+    fn start_from(&mut self, contact: &Contact) {
+        let ([nx, ny], [r_n, r_t]) = (contact.normal, contact.impulse);
+        let push = [r_n * nx - r_t * ny, r_n * ny + r_t * nx];
+        for (body, push) in [(contact.a, push), (contact.b, [-push[0], -push[1]])] {
+            match self.glued_index(body as usize) {
+                Some(disk) => self.wall.note(disk, push),
+                None => self.kick(contact, body as usize, push, r_t),
+            }
+        }
     }
 
     /// W_nn = n.M^-1 n and so on, summed over both bodies; spin adds its inverse inertia to W_tt.
@@ -150,7 +178,7 @@ impl Problem {
             let ([xx, xy, yy], spin) = match self.glued_index(body) {
                 Some(disk) => (self.wall.block(disk), 0.0),
                 None => {
-                    let [x, y, spin] = self.movers[body].inverse_mass;
+                    let [x, y, spin] = self.inverse_mass(body);
                     ([x, 0.0, y], spin)
                 }
             };
@@ -159,6 +187,17 @@ impl Problem {
             block.tt += ny * ny * xx - 2.0 * nx * ny * xy + nx * nx * yy + spin;
         }
         block
+    }
+
+    /// What a unit impulse changes of (v_x, v_y, spin times radius) of a body that is not glued (1/kg).
+    #[inline(always)]
+    fn inverse_mass(&self, body: usize) -> [f64; 3] {
+        let inverse = self.movers[body].inverse_mass;
+        if Some(body) == self.wheel {
+            [0.0, inverse, 0.0]
+        } else {
+            [inverse, inverse, 2.0 * inverse]
+        }
     }
 
     fn glued_index(&self, body: usize) -> Option<usize> {
@@ -202,11 +241,12 @@ impl Problem {
             self.wall.push(disk, push);
             return;
         }
-        let mover = &mut self.movers[body];
-        mover.velocity[0] += mover.inverse_mass[0] * push[0];
-        mover.velocity[1] += mover.inverse_mass[1] * push[1];
+        let inverse = self.inverse_mass(body);
+        let velocity = &mut self.movers[body].velocity;
+        velocity[0] += inverse[0] * push[0];
+        velocity[1] += inverse[1] * push[1];
         // The lever is -r n on a and +r n on b, and the impulses are opposite: both disks turn the same way.
-        mover.velocity[2] -= mover.inverse_mass[2] * r_t;
+        velocity[2] -= inverse[2] * r_t;
     }
 
     /// The impulse that the law of a contact wants under the velocities of the moment, its own share taken out.

@@ -136,9 +136,10 @@ impl Stepper {
     }
 
     /// Free velocities and contacts.
-    fn pose(&mut self, bodies: &Bodies, state: &mut State, drive: &Drive) {
+    pub(crate) fn pose(&mut self, bodies: &Bodies, state: &mut State, drive: &Drive) {
         self.problem.friction = bodies.law.coefficient();
         self.problem.first_glued = bodies.free;
+        self.problem.wheel = bodies.wheel();
         self.problem.rounding = 4.0 * f64::EPSILON * extent(&state.centres) / drive.step;
         self.problem.wall.start(drive.free_velocity);
         self.free_movers(bodies, state, drive);
@@ -176,7 +177,7 @@ impl Stepper {
             let kick = [h * bodies.gravity[0], h * bodies.gravity[1]];
             Mover {
                 velocity: [v[0] + kick[0], v[1] + kick[1], v[2]],
-                inverse_mass: [1.0 / m, 1.0 / m, 2.0 / m],
+                inverse_mass: 1.0 / m,
             }
         }));
         if let (Some([x, y]), Some(grain)) = (bodies.pulled, movers.first_mut()) {
@@ -194,7 +195,7 @@ impl Stepper {
                     state.wheel.velocity[1] - h * drive.load / mass,
                     0.0,
                 ],
-                inverse_mass: [0.0, 1.0 / mass, 0.0],
+                inverse_mass: 1.0 / mass,
             });
         }
         movers.resize(bodies.count(), Mover::default());

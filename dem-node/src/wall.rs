@@ -65,16 +65,31 @@ impl Wall {
     /// Adds an impulse (N s) on a glued disk; all glued disks follow with two columns of W_g.
     #[inline]
     pub fn push(&mut self, disk: usize, impulse: [f64; 2]) {
-        self.impulse[2 * disk] += impulse[0];
-        self.impulse[2 * disk + 1] += impulse[1];
+        self.note(disk, impulse);
         let components = self.velocity.len();
-        if self.compliance.is_empty() || impulse == [0.0, 0.0] {
+        if self.compliance.is_empty() {
             return;
         }
         let columns = &self.compliance[2 * disk * components..(2 * disk + 2) * components];
-        let (x_column, y_column) = columns.split_at(components);
-        for ((v, x), y) in self.velocity.iter_mut().zip(x_column).zip(y_column) {
-            *v += x * impulse[0] + y * impulse[1];
+        add_columns(&mut self.velocity, columns, impulse);
+    }
+
+    /// Adds an impulse (N s) that the wall follows when it settles.
+    #[inline]
+    pub fn note(&mut self, disk: usize, impulse: [f64; 2]) {
+        self.impulse[2 * disk] += impulse[0];
+        self.impulse[2 * disk + 1] += impulse[1];
+    }
+
+    /// W_g p of any impulses, without changing the wall.
+    pub fn respond(&self, impulse: &[f64], velocity: &mut [f64]) {
+        velocity.fill(0.0);
+        if self.compliance.is_empty() {
+            return;
+        }
+        let columns = self.compliance.chunks_exact(2 * velocity.len());
+        for (pair, p) in columns.zip(impulse.chunks_exact(2)) {
+            add_columns(velocity, pair, [p[0], p[1]]);
         }
     }
 
@@ -95,6 +110,17 @@ impl Wall {
         [at(x, x), 0.5 * (at(x, y) + at(y, x)), at(y, y)]
     }
 
+    /// What an impulse on a glued disk changes of its own velocity: rows of the 2x2 block (1/kg).
+    pub fn response(&self, disk: usize) -> [[f64; 2]; 2] {
+        if self.compliance.is_empty() {
+            return [[0.0; 2]; 2];
+        }
+        let components = self.velocity.len();
+        let at = |row: usize, column: usize| self.compliance[column * components + row];
+        let (x, y) = (2 * disk, 2 * disk + 1);
+        [[at(x, x), at(x, y)], [at(y, x), at(y, y)]]
+    }
+
     /// Evaluates v_g = a_g + W_g p anew, without the rounding of the many small changes.
     pub fn settle(&mut self) {
         let impulse = self.impulse.clone();
@@ -103,6 +129,18 @@ impl Wall {
         for (disk, p) in impulse.chunks_exact(2).enumerate() {
             self.push(disk, [p[0], p[1]]);
         }
+    }
+}
+
+/// Adds two neighbouring columns times the components of an impulse.
+#[inline]
+fn add_columns(velocity: &mut [f64], columns: &[f64], [p_x, p_y]: [f64; 2]) {
+    if p_x == 0.0 && p_y == 0.0 {
+        return;
+    }
+    let (x_column, y_column) = columns.split_at(velocity.len());
+    for ((v, x), y) in velocity.iter_mut().zip(x_column).zip(y_column) {
+        *v += x * p_x + y * p_y;
     }
 }
 

@@ -13,5 +13,6 @@ mod dem_layer;
 mod dem_layer_run;
 mod dem_participant;
 mod dem_pyramid;
+mod dem_solvers;
 mod dem_support;
 mod dem_wheel;

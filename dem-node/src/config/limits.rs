@@ -3,8 +3,8 @@
 use protocol::ConfigError;
 
 use super::{
-    Config, DisksConfig, LawConfig, LawKind, LayerConfig, SampleConfig, SolverConfig, TimeConfig,
-    WheelConfig,
+    Config, DisksConfig, LawConfig, LawKind, LayerConfig, SampleConfig, SolverConfig, SolverKind,
+    TimeConfig, WheelConfig,
 };
 
 impl Config {
@@ -30,6 +30,13 @@ impl Config {
     }
 
     fn validate_together(&self) -> Result<(), ConfigError> {
+        if self.solver.kind == SolverKind::Pcg && self.law.kind == LawKind::Cohesion {
+            return Err(ConfigError::new(
+                "solver.kind",
+                "\"pcg\" solves unilateral contacts only, and law.kind = \"cohesion\" makes contacts that pull",
+            )
+            .help("write solver.kind = \"nsgs\""));
+        }
         if matches!(self.sample, SampleConfig::Layer(_)) && self.wheel.is_none() {
             return Err(ConfigError::new(
                 "wheel",

@@ -1,8 +1,9 @@
 //! Non-linear block Gauss-Seidel on velocities (Jean 1999; Jourdan, Alart, Jean 1998).
 //!
 //! Each contact in turn takes the impulse that its own law wants under the velocities of the moment, and changes the
-//! velocities of its two bodies at once. The matrix W is never formed: 14 ns per contact against 56 with stored rows.
+//! velocities of its two bodies at once. The matrix W is never formed: stored rows cost four times as much.
 
+use super::groups::Sweeper;
 use super::{Criteria, Problem, Verdict};
 
 /// Sweeps until the true residual is within the tolerance.
@@ -11,10 +12,19 @@ use super::{Criteria, Problem, Verdict};
 /// changes little. When the true residual refuses what the change accepted, the bound on the change is tightened in
 /// proportion, as Siconos does, and sweeping goes on.
 pub fn solve(problem: &mut Problem, criteria: &Criteria) -> Verdict {
+    let mut sweeper = std::mem::take(&mut problem.sweeper);
+    sweeper.load(problem);
+    let verdict = iterate(problem, &mut sweeper, criteria);
+    problem.sweeper = sweeper;
+    verdict
+}
+
+fn iterate(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) -> Verdict {
     let mut bound = criteria.tolerance;
     let mut iterations = 0;
     while iterations < criteria.max_iterations {
-        let change = sweep(problem);
+        let [changed, size] = sweeper.sweep(problem, criteria.parallel);
+        let change = problem.relative(changed.sqrt(), size.sqrt());
         iterations += 1;
         if change.is_nan() {
             break;
@@ -22,6 +32,7 @@ pub fn solve(problem: &mut Problem, criteria: &Criteria) -> Verdict {
         if iterations < criteria.min_iterations || change > bound {
             continue;
         }
+        sweeper.store(problem);
         let residual = problem.residual();
         if residual <= criteria.tolerance {
             return Verdict {
@@ -32,30 +43,11 @@ pub fn solve(problem: &mut Problem, criteria: &Criteria) -> Verdict {
         }
         bound = change * (criteria.tolerance / residual).max(0.1);
     }
+    sweeper.store(problem);
     let residual = problem.residual();
     Verdict {
         iterations,
         residual,
         converged: residual <= criteria.tolerance,
     }
-}
-
-/// One pass over all contacts in their order. Returns ||D dr|| / ||D r||, D the diagonal of W.
-fn sweep(problem: &mut Problem) -> f64 {
-    let (mut changed, mut size) = (0.0, 0.0);
-    // Taken out for the pass: a contact that is copied instead of borrowed costs as much as its arithmetic.
-    let mut contacts = std::mem::take(&mut problem.contacts);
-    for contact in &mut contacts {
-        let ([r_n, r_t], block) = (contact.impulse, contact.block);
-        let impulse = problem.wanted(contact, problem.relative_velocity(contact));
-        let step = [impulse[0] - r_n, impulse[1] - r_t];
-        contact.impulse = impulse;
-        problem.apply(contact, step);
-        let d_n = block.nn + contact.compliance[0];
-        let d_t = block.tt + contact.compliance[1];
-        changed += (d_n * step[0]).powi(2) + (d_t * step[1]).powi(2);
-        size += (d_n * impulse[0]).powi(2) + (d_t * impulse[1]).powi(2);
-    }
-    problem.contacts = contacts;
-    problem.relative(changed.sqrt(), size.sqrt())
 }

@@ -1,0 +1,129 @@
+//! The solvers against each other, and against themselves in several threads.
+//!
+//! ```text
+//!   | o o o o |     a heap of unequal disks in a box, under a weight that presses it into the corner
+//!   |o o o o o|
+//!   +---------+
+//! ```
+//!
+//! The step of convex problems has one velocity, whatever finds it: Gauss-Seidel and the projected conjugate gradient
+//! must end at the same one. With friction, compliant contacts make it unique here. Tolerance: the true residual of
+//! 1e-11 times the condition of a heap of 8 rows, below 1e-8 of the speed of the grains.
+
+use dem_node::Dem;
+use protocol::{Node, Setting};
+use serde_json::{Value, json};
+
+use crate::dem_support::{march, refusal, scene, setting};
+
+const R: f64 = 1e-3;
+
+fn laws() -> [Value; 4] {
+    [
+        json!({"kind": "signorini"}),
+        json!({"kind": "signorini", "contact_stiffness_pa": 1e9}),
+        json!({"kind": "coulomb", "friction": 0.3}),
+        json!({
+            "kind": "coulomb", "friction": 0.3,
+            "contact_stiffness_pa": 1e9, "tangential_stiffness_ratio": 0.5,
+        }),
+    ]
+}
+
+/// Disks of three sizes on a grid, a little apart, in a box without lid.
+fn heap(columns: usize, rows: usize) -> Value {
+    let radius = |i: usize| R * [0.99, 0.93, 0.85][i % 3];
+    let disks: Vec<Value> = (0..columns * rows)
+        .map(|i| {
+            let (column, row) = (i / rows, i % rows);
+            let shift = 0.9 * R * (row % 2) as f64;
+            let x = R * (2 * column + 1) as f64 + shift;
+            json!({"x_m": x, "y_m": R * (1.0 + 1.9 * row as f64), "radius_m": 0.9 * radius(i)})
+        })
+        .collect();
+    let right = 2.0 * R * columns as f64 + R;
+    json!({"kind": "disks", "disks": disks, "walls": [
+        {"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0},
+        {"x_m": 0.0, "y_m": 0.0, "nx": 1.0, "ny": 0.0},
+        {"x_m": right, "y_m": 0.0, "nx": -1.0, "ny": 0.0},
+    ]})
+}
+
+fn run(config: &Value, threads: usize, steps: u32) -> (Dem, String) {
+    let config = protocol::read_config(config).expect("the scene is valid");
+    let setting = Setting {
+        threads,
+        ..setting(1)
+    };
+    let mut dem = Dem::new(&config, &setting).expect("the scene can be prepared");
+    march(&mut dem, 0, steps);
+    let hash = dem.finish().expect("it finishes").state_hash;
+    (dem, hash)
+}
+
+fn solver(kind: &str, tolerance: f64) -> Value {
+    json!({"kind": kind, "tolerance": tolerance, "max_iterations": 20_000, "min_iterations": 1})
+}
+
+#[test]
+fn gauss_seidel_and_conjugate_gradient_find_the_same_velocities() {
+    for law in laws() {
+        let overrides =
+            |kind: &str| json!({"gravity_m_per_s2": [2.0, -9.81], "solver": solver(kind, 1e-11)});
+        let step = |kind: &str| scene(law.clone(), 2e-4, heap(8, 8), overrides(kind));
+        // Steps before and after the heap has fallen on its floor; the state of each must agree.
+        let (nsgs, _) = run(&step("nsgs"), 1, 60);
+        let (pcg, _) = run(&step("pcg"), 1, 60);
+        let speed = nsgs
+            .state()
+            .velocities
+            .iter()
+            .flatten()
+            .fold(0.0f64, |s, v| s.max(v.abs()));
+        assert!(speed > 1e-3, "the heap must move");
+        for (a, b) in nsgs.state().velocities.iter().zip(&pcg.state().velocities) {
+            for (a, b) in a.iter().zip(b) {
+                assert!((a - b).abs() < 1e-7 * speed, "{law}: {a} and {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn any_number_of_threads_leaves_the_same_bits() {
+    for kind in ["nsgs", "pcg"] {
+        for law in laws() {
+            let overrides = json!({"gravity_m_per_s2": [2.0, -9.81], "solver": solver(kind, 1e-2)});
+            let config = scene(law.clone(), 5e-3, heap(90, 45), overrides);
+            let (dem, one) = run(&config, 1, 3);
+            let contacts = dem.state().list.slots.len();
+            assert!(
+                contacts > 2 * 4096,
+                "{contacts} contacts make one block only"
+            );
+            for threads in [2, 4] {
+                assert_eq!(
+                    run(&config, threads, 3).1,
+                    one,
+                    "{kind}, {law}, {threads} threads"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_conjugate_gradient_refuses_contacts_that_pull() {
+    let law = json!({
+        "kind": "cohesion", "friction": 0.3, "cn_pa_per_m": 1e15, "ct_pa_per_m": 1e15,
+        "w_j_per_m2": 1.0, "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one", "alert_m": 1e-6,
+    });
+    let config = scene(
+        law,
+        1e-6,
+        heap(2, 2),
+        json!({"solver": solver("pcg", 1e-6)}),
+    );
+    let message = refusal(&config);
+    assert!(message.contains("solver.kind"), "{message}");
+}
