@@ -16,7 +16,8 @@
 //! - [`mod@step`]: one step of the scheme;
 //! - [`ledger`], [`report`], [`snapshot`]: energy, signals and results, fields;
 //! - [`setup`]: from the keys to the types of the steps;
-//! - [`node`]: all of it as a participant of a run.
+//! - [`node`]: all of it as a participant of a run;
+//! - [`mod@bench`]: what a contact costs, beside what the machine allows.
 //!
 //! A disk that falls on a floor and stays there:
 //!
@@ -46,6 +47,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod bench;
 pub mod bodies;
 pub mod bond;
 pub mod bounds;

@@ -1,0 +1,345 @@
+//! What a contact costs: the solvers on one cold load step of dense packs.
+//!
+//! A bed of soft disks is pressed between four plates; larger packs are its mirror images side by side, which touch as
+//! the bed touches its plates. Then the disks count as rigid and touching (LMGC90's IQS: overlaps are not repaired),
+//! and the upper plate is loaded with 690 MPa in one step of 1 us from rest, without any first guess: no step of a
+//! run is harder.
+
+use std::f64::consts::PI;
+use std::hint::black_box;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use crate::bodies::{Bodies, HalfPlane};
+use crate::config::RadiusLaw;
+use crate::error::DemError;
+use crate::law::{Friction, Law};
+use crate::node;
+use crate::sample::grading::Dice;
+use crate::sample::relax::Pile;
+use crate::sample::{Disk, layer};
+use crate::setup::{ALERT, SKIN};
+use crate::solver::{Algorithm, Criteria, Problem};
+use crate::state::State;
+use crate::step::{Drive, Stepper};
+use crate::wall::Wall;
+
+const STEP: f64 = 1e-6;
+const PRESSURE: f64 = 690e6;
+const DENSITY: f64 = 7800.0;
+const THICKNESS: f64 = 1e-3;
+const RADII: [f64; 2] = [0.05e-3, 0.1e-3];
+/// Solid fraction of the beds, just above jamming: 2.2 contacts a disk.
+const FRACTION: f64 = 0.852;
+/// Most relaxation steps of a bed.
+const RELAXATIONS: usize = 4_000;
+const FRICTION: f64 = 0.3;
+/// Passes of each timing; the quietest counts.
+const PASSES: usize = 5;
+/// Iterations that a timing leaves out, and those that it counts.
+const WARM: usize = 20;
+const TIMED: usize = 80;
+/// Where a search for a tolerance ends.
+const MOST_ITERATIONS: usize = 20_000;
+
+/// One solver on one problem.
+#[derive(Clone, Debug, Serialize)]
+pub struct BenchRow {
+    /// Disks of the pack.
+    pub disks: usize,
+    /// Contacts of the problem, those with plates included.
+    pub contacts: usize,
+    /// `nsgs` or `pcg`.
+    pub solver: &'static str,
+    /// `signorini` or `coulomb`.
+    pub law: &'static str,
+    /// Threads of the solver.
+    pub threads: usize,
+    /// Time of a whole iteration over the contacts (ns).
+    pub ns_per_contact_iteration: f64,
+    /// Iterations from nothing to a true residual of 1e-3; absent where the search was given up.
+    #[serde(rename = "iterations_to_1e-3")]
+    pub iterations_to_1e3: Option<usize>,
+    /// The same to 1e-4.
+    #[serde(rename = "iterations_to_1e-4")]
+    pub iterations_to_1e4: Option<usize>,
+    /// A step whose Verlet list still holds, without its iterations: contacts from positions, local blocks, the sorting
+    /// of the solver and one residual (ms).
+    pub detect_prepare_ms: f64,
+    /// Highest memory of the process so far (bytes).
+    pub peak_rss_bytes: u64,
+    /// What the machine's measured bandwidth and arithmetic allow for the same bytes and operations (ns).
+    pub bound_ns: f64,
+}
+
+/// All rows: packs of about 1 000, 10 000 and 73 000 disks.
+pub fn bench() -> Result<Vec<BenchRow>, DemError> {
+    let mut rows = Vec::new();
+    for (disks, columns, lines) in [(1_000, 1, 1), (10_000, 1, 1), (9_125, 4, 2)] {
+        let pack = Pack::new(disks, columns, lines);
+        for (solver, law) in [
+            (Algorithm::Nsgs, Friction::Signorini),
+            (
+                Algorithm::Nsgs,
+                Friction::Coulomb {
+                    coefficient: FRICTION,
+                },
+            ),
+            (Algorithm::Pcg, Friction::Signorini),
+            (
+                Algorithm::Pcg,
+                Friction::Coulomb {
+                    coefficient: FRICTION,
+                },
+            ),
+        ] {
+            rows.push(pack.row(solver, law, 1)?);
+        }
+        rows.push(pack.row(
+            Algorithm::Nsgs,
+            Friction::Coulomb {
+                coefficient: FRICTION,
+            },
+            2,
+        )?);
+    }
+    Ok(rows)
+}
+
+/// Disks between a floor, two side walls and a plate above, at 0 <= x <= width and y >= 0.
+struct Pack {
+    disks: Vec<Disk>,
+    width: f64,
+}
+
+impl Pack {
+    /// A pressed bed of about so many disks and its mirror images, `columns` by `lines`.
+    fn new(disks: usize, columns: usize, lines: usize) -> Pack {
+        let pile = pressed(disks);
+        let (width, height) = (2.0 * pile.half_width, pile.ceiling - pile.floor);
+        let mut all = Vec::new();
+        for column in 0..columns {
+            for line in 0..lines {
+                for (centre, radius) in pile.centres.iter().zip(&pile.radii) {
+                    let x = mirrored(centre[0] + pile.half_width, width, column);
+                    let y = mirrored(centre[1] - pile.floor, height, line);
+                    all.push(Disk {
+                        centre: [x, y],
+                        radius: *radius,
+                        ..Disk::default()
+                    });
+                }
+            }
+        }
+        Pack {
+            disks: layer::in_columns(all),
+            width: width * columns as f64,
+        }
+    }
+
+    fn bodies(&self, friction: Friction) -> Bodies {
+        let mass = |disk: &Disk| DENSITY * PI * disk.radius * disk.radius * THICKNESS;
+        let wall = |point, normal| HalfPlane { point, normal };
+        Bodies {
+            free: self.disks.len(),
+            radii: self.disks.iter().map(|disk| disk.radius).collect(),
+            masses: self.disks.iter().map(mass).collect(),
+            gravity: [0.0; 2],
+            reference: Vec::new(),
+            wheel_mass: Some(DENSITY * self.width * RADII[1] * THICKNESS),
+            walls: vec![
+                wall([0.0, 0.0], [0.0, 1.0]),
+                wall([0.0, 0.0], [1.0, 0.0]),
+                wall([self.width, 0.0], [-1.0, 0.0]),
+            ],
+            law: Law {
+                friction,
+                springs: None,
+                cohesion: None,
+            },
+            pulled: None,
+            alert: ALERT * RADII[0],
+            skin: SKIN * RADII[0],
+        }
+    }
+
+    fn row(
+        &self,
+        algorithm: Algorithm,
+        friction: Friction,
+        threads: usize,
+    ) -> Result<BenchRow, DemError> {
+        let bodies = self.bodies(friction);
+        let mut state = State::new(&bodies, &self.disks, &[]);
+        let drive = Drive {
+            step: STEP,
+            theta: 1.0,
+            load: 0.0,
+            wheel_x: 0.0,
+            free_velocity: &[],
+        };
+        let mut stepper = Stepper::default();
+        stepper.problem.wall = Wall::fixed(0);
+        stepper.pose(&bodies, &mut state, &drive);
+        let pose = quietest(|| stepper.pose(&bodies, &mut state, &drive));
+        let mut cold = stepper.problem;
+        // The load comes after detection: a light plate under such a load would fly through the pack in one step.
+        let plate = &mut cold.movers[bodies.disks()];
+        plate.velocity[1] -= STEP * PRESSURE * self.width * THICKNESS * plate.inverse_mass;
+        for contact in &mut cold.contacts {
+            contact.bias[0] = contact.bias[0].max(0.0);
+        }
+        let criteria = |tolerance: f64, iterations: usize| Criteria {
+            algorithm,
+            tolerance,
+            min_iterations: if tolerance == 0.0 { iterations } else { 1 },
+            max_iterations: iterations,
+            parallel: threads > 1,
+        };
+        let pool = node::pool(threads)?;
+        let solve = |criteria: Criteria| {
+            let mut problem = cold.clone();
+            node::in_pool(pool.as_ref(), || {
+                let start = Instant::now();
+                let verdict = problem.solve(&criteria)?;
+                Ok::<_, DemError>((verdict, start.elapsed().as_secs_f64()))
+            })
+        };
+        let (mut once, mut short, mut long) = (f64::INFINITY, f64::INFINITY, f64::INFINITY);
+        for _ in 0..PASSES {
+            once = once.min(solve(criteria(0.0, 1))?.1);
+            short = short.min(solve(criteria(0.0, WARM))?.1);
+            long = long.min(solve(criteria(0.0, WARM + TIMED))?.1);
+        }
+        let per_iteration = (long - short) / TIMED as f64;
+        let reach = |tolerance: f64| -> Result<Option<usize>, DemError> {
+            let (verdict, _) = solve(criteria(tolerance, MOST_ITERATIONS))?;
+            Ok(verdict.converged.then_some(verdict.iterations))
+        };
+        Ok(BenchRow {
+            disks: self.disks.len(),
+            contacts: cold.contacts.len(),
+            solver: match algorithm {
+                Algorithm::Nsgs => "nsgs",
+                Algorithm::Pcg => "pcg",
+            },
+            law: match friction {
+                Friction::Signorini => "signorini",
+                Friction::Coulomb { .. } => "coulomb",
+            },
+            threads,
+            ns_per_contact_iteration: per_iteration * 1e9 / cold.contacts.len() as f64,
+            iterations_to_1e3: reach(1e-3)?,
+            iterations_to_1e4: reach(1e-4)?,
+            detect_prepare_ms: 1e3 * (pose + (once - per_iteration).max(0.0)),
+            peak_rss_bytes: peak_rss(),
+            bound_ns: bound(&cold, algorithm, friction),
+        })
+    }
+}
+
+/// Coordinate in the `copy`-th image of [0, length], every other one mirrored.
+fn mirrored(x: f64, length: f64, copy: usize) -> f64 {
+    let inside = if copy.is_multiple_of(2) {
+        x
+    } else {
+        length - x
+    };
+    inside + length * copy as f64
+}
+
+/// A square bed between four fixed plates, relaxed until its forces are balanced to a percent.
+fn pressed(disks: usize) -> Pile {
+    let mut dice = Dice::new(1);
+    let radii: Vec<f64> = (0..disks)
+        .map(|_| dice.radius(RadiusLaw::SurfaceUniform, RADII[0], RADII[1]))
+        .collect();
+    let area: f64 = radii.iter().map(|r| PI * r * r).sum();
+    let half_width = 0.5 * (area / FRACTION).sqrt();
+    let centres = radii.iter().map(|r| {
+        let mut place = || dice.between(r - half_width, half_width - r);
+        [place(), place()]
+    });
+    let mut pile = Pile {
+        centres: centres.collect(),
+        movable: disks,
+        radii,
+        ceiling: half_width,
+        floor: -half_width,
+        half_width,
+        thrust: None,
+    };
+    pile.relax(RELAXATIONS, |load| load.unbalanced() <= 1e-2 * load.mean());
+    pile
+}
+
+/// The time of the quietest pass (s).
+fn quietest(mut work: impl FnMut()) -> f64 {
+    let pass = |_| {
+        let start = Instant::now();
+        work();
+        start.elapsed().as_secs_f64()
+    };
+    (0..PASSES).map(pass).fold(f64::INFINITY, f64::min)
+}
+
+/// The longer of two times: moving the bytes of an iteration from where they lie, and doing its operations on
+/// data at hand. Both rates are measured here and now, on buffers of the problem's own size.
+fn bound(problem: &Problem, algorithm: Algorithm, friction: Friction) -> f64 {
+    let frictional = matches!(friction, Friction::Coulomb { .. });
+    // Per contact: its stored numbers, and its share of the records of the bodies (32 bytes each, read and written).
+    let contacts = problem.contacts.len() as f64;
+    let records = 64.0 * problem.movers.len() as f64 / contacts;
+    let (bytes, operations) = match (algorithm, frictional) {
+        (Algorithm::Nsgs, false) => (48.0 + 8.0 + records, 30.0),
+        (Algorithm::Nsgs, true) => (72.0 + 16.0 + records, 62.0),
+        (Algorithm::Pcg, false) => (224.0 + 4.0 * records, 50.0),
+        (Algorithm::Pcg, true) => (400.0 + 4.0 * records, 100.0),
+    };
+    let numbers = (bytes * contacts / 8.0) as usize;
+    (bytes * byte_time(numbers)).max(operations * operation_time()) * 1e9
+}
+
+/// Time to read and rewrite a byte of a buffer of so many numbers (s).
+fn byte_time(numbers: usize) -> f64 {
+    let mut buffer = vec![1.0f64; numbers];
+    let rounds = (1 << 23) / numbers + 1;
+    let time = quietest(|| {
+        for _ in 0..rounds {
+            black_box(&mut buffer[..])
+                .iter_mut()
+                .for_each(|x| *x += 1.0);
+        }
+    });
+    time / (rounds * numbers * 8) as f64
+}
+
+/// Time of a multiplication or addition in independent lanes (s).
+fn operation_time() -> f64 {
+    const ROUNDS: usize = 1 << 18;
+    let mut lanes = black_box([1.0f64; 16]);
+    let time = quietest(|| {
+        for _ in 0..ROUNDS {
+            for x in &mut lanes {
+                *x = *x * 0.999 + 0.001;
+            }
+        }
+        black_box(&lanes);
+    });
+    time / (ROUNDS * 32) as f64
+}
+
+/// Highest resident memory so far (bytes), 0 where the system does not tell.
+fn peak_rss() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kibibytes = line.and_then(|line| {
+        line.trim()
+            .trim_end_matches("kB")
+            .trim()
+            .parse::<u64>()
+            .ok()
+    });
+    kibibytes.unwrap_or(0) * 1024
+}
