@@ -14,7 +14,8 @@
 //! - [`ledger`]: the energies that are reported;
 //! - [`probe`]: signals, stresses and pressures;
 //! - [`profile`]: the pressure between wheel and body;
-//! - [`node`]: the body as a participant, with its windows, interface and compliance.
+//! - [`node`]: the body as a participant, with its windows, interface and compliance;
+//! - [`mod@bench`]: time of whole steps beside what memory and arithmetic allow.
 //!
 //! ```
 //! use protocol::{Node, Setting, Window};
@@ -31,6 +32,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod bench;
 pub mod boundary;
 pub mod config;
 pub mod element;

@@ -1,0 +1,237 @@
+//! Time of whole steps on the paper's mesh, beside the bound that the same machine sets in the same run.
+//!
+//! The bound is the longer of two times: that of moving the numbers which a step must read and write, at the rate of a
+//! plain sum over arrays of the same total size, and that of its additions and multiplications, counted in the sources,
+//! at the rate of a loop that does nothing else. The quietest of several passes counts, here as there: what else runs
+//! on the machine only ever adds time.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use protocol::{ConfigError, Setting, read_config};
+use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use serde::Serialize;
+use serde_json::json;
+
+use crate::config::Config;
+use crate::error::FemError;
+use crate::integrate::{Integrator, Load, RowSums, State};
+use crate::model::Model;
+use crate::pack::{LANES, Pack};
+
+/// Passes of which the quietest counts.
+const PASSES: usize = 7;
+
+/// Steps in a pass, some 0.02 s of work.
+const STEPS: usize = 40;
+
+/// One measurement.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BenchRow {
+    /// As in the key `element`.
+    pub element: &'static str,
+    /// As in the key `material.kind`; every point of `j2` yields in every step.
+    pub material: &'static str,
+    /// Threads.
+    pub threads: usize,
+    /// Elements of the mesh.
+    pub elements: usize,
+    /// Time of a whole step over the number of elements (ns).
+    pub ns_per_element_step: f64,
+    /// What memory and arithmetic alone would take (ns).
+    pub bound_ns: f64,
+}
+
+/// What a case does in an element and its share of a node: numbers kept, numbers remembered, operations.
+struct Case {
+    element: &'static str,
+    material: &'static str,
+    kept: f64,
+    remembered: f64,
+    operations: f64,
+}
+
+/// Operations of the update of a node: both components of prediction, acceleration, numerical loss and correction.
+const NODE_OPERATIONS: f64 = 58.0;
+
+/// Numbers of a node that a step reads or writes: u v a F in and out, m and 1/m in, two components each.
+const NODE_NUMBERS: f64 = 20.0;
+
+const fn case(
+    element: &'static str,
+    material: &'static str,
+    kept: f64,
+    remembered: f64,
+    operations: f64,
+) -> Case {
+    Case {
+        element,
+        material,
+        kept,
+        remembered,
+        operations,
+    }
+}
+
+const CASES: [Case; 6] = [
+    case("q4_1point", "elastic", 8.0, 0.0, 79.0),
+    case("q4_1point", "j2", 8.0, 4.0, 140.0),
+    case("q4_2x2", "elastic", 10.0, 0.0, 220.0),
+    case("q4_2x2", "j2", 10.0, 16.0, 520.0),
+    case("q4_bbar", "elastic", 11.0, 0.0, 240.0),
+    case("q4_bbar", "j2", 11.0, 16.0, 540.0),
+];
+
+/// Measures every element and material at 28 080 elements, on one thread and on two.
+pub fn bench() -> Result<Vec<BenchRow>, FemError> {
+    let paper = json!({
+        "width_m": 65e-3, "height_m": 20e-3, "size_m": 1e-4, "fine_width_m": 21.6e-3, "fine_depth_m": 3e-3,
+        "side_columns": 87, "depth_rows": 42, "crown_radius_m": 0.3,
+    });
+    let mut rows = Vec::new();
+    for case in &CASES {
+        let model = model(case, &paper)?;
+        for threads in [1, 2] {
+            rows.push(measure(case, &model, threads)?);
+        }
+    }
+    Ok(rows)
+}
+
+fn model(case: &Case, mesh: &serde_json::Value) -> Result<Model, ConfigError> {
+    let mut material = json!({"young_pa": 102.5e9, "poisson": 0.3, "density_kg_per_m3": 7800.0});
+    if case.material == "j2" {
+        material["yield_pa"] = json!(1e3);
+        material["hardening_pa"] = json!(2e9);
+    }
+    let config: Config = read_config(&json!({
+        "element": case.element, "mesh": mesh, "material": material, "base": "free",
+        "time": {"step_s": "auto", "damping": 0.75},
+    }))?;
+    let setting = Setting {
+        participant: "bench".into(),
+        seed: 0,
+        thickness_m: 1e-3,
+        threads: 1,
+        fields: None,
+    };
+    Model::new(&config, &setting)
+}
+
+fn measure(case: &Case, model: &Model, threads: usize) -> Result<BenchRow, FemError> {
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|error| FemError::Pool {
+        threads,
+        reason: error.to_string(),
+    })?;
+    let elements = model.mesh.elements();
+    let nodes = model.mesh.points().len() as f64 / elements as f64;
+    let numbers = case.kept + 2.0 * case.remembered + NODE_NUMBERS * nodes;
+    let operations = case.operations + NODE_OPERATIONS * nodes;
+    let memory = 8.0 * numbers / read_rate(&pool, threads, numbers * elements as f64);
+    let arithmetic = operations / operation_rate(&pool, threads);
+    Ok(BenchRow {
+        element: case.element,
+        material: case.material,
+        threads,
+        elements,
+        ns_per_element_step: 1e9 * pool.install(|| step_time(model, threads)) / elements as f64,
+        bound_ns: 1e9 * memory.max(arithmetic),
+    })
+}
+
+/// Time of a step (s) of a body that is stretched steadily, so that it keeps yielding.
+fn step_time(model: &Model, threads: usize) -> f64 {
+    let (body, elements) = (&model.body, model.mesh.elements());
+    let mut integrator =
+        Integrator::new(body, model.scheme, elements, threads).under(body, model.law);
+    let mut state = State::at_rest_under(body, model.law.as_ref());
+    for (k, point) in model.mesh.points().iter().enumerate() {
+        let node = [
+            k % (model.mesh.columns() + 1),
+            k / (model.mesh.columns() + 1),
+        ];
+        state.v[body.layout().index(node, 0)] = 100.0 * point[0];
+        state.v[body.layout().index(node, 1)] = -50.0 * point[1];
+    }
+    let load = Load::none(body);
+    let mut sums = vec![RowSums::default(); body.layout().node_rows()];
+    quietest(|| {
+        for _ in 0..STEPS {
+            integrator.step(body, &mut state, &load, &mut sums, None);
+        }
+        STEPS as f64
+    })
+}
+
+/// The least time (s) of a unit of work over the passes; `work` returns how many units it did.
+fn quietest(mut work: impl FnMut() -> f64) -> f64 {
+    let pass = |_| {
+        let start = Instant::now();
+        let units = work();
+        start.elapsed().as_secs_f64() / units
+    };
+    (0..PASSES).map(pass).fold(f64::INFINITY, f64::min)
+}
+
+/// Bytes that all threads together read in a second from arrays of this many numbers.
+fn read_rate(pool: &ThreadPool, threads: usize, numbers: f64) -> f64 {
+    let len = (numbers as usize / threads).next_multiple_of(4 * LANES);
+    let arrays = vec![vec![1.0; len]; threads];
+    let time = quietest(|| {
+        pool.install(|| arrays.par_iter().for_each(|array| sum(array)));
+        (8 * len * threads) as f64
+    });
+    1.0 / time
+}
+
+/// Four running sums, so that no addition waits for the one before.
+fn sum(array: &[f64]) {
+    let mut sums = [Pack::splat(0.0); 4];
+    for k in (0..array.len()).step_by(4 * LANES) {
+        for (lane, sum) in sums.iter_mut().enumerate() {
+            *sum = *sum + Pack::load(array, k + lane * LANES);
+        }
+    }
+    black_box(sums.map(|sum| sum.sum()));
+}
+
+/// Additions and multiplications that all threads together do in a second.
+fn operation_rate(pool: &ThreadPool, threads: usize) -> f64 {
+    const ROUNDS: usize = 1_000_000;
+    let spin = |_: usize| {
+        let mut packs = black_box([Pack::splat(1.0); 4]);
+        let (factor, shift) = (Pack::splat(0.999), Pack::splat(1e-3));
+        for _ in 0..ROUNDS {
+            for pack in &mut packs {
+                *pack = *pack * factor + shift;
+            }
+        }
+        black_box(packs.map(|pack| pack.sum()));
+    };
+    let time = quietest(|| {
+        pool.install(|| (0..threads).into_par_iter().for_each(spin));
+        (threads * ROUNDS * 4 * LANES * 2) as f64
+    });
+    1.0 / time
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_case_runs_and_every_plastic_one_yields() {
+        for case in &CASES {
+            let mesh = json!({"width_m": 4e-3, "height_m": 2e-3, "size_m": 1e-3});
+            let model = model(case, &mesh).expect("the keys are valid");
+            let row = measure(case, &model, 1).expect("a pool of one thread");
+            assert!(
+                row.ns_per_element_step > 0.0 && row.bound_ns > 0.0,
+                "{row:?}"
+            );
+            assert_eq!(model.plastic().is_some(), case.material == "j2");
+        }
+    }
+}
