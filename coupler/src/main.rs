@@ -11,11 +11,16 @@ fn main() -> ExitCode {
                 kind: "fem",
                 check: fem_node::check,
                 build: fem_node::build,
+                bench: None,
             },
             Solver {
                 kind: "dem",
                 check: dem_node::check,
                 build: dem_node::build,
+                bench: Some(|| {
+                    let rows = dem_node::bench::bench().map_err(|error| error.to_string())?;
+                    Ok(serde_json::json!(rows))
+                }),
             },
         ],
     };

@@ -19,26 +19,31 @@ pub fn registry() -> Registry {
             kind: "bar",
             check: |config, _| protocol::read_config::<bar::Config>(config).map(|_| Vec::new()),
             build: bar::build,
+            bench: None,
         },
         Solver {
             kind: "chain",
             check: |config, _| protocol::read_config::<chain::Config>(config).map(|_| Vec::new()),
             build: chain::build,
+            bench: None,
         },
         Solver {
             kind: "plate",
             check: |config, _| protocol::read_config::<plate::Config>(config).map(|_| Vec::new()),
             build: plate::build,
+            bench: None,
         },
         Solver {
             kind: "fem",
             check: fem_node::check,
             build: fem_node::build,
+            bench: None,
         },
         Solver {
             kind: "dem",
             check: dem_node::check,
             build: dem_node::build,
+            bench: None,
         },
     ];
     Registry { solvers }

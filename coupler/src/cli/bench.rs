@@ -5,6 +5,7 @@ use clap::Subcommand;
 use super::{VerbResult, print};
 use crate::bench::exchange;
 use crate::error::Error;
+use crate::launch::Registry;
 
 /// Arguments of `bench`.
 #[derive(Debug, clap::Args)]
@@ -21,13 +22,25 @@ enum What {
         #[arg(long)]
         json: bool,
     },
+    /// Cost of an element-step in each element and material.
+    Fem {
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Cost of a contact-iteration and iterations to convergence in each solver and law.
+    Dem {
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
+    },
     /// The other end of `exchange`.
     #[command(hide = true)]
     Echo,
 }
 
 /// Measures, and prints a table or JSON.
-pub fn bench(arguments: &BenchArguments) -> VerbResult {
+pub fn bench(arguments: &BenchArguments, registry: &Registry) -> VerbResult {
     match arguments.what {
         What::Exchange { json } => {
             let rows = exchange::measure()?;
@@ -36,7 +49,56 @@ pub fn bench(arguments: &BenchArguments) -> VerbResult {
                 false => print(&exchange::table(&rows)),
             }
         }
+        What::Fem { json } => solver(registry, "fem", json)?,
+        What::Dem { json } => solver(registry, "dem", json)?,
         What::Echo => exchange::echo().map_err(|error| Error::Refused(error.to_string()))?,
     }
     Ok(0)
+}
+
+/// Measures a shipped solver.
+fn solver(registry: &Registry, kind: &str, json: bool) -> Result<(), Error> {
+    let bench = registry
+        .get(kind)
+        .and_then(|solver| solver.bench)
+        .ok_or_else(|| Error::Refused(format!("the solver `{kind}` has no benchmark")))?;
+    let rows = bench().map_err(|why| Error::Refused(format!("benchmark of `{kind}`: {why}")))?;
+    match json {
+        true => print(&serde_json::json!({ "results": rows }).to_string()),
+        false => print(&table(&rows)),
+    }
+    Ok(())
+}
+
+/// Rows of any columns: the names of the first row, then the values.
+fn table(rows: &serde_json::Value) -> String {
+    let rows: Vec<_> = rows
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(|row| row.as_object())
+        .collect();
+    let Some(first) = rows.first() else {
+        return "nothing was measured".into();
+    };
+    let width = |name: &String| name.len().max(10);
+    let header = first.keys().map(|name| format!("{name:>0$}", width(name)));
+    let mut lines = vec![header.collect::<Vec<_>>().join("  ")];
+    for row in &rows {
+        let cells = first
+            .keys()
+            .map(|name| format!("{:>1$}", cell(&row[name]), width(name)));
+        lines.push(cells.collect::<Vec<_>>().join("  "));
+    }
+    lines.join("\n")
+}
+
+fn cell(value: &serde_json::Value) -> String {
+    match value {
+        serde_json::Value::String(text) => text.clone(),
+        serde_json::Value::Number(number) if number.is_f64() => {
+            format!("{:.1}", number.as_f64().unwrap_or_default())
+        }
+        other => other.to_string(),
+    }
 }

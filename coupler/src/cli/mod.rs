@@ -84,7 +84,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         Verb::Replay(arguments) => replay::replay(&arguments, registry),
         Verb::Validate(arguments) => validate::validate(&arguments, registry),
         Verb::Report(arguments) => report::report(&arguments),
-        Verb::Bench(arguments) => bench::bench(&arguments),
+        Verb::Bench(arguments) => bench::bench(&arguments, registry),
         Verb::Node(arguments) => node::node(&arguments, registry),
         Verb::ExecChild(arguments) => node::exec_child(&arguments),
     };

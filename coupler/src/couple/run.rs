@@ -504,6 +504,9 @@ impl<'a> Outputs<'a> {
             let name = self.phases[self.snapshots_taken].name.clone();
             self.snapshots_taken += 1;
             snapshot(conversation, &name)?;
+            if coupling.is_none() && name == "hold" {
+                profile::adopt(self.rundir)?;
+            }
             if let (Some(coupling), "hold") = (coupling, name.as_str()) {
                 self.rundir
                     .write("profile.csv", &profile::csv(coupling, self.thickness_m))?;

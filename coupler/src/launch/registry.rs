@@ -15,6 +15,8 @@ pub struct Solver {
     pub check: fn(&serde_json::Value, &Setting) -> Result<Vec<String>, ConfigError>,
     /// Makes the node.
     pub build: fn(&Session) -> Result<Box<dyn Node>, NodeError>,
+    /// Measures it: a list of rows, or what went wrong; absent for one that has no benchmark.
+    pub bench: Option<fn() -> Result<serde_json::Value, String>>,
 }
 
 /// All shipped solvers.

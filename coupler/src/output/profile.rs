@@ -3,6 +3,8 @@
 use std::fmt::Write;
 
 use crate::couple::scheme::Coupling;
+use crate::error::Error;
+use crate::rundir::RunDir;
 
 /// Traction at the exchanged nodes, sorted by place.
 pub struct Traction {
@@ -68,6 +70,19 @@ impl Traction {
         }
         0.0
     }
+}
+
+/// Makes the traction that a solver alone wrote at the end of its hold, if it wrote one, the run's `profile.csv`.
+pub fn adopt(rundir: &RunDir) -> Result<(), Error> {
+    let fields = rundir.fields();
+    let entries = std::fs::read_dir(&fields).map_err(Error::io(fields.display().to_string()))?;
+    let written = entries
+        .flatten()
+        .map(|entry| entry.path())
+        .find(|path| path.to_string_lossy().ends_with("-hold-profile.csv"));
+    let Some(path) = written else { return Ok(()) };
+    let text = std::fs::read_to_string(&path).map_err(Error::io(path.display().to_string()))?;
+    rundir.write("profile.csv", &text)
 }
 
 /// The file's text: x_m, pressure_pa, shear_pa, status.
