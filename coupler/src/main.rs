@@ -11,7 +11,10 @@ fn main() -> ExitCode {
                 kind: "fem",
                 check: fem_node::check,
                 build: fem_node::build,
-                bench: None,
+                bench: Some(|| {
+                    let rows = fem_node::bench::bench().map_err(|error| error.to_string())?;
+                    Ok(serde_json::json!(rows))
+                }),
             },
             Solver {
                 kind: "dem",
