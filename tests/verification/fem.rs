@@ -14,6 +14,7 @@ mod fem_patch;
 mod fem_plastic;
 mod fem_refuse;
 mod fem_repeat;
+mod fem_rotation;
 mod fem_static;
 mod fem_static_contact;
 mod fem_step_limit;

@@ -5,6 +5,8 @@
 //! the isotropic law S = D E the first Piola-Kirchhoff stress R S is the exact derivative of the energy E D E / 2:
 //! S : R^T dF = S : (R^T dR U + dU), and S R^T dR U has no trace because U and S commute (Biot 1965; Ogden, Non-Linear
 //! Elastic Deformations, 1984, section 6.1.4). Forces therefore do no work around a closed path and have no resultant.
+//! Forces are no longer linear in u, so that the work which the ledger takes by the trapezium rule departs from the
+//! energy with the square of the step: 1e-6 of the work for a column that is bent over at 0.9 of the stability limit.
 
 use crate::config::Kinematics;
 use crate::material::j2::{J2, Past, Plane3, PointHistory};
