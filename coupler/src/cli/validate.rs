@@ -15,7 +15,7 @@ const CHECK_FAILED: i32 = 8;
 /// Arguments of `validate`.
 #[derive(Debug, clap::Args)]
 pub struct ValidateArguments {
-    /// Which scenes: those below scenarios/<SUITE>.
+    /// Which scenes: a folder below scenarios/.
     #[arg(long, default_value = "verification")]
     suite: Suite,
     /// Print the rows as JSON.
