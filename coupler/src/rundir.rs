@@ -70,6 +70,32 @@ impl RunDir {
     }
 }
 
+/// A place for a run directory that nobody keeps; removed when dropped.
+pub struct Scratch {
+    path: PathBuf,
+}
+
+impl Scratch {
+    /// A name of its own below the system's temporary folder; nothing is made yet.
+    pub fn new(purpose: &str, unique: u64) -> Scratch {
+        let name = format!("thirdbody-{purpose}-{}-{unique:016x}", std::process::id());
+        Scratch {
+            path: std::env::temp_dir().join(name),
+        }
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.path);
+    }
+}
+
 fn checked(out: &Path) -> Result<PathBuf, Error> {
     if out.exists() && !out.is_dir() {
         return Err(Error::Refused(format!(

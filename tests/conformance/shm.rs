@@ -24,7 +24,8 @@ impl Scene {
         let scene = SCENES.fetch_add(1, Ordering::Relaxed);
         let pid = std::process::id();
         Scene {
-            root: PathBuf::from(format!("/tmp/tb-{pid}-{scene}")),
+            // Short, for the paths of sockets are.
+            root: std::env::temp_dir().join(format!("tb-{pid}-{scene}")),
             prefix: run_prefix(pid, scene),
         }
     }

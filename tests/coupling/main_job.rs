@@ -4,7 +4,7 @@
 //! momentum balance to rounding, friction stays inside Coulomb's cone, the gap is closed, the energies close.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use harness::runs::{Scratch, parse_json, read_csv, thirdbody};
 use serde_json::Value;
@@ -28,27 +28,32 @@ fn distinct_pids(log: &str) -> usize {
     pids.len()
 }
 
-#[test]
-fn quick_carries_the_load_through_three_processes() {
-    let work = Scratch::new("quick");
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/quick");
+/// Runs a shipped scene; returns its summary, its run directory and the coordinator's log.
+fn run_scene(work: &Scratch, name: &str) -> (Value, PathBuf, String) {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
     let out = work.path().join("out");
-    let output = thirdbody(work.path())
+    let mut command = thirdbody(work.path());
+    command
         .arg("run")
-        .arg(scene)
+        .arg(scenes.join(name))
         .arg("--out")
         .arg(&out)
-        .arg("--json")
-        .output()
-        .expect("the program starts");
+        .arg("--json");
+    let output = command.output().expect("the program starts");
     assert!(
         output.status.success(),
         "{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    let summary = parse_json(&output.stdout);
-    assert_eq!(summary["status"], "completed");
     let log = std::fs::read_to_string(out.join("logs/coordinator.log")).expect("it was written");
+    (parse_json(&output.stdout), out, log)
+}
+
+#[test]
+fn quick_carries_the_load_through_three_processes() {
+    let work = Scratch::new("quick");
+    let (summary, out, log) = run_scene(&work, "quick");
+    assert_eq!(summary["status"], "completed");
     assert_eq!(distinct_pids(&log), 3, "{log}");
 
     let force = number(&summary, "results.interface_force_n");
@@ -89,23 +94,7 @@ fn quick_carries_the_load_through_three_processes() {
 #[test]
 fn a_solver_without_interface_runs_alone() {
     let work = Scratch::new("alone");
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/layer-alone");
-    let out = work.path().join("out");
-    let output = thirdbody(work.path())
-        .arg("run")
-        .arg(scene)
-        .arg("--out")
-        .arg(&out)
-        .arg("--json")
-        .output()
-        .expect("the program starts");
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    let summary = parse_json(&output.stdout);
-    let log = std::fs::read_to_string(out.join("logs/coordinator.log")).expect("it was written");
+    let (summary, _, log) = run_scene(&work, "layer-alone");
     assert_eq!(distinct_pids(&log), 2, "{log}");
     assert!(summary.get("coupling").is_none());
     let wheel = number(&summary, "results.wheel_force_n");

@@ -9,7 +9,7 @@ use crate::couple::run::fresh_run_id;
 use crate::error::Error;
 use crate::launch::{Launcher, Registry, Watch};
 use crate::replay::{Recording, Replayed, coupler, recording, solver};
-use crate::rundir::RunDir;
+use crate::rundir::{RunDir, Scratch};
 use crate::scenario::TransportKind;
 
 /// Exit code of a replay that departs from its log.
@@ -42,13 +42,15 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
     };
     let mut recording = recording(&path)?;
     prepare(&mut recording, arguments.allow_commands)?;
-    let scratch = Scratch::new();
-    let rundir = RunDir::create(Some(&scratch.path), "replay", 0)?;
+    let run_id = fresh_run_id();
+    // Logs and fields of the replayed participants, which nobody keeps.
+    let scratch = Scratch::new("replay", run_id);
+    let rundir = RunDir::create(Some(scratch.path()), "replay", run_id)?;
     let launcher = Launcher {
         loaded: &recording.loaded,
         registry,
         program: own_program()?,
-        run_id: fresh_run_id(),
+        run_id,
         threads: arguments.threads.into(),
         rundir: &rundir,
     };
@@ -135,28 +137,4 @@ fn json(recording: &Recording, results: &[Replayed]) -> String {
         })
         .collect();
     json!({ "windows": recording.windows, "damage": recording.damage, "results": rows }).to_string()
-}
-
-/// Logs and fields of the replayed participants, which nobody keeps.
-struct Scratch {
-    path: PathBuf,
-}
-
-impl Scratch {
-    fn new() -> Scratch {
-        let unique = format!(
-            "thirdbody-replay-{}-{:08x}",
-            std::process::id(),
-            fresh_run_id() as u32
-        );
-        Scratch {
-            path: std::env::temp_dir().join(unique),
-        }
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.path);
-    }
 }

@@ -7,9 +7,10 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::case::{Case, Number, read};
-use crate::couple::run::{Ended, Options, run};
+use crate::couple::run::{Ended, Options, fresh_run_id, run};
 use crate::error::Error;
 use crate::launch::{Registry, Watch};
+use crate::rundir::Scratch;
 use crate::scenario::load;
 
 /// One line of the table.
@@ -64,15 +65,15 @@ fn run_case(scene: &Path, case: &Case, runs: &Runs) -> Result<Vec<Row>, Error> {
         .to_string_lossy()
         .into_owned();
     eprintln!("{place}: {}", case.name);
-    let out = Scratch::new()?;
-    let outcome = attempt(scene, case, runs, &out.path);
+    let out = Scratch::new("validate", fresh_run_id());
+    let outcome = attempt(scene, case, runs, out.path());
     if let Err(Error::Interrupted { signal }) = outcome {
         return Err(Error::Interrupted { signal });
     }
     let mut rows = vec![ending(&place, case, &outcome)];
     if let Ok(ended) = &outcome {
         let summary = ended.summary.value();
-        let signals = crate::report::curves::read_csv(&out.path.join("signals.csv"));
+        let signals = crate::report::curves::read_csv(&out.path().join("signals.csv"));
         rows.extend(
             case.number
                 .iter()
@@ -154,29 +155,5 @@ fn of_signals(signals: &BTreeMap<String, Vec<f64>>, path: &str) -> Option<f64> {
         "min" => values.iter().copied().reduce(f64::min),
         "mean" => Some(values.iter().sum::<f64>() / values.len() as f64),
         _ => None,
-    }
-}
-
-/// A run directory that nobody keeps.
-struct Scratch {
-    path: PathBuf,
-}
-
-impl Scratch {
-    fn new() -> Result<Scratch, Error> {
-        let unique = format!(
-            "thirdbody-validate-{}-{:08x}",
-            std::process::id(),
-            crate::couple::run::fresh_run_id() as u32
-        );
-        let path = std::env::temp_dir().join(unique);
-        std::fs::create_dir_all(&path).map_err(Error::io(path.display().to_string()))?;
-        Ok(Scratch { path })
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.path);
     }
 }
