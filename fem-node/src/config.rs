@@ -260,6 +260,13 @@ impl Config {
             )
             .help("take q4_1point or q4_2x2: the mean dilatation is that of small strain"));
         }
+        if self.kinematics == Kinematics::Corotational && self.material.law() == MaterialKind::J2 {
+            return Err(ConfigError::new(
+                "kinematics",
+                "\"corotational\" does not go with a j2 material",
+            )
+            .help("take kinematics = \"small\", or an elastic material: no exact answer backs the pair yet"));
+        }
         match self.analysis == Analysis::Static || self.start == Start::Static {
             true => self.check_static(),
             false => Ok(()),

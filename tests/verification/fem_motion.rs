@@ -160,6 +160,10 @@ fn motions_that_make_no_sense_are_refused_by_their_key() {
             "kinematics",
             json!({"kinematics": "corotational", "element": "q4_bbar"}),
         ),
+        (
+            "kinematics",
+            json!({"kinematics": "corotational", "material": {"yield_pa": 1e8}}),
+        ),
     ];
     for (key, change) in cases {
         let config: Value = with(block(), change);
