@@ -6,7 +6,8 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use harness::runs::{Scratch, parse_json, read_csv, thirdbody};
+use coupler::report::curves::read_csv;
+use harness::runs::{Scratch, parse_json, thirdbody};
 use serde_json::Value;
 
 const LOAD_N: f64 = 8000.0;

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use coupler::couple::run::{Ended, Options, run};
 use coupler::error::Error;
 use coupler::launch::Watch;
+use coupler::report::curves::read_csv;
 use coupler::scenario::load::parse;
 use coupler::scenario::source::Source;
 use serde_json::Value;
@@ -136,23 +137,6 @@ fn run_text(text: &str, overrides: &[&str]) -> Result<Left, Error> {
         signals,
         scratch,
     })
-}
-
-/// Columns of a CSV file of numbers, by name; text columns are left out. Lines that begin with # are comments.
-pub fn read_csv(path: &Path) -> BTreeMap<String, Vec<f64>> {
-    let text = std::fs::read_to_string(path).unwrap_or_default();
-    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
-    let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
-    let mut columns: BTreeMap<String, Vec<f64>> =
-        names.iter().map(|n| (n.to_string(), Vec::new())).collect();
-    for line in lines {
-        for (name, cell) in names.iter().zip(line.split(',')) {
-            if let (Some(column), Ok(value)) = (columns.get_mut(*name), cell.parse()) {
-                column.push(value);
-            }
-        }
-    }
-    columns
 }
 
 /// A program of this workspace, built with the tests.

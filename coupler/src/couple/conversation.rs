@@ -73,13 +73,7 @@ impl Conversation {
 
     /// Waits for the answer of this kind.
     pub fn hear(&mut self, peer: usize, kind: Kind) -> Result<Frame, Error> {
-        let patience = match kind {
-            Kind::Welcome => Patience {
-                seconds: self.deadlines.setup_s,
-                key: "setup_s",
-            },
-            _ => self.answer_patience(),
-        };
+        let patience = self.patience(kind == Kind::Welcome);
         let frame = self.peers[peer].receive(kind, patience, &self.watch)?;
         if frame.header.run_id != self.run_id {
             return Err(self.peers[peer].protocol(format!(
@@ -191,13 +185,7 @@ impl Conversation {
     }
 
     fn send(&mut self, peer: usize, frame: &Frame) -> Result<(), Error> {
-        let patience = match frame.header.kind == Kind::Hello as u32 {
-            true => Patience {
-                seconds: self.deadlines.setup_s,
-                key: "setup_s",
-            },
-            false => self.answer_patience(),
-        };
+        let patience = self.patience(frame.header.kind == Kind::Hello as u32);
         self.peers[peer].send(frame, patience, &self.watch)?;
         let name = self.peers[peer].name().to_string();
         self.keep(COUPLER, &name, frame)
@@ -214,10 +202,17 @@ impl Conversation {
         Ok(())
     }
 
-    fn answer_patience(&self) -> Patience {
-        Patience {
-            seconds: self.deadlines.answer_s,
-            key: "answer_s",
+    /// Set-ups take longer than answers.
+    fn patience(&self, greeting: bool) -> Patience {
+        match greeting {
+            true => Patience {
+                seconds: self.deadlines.setup_s,
+                key: "setup_s",
+            },
+            false => Patience {
+                seconds: self.deadlines.answer_s,
+                key: "answer_s",
+            },
         }
     }
 }

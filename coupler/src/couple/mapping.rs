@@ -51,16 +51,28 @@ impl Mapping {
     ) -> Result<Mapping, MappingError> {
         match kind {
             MappingKind::Mortar => Mapping::mortar(nodes, points),
-            MappingKind::Linear => Mapping::placed(nodes, points, Line::interpolation),
-            MappingKind::Nearest => Mapping::placed(nodes, points, Line::nearest),
+            MappingKind::Linear => {
+                Mapping::along(nodes, points, |line, s, _| line.interpolation(s))
+            }
+            MappingKind::Nearest => Mapping::along(nodes, points, |line, s, _| line.nearest(s)),
         }
     }
 
-    /// Rows that depend on the place of each point alone.
-    fn placed(
+    /// Mortar weights with affine correction on the line through `nodes` (m): row i is the mean of the nodes' shape
+    /// functions over the segment of point i (halfway to its neighbours, cut at the ends of the line), plus
+    /// (s_i - centre of the segment) times their mean slope there. Constant and linear fields are reproduced exactly,
+    /// so that N^T conserves force and moment; the mean keeps a uniform pressure nearly uniform.
+    ///
+    /// Places along the line are counted on its chord, so that linear fields stay linear on a curved line too.
+    pub fn mortar(nodes: &[[f64; 2]], points: &[[f64; 2]]) -> Result<Mapping, MappingError> {
+        Mapping::along(nodes, points, |line, s, segment| line.row(s, segment))
+    }
+
+    /// Rows made from each point's place and segment on the line through the nodes; a single node carries all.
+    fn along(
         nodes: &[[f64; 2]],
         points: &[[f64; 2]],
-        row: impl Fn(&Line, f64) -> Vec<(usize, f64)>,
+        row: impl Fn(&Line, f64, [f64; 2]) -> Vec<(usize, f64)>,
     ) -> Result<Mapping, MappingError> {
         if nodes.is_empty() || points.is_empty() {
             return Err(MappingError::Empty);
@@ -72,34 +84,9 @@ impl Mapping {
         let line = Line::through(nodes)?;
         let places: Vec<f64> = points.iter().map(|point| line.place(*point)).collect();
         line.check(points, &places)?;
-        segments(points, &places)?;
-        Ok(Mapping {
-            rows: places.iter().map(|place| row(&line, *place)).collect(),
-            nodes: nodes.len(),
-        })
-    }
-
-    /// Mortar weights with affine correction on the line through `nodes` (m): row i is the mean of the nodes' shape
-    /// functions over the segment of point i (halfway to its neighbours, cut at the ends of the line), plus
-    /// (s_i - centre of the segment) times their mean slope there. Constant and linear fields are reproduced exactly,
-    /// so that N^T conserves force and moment; the mean keeps a uniform pressure nearly uniform.
-    ///
-    /// Places along the line are counted on its chord, so that linear fields stay linear on a curved line too.
-    pub fn mortar(nodes: &[[f64; 2]], points: &[[f64; 2]]) -> Result<Mapping, MappingError> {
-        if nodes.is_empty() || points.is_empty() {
-            return Err(MappingError::Empty);
-        }
-        if nodes.len() == 1 {
-            let rows = points.iter().map(|_| vec![(0, 1.0)]).collect();
-            return Ok(Mapping { rows, nodes: 1 });
-        }
-        let line = Line::through(nodes)?;
-        let places: Vec<f64> = points.iter().map(|point| line.place(*point)).collect();
-        line.check(points, &places)?;
-        let segments = segments(points, &places)?;
         let mut rows = vec![Vec::new(); points.len()];
-        for (point, low, high) in segments {
-            rows[point] = line.row(places[point], low, high);
+        for (point, low, high) in segments(points, &places)? {
+            rows[point] = row(&line, places[point], [low, high]);
         }
         Ok(Mapping {
             rows,
@@ -250,7 +237,7 @@ impl Line {
     }
 
     /// The row of a point at `s` whose segment is [low, high].
-    fn row(&self, s: f64, low: f64, high: f64) -> Vec<(usize, f64)> {
+    fn row(&self, s: f64, [low, high]: [f64; 2]) -> Vec<(usize, f64)> {
         let (first, last) = self.ends();
         let (low, high) = (low.max(first), high.min(last));
         let length = high - low;
@@ -281,6 +268,12 @@ impl Line {
         row
     }
 
+    fn nearest(&self, s: f64) -> Vec<(usize, f64)> {
+        let row = self.interpolation(s);
+        let (node, _) = if row[0].1 >= row[1].1 { row[0] } else { row[1] };
+        vec![(node, 1.0)]
+    }
+
     /// Plain interpolation, the limit of a segment without length.
     fn interpolation(&self, s: f64) -> Vec<(usize, f64)> {
         let right = self
@@ -290,14 +283,6 @@ impl Line {
         let ((i, a), (j, b)) = (self.nodes[right - 1], self.nodes[right]);
         let share = (s - a) / (b - a);
         vec![(i, 1.0 - share), (j, share)]
-    }
-}
-
-impl Line {
-    fn nearest(&self, s: f64) -> Vec<(usize, f64)> {
-        let row = self.interpolation(s);
-        let (node, _) = if row[0].1 >= row[1].1 { row[0] } else { row[1] };
-        vec![(node, 1.0)]
     }
 }
 

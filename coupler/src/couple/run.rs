@@ -50,8 +50,7 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
     let mut warnings = Vec::new();
     for participant in &loaded.scenario.participant {
         if let Some(command) = &participant.command {
-            process::find_program(&command[0])
-                .ok_or_else(|| no_such_program(&participant.name, &command[0]))?;
+            process::require_program(&participant.name, &command[0])?;
             continue;
         }
         let solver = registry.find(participant)?;
@@ -72,12 +71,6 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
         );
     }
     Ok(warnings)
-}
-
-fn no_such_program(participant: &str, program: &str) -> Error {
-    Error::Refused(format!(
-        "participant `{participant}`: command `{program}` is not a program that can be started; give its path, or a name on PATH"
-    ))
 }
 
 /// Runs a scenario. An error before anything was started is returned as such; from then on the run directory

@@ -51,20 +51,24 @@ fn command(launcher: &Launcher, participant: &Participant) -> Result<Command, Er
             command.args(["node", &participant.kind]);
         }
         Some(words) => {
-            find_program(&words[0]).ok_or_else(|| {
-                Error::Refused(format!(
-                    "participant `{}`: command `{}` is not a program that can be started; give its path, or a name on PATH",
-                    participant.name, words[0]
-                ))
-            })?;
+            require_program(&participant.name, &words[0])?;
             command.args(["exec-child", "--"]).args(words);
         }
     }
     Ok(command)
 }
 
-/// Whether a command names a file that exists, directly or on `PATH`.
-pub fn find_program(name: &str) -> Option<std::path::PathBuf> {
+/// Refuses a command that names no file, directly or on `PATH`.
+pub fn require_program(participant: &str, program: &str) -> Result<(), Error> {
+    match find_program(program) {
+        Some(_) => Ok(()),
+        None => Err(Error::Refused(format!(
+            "participant `{participant}`: command `{program}` is not a program that can be started; give its path, or a name on PATH"
+        ))),
+    }
+}
+
+fn find_program(name: &str) -> Option<std::path::PathBuf> {
     if name.contains('/') {
         return Some(Path::new(name).to_path_buf()).filter(|path| path.is_file());
     }

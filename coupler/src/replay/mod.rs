@@ -10,7 +10,7 @@
 use std::path::Path;
 
 use crate::error::Error;
-use crate::log::{Entry, Exchange, read, recover};
+use crate::log::{Entry, Exchange, recover};
 use crate::scenario::Loaded;
 use crate::scenario::load::parse;
 use crate::scenario::source::Source;
@@ -48,10 +48,7 @@ pub struct Replayed {
 
 /// Reads a log; of a truncated one, the valid beginning.
 pub fn recording(path: &Path) -> Result<Recording, Error> {
-    let mut log = match read(path) {
-        Ok(log) if crate::log::summarize(path, false).is_ok() => log,
-        _ => recover(path)?,
-    };
+    let mut log = recover(path)?;
     let source = Source {
         name: format!("{} (scenario)", path.display()),
         text: log.provenance().scenario_toml.clone(),
