@@ -1,0 +1,57 @@
+//! Applied nodal forces.
+
+use crate::element::Body;
+
+/// Applied nodal forces (N), nearly all of them zero.
+#[derive(Clone, Debug)]
+pub(crate) struct Load {
+    pub(super) values: Vec<f64>,
+    touched: Vec<usize>,
+    loaded_rows: Vec<bool>,
+    row_len: usize,
+    zero_row: Vec<f64>,
+}
+
+impl Load {
+    pub(crate) fn none(body: &Body) -> Load {
+        let layout = body.layout();
+        Load {
+            values: vec![0.0; layout.len()],
+            touched: Vec::new(),
+            loaded_rows: vec![false; layout.node_rows()],
+            row_len: layout.row_len(),
+            zero_row: vec![0.0; layout.row_len()],
+        }
+    }
+
+    pub(crate) fn clear(&mut self) {
+        for index in self.touched.drain(..) {
+            self.values[index] = 0.0;
+            self.loaded_rows[index / self.row_len] = false;
+        }
+    }
+
+    pub(crate) fn add(&mut self, index: usize, force: f64) {
+        self.values[index] += force;
+        self.touched.push(index);
+        self.loaded_rows[index / self.row_len] = true;
+    }
+
+    /// Forces on the upper row.
+    pub(crate) fn upper_row(&self) -> &[f64] {
+        self.row(0)
+    }
+
+    /// Force on a component (N).
+    pub(crate) fn at(&self, index: usize) -> f64 {
+        self.values[index]
+    }
+
+    /// A row of nodes; the many rows without load share one row of zeros, which stays in the cache.
+    pub(super) fn row(&self, row: usize) -> &[f64] {
+        match self.loaded_rows[row] {
+            true => &self.values[row * self.row_len..(row + 1) * self.row_len],
+            false => &self.zero_row,
+        }
+    }
+}

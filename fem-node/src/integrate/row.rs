@@ -1,0 +1,90 @@
+//! The end of a step for one row of nodes: accelerations, energies, velocities.
+
+use super::scheme::{Damping, Scheme};
+use crate::pack::{LANES, Pack};
+
+/// What a row of nodes has moved between energies since the start of the window (J).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct RowSums {
+    /// Sum of du dF - b h^2/2 da M da.
+    pub(crate) rotation: f64,
+    /// Sum of [(1-b) c v + b c' v'] M du.
+    pub(crate) damping: f64,
+    /// Dissipated by the elements below the row.
+    pub(crate) plastic: f64,
+}
+
+/// A row of nodes whose displacements are new and whose other fields are still old.
+pub(super) struct Row<'a> {
+    pub(super) v: &'a mut [f64],
+    pub(super) a: &'a mut [f64],
+    pub(super) force: &'a mut [f64],
+    pub(super) new_force: &'a [f64],
+    pub(super) new_a: &'a mut [f64],
+    pub(super) load: &'a [f64],
+    pub(super) mass: &'a [f64],
+    pub(super) inverse_mass: &'a [f64],
+}
+
+impl Row<'_> {
+    /// a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F(u'))
+    pub(super) fn accelerate(&mut self, scheme: &Scheme, c: f64) {
+        let (h, b) = (scheme.step, scheme.damping);
+        let drag = Pack::splat(c / (1.0 + b * h * c));
+        let (old, new) = scheme.weights();
+        for k in (0..self.new_a.len()).step_by(LANES) {
+            let net = Pack::load(self.load, k) - Pack::load(self.new_force, k);
+            let p = Pack::load(self.inverse_mass, k) * net;
+            let undamped = Pack::load(self.v, k) + (old * Pack::load(self.a, k) + new * p);
+            (p - drag * undamped).store(self.new_a, k);
+        }
+    }
+
+    /// du dF - b h^2/2 da M da
+    pub(super) fn rotation(&self, scheme: &Scheme) -> f64 {
+        let h = Pack::splat(scheme.step);
+        let half = Pack::splat(0.5 * scheme.step * scheme.step);
+        let weight = Pack::splat(0.5 * scheme.damping * scheme.step * scheme.step);
+        let mut sum = Pack::splat(0.0);
+        for k in (0..self.new_a.len()).step_by(LANES) {
+            let a = Pack::load(self.a, k);
+            let du = h * Pack::load(self.v, k) + half * a;
+            let d_force = Pack::load(self.new_force, k) - Pack::load(self.force, k);
+            let da = Pack::load(self.new_a, k) - a;
+            sum = sum + (du * d_force - weight * Pack::load(self.mass, k) * da * da);
+        }
+        sum.sum()
+    }
+
+    /// [(1-b) c v + b c' v'] M du
+    pub(super) fn damping(&self, scheme: &Scheme, damping: Damping) -> f64 {
+        let h = Pack::splat(scheme.step);
+        let half = Pack::splat(0.5 * scheme.step * scheme.step);
+        let start = Pack::splat((1.0 - scheme.damping) * damping.start);
+        let end = Pack::splat(scheme.damping * damping.end);
+        let mut sum = Pack::splat(0.0);
+        for k in (0..self.new_a.len()).step_by(LANES) {
+            let v = Pack::load(self.v, k);
+            let drag = start * v + end * self.new_velocity(scheme, k);
+            let du = h * v + half * Pack::load(self.a, k);
+            sum = sum + drag * Pack::load(self.mass, k) * du;
+        }
+        sum.sum()
+    }
+
+    /// v' = v + h [(1-b) a + b a']
+    #[inline(always)]
+    fn new_velocity(&self, scheme: &Scheme, k: usize) -> Pack {
+        let (old, new) = scheme.weights();
+        Pack::load(self.v, k) + (old * Pack::load(self.a, k) + new * Pack::load(self.new_a, k))
+    }
+
+    /// The new fields become the old ones.
+    pub(super) fn correct(&mut self, scheme: &Scheme) {
+        for k in (0..self.new_a.len()).step_by(LANES) {
+            self.new_velocity(scheme, k).store(self.v, k);
+        }
+        self.a.copy_from_slice(self.new_a);
+        self.force.copy_from_slice(self.new_force);
+    }
+}

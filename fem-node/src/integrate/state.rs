@@ -1,0 +1,66 @@
+//! The moving state of a body.
+
+use super::Load;
+use crate::element::Body;
+use crate::material::point::PointLaw;
+
+/// The state of the body, every field in the order of [`crate::element::Layout`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct State {
+    /// Displacement (m).
+    pub u: Vec<f64>,
+    /// Velocity (m/s).
+    pub v: Vec<f64>,
+    /// Internal force F(u) (N).
+    pub force: Vec<f64>,
+    /// Acceleration (m/s2); computed anew at the start of each window of a body without wheel.
+    pub a: Vec<f64>,
+    /// What the points of a plastic body remember, empty for any other; see [`Body::plastic_strain`].
+    pub history: Vec<f64>,
+}
+
+impl State {
+    /// At rest, undeformed.
+    pub fn at_rest(body: &Body) -> State {
+        let zero = vec![0.0; body.layout().len()];
+        State {
+            u: zero.clone(),
+            v: zero.clone(),
+            force: zero.clone(),
+            a: zero,
+            history: Vec::new(),
+        }
+    }
+
+    /// At rest, undeformed, under a law that may be more than linear.
+    pub fn at_rest_under(body: &Body, law: Option<&PointLaw>) -> State {
+        let rows = body.layout().node_rows() - 1;
+        let remembered = law.map_or(0, |law| rows * body.history_row_len(law));
+        State {
+            history: vec![0.0; remembered],
+            ..State::at_rest(body)
+        }
+    }
+
+    /// Takes over what a window starts from; the accelerations follow from it.
+    pub fn restore(&mut self, start: &State) {
+        self.u.copy_from_slice(&start.u);
+        self.v.copy_from_slice(&start.v);
+        self.force.copy_from_slice(&start.force);
+        self.history.copy_from_slice(&start.history);
+    }
+
+    /// Takes over what a window starts from, the accelerations included: contact forces do not jump there.
+    pub(crate) fn resume(&mut self, start: &State) {
+        self.restore(start);
+        self.a.copy_from_slice(&start.a);
+    }
+
+    /// a = M^-1 (f - F(u)) - c v
+    pub(crate) fn accelerate(&mut self, body: &Body, damping: f64, load: &Load) {
+        let forces = load.values.iter().zip(&self.force).zip(&body.inverse_mass);
+        for ((a, v), ((f, internal), w)) in self.a.iter_mut().zip(&self.v).zip(forces) {
+            *a = w * (f - internal) - damping * v;
+        }
+    }
+}
