@@ -201,6 +201,7 @@ impl ParticipantSummary {
                 value["ns_per_work"] = json!(1e9 * farewell.solve_wall_s / work);
             }
             value["peak_rss_bytes"] = json!(farewell.peak_rss_bytes);
+            value["warnings"] = json!(outcome.warnings);
         }
         value
     }

@@ -14,7 +14,7 @@ use serde::Serialize;
 use crate::bodies::{Bodies, HalfPlane};
 use crate::config::RadiusLaw;
 use crate::error::DemError;
-use crate::law::{Friction, Law};
+use crate::law::{Friction, Law, Penetration};
 use crate::node;
 use crate::sample::grading::Dice;
 use crate::sample::relax::Pile;
@@ -157,6 +157,8 @@ impl Pack {
                 friction,
                 springs: None,
                 cohesion: None,
+                restitution: None,
+                penetration: Penetration::Gap,
             },
             pulled: None,
             alert: ALERT * RADII[0],

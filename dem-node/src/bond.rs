@@ -325,7 +325,7 @@ fn break_bond(
 mod tests {
     use super::*;
     use crate::cohesion::HPrime;
-    use crate::law::{Friction, Springs};
+    use crate::law::{Friction, Penetration, Springs};
 
     const STEP: f64 = 0.5;
     const BLOCK: Block = Block {
@@ -348,6 +348,8 @@ mod tests {
                 thickness: 1.0,
                 alert: 0.1,
             }),
+            restitution: None,
+            penetration: Penetration::Gap,
         }
     }
 

@@ -40,7 +40,7 @@ fn one() -> f64 {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LawConfig {
-    /// Signorini, Coulomb or cohesion.
+    /// Signorini, Coulomb or cohesion, or LMGC90's name of one with the options that it means.
     pub kind: LawKind,
     /// Coefficient of friction, at least 0; with `coulomb` and `cohesion`.
     pub friction: Option<f64>,
@@ -48,6 +48,10 @@ pub struct LawConfig {
     pub contact_stiffness_pa: Option<f64>,
     /// kt / kn of compliant contacts with friction, above 0.
     pub tangential_stiffness_ratio: Option<f64>,
+    /// Newton's coefficient of restitution of rigid contacts, 0 to 1; inelastic when absent.
+    pub restitution: Option<f64>,
+    /// What happens to overlaps of rigid contacts; `gap` when absent, `iqs` with restitution.
+    pub penetration: Option<PenetrationKind>,
     /// Cn (Pa/m), normal stiffness of a bond over its area r1 r2/(r1 + r2) x thickness; this and all below with `cohesion`.
     pub cn_pa_per_m: Option<f64>,
     /// Ct (Pa/m), tangential stiffness, at least 0.
@@ -84,6 +88,52 @@ pub enum LawKind {
     Coulomb,
     /// Bonds of Raous, Cangémi and Cocou between grains, Coulomb friction elsewhere.
     Cohesion,
+    /// `coulomb` with `penetration = "iqs"`.
+    #[serde(rename = "IQS_CLB")]
+    IqsClb,
+    /// `coulomb` with `restitution`, which it needs.
+    #[serde(rename = "RST_CLB")]
+    RstClb,
+    /// `cohesion` with `penetration = "iqs"`.
+    #[serde(rename = "IQS_MAC_CZM")]
+    IqsMacCzm,
+}
+
+impl LawKind {
+    /// The kind without LMGC90's name.
+    pub fn plain(self) -> LawKind {
+        match self {
+            LawKind::IqsClb | LawKind::RstClb => LawKind::Coulomb,
+            LawKind::IqsMacCzm => LawKind::Cohesion,
+            plain => plain,
+        }
+    }
+
+    /// The word in the scenario.
+    pub fn word(self) -> &'static str {
+        match self {
+            LawKind::Signorini => "signorini",
+            LawKind::Coulomb => "coulomb",
+            LawKind::Cohesion => "cohesion",
+            LawKind::IqsClb => "IQS_CLB",
+            LawKind::RstClb => "RST_CLB",
+            LawKind::IqsMacCzm => "IQS_MAC_CZM",
+        }
+    }
+}
+
+/// The words for `law.penetration`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PenetrationKind {
+    /// Overlaps stay.
+    Iqs,
+    /// Overlaps are repaired by the velocities, which keep what that takes.
+    Gap,
+    /// Overlaps are repaired by a second impulse that moves bodies and leaves no velocity.
+    Split,
+    /// Positions are projected until no pair overlaps.
+    Projection,
 }
 
 /// `solver`: how the contact problem is solved.

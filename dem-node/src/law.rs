@@ -12,6 +12,27 @@ pub struct Law {
     pub springs: Option<Springs>,
     /// Bonds between grains; `None` makes a loose material.
     pub cohesion: Option<Cohesion>,
+    /// Newton's coefficient e of rigid contacts without bond; `None` makes inelastic impacts.
+    pub restitution: Option<f64>,
+    /// What happens to overlaps of rigid contacts without bond.
+    pub penetration: Penetration,
+}
+
+/// How a rigid contact treats its gap, and the overlap that is there already.
+///
+/// A repair within the velocities throws the grains apart that it separates (Baumgarte): what it moves in a step they keep
+/// as speed. The two repairs of positions leave the velocities alone (see [`crate::repair`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Penetration {
+    /// U = u_n + g/h: an overlap is gone after the step, at the price of a speed |g|/h.
+    #[default]
+    Gap,
+    /// U = u_n + max(0, g)/h: overlaps stay (LMGC90's IQS).
+    Iqs,
+    /// As IQS, then the bodies are moved apart along the normals of the step.
+    Split,
+    /// As IQS, then the bodies are moved apart until no pair overlaps where it is.
+    Projection,
 }
 
 /// The tangential part of a law.
@@ -44,6 +65,14 @@ impl Law {
         }
     }
 
+    /// Whether overlaps are repaired after a step.
+    pub fn repairs(&self) -> bool {
+        matches!(
+            self.penetration,
+            Penetration::Split | Penetration::Projection
+        )
+    }
+
     /// What the springs add to the diagonal of W in a step h (1/kg): 1/(kn h^2) and 1/(kt h^2).
     ///
     /// The force at the end of the step is -kn (g + h u_n), so the impulse r obeys
@@ -55,6 +84,20 @@ impl Law {
                 1.0 / (springs.normal * step * step),
                 1.0 / (springs.tangential * step * step),
             ],
+        }
+    }
+
+    /// What a contact without bond adds to u_n in U (m/s), its gap g being detected, its normal velocity before the
+    /// step u_n(t_i) = `before`; `None` where there is no contact.
+    ///
+    /// Springs: g/h. Restitution: e u_n(t_i) when g <= 0, and no contact before that: a contact that closes its gap within
+    /// the step would have lost its speed before it rebounds (Moreau 1988; LMGC90's RST). Otherwise see [`Penetration`].
+    #[inline]
+    pub fn bias(&self, gap: f64, before: f64, step: f64) -> Option<f64> {
+        match (self.springs, self.restitution, self.penetration) {
+            (Some(_), _, _) | (None, None, Penetration::Gap) => Some(gap / step),
+            (None, Some(restitution), _) => (gap <= 0.0).then_some(restitution * before),
+            (None, None, _) => Some(gap.max(0.0) / step),
         }
     }
 

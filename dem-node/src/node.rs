@@ -17,6 +17,7 @@ use crate::ledger;
 use crate::pull::{self, Pull};
 use crate::report::{self, BONDS, Journal, Moment, SIGNALS};
 use crate::sample;
+use crate::scaling::Scaling;
 use crate::setup;
 use crate::snapshot;
 use crate::solver::Criteria;
@@ -45,6 +46,7 @@ pub struct Dem {
     born: usize,
     bond_step_limit: Option<f64>,
     solid_fraction: f64,
+    scaling: Option<Scaling>,
     warnings: Vec<String>,
     /// The committed state.
     state: State,
@@ -118,6 +120,7 @@ impl Dem {
             bodies,
             program,
             solid_fraction: sample.solid_fraction,
+            scaling: Scaling::new(config, &bounds, &sample),
             warnings,
             stepper,
             pool,
@@ -446,6 +449,10 @@ impl Node for Dem {
         if let Some(limit) = self.bond_step_limit {
             results.insert("bond_step_limit_s".into(), limit);
         }
+        if let Some(scaling) = self.scaling {
+            results.insert("inertial_number".into(), scaling.inertial_number);
+            results.insert("inertia_pressure_pa".into(), scaling.pressure);
+        }
         if let Some(step) = self.window.or(self.own_step) {
             results.insert(
                 "step_over_inertial_time".into(),
@@ -457,6 +464,7 @@ impl Node for Dem {
             work: BTreeMap::from([("contact_iterations".into(), self.contact_iterations)]),
             results,
             state_hash: self.state.hash(),
+            warnings: self.journal.warnings(&self.bodies),
         })
     }
 }

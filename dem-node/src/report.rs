@@ -91,6 +91,9 @@ pub fn coordination(bodies: &Bodies, state: &State) -> f64 {
     held.iter().sum::<usize>() as f64 / held.len().max(1) as f64
 }
 
+/// Mean overlap of rigid contacts over the mean radius above which the geometry is no longer that of rigid grains.
+const OVERLAP_BUDGET: f64 = 1e-3;
+
 /// A mean that is filled value by value.
 #[derive(Clone, Copy, Debug, Default)]
 struct Mean {
@@ -131,6 +134,9 @@ pub struct Journal {
     loop_work: f64,
     residual_max: f64,
     defect_max: f64,
+    /// Largest overlap, and largest mean overlap, of any step (m).
+    overlap_max: f64,
+    overlap_mean_max: f64,
     last: Summary,
 }
 
@@ -153,6 +159,8 @@ impl Journal {
     ) {
         self.residual_max = self.residual_max.max(step.verdict.residual);
         self.defect_max = self.defect_max.max(step.momentum_defect);
+        self.overlap_mean_max = self.overlap_mean_max.max(step.overlap[0]);
+        self.overlap_max = self.overlap_max.max(step.overlap[1]);
         self.last = *step;
         if let Some(program) = program {
             self.record_wheel(program, state.wheel.position[1], step.on_wheel, moment);
@@ -180,6 +188,17 @@ impl Journal {
         }
     }
 
+    /// Whether rigid contacts kept their budget of overlap.
+    pub fn warnings(&self, bodies: &Bodies) -> Vec<String> {
+        let mean = self.overlap_mean_max / bodies.mean_radius();
+        if bodies.law.springs.is_some() || mean <= OVERLAP_BUDGET {
+            return Vec::new();
+        }
+        vec![format!(
+            "the mean overlap of rigid contacts reached {mean:.2e} of the mean radius, the budget is {OVERLAP_BUDGET:e}: lower time.step_s or solver.tolerance, or write law.penetration = \"split\""
+        )]
+    }
+
     /// The results so far.
     pub fn results(
         &self,
@@ -199,6 +218,7 @@ impl Journal {
         put("true_residual_max", self.residual_max);
         put("momentum_defect_max_n", self.defect_max);
         put("overlap_mean_rel", self.last.overlap[0] / radius);
+        put("overlap_max_rel", self.overlap_max / radius);
         put("ejected_grains", lost_grains(bodies, state) as f64);
         let Some(program) = program else {
             return results;

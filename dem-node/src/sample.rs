@@ -41,7 +41,8 @@ pub fn prepare(config: &Config, seed: u64) -> Result<Sample, DemError> {
             recipe,
             config.law.contact_stiffness_pa,
             // Rigid contacts must not overlap when their bond breaks.
-            config.law.kind == LawKind::Cohesion && config.law.contact_stiffness_pa.is_some(),
+            config.law.kind.plain() == LawKind::Cohesion
+                && config.law.contact_stiffness_pa.is_some(),
             recipe.seed.unwrap_or(seed),
         ),
     }

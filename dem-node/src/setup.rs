@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 
 use crate::bodies::Bodies;
 use crate::cohesion::{Cohesion, HPrime};
-use crate::config::{Config, HPrimeConfig, LawConfig, LawKind, SolverKind};
+use crate::config::{Config, HPrimeConfig, LawConfig, LawKind, PenetrationKind, SolverKind};
 use crate::detect::proximity;
 use crate::error::DemError;
-use crate::law::{Friction, Law, Springs};
+use crate::law::{Friction, Law, Penetration, Springs};
 use crate::sample::Sample;
 use crate::solver::{Algorithm, Criteria};
 use crate::state::State;
@@ -61,7 +61,7 @@ fn law(config: &LawConfig, thickness: f64) -> Law {
     Law {
         friction: match config.kind {
             LawKind::Signorini => Friction::Signorini,
-            LawKind::Coulomb | LawKind::Cohesion => Friction::Coulomb {
+            _ => Friction::Coulomb {
                 coefficient: config.friction.unwrap_or(0.0),
             },
         },
@@ -71,6 +71,20 @@ fn law(config: &LawConfig, thickness: f64) -> Law {
             tangential: stiffness * thickness * config.tangential_stiffness_ratio.unwrap_or(1.0),
         }),
         cohesion: cohesion(config, thickness),
+        restitution: config.restitution,
+        penetration: penetration(config),
+    }
+}
+
+fn penetration(config: &LawConfig) -> Penetration {
+    match (config.penetration, config.kind) {
+        (Some(PenetrationKind::Gap), _) => Penetration::Gap,
+        (Some(PenetrationKind::Iqs), _) => Penetration::Iqs,
+        (Some(PenetrationKind::Split), _) => Penetration::Split,
+        (Some(PenetrationKind::Projection), _) => Penetration::Projection,
+        (None, LawKind::IqsClb | LawKind::IqsMacCzm) => Penetration::Iqs,
+        (None, _) if config.restitution.is_some() => Penetration::Iqs,
+        (None, _) => Penetration::Gap,
     }
 }
 

@@ -38,7 +38,9 @@ pub struct Contact {
     pub glued: bool,
     /// Unit normal; the tangent is (-n_y, n_x).
     pub normal: [f64; 2],
-    /// g/h and d_t/h (m/s).
+    /// Gap at detection (m), that of a bond over its reference.
+    pub gap: f64,
+    /// What the law adds to u in U, for instance g/h and d_t/h (m/s).
     pub bias: [f64; 2],
     /// Springs on the diagonal, 1/(k h^2) (1/kg).
     pub compliance: [f64; 2],

@@ -9,6 +9,7 @@ use crate::cohesion::Cohesion;
 use crate::detect::{Slot, proximity};
 use crate::error::DemError;
 use crate::ledger::{ContactStep, contact_loss};
+use crate::repair::{self, Repair};
 use crate::solver::{Contact, Criteria, Mover, Problem, UNBONDED, Verdict, project};
 use crate::state::State;
 
@@ -55,6 +56,7 @@ pub struct Stepper {
     slots: Vec<u32>,
     /// Adhesion at the end of the step of each bond of the problem.
     adhesion: Vec<f64>,
+    repair: Repair,
 }
 
 impl Stepper {
@@ -76,7 +78,13 @@ impl Stepper {
         summary.verdict = verdict;
         summary.momentum_defect = self.momentum_defect(bodies, state, drive);
         self.close_bodies(bodies, state, drive);
-        state.drift(drive.step * drive.theta);
+        let drift = drive.step * drive.theta;
+        state.drift(drift);
+        if bodies.law.repairs() {
+            let (repair, problem) = (&mut self.repair, &self.problem);
+            repair.make(bodies, state, problem, drift, criteria)?;
+            summary.overlap = repair::overlaps(bodies, state);
+        }
         Ok(summary)
     }
 
@@ -151,15 +159,19 @@ impl Stepper {
         self.problem.bonds.clear();
         self.slots.clear();
         let mut bonds = Finder::new(&state.bonds);
-        for (index, slot) in state.list.slots.iter().enumerate() {
+        for index in 0..state.list.slots.len() {
+            let slot = &state.list.slots[index];
             let bond = bonds.find((slot.a, slot.b));
             let Some(mut contact) = self.contact(bodies, state, drive.step, slot, bond.is_some())
             else {
+                // A contact that a rebound has opened leaves the problem: it must not keep its force.
+                state.list.slots[index].force = [0.0; 2];
                 continue;
             };
             if let Some((place, bond)) = bond {
                 contact.bond = self.problem.bonds.len() as u32;
-                contact.bias = [contact.bias[0] - bond.reference / drive.step, 0.0];
+                contact.gap -= bond.reference;
+                contact.bias = [contact.gap / drive.step, 0.0];
                 contact.compliance[1] = 0.0;
                 let bonded = BondContact::new(&bodies.law, bond, place, drive.step);
                 self.problem.bonds.push(bonded);
@@ -227,13 +239,14 @@ impl Stepper {
         bonded: bool,
     ) -> Option<Contact> {
         let place = proximity(bodies, &state.centres, state.wheel.position[1], slot);
-        let contact = Contact {
+        let mut contact = Contact {
             a: slot.a,
             b: slot.b,
             glued: bodies.glued_index(slot.a as usize).is_some()
                 || bodies.glued_index(slot.b as usize).is_some(),
             normal: place.normal,
-            bias: [place.gap / h, slot.spring / h],
+            gap: place.gap,
+            bias: [0.0, slot.spring / h],
             compliance: bodies.law.compliance(h),
             impulse: [h * slot.force[0], h * slot.force[1]],
             bond: UNBONDED,
@@ -244,7 +257,15 @@ impl Stepper {
         }
         let approach = self.problem.relative_velocity(&contact)[0].min(0.0);
         let touches = slot.force[0] > 0.0 || place.gap + h * approach < bodies.alert;
-        touches.then_some(contact)
+        if !touches {
+            return None;
+        }
+        let before = match bodies.law.restitution {
+            Some(_) => relative_before(bodies, state, &contact)[0],
+            None => 0.0,
+        };
+        contact.bias[0] = bodies.law.bias(place.gap, before, h)?;
+        Some(contact)
     }
 
     /// Stores forces and springs, books the losses, sums what the contacts did.
@@ -318,9 +339,7 @@ impl Stepper {
         slot: &Slot,
     ) -> ContactStep {
         let velocity = self.problem.relative_velocity(contact);
-        let a = velocity_before(bodies, state, contact.a as usize);
-        let b = velocity_before(bodies, state, contact.b as usize);
-        let before = project(contact.normal, a, b);
+        let before = relative_before(bodies, state, contact);
         let stretched = bodies
             .law
             .springs
@@ -328,7 +347,7 @@ impl Stepper {
         ContactStep {
             step: drive.step,
             theta: drive.theta,
-            gap: contact.bias[0] * drive.step,
+            gap: contact.gap,
             spring: [slot.spring, stretched],
             impulse: contact.impulse,
             velocity,
@@ -405,7 +424,7 @@ impl Stepper {
 }
 
 /// Largest coordinate (m): positions, and so gaps, carry its rounding.
-fn extent(centres: &[[f64; 2]]) -> f64 {
+pub(crate) fn extent(centres: &[[f64; 2]]) -> f64 {
     let coordinates = centres.iter().flatten();
     coordinates.fold(0.0, |largest, x| largest.max(x.abs()))
 }
@@ -413,6 +432,13 @@ fn extent(centres: &[[f64; 2]]) -> f64 {
 fn push_on_a(contact: &Contact) -> [f64; 2] {
     let ([nx, ny], [r_n, r_t]) = (contact.normal, contact.impulse);
     [r_n * nx - r_t * ny, r_n * ny + r_t * nx]
+}
+
+/// (u_n, u_t) at the start of the step (m/s).
+fn relative_before(bodies: &Bodies, state: &State, contact: &Contact) -> [f64; 2] {
+    let a = velocity_before(bodies, state, contact.a as usize);
+    let b = velocity_before(bodies, state, contact.b as usize);
+    project(contact.normal, a, b)
 }
 
 fn velocity_before(bodies: &Bodies, state: &State, body: usize) -> [f64; 3] {

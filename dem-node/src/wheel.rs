@@ -58,6 +58,11 @@ impl Program {
         }
     }
 
+    /// 2 pi f of the sideways motion (1/s).
+    pub fn angular_frequency(&self) -> f64 {
+        TAU * self.frequency
+    }
+
     /// When the load is complete (s).
     pub fn ramp_end(&self) -> f64 {
         self.ramp

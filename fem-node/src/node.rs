@@ -399,6 +399,7 @@ impl Node for FemNode {
             ]),
             results: self.results(),
             state_hash: self.state_hash(),
+            warnings: Vec::new(),
         })
     }
 }

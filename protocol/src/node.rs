@@ -252,6 +252,9 @@ pub struct Outcome {
     pub results: BTreeMap<String, f64>,
     /// blake3 of every number that can change a later bit, in hexadecimal.
     pub state_hash: String,
+    /// What the user should know about the quality of the results.
+    #[serde(default)]
+    pub warnings: Vec<String>,
 }
 
 /// What kind of fault ended a participant; its number is the exit code of the run.

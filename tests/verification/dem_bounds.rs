@@ -67,6 +67,23 @@ fn a_fast_wheel_is_warned_about() {
     );
 }
 
+/// By hand: H = d = 2 mm, V = 2 pi 300 x 0.01 = 18.8496 m/s, rho = 31 200 kg/m3, P = 1 MPa; I = V/H x t_i = 3.329495,
+/// rho H (2 pi 300)^2 A = 62.4 x 3 553 057.6 x 0.01 = 2.217108 MPa.
+#[test]
+fn scaled_masses_are_told_by_inertial_number_and_pressure() {
+    let mut config = one_disk(1e-6);
+    config["wheel"] = json!({
+        "load_n": 1.0, "mass_kg": 1.0, "amplitude_m": 1e-2, "frequency_hz": 300.0,
+        "ramp_s": 1e-3, "hold_s": 1e-3, "cycles": 1.0,
+    });
+    let results = build(&config).finish().expect("it finishes").results;
+    close("I", results["inertial_number"], 3.329495, 1e-5);
+    close("pressure", results["inertia_pressure_pa"], 2.217108e6, 1.0);
+    config["wheel"]["cycles"] = json!(0.0);
+    let still = build(&config).finish().expect("it finishes").results;
+    assert!(!still.contains_key("inertial_number"), "nothing moves");
+}
+
 #[test]
 fn windows_are_held_to_the_same_bounds() {
     let mut config = one_disk(1e-6);

@@ -222,6 +222,14 @@ impl RunSession<'_> {
         outputs.signals.finish()?;
         result?;
         let farewells = farewells(conversation)?;
+        for (participant, farewell) in scenario.participant.iter().zip(&farewells) {
+            for warning in &farewell.outcome.warnings {
+                self.rundir.note(&format!(
+                    "warning: participant `{}`: {warning}",
+                    participant.name
+                ));
+            }
+        }
         let costs = Costs {
             talk_wall_s: talking.elapsed().as_secs_f64(),
             run_wall_s: start.elapsed().as_secs_f64(),

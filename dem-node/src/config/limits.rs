@@ -1,10 +1,12 @@
 //! What the keys may hold, and what they may not hold together.
 
+mod law;
+
 use protocol::ConfigError;
 
 use super::{
-    Config, DisksConfig, LawConfig, LawKind, LayerConfig, SampleConfig, SolverConfig, SolverKind,
-    TimeConfig, WheelConfig,
+    Config, DisksConfig, LawKind, LayerConfig, SampleConfig, SolverConfig, SolverKind, TimeConfig,
+    WheelConfig,
 };
 
 impl Config {
@@ -30,7 +32,7 @@ impl Config {
     }
 
     fn validate_together(&self) -> Result<(), ConfigError> {
-        if self.solver.kind == SolverKind::Pcg && self.law.kind == LawKind::Cohesion {
+        if self.solver.kind == SolverKind::Pcg && self.law.kind.plain() == LawKind::Cohesion {
             return Err(ConfigError::new(
                 "solver.kind",
                 "\"pcg\" solves unilateral contacts only, and law.kind = \"cohesion\" makes contacts that pull",
@@ -51,104 +53,6 @@ impl Config {
             );
         }
         Ok(())
-    }
-}
-
-impl LawConfig {
-    fn validate(&self) -> Result<(), ConfigError> {
-        if let Some(stiffness) = self.contact_stiffness_pa {
-            positive("law.contact_stiffness_pa", stiffness, "Pa")?;
-        }
-        match self.kind {
-            LawKind::Signorini => self.validate_frictionless()?,
-            LawKind::Coulomb => self.validate_friction("law.kind = \"coulomb\"")?,
-            LawKind::Cohesion => {
-                self.validate_friction("law.kind = \"cohesion\"")?;
-                return self.validate_cohesion();
-            }
-        }
-        self.refuse_cohesion()
-    }
-
-    fn validate_cohesion(&self) -> Result<(), ConfigError> {
-        let given = |key, value| required(key, value, "law.kind = \"cohesion\"");
-        let [cn, ct, w, b, p, alert] = self.cohesion_numbers();
-        for ((key, value), unit) in [(cn, "Pa/m"), (w, "J/m2"), (p, ""), (alert, "m")] {
-            positive(key, given(key, value)?, unit)?;
-        }
-        for ((key, value), unit) in [(ct, "Pa/m"), (b, "Pa m s")] {
-            at_least(key, given(key, value)?, 0.0, unit)?;
-        }
-        match self.h_prime {
-            Some(_) => Ok(()),
-            None => Err(ConfigError::new(
-                "law.h_prime",
-                "law.kind = \"cohesion\" needs it and it is missing",
-            )
-            .help("write h_prime = \"one\" or \"adhesion\"")),
-        }
-    }
-
-    fn refuse_cohesion(&self) -> Result<(), ConfigError> {
-        let numbers = self.cohesion_numbers().into_iter();
-        let given = numbers
-            .filter(|(_, value)| value.is_some())
-            .map(|(key, _)| key);
-        match given.chain(self.h_prime.map(|_| "law.h_prime")).next() {
-            None => Ok(()),
-            Some(key) => Err(ConfigError::new(
-                key,
-                "belongs to bonds, and this law has none: the key would have no effect",
-            )
-            .help("remove it, or choose law.kind = \"cohesion\"")),
-        }
-    }
-
-    fn cohesion_numbers(&self) -> [(&'static str, Option<f64>); 6] {
-        [
-            ("law.cn_pa_per_m", self.cn_pa_per_m),
-            ("law.ct_pa_per_m", self.ct_pa_per_m),
-            ("law.w_j_per_m2", self.w_j_per_m2),
-            ("law.b_pa_m_s", self.b_pa_m_s),
-            ("law.p", self.p),
-            ("law.alert_m", self.alert_m),
-        ]
-    }
-
-    fn validate_frictionless(&self) -> Result<(), ConfigError> {
-        let superfluous = [
-            ("law.friction", self.friction),
-            (
-                "law.tangential_stiffness_ratio",
-                self.tangential_stiffness_ratio,
-            ),
-        ];
-        match superfluous.into_iter().find(|(_, value)| value.is_some()) {
-            None => Ok(()),
-            Some((key, _)) => Err(ConfigError::new(
-                key,
-                "law.kind = \"signorini\" has no tangential force, the key would have no effect",
-            )
-            .help("remove it, or choose law.kind = \"coulomb\"")),
-        }
-    }
-
-    fn validate_friction(&self, by: &str) -> Result<(), ConfigError> {
-        let friction = required("law.friction", self.friction, by)?;
-        at_least("law.friction", friction, 0.0, "")?;
-        let key = "law.tangential_stiffness_ratio";
-        match (self.contact_stiffness_pa, self.tangential_stiffness_ratio) {
-            (None, None) => Ok(()),
-            (None, Some(_)) => Err(ConfigError::new(
-                key,
-                "rigid contacts have no stiffness, the key would have no effect",
-            )
-            .help("remove it, or give law.contact_stiffness_pa")),
-            (Some(_), ratio) => {
-                let why = "compliant contacts with friction";
-                positive(key, required(key, ratio, why)?, "")
-            }
-        }
     }
 }
 

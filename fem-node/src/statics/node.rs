@@ -322,6 +322,7 @@ impl Node for StaticNode {
             work: BTreeMap::from([("load_increments".into(), self.done as f64)]),
             results,
             state_hash: hasher.finalize().to_hex().to_string(),
+            warnings: Vec::new(),
         })
     }
 }

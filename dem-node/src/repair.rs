@@ -1,0 +1,153 @@
+//! Repair of overlaps between rigid grains, by position and not by velocity.
+//!
+//! Of all displacements w that leave no overlap, the bodies make the one with the least w.M w / 2: w = M^-1 H s, and at each
+//! contact g + n.w >= 0 is complementary to s >= 0. That is the contact problem without friction, displacements in place
+//! of velocities. Momentum and kinetic energy stay as they are, and so does the centre of mass of a free group. What the
+//! displacement does against a load is not in the ledger.
+
+use crate::bodies::Bodies;
+use crate::detect::proximity;
+use crate::error::DemError;
+use crate::law::Penetration;
+use crate::solver::{Contact, Criteria, Mover, Problem, UNBONDED};
+use crate::state::State;
+use crate::step::extent;
+use crate::wall::Wall;
+
+/// Overlap that stays, over the smallest radius: a contact at rest must not open, or a rebound would follow.
+const LEFT: f64 = 1e-6;
+/// Projections of a step. Each takes the normals anew; what turning normals leave is of second order in the overlap.
+const PASSES: usize = 4;
+/// Bound on the residual of a repair: the next step repairs what is left.
+const TOLERANCE: f64 = 1e-3;
+
+/// Makes repairs; owns their contact problem.
+#[derive(Clone, Debug, Default)]
+pub struct Repair {
+    problem: Problem,
+}
+
+impl Repair {
+    /// Moves the bodies of a state at the end of its step apart. `solved` is the contact problem of the step, `drift` the
+    /// time (s) that the bodies moved with its velocities since their gaps were detected.
+    pub fn make(
+        &mut self,
+        bodies: &Bodies,
+        state: &mut State,
+        solved: &Problem,
+        drift: f64,
+        criteria: &Criteria,
+    ) -> Result<(), DemError> {
+        match bodies.law.penetration {
+            Penetration::Gap | Penetration::Iqs => Ok(()),
+            Penetration::Split => {
+                self.problem.contacts.clear();
+                let unbonded = solved.contacts.iter().filter(|c| c.bond == UNBONDED);
+                self.problem.contacts.extend(unbonded.map(|contact| {
+                    let gap = contact.gap + drift * solved.relative_velocity(contact)[0];
+                    moved_apart(contact, gap, bodies)
+                }));
+                self.displace(bodies, state, solved, criteria)
+            }
+            Penetration::Projection => {
+                for _ in 0..PASSES {
+                    if self.detect(bodies, state) <= 2.0 * left(bodies) {
+                        break;
+                    }
+                    self.displace(bodies, state, solved, criteria)?;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// The contacts of the state as it stands; returns the largest overlap (m).
+    fn detect(&mut self, bodies: &Bodies, state: &State) -> f64 {
+        let mut largest = 0.0f64;
+        self.problem.contacts.clear();
+        for slot in &state.list.slots {
+            let place = proximity(bodies, &state.centres, state.wheel.position[1], slot);
+            largest = largest.max(-place.gap);
+            if place.gap < bodies.alert {
+                let contact = Contact {
+                    a: slot.a,
+                    b: slot.b,
+                    glued: [slot.a, slot.b]
+                        .into_iter()
+                        .any(|body| bodies.glued_index(body as usize).is_some()),
+                    normal: place.normal,
+                    bond: UNBONDED,
+                    ..Contact::default()
+                };
+                let contact = moved_apart(&contact, place.gap, bodies);
+                self.problem.contacts.push(contact);
+            }
+        }
+        largest
+    }
+
+    /// Solves for the displacements and makes them.
+    fn displace(
+        &mut self,
+        bodies: &Bodies,
+        state: &mut State,
+        solved: &Problem,
+        criteria: &Criteria,
+    ) -> Result<(), DemError> {
+        let problem = &mut self.problem;
+        if problem.contacts.iter().all(|c| c.bias[0] >= 0.0) {
+            return Ok(());
+        }
+        problem.friction = 0.0;
+        problem.first_glued = solved.first_glued;
+        problem.wheel = solved.wheel;
+        problem.rounding = 4.0 * f64::EPSILON * extent(&state.centres);
+        problem.wall = Wall::fixed(bodies.glued());
+        problem.movers.clear();
+        let at_rest = |mover: &Mover| Mover {
+            velocity: [0.0; 3],
+            ..*mover
+        };
+        problem.movers.extend(solved.movers.iter().map(at_rest));
+        problem.solve(&Criteria {
+            tolerance: TOLERANCE,
+            ..*criteria
+        })?;
+        for (centre, mover) in state.centres[..bodies.free].iter_mut().zip(&problem.movers) {
+            centre[0] += mover.velocity[0];
+            centre[1] += mover.velocity[1];
+        }
+        if let Some(wheel) = bodies.wheel() {
+            state.wheel.position[1] += problem.movers[wheel].velocity[1];
+        }
+        Ok(())
+    }
+}
+
+/// A contact whose bodies shall be moved until the gap (m) is no overlap.
+fn moved_apart(contact: &Contact, gap: f64, bodies: &Bodies) -> Contact {
+    Contact {
+        bias: [gap + left(bodies), 0.0],
+        compliance: [0.0; 2],
+        impulse: [0.0; 2],
+        ..*contact
+    }
+}
+
+/// Overlap that stays (m).
+fn left(bodies: &Bodies) -> f64 {
+    LEFT * bodies.radii.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// Mean and largest overlap of the contacts that carry force, where the bodies are (m).
+pub fn overlaps(bodies: &Bodies, state: &State) -> [f64; 2] {
+    let (mut sum, mut count, mut largest) = (0.0, 0, 0.0f64);
+    for slot in state.list.slots.iter().filter(|s| s.force[0] > 0.0) {
+        let place = proximity(bodies, &state.centres, state.wheel.position[1], slot);
+        let overlap = (-place.gap).max(0.0);
+        sum += overlap;
+        count += 1;
+        largest = largest.max(overlap);
+    }
+    [sum / f64::from(count.max(1)), largest]
+}
