@@ -81,8 +81,7 @@ impl Model {
         let start_damping = config.time.start_mass_damping_per_s.unwrap_or(0.0);
         let history = config.wheel.map(|wheel| history(config.start, wheel));
         let parts = history.as_ref().zip(config.contact.as_ref());
-        let wheel =
-            parts.map(|parts| Wheel::new(parts, (&mesh, &body), (step, thickness), start_damping));
+        let wheel = parts.map(|parts| Wheel::new(parts, (&mesh, &body), step, start_damping));
         let end = wheel.as_ref().map(|wheel| wheel.program.end());
         let warnings = warnings(config, &mesh, &scheme, step_limit);
         Ok(Model {

@@ -17,6 +17,7 @@ use crate::ledger::{Ledger, Terms};
 use crate::mesh::Edge;
 use crate::model::Model;
 use crate::probe::{self, Held, PressureMaxima};
+use crate::profile::Profile;
 use crate::statics::{self, Loads};
 use crate::vtu;
 use crate::wheel::{self, WheelState};
@@ -26,6 +27,9 @@ use crate::window::{Request, WindowRun};
 pub(crate) const HOLD: &str = "hold";
 
 /// An elastic body in explicit dynamics.
+///
+/// Beside the fields of a snapshot NAME one with a wheel writes `<participant>-NAME-profile.csv`: x_m, pressure_pa,
+/// shear_pa, status; that of `hold` belongs to the moment before the wheel starts to move sideways.
 pub struct FemNode {
     model: Model,
     participant: String,
@@ -179,7 +183,7 @@ impl FemNode {
             (Some(wheel), Some(run)) => {
                 self.committed.resume(&self.run.state);
                 wheel.clone_from(&run.state);
-                self.held = self.run.held.or(self.held);
+                self.held = self.run.held.take().or(self.held.take());
             }
             _ => self.committed.restore(&self.run.state),
         }
@@ -240,13 +244,19 @@ impl FemNode {
         if name == HOLD {
             self.hold = Some(probe::pressure_maxima(&self.model, &self.committed));
         }
-        match &self.fields {
-            Some(folder) => {
-                let path = folder.join(format!("{}-{name}.vtu", self.participant));
-                let touches = self.wheel.as_ref().map_or(&[][..], |wheel| &wheel.touches);
-                vtu::write(&path, &self.model, &self.committed, touches)
-            }
-            None => Ok(()),
+        let Some(folder) = &self.fields else {
+            return Ok(());
+        };
+        let path = folder.join(format!("{}-{name}.vtu", self.participant));
+        let touches = self.wheel.as_ref().map_or(&[][..], |wheel| &wheel.touches);
+        vtu::write(&path, &self.model, &self.committed, touches)?;
+        if touches.is_empty() {
+            return Ok(());
+        }
+        let path = folder.join(format!("{}-{name}-profile.csv", self.participant));
+        match &self.held {
+            Some(held) if name == HOLD => held.profile.write(path),
+            _ => Profile::in_motion(&self.model, touches).write(path),
         }
     }
 
@@ -256,10 +266,12 @@ impl FemNode {
         let mut maxima = self.hold;
         if let Some((wheel, state)) = self.model.wheel.as_ref().zip(self.wheel.as_ref()) {
             let last = || probe::held(&self.model, &self.committed, (wheel, state));
-            let held = self.held.unwrap_or_else(last);
+            let held = self.held.clone().unwrap_or_else(last);
             maxima = Some(held.maxima);
             results = state.journal.results(wheel);
-            results.insert("p0_pa".into(), held.peak);
+            results.insert("p0_pa".into(), held.profile.peak());
+            let width = held.profile.half_width();
+            results.extend(width.map(|a| ("contact_half_width_m".into(), a)));
             results.insert("approach_m".into(), held.approach);
         }
         let last = || probe::pressure_maxima(&self.model, &self.committed);

@@ -5,6 +5,7 @@ use crate::element::{GAUSS_POINTS, Layout, area, jacobian, slopes};
 use crate::integrate::State;
 use crate::mesh::{Edge, Mesh};
 use crate::model::Model;
+use crate::profile::Profile;
 use crate::wheel::{Wheel, WheelState};
 
 /// Names of what [`surface_signals`] returns.
@@ -37,11 +38,11 @@ pub struct PressureMaxima {
 }
 
 /// What is reported of the moment before the wheel starts to move sideways.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Held {
     pub(crate) maxima: PressureMaxima,
-    /// Highest contact pressure of a node (Pa).
-    pub(crate) peak: f64,
+    /// Tractions of the wheel on the upper edge.
+    pub(crate) profile: Profile,
     /// How far the wheel has sunk since it touched the body (m).
     pub(crate) approach: f64,
 }
@@ -50,7 +51,7 @@ pub(crate) struct Held {
 pub(crate) fn held(model: &Model, state: &State, (wheel, at): (&Wheel, &WheelState)) -> Held {
     Held {
         maxima: pressure_maxima(model, state),
-        peak: wheel.peak_pressure(&at.touches),
+        profile: Profile::in_motion(model, &at.touches),
         approach: at.approach(wheel),
     }
 }

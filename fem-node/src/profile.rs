@@ -1,10 +1,13 @@
 //! The pressure between wheel and body.
 
 use std::fmt::Write;
+use std::path::PathBuf;
 
+use crate::error::FemError;
 use crate::mesh::Edge;
 use crate::model::Model;
 use crate::statics::{Status, WheelContact};
+use crate::wheel::{self, Touch};
 
 /// Nodes of the contact, counted inwards from the outermost one, which is left out, that give the half-width. The
 /// pressure of the outermost node belongs to a part of its surface that is not known.
@@ -24,8 +27,25 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// The profile of a contact.
+    /// The profile of a contact in equilibrium.
     pub fn new(model: &Model, contact: &WheelContact) -> Profile {
+        let (normal, tangential) = (&contact.normal, &contact.tangential);
+        Profile::of_forces(model, [normal, tangential], contact.status.clone())
+    }
+
+    /// The profile of a contact in motion.
+    pub(crate) fn in_motion(model: &Model, touches: &[Touch]) -> Profile {
+        let along = |force: fn(&Touch) -> f64| touches.iter().map(force).collect::<Vec<f64>>();
+        let (normal, dragging) = (along(Touch::pressing), along(Touch::dragging));
+        let status = touches.iter().map(|touch| match touch.status {
+            wheel::Status::Open => Status::Open,
+            wheel::Status::Stick => Status::Stick,
+            wheel::Status::Slip => Status::slipping(touch.dragging()),
+        });
+        Profile::of_forces(model, [&normal, &dragging], status.collect())
+    }
+
+    fn of_forces(model: &Model, [normal, dragging]: [&[f64]; 2], status: Vec<Status>) -> Profile {
         let nodes = model.mesh.edge(Edge::Top);
         let areas = model
             .mesh
@@ -45,9 +65,9 @@ impl Profile {
                 .iter()
                 .map(|n| model.mesh.point(n[0], n[1])[0])
                 .collect(),
-            pressure: over_area(&contact.normal),
-            shear: over_area(&contact.tangential),
-            status: contact.status.clone(),
+            pressure: over_area(normal),
+            shear: over_area(dragging),
+            status,
         }
     }
 
@@ -74,6 +94,14 @@ impl Profile {
         let covariance = mean(&|k| (self.x[k] - x) * (squared(k) - p2));
         let variance = mean(&|k| (self.x[k] - x).powi(2));
         Some(x - p2 * variance / covariance)
+    }
+
+    /// Writes [`Profile::csv`].
+    pub(crate) fn write(&self, path: PathBuf) -> Result<(), FemError> {
+        std::fs::write(&path, self.csv()).map_err(|error| FemError::Write {
+            path,
+            reason: error.to_string(),
+        })
     }
 
     /// A table with the columns x_m, pressure_pa, shear_pa and status.

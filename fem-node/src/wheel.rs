@@ -47,8 +47,6 @@ pub struct Wheel {
     start_damping: f64,
     /// Positions of the nodes of the upper edge (m).
     points: Vec<[f64; 2]>,
-    /// Area that belongs to each of them (m2).
-    areas: Vec<f64>,
     /// Where y components begin in a row of nodes.
     stride: usize,
     /// Lowest point of the face when it just touches the undeformed body (m).
@@ -63,12 +61,11 @@ impl Wheel {
     pub fn new(
         (config, contact): (&WheelConfig, &ContactConfig),
         (mesh, body): (&Mesh, &Body),
-        (step, thickness): (f64, f64),
+        step: f64,
         start_damping: f64,
     ) -> Wheel {
         let nodes = mesh.edge(Edge::Top);
         let points: Vec<[f64; 2]> = nodes.iter().map(|n| mesh.point(n[0], n[1])).collect();
-        let lengths = mesh.tributary(&nodes);
         let program = Program::new(config);
         Wheel {
             mass: config.mass_kg,
@@ -77,7 +74,6 @@ impl Wheel {
             friction_while_loading: contact.friction_while_loading,
             start_damping,
             first_height: contact::first_height(config.radius_m, &points),
-            areas: lengths.into_iter().map(|l| l * thickness).collect(),
             points,
             stride: body.layout().stride(),
             // The margin keeps a start that is a multiple of the step up to rounding from moving by one step.
@@ -98,14 +94,6 @@ impl Wheel {
             true => self.start_damping,
             false => 0.0,
         }
-    }
-
-    /// Contact pressure of the node that bears the highest (Pa).
-    pub(crate) fn peak_pressure(&self, touches: &[Touch]) -> f64 {
-        let pressures = touches.iter().zip(&self.areas);
-        pressures
-            .map(|(touch, area)| touch.pressing() / area)
-            .fold(0.0, f64::max)
     }
 
     fn friction_at(&self, step: u64) -> f64 {

@@ -17,11 +17,13 @@
 //! Tolerance: that of the coarse mesh, where 26 nodes touch and each weighs 4 % of Sn; sampling every 1.5 us moves F_T at
 //! D = 0 by up to 9 N.
 
-use fem_node::FemNode;
-use protocol::{Node, Role};
+use fem_node::profile::Profile;
+use fem_node::statics::{INCREMENTS, Loads, equilibrium};
+use fem_node::{Config, FemNode};
+use protocol::{Node, Role, Setting, read_config};
 use serde_json::{Value, json};
 
-use crate::fem_bodies::{node, node_on, quick, rail, reported, window, with};
+use crate::fem_bodies::{node, node_on, quick, rail, reported, setting, window, with};
 
 const LOAD: f64 = 8000.0;
 
@@ -63,6 +65,65 @@ pub fn balance(node: &FemNode, report: &[f64]) -> f64 {
     (sum(works, |w| w) - sum(goes, |e| e)).abs() / sum(works, f64::abs)
 }
 
+/// The table of the moment t_s, whatever the state when the snapshot is taken, and what follows from it.
+#[test]
+fn the_profile_belongs_to_the_end_of_the_hold() {
+    let folder = std::env::temp_dir().join(format!("fem-profile-{}", std::process::id()));
+    let config: Config = read_config(&wheel_rail(0.1)).expect("valid");
+    let setting = Setting {
+        fields: Some(folder.clone()),
+        ..setting(1)
+    };
+    let mut rail = FemNode::new(&config, &setting).expect("valid");
+    run(&mut rail, |_, _| {});
+    let sheared: f64 = ["hold", "end"]
+        .map(|name| {
+            rail.snapshot(name).expect("written");
+            let path = folder.join(format!("rail-{name}-profile.csv"));
+            let text = std::fs::read_to_string(path).expect("it exists");
+            let rows = text.lines().skip(1).map(|line| line.split(',').collect());
+            let rows: Vec<Vec<&str>> = rows.collect();
+            let column = |k: usize| rows.iter().map(move |row| row[k].parse::<f64>());
+            let [x, p, q] = [0, 1, 2].map(|k| column(k).map(|n| n.expect("a number")));
+            let (x, p, q): (Vec<f64>, Vec<f64>, Vec<f64>) = (x.collect(), p.collect(), q.collect());
+            for (k, row) in rows.iter().enumerate() {
+                assert_eq!(row[3] == "open", p[k] == 0.0, "node {k}");
+                assert!(q[k].abs() <= 0.3 * p[k] * (1.0 + 1e-12), "node {k}");
+            }
+            let over = |t: &[f64]| -> f64 {
+                let length = |k: usize| 0.5e-3 * (x[k + 1] - x[k - 1]);
+                (1..x.len() - 1).map(|k| t[k] * length(k)).sum()
+            };
+            assert!((over(&p) / LOAD - 1.0).abs() < 5e-3, "{}", over(&p));
+            over(&q)
+        })
+        .into_iter()
+        .reduce(|held, end| {
+            assert!(held.abs() < 1e-2 * LOAD, "the loading is symmetric: {held}");
+            end
+        })
+        .expect("two tables");
+    std::fs::remove_dir_all(&folder).expect("it exists");
+    // D = 0.05 mm sin 36 deg drags the rail towards +x.
+    assert!(sheared > 1000.0, "{sheared}");
+}
+
+/// Half-width of the same contact in equilibrium (m).
+fn at_rest() -> f64 {
+    let rail = node(&wheel_rail(0.0));
+    let loads = Loads {
+        load: LOAD,
+        radius: 0.0,
+        friction: 0.3,
+        friction_while_loading: true,
+        increments: INCREMENTS,
+    };
+    let state = equilibrium(rail.model(), Some(&loads)).expect("it exists");
+    let contact = state.contact.expect("there is a wheel");
+    let profile = Profile::new(rail.model(), &contact);
+    profile.half_width().expect("26 nodes touch")
+}
+
 fn near(name: &str, value: f64, expected: f64, tolerance: f64) {
     let error = (value / expected - 1.0).abs();
     assert!(error <= tolerance, "{name}: {value:e} against {expected:e}");
@@ -85,6 +146,10 @@ fn the_paper_scene_in_small() {
     let results = rail.finish().expect("it ends").results;
     near("approach", results["approach_m"], 9.224e-5, 5e-3);
     near("contact pressure", results["p0_pa"], 1054.5e6, 5e-3);
+    // 0.12 mm of the reference is a third of an element here; equilibrium on the same mesh has the same half-width.
+    let half_width = results["contact_half_width_m"];
+    near("half-width", half_width, 4.992e-3, 2.5e-2);
+    near("half-width", half_width, at_rest(), 5e-3);
     near("pressure", results["p_max_centroid_pa"], 651.3e6, 1e-2);
     near("Gauss points", results["p_max_gauss_pa"], 678.2e6, 5e-3);
     near("force", results["wheel_force_n"], LOAD, 2e-3);

@@ -72,7 +72,8 @@ impl Status {
         }
     }
 
-    fn slipping(direction: f64) -> Status {
+    /// Slip under a drag in this direction.
+    pub(crate) fn slipping(direction: f64) -> Status {
         match direction >= 0.0 {
             true => Status::SlipForward,
             false => Status::SlipBackward,

@@ -179,11 +179,7 @@ impl StaticNode {
             return Ok(());
         };
         let path = folder.join(format!("{}-{name}-profile.csv", self.participant));
-        let text = Profile::new(&self.model, contact).csv();
-        std::fs::write(&path, text).map_err(|error| FemError::Write {
-            path,
-            reason: error.to_string(),
-        })
+        Profile::new(&self.model, contact).write(path)
     }
 
     fn results(&self, held: &StaticState) -> BTreeMap<String, f64> {

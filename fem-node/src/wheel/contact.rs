@@ -34,6 +34,13 @@ impl Touch {
     pub(crate) fn pressing(&self) -> f64 {
         self.normal[0].hypot(self.normal[1])
     }
+
+    /// Friction on the node along the surface, positive where the wheel drags it towards +x (N).
+    pub(crate) fn dragging(&self) -> f64 {
+        self.friction[0]
+            .hypot(self.friction[1])
+            .copysign(self.friction[0])
+    }
 }
 
 /// Force of all nodes on the wheel (N).
