@@ -152,7 +152,12 @@ fn traction_forces(
 ) -> Vec<(usize, f64)> {
     let lengths = mesh.tributary(nodes);
     let forces = nodes.iter().zip(lengths).flat_map(|(node, length)| {
-        [0, 1].map(|k| (layout.index(*node, k), force_per_length[k] * length))
+        [0, 1].map(|k| {
+            (
+                layout.tied_to(layout.index(*node, k)),
+                force_per_length[k] * length,
+            )
+        })
     });
     forces.filter(|(_, force)| *force != 0.0).collect()
 }
@@ -171,8 +176,9 @@ fn pressure_forces(
         // With the body on the left of a -> b the inward normal times the length is (ya - yb, xb - xa).
         let half = 0.5 * force_per_length;
         for node in [a, b] {
-            forces.push((layout.index(node, 0), half * (ya - yb)));
-            forces.push((layout.index(node, 1), half * (xb - xa)));
+            let components = [0, 1].map(|k| layout.tied_to(layout.index(node, k)));
+            forces.push((components[0], half * (ya - yb)));
+            forces.push((components[1], half * (xb - xa)));
         }
     }
     forces.retain(|(_, force)| *force != 0.0);
@@ -193,7 +199,8 @@ fn drive(set: &SetConfig, body: &Body, nodes: &[[usize; 2]]) -> Drive {
                 .map(|value| (body.layout().index(*node, k), value))
         })
     });
-    let free = |(index, _): &(usize, f64)| body.inverse_mass[*index] > 0.0;
+    let own = |index: &usize| body.layout().tied_to(*index);
+    let free = |(index, _): &(usize, f64)| body.inverse_mass[own(index)] > 0.0;
     Drive {
         components: given.flatten().filter(free).collect(),
         course,

@@ -176,6 +176,9 @@ pub struct MeshConfig {
     pub depth_rows: usize,
     /// Radius of the upper edge (m); flat when absent or 0.
     pub crown_radius_m: Option<f64>,
+    /// The left and the right edge are one: a body that goes on for ever in x.
+    #[serde(default)]
+    pub periodic_x: bool,
 }
 
 /// Constitutive law with its numbers.
@@ -241,6 +244,7 @@ impl Config {
         self.statics
             .check(self.wheel.map_or(0.0, |wheel| wheel.load_n))?;
         self.check_law()?;
+        self.check_period()?;
         self.check_motion()?;
         self.check_start()
     }
@@ -287,6 +291,29 @@ impl Config {
                 Err(ConfigError::new(key, problem)
                     .help("take analysis = \"dynamic\" and start = \"ramp\", or remove the key"))
             }
+        }
+    }
+
+    /// Without ends there is nothing to hold, load or couple there.
+    fn check_period(&self) -> Result<(), ConfigError> {
+        if !self.mesh.periodic_x {
+            return Ok(());
+        }
+        let ends = |name: &&String| ["left", "right"].contains(&name.as_str());
+        if let Some(name) = self.boundary.0.keys().find(ends) {
+            let key = format!("boundary.{name}");
+            let problem =
+                "is no edge of a body with mesh.periodic_x, whose left and right edge are one";
+            return Err(ConfigError::new(&key, problem)
+                .help("remove the set, or write mesh.periodic_x = false"));
+        }
+        match self.sides {
+            Sides::Free => Ok(()),
+            Sides::FixedX => Err(ConfigError::new(
+                "sides",
+                "\"fixed_x\" holds the ends of a body that has none: mesh.periodic_x makes its left and right edge one",
+            )
+            .help("remove `sides`, or write mesh.periodic_x = false")),
         }
     }
 

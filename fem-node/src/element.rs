@@ -40,6 +40,8 @@ pub const GAUSS_POINTS: [[f64; 2]; 4] = [
 pub struct Layout {
     columns: usize,
     rows: usize,
+    /// Whether the last node of each row is the first one.
+    periodic: bool,
 }
 
 impl Layout {
@@ -47,6 +49,36 @@ impl Layout {
         Layout {
             columns: mesh.columns(),
             rows: mesh.rows(),
+            periodic: mesh.periodic(),
+        }
+    }
+
+    /// Forces on a row of nodes: the last node of a periodic row hands its own to the first, so that each counts once.
+    pub(crate) fn gather(self, force: &mut [f64]) {
+        if !self.periodic {
+            return;
+        }
+        for component in force.chunks_exact_mut(self.stride()) {
+            component[0] += component[self.columns];
+            component[self.columns] = 0.0;
+        }
+    }
+
+    /// Rows of displacements or their rates: the last node of a periodic row moves like the first.
+    pub(crate) fn spread(self, motion: &mut [f64]) {
+        if !self.periodic {
+            return;
+        }
+        for component in motion.chunks_exact_mut(self.stride()) {
+            component[self.columns] = component[0];
+        }
+    }
+
+    /// The component that this one moves with, itself except in the last node of a periodic row.
+    pub(crate) fn tied_to(self, index: usize) -> usize {
+        match self.periodic && index % self.stride() == self.columns {
+            true => index - self.columns,
+            false => index,
         }
     }
 
@@ -100,7 +132,7 @@ impl Layout {
 #[derive(Clone, Debug)]
 pub struct Body {
     layout: Layout,
-    /// Mass of each component (kg), lumped, zero at supports and in the padding.
+    /// Mass of each component (kg), lumped, zero at supports, in the padding, and where a node moves with another one.
     pub mass: Vec<f64>,
     /// Its inverse (1/kg), zero where the component cannot move.
     pub inverse_mass: Vec<f64>,
@@ -199,6 +231,7 @@ impl Body {
                 false => rows.clear_upper(),
             }
             rows.assemble(&mut force[layout.row(row)]);
+            layout.gather(&mut force[layout.row(row)]);
             rows.advance();
         }
     }
@@ -304,6 +337,7 @@ impl Body {
             }
         }
         self.hold(fixed.iter().copied());
+        self.hold((0..layout.len()).filter(|index| layout.tied_to(*index) != *index));
     }
 }
 
@@ -329,7 +363,7 @@ fn lump(mesh: &Mesh, surface_density: f64) -> Vec<f64> {
         for i in 0..mesh.columns() {
             let corners = mesh.corners(i, j);
             let quarter = 0.25 * surface_density * area(&corners.map(|n| mesh.point(n[0], n[1])));
-            for [column, row] in corners {
+            for [column, row] in corners.map(|node| mesh.tied_to(node)) {
                 mass[row * (mesh.columns() + 1) + column] += quarter;
             }
         }

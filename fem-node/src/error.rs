@@ -98,6 +98,10 @@ pub enum FemError {
         violation_n: f64,
         iterations: usize,
     },
+    #[error(
+        "it cannot be set in motion: that is for a linear body without a wheel, before its first window"
+    )]
+    InMotion,
     #[error("fields cannot be written to {}: {reason}", .path.display())]
     Write { path: PathBuf, reason: String },
     #[error("`{name}` cannot name a snapshot: use letters, digits, `-`, `_` and `.`")]
@@ -115,6 +119,7 @@ impl From<FemError> for NodeError {
             FemError::Point { .. }
             | FemError::ForceLength { .. }
             | FemError::NoSteps
+            | FemError::InMotion
             | FemError::NotAdvanced { .. }
             | FemError::Dictated { .. } => NodeError::protocol(message),
             FemError::Config(_)

@@ -23,7 +23,9 @@ impl Interface {
     /// Couples a set; all of its nodes are exchanged until a selection says otherwise.
     pub(crate) fn couple(&mut self, model: &Model, set: &str) -> Result<Surface, FemError> {
         let unknown = || FemError::UnknownSet { set: set.into() };
-        let edge = Edge::named(set).ok_or_else(unknown)?;
+        let known = |name: &&str| model.mesh.sets().contains(name);
+        let edge = Some(set).filter(known).and_then(Edge::named);
+        let edge = edge.ok_or_else(unknown)?;
         if edge == Edge::Bottom {
             return Err(FemError::SupportedSet);
         }
@@ -33,8 +35,8 @@ impl Interface {
         if self.edges.contains(&edge) {
             return Err(FemError::CoupledTwice { set: set.into() });
         }
-        let nodes = model.mesh.edge(edge);
-        let surface = surface(model, &nodes);
+        let (nodes, lengths) = model.mesh.surface(edge);
+        let surface = surface(model, &nodes, lengths);
         self.edges.push(edge);
         self.nodes.extend(nodes);
         self.exchange(model, self.nodes.clone());
@@ -92,7 +94,7 @@ impl Interface {
     }
 }
 
-fn surface(model: &Model, nodes: &[[usize; 2]]) -> Surface {
+fn surface(model: &Model, nodes: &[[usize; 2]], length_m: Vec<f64>) -> Surface {
     let place = |mesh: &Mesh, k: usize| nodes.iter().map(|n| mesh.point(n[0], n[1])[k]).collect();
     Surface {
         x_m: place(&model.mesh, 0),
@@ -102,6 +104,6 @@ fn surface(model: &Model, nodes: &[[usize; 2]]) -> Surface {
             .map(|node| model.body.node_mass(*node))
             .collect(),
         radius_m: vec![0.0; nodes.len()],
-        length_m: model.mesh.tributary(nodes),
+        length_m,
     }
 }

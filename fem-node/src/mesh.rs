@@ -14,6 +14,8 @@ pub struct Mesh {
     columns: usize,
     rows: usize,
     points: Vec<[f64; 2]>,
+    /// Whether the nodes of the last column are those of the first.
+    periodic: bool,
     /// Growth of the size from one graded column to the next, outwards; 1 without grading.
     pub ratio_columns: f64,
     /// Growth of the size from one graded row to the next, downwards; 1 without grading.
@@ -65,6 +67,7 @@ impl Mesh {
             [x, -drop(radius, x) * (1.0 - d / config.height_m) - d]
         });
         Ok(Mesh {
+            periodic: config.periodic_x,
             ratio_columns,
             ratio_rows,
             ..mesh
@@ -82,6 +85,7 @@ impl Mesh {
             columns,
             rows,
             points: nodes.map(|(i, j)| place(i, j)).collect(),
+            periodic: false,
             ratio_columns: 1.0,
             ratio_rows: 1.0,
         }
@@ -122,6 +126,31 @@ impl Mesh {
         }
     }
 
+    /// Whether the left and the right edge are one: each node of the last column moves with that of the first.
+    pub fn periodic(&self) -> bool {
+        self.periodic
+    }
+
+    /// The node that this one moves with, itself except on the right edge of a periodic block.
+    pub fn tied_to(&self, [column, row]: [usize; 2]) -> [usize; 2] {
+        match self.periodic && column == self.columns {
+            true => [0, row],
+            false => [column, row],
+        }
+    }
+
+    /// The nodes of an edge that move by themselves, in the order of [`Mesh::edge`], and the length that belongs to each
+    /// (m). In a periodic block the first node of the upper and lower edge has a segment on both sides.
+    pub fn surface(&self, edge: Edge) -> (Vec<[usize; 2]>, Vec<f64>) {
+        let mut nodes = self.edge(edge);
+        let mut lengths = self.tributary(&nodes);
+        if self.periodic && matches!(edge, Edge::Top | Edge::Bottom) {
+            nodes.pop();
+            lengths[0] += lengths.pop().expect("an edge has nodes");
+        }
+        (nodes, lengths)
+    }
+
     /// Length of the edge that belongs to each of its nodes (m): half of the two segments beside it.
     pub fn tributary(&self, nodes: &[[usize; 2]]) -> Vec<f64> {
         let mut lengths = vec![0.0; nodes.len()];
@@ -139,7 +168,11 @@ impl Mesh {
 
     /// Names of its node sets.
     pub fn sets(&self) -> Vec<&str> {
-        Edge::ALL.iter().map(|(name, _)| *name).collect()
+        let ends = |edge: &Edge| matches!(edge, Edge::Left | Edge::Right);
+        let sets = Edge::ALL.iter();
+        sets.filter(|(_, edge)| !(self.periodic && ends(edge)))
+            .map(|(name, _)| *name)
+            .collect()
     }
 
     /// The nodes of a set, in the order of a walk along it.
@@ -356,6 +389,7 @@ mod tests {
             side_columns: 0,
             depth_rows: 0,
             crown_radius_m: None,
+            periodic_x: false,
         }
     }
 

@@ -14,7 +14,6 @@ use crate::error::FemError;
 use crate::integrate::{Integrator, State};
 use crate::interface::Interface;
 use crate::ledger::{Ledger, Terms};
-use crate::mesh::Edge;
 use crate::model::Model;
 use crate::probe::{self, Held, PressureMaxima};
 use crate::profile::Profile;
@@ -89,6 +88,34 @@ impl FemNode {
     /// The committed state.
     pub fn state(&self) -> &State {
         &self.committed
+    }
+
+    /// Starts from these displacements (m) and velocities (m/s), given for each position; what is held stays where it is.
+    /// Only before the first window, and for a linear body without a wheel.
+    pub fn set_in_motion(
+        &mut self,
+        motion: impl Fn([f64; 2]) -> [[f64; 2]; 2],
+    ) -> Result<(), FemError> {
+        if self.steps > 0 || self.wheel.is_some() || self.model.law.is_some() {
+            return Err(FemError::InMotion);
+        }
+        let (mesh, body) = (&self.model.mesh, &self.model.body);
+        let layout = body.layout();
+        for (i, j) in (0..=mesh.rows()).flat_map(|j| (0..=mesh.columns()).map(move |i| (i, j))) {
+            let [u, v] = motion(mesh.point(i, j));
+            for k in 0..2 {
+                let index = layout.index([i, j], k);
+                if body.inverse_mass[index] > 0.0 {
+                    self.committed.u[index] = u[k];
+                    self.committed.v[index] = v[k];
+                }
+            }
+        }
+        layout.spread(&mut self.committed.u);
+        layout.spread(&mut self.committed.v);
+        body.internal_force(&self.committed.u, &mut self.committed.force);
+        self.run = WindowRun::new(&self.model, &self.committed);
+        Ok(())
     }
 
     /// The energies up to the committed state.
@@ -336,7 +363,8 @@ impl FemNode {
 
 impl Node for FemNode {
     fn describe(&self) -> Description {
-        let movable = Edge::ALL.iter().filter(|(_, edge)| *edge != Edge::Bottom);
+        let mut movable = self.model.mesh.sets();
+        movable.retain(|name| *name != "bottom");
         let forces = ["interface_force_x_n", "interface_force_y_n"];
         Description {
             kind: "fem".into(),
@@ -353,7 +381,7 @@ impl Node for FemNode {
             step_limit_name: "stability limit sqrt(2/damping)/omega_max".into(),
             end_s: self.model.end,
             phases: self.phases(),
-            sets: movable.map(|(name, _)| (*name).into()).collect(),
+            sets: movable.into_iter().map(String::from).collect(),
             signals: probe::SURFACE_SIGNALS
                 .iter()
                 .chain(&forces)

@@ -72,13 +72,15 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
                 maxima.gauss = maxima.gauss.max(pressure(xi, eta));
             }
             for (node, [xi, eta]) in model.mesh.corners(i, j).into_iter().zip(GAUSS_POINTS) {
-                let (sum, count) = &mut nodal[node[1] * (model.mesh.columns() + 1) + node[0]];
+                let [column, row] = model.mesh.tied_to(node);
+                let (sum, count) = &mut nodal[row * (model.mesh.columns() + 1) + column];
                 *sum += pressure(xi.signum(), eta.signum());
                 *count += 1.0;
             }
         }
     }
-    let means = nodal.into_iter().map(|(sum, count)| sum / count);
+    let seen = nodal.into_iter().filter(|(_, count)| *count > 0.0);
+    let means = seen.map(|(sum, count)| sum / count);
     maxima.nodal = means.fold(f64::NEG_INFINITY, f64::max);
     maxima
 }

@@ -46,12 +46,8 @@ impl Profile {
     }
 
     fn of_forces(model: &Model, [normal, dragging]: [&[f64]; 2], status: Vec<Status>) -> Profile {
-        let nodes = model.mesh.edge(Edge::Top);
-        let areas = model
-            .mesh
-            .tributary(&nodes)
-            .into_iter()
-            .map(|length| length * model.thickness);
+        let (nodes, lengths) = model.mesh.surface(Edge::Top);
+        let areas = lengths.into_iter().map(|length| length * model.thickness);
         let areas: Vec<f64> = areas.collect();
         let over_area = |force: &[f64]| {
             force

@@ -70,11 +70,10 @@ fn document(model: &Model, state: &State, touches: &[Touch]) -> String {
         nodes().flat_map(|n| vector(&state.v, n)),
     );
     if !touches.is_empty() {
-        let below = mesh.points().len() - touches.len();
-        let status = touches
-            .iter()
-            .map(status)
-            .chain(std::iter::repeat_n(-1.0, below));
+        let seam = touches.first().filter(|_| mesh.periodic());
+        let edge = || touches.iter().chain(seam).map(status);
+        let below = mesh.points().len() - edge().count();
+        let status = edge().chain(std::iter::repeat_n(-1.0, below));
         array(&mut file, "node_status", 1, status);
     }
     file.push_str("</PointData>\n<CellData>\n");

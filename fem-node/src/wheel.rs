@@ -64,7 +64,7 @@ impl Wheel {
         step: f64,
         start_damping: f64,
     ) -> Wheel {
-        let nodes = mesh.edge(Edge::Top);
+        let (nodes, _) = mesh.surface(Edge::Top);
         let points: Vec<[f64; 2]> = nodes.iter().map(|n| mesh.point(n[0], n[1])).collect();
         let program = Program::new(config);
         Wheel {

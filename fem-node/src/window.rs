@@ -149,6 +149,7 @@ impl WindowRun {
         {
             *a += w * (all - applied);
         }
+        body.layout().spread(&mut state.a[body.layout().row(0)]);
     }
 
     /// Takes note of the state at the end of `step` if the wheel moves sideways from then on.

@@ -4,6 +4,7 @@
 mod fem_bodies;
 
 mod fem_compliance;
+mod fem_dispersion;
 mod fem_energy;
 mod fem_fields;
 mod fem_manufactured;
@@ -11,6 +12,7 @@ mod fem_mesh;
 mod fem_motion;
 mod fem_newmark;
 mod fem_patch;
+mod fem_periodic;
 mod fem_plastic;
 mod fem_refuse;
 mod fem_repeat;

@@ -213,8 +213,10 @@ impl Block<'_> {
         } = &mut *self.scratch;
         elements.assemble(force);
         elements.advance();
+        let layout = body.layout();
+        layout.gather(force);
         let own = local * force.len()..(local + 1) * force.len();
-        let all = body.layout().row(self.first + local);
+        let all = layout.row(self.first + local);
         let load = match &mut self.wheel {
             Some((wheel, run)) if local == 0 => {
                 let upper = UpperRow {
@@ -242,6 +244,7 @@ impl Block<'_> {
         };
         let (scheme, damping) = (&rule.scheme, rule.damping);
         row.accelerate(scheme, damping.end);
+        layout.spread(row.new_a);
         let sums = &mut self.sums[local];
         if scheme.damping > 0.5 {
             sums.rotation += row.rotation(scheme);

@@ -62,5 +62,6 @@ impl State {
         for ((a, v), ((f, internal), w)) in self.a.iter_mut().zip(&self.v).zip(forces) {
             *a = w * (f - internal) - damping * v;
         }
+        body.layout().spread(&mut self.a);
     }
 }

@@ -98,8 +98,9 @@ impl EdgeCompliance {
 /// Places of (x0, y0, x1, y1, ...) of the upper edge in a field.
 fn components(model: &Model) -> Vec<usize> {
     let layout = model.body.layout();
-    let nodes = model.mesh.edge(Edge::Top).into_iter();
+    let (nodes, _) = model.mesh.surface(Edge::Top);
     nodes
+        .into_iter()
         .flat_map(|node| [0, 1].map(|k| layout.index(node, k)))
         .collect()
 }

@@ -20,7 +20,7 @@ pub(super) struct Face {
 impl Face {
     /// A face of this radius (m) above the body; 0 = flat.
     pub(super) fn new(radius: f64, model: &Model) -> Face {
-        let nodes = model.mesh.edge(Edge::Top);
+        let (nodes, _) = model.mesh.surface(Edge::Top);
         let points: Vec<[f64; 2]> = nodes.iter().map(|n| model.mesh.point(n[0], n[1])).collect();
         match radius > 0.0 {
             true => Face::round(radius, &points),

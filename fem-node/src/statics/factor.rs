@@ -5,7 +5,7 @@ use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, Side};
 
-use crate::element;
+use crate::element::{self, Layout};
 use crate::error::FemError;
 use crate::model::Model;
 
@@ -14,6 +14,7 @@ const BLOCK: usize = 16;
 
 /// K = L L^T of the components that can move.
 pub(super) struct Factor {
+    layout: Layout,
     /// Component of each equation.
     components: Vec<usize>,
     /// Equation of each component, [`FIXED`] where there is none.
@@ -41,6 +42,7 @@ impl Factor {
         let llt = Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower)
             .map_err(|error| failed(format!("{error:?}")))?;
         Ok(Factor {
+            layout: model.body.layout(),
             components,
             equations,
             llt,
@@ -60,6 +62,7 @@ impl Factor {
         for (row, component) in self.components.iter().enumerate() {
             u[*component] = x[(row, 0)];
         }
+        self.layout.spread(&mut u);
         u
     }
 
@@ -93,6 +96,9 @@ fn number(model: &Model) -> (Vec<usize>, Vec<u32>) {
     let mut equations = vec![FIXED; layout.len()];
     for (row, component) in components.iter().enumerate() {
         equations[*component] = row as u32;
+    }
+    for index in 0..layout.len() {
+        equations[index] = equations[layout.tied_to(index)];
     }
     (components, equations)
 }
