@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use protocol::serve::Farewell;
 use serde_json::{Map, Value, json};
 
-use crate::couple::handshake::{Greeted, Joined};
+use crate::couple::handshake::Greeted;
 use crate::couple::ledger::{EnergyLedger, InterfaceLedger, ratio, total_balance_rel};
+use crate::couple::scheme::Coupling;
 use crate::error::Error;
 use crate::scenario::Scenario;
 
@@ -25,6 +26,7 @@ pub struct Summary {
     pub windows: u64,
     participants: Vec<ParticipantSummary>,
     coupling: Option<InterfaceLedger>,
+    interfaces: Vec<(String, InterfaceLedger)>,
     coupling_wall_s: Option<f64>,
     run_wall_s: f64,
     /// Results by name, unit in the name.
@@ -76,14 +78,26 @@ impl Summary {
             .collect();
     }
 
-    /// What the interface has seen so far.
-    pub fn interface(&mut self, ledger: &InterfaceLedger, joined: &Joined) {
-        self.windows = ledger.windows;
-        self.coupling = Some(ledger.clone());
+    /// What the interfaces of all groups have seen so far.
+    pub fn interfaces<'a>(&mut self, couplings: impl Iterator<Item = &'a Coupling>) {
+        let mut all = InterfaceLedger::default();
+        let (mut nodes, mut points) = (0, 0);
+        self.interfaces.clear();
+        for coupling in couplings {
+            let group = coupling.group();
+            nodes += group.nodes.len();
+            points += group.points.len();
+            let patches = group.patches.iter().zip(&coupling.ledgers);
+            for (place, (patch, ledger)) in patches.enumerate() {
+                all.merge(ledger, place > 0);
+                self.interfaces.push((patch.name.clone(), ledger.clone()));
+            }
+        }
+        self.windows = all.windows;
+        self.coupling = Some(all);
+        self.results.insert("interface_nodes".into(), nodes as f64);
         self.results
-            .insert("interface_nodes".into(), joined.nodes.len() as f64);
-        self.results
-            .insert("interface_points".into(), joined.points.len() as f64);
+            .insert("interface_points".into(), points as f64);
     }
 
     /// The latest energies of all participants.
@@ -153,26 +167,35 @@ impl Summary {
         if let Some(ledger) = &self.coupling {
             value["repeats_mean"] = json!(ledger.repeats_mean());
             value["coupling"] = self.coupling_value(ledger);
+            let interfaces = self.interfaces.iter();
+            let interfaces: Map<String, Value> = interfaces
+                .map(|(name, ledger)| (name.clone(), interface_value(ledger)))
+                .collect();
+            value["interfaces"] = Value::Object(interfaces);
         }
         value
     }
 
     fn coupling_value(&self, ledger: &InterfaceLedger) -> Value {
-        let mut value = json!({
-            "gap_max_rel": ledger.gap_max_rel,
-            "energy_defect_rel": ledger.energy_defect_rel(),
-            "force_residual_rel": ledger.force_residual_rel(),
-            "not_converged_windows": ledger.not_converged,
-            "halved_windows": ledger.halved,
-            "contact_iterations": ledger.contact_iterations,
-            "contact_residual_max": ledger.contact_residual_max,
-        });
+        let mut value = interface_value(ledger);
         if let Some(wall_s) = self.coupling_wall_s {
             value["wall_s"] = json!(wall_s);
             value["share"] = json!(ratio(wall_s, self.run_wall_s));
         }
         value
     }
+}
+
+fn interface_value(ledger: &InterfaceLedger) -> Value {
+    json!({
+        "gap_max_rel": ledger.gap_max_rel,
+        "energy_defect_rel": ledger.energy_defect_rel(),
+        "force_residual_rel": ledger.force_residual_rel(),
+        "not_converged_windows": ledger.not_converged,
+        "halved_windows": ledger.halved,
+        "contact_iterations": ledger.contact_iterations,
+        "contact_residual_max": ledger.contact_residual_max,
+    })
 }
 
 impl ParticipantSummary {

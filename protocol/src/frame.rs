@@ -112,7 +112,8 @@ pub struct Header {
     pub protocol: u32,
     /// The run that this frame belongs to.
     pub run_id: u64,
-    /// Index of the interface in the scenario, from 0.
+    /// Index of the interface in the scenario, from 0. A participant on several interfaces exchanges the points of all of
+    /// them in one frame, which carries the index of the first.
     pub interface: u32,
     /// Repeat of the window, from 0.
     pub iteration: u32,

@@ -20,7 +20,7 @@ pub trait Node: Send {
     /// Couples a named set and returns its points.
     fn couple(&mut self, set: &str) -> Result<Surface, NodeError>;
 
-    /// Restricts the exchange to these points of the coupled surface; forces on all others are zero.
+    /// Restricts the exchange to these points of all coupled sets; forces on all others are zero.
     fn select(&mut self, points: &[usize]) -> Result<(), NodeError>;
 
     /// Condensed compliance C (m/N) of a window of `substeps` own steps: column j holds the displacement

@@ -3,6 +3,7 @@
 mod added_mass;
 mod main_job;
 mod schemes;
+mod several;
 mod split_bar;
 mod starved;
 mod static_patch;

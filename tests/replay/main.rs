@@ -9,6 +9,8 @@ use coupler::rundir::RunDir;
 use harness::runs::{Scratch, parse_json, program, run_in_process, thirdbody};
 use protocol::{Frame, Kind};
 
+mod several;
+
 /// A plastic bar under a heavy body: repeats, secant updates and halved windows.
 const SCENARIO: &str = r#"
 [run]

@@ -1,6 +1,7 @@
 //! An elastic bar of two-node elements with lumped masses, Newmark with beta_N = 0 and gamma = damping.
 //!
-//! The interface is its right end node, component 0; component 1 is not moved and has no compliance.
+//! The interfaces are its right end node, set `end`, and its left one, set `start`; component 1 is not moved and has no
+//! compliance.
 
 use protocol::{
     Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface, Term, Window,
@@ -12,6 +13,9 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
+    /// Place of the left end (m).
+    #[serde(default)]
+    pub x_m: f64,
     /// Elements.
     pub elements: usize,
     /// Length of one (m).
@@ -78,6 +82,8 @@ struct State {
 pub struct Bar {
     config: Config,
     mass: Vec<f64>,
+    /// Coupled nodes in the order in which their sets were coupled.
+    coupled: Vec<usize>,
     committed: State,
     trial: State,
     energy_0_j: f64,
@@ -107,6 +113,7 @@ impl Bar {
         let mut bar = Bar {
             config,
             mass,
+            coupled: Vec::new(),
             committed: state.clone(),
             trial: state,
             energy_0_j: 0.0,
@@ -114,6 +121,17 @@ impl Bar {
         };
         bar.energy_0_j = bar.energy_j(&bar.committed);
         bar
+    }
+
+    fn at_rest(&self) -> State {
+        let zeros = vec![0.0; self.mass.len()];
+        State {
+            u: zeros.clone(),
+            v: zeros.clone(),
+            a: zeros,
+            plastic: vec![0.0; self.config.elements],
+            interface_work_j: 0.0,
+        }
     }
 
     /// Kinetic and strain energy (J).
@@ -136,7 +154,7 @@ impl Bar {
     /// The same less b h^2 a.M a / 4, which is what the scheme keeps at b = 0.5: the free vibration of velocity Verlet
     /// conserves it to rounding, while kinetic plus strain energy swings by (omega h)^2 / 4.
     fn energy_j(&self, state: &State) -> f64 {
-        let a = self.acceleration(&state.u, &state.plastic, 0.0);
+        let a = self.acceleration(&state.u, &state.plastic, &[]);
         let inertia: f64 = self.mass.iter().zip(&a).map(|(m, a)| m * a * a).sum();
         let (h, b) = (self.config.step_s, self.config.damping);
         self.mechanical_j(state) - 0.25 * b * h * h * inertia
@@ -158,7 +176,7 @@ impl Bar {
         }
     }
 
-    fn acceleration(&self, u: &[f64], plastic: &[f64], force: f64) -> Vec<f64> {
+    fn acceleration(&self, u: &[f64], plastic: &[f64], force: &[f64]) -> Vec<f64> {
         let last = u.len() - 1;
         let mut f = vec![0.0; u.len()];
         for i in 0..last {
@@ -166,7 +184,9 @@ impl Bar {
             f[i] += tension;
             f[i + 1] -= tension;
         }
-        f[last] += force;
+        for (node, pair) in self.coupled.iter().zip(force.chunks_exact(2)) {
+            f[*node] += pair[0];
+        }
         let mut a: Vec<f64> = f.iter().zip(&self.mass).map(|(f, m)| f / m).collect();
         if self.config.left_fixed {
             a[0] = 0.0;
@@ -174,15 +194,15 @@ impl Bar {
         a
     }
 
-    /// `substeps` steps under a constant force on the right end.
-    fn run(&self, state: &mut State, force: f64, substeps: u32) {
+    /// `substeps` steps under a constant force on the coupled nodes.
+    fn run(&self, state: &mut State, force: &[f64], substeps: u32) {
         match self.config.grouping {
             Grouping::Synchronised => self.synchronised(state, force, substeps),
             Grouping::Staggered => self.staggered(state, force, substeps),
         }
     }
 
-    fn synchronised(&self, state: &mut State, force: f64, substeps: u32) {
+    fn synchronised(&self, state: &mut State, force: &[f64], substeps: u32) {
         let (h, b) = (self.config.step_s, self.config.damping);
         let mut a = self.acceleration(&state.u, &state.plastic, force);
         for _ in 0..substeps {
@@ -198,7 +218,7 @@ impl Bar {
         }
     }
 
-    fn staggered(&self, state: &mut State, force: f64, substeps: u32) {
+    fn staggered(&self, state: &mut State, force: &[f64], substeps: u32) {
         let (h, b) = (self.config.step_s, self.config.damping);
         for _ in 0..substeps {
             let a = self.acceleration(&state.u, &state.plastic, force);
@@ -248,8 +268,16 @@ impl Node for Bar {
             step_s: Some(c.step_s),
             step_limit_s: Some((2.0 / c.damping).sqrt() / omega_max),
             step_limit_name: "stability limit".into(),
-            sets: vec!["end".into()],
-            signals: vec!["u_m".into(), "v_m_per_s".into(), "mechanical_j".into()],
+            sets: vec!["end".into(), "start".into()],
+            signals: [
+                "u_m",
+                "v_m_per_s",
+                "mechanical_j",
+                "start_u_m",
+                "momentum_kg_m_per_s",
+            ]
+            .map(String::from)
+            .to_vec(),
             ledger: [("interface", Role::InterfaceWork), ("energy", Role::Stored)]
                 .map(|(name, role)| Term {
                     name: name.into(),
@@ -261,56 +289,68 @@ impl Node for Bar {
     }
 
     fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
-        if set != "end" {
-            return Err(NodeError::configuration(format!(
-                "the bar has no set `{set}`"
-            )));
-        }
+        let node = match set {
+            "end" => self.config.elements,
+            "start" if !self.config.left_fixed => 0,
+            _ => {
+                return Err(NodeError::configuration(format!(
+                    "the bar has no free set `{set}`"
+                )));
+            }
+        };
+        self.coupled.push(node);
         Ok(Surface {
-            x_m: vec![self.config.elements as f64 * self.config.spacing_m],
+            x_m: vec![self.config.x_m + node as f64 * self.config.spacing_m],
             y_m: vec![0.0],
-            mass_kg: vec![self.mass[self.config.elements]],
+            mass_kg: vec![self.mass[node]],
             radius_m: vec![0.0],
             length_m: vec![self.config.spacing_m],
         })
     }
 
     fn select(&mut self, points: &[usize]) -> Result<(), NodeError> {
-        match points {
-            [0] => Ok(()),
-            other => Err(NodeError::protocol(format!(
-                "the bar has one point, asked for {other:?}"
+        match points.iter().copied().eq(0..self.coupled.len()) {
+            true => Ok(()),
+            false => Err(NodeError::protocol(format!(
+                "the bar has {} points, asked for {points:?}",
+                self.coupled.len()
             ))),
         }
     }
 
     fn columns(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
-        let zeros = vec![0.0; self.mass.len()];
-        let mut rest = State {
-            u: zeros.clone(),
-            v: zeros.clone(),
-            a: zeros,
-            plastic: vec![0.0; self.config.elements],
-            interface_work_j: 0.0,
-        };
         // Columns are those of the elastic body: a unit force would make a soft bar yield.
-        let elastic = Bar::new(Config {
+        let mut elastic = Bar::new(Config {
             yield_elongation_m: None,
             ..self.config.clone()
         });
-        elastic.run(&mut rest, 1.0, substeps);
-        Ok(vec![rest.u[self.config.elements], 0.0, 0.0, 0.0])
+        elastic.coupled.clone_from(&self.coupled);
+        let size = 2 * self.coupled.len();
+        let mut matrix = vec![0.0; size * size];
+        for column in (0..size).step_by(2) {
+            let mut unit = vec![0.0; size];
+            unit[column] = 1.0;
+            let mut rest = elastic.at_rest();
+            elastic.run(&mut rest, &unit, substeps);
+            for (i, node) in self.coupled.iter().enumerate() {
+                matrix[column * size + 2 * i] = rest.u[*node];
+            }
+        }
+        Ok(matrix)
     }
 
     fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, NodeError> {
         let mut state = self.committed.clone();
-        self.run(&mut state, force[0], window.substeps);
+        self.run(&mut state, force, window.substeps);
         self.steps += u64::from(window.substeps);
-        let end = self.config.elements;
-        let du = state.u[end] - self.committed.u[end];
-        state.interface_work_j += force[0] * du;
+        let mut increment = vec![0.0; force.len()];
+        for (i, node) in self.coupled.iter().enumerate() {
+            let du = state.u[*node] - self.committed.u[*node];
+            state.interface_work_j += force[2 * i] * du;
+            increment[2 * i] = du;
+        }
         self.trial = state;
-        Ok(vec![du, 0.0])
+        Ok(increment)
     }
 
     fn commit(&mut self, _window: &Window, _displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
@@ -321,6 +361,8 @@ impl Node for Bar {
             state.u[end],
             state.v[end],
             self.mechanical_j(state),
+            state.u[0],
+            self.mass.iter().zip(&state.v).map(|(m, v)| m * v).sum(),
             state.interface_work_j,
             self.energy_j(state) - self.energy_0_j,
         ])

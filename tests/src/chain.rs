@@ -1,6 +1,7 @@
-//! Masses and springs along x, implicit theta scheme, one step a window; the first mass is glued to the wall.
+//! Masses and springs along x, implicit theta scheme, one step a window; the first mass, the last one or both are glued
+//! to the wall.
 //!
-//! With (M + (theta H)^2 K) v = M v_0 - H K (q_0 + theta (1 - theta) H v_0) + impulses for the free masses. The glued
+//! With (M + (theta H)^2 K) v = M v_0 - H K (q_0 + theta (1 - theta) H v_0) + impulses for the free masses. A glued
 //! mass moves by H v_g, so it enters the springs at q_0 + theta H v_g; what it needs beyond the springs is the wall's
 //! impulse -p, and v_g = a_g + W_g p. Component 1 follows a_g and carries nothing.
 
@@ -17,8 +18,13 @@ use serde::Deserialize;
 pub struct Config {
     /// Place of the glued mass (m).
     pub x_m: f64,
-    /// Mass of the glued one (kg).
+    /// Mass of the first one, set `end` (kg).
     pub glued_mass_kg: f64,
+    /// Mass of the last one, set `far` (kg); that of a free one when absent.
+    pub far_mass_kg: Option<f64>,
+    /// Distance between neighbours (m); it only places the set `far`.
+    #[serde(default)]
+    pub spacing_m: f64,
     /// Free masses.
     #[serde(default)]
     pub count: usize,
@@ -47,12 +53,15 @@ struct State {
     interface_work_j: f64,
 }
 
-/// The chain; mass 0 is the glued one.
+/// The chain.
 pub struct Chain {
     config: Config,
     mass: Vec<f64>,
+    /// Glued masses in the order in which their sets were coupled.
+    glued: Vec<usize>,
     window_s: f64,
-    wall: f64,
+    /// W_g over both components of the glued masses.
+    wall: DMatrix<f64>,
     committed: State,
     trial: State,
     energy_0_j: f64,
@@ -69,6 +78,9 @@ impl Chain {
     pub fn new(config: Config) -> Chain {
         let mut mass = vec![config.mass_kg; config.count + 1];
         mass[0] = config.glued_mass_kg;
+        if let Some(far) = config.far_mass_kg {
+            mass[config.count] = far;
+        }
         let state = State {
             q: vec![0.0; mass.len()],
             v: vec![config.velocity_m_per_s; mass.len()],
@@ -77,8 +89,9 @@ impl Chain {
         let mut chain = Chain {
             config,
             mass,
+            glued: Vec::new(),
             window_s: 0.0,
-            wall: 0.0,
+            wall: DMatrix::zeros(0, 0),
             committed: state.clone(),
             trial: state,
             energy_0_j: 0.0,
@@ -115,25 +128,31 @@ impl Chain {
         force
     }
 
-    /// Velocities at the end of the window and the impulse p of the chain on the wall, by one linear system in
-    /// (v_0 = v_g, v_1, ..., v_n, p): momentum of each mass, then the wall.
-    fn step(&self, free_velocity: f64) -> (Vec<f64>, f64) {
+    /// How far a mass moves in units of its end velocity (s), and what it moves besides (m).
+    fn motion(&self, mass: usize) -> (f64, f64) {
         let (h, theta) = (self.window_s, self.config.theta);
-        let n = self.mass.len();
+        match self.glued.contains(&mass) {
+            true => (h, 0.0),
+            false => (theta * h, (1.0 - theta) * h * self.committed.v[mass]),
+        }
+    }
+
+    /// Velocities at the end of the window and the impulses p of the chain on the wall, by one linear system in
+    /// (v_0, v_1, ..., v_n, p): momentum of each mass, then the wall.
+    fn step(&self, free_velocity: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (h, theta) = (self.window_s, self.config.theta);
+        let (n, k) = (self.mass.len(), self.glued.len());
         let start = &self.committed;
         // Positions at theta, without what the unknown velocities add.
         let known: Vec<f64> = (0..n)
-            .map(|i| match i {
-                0 => start.q[0],
-                _ => start.q[i] + theta * (1.0 - theta) * h * start.v[i],
-            })
+            .map(|i| start.q[i] + theta * self.motion(i).1)
             .collect();
         let force = self.springs(&known);
-        let mut matrix = DMatrix::zeros(n + 1, n + 1);
-        let mut right = DVector::zeros(n + 1);
+        let mut matrix = DMatrix::zeros(n + k, n + k);
+        let mut right = DVector::zeros(n + k);
         for column in 0..n {
             let mut unit = vec![0.0; n];
-            unit[column] = theta * h * if column == 0 { 1.0 } else { theta };
+            unit[column] = theta * self.motion(column).0;
             let springs = self.springs(&unit);
             for row in 0..n {
                 matrix[(row, column)] = -h * springs[row];
@@ -141,12 +160,25 @@ impl Chain {
             matrix[(column, column)] += self.mass[column];
             right[column] = self.mass[column] * start.v[column] + h * force[column];
         }
-        matrix[(0, n)] = 1.0;
-        matrix[(n, 0)] = 1.0;
-        matrix[(n, n)] = -self.wall;
-        right[n] = free_velocity;
+        for (i, mass) in self.glued.iter().enumerate() {
+            matrix[(*mass, n + i)] = 1.0;
+            matrix[(n + i, *mass)] = 1.0;
+            for j in 0..k {
+                matrix[(n + i, n + j)] = -self.wall[(2 * i, 2 * j)];
+            }
+            right[n + i] = free_velocity[2 * i];
+        }
         let solution = matrix.lu().solve(&right).expect("masses are positive");
-        (solution.as_slice()[..n].to_vec(), solution[n])
+        let (velocity, impulse) = solution.as_slice().split_at(n);
+        (velocity.to_vec(), impulse.to_vec())
+    }
+
+    fn place_of(&self, set: &str) -> Option<usize> {
+        match set {
+            "end" => Some(0),
+            "far" => Some(self.config.count),
+            _ => None,
+        }
     }
 }
 
@@ -161,8 +193,10 @@ impl Node for Chain {
                 ..Capabilities::default()
             },
             end_s: Some(self.config.end_s),
-            sets: vec!["end".into()],
-            signals: vec!["q_m".into(), "v_m_per_s".into()],
+            sets: vec!["end".into(), "far".into()],
+            signals: ["q_m", "v_m_per_s", "far_m", "momentum_kg_m_per_s"]
+                .map(String::from)
+                .to_vec(),
             ledger: [("interface", Role::InterfaceWork), ("energy", Role::Stored)]
                 .map(|(name, role)| Term {
                     name: name.into(),
@@ -174,13 +208,12 @@ impl Node for Chain {
     }
 
     fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
-        if set != "end" {
-            return Err(NodeError::configuration(format!(
-                "the chain has no set `{set}`"
-            )));
-        }
+        let mass = self
+            .place_of(set)
+            .ok_or_else(|| NodeError::configuration(format!("the chain has no set `{set}`")))?;
+        self.glued.push(mass);
         Ok(Surface {
-            x_m: vec![self.config.x_m],
+            x_m: vec![self.config.x_m + mass as f64 * self.config.spacing_m],
             y_m: vec![0.0],
             mass_kg: vec![0.0],
             radius_m: vec![0.0],
@@ -193,45 +226,55 @@ impl Node for Chain {
     }
 
     fn wall(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
+        let size = 2 * self.glued.len();
         self.window_s = window_s;
-        self.wall = compliance[0];
+        self.wall = DMatrix::from_column_slice(size, size, compliance);
         Ok(())
     }
 
     fn solve(&mut self, window: &Window, free_velocity: &[f64]) -> Result<WallAnswer, NodeError> {
-        let (velocity, impulse) = self.step(free_velocity[0]);
-        let (h, theta) = (self.window_s, self.config.theta);
+        let (velocity, impulse) = self.step(free_velocity);
         let mut state = self.committed.clone();
-        for i in 0..velocity.len() {
-            state.q[i] += match i {
-                0 => h * velocity[0],
-                _ => h * (theta * velocity[i] + (1.0 - theta) * state.v[i]),
-            };
+        for (i, v) in velocity.iter().enumerate() {
+            let (time_s, besides) = self.motion(i);
+            state.q[i] += time_s * v + besides;
         }
-        state.interface_work_j -= impulse * velocity[0];
         state.v.clone_from(&velocity);
+        let mut answer = WallAnswer {
+            force: vec![0.0; free_velocity.len()],
+            velocity: free_velocity.to_vec(),
+            iterations: 1,
+            residual: 0.0,
+            converged: true,
+        };
+        for (i, mass) in self.glued.iter().enumerate() {
+            state.interface_work_j -= impulse[i] * velocity[*mass];
+            answer.force[2 * i] = impulse[i] / self.window_s;
+            answer.velocity[2 * i] = velocity[*mass];
+        }
         self.trial = state;
         self.steps += 1;
-        let starved = self
+        if self
             .config
             .starve_from_window
-            .is_some_and(|from| window.index >= from);
-        Ok(WallAnswer {
-            force: vec![impulse / h, 0.0],
-            velocity: vec![velocity[0], free_velocity[1]],
-            iterations: 1,
-            residual: if starved { 0.3 } else { 0.0 },
-            converged: !starved,
-        })
+            .is_some_and(|from| window.index >= from)
+        {
+            (answer.residual, answer.converged) = (0.3, false);
+        }
+        Ok(answer)
     }
 
     fn commit(&mut self, _window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
         self.committed.clone_from(&self.trial);
-        self.committed.q[0] = displacement[0];
+        for (i, mass) in self.glued.iter().enumerate() {
+            self.committed.q[*mass] = displacement[2 * i];
+        }
         let state = &self.committed;
         Ok(vec![
             state.q[0],
             state.v[0],
+            state.q[self.config.count],
+            self.mass.iter().zip(&state.v).map(|(m, v)| m * v).sum(),
             state.interface_work_j,
             self.energy_j(state) - self.energy_0_j,
         ])

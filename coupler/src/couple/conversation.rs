@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::launch::peer::Patience;
 use crate::launch::{Peer, Watch};
 use crate::log::{ExchangeHasher, Recorder};
-use crate::scenario::Deadlines;
+use crate::scenario::{Deadlines, Label};
 
 /// Name under which the coupler's own frames are logged.
 pub const COUPLER: &str = "coupler";
@@ -16,7 +16,7 @@ pub struct Conversation {
     /// The participants, in the order of the scenario.
     pub peers: Vec<Peer>,
     run_id: u64,
-    interface: String,
+    labels: Vec<Label>,
     watch: Watch,
     deadlines: Deadlines,
     recorder: Option<Recorder>,
@@ -24,11 +24,11 @@ pub struct Conversation {
 }
 
 impl Conversation {
-    /// A conversation with `peers`; what passes is recorded under the name `interface`.
+    /// A conversation with `peers`; what passes is recorded under their labels, one a peer.
     pub fn new(
         peers: Vec<Peer>,
         run_id: u64,
-        interface: &str,
+        labels: Vec<Label>,
         deadlines: &Deadlines,
         watch: Watch,
         recorder: Option<Recorder>,
@@ -36,7 +36,7 @@ impl Conversation {
         Conversation {
             peers,
             run_id,
-            interface: interface.to_string(),
+            labels,
             watch,
             deadlines: deadlines.clone(),
             recorder,
@@ -52,13 +52,13 @@ impl Conversation {
         window: &Window,
         payload: Vec<f64>,
     ) -> Result<(), Error> {
-        let frame = Frame::new(self.header(kind, window), payload);
+        let frame = Frame::new(self.header(peer, kind, window), payload);
         self.send(peer, &frame)
     }
 
     /// Sends a request that is a text.
     pub fn tell_text(&mut self, peer: usize, kind: Kind, text: &str) -> Result<(), Error> {
-        let frame = Frame::with_text(self.header(kind, &Window::default()), text);
+        let frame = Frame::with_text(self.header(peer, kind, &Window::default()), text);
         self.send(peer, &frame)
     }
 
@@ -81,8 +81,7 @@ impl Conversation {
                 frame.header.run_id, self.run_id
             )));
         }
-        let name = self.peers[peer].name().to_string();
-        self.keep(&name, COUPLER, &frame)?;
+        self.keep(peer, true, &frame)?;
         Ok(frame)
     }
 
@@ -169,8 +168,9 @@ impl Conversation {
         Ok(hash)
     }
 
-    fn header(&self, kind: Kind, window: &Window) -> Header {
+    fn header(&self, peer: usize, kind: Kind, window: &Window) -> Header {
         Header {
+            interface: self.labels[peer].interface,
             kind: kind as u32,
             protocol: PROTOCOL_VERSION,
             run_id: self.run_id,
@@ -187,17 +187,23 @@ impl Conversation {
     fn send(&mut self, peer: usize, frame: &Frame) -> Result<(), Error> {
         let patience = self.patience(frame.header.kind == Kind::Hello as u32);
         self.peers[peer].send(frame, patience, &self.watch)?;
-        let name = self.peers[peer].name().to_string();
-        self.keep(COUPLER, &name, frame)
+        self.keep(peer, false, frame)
     }
 
-    fn keep(&mut self, sender: &str, receiver: &str, frame: &Frame) -> Result<(), Error> {
+    /// Hashes and records a frame from a peer, or to it.
+    fn keep(&mut self, peer: usize, answer: bool, frame: &Frame) -> Result<(), Error> {
         if !Kind::from_number(frame.header.kind).is_some_and(Kind::is_exchange) {
             return Ok(());
         }
-        self.hasher.add(&self.interface, sender, frame);
+        let name = self.peers[peer].name();
+        let (sender, receiver) = match answer {
+            true => (name, COUPLER),
+            false => (COUPLER, name),
+        };
+        let interface = &self.labels[peer].name;
+        self.hasher.add(interface, sender, frame);
         if let Some(recorder) = &mut self.recorder {
-            recorder.record(&self.interface, sender, receiver, frame)?;
+            recorder.record(interface, sender, receiver, frame)?;
         }
         Ok(())
     }

@@ -57,12 +57,29 @@ impl InterfaceLedger {
         let defect = dot(&|i| entry.point_motion[i] - entry.wall_motion[i]);
         self.energy_defect_j += defect.abs();
         self.energy_j += dot(&|i| entry.point_motion[i]).abs();
-        self.gap_max_rel = self.gap_max_rel.max(gap(entry));
+        self.gap_max_rel = self.gap_max_rel.max(entry.gap());
         let (point, nodal) = (total(entry.point_force), total(entry.nodal_force));
         let residual = (point[0] - nodal[0]).hypot(point[1] - nodal[1]);
         self.force_residual_n = self.force_residual_n.max(residual);
         self.force_max_n = self.force_max_n.max(point[0].hypot(point[1]));
         self.windows += 1;
+    }
+
+    /// Adds what another interface has seen; connected ones have seen the same windows, which count once.
+    pub fn merge(&mut self, other: &InterfaceLedger, same_windows: bool) {
+        self.energy_defect_j += other.energy_defect_j;
+        self.energy_j += other.energy_j;
+        self.gap_max_rel = self.gap_max_rel.max(other.gap_max_rel);
+        self.force_residual_n = self.force_residual_n.max(other.force_residual_n);
+        self.force_max_n = self.force_max_n.max(other.force_max_n);
+        self.not_converged += other.not_converged;
+        self.contact_iterations += other.contact_iterations;
+        self.contact_residual_max = self.contact_residual_max.max(other.contact_residual_max);
+        if !same_windows {
+            self.halved += other.halved;
+            self.repeats += other.repeats;
+            self.windows += other.windows;
+        }
     }
 
     /// energy defect / energy, see summary.json.
@@ -81,8 +98,11 @@ impl InterfaceLedger {
     }
 }
 
-fn gap(entry: &WindowEntry) -> f64 {
-    largest_difference(entry.point_motion, entry.wall_motion) / entry.spacing_m
+impl WindowEntry<'_> {
+    /// Largest |N du - H v_g| over the mean spacing.
+    pub fn gap(&self) -> f64 {
+        largest_difference(self.point_motion, self.wall_motion) / self.spacing_m
+    }
 }
 
 /// The largest |a_i - b_i|; not a number if any of them is not.

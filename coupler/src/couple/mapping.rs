@@ -1,5 +1,7 @@
 //! Glued points as weighted means of surface nodes: motion goes by N, force by its transpose.
 
+use std::ops::Range;
+
 use nalgebra::DMatrix;
 use thiserror::Error;
 
@@ -122,6 +124,39 @@ impl Mapping {
         Mapping {
             rows,
             nodes: active.len(),
+        }
+    }
+
+    /// A mapping of so many points that carries nothing yet.
+    pub fn empty(nodes: usize, points: usize) -> Mapping {
+        Mapping {
+            rows: vec![Vec::new(); points],
+            nodes,
+        }
+    }
+
+    /// Puts another mapping in place, from the point `first_point` and the node `first_node` on.
+    pub fn put(&mut self, first_point: usize, first_node: usize, other: &Mapping) {
+        for (row, theirs) in self.rows[first_point..].iter_mut().zip(&other.rows) {
+            *row = theirs
+                .iter()
+                .map(|(node, weight)| (first_node + node, *weight))
+                .collect();
+        }
+    }
+
+    /// What some points see of some nodes; all other nodes count as held.
+    pub fn block(&self, points: &Range<usize>, nodes: &Range<usize>) -> Mapping {
+        let rows = self.rows[points.clone()].iter();
+        let inside = |row: &Vec<(usize, f64)>| {
+            row.iter()
+                .filter(|(node, _)| nodes.contains(node))
+                .map(|(node, weight)| (node - nodes.start, *weight))
+                .collect()
+        };
+        Mapping {
+            rows: rows.map(inside).collect(),
+            nodes: nodes.len(),
         }
     }
 

@@ -8,9 +8,11 @@ use protocol::{Kind, Phase, Window};
 
 use super::clock::Clock;
 use super::conversation::Conversation;
+use super::group::Group;
 use super::handshake::{self, Greeted};
+use super::join::join;
 use super::ledger::EnergyLedger;
-use super::scheme::{Attempt, Coupling, Standing};
+use super::scheme::{Attempt, Coupling, InterfaceSignals, Standing};
 use crate::error::Error;
 use crate::launch::{Launcher, Registry, Watch, config_value, process, setting};
 use crate::log::{Provenance, Recorder};
@@ -160,14 +162,10 @@ impl RunSession<'_> {
             }
             peers.push(peer);
         }
-        let name = scenario
-            .interface
-            .first()
-            .map_or("alone", |interface| interface.name.as_str());
         let mut conversation = Conversation::new(
             peers,
             self.run_id,
-            name,
+            scenario.labels(),
             &scenario.run.deadlines,
             self.options.watch.clone(),
             self.recorder()?,
@@ -214,9 +212,9 @@ impl RunSession<'_> {
         self.summary.greet(scenario, &greeted);
         let talking = Instant::now();
         let mut outputs = Outputs::new(self, &greeted)?;
-        let result = match scenario.interface.first() {
-            Some(_) => self.coupled(conversation, &greeted, &mut outputs),
-            None => self.alone(conversation, &greeted, &mut outputs),
+        let result = match scenario.interface.is_empty() {
+            false => self.coupled(conversation, &greeted, &mut outputs),
+            true => self.alone(conversation, &greeted, &mut outputs),
         };
         self.summary.energies(&outputs.energies);
         outputs.signals.finish()?;
@@ -244,38 +242,25 @@ impl RunSession<'_> {
         greeted: &[Greeted],
         outputs: &mut Outputs,
     ) -> Result<(), Error> {
-        let interface = &self.loaded.scenario.interface[0];
-        let joined = handshake::join(conversation, interface, greeted)?;
+        let scenario = &self.loaded.scenario;
+        let groups = join(conversation, scenario, greeted)?;
         conversation.end_window(0)?;
-        let clock = joined.clock;
-        let end = clock.steps_until(end_s(&self.loaded.scenario, greeted)?);
-        self.rundir.note(&format!(
-            "{} windows of {:.4e} s ({} steps of {:.4e} s), {} nodes, {} glued points",
-            end.div_ceil(clock.substeps.into()),
-            clock.window_s(),
-            clock.substeps,
-            clock.step_s,
-            joined.nodes.len(),
-            joined.points.len()
-        ));
-        let (continuum, wall) = (joined.continuum, joined.wall);
-        let mut coupling = Coupling::new(interface, joined);
-        outputs.expect(end);
+        let mut courses = courses(scenario, greeted, groups)?;
+        for course in &courses {
+            self.rundir.note(&describe(course));
+        }
+        outputs.expect(courses[0].end);
         let summary = &mut self.summary;
         each_window(
             conversation,
-            &mut coupling,
-            end,
-            |conversation, coupling, window, standing| {
-                summary.interface(&coupling.ledger, coupling.joined());
-                let Some(standing) = standing else {
+            &mut courses,
+            |conversation, courses, stage| {
+                summary.interfaces(courses.iter().map(|course| &course.coupling));
+                let Some((window, standing)) = stage else {
                     return Ok(());
                 };
-                let mut reports = vec![Vec::new(), Vec::new()];
-                reports[continuum] = standing.continuum_report.clone();
-                reports[wall] = standing.wall_report.clone();
-                summary.sim_time_s = window.t1_s;
-                outputs.add(conversation, window, &reports, Some((coupling, standing)))
+                summary.sim_time_s = reached_s(courses);
+                outputs.add_coupled(conversation, courses, window, standing)
             },
         )?;
         outputs.finish(conversation, summary)
@@ -308,7 +293,7 @@ impl RunSession<'_> {
             let window = clock.window(index, step, clock.substeps_before(step, end));
             let report = conversation.ask(0, Kind::March, Kind::Report, &window, Vec::new())?;
             conversation.end_window(index)?;
-            outputs.add(conversation, &window, &[report], None)?;
+            outputs.add_alone(conversation, &window, report)?;
             self.summary.windows = index + 1;
             self.summary.sim_time_s = window.t1_s;
         }
@@ -316,44 +301,127 @@ impl RunSession<'_> {
     }
 }
 
-/// All windows until step `end`, halved where the scheme asks for it. `seen` is told of each window that stands, and
-/// once, without one, when a window failed.
-fn each_window<F>(
-    conversation: &mut Conversation,
-    coupling: &mut Coupling,
-    end: u64,
-    mut seen: F,
-) -> Result<(), Error>
-where
-    F: FnMut(&mut Conversation, &Coupling, &Window, Option<&Standing>) -> Result<(), Error>,
-{
-    let clock = coupling.joined().clock;
-    // What is left of a halved window, to be done before the next full one.
-    let mut rest: Option<u32> = None;
-    let (mut index, mut step) = (0, 0);
-    while step < end {
-        let substeps = rest
-            .take()
-            .unwrap_or_else(|| clock.substeps_before(step, end));
-        let mut window = clock.window(index, step, substeps);
+/// A group of interfaces on its way through time.
+pub struct Course {
+    /// Its coupling.
+    pub coupling: Coupling,
+    /// Steps of its clock to do.
+    pub end: u64,
+    /// Steps done.
+    pub step: u64,
+    /// Windows done.
+    pub index: u64,
+    /// What is left of a halved window, to be done before the next full one.
+    rest: Option<u32>,
+}
+
+impl Course {
+    /// Time that stands (s).
+    pub fn reached_s(&self) -> f64 {
+        self.step as f64 * self.coupling.group().clock.step_s
+    }
+
+    /// The next window, unless all are done.
+    fn next(&self) -> Option<Window> {
+        let clock = self.coupling.group().clock;
+        let substeps = || clock.substeps_before(self.step, self.end);
+        (self.step < self.end)
+            .then(|| clock.window(self.index, self.step, self.rest.unwrap_or_else(substeps)))
+    }
+
+    /// Does its next window, or as much of it as the scheme lets stand.
+    fn advance(
+        &mut self,
+        conversation: &mut Conversation,
+        mut window: Window,
+    ) -> Result<(Window, Standing), Error> {
+        self.rest = None;
+        let clock = self.coupling.group().clock;
         let standing = loop {
-            match coupling.window(conversation, window) {
-                Ok(Attempt::Standing(standing)) => break standing,
-                Ok(Attempt::Halve) => {
-                    rest = Some(rest.unwrap_or(0) + window.substeps / 2);
-                    window = clock.window(index, step, window.substeps.div_ceil(2));
-                }
-                Err(error) => {
-                    seen(conversation, coupling, &window, None)?;
-                    return Err(error);
+            match self.coupling.window(conversation, window)? {
+                Attempt::Standing(standing) => break standing,
+                Attempt::Halve => {
+                    self.rest = Some(self.rest.unwrap_or(0) + window.substeps / 2);
+                    window = clock.window(self.index, self.step, window.substeps.div_ceil(2));
                 }
             }
         };
-        seen(conversation, coupling, &window, Some(&standing))?;
-        index += 1;
-        step += u64::from(window.substeps);
+        self.index += 1;
+        self.step += u64::from(window.substeps);
+        Ok((window, standing))
+    }
+}
+
+/// Time up to which all groups stand (s).
+fn reached_s(courses: &[Course]) -> f64 {
+    courses
+        .iter()
+        .map(Course::reached_s)
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// All groups at their start.
+fn courses(
+    scenario: &Scenario,
+    greeted: &[Greeted],
+    groups: Vec<Group>,
+) -> Result<Vec<Course>, Error> {
+    let end_s = end_s(scenario, greeted)?;
+    let rules = scenario.groups();
+    Ok(groups
+        .into_iter()
+        .zip(rules)
+        .map(|(group, members)| Course {
+            end: group.clock.steps_until(end_s),
+            coupling: Coupling::new(&scenario.interface[members[0]], group),
+            step: 0,
+            index: 0,
+            rest: None,
+        })
+        .collect())
+}
+
+fn describe(course: &Course) -> String {
+    let group = course.coupling.group();
+    let clock = group.clock;
+    format!(
+        "{} windows of {:.4e} s ({} steps of {:.4e} s), {} nodes, {} glued points",
+        course.end.div_ceil(clock.substeps.into()),
+        clock.window_s(),
+        clock.substeps,
+        clock.step_s,
+        group.nodes.len(),
+        group.points.len()
+    )
+}
+
+/// All windows of all groups until their end, in the order in which the windows end; windows are halved where the
+/// scheme asks for it. `seen` is told of each window that stands, and once, without one, when a window failed.
+fn each_window<F>(
+    conversation: &mut Conversation,
+    courses: &mut [Course],
+    mut seen: F,
+) -> Result<(), Error>
+where
+    F: FnMut(&mut Conversation, &[Course], Option<(&Window, &Standing)>) -> Result<(), Error>,
+{
+    while let Some((index, window)) = earliest(courses) {
+        match courses[index].advance(conversation, window) {
+            Ok((window, standing)) => seen(conversation, courses, Some((&window, &standing)))?,
+            Err(error) => {
+                seen(conversation, courses, None)?;
+                return Err(error);
+            }
+        }
     }
     Ok(())
+}
+
+/// The group whose next window ends first, of equal ones the first.
+fn earliest(courses: &[Course]) -> Option<(usize, Window)> {
+    let next = courses.iter().enumerate();
+    next.filter_map(|(index, course)| course.next().map(|window| (index, window)))
+        .min_by(|(_, a), (_, b)| a.t1_s.total_cmp(&b.t1_s))
 }
 
 /// The whole coupled conversation without outputs: what a replay of the coupler runs against tapes.
@@ -362,15 +430,14 @@ pub fn windows(
     scenario: &Scenario,
     greeted: &[Greeted],
 ) -> Result<(), Error> {
-    let Some(interface) = scenario.interface.first() else {
+    if scenario.interface.is_empty() {
         return Err(Error::Refused(
             "a solver that ran alone has no coupler to replay".into(),
         ));
-    };
-    let joined = handshake::join(conversation, interface, greeted)?;
-    let end = joined.clock.steps_until(end_s(scenario, greeted)?);
-    let mut coupling = Coupling::new(interface, joined);
-    each_window(conversation, &mut coupling, end, |_, _, _, _| Ok(()))
+    }
+    let groups = join(conversation, scenario, greeted)?;
+    let mut courses = courses(scenario, greeted, groups)?;
+    each_window(conversation, &mut courses, |_, _, _| Ok(()))
 }
 
 /// `run.end_s`, or the end of the longest load history.
@@ -413,6 +480,10 @@ struct Outputs<'a> {
     signals_every: u64,
     phases: Vec<Phase>,
     signal_counts: Vec<usize>,
+    /// The latest report of each participant; empty before its first.
+    reports: Vec<Vec<f64>>,
+    /// The latest signals of each interface.
+    interfaces: Vec<InterfaceSignals>,
     energies: Vec<EnergyLedger>,
     signals: SignalsFile,
     hold: HoldMeans,
@@ -423,7 +494,6 @@ struct Outputs<'a> {
 impl<'a> Outputs<'a> {
     fn new(session: &RunSession<'a>, greeted: &[Greeted]) -> Result<Outputs<'a>, Error> {
         let scenario = &session.loaded.scenario;
-        let coupled = !scenario.interface.is_empty();
         let phases = greeted
             .iter()
             .map(|greeted| greeted.description.phases.clone())
@@ -445,14 +515,21 @@ impl<'a> Outputs<'a> {
             rundir: session.rundir,
             thickness_m: scenario.run.thickness_m,
             signals_every: scenario.run.output.signals_every_windows,
-            hold: HoldMeans::new(&phases),
+            hold: HoldMeans::new(&phases, &scenario.interface),
             phases,
+            reports: vec![Vec::new(); greeted.len()],
+            interfaces: vec![InterfaceSignals::default(); scenario.interface.len()],
             signal_counts: descriptions
                 .iter()
                 .map(|description| description.signals.len())
                 .collect(),
             energies,
-            signals: SignalsFile::create(session.rundir, names, &descriptions, coupled)?,
+            signals: SignalsFile::create(
+                session.rundir,
+                names,
+                &descriptions,
+                &scenario.interface,
+            )?,
             progress: Progress::new(&scenario.run.name, session.options.progress),
             snapshots_taken: 0,
         })
@@ -462,57 +539,93 @@ impl<'a> Outputs<'a> {
         self.progress.expect(steps);
     }
 
-    fn add(
+    fn add_alone(
         &mut self,
         conversation: &mut Conversation,
         window: &Window,
-        reports: &[Vec<f64>],
-        coupled: Option<(&Coupling, &Standing)>,
+        report: Vec<f64>,
     ) -> Result<(), Error> {
-        for (peer, report) in reports.iter().enumerate() {
-            let due = self.signal_counts[peer] + self.energies[peer].terms.len();
-            if report.len() != due {
-                return Err(conversation.peers[peer].protocol(format!(
-                    "reported {} numbers where its description announced {due}",
-                    report.len()
-                )));
-            }
-            self.energies[peer]
-                .values
-                .copy_from_slice(&report[self.signal_counts[peer]..]);
-        }
-        if let Some((coupling, _)) = coupled {
-            self.hold.add(window, coupling);
-        }
+        self.keep(conversation, 0, report)?;
         if window.index.is_multiple_of(self.signals_every) {
-            self.signals.row(window, reports, coupled)?;
+            self.signals.row(window.t1_s, &self.reports, &[])?;
         }
-        self.phase_ends(conversation, window, coupled.map(|(coupling, _)| coupling))?;
+        let (rundir, mut held) = (self.rundir, false);
+        self.phase_ends(conversation, window.t1_s, |name| held |= name == "hold")?;
+        if held {
+            profile::adopt(rundir)?;
+        }
         self.progress.show(window);
         Ok(())
     }
 
-    /// At the end of each phase the participants write their fields; at the end of the hold the interface
-    /// traction is kept as well.
+    fn add_coupled(
+        &mut self,
+        conversation: &mut Conversation,
+        courses: &[Course],
+        window: &Window,
+        standing: &Standing,
+    ) -> Result<(), Error> {
+        for (peer, report) in &standing.reports {
+            self.keep(conversation, *peer, report.clone())?;
+        }
+        for (interface, signals) in &standing.signals {
+            self.interfaces[*interface] = *signals;
+        }
+        self.hold.add(window, standing);
+        let due = window.index.is_multiple_of(self.signals_every);
+        if due && last_at(courses, window.t1_s) && self.reports.iter().all(|r| !r.is_empty()) {
+            self.signals
+                .row(window.t1_s, &self.reports, &self.interfaces)?;
+        }
+        let (mut held, thickness_m) = (false, self.thickness_m);
+        self.phase_ends(conversation, reached_s(courses), |name| {
+            held |= name == "hold"
+        })?;
+        if held {
+            for (name, text) in profiles(courses, thickness_m) {
+                self.rundir.write(&name, &text)?;
+            }
+            let couplings = courses.iter().map(|course| &course.coupling);
+            self.hold.keep_profiles(couplings, thickness_m);
+        }
+        self.progress.show(window);
+        Ok(())
+    }
+
+    /// Keeps what a participant reported, if it is as long as was announced.
+    fn keep(
+        &mut self,
+        conversation: &Conversation,
+        peer: usize,
+        report: Vec<f64>,
+    ) -> Result<(), Error> {
+        let due = self.signal_counts[peer] + self.energies[peer].terms.len();
+        if report.len() != due {
+            return Err(conversation.peers[peer].protocol(format!(
+                "reported {} numbers where its description announced {due}",
+                report.len()
+            )));
+        }
+        self.energies[peer]
+            .values
+            .copy_from_slice(&report[self.signal_counts[peer]..]);
+        self.reports[peer] = report;
+        Ok(())
+    }
+
+    /// At the end of each phase the participants write their fields; `passed` is told its name.
     fn phase_ends(
         &mut self,
         conversation: &mut Conversation,
-        window: &Window,
-        coupling: Option<&Coupling>,
+        time_s: f64,
+        mut passed: impl FnMut(&str),
     ) -> Result<(), Error> {
-        let passed = |phase: &Phase| window.t1_s >= phase.t1_s * (1.0 - 1e-9);
-        while self.phases.get(self.snapshots_taken).is_some_and(passed) {
+        let over = |phase: &Phase| time_s >= phase.t1_s * (1.0 - 1e-9);
+        while self.phases.get(self.snapshots_taken).is_some_and(over) {
             let name = self.phases[self.snapshots_taken].name.clone();
             self.snapshots_taken += 1;
             snapshot(conversation, &name)?;
-            if coupling.is_none() && name == "hold" {
-                profile::adopt(self.rundir)?;
-            }
-            if let (Some(coupling), "hold") = (coupling, name.as_str()) {
-                self.rundir
-                    .write("profile.csv", &profile::csv(coupling, self.thickness_m))?;
-                self.hold.keep_profile(coupling, self.thickness_m);
-            }
+            passed(&name);
         }
         Ok(())
     }
@@ -529,6 +642,28 @@ impl<'a> Outputs<'a> {
         }
         Ok(())
     }
+}
+
+/// Whether no group has a window to do that ends at this time.
+fn last_at(courses: &[Course], time_s: f64) -> bool {
+    let later = |window: Window| window.t1_s > time_s * (1.0 + 1e-9);
+    courses.iter().all(|course| course.next().is_none_or(later))
+}
+
+/// The traction of each interface: name and text of its file.
+fn profiles(courses: &[Course], thickness_m: f64) -> Vec<(String, String)> {
+    let patches = courses.iter().flat_map(|course| {
+        let coupling = &course.coupling;
+        let patches = coupling.group().patches.iter();
+        patches.map(move |patch| (patch, profile::csv(coupling, patch, thickness_m)))
+    });
+    let mut files: Vec<(String, String)> = patches
+        .map(|(patch, text)| (format!("profile-{}.csv", patch.name), text))
+        .collect();
+    if let [(name, _)] = files.as_mut_slice() {
+        *name = "profile.csv".into();
+    }
+    files
 }
 
 fn snapshot(conversation: &mut Conversation, name: &str) -> Result<(), Error> {

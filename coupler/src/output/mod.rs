@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use protocol::{Phase, Window};
 
-use crate::couple::ledger::total;
-use crate::couple::scheme::Coupling;
+use crate::couple::scheme::{Coupling, Standing};
+use crate::scenario::Interface;
 
 pub mod profile;
 pub mod signals;
@@ -17,6 +17,13 @@ pub use signals::SignalsFile;
 pub struct HoldMeans {
     /// Start and end of the second half (s).
     span: Option<(f64, f64)>,
+    interfaces: Vec<HoldMean>,
+}
+
+/// The same of one interface.
+struct HoldMean {
+    /// Prefix of its results: none for the only interface.
+    prefix: String,
     windows: u64,
     force_sum_n: f64,
     profile: Option<profile::Traction>,
@@ -24,42 +31,66 @@ pub struct HoldMeans {
 
 impl HoldMeans {
     /// Means for a load history; without a hold there are none.
-    pub fn new(phases: &[Phase]) -> HoldMeans {
+    pub fn new(phases: &[Phase], interfaces: &[Interface]) -> HoldMeans {
         let hold = phases.iter().find(|phase| phase.name == "hold");
-        HoldMeans {
-            span: hold.map(|hold| (0.5 * (hold.t0_s + hold.t1_s), hold.t1_s)),
+        let mean = |interface: &Interface| HoldMean {
+            prefix: match interfaces.len() {
+                1 => String::new(),
+                _ => format!("{}.", interface.name),
+            },
             windows: 0,
             force_sum_n: 0.0,
             profile: None,
+        };
+        HoldMeans {
+            span: hold.map(|hold| (0.5 * (hold.t0_s + hold.t1_s), hold.t1_s)),
+            interfaces: interfaces.iter().map(mean).collect(),
         }
     }
 
     /// Adds a window that stands.
-    pub fn add(&mut self, window: &Window, coupling: &Coupling) {
+    pub fn add(&mut self, window: &Window, standing: &Standing) {
         let Some((start, end)) = self.span else {
             return;
         };
         if window.t0_s >= start && window.t1_s <= end * (1.0 + 1e-9) {
-            self.windows += 1;
-            self.force_sum_n -= total(&coupling.lambda)[1];
+            for (interface, seen) in &standing.signals {
+                let mean = &mut self.interfaces[*interface];
+                mean.windows += 1;
+                mean.force_sum_n += seen.pressing_n;
+            }
         }
     }
 
-    /// Keeps the interface traction at the end of the hold.
-    pub fn keep_profile(&mut self, coupling: &Coupling, thickness_m: f64) {
-        self.profile = Some(profile::Traction::of(coupling, thickness_m));
+    /// Keeps the traction of each interface at the end of the hold.
+    pub fn keep_profiles<'a>(
+        &mut self,
+        couplings: impl Iterator<Item = &'a Coupling>,
+        thickness_m: f64,
+    ) {
+        for coupling in couplings {
+            for patch in &coupling.group().patches {
+                let traction = profile::Traction::of(coupling, patch, thickness_m);
+                self.interfaces[patch.index].profile = Some(traction);
+            }
+        }
     }
 
     /// Results by their names in summary.json.
     pub fn results(&self) -> Vec<(String, f64)> {
         let mut results = Vec::new();
-        if self.windows > 0 {
-            let mean = self.force_sum_n / self.windows as f64;
-            results.push(("interface_force_n".to_string(), mean));
-        }
-        if let Some(traction) = &self.profile {
-            results.push(("p0_1mm_pa".to_string(), traction.peak_of_means(1e-3)));
-            results.push(("half_width_98_m".to_string(), traction.half_width(0.98)));
+        for interface in &self.interfaces {
+            let mut add = |name: &str, value| {
+                results.push((format!("{}{name}", interface.prefix), value));
+            };
+            if interface.windows > 0 {
+                let mean = interface.force_sum_n / interface.windows as f64;
+                add("interface_force_n", mean);
+            }
+            if let Some(traction) = &interface.profile {
+                add("p0_1mm_pa", traction.peak_of_means(1e-3));
+                add("half_width_98_m", traction.half_width(0.98));
+            }
         }
         results
     }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::couple::group::Patch;
 use crate::couple::scheme::Coupling;
 use crate::error::Error;
 use crate::rundir::RunDir;
@@ -20,15 +21,15 @@ pub struct Traction {
 }
 
 impl Traction {
-    /// The traction of the last window that stands.
-    pub fn of(coupling: &Coupling, thickness_m: f64) -> Traction {
-        let nodes = &coupling.joined().nodes;
-        let mut order: Vec<usize> = (0..nodes.len()).collect();
+    /// The traction of an interface in the last window that stands.
+    pub fn of(coupling: &Coupling, patch: &Patch, thickness_m: f64) -> Traction {
+        let nodes = &coupling.group().nodes;
+        let mut order: Vec<usize> = patch.nodes.clone().collect();
         order.sort_by(|a, b| nodes.x_m[*a].total_cmp(&nodes.x_m[*b]));
         let take = |value: &dyn Fn(usize) -> f64| order.iter().map(|i| value(*i)).collect();
         Traction {
             x_m: take(&|i| nodes.x_m[i]),
-            normal_n: take(&|i| -coupling.lambda[2 * i + 1]),
+            normal_n: take(&|i| -patch.outward_y * coupling.lambda[2 * i + 1]),
             shear_n: take(&|i| coupling.lambda[2 * i]),
             area_m2: take(&|i| nodes.length_m[i] * thickness_m),
             thickness_m,
@@ -86,8 +87,8 @@ pub fn adopt(rundir: &RunDir) -> Result<(), Error> {
 }
 
 /// The file's text: x_m, pressure_pa, shear_pa, status.
-pub fn csv(coupling: &Coupling, thickness_m: f64) -> String {
-    let traction = Traction::of(coupling, thickness_m);
+pub fn csv(coupling: &Coupling, patch: &Patch, thickness_m: f64) -> String {
+    let traction = Traction::of(coupling, patch, thickness_m);
     let mut text = String::from("x_m,pressure_pa,shear_pa,status\n");
     for i in 0..traction.x_m.len() {
         let loaded = traction.normal_n[i] != 0.0 || traction.shear_n[i] != 0.0;

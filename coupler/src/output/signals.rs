@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 
-use protocol::{Description, Window};
+use protocol::Description;
 
-use crate::couple::ledger::total;
-use crate::couple::scheme::{Coupling, Standing};
+use crate::couple::scheme::InterfaceSignals;
 use crate::error::Error;
 use crate::rundir::RunDir;
+use crate::scenario::Interface;
 
 /// The open file.
 pub struct SignalsFile {
@@ -20,22 +20,26 @@ pub struct SignalsFile {
 
 impl SignalsFile {
     /// Starts the file with its header: time, what the coupler sees, then each participant's signals and ledger
-    /// terms. A participant that runs alone needs no prefix.
+    /// terms. A participant that runs alone needs no prefix, and neither does the only interface.
     pub fn create<'a>(
         rundir: &RunDir,
         names: impl Iterator<Item = &'a str>,
         descriptions: &[&Description],
-        coupled: bool,
+        interfaces: &[Interface],
     ) -> Result<SignalsFile, Error> {
         let path = rundir.path().join("signals.csv");
         let name = path.display().to_string();
         let file = File::create(&path).map_err(Error::io(&name))?;
         let mut header = vec!["t_s".to_string()];
-        if coupled {
-            header.extend(
-                ["repeats", "gap_rel", "interface_fx_n", "interface_fy_n"].map(String::from),
-            );
+        for interface in interfaces {
+            let prefix = match interfaces.len() {
+                1 => String::new(),
+                _ => format!("{}.", interface.name),
+            };
+            let seen = ["repeats", "gap_rel", "interface_fx_n", "interface_fy_n"];
+            header.extend(seen.map(|signal| format!("{prefix}{signal}")));
         }
+        let coupled = !interfaces.is_empty();
         for (participant, description) in names.zip(descriptions) {
             let prefix = if coupled {
                 format!("{participant}.")
@@ -64,20 +68,20 @@ impl SignalsFile {
         Ok(signals)
     }
 
-    /// Adds the row of a window.
+    /// Adds a row: what the coupler saw of each interface, and what each participant reported.
     pub fn row(
         &mut self,
-        window: &Window,
+        time_s: f64,
         reports: &[Vec<f64>],
-        coupled: Option<(&Coupling, &Standing)>,
+        interfaces: &[InterfaceSignals],
     ) -> Result<(), Error> {
-        let _ = write!(self.line, "{:e}", window.t1_s);
-        if let Some((coupling, standing)) = coupled {
-            let [fx, fy] = total(&coupling.lambda);
+        let _ = write!(self.line, "{time_s:e}");
+        for seen in interfaces {
+            let [fx, fy] = seen.force_n;
             let _ = write!(
                 self.line,
                 ",{},{:e},{fx:e},{fy:e}",
-                standing.repeats, standing.gap_rel
+                seen.repeats, seen.gap_rel
             );
         }
         for value in reports.iter().flatten() {

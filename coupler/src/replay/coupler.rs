@@ -26,15 +26,11 @@ pub fn replay(
         peers.push(Peer::new(&participant.name, Box::new(link), Life::Tape));
         tapes.push(seen);
     }
-    let interface = scenario
-        .interface
-        .first()
-        .map_or("alone", |interface| interface.name.as_str());
     let deadlines = &scenario.run.deadlines;
     let mut conversation = Conversation::new(
         peers,
         launcher.run_id,
-        interface,
+        scenario.labels(),
         deadlines,
         watch.clone(),
         None,
@@ -82,7 +78,7 @@ fn greetings(
     let mut conversation = Conversation::new(
         peers?,
         launcher.run_id,
-        "greetings",
+        scenario.labels(),
         deadlines,
         watch.clone(),
         None,

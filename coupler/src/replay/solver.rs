@@ -35,15 +35,11 @@ pub fn replay(
         })?;
     let memory = launcher.shared_memory();
     let peer = launcher.start(participant, &memory)?;
-    let interface = scenario
-        .interface
-        .first()
-        .map_or("alone", |interface| interface.name.as_str());
     let deadlines = &scenario.run.deadlines;
     let mut conversation = Conversation::new(
         vec![peer],
         launcher.run_id,
-        interface,
+        vec![scenario.label(name)],
         deadlines,
         watch.clone(),
         None,

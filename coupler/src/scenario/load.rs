@@ -217,14 +217,91 @@ fn check(scenario: &Scenario) -> Result<(), ConfigError> {
             format!("{count} participants and nothing that joins them"),
         )
         .help("add [[interface]], or keep one participant, which then runs alone")),
-        (_, [interface]) => check_interface(scenario, interface),
-        (_, several) => Err(ConfigError::new(
-            &format!("interface.{}", several[1].name),
+        (_, interfaces) => check_interfaces(scenario, interfaces),
+    }
+}
+
+fn check_interfaces(scenario: &Scenario, interfaces: &[Interface]) -> Result<(), ConfigError> {
+    for (index, interface) in interfaces.iter().enumerate() {
+        check_interface(scenario, interface, index)?;
+        for before in &interfaces[..index] {
+            check_two_interfaces(before, interface, index)?;
+        }
+    }
+    for (index, participant) in scenario.participant.iter().enumerate() {
+        let joined = |interface: &Interface| interface.participants().contains(&&*participant.name);
+        if !interfaces.iter().any(joined) {
+            return Err(ConfigError::new(
+                &format!("participant[{index}].name"),
+                format!("no interface joins `{}`", participant.name),
+            )
+            .help("add an [[interface]] with one of its sets, or run it alone"));
+        }
+    }
+    for group in scenario.groups() {
+        for index in &group[1..] {
+            check_one_solution(&interfaces[group[0]], &interfaces[*index], *index)?;
+        }
+    }
+    Ok(())
+}
+
+/// Names and sets belong to one interface.
+fn check_two_interfaces(
+    before: &Interface,
+    interface: &Interface,
+    index: usize,
+) -> Result<(), ConfigError> {
+    if before.name == interface.name {
+        return Err(ConfigError::new(
+            &format!("interface[{index}].name"),
+            format!("the name `{}` is taken", interface.name),
+        ));
+    }
+    match interface
+        .between
+        .iter()
+        .find(|side| before.between.contains(side))
+    {
+        None => Ok(()),
+        Some(set) => Err(ConfigError::new(
+            &format!("interface[{index}].between"),
             format!(
-                "{} interfaces: this version joins one pair of sets",
-                several.len()
+                "`{set}` is joined by the interface `{}` already",
+                before.name
             ),
-        )),
+        )
+        .help("one interface carries a set: name another set of the participant")),
+    }
+}
+
+/// Connected interfaces are solved together, so that they have one value of each key that says how.
+fn check_one_solution(
+    first: &Interface,
+    interface: &Interface,
+    index: usize,
+) -> Result<(), ConfigError> {
+    let agree = [
+        ("scheme", first.scheme == interface.scheme),
+        ("repeats_max", first.repeats_max == interface.repeats_max),
+        ("compliance", first.compliance == interface.compliance),
+        ("acceleration", first.acceleration == interface.acceleration),
+        ("relaxation", first.relaxation == interface.relaxation),
+        (
+            "on_not_converged",
+            first.on_not_converged == interface.on_not_converged,
+        ),
+    ];
+    match agree.iter().find(|(_, same)| !same) {
+        None => Ok(()),
+        Some((key, _)) => Err(ConfigError::new(
+            &format!("interface[{index}].{key}"),
+            format!(
+                "differs from that of the interface `{}`, which is connected through participants and solved together with `{}`",
+                first.name, interface.name
+            ),
+        )
+        .help("give both the same value")),
     }
 }
 
@@ -261,8 +338,12 @@ fn check_participants(scenario: &Scenario) -> Result<(), ConfigError> {
     Ok(())
 }
 
-fn check_interface(scenario: &Scenario, interface: &Interface) -> Result<(), ConfigError> {
-    let key = |name: &str| format!("interface[0].{name}");
+fn check_interface(
+    scenario: &Scenario,
+    interface: &Interface,
+    index: usize,
+) -> Result<(), ConfigError> {
+    let key = |name: &str| format!("interface[{index}].{name}");
     plain_name(&key("name"), &interface.name)?;
     at_least_one(&key("substeps"), interface.substeps.into())?;
     at_least_one(&key("repeats_max"), interface.repeats_max.into())?;
@@ -272,15 +353,6 @@ fn check_interface(scenario: &Scenario, interface: &Interface) -> Result<(), Con
         return Err(ConfigError::new(
             &key("relaxation"),
             format!("must be at most 1, got {}", interface.relaxation),
-        ));
-    }
-    if scenario.participant.len() != 2 {
-        return Err(ConfigError::new(
-            &key("between"),
-            format!(
-                "one interface joins two participants, the scenario has {}",
-                scenario.participant.len()
-            ),
         ));
     }
     let mut joined = Vec::new();

@@ -20,6 +20,65 @@ pub struct Scenario {
     pub interface: Vec<Interface>,
 }
 
+impl Scenario {
+    /// Interfaces that are connected through a participant, by their index; they are solved together.
+    pub fn groups(&self) -> Vec<Vec<usize>> {
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for (index, interface) in self.interface.iter().enumerate() {
+            let touches = |group: &Vec<usize>| {
+                let mut members = group.iter().map(|member| &self.interface[*member]);
+                members.any(|member| member.shared_with(interface).is_some())
+            };
+            let (connected, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(touches);
+            let mut joined: Vec<usize> = connected.concat();
+            joined.push(index);
+            joined.sort_unstable();
+            groups = apart;
+            groups.push(joined);
+            groups.sort();
+        }
+        groups
+    }
+
+    /// What the exchange with each participant is recorded under.
+    pub fn labels(&self) -> Vec<Label> {
+        let participants = self.participant.iter();
+        participants.map(|p| self.label(&p.name)).collect()
+    }
+
+    /// What the exchange with one participant is recorded under.
+    pub fn label(&self, participant: &str) -> Label {
+        let mut own = self.interface.iter().enumerate().filter(|(_, interface)| {
+            let [a, b] = interface.participants();
+            a == participant || b == participant
+        });
+        let Some((index, first)) = own.next() else {
+            return Label {
+                interface: 0,
+                name: "alone".into(),
+            };
+        };
+        let mut name = first.name.clone();
+        for (_, interface) in own {
+            name = format!("{name}+{}", interface.name);
+        }
+        Label {
+            interface: index as u32,
+            name,
+        }
+    }
+}
+
+/// What the exchange with a participant is recorded under. A participant on several interfaces exchanges all of them in
+/// one frame: the frame carries the index of the first, and the names of all.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Label {
+    /// Index of the participant's first interface.
+    pub interface: u32,
+    /// Names of its interfaces, joined by `+`; `alone` for a participant without any.
+    pub name: String,
+}
+
 /// What is common to all participants.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -150,6 +209,24 @@ pub struct Interface {
     /// What a window that did not converge, or a starved contact solve, leads to.
     #[serde(default)]
     pub on_not_converged: Policy,
+}
+
+impl Interface {
+    /// The participants whose sets it joins.
+    pub fn participants(&self) -> [&str; 2] {
+        [0, 1].map(|side| {
+            let whole = self.between[side].as_str();
+            whole.split_once('.').map_or(whole, |(name, _)| name)
+        })
+    }
+
+    /// A participant that another interface joins too.
+    pub fn shared_with<'a>(&'a self, other: &Interface) -> Option<&'a str> {
+        let theirs = other.participants();
+        self.participants()
+            .into_iter()
+            .find(|name| theirs.contains(name))
+    }
 }
 
 fn default_repeats() -> u32 {

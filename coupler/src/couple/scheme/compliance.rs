@@ -1,4 +1,4 @@
-//! What the coupler believes of the continuum's compliance, for each number of substeps, and what the wall knows of it.
+//! What the coupler believes of the continua's compliance, for each number of substeps, and what the walls know of it.
 
 use std::collections::BTreeMap;
 
@@ -6,18 +6,19 @@ use nalgebra::{DMatrix, DVector};
 use protocol::{Kind, Window};
 
 use crate::couple::conversation::Conversation;
-use crate::couple::handshake::Joined;
+use crate::couple::group::{Group, Side};
 use crate::error::Error;
 use crate::scenario::CompliancePrior;
 
-/// C (m/N) of the exchanged nodes by substeps. A window of other length has another C.
+/// C (m/N) of the exchanged nodes by substeps: block-diagonal, one block a continuum. A window of other length has
+/// another C.
 #[derive(Clone, Debug)]
 pub struct Compliance {
     prior: CompliancePrior,
     /// Factor on what the prior gives.
     factor: f64,
-    by_substeps: BTreeMap<u32, DMatrix<f64>>,
-    /// Substeps of the window that the wall was told of last; `None` once C has changed since.
+    by_substeps: BTreeMap<u32, Vec<DMatrix<f64>>>,
+    /// Substeps of the window that the walls were told of last; `None` once C has changed since.
     told: Option<u32>,
 }
 
@@ -38,112 +39,145 @@ impl Compliance {
     }
 
     /// C lambda (m) for windows of these substeps.
-    pub fn times(&self, substeps: u32, lambda: &[f64]) -> DVector<f64> {
-        &self.by_substeps[&substeps] * DVector::from_column_slice(lambda)
+    pub fn times(&self, substeps: u32, lambda: &[f64]) -> Vec<f64> {
+        let mut start = 0;
+        let mut product = Vec::with_capacity(lambda.len());
+        for block in &self.by_substeps[&substeps] {
+            let part = &lambda[start..start + block.nrows()];
+            product.extend((block * DVector::from_column_slice(part)).iter());
+            start += block.nrows();
+        }
+        product
     }
 
-    /// Sees that C for this window is known and that the wall stands on it.
+    /// Sees that C for this window is known and that the walls stand on it.
     pub fn prepare(
         &mut self,
         conversation: &mut Conversation,
-        joined: &Joined,
+        group: &Group,
         window: &Window,
     ) -> Result<(), Error> {
         if !self.by_substeps.contains_key(&window.substeps) {
-            let matrix = self.fresh(conversation, joined, window)?;
-            self.by_substeps.insert(window.substeps, matrix);
+            let mut blocks = Vec::new();
+            for side in &group.continua {
+                blocks.push(self.fresh(conversation, group, side, window)?);
+            }
+            self.by_substeps.insert(window.substeps, blocks);
         }
         if self.told != Some(window.substeps) {
-            tell_wall(
-                conversation,
-                joined,
-                window,
-                Some(&self.by_substeps[&window.substeps]),
-            )?;
+            let blocks = &self.by_substeps[&window.substeps];
+            tell_walls(conversation, group, window, Some(blocks))?;
             self.told = Some(window.substeps);
         }
         Ok(())
     }
 
-    /// Symmetric rank-two update of C itself by the pair s (N), y (m) of one window, so that C s = y afterwards:
-    /// C += y y^T / (y.s) - (C s)(C s)^T / (s.C s) (Broyden 1970, Fletcher 1970, Goldfarb 1970, Shanno 1970, here
-    /// for the inverse of the stiffness). C stays positive definite as long as y.s > 0.
+    /// Updates each block by its part of the pair s (N), y (m) of one window.
     pub fn update(&mut self, substeps: u32, s: &[f64], y: &[f64]) {
-        let Some(matrix) = self.by_substeps.get_mut(&substeps) else {
+        let Some(blocks) = self.by_substeps.get_mut(&substeps) else {
             return;
         };
-        let (s, y) = (DVector::from_column_slice(s), DVector::from_column_slice(y));
-        let carried = &*matrix * &s;
-        let (curvature, energy) = (y.dot(&s), s.dot(&carried));
-        let unexplained = (&y - &carried).norm();
-        let tells = curvature > CURVATURE * y.norm() * s.norm() && energy > 0.0;
-        if !tells || unexplained <= EXPLAINED * y.norm() {
-            return;
+        let mut start = 0;
+        for block in blocks {
+            let part = start..start + block.nrows();
+            start = part.end;
+            if update(block, &s[part.clone()], &y[part]) {
+                self.told = None;
+            }
         }
-        matrix.ger(1.0 / curvature, &y, &y, 1.0);
-        matrix.ger(-1.0 / energy, &carried, &carried, 1.0);
-        self.told = None;
     }
 
     fn fresh(
         &self,
         conversation: &mut Conversation,
-        joined: &Joined,
+        group: &Group,
+        side: &Side,
         window: &Window,
     ) -> Result<DMatrix<f64>, Error> {
         let matrix = match self.prior {
-            CompliancePrior::Columns => columns(conversation, joined, window.substeps)?,
-            CompliancePrior::Mass => mass_only(joined, window),
+            CompliancePrior::Columns => columns(conversation, side, window.substeps)?,
+            CompliancePrior::Mass => mass_only(group, side, window),
         };
         Ok(matrix * self.factor)
     }
 }
 
+/// Symmetric rank-two update of C itself by the pair s (N), y (m) of one window, so that C s = y afterwards:
+/// C += y y^T / (y.s) - (C s)(C s)^T / (s.C s) (Broyden 1970, Fletcher 1970, Goldfarb 1970, Shanno 1970, here
+/// for the inverse of the stiffness). C stays positive definite as long as y.s > 0. Returns whether C changed.
+fn update(matrix: &mut DMatrix<f64>, s: &[f64], y: &[f64]) -> bool {
+    let (s, y) = (DVector::from_column_slice(s), DVector::from_column_slice(y));
+    let carried = &*matrix * &s;
+    let (curvature, energy) = (y.dot(&s), s.dot(&carried));
+    let unexplained = (&y - &carried).norm();
+    let tells = curvature > CURVATURE * y.norm() * s.norm() && energy > 0.0;
+    if !tells || unexplained <= EXPLAINED * y.norm() {
+        return false;
+    }
+    matrix.ger(1.0 / curvature, &y, &y, 1.0);
+    matrix.ger(-1.0 / energy, &carried, &carried, 1.0);
+    true
+}
+
 /// Exact columns, asked of the continuum.
 fn columns(
     conversation: &mut Conversation,
-    joined: &Joined,
+    side: &Side,
     substeps: u32,
 ) -> Result<DMatrix<f64>, Error> {
-    let size = 2 * joined.nodes.len();
+    let size = 2 * side.places.len();
     let opening = Window {
-        substeps,
+        substeps: substeps * side.steps,
         ..Window::default()
     };
     let kinds = (Kind::Columns, Kind::Compliance);
-    let numbers =
-        conversation.ask_exactly(joined.continuum, kinds, &opening, Vec::new(), size * size)?;
+    let numbers = conversation.ask_exactly(side.peer, kinds, &opening, Vec::new(), size * size)?;
     Ok(DMatrix::from_vec(size, size, numbers))
 }
 
 /// H^2 / (2 m sqrt(substeps)) on the diagonal: a free node that drags along what a wave reaches in the window.
-fn mass_only(joined: &Joined, window: &Window) -> DMatrix<f64> {
-    let window_s = joined.clock.step_s * f64::from(window.substeps);
-    let scale = window_s * window_s / (2.0 * f64::from(window.substeps).sqrt());
-    DMatrix::from_diagonal(&DVector::from_fn(2 * joined.nodes.len(), |i, _| {
-        scale / joined.nodes.mass_kg[i / 2]
+fn mass_only(group: &Group, side: &Side, window: &Window) -> DMatrix<f64> {
+    let window_s = group.window_s(window);
+    let own_steps = f64::from(window.substeps * side.steps);
+    let scale = window_s * window_s / (2.0 * own_steps.sqrt());
+    let mass = &group.nodes.mass_kg[side.places.clone()];
+    DMatrix::from_diagonal(&DVector::from_fn(2 * mass.len(), |i, _| {
+        scale / mass[i / 2]
     }))
 }
 
-/// Tells the wall its window and W_g = N C N^T / H^2; without C it moves rigidly as it is told.
-pub fn tell_wall(
+/// Tells each wall its window and W_g = sum over the continua of N C N^T / H^2, N being its own rows; without C it
+/// moves rigidly as it is told.
+pub fn tell_walls(
     conversation: &mut Conversation,
-    joined: &Joined,
+    group: &Group,
     window: &Window,
-    compliance: Option<&DMatrix<f64>>,
+    blocks: Option<&Vec<DMatrix<f64>>>,
 ) -> Result<(), Error> {
-    let window_s = joined.clock.step_s * f64::from(window.substeps);
-    let size = 2 * joined.points.len();
-    let wall = match compliance {
-        Some(matrix) => joined.mapping.condense(matrix) / (window_s * window_s),
-        None => DMatrix::zeros(size, size),
-    };
-    let mut payload = Vec::with_capacity(1 + wall.len());
-    payload.push(window_s);
-    payload.extend_from_slice(wall.as_slice());
-    conversation
-        .ask(joined.wall, Kind::Wall, Kind::Ready, window, payload)
-        .map(|_| ())
+    let window_s = group.window_s(window);
+    for wall in &group.walls {
+        let matrix = match blocks {
+            Some(blocks) => condensed(group, wall, blocks) / (window_s * window_s),
+            None => DMatrix::zeros(2 * wall.places.len(), 2 * wall.places.len()),
+        };
+        let mut payload = Vec::with_capacity(1 + matrix.len());
+        payload.push(window_s);
+        payload.extend_from_slice(matrix.as_slice());
+        conversation.ask(wall.peer, Kind::Wall, Kind::Ready, window, payload)?;
+    }
+    Ok(())
+}
+
+/// N C N^T of one wall (m/N). What the points of another wall on the same continuum do to it is not in it: that
+/// part converges in the repeats.
+fn condensed(group: &Group, wall: &Side, blocks: &[DMatrix<f64>]) -> DMatrix<f64> {
+    let parts = group.continua.iter().zip(blocks).map(|(side, block)| {
+        let own = group.mapping.block(&wall.places, &side.places);
+        own.condense(block)
+    });
+    parts
+        .reduce(|whole, part| whole + part)
+        .expect("a group has a continuum")
 }
 
 #[cfg(test)]
@@ -155,7 +189,7 @@ mod tests {
         let mut compliance = Compliance::new(CompliancePrior::Mass, 1.0);
         compliance
             .by_substeps
-            .insert(5, DMatrix::identity(4, 4) * 0.3);
+            .insert(5, vec![DMatrix::identity(4, 4) * 0.3]);
         let truth = DMatrix::from_fn(4, 4, |i, j| if i == j { 2.0 } else { 0.5 });
         for s in [
             [1.0, 0.0, 0.0, 0.0],
@@ -164,9 +198,10 @@ mod tests {
         ] {
             let y = &truth * DVector::from_column_slice(&s);
             compliance.update(5, &s, y.as_slice());
-            assert!((compliance.times(5, &s) - &y).amax() < 1e-12);
+            let carried = DVector::from_vec(compliance.times(5, &s));
+            assert!((carried - &y).amax() < 1e-12);
         }
-        let matrix = &compliance.by_substeps[&5];
+        let matrix = &compliance.by_substeps[&5][0];
         assert!((matrix - matrix.transpose()).amax() < 1e-14);
         assert!(matrix.clone().symmetric_eigen().eigenvalues.min() > 0.0);
     }
@@ -174,8 +209,9 @@ mod tests {
     #[test]
     fn a_pair_without_positive_curvature_changes_nothing() {
         let mut compliance = Compliance::new(CompliancePrior::Mass, 1.0);
-        compliance.by_substeps.insert(1, DMatrix::identity(2, 2));
+        let identity = vec![DMatrix::identity(2, 2)];
+        compliance.by_substeps.insert(1, identity.clone());
         compliance.update(1, &[1.0, 0.0], &[-1.0, 0.0]);
-        assert_eq!(compliance.by_substeps[&1], DMatrix::identity(2, 2));
+        assert_eq!(compliance.by_substeps[&1], identity);
     }
 }

@@ -3,7 +3,9 @@
 //! The continuum's increment is du = du_free + C lambda, exactly so if it is linear and C holds its own columns. The other
 //! side solves its contacts on the wall v_g = a_g + W_g p with a_g = N (du_k - C lambda_k) / H and W_g = N C N^T / H^2; its
 //! forces F_g are given back as lambda = N^T F_g, and the run of the continuum under this very lambda decides:
-//! |N du - H v_g| must be within the tolerance, whatever C was.
+//! |N du - H v_g| must be within the tolerance, whatever C was. Of several walls each takes the forces of the others as
+//! they were in the run before: that is block Jacobi on a positive definite system of two blocks, which the same test
+//! ends.
 
 use protocol::Window;
 
@@ -18,20 +20,20 @@ impl Coupling {
         conversation: &mut Conversation,
         mut window: Window,
     ) -> Result<Solved, Error> {
-        let secant = self.interface.scheme != Scheme::DualSchur;
-        let repeats = match self.interface.scheme {
+        let secant = self.rules.scheme != Scheme::DualSchur;
+        let repeats = match self.rules.scheme {
             Scheme::DualSchurCheap => 1,
-            _ => self.interface.repeats_max,
+            _ => self.rules.repeats_max,
         };
         let mut lambda = self.lambda.clone();
         let mut increment = self.advance(conversation, &window, &lambda)?;
         loop {
             self.compliance
-                .prepare(conversation, &self.joined, &window)?;
+                .prepare(conversation, &self.group, &window)?;
             let free = self.free_velocity(&window, &increment, &lambda);
             let answer = self.solve(conversation, &window, free)?;
             let starved = self.starved(&window, &answer);
-            let next = self.joined.mapping.force(&answer.force);
+            let next = self.group.mapping.force(&answer.force);
             window.iteration += 1;
             let moved = self.advance(conversation, &window, &next)?;
             if secant {
@@ -40,28 +42,29 @@ impl Coupling {
                 self.compliance.update(window.substeps, &s, &y);
             }
             (lambda, increment) = (next, moved);
-            let gap_m = self.gap_m(&window, &increment, &answer);
-            let last = window.iteration >= repeats || starved.is_some();
-            if gap_m > self.tolerance_m() && !last {
+            let open = self.open(&window, &increment, &answer, self.advice());
+            let last = window.iteration >= repeats || !starved.is_empty();
+            if !open.is_empty() && !last {
                 continue;
             }
-            let fault = match self.interface.scheme {
+            let faults = match self.rules.scheme {
+                _ if !starved.is_empty() => starved,
                 // One solve a window is what this scheme is; its gap is reported, not judged.
-                Scheme::DualSchurCheap => starved,
-                _ => starved.or_else(|| self.open(&window, gap_m, self.advice())),
+                Scheme::DualSchurCheap => Vec::new(),
+                _ => open,
             };
             return Ok(Solved {
                 window,
                 increment,
                 lambda,
                 answer,
-                fault,
+                faults,
             });
         }
     }
 
     fn advice(&self) -> &'static str {
-        match self.interface.scheme {
+        match self.rules.scheme {
             Scheme::DualSchur => {
                 "the compliance does not fit the continuum any more, as of a plastic one; take scheme = \"dual-schur-secant\", lower substeps, or accept with on_not_converged = \"accept\""
             }
@@ -71,17 +74,21 @@ impl Coupling {
         }
     }
 
-    /// N (du - C lambda) / H: how the glued points would move without contact forces (m/s).
+    /// N (du - C lambda) / H: how the glued points would move without the contact forces of their own wall (m/s).
     fn free_velocity(&self, window: &Window, increment: &[f64], lambda: &[f64]) -> Vec<f64> {
-        let window_s = self.window_s(window);
-        let carried = self.compliance.times(window.substeps, lambda);
-        let free: Vec<f64> = increment
-            .iter()
-            .zip(carried.iter())
-            .map(|(du, c)| du - c)
-            .collect();
-        let mut velocity = self.joined.mapping.motion(&free);
-        velocity.iter_mut().for_each(|v| *v /= window_s);
+        let window_s = self.group.window_s(window);
+        let mut velocity = Vec::with_capacity(2 * self.group.points.len());
+        for (wall, side) in self.group.walls.iter().enumerate() {
+            let own = self.group.borne_by(wall, lambda);
+            let carried = self.compliance.times(window.substeps, &own);
+            let free: Vec<f64> = increment
+                .iter()
+                .zip(&carried)
+                .map(|(du, c)| du - c)
+                .collect();
+            let motion = self.group.mapping.motion(&free);
+            velocity.extend(side.of(&motion).iter().map(|v| v / window_s));
+        }
         velocity
     }
 }

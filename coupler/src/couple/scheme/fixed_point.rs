@@ -4,10 +4,10 @@
 //! they are the black-box schemes for a solver that cannot stand on a compliant wall. A rigid confined layer must never
 //! be the plain Dirichlet side: its force is not a function of the motion.
 
-use protocol::{Kind, WallAnswer, Window};
+use protocol::Window;
 
 use super::acceleration::Accelerator;
-use super::{Coupling, Solved};
+use super::{Answer, Coupling, Solved};
 use crate::couple::conversation::Conversation;
 use crate::error::Error;
 use crate::scenario::Scheme;
@@ -22,7 +22,7 @@ impl Coupling {
     ) -> Result<Solved, Error> {
         self.rigid_wall(conversation, &window)?;
         let increment = self.advance(conversation, &window, &self.lambda.clone())?;
-        let motion = self.joined.mapping.motion(&increment);
+        let motion = self.group.mapping.motion(&increment);
         let answer = self.solve_rigid(conversation, &window, &motion)?;
         Ok(self.naive(window, increment, answer))
     }
@@ -40,12 +40,12 @@ impl Coupling {
         Ok(self.naive(window, increment, answer))
     }
 
-    fn naive(&self, window: Window, increment: Vec<f64>, answer: WallAnswer) -> Solved {
+    fn naive(&self, window: Window, increment: Vec<f64>, answer: Answer) -> Solved {
         Solved {
             window,
             increment,
-            lambda: self.joined.mapping.force(&answer.force),
-            fault: self.starved(&window, &answer),
+            lambda: self.group.mapping.force(&answer.force),
+            faults: self.starved(&window, &answer),
             answer,
         }
     }
@@ -57,14 +57,13 @@ impl Coupling {
         mut window: Window,
     ) -> Result<Solved, Error> {
         self.rigid_wall(conversation, &window)?;
-        let parallel = self.interface.scheme == Scheme::FixedPointParallel;
-        let mut accelerator =
-            Accelerator::new(self.interface.acceleration, self.interface.relaxation);
+        let parallel = self.rules.scheme == Scheme::FixedPointParallel;
+        let mut accelerator = Accelerator::new(self.rules.acceleration, self.rules.relaxation);
         let mut lambda = self.lambda.clone();
         let mut motion = match parallel {
             true => self.last_motion.clone(),
             false => self
-                .joined
+                .group
                 .mapping
                 .motion(&self.advance(conversation, &window, &lambda)?),
         };
@@ -74,24 +73,27 @@ impl Coupling {
                 false => self.solve_rigid(conversation, &window, &motion)?,
             };
             let starved = self.starved(&window, &answer);
-            let next = accelerator.next(&lambda, &self.joined.mapping.force(&answer.force));
+            let next = accelerator.next(&lambda, &self.group.mapping.force(&answer.force));
             window.iteration += 1;
             let moved = self.advance(conversation, &window, &next)?;
-            let gap_m = self.gap_m(&window, &moved, &answer);
-            let last = window.iteration >= self.interface.repeats_max || starved.is_some();
+            let advice = "the fixed point was not reached; raise repeats_max, take acceleration = \"iqn-ils\", lower relaxation, or take a dual-schur scheme";
+            let open = self.open(&window, &moved, &answer, advice);
+            let last = window.iteration >= self.rules.repeats_max || !starved.is_empty();
             lambda = next;
-            motion = self.joined.mapping.motion(&moved);
-            if gap_m > self.tolerance_m() && !last {
+            motion = self.group.mapping.motion(&moved);
+            if !open.is_empty() && !last {
                 continue;
             }
-            let advice = "the fixed point was not reached; raise repeats_max, take acceleration = \"iqn-ils\", lower relaxation, or take a dual-schur scheme";
-            let fault = starved.or_else(|| self.open(&window, gap_m, advice));
+            let faults = match starved.is_empty() {
+                true => open,
+                false => starved,
+            };
             return Ok(Solved {
                 window,
                 increment: moved,
                 lambda,
                 answer,
-                fault,
+                faults,
             });
         }
     }
@@ -102,8 +104,8 @@ impl Coupling {
         conversation: &mut Conversation,
         window: &Window,
         motion: &[f64],
-    ) -> Result<WallAnswer, Error> {
-        let window_s = self.window_s(window);
+    ) -> Result<Answer, Error> {
+        let window_s = self.group.window_s(window);
         let velocity = motion.iter().map(|du| du / window_s).collect();
         self.solve(conversation, window, velocity)
     }
@@ -115,16 +117,10 @@ impl Coupling {
         window: &Window,
         lambda: &[f64],
         motion: &[f64],
-    ) -> Result<(Vec<f64>, WallAnswer), Error> {
-        conversation.tell(
-            self.joined.continuum,
-            Kind::Advance,
-            window,
-            lambda.to_vec(),
-        )?;
-        let answer = self.solve_rigid(conversation, window, motion)?;
-        let increment =
-            conversation.hear_exactly(self.joined.continuum, Kind::Motion, window, lambda.len())?;
-        Ok((increment, answer))
+    ) -> Result<(Vec<f64>, Answer), Error> {
+        self.tell_continua(conversation, window, lambda)?;
+        let answer = self.solve_rigid(conversation, window, motion);
+        let increment = self.hear_continua(conversation, window);
+        Ok((increment?, answer?))
     }
 }

@@ -1,6 +1,6 @@
 //! One window of each coupling scheme.
 //!
-//! - [`compliance`]: what the coupler believes of the continuum's compliance;
+//! - [`compliance`]: what the coupler believes of the continua's compliance;
 //! - `dual_schur`: one force a window, equal displacements at its end;
 //! - `fixed_point`: motion one way, force the other, repeated or not;
 //! - [`acceleration`]: what a fixed-point iteration makes of its last answers.
@@ -9,11 +9,11 @@ use protocol::serve::unpack_wall_answer;
 use protocol::{Kind, WallAnswer, Window};
 
 use super::conversation::Conversation;
-use super::handshake::Joined;
-use super::ledger::{InterfaceLedger, WindowEntry, largest_difference};
+use super::group::{Group, Patch};
+use super::ledger::{InterfaceLedger, WindowEntry, largest_difference, total};
 use crate::error::Error;
 use crate::scenario::{Interface, Policy, Scheme};
-use compliance::{Compliance, tell_wall};
+use compliance::{Compliance, tell_walls};
 
 pub mod acceleration;
 pub mod compliance;
@@ -23,13 +23,14 @@ mod fixed_point;
 /// `dual-schur-cheap` never looks back, so its compliance errs to the soft side, which is far safer than too stiff.
 const CHEAP_FACTOR: f64 = 1.2;
 
-/// The coupler's own state: it changes only when a window stands.
+/// The coupler's own state of one group: it changes only when a window stands.
 #[derive(Clone, Debug)]
 pub struct Coupling {
-    interface: Interface,
-    joined: Joined,
+    /// The keys on which connected interfaces agree.
+    rules: Interface,
+    group: Group,
     compliance: Compliance,
-    /// Window length that a wall without compliance was told of (substeps).
+    /// Window length that walls without compliance were told of (substeps).
     rigid_wall: Option<u32>,
     /// Motion of the glued points in the last window that stands (m), for what runs one window late.
     last_motion: Vec<f64>,
@@ -37,8 +38,8 @@ pub struct Coupling {
     pub lambda: Vec<f64>,
     /// Total displacement of the exchanged nodes (m).
     pub displacement: Vec<f64>,
-    /// What the interface has seen.
-    pub ledger: InterfaceLedger,
+    /// What each interface of the group has seen.
+    pub ledgers: Vec<InterfaceLedger>,
 }
 
 /// What came of trying a window.
@@ -53,48 +54,81 @@ pub enum Attempt {
 /// What a window that stands left behind.
 #[derive(Clone, Debug, Default)]
 pub struct Standing {
+    /// Interfaces of the group, by their index in the scenario, and what the coupler saw of each.
+    pub signals: Vec<(usize, InterfaceSignals)>,
+    /// Participants of the group and what each reported.
+    pub reports: Vec<(usize, Vec<f64>)>,
+}
+
+/// What the coupler sees of an interface in a window that stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct InterfaceSignals {
     /// Repeats beyond the first run.
     pub repeats: u32,
     /// Gap over the mean node spacing.
     pub gap_rel: f64,
-    /// What the continuum reported.
-    pub continuum_report: Vec<f64>,
-    /// What the other side reported.
-    pub wall_report: Vec<f64>,
+    /// Sum of the forces on the continuum's nodes (N).
+    pub force_n: [f64; 2],
+    /// The part of it that presses on the continuum's surface (N).
+    pub pressing_n: f64,
 }
 
-/// A window that both sides may make their state.
+/// The answers of all walls of a group.
+struct Answer {
+    /// Force of the grains on the wall at each glued point (N).
+    force: Vec<f64>,
+    /// Velocity of each glued point at the end of the window (m/s).
+    velocity: Vec<f64>,
+    /// What each wall said of its contact solve.
+    solves: Vec<Solve>,
+}
+
+/// What a wall says of its contact solve.
+struct Solve {
+    iterations: u64,
+    residual: f64,
+    converged: bool,
+}
+
+/// A window that all sides may make their state.
 struct Solved {
     window: Window,
     increment: Vec<f64>,
     lambda: Vec<f64>,
-    answer: WallAnswer,
+    answer: Answer,
     /// Why it should not stand, if so.
-    fault: Option<String>,
+    faults: Vec<Fault>,
+}
+
+/// Why a window should not stand.
+struct Fault {
+    /// The interface, as a place in the group.
+    patch: usize,
+    why: String,
 }
 
 impl Coupling {
-    /// Both sides at rest and unloaded.
-    pub fn new(interface: &Interface, joined: Joined) -> Coupling {
-        let factor = match interface.scheme {
+    /// All sides at rest and unloaded; `rules` is any of the group's interfaces.
+    pub fn new(rules: &Interface, group: Group) -> Coupling {
+        let factor = match rules.scheme {
             Scheme::DualSchurCheap => CHEAP_FACTOR,
             _ => 1.0,
         };
         Coupling {
-            interface: interface.clone(),
-            compliance: Compliance::new(interface.compliance, factor),
+            rules: rules.clone(),
+            compliance: Compliance::new(rules.compliance, factor),
             rigid_wall: None,
-            last_motion: vec![0.0; 2 * joined.points.len()],
-            lambda: vec![0.0; 2 * joined.nodes.len()],
-            displacement: vec![0.0; 2 * joined.nodes.len()],
-            ledger: InterfaceLedger::default(),
-            joined,
+            last_motion: vec![0.0; 2 * group.points.len()],
+            lambda: vec![0.0; 2 * group.nodes.len()],
+            displacement: vec![0.0; 2 * group.nodes.len()],
+            ledgers: vec![InterfaceLedger::default(); group.patches.len()],
+            group,
         }
     }
 
     /// What the handshake agreed on.
-    pub fn joined(&self) -> &Joined {
-        &self.joined
+    pub fn group(&self) -> &Group {
+        &self.group
     }
 
     /// Tries a window until it stands, or the scenario's policy decides otherwise.
@@ -103,7 +137,7 @@ impl Coupling {
         conversation: &mut Conversation,
         window: Window,
     ) -> Result<Attempt, Error> {
-        let solved = match self.interface.scheme {
+        let solved = match self.rules.scheme {
             Scheme::DualSchur | Scheme::DualSchurSecant | Scheme::DualSchurCheap => {
                 self.dual_schur(conversation, window)?
             }
@@ -113,110 +147,177 @@ impl Coupling {
                 self.fixed_point(conversation, window)?
             }
         };
-        if let Some(fault) = &solved.fault {
-            match self.interface.on_not_converged {
-                Policy::Accept => self.ledger.not_converged += 1,
+        if let Some(fault) = solved.faults.first() {
+            match self.rules.on_not_converged {
+                Policy::Accept => {
+                    for fault in &solved.faults {
+                        self.ledgers[fault.patch].not_converged += 1;
+                    }
+                }
                 Policy::Halve if window.substeps > 1 => {
-                    self.ledger.halved += 1;
+                    self.ledgers
+                        .iter_mut()
+                        .for_each(|ledger| ledger.halved += 1);
                     return Ok(Attempt::Halve);
                 }
                 Policy::Halve => {
                     return Err(Error::NotConverged(format!(
-                        "{fault}; the window has one step left and cannot be halved"
+                        "{}; {}",
+                        fault.why,
+                        self.cannot_halve()
                     )));
                 }
-                Policy::Stop => return Err(Error::NotConverged(fault.clone())),
+                Policy::Stop => return Err(Error::NotConverged(fault.why.clone())),
             }
         }
         self.stand(conversation, solved).map(Attempt::Standing)
     }
 
-    fn window_s(&self, window: &Window) -> f64 {
-        self.joined.clock.step_s * f64::from(window.substeps)
+    fn cannot_halve(&self) -> String {
+        match self.group.continua.iter().all(|side| side.steps == 1) {
+            true => "the window has one step left and cannot be halved".into(),
+            false => "the connected continua have no shorter window that is a whole number of steps of each: give substeps that share more factors".into(),
+        }
     }
 
+    /// All continua at once.
     fn advance(
         &self,
         conversation: &mut Conversation,
         window: &Window,
         lambda: &[f64],
     ) -> Result<Vec<f64>, Error> {
-        conversation.ask_exactly(
-            self.joined.continuum,
-            (Kind::Advance, Kind::Motion),
-            window,
-            lambda.to_vec(),
-            lambda.len(),
-        )
+        self.tell_continua(conversation, window, lambda)?;
+        self.hear_continua(conversation, window)
     }
 
+    fn tell_continua(
+        &self,
+        conversation: &mut Conversation,
+        window: &Window,
+        lambda: &[f64],
+    ) -> Result<(), Error> {
+        self.group.continua.iter().try_for_each(|side| {
+            let force = side.of(lambda).to_vec();
+            conversation.tell(side.peer, Kind::Advance, &side.window(window), force)
+        })
+    }
+
+    fn hear_continua(
+        &self,
+        conversation: &mut Conversation,
+        window: &Window,
+    ) -> Result<Vec<f64>, Error> {
+        let mut increment = Vec::with_capacity(2 * self.group.nodes.len());
+        for side in &self.group.continua {
+            let due = 2 * side.places.len();
+            let window = side.window(window);
+            increment.extend(conversation.hear_exactly(side.peer, Kind::Motion, &window, due)?);
+        }
+        Ok(increment)
+    }
+
+    /// All walls at once.
     fn solve(
         &mut self,
         conversation: &mut Conversation,
         window: &Window,
         free: Vec<f64>,
-    ) -> Result<WallAnswer, Error> {
-        let components = free.len();
-        let numbers = conversation.ask_exactly(
-            self.joined.wall,
-            (Kind::Solve, Kind::Force),
-            window,
-            free,
-            2 * components + 3,
-        )?;
-        let answer = unpack_wall_answer(&numbers, components).expect("the length was checked");
-        self.ledger.contact_iterations += answer.iterations;
-        Ok(answer)
+    ) -> Result<Answer, Error> {
+        for side in &self.group.walls {
+            conversation.tell(side.peer, Kind::Solve, window, side.of(&free).to_vec())?;
+        }
+        let mut all = Answer {
+            force: Vec::with_capacity(free.len()),
+            velocity: Vec::with_capacity(free.len()),
+            solves: Vec::new(),
+        };
+        for (wall, side) in self.group.walls.iter().enumerate() {
+            let answer = hear_wall(conversation, side.peer, window, 2 * side.places.len())?;
+            self.ledgers[self.group.first_of(wall)].contact_iterations += answer.iterations;
+            all.force.extend(answer.force);
+            all.velocity.extend(answer.velocity);
+            all.solves.push(Solve {
+                iterations: answer.iterations,
+                residual: answer.residual,
+                converged: answer.converged,
+            });
+        }
+        Ok(all)
     }
 
-    /// A wall that moves exactly as it is told.
+    /// Walls that move exactly as they are told.
     fn rigid_wall(
         &mut self,
         conversation: &mut Conversation,
         window: &Window,
     ) -> Result<(), Error> {
         if self.rigid_wall != Some(window.substeps) {
-            tell_wall(conversation, &self.joined, window, None)?;
+            tell_walls(conversation, &self.group, window, None)?;
             self.rigid_wall = Some(window.substeps);
         }
         Ok(())
     }
 
-    /// |N du - H v_g|, the largest component (m).
-    fn gap_m(&self, window: &Window, increment: &[f64], answer: &WallAnswer) -> f64 {
-        let window_s = self.window_s(window);
-        let motion = self.joined.mapping.motion(increment);
-        let wall: Vec<f64> = answer.velocity.iter().map(|v| v * window_s).collect();
-        largest_difference(&motion, &wall)
-    }
-
-    fn tolerance_m(&self) -> f64 {
-        self.interface.tolerance_rel * self.joined.spacing_m
-    }
-
     /// A contact solve that ran out of iterations gives garbage while the gap still reads zero, so it
     /// is the contact solver's own residual that decides.
-    fn starved(&self, window: &Window, answer: &WallAnswer) -> Option<String> {
-        (!answer.converged).then(|| {
-            format!(
-                "interface `{}`: the contact solve of window {}, iteration {} (t = {:.6e} s) was starved: true residual {:.3e} after {} iterations; raise solver.max_iterations of the participant on the wall, or lower the window",
-                self.interface.name, window.index, window.iteration, window.t0_s, answer.residual, answer.iterations
-            )
-        })
+    fn starved(&self, window: &Window, answer: &Answer) -> Vec<Fault> {
+        let starving = |(wall, solve): (usize, &Solve)| {
+            let patch = self.group.first_of(wall);
+            (!solve.converged).then(|| Fault {
+                patch,
+                why: format!(
+                    "interface `{}`: the contact solve of window {}, iteration {} (t = {:.6e} s) was starved: true residual {:.3e} after {} iterations; raise solver.max_iterations of the participant on the wall, or lower the window",
+                    self.group.patches[patch].name, window.index, window.iteration, window.t0_s, solve.residual, solve.iterations
+                ),
+            })
+        };
+        answer
+            .solves
+            .iter()
+            .enumerate()
+            .filter_map(starving)
+            .collect()
     }
 
-    fn open(&self, window: &Window, gap_m: f64, advice: &str) -> Option<String> {
-        (gap_m > self.tolerance_m() || gap_m.is_nan()).then(|| {
-            format!(
-                "interface `{}`: window {} (t = {:.6e} s) has a gap of {gap_m:.3e} m = {:.3e} node spacings after {} repeats, tolerance_rel is {:.1e}: {advice}",
-                self.interface.name,
-                window.index,
-                window.t0_s,
-                gap_m / self.joined.spacing_m,
-                window.iteration,
-                self.interface.tolerance_rel
-            )
-        })
+    /// The interfaces whose |N du - H v_g| is above their tolerance.
+    fn open(
+        &self,
+        window: &Window,
+        increment: &[f64],
+        answer: &Answer,
+        advice: &str,
+    ) -> Vec<Fault> {
+        let motion = self.group.mapping.motion(increment);
+        let wall = self.wall_motion(window, answer);
+        let open = |(patch, of): (usize, &Patch)| {
+            let gap_m = largest_difference(of.of_points(&motion), of.of_points(&wall));
+            let tolerance_m = of.tolerance_rel * of.spacing_m;
+            (gap_m > tolerance_m || gap_m.is_nan()).then(|| Fault {
+                patch,
+                why: format!(
+                    "interface `{}`: window {} (t = {:.6e} s) has a gap of {gap_m:.3e} m = {:.3e} node spacings after {} repeats, tolerance_rel is {:.1e}: {advice}",
+                    of.name,
+                    window.index,
+                    window.t0_s,
+                    gap_m / of.spacing_m,
+                    window.iteration,
+                    of.tolerance_rel
+                ),
+            })
+        };
+        self.group
+            .patches
+            .iter()
+            .enumerate()
+            .filter_map(open)
+            .collect()
+    }
+
+    /// H v_g (m).
+    fn wall_motion(&self, window: &Window, answer: &Answer) -> Vec<f64> {
+        let window_s = self.group.window_s(window);
+        answer.velocity.iter().map(|v| v * window_s).collect()
     }
 
     fn stand(
@@ -224,48 +325,76 @@ impl Coupling {
         conversation: &mut Conversation,
         solved: Solved,
     ) -> Result<Standing, Error> {
-        let window_s = self.window_s(&solved.window);
-        let point_motion = self.joined.mapping.motion(&solved.increment);
-        let wall_motion: Vec<f64> = solved
-            .answer
-            .velocity
-            .iter()
-            .map(|v| v * window_s)
-            .collect();
-        let gap_m = largest_difference(&point_motion, &wall_motion);
-        self.ledger.add(&WindowEntry {
-            point_force: &solved.answer.force,
-            nodal_force: &solved.lambda,
-            point_motion: &point_motion,
-            wall_motion: &wall_motion,
-            spacing_m: self.joined.spacing_m,
-        });
-        self.ledger.repeats += u64::from(solved.window.iteration);
-        self.ledger.contact_residual_max =
-            self.ledger.contact_residual_max.max(solved.answer.residual);
+        let point_motion = self.group.mapping.motion(&solved.increment);
+        let signals = self.enter(&solved, &point_motion);
         for (total, increment) in self.displacement.iter_mut().zip(&solved.increment) {
             *total += increment;
         }
         self.lambda = solved.lambda;
         self.last_motion = point_motion;
-        let place = self.joined.mapping.motion(&self.displacement);
-        conversation.tell(
-            self.joined.continuum,
-            Kind::Commit,
-            &solved.window,
-            Vec::new(),
-        )?;
-        conversation.tell(self.joined.wall, Kind::Commit, &solved.window, place)?;
-        let continuum_report = conversation
-            .hear(self.joined.continuum, Kind::Report)?
-            .payload;
-        let wall_report = conversation.hear(self.joined.wall, Kind::Report)?.payload;
+        let reports = self.commit(conversation, &solved.window)?;
         conversation.end_window(solved.window.index)?;
-        Ok(Standing {
-            repeats: solved.window.iteration,
-            gap_rel: gap_m / self.joined.spacing_m,
-            continuum_report,
-            wall_report,
-        })
+        Ok(Standing { signals, reports })
     }
+
+    /// Enters a window into the ledger of each interface.
+    fn enter(&mut self, solved: &Solved, point_motion: &[f64]) -> Vec<(usize, InterfaceSignals)> {
+        let wall_motion = self.wall_motion(&solved.window, &solved.answer);
+        let mut signals = Vec::new();
+        for (patch, ledger) in self.group.patches.iter().zip(&mut self.ledgers) {
+            let entry = WindowEntry {
+                point_force: patch.of_points(&solved.answer.force),
+                nodal_force: patch.of_nodes(&solved.lambda),
+                point_motion: patch.of_points(point_motion),
+                wall_motion: patch.of_points(&wall_motion),
+                spacing_m: patch.spacing_m,
+            };
+            ledger.add(&entry);
+            ledger.repeats += u64::from(solved.window.iteration);
+            let residual = solved.answer.solves[patch.wall].residual;
+            ledger.contact_residual_max = ledger.contact_residual_max.max(residual);
+            let force_n = total(entry.nodal_force);
+            let seen = InterfaceSignals {
+                repeats: solved.window.iteration,
+                gap_rel: entry.gap(),
+                force_n,
+                pressing_n: -patch.outward_y * force_n[1],
+            };
+            signals.push((patch.index, seen));
+        }
+        signals
+    }
+
+    /// Tells all sides that the window stands, then hears their reports.
+    fn commit(
+        &self,
+        conversation: &mut Conversation,
+        window: &Window,
+    ) -> Result<Vec<(usize, Vec<f64>)>, Error> {
+        let place = self.group.mapping.motion(&self.displacement);
+        for side in &self.group.continua {
+            conversation.tell(side.peer, Kind::Commit, &side.window(window), Vec::new())?;
+        }
+        for side in &self.group.walls {
+            conversation.tell(side.peer, Kind::Commit, window, side.of(&place).to_vec())?;
+        }
+        let sides = self.group.continua.iter().chain(&self.group.walls);
+        sides
+            .map(|side| {
+                let report = conversation.hear(side.peer, Kind::Report)?;
+                Ok((side.peer, report.payload))
+            })
+            .collect()
+    }
+}
+
+fn hear_wall(
+    conversation: &mut Conversation,
+    peer: usize,
+    window: &Window,
+    components: usize,
+) -> Result<WallAnswer, Error> {
+    let due = 2 * components + 3;
+    let numbers = conversation.hear_exactly(peer, Kind::Force, window, due)?;
+    Ok(unpack_wall_answer(&numbers, components).expect("the length was checked"))
 }

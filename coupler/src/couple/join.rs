@@ -1,0 +1,396 @@
+//! From the interfaces of a scenario to groups that are ready for their first window.
+
+use std::ops::Range;
+
+use protocol::{Kind, Surface, Window};
+
+use super::clock::Clock;
+use super::conversation::Conversation;
+use super::group::{Group, Patch, Side};
+use super::handshake::Greeted;
+use super::mapping::Mapping;
+use crate::error::Error;
+use crate::scenario::{Interface, Scenario};
+
+/// Largest relative difference between the windows of connected interfaces that counts as rounding.
+const SAME_WINDOW: f64 = 1e-9;
+
+/// Couples the named sets of all interfaces, group by group, and agrees on what is exchanged.
+pub fn join(
+    conversation: &mut Conversation,
+    scenario: &Scenario,
+    greeted: &[Greeted],
+) -> Result<Vec<Group>, Error> {
+    let mut groups = Vec::new();
+    for members in scenario.groups() {
+        let interfaces = members.iter().map(|index| &scenario.interface[*index]);
+        let mut group = join_group(conversation, interfaces.collect(), greeted)?;
+        for (patch, index) in group.patches.iter_mut().zip(members) {
+            patch.index = index;
+        }
+        groups.push(group);
+    }
+    Ok(groups)
+}
+
+fn join_group(
+    conversation: &mut Conversation,
+    interfaces: Vec<&Interface>,
+    greeted: &[Greeted],
+) -> Result<Group, Error> {
+    let mut pairs = Vec::new();
+    for interface in &interfaces {
+        pairs.push(roles(conversation, interface, greeted)?);
+    }
+    refuse_two_roles(conversation, &pairs)?;
+    let clock = clock(conversation, &interfaces, &pairs, greeted)?;
+    let mut seams = Vec::new();
+    for (interface, pair) in interfaces.iter().zip(pairs) {
+        seams.push(seam(conversation, interface, pair)?);
+    }
+    for peer in distinct(seams.iter().map(|seam| seam.pair.continuum)) {
+        let own = seams.iter().filter(|seam| seam.pair.continuum == peer);
+        select(
+            conversation,
+            peer,
+            own.map(|seam| (seam.offered, &seam.active)),
+        )?;
+    }
+    for peer in distinct(seams.iter().map(|seam| seam.pair.wall)) {
+        let own = seams.iter().filter(|seam| seam.pair.wall == peer);
+        let all: Vec<(usize, Vec<usize>)> = own
+            .map(|seam| (seam.points.len(), (0..seam.points.len()).collect()))
+            .collect();
+        select(
+            conversation,
+            peer,
+            all.iter().map(|(count, points)| (*count, points)),
+        )?;
+    }
+    Ok(assemble(&interfaces, &seams, clock))
+}
+
+/// Who takes part in an interface, and with which set.
+struct Pair {
+    continuum: usize,
+    continuum_set: String,
+    wall: usize,
+    wall_set: String,
+}
+
+/// An interface with its sets coupled.
+struct Seam {
+    pair: Pair,
+    /// Points of the continuum's set.
+    offered: usize,
+    /// Those of them that are exchanged.
+    active: Vec<usize>,
+    nodes: Surface,
+    points: Surface,
+    mapping: Mapping,
+}
+
+/// Which side takes forces and which stands on the wall, told by what they can do, not by their order.
+fn roles(
+    conversation: &Conversation,
+    interface: &Interface,
+    greeted: &[Greeted],
+) -> Result<Pair, Error> {
+    let mut continuum = None;
+    let mut wall = None;
+    for side in &interface.between {
+        let (name, set) = side.split_once('.').unwrap_or((side, ""));
+        let peer = conversation
+            .peers
+            .iter()
+            .position(|peer| peer.name() == name)
+            .ok_or_else(|| {
+                Error::Refused(format!(
+                    "interface `{}`: no participant `{name}`",
+                    interface.name
+                ))
+            })?;
+        let description = &greeted[peer].description;
+        if !description.sets.iter().any(|known| known == set) {
+            return Err(Error::Refused(format!(
+                "interface `{}`: participant `{name}` has no set `{set}`; its sets: {}",
+                interface.name,
+                description.sets.join(", ")
+            )));
+        }
+        let capabilities = description.capabilities;
+        if !capabilities.checkpoint {
+            return Err(Error::Refused(format!(
+                "interface `{}`: participant `{name}` cannot repeat a window (no checkpoint), which every scheme here needs",
+                interface.name
+            )));
+        }
+        if capabilities.advance && continuum.is_none() {
+            continuum = Some((peer, set.to_string()));
+        } else if capabilities.compliant_wall && wall.is_none() {
+            wall = Some((peer, set.to_string()));
+        }
+    }
+    match (continuum, wall) {
+        (Some((continuum, continuum_set)), Some((wall, wall_set))) => Ok(Pair {
+            continuum,
+            continuum_set,
+            wall,
+            wall_set,
+        }),
+        _ => Err(Error::Refused(format!(
+            "interface `{}` joins {} and {}: it takes one participant that advances under forces and one that stands on a compliant wall",
+            interface.name, interface.between[0], interface.between[1]
+        ))),
+    }
+}
+
+/// A participant answers either motion or force in a window, on all of its interfaces.
+fn refuse_two_roles(conversation: &Conversation, pairs: &[Pair]) -> Result<(), Error> {
+    let both = pairs
+        .iter()
+        .find(|pair| pairs.iter().any(|other| other.wall == pair.continuum));
+    match both {
+        None => Ok(()),
+        Some(pair) => Err(Error::Refused(format!(
+            "participant `{}` would take forces on one interface and stand on a wall on another: a participant has one role on all of its interfaces",
+            conversation.peers[pair.continuum].name()
+        ))),
+    }
+}
+
+/// The windows of the group, from the steps of its continua and within the bounds of its walls.
+fn clock(
+    conversation: &Conversation,
+    interfaces: &[&Interface],
+    pairs: &[Pair],
+    greeted: &[Greeted],
+) -> Result<Clock, Error> {
+    let mut first: Option<(&Interface, f64)> = None;
+    let mut common = 0;
+    for (interface, pair) in interfaces.iter().zip(pairs) {
+        let name = conversation.peers[pair.continuum].name();
+        let step_s = greeted[pair.continuum].description.step_s.ok_or_else(|| {
+            Error::Refused(format!(
+                "participant `{name}` has no step of its own, the window cannot be counted in it"
+            ))
+        })?;
+        let window_s = step_s * f64::from(interface.substeps);
+        let wall_name = conversation.peers[pair.wall].name();
+        within_limit(interface, step_s, wall_name, &greeted[pair.wall])?;
+        let (leader, leading) = *first.get_or_insert((interface, step_s));
+        let leading_s = leading * f64::from(leader.substeps);
+        if (window_s - leading_s).abs() > SAME_WINDOW * leading_s {
+            return Err(Error::Refused(format!(
+                "interfaces `{}` and `{}` are connected but have windows of {leading_s:.9e} s ({} x {leading:.9e} s) and {window_s:.9e} s ({} x {step_s:.9e} s): give substeps and time.step_s with the same product",
+                leader.name, interface.name, leader.substeps, interface.substeps
+            )));
+        }
+        common = greatest_common_divisor(common, interface.substeps);
+    }
+    let (leader, step_s) = first.expect("a group has an interface");
+    Ok(Clock {
+        step_s: step_s * f64::from(leader.substeps / common),
+        substeps: common,
+    })
+}
+
+fn within_limit(
+    interface: &Interface,
+    step_s: f64,
+    wall_name: &str,
+    wall: &Greeted,
+) -> Result<(), Error> {
+    let window_s = step_s * f64::from(interface.substeps);
+    match wall.description.step_limit_s {
+        Some(limit) if window_s > limit => Err(Error::Refused(format!(
+            "interface `{}`: the window of {} substeps x {step_s:.4e} s = {window_s:.4e} s is above {} = {limit:.4e} s of participant `{wall_name}`; lower interface.{}.substeps to {} or less",
+            interface.name,
+            interface.substeps,
+            wall.description.step_limit_name,
+            interface.name,
+            (limit / step_s).floor()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn greatest_common_divisor(a: u32, b: u32) -> u32 {
+    match b {
+        0 => a,
+        _ => greatest_common_divisor(b, a % b),
+    }
+}
+
+fn seam(conversation: &mut Conversation, interface: &Interface, pair: Pair) -> Result<Seam, Error> {
+    let all_nodes = surface(conversation, pair.continuum, &pair.continuum_set)?;
+    let points = surface(conversation, pair.wall, &pair.wall_set)?;
+    let mapping = map(interface, &all_nodes, &points)?;
+    let active = mapping.active();
+    Ok(Seam {
+        pair,
+        offered: all_nodes.len(),
+        mapping: mapping.restricted(&active),
+        nodes: pick(&all_nodes, &active),
+        points,
+        active,
+    })
+}
+
+fn surface(conversation: &mut Conversation, peer: usize, set: &str) -> Result<Surface, Error> {
+    conversation.tell_text(peer, Kind::Couple, set)?;
+    let frame = conversation.hear(peer, Kind::Surface)?;
+    Surface::from_rows(&frame.payload)
+        .ok_or_else(|| conversation.peers[peer].protocol("sent an incomplete surface".into()))
+}
+
+fn map(interface: &Interface, nodes: &Surface, points: &Surface) -> Result<Mapping, Error> {
+    let places = |surface: &Surface| -> Vec<[f64; 2]> {
+        surface
+            .x_m
+            .iter()
+            .zip(&surface.y_m)
+            .map(|(x, y)| [*x, *y])
+            .collect()
+    };
+    let mapping = Mapping::new(interface.mapping, &places(nodes), &places(points));
+    mapping.map_err(|error| {
+        Error::Refused(format!(
+            "interface `{}` between {} and {}: {error}",
+            interface.name, interface.between[0], interface.between[1]
+        ))
+    })
+}
+
+fn pick(surface: &Surface, indices: &[usize]) -> Surface {
+    let take = |values: &[f64]| indices.iter().map(|index| values[*index]).collect();
+    Surface {
+        x_m: take(&surface.x_m),
+        y_m: take(&surface.y_m),
+        mass_kg: take(&surface.mass_kg),
+        radius_m: take(&surface.radius_m),
+        length_m: take(&surface.length_m),
+    }
+}
+
+/// Selects points of all sets that a participant has coupled: the number of points and the wanted ones, set by set.
+fn select<'a>(
+    conversation: &mut Conversation,
+    peer: usize,
+    sets: impl Iterator<Item = (usize, &'a Vec<usize>)>,
+) -> Result<(), Error> {
+    let mut payload = Vec::new();
+    let mut offset = 0;
+    for (count, wanted) in sets {
+        payload.extend(wanted.iter().map(|index| (offset + index) as f64));
+        offset += count;
+    }
+    conversation
+        .ask(peer, Kind::Select, Kind::Ready, &Window::default(), payload)
+        .map(|_| ())
+}
+
+fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
+    let own_steps = |peer: usize| {
+        let mut of_peer = interfaces.iter().zip(seams);
+        let (interface, _) = of_peer
+            .find(|(_, seam)| seam.pair.continuum == peer)
+            .expect("it is in the group because of an interface");
+        interface.substeps / clock.substeps
+    };
+    let (mut continua, surface, node_ranges) = line_up(
+        seams
+            .iter()
+            .map(|seam| (seam.pair.continuum, &seam.nodes))
+            .collect(),
+    );
+    for side in &mut continua {
+        side.steps = own_steps(side.peer);
+    }
+    let (walls, glued, point_ranges) = line_up(
+        seams
+            .iter()
+            .map(|seam| (seam.pair.wall, &seam.points))
+            .collect(),
+    );
+    let mut mapping = Mapping::empty(surface.len(), glued.len());
+    let mut patches = Vec::new();
+    for (index, (interface, seam)) in interfaces.iter().zip(seams).enumerate() {
+        let (nodes, points) = (node_ranges[index].clone(), point_ranges[index].clone());
+        mapping.put(points.start, nodes.start, &seam.mapping);
+        let place = |sides: &[Side], peer| sides.iter().position(|side| side.peer == peer);
+        let wall = place(&walls, seam.pair.wall).expect("all are lined up");
+        patches.push(Patch {
+            index,
+            name: interface.name.clone(),
+            continuum: place(&continua, seam.pair.continuum).expect("all are lined up"),
+            outward_y: outward(&glued, &points, &walls[wall].places),
+            wall,
+            spacing_m: seam.nodes.length_m.iter().sum::<f64>() / nodes.len() as f64,
+            tolerance_rel: interface.tolerance_rel,
+            nodes,
+            points,
+        });
+    }
+    Group {
+        patches,
+        continua,
+        walls,
+        nodes: surface,
+        points: glued,
+        mapping,
+        clock,
+    }
+}
+
+/// A row above the other rows of its wall is glued to a continuum that lies on top, whose outward normal points down.
+fn outward(glued: &Surface, row: &Range<usize>, wall: &Range<usize>) -> f64 {
+    let mean =
+        |places: &Range<usize>| glued.y_m[places.clone()].iter().sum::<f64>() / places.len() as f64;
+    match mean(row) > mean(wall) {
+        true => -1.0,
+        false => 1.0,
+    }
+}
+
+/// The surfaces of several participants in one: participant after participant, and the place of each surface in it.
+fn line_up(surfaces: Vec<(usize, &Surface)>) -> (Vec<Side>, Surface, Vec<Range<usize>>) {
+    let mut sides = Vec::new();
+    let mut whole = Surface::default();
+    let mut ranges = vec![0..0; surfaces.len()];
+    for peer in distinct(surfaces.iter().map(|(peer, _)| *peer)) {
+        let start = whole.len();
+        for (index, (_, surface)) in surfaces.iter().enumerate() {
+            if surfaces[index].0 == peer {
+                let from = whole.len();
+                append(&mut whole, surface);
+                ranges[index] = from..whole.len();
+            }
+        }
+        sides.push(Side {
+            peer,
+            places: start..whole.len(),
+            steps: 1,
+        });
+    }
+    (sides, whole, ranges)
+}
+
+fn append(whole: &mut Surface, part: &Surface) {
+    whole.x_m.extend(&part.x_m);
+    whole.y_m.extend(&part.y_m);
+    whole.mass_kg.extend(&part.mass_kg);
+    whole.radius_m.extend(&part.radius_m);
+    whole.length_m.extend(&part.length_m);
+}
+
+/// Each number once, in the order in which it first comes up.
+fn distinct(numbers: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut seen = Vec::new();
+    for number in numbers {
+        if !seen.contains(&number) {
+            seen.push(number);
+        }
+    }
+    seen
+}
