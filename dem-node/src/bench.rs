@@ -148,6 +148,7 @@ impl Pack {
             gravity: [0.0; 2],
             reference: Vec::new(),
             wheel_mass: Some(DENSITY * self.width * RADII[1] * THICKNESS),
+            wheel_radius: 0.0,
             walls: vec![
                 wall([0.0, 0.0], [0.0, 1.0]),
                 wall([0.0, 0.0], [1.0, 0.0]),

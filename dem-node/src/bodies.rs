@@ -26,6 +26,8 @@ pub struct Bodies {
     pub reference: Vec<[f64; 2]>,
     /// Mass of the wheel (kg), where there is one.
     pub wheel_mass: Option<f64>,
+    /// Radius of the wheel's face (m); 0 = flat.
+    pub wheel_radius: f64,
     /// Fixed walls.
     pub walls: Vec<HalfPlane>,
     /// Velocity of the only grain when its motion is prescribed (m/s).

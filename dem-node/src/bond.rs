@@ -2,8 +2,9 @@
 
 use crate::bodies::Bodies;
 use crate::cohesion::Cohesion;
-use crate::detect::{Slot, VerletList, proximity};
+use crate::detect::{Slot, VerletList};
 use crate::error::DemError;
+use crate::geometry::{Places, proximity};
 use crate::law::{Block, Law, LocalLaw};
 use crate::ledger::ContactStep;
 
@@ -56,7 +57,7 @@ impl Bond {
 }
 
 /// Bonds all pairs of grains, glued disks included, that are nearer than the alert distance of the law.
-pub fn make(bodies: &Bodies, centres: &[[f64; 2]], list: &VerletList) -> Vec<Bond> {
+pub fn make(bodies: &Bodies, places: &Places, list: &VerletList) -> Vec<Bond> {
     let Some(law) = &bodies.law.cohesion else {
         return Vec::new();
     };
@@ -65,7 +66,7 @@ pub fn make(bodies: &Bodies, centres: &[[f64; 2]], list: &VerletList) -> Vec<Bon
         .iter()
         .filter(|s| (s.b as usize) < bodies.disks());
     let bond = |slot: &Slot| {
-        let gap = proximity(bodies, centres, 0.0, slot).gap;
+        let gap = proximity(bodies, places, slot.a as usize, slot.b as usize).gap;
         (gap < law.alert).then(|| Bond {
             a: slot.a,
             b: slot.b,

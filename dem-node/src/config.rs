@@ -284,7 +284,7 @@ pub struct WallConfig {
     pub ny: f64,
 }
 
-/// A flat rigid wheel that is pressed on the grains and moved sideways.
+/// A rigid wheel that is pressed on the grains and moved sideways. It does not turn.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WheelConfig {
@@ -292,7 +292,7 @@ pub struct WheelConfig {
     pub load_n: f64,
     /// Mass (kg), never scaled.
     pub mass_kg: f64,
-    /// Radius of the face (m); 0 = flat.
+    /// Radius of the face (m), its lowest point over x = 0 at the start; 0 = flat.
     #[serde(default)]
     pub radius_m: f64,
     /// Amplitude A of the sideways motion D(t) = A sin(2 pi f (t - t_s)) (m).

@@ -1,7 +1,8 @@
 //! Who may touch whom: linked cells, a Verlet list with a skin, and contact slots that persist.
 
-use crate::bodies::{Bodies, HalfPlane};
+use crate::bodies::Bodies;
 use crate::bond::Bond;
+use crate::geometry::{Places, proximity};
 
 /// A pair of bodies that may touch, with what it remembers from step to step.
 ///
@@ -28,61 +29,51 @@ pub struct VerletList {
     reach: f64,
     /// Centres when the list was built (m).
     centres: Vec<[f64; 2]>,
-    /// Height of the wheel's face when the list was built (m).
-    wheel_y: f64,
-}
-
-/// Geometry of a pair.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Proximity {
-    /// Unit normal from b to a.
-    pub normal: [f64; 2],
-    /// Gap, negative when the bodies overlap (m).
-    pub gap: f64,
+    /// Place of the wheel when the list was built (m).
+    wheel: [f64; 2],
 }
 
 impl VerletList {
     /// Rebuilds the list when a pair outside of it may come closer than `alert` in a step in which no body
     /// moves further than `travel` (m); forces and springs of pairs that stay are carried over. Bonded pairs stay
     /// listed, however far apart.
-    pub fn refresh(
-        &mut self,
-        bodies: &Bodies,
-        centres: &[[f64; 2]],
-        wheel_y: f64,
-        travel: f64,
-        bonds: &[Bond],
-    ) {
+    pub fn refresh(&mut self, bodies: &Bodies, places: &Places, travel: f64, bonds: &[Bond]) {
         let needed = bodies.alert + 2.0 * travel;
-        if self.centres.len() == centres.len()
-            && needed + 2.0 * self.drift(centres, wheel_y) <= self.reach
+        if self.centres.len() == places.centres.len()
+            && needed + 2.0 * self.drift(places) <= self.reach
         {
             return;
         }
         self.reach = needed + bodies.skin;
         self.centres.clear();
-        self.centres.extend_from_slice(centres);
-        self.wheel_y = wheel_y;
-        let mut listed = list_pairs(bodies, centres, wheel_y, self.reach);
+        self.centres.extend_from_slice(places.centres);
+        self.wheel = places.wheel;
+        let mut listed = list_pairs(bodies, places, self.reach);
         add_bonded(&mut listed, bonds);
         carry_over(&self.slots, &mut listed);
         self.slots = listed;
     }
 
     /// Largest displacement of a body since the list was built (m).
-    fn drift(&self, centres: &[[f64; 2]], wheel_y: f64) -> f64 {
-        let squared = centres
+    fn drift(&self, places: &Places) -> f64 {
+        let squared = places
+            .centres
             .iter()
             .zip(&self.centres)
             .map(|(now, then)| (now[0] - then[0]).powi(2) + (now[1] - then[1]).powi(2))
             .fold(0.0, f64::max);
-        squared.sqrt().max((wheel_y - self.wheel_y).abs())
+        let [x, y] = [0, 1].map(|k| places.wheel[k] - self.wheel[k]);
+        squared.sqrt().max(x.hypot(y))
     }
 
     /// All numbers that can change a later bit.
     pub fn for_each_number(&self, mut visit: impl FnMut(f64)) {
         visit(self.reach);
-        visit(self.wheel_y);
+        visit(self.wheel[1]);
+        // The x of a flat wheel is nowhere used, and 0.
+        if self.wheel[0] != 0.0 {
+            visit(self.wheel[0]);
+        }
         self.centres.iter().flatten().for_each(|x| visit(*x));
         for slot in &self.slots {
             visit(f64::from(slot.a));
@@ -94,46 +85,9 @@ impl VerletList {
     }
 }
 
-/// Normal and gap of a listed pair.
-pub fn proximity(bodies: &Bodies, centres: &[[f64; 2]], wheel_y: f64, slot: &Slot) -> Proximity {
-    let (a, b) = (slot.a as usize, slot.b as usize);
-    if b < bodies.disks() {
-        return between_disks(centres[a], centres[b], bodies.radii[a] + bodies.radii[b]);
-    }
-    match bodies.wall_of(b) {
-        None => Proximity {
-            normal: [0.0, -1.0],
-            gap: wheel_y - centres[a][1] - bodies.radii[a],
-        },
-        Some(wall) => Proximity {
-            normal: wall.normal,
-            gap: height_over(wall, centres[a]) - bodies.radii[a],
-        },
-    }
-}
-
-fn between_disks(a: [f64; 2], b: [f64; 2], reach: f64) -> Proximity {
-    let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
-    let distance = (dx * dx + dy * dy).sqrt();
-    // Coincident centres have no normal; any fixed one separates them again.
-    let normal = if distance > 0.0 {
-        [dx / distance, dy / distance]
-    } else {
-        [0.0, 1.0]
-    };
-    Proximity {
-        normal,
-        gap: distance - reach,
-    }
-}
-
-fn height_over(wall: &HalfPlane, centre: [f64; 2]) -> f64 {
-    (centre[0] - wall.point[0]) * wall.normal[0] + (centre[1] - wall.point[1]) * wall.normal[1]
-}
-
-fn list_pairs(bodies: &Bodies, centres: &[[f64; 2]], wheel_y: f64, reach: f64) -> Vec<Slot> {
+fn list_pairs(bodies: &Bodies, places: &Places, reach: f64) -> Vec<Slot> {
     let mut slots = Vec::new();
-    let mut near = NearPairs::new(centres, &bodies.radii, bodies.free, reach);
+    let mut near = NearPairs::new(places.centres, &bodies.radii, bodies.free, reach);
     for a in 0..bodies.disks() {
         slots.extend(near.of(a).iter().map(|b| slot(a, *b as usize)));
         let others = bodies.disks()..bodies.count();
@@ -142,7 +96,7 @@ fn list_pairs(bodies: &Bodies, centres: &[[f64; 2]], wheel_y: f64, reach: f64) -
                 .map(|b| slot(a, b))
                 // A glued disk has no business with a fixed wall: neither of them can yield.
                 .filter(|s| a < bodies.free || bodies.wall_of(s.b as usize).is_none())
-                .filter(|s| proximity(bodies, centres, wheel_y, s).gap < reach),
+                .filter(|s| proximity(bodies, places, a, s.b as usize).gap < reach),
         );
     }
     slots

@@ -9,7 +9,7 @@
 //! - [`sample`]: where the grains come from: listed one by one, or a pressed layer cut to follow a crown;
 //! - [`bodies`], [`state`]: what stays and what changes;
 //! - [`bounds`], [`scaling`]: how long a step may be, and what scaled masses cost;
-//! - [`detect`]: who may touch whom;
+//! - [`geometry`], [`detect`]: how near two bodies are, and who may touch whom;
 //! - [`law`], [`cohesion`], [`bond`]: contact laws in closed form, with or without bonds;
 //! - [`wall`], [`wheel`], [`pull`]: the glued row, the wheel's program, and a pair that is pulled apart;
 //! - [`solver`]: the contact problem and its solvers;
@@ -56,6 +56,7 @@ pub mod cohesion;
 pub mod config;
 pub mod detect;
 pub mod error;
+pub mod geometry;
 pub mod law;
 pub mod ledger;
 pub mod node;

@@ -84,6 +84,9 @@ impl Dem {
         let sample = sample::prepare(config, setting.seed)?;
         let mut bodies = setup::bodies(config, setting.thickness_m, &sample);
         let mut state = State::new(&bodies, &sample.free, &sample.glued);
+        if config.wheel.is_some() {
+            setup::refuse_idle_wheel(&state)?;
+        }
         setup::refuse_rigid_overlaps(&bodies, &state)?;
         let pull = match &config.drive {
             None => None,

@@ -6,8 +6,8 @@
 //! displacement does against a load is not in the ledger.
 
 use crate::bodies::Bodies;
-use crate::detect::proximity;
 use crate::error::DemError;
+use crate::geometry::proximity;
 use crate::law::Penetration;
 use crate::solver::{Contact, Criteria, Mover, Problem, UNBONDED};
 use crate::state::State;
@@ -65,8 +65,9 @@ impl Repair {
     fn detect(&mut self, bodies: &Bodies, state: &State) -> f64 {
         let mut largest = 0.0f64;
         self.problem.contacts.clear();
+        let places = state.places(bodies);
         for slot in &state.list.slots {
-            let place = proximity(bodies, &state.centres, state.wheel.position[1], slot);
+            let place = proximity(bodies, &places, slot.a as usize, slot.b as usize);
             largest = largest.max(-place.gap);
             if place.gap < bodies.alert {
                 let contact = Contact {
@@ -142,8 +143,9 @@ fn left(bodies: &Bodies) -> f64 {
 /// Mean and largest overlap of the contacts that carry force, where the bodies are (m).
 pub fn overlaps(bodies: &Bodies, state: &State) -> [f64; 2] {
     let (mut sum, mut count, mut largest) = (0.0, 0, 0.0f64);
+    let places = state.places(bodies);
     for slot in state.list.slots.iter().filter(|s| s.force[0] > 0.0) {
-        let place = proximity(bodies, &state.centres, state.wheel.position[1], slot);
+        let place = proximity(bodies, &places, slot.a as usize, slot.b as usize);
         let overlap = (-place.gap).max(0.0);
         sum += overlap;
         count += 1;

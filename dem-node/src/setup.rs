@@ -2,11 +2,13 @@
 
 use std::f64::consts::PI;
 
+use protocol::ConfigError;
+
 use crate::bodies::Bodies;
 use crate::cohesion::{Cohesion, HPrime};
 use crate::config::{Config, HPrimeConfig, LawConfig, LawKind, PenetrationKind, SolverKind};
-use crate::detect::proximity;
 use crate::error::DemError;
+use crate::geometry::proximity;
 use crate::law::{Friction, Law, Penetration, Springs};
 use crate::sample::Sample;
 use crate::solver::{Algorithm, Criteria};
@@ -48,6 +50,7 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
         gravity: config.gravity_m_per_s2.map(|g| g / config.mass_scale),
         reference: sample.glued.iter().map(|disk| disk.centre).collect(),
         wheel_mass: config.wheel.map(|wheel| wheel.mass_kg),
+        wheel_radius: config.wheel.map_or(0.0, |wheel| wheel.radius_m),
         walls: sample.walls.clone(),
         pulled: None,
         law: law(&config.law, thickness),
@@ -104,15 +107,29 @@ fn cohesion(config: &LawConfig, thickness: f64) -> Option<Cohesion> {
     })
 }
 
+/// A curved wheel that no disk can reach would fall for ever.
+pub fn refuse_idle_wheel(state: &State) -> Result<(), DemError> {
+    if state.wheel.position[1].is_finite() {
+        return Ok(());
+    }
+    Err(ConfigError::new(
+        "wheel.radius_m",
+        "no disk lies under the wheel, which stands over x = 0: it would fall for ever",
+    )
+    .help("raise the radius, or place disks under the wheel")
+    .into())
+}
+
 /// Rigid disks may touch at the start, not lie in each other.
 pub fn refuse_rigid_overlaps(bodies: &Bodies, state: &State) -> Result<(), DemError> {
     if bodies.law.springs.is_some() {
         return Ok(());
     }
+    let places = state.places(bodies);
     for slot in &state.list.slots {
         let (a, b) = (slot.a as usize, slot.b as usize);
         let smaller = bodies.radii[a].min(bodies.radii.get(b).copied().unwrap_or(f64::INFINITY));
-        let gap = proximity(bodies, &state.centres, state.wheel.position[1], slot).gap;
+        let gap = proximity(bodies, &places, a, b).gap;
         if gap < -RIGID_OVERLAP * smaller {
             return Err(DemError::Overlap {
                 a,

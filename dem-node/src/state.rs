@@ -2,7 +2,8 @@
 
 use crate::bodies::Bodies;
 use crate::bond::{self, Bond, Finder};
-use crate::detect::{VerletList, proximity};
+use crate::detect::VerletList;
+use crate::geometry::{Places, height_on, proximity};
 use crate::ledger::Accounts;
 use crate::sample::Disk;
 
@@ -28,7 +29,7 @@ pub struct State {
 /// Where the wheel is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WheelState {
-    /// Sideways displacement and height of the face (m).
+    /// Sideways displacement and height of the lowest point of the face (m).
     pub position: [f64; 2],
     /// Its velocity; the sideways one is prescribed (m/s).
     pub velocity: [f64; 2],
@@ -54,12 +55,12 @@ impl Clone for State {
 }
 
 impl State {
-    /// The start: grains where the sample puts them, the wheel on the highest disk, and compliant contacts under
+    /// The start: grains where the sample puts them, the wheel on the first disk that it meets from above, and compliant contacts under
     /// the force that their overlap means. Bonds are made here, at rest: what they span is no stretch, overlaps included.
     pub fn new(bodies: &Bodies, free: &[Disk], glued: &[Disk]) -> State {
         let all = || free.iter().chain(glued);
-        let top = |disk: &Disk| disk.centre[1] + disk.radius;
-        let highest = all().map(top).fold(f64::NEG_INFINITY, f64::max);
+        let heights = all().filter_map(|d| height_on(bodies.wheel_radius, d.centre, d.radius));
+        let highest = heights.fold(f64::NEG_INFINITY, f64::max);
         let mut state = State {
             centres: all().map(|disk| disk.centre).collect(),
             velocities: free
@@ -73,21 +74,32 @@ impl State {
             },
             ..State::default()
         };
-        state
-            .list
-            .refresh(bodies, &state.centres, highest, 0.0, &[]);
-        state.bonds = bond::make(bodies, &state.centres, &state.list);
+        let mut list = VerletList::default();
+        let places = state.places(bodies);
+        list.refresh(bodies, &places, 0.0, &[]);
+        state.bonds = bond::make(bodies, &places, &list);
+        let places = state.places(bodies);
         let mut bonds = Finder::new(&state.bonds);
-        for slot in &mut state.list.slots {
+        for slot in &mut list.slots {
             if bonds.find((slot.a, slot.b)).is_some() {
                 continue;
             }
-            let gap = proximity(bodies, &state.centres, highest, slot).gap;
+            let gap = proximity(bodies, &places, slot.a as usize, slot.b as usize).gap;
             if let (Some(springs), true) = (bodies.law.springs, gap < 0.0) {
                 slot.force[0] = -gap * springs.normal;
             }
         }
+        state.list = list;
         state
+    }
+
+    /// Where everything is.
+    pub fn places(&self, bodies: &Bodies) -> Places<'_> {
+        let [x, y] = self.wheel.position;
+        Places {
+            centres: &self.centres,
+            wheel: [if bodies.wheel_radius > 0.0 { x } else { 0.0 }, y],
+        }
     }
 
     /// Moves grains and wheel with their velocities for a time (s); glued disks are moved by their wall.

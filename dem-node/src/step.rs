@@ -6,8 +6,9 @@
 use crate::bodies::Bodies;
 use crate::bond::{self, BondContact, BondStep, Finder};
 use crate::cohesion::Cohesion;
-use crate::detect::{Slot, proximity};
+use crate::detect::Slot;
 use crate::error::DemError;
+use crate::geometry::{Places, Proximity, proximity};
 use crate::ledger::{ContactStep, contact_loss};
 use crate::repair::{self, Repair};
 use crate::solver::{Contact, Criteria, Mover, Problem, UNBONDED, Verdict, project};
@@ -152,20 +153,22 @@ impl Stepper {
         self.problem.wall.start(drive.free_velocity);
         self.free_movers(bodies, state, drive);
         let travel = drive.step * self.top_speed();
-        let wheel_y = state.wheel.position[1];
-        let (list, centres) = (&mut state.list, &state.centres);
-        list.refresh(bodies, centres, wheel_y, travel, &state.bonds);
+        let mut list = std::mem::take(&mut state.list);
+        let places = places_at_detection(bodies, state, drive);
+        list.refresh(bodies, &places, travel, &state.bonds);
         self.problem.contacts.clear();
         self.problem.bonds.clear();
         self.slots.clear();
         let mut bonds = Finder::new(&state.bonds);
-        for index in 0..state.list.slots.len() {
-            let slot = &state.list.slots[index];
+        for index in 0..list.slots.len() {
+            let slot = &list.slots[index];
+            let place = proximity(bodies, &places, slot.a as usize, slot.b as usize);
             let bond = bonds.find((slot.a, slot.b));
-            let Some(mut contact) = self.contact(bodies, state, drive.step, slot, bond.is_some())
+            let Some(mut contact) =
+                self.contact(bodies, state, drive.step, slot, place, bond.is_some())
             else {
                 // A contact that a rebound has opened leaves the problem: it must not keep its force.
-                state.list.slots[index].force = [0.0; 2];
+                list.slots[index].force = [0.0; 2];
                 continue;
             };
             if let Some((place, bond)) = bond {
@@ -179,6 +182,7 @@ impl Stepper {
             self.problem.contacts.push(contact);
             self.slots.push(index as u32);
         }
+        state.list = list;
     }
 
     fn free_movers(&mut self, bodies: &Bodies, state: &State, drive: &Drive) {
@@ -236,9 +240,9 @@ impl Stepper {
         state: &State,
         h: f64,
         slot: &Slot,
+        place: Proximity,
         bonded: bool,
     ) -> Option<Contact> {
-        let place = proximity(bodies, &state.centres, state.wheel.position[1], slot);
         let mut contact = Contact {
             a: slot.a,
             b: slot.b,
@@ -421,6 +425,16 @@ impl Stepper {
         let on_wheel = contacts.filter(|contact| contact.b as usize == wheel);
         on_wheel.map(|contact| -push_on_a(contact)[0]).sum()
     }
+}
+
+/// Where everything is when contacts are detected. Grains and height of the wheel have drifted already, its prescribed
+/// way is uniform within the step.
+fn places_at_detection<'a>(bodies: &Bodies, state: &'a State, drive: &Drive) -> Places<'a> {
+    let mut places = state.places(bodies);
+    if bodies.wheel_radius > 0.0 {
+        places.wheel[0] += (1.0 - drive.theta) * (drive.wheel_x - state.wheel.position[0]);
+    }
+    places
 }
 
 /// Largest coordinate (m): positions, and so gaps, carry its rounding.

@@ -1,4 +1,4 @@
-//! The flat rigid wheel above the grains: its load, its sideways motion and the phases of both.
+//! The rigid wheel above the grains: its load, its sideways motion and the phases of both.
 
 use std::f64::consts::TAU;
 

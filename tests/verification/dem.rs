@@ -18,3 +18,4 @@ mod dem_restitution;
 mod dem_solvers;
 mod dem_support;
 mod dem_wheel;
+mod dem_wheel_curved;

@@ -130,7 +130,7 @@ fn wrong_keys_are_named_with_their_value() {
         ("/sample/thickness_m", json!(1.0), "sample.thickness_m"),
         (
             "/wheel",
-            json!({"load_n": 1.0, "mass_kg": 1.0, "radius_m": 0.4, "ramp_s": 0.0, "hold_s": 0.0}),
+            json!({"load_n": 1.0, "mass_kg": 1.0, "radius_m": -0.4, "ramp_s": 0.0, "hold_s": 0.0}),
             "wheel.radius_m",
         ),
         ("/densty", json!(1.0), "densty"),

@@ -162,16 +162,7 @@ impl WheelConfig {
         at_least("wheel.hold_s", self.hold_s, 0.0, "s")?;
         at_least("wheel.amplitude_m", self.amplitude_m, 0.0, "m")?;
         at_least("wheel.cycles", self.cycles, 0.0, "")?;
-        if self.radius_m != 0.0 {
-            return Err(ConfigError::new(
-                "wheel.radius_m",
-                format!(
-                    "only a flat wheel can roll on grains so far, got a radius of {} m",
-                    self.radius_m
-                ),
-            )
-            .help("write radius_m = 0"));
-        }
+        at_least("wheel.radius_m", self.radius_m, 0.0, "m")?;
         if self.cycles > 0.0 {
             positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
         }

@@ -1,0 +1,112 @@
+//! Where the bodies are, and how near two of them are.
+
+use crate::bodies::{Bodies, HalfPlane};
+
+/// Where everything is at a moment.
+#[derive(Clone, Copy, Debug)]
+pub struct Places<'a> {
+    /// Centres of free grains, then of glued disks (m).
+    pub centres: &'a [[f64; 2]],
+    /// Lowest point of the wheel's face (m). A flat face has no x: it is 0.
+    pub wheel: [f64; 2],
+}
+
+/// Geometry of a pair.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Proximity {
+    /// Unit normal from b to a.
+    pub normal: [f64; 2],
+    /// Gap, negative when the bodies overlap (m).
+    pub gap: f64,
+}
+
+/// Normal and gap of two bodies, a the disk of the lower number.
+pub fn proximity(bodies: &Bodies, places: &Places, a: usize, b: usize) -> Proximity {
+    let (centre, radius) = (places.centres[a], bodies.radii[a]);
+    if b < bodies.disks() {
+        return between_disks(centre, places.centres[b], radius + bodies.radii[b]);
+    }
+    match bodies.wall_of(b) {
+        None => under_wheel(places.wheel, bodies.wheel_radius, centre, radius),
+        Some(wall) => Proximity {
+            normal: wall.normal,
+            gap: height_over(wall, centre) - radius,
+        },
+    }
+}
+
+fn between_disks(a: [f64; 2], b: [f64; 2], reach: f64) -> Proximity {
+    let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
+    let distance = (dx * dx + dy * dy).sqrt();
+    // Coincident centres have no normal; any fixed one separates them again.
+    let normal = if distance > 0.0 {
+        [dx / distance, dy / distance]
+    } else {
+        [0.0, 1.0]
+    };
+    Proximity {
+        normal,
+        gap: distance - reach,
+    }
+}
+
+/// A disk under a wheel whose face has this radius R, 0 = flat, and its lowest point at `face`.
+///
+/// With d from the lowest point to the disk, the distance from the face is |d - (0, R)| - R =
+/// (d.d - 2 R d_y) / (|d - (0, R)| + R), which keeps its digits when R is large.
+fn under_wheel(face: [f64; 2], wheel_radius: f64, centre: [f64; 2], radius: f64) -> Proximity {
+    if wheel_radius == 0.0 {
+        return Proximity {
+            normal: [0.0, -1.0],
+            gap: face[1] - centre[1] - radius,
+        };
+    }
+    let (dx, dy) = (centre[0] - face[0], centre[1] - face[1]);
+    let distance = dx.hypot(dy - wheel_radius);
+    let outside = (dx * dx + dy * dy - 2.0 * wheel_radius * dy) / (distance + wheel_radius);
+    Proximity {
+        normal: [dx / distance, (dy - wheel_radius) / distance],
+        gap: outside - radius,
+    }
+}
+
+/// Height of the lowest point of a wheel over x = 0 that touches this disk from above (m); `None` for a disk that it
+/// passes beside.
+///
+/// The centres are R + r apart, so the lowest point is y + r - (R + r - sqrt((R + r)^2 - x^2)).
+pub fn height_on(wheel_radius: f64, centre: [f64; 2], radius: f64) -> Option<f64> {
+    let top = centre[1] + radius;
+    if wheel_radius == 0.0 {
+        return Some(top);
+    }
+    let (x, reach) = (centre[0], wheel_radius + radius);
+    let squared = reach * reach - x * x;
+    (squared >= 0.0).then(|| top - x * x / (reach + squared.sqrt()))
+}
+
+fn height_over(wall: &HalfPlane, centre: [f64; 2]) -> f64 {
+    (centre[0] - wall.point[0]) * wall.normal[0] + (centre[1] - wall.point[1]) * wall.normal[1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_disk_beside_the_middle_of_a_curved_wheel_is_on_a_triangle() {
+        // Wheel of radius 4 around (0, 5), disk of radius 1 around (3, 1): centres 5 apart, touching.
+        let place = under_wheel([0.0, 1.0], 4.0, [3.0, 1.0], 1.0);
+        assert!(place.gap.abs() < 1e-15, "{place:?}");
+        assert_eq!(place.normal, [0.6, -0.8]);
+        assert_eq!(height_on(4.0, [3.0, 1.0], 1.0), Some(1.0));
+        assert_eq!(height_on(4.0, [5.1, 1.0], 1.0), None);
+    }
+
+    #[test]
+    fn a_huge_wheel_is_flat() {
+        let curved = under_wheel([0.0, 2.0], 1e12, [1e-3, 0.5], 1.0);
+        let flat = under_wheel([0.0, 2.0], 0.0, [1e-3, 0.5], 1.0);
+        assert!((curved.gap - flat.gap).abs() < 1e-11);
+        assert!((curved.normal[1] - flat.normal[1]).abs() < 1e-15);
+    }
+}
