@@ -1,8 +1,8 @@
 //! Loads and prescribed motions of named sets, turned into nodal forces and components.
 //!
 //! A prescribed component is moved by whatever it takes: its mass counts as part of that drive, not of the body, so the
-//! drive exerts r = F(u) - f, F being the internal force and f the other loads there, and does the work
-//! [(1-b) r + b r'] du in a step.
+//! drive exerts r = F(u) + d - f, F being the internal force, d that of stiffness damping and f the other loads there,
+//! and does the work [(1-b) r + b r'] du in a step.
 
 use protocol::ConfigError;
 

@@ -214,7 +214,11 @@ pub struct TimeConfig {
     pub safety: Option<f64>,
     /// Damping force per mass and velocity (1/s), >= 0; none when absent.
     pub mass_damping_per_s: Option<f64>,
-    /// The same on body and wheel until the wheel starts to move sideways (1/s), so that it has stopped bouncing by
+    /// Rayleigh's damping in proportion to the stiffness (s), >= 0, C = mass_damping_per_s M + stiffness_damping_s K: a mode
+    /// omega gets the damping ratio (mass_damping_per_s/omega + stiffness_damping_s omega)/2. It shortens the stable step;
+    /// none when absent.
+    pub stiffness_damping_s: Option<f64>,
+    /// Mass damping on body and wheel until the wheel starts to move sideways (1/s), so that it has stopped bouncing by
     /// then; none when absent.
     pub start_mass_damping_per_s: Option<f64>,
     /// Accept a step above the stability limit, to show what happens then.
@@ -270,6 +274,16 @@ impl Config {
                 "\"corotational\" does not go with a j2 material",
             )
             .help("take kinematics = \"small\", or an elastic material: no exact answer backs the pair yet"));
+        }
+        let damped = self.time.stiffness_damping_s.is_some_and(|time| time > 0.0);
+        let nonlinear =
+            self.material.law() == MaterialKind::J2 || self.kinematics == Kinematics::Corotational;
+        if damped && nonlinear {
+            return Err(ConfigError::new(
+                "time.stiffness_damping_s",
+                "takes the stiffness of a linear elastic body in small strain",
+            )
+            .help("remove it, or the yield stress and kinematics = \"corotational\"; time.mass_damping_per_s goes with any law"));
         }
         match self.analysis == Analysis::Static || self.start == Start::Static {
             true => self.check_static(),
@@ -456,6 +470,9 @@ impl TimeConfig {
         optional(self.safety, check_safety)?;
         optional(self.mass_damping_per_s, |rate| {
             not_negative("time.mass_damping_per_s", rate, "1/s")
+        })?;
+        optional(self.stiffness_damping_s, |time| {
+            not_negative("time.stiffness_damping_s", time, "s")
         })?;
         optional(self.end_s, |end| positive("time.end_s", end, "s"))
     }

@@ -15,6 +15,17 @@
 //! mode 1 + trace + det = (4 - 2 b (omega h)^2 + 2 (2b-1) c h) / (1 + b c h). Taking v instead of v' in a' was tried:
 //! the damping lags by a step and feeds the modes above omega h = sqrt(2) when b = 1/2.
 //!
+//! Stiffness damping, C = c M + beta K (Rayleigh 1877, section 102), takes the mean velocity of the step that ends,
+//!
+//! ```text
+//! d' = beta K (u'-u)/h = (beta/h) (F(u') - F(u)),     a' = M^-1 (f' - F(u') - d' - C_d v')
+//! ```
+//!
+//! which needs no second look at the elements. For one mode z (z-1)^2 = -(omega h)^2 [(1/2-b) + (b+1/2) z] [(1+r) z - r],
+//! r = beta/h. Its root -1 gives 2 b (omega h)^2 (1 + 2 r) = 4: with xi = beta omega/2 at the largest omega
+//! h < (sqrt(2/b + 4 xi^2) - 2 xi)/omega_max, for b = 1/2 the (2/omega_max) (sqrt(1 + xi^2) - xi) of Belytschko, Liu and
+//! Moran (2000), section 6.2.
+//!
 //! # Energy of one step
 //! Write du = u'-u, da = a'-a, dF = F(u')-F(u). From the scheme h v = du - h^2/2 a, and the kinetic energy
 //! K = v M v / 2 changes by
@@ -30,6 +41,8 @@
 //! W = [(1-b) f + b f'] du                             work of the applied forces
 //! D = [(1-b) v + b v'] C_d du                         mass damping
 //! ```
+//!
+//! (stiffness damping takes [(1-b) d + b d'] du in the same way)
 //!
 //! and (1-b) F + b F' = (F + F')/2 + (b-1/2) dF, where (F + F') du / 2 is the change of the strain energy.
 //! In the second term (1-b) a + b a' = (a + a')/2 + (b-1/2) da. What is left is the numerical loss
@@ -144,6 +157,9 @@ impl Integrator {
         rows: [usize; 2],
         wheel: Option<(&Wheel, &mut WheelRun)>,
     ) {
+        if self.scheme.stiffness_damping > 0.0 {
+            state.resistance.resize(body.layout().len(), 0.0);
+        }
         let rule = Rule {
             scheme: self.scheme,
             damping: self.damping,
@@ -181,6 +197,7 @@ mod tests {
             step: 0.3,
             damping: 0.75,
             mass_damping: 0.1,
+            stiffness_damping: 0.05,
         };
         let mut integrator = Integrator::with_blocks(&body, scheme, blocks);
         let mut load = Load::none(&body);

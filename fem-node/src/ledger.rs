@@ -18,6 +18,8 @@ pub struct Ledger {
     pub kinetic: f64,
     /// Dissipated by mass damping, [(1-b) c v + b c' v'] M du.
     pub mass_damping: f64,
+    /// Dissipated by stiffness damping, [(1-b) d + b d'] du.
+    pub stiffness_damping: f64,
     /// Dissipated by the scheme, (b-1/2) (du dF - b h^2/2 da M da) - (b h^2/4) d(a M a).
     pub numerical: f64,
     /// What the wheel and its contact have moved and dissipated.
@@ -35,6 +37,7 @@ pub struct Ledger {
 pub(crate) struct Terms {
     pub(crate) applied: bool,
     pub(crate) mass_damping: bool,
+    pub(crate) stiffness_damping: bool,
     pub(crate) wheel: bool,
     pub(crate) driven: bool,
     pub(crate) plastic: bool,
@@ -83,6 +86,12 @@ impl Terms {
                 "mass_damping",
                 Role::Dissipated,
                 ledger.mass_damping + wheel.mass_damping,
+            ),
+            (
+                self.stiffness_damping,
+                "stiffness_damping",
+                Role::Dissipated,
+                ledger.stiffness_damping,
             ),
             (
                 true,

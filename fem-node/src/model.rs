@@ -71,12 +71,15 @@ impl Model {
         let mut body = Body::new(&mesh, config.element, &elastic, supports, thickness);
         let (tractions, drives) = boundary::build(config, &mesh, &mut body, thickness)?;
         let omega_max = spectrum::omega_max(&body);
-        let step_limit = spectrum::step_limit(omega_max, config.time.damping);
+        let stiffness_damping = config.time.stiffness_damping_s.unwrap_or(0.0);
+        let step_limit =
+            spectrum::damped_step_limit(omega_max, config.time.damping, stiffness_damping);
         let step = choose_step(config, step_limit)?;
         let scheme = Scheme {
             step,
             damping: config.time.damping,
             mass_damping: config.time.mass_damping_per_s.unwrap_or(0.0),
+            stiffness_damping,
         };
         let start_damping = config.time.start_mass_damping_per_s.unwrap_or(0.0);
         let history = config.wheel.map(|wheel| history(config.start, wheel));
@@ -148,6 +151,16 @@ fn law(config: &Config, elastic: &Elastic) -> Option<PointLaw> {
     PointLaw::new(config.kinematics, plastic)
 }
 
+/// The stability limit in words.
+pub(crate) fn limit_name(stiffness_damping: f64) -> &'static str {
+    match stiffness_damping > 0.0 {
+        false => "stability limit sqrt(2/damping)/omega_max",
+        true => {
+            "stability limit (sqrt(2/damping + 4 xi^2) - 2 xi)/omega_max, xi = stiffness_damping_s omega_max/2,"
+        }
+    }
+}
+
 fn choose_step(config: &Config, limit: f64) -> Result<f64, ConfigError> {
     let time = &config.time;
     match time.step_s {
@@ -157,7 +170,8 @@ fn choose_step(config: &Config, limit: f64) -> Result<f64, ConfigError> {
         StepChoice::Seconds(step) if step < limit || time.unsafe_step => Ok(step),
         StepChoice::Seconds(step) => {
             let problem = format!(
-                "{step:.4e} s is not below the stability limit sqrt(2/damping)/omega_max = {limit:.4e} s of this mesh"
+                "{step:.4e} s is not below the {} = {limit:.4e} s of this mesh",
+                limit_name(time.stiffness_damping_s.unwrap_or(0.0))
             );
             Err(ConfigError::new("time.step_s", problem).help(format!(
                 "take {:.2e} or \"auto\"; `unsafe_step = true` runs it all the same, to show how it diverges",

@@ -14,7 +14,7 @@ use crate::error::FemError;
 use crate::integrate::{Integrator, State};
 use crate::interface::Interface;
 use crate::ledger::{Ledger, Terms};
-use crate::model::Model;
+use crate::model::{self, Model};
 use crate::probe::{self, Held, PressureMaxima};
 use crate::profile::Profile;
 use crate::statics::{self, Loads};
@@ -236,6 +236,7 @@ impl FemNode {
         Terms {
             applied: !self.model.tractions.is_empty(),
             mass_damping: self.model.damping_at(0) > 0.0,
+            stiffness_damping: self.model.scheme.stiffness_damping > 0.0,
             wheel: self.model.wheel.is_some(),
             driven: !self.model.drives.is_empty(),
             plastic: self.model.plastic().is_some(),
@@ -316,13 +317,20 @@ impl FemNode {
         let ledger = Terms {
             applied: true,
             mass_damping: true,
+            stiffness_damping: self.terms().stiffness_damping,
             wheel: true,
             driven: true,
             plastic: true,
         }
         .values(&self.ledger);
-        let State { u, v, history, .. } = &self.committed;
-        for field in [u, v, history, &ledger] {
+        let State {
+            u,
+            v,
+            history,
+            resistance,
+            ..
+        } = &self.committed;
+        for field in [u, v, history, resistance, &ledger] {
             for value in field {
                 hasher.update(&value.to_le_bytes());
             }
@@ -378,7 +386,7 @@ impl Node for FemNode {
             },
             step_s: Some(self.model.scheme.step),
             step_limit_s: Some(self.model.step_limit),
-            step_limit_name: "stability limit sqrt(2/damping)/omega_max".into(),
+            step_limit_name: model::limit_name(self.model.scheme.stiffness_damping).into(),
             end_s: self.model.end,
             phases: self.phases(),
             sets: movable.into_iter().map(String::from).collect(),

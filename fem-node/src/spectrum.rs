@@ -38,6 +38,13 @@ pub fn step_limit(omega_max: f64, damping: f64) -> f64 {
     (2.0 / damping).sqrt() / omega_max
 }
 
+/// h < (sqrt(2/b + 4 xi^2) - 2 xi) / omega_max, xi = beta omega_max/2: the same with stiffness damping beta (s), derived
+/// in [`crate::integrate`].
+pub fn damped_step_limit(omega_max: f64, damping: f64, stiffness_damping: f64) -> f64 {
+    let twice = stiffness_damping * omega_max;
+    ((2.0 / damping + twice * twice).sqrt() - twice) / omega_max
+}
+
 /// The directions of the iteration and the tridiagonal matrix that they reduce the operator to.
 struct Krylov {
     scale: Vec<f64>,

@@ -189,6 +189,7 @@ impl WindowRun {
             strain: strain_energy(&self.state) + beyond - self.start_strain,
             kinetic: 0.5 * inertia_product(&model.body, &self.state.v),
             mass_damping: before.mass_damping + sum(|row| row.damping),
+            stiffness_damping: before.stiffness_damping + sum(|row| row.resistance),
             numerical: before.numerical + loss,
             wheel: energies,
             wheel_kinetic: kinetic.map_or(0.0, |(wheel, state)| state.kinetic(wheel)),
@@ -230,11 +231,14 @@ impl WindowRun {
         work
     }
 
-    /// F(u) - f in the prescribed components, drive after drive (N).
+    /// F(u) + d - f in the prescribed components, drive after drive (N).
     fn reactions(&self, model: &Model) -> Vec<f64> {
         let components = model.drives.iter().flat_map(|drive| &drive.components);
         components
-            .map(|(index, _)| self.state.force[*index] - self.load.at(*index))
+            .map(|(index, _)| {
+                let resistance = self.state.resistance.get(*index).unwrap_or(&0.0);
+                self.state.force[*index] + resistance - self.load.at(*index)
+            })
             .collect()
     }
 

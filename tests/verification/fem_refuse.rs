@@ -58,6 +58,18 @@ fn every_number_out_of_range_is_refused_by_its_key() {
             "time.mass_damping_per_s",
             json!({"time": {"mass_damping_per_s": -1.0}}),
         ),
+        (
+            "time.stiffness_damping_s",
+            json!({"time": {"stiffness_damping_s": -1e-9}}),
+        ),
+        (
+            "time.stiffness_damping_s",
+            json!({"time": {"stiffness_damping_s": 1e-9}, "material": {"yield_pa": 1e8}}),
+        ),
+        (
+            "time.stiffness_damping_s",
+            json!({"time": {"stiffness_damping_s": 1e-9}, "kinematics": "corotational"}),
+        ),
         ("time.end_s", json!({"time": {"end_s": 0.0}})),
         (
             "boundary.top.ramp_s",

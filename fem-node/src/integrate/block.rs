@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::load::Load;
-use super::row::{Row, RowSums};
+use super::row::{Resisting, Row, RowSums};
 use super::scheme::{Rule, Scheme};
 use super::scratch::{Scratch, copy_neighbours};
 use super::state::State;
@@ -34,6 +34,8 @@ pub(super) struct Block<'a> {
     v: &'a mut [f64],
     a: &'a mut [f64],
     force: &'a mut [f64],
+    /// Empty without stiffness damping.
+    resistance: &'a mut [f64],
     /// Histories of the elements below each row; empty if the points do not remember.
     history: &'a mut [f64],
     sums: &'a mut [RowSums],
@@ -66,7 +68,9 @@ pub(super) fn split<'a>(
     let mut u = state.u[places.clone()].chunks_mut(size);
     let mut v = state.v[places.clone()].chunks_mut(size);
     let mut a = state.a[places.clone()].chunks_mut(size);
-    let mut force = state.force[places].chunks_mut(size);
+    let mut force = state.force[places.clone()].chunks_mut(size);
+    let resisting = state.resistance.get_mut(places).unwrap_or_default();
+    let mut resistance = resisting.chunks_mut(size);
     let mut sums = sums[first..end].chunks_mut(rows);
     let blocks = starts.zip(scratch).map_while(|(first, scratch)| {
         Some(Block {
@@ -75,6 +79,7 @@ pub(super) fn split<'a>(
             v: v.next()?,
             a: a.next()?,
             force: force.next()?,
+            resistance: resistance.next().unwrap_or_default(),
             history: history.next().unwrap_or_default(),
             sums: sums.next()?,
             scratch,
@@ -209,6 +214,7 @@ impl Block<'_> {
             elements,
             force,
             acceleration,
+            net,
             ..
         } = &mut *self.scratch;
         elements.assemble(force);
@@ -217,6 +223,19 @@ impl Block<'_> {
         layout.gather(force);
         let own = local * force.len()..(local + 1) * force.len();
         let all = layout.row(self.first + local);
+        let mut load = load.row(self.first + local);
+        if let Some(resistance) = self.resistance.get_mut(own.clone()) {
+            let mut resisting = Resisting {
+                v: &self.v[own.clone()],
+                a: &self.a[own.clone()],
+                force: &self.force[own.clone()],
+                new_force: force,
+                load,
+                resistance,
+            };
+            self.sums[local].resistance += resisting.resist(&rule.scheme, net);
+            load = net;
+        }
         let load = match &mut self.wheel {
             Some((wheel, run)) if local == 0 => {
                 let upper = UpperRow {
@@ -224,13 +243,13 @@ impl Block<'_> {
                     v: &self.v[own.clone()],
                     a: &self.a[own.clone()],
                     force,
-                    load: load.row(0),
+                    load,
                     inverse_mass: &body.inverse_mass[all.clone()],
                 };
                 run.close(wheel, (&rule.scheme, rule.damping), &upper);
                 run.load()
             }
-            _ => load.row(self.first + local),
+            _ => load,
         };
         let mut row = Row {
             v: &mut self.v[own.clone()],

@@ -10,8 +10,43 @@ pub(crate) struct RowSums {
     pub(crate) rotation: f64,
     /// Sum of [(1-b) c v + b c' v'] M du.
     pub(crate) damping: f64,
+    /// Sum of [(1-b) d + b d'] du.
+    pub(crate) resistance: f64,
     /// Dissipated by the elements below the row.
     pub(crate) plastic: f64,
+}
+
+/// What stiffness damping needs in a row of nodes at the end of a step.
+pub(super) struct Resisting<'a> {
+    pub(super) v: &'a [f64],
+    pub(super) a: &'a [f64],
+    pub(super) force: &'a [f64],
+    pub(super) new_force: &'a [f64],
+    pub(super) load: &'a [f64],
+    /// Its force, that of the step before.
+    pub(super) resistance: &'a mut [f64],
+}
+
+impl Resisting<'_> {
+    /// d' = (beta/h) (F' - F); `net` gets the load less it. Returns [(1-b) d + b d'] du.
+    pub(super) fn resist(&mut self, scheme: &Scheme, net: &mut [f64]) -> f64 {
+        let h = Pack::splat(scheme.step);
+        let half = Pack::splat(0.5 * scheme.step * scheme.step);
+        let rate = Pack::splat(scheme.stiffness_damping / scheme.step);
+        let (start, end) = (
+            Pack::splat(1.0 - scheme.damping),
+            Pack::splat(scheme.damping),
+        );
+        let mut sum = Pack::splat(0.0);
+        for k in (0..net.len()).step_by(LANES) {
+            let new = rate * (Pack::load(self.new_force, k) - Pack::load(self.force, k));
+            let du = h * Pack::load(self.v, k) + half * Pack::load(self.a, k);
+            sum = sum + (start * Pack::load(self.resistance, k) + end * new) * du;
+            (Pack::load(self.load, k) - new).store(net, k);
+            new.store(self.resistance, k);
+        }
+        sum.sum()
+    }
 }
 
 /// A row of nodes whose displacements are new and whose other fields are still old.

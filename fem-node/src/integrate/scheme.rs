@@ -11,6 +11,8 @@ pub struct Scheme {
     pub damping: f64,
     /// Mass damping c (1/s).
     pub mass_damping: f64,
+    /// Stiffness damping beta (s).
+    pub stiffness_damping: f64,
 }
 
 impl Scheme {

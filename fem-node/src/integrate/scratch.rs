@@ -11,6 +11,8 @@ pub(super) struct Scratch {
     pub(super) elements: RowForces,
     pub(super) force: Vec<f64>,
     pub(super) acceleration: Vec<f64>,
+    /// Loads less the stiffness damping.
+    pub(super) net: Vec<f64>,
     pub(super) above: Vec<f64>,
     pub(super) below: Vec<f64>,
     pub(super) memory: Memory,
@@ -23,6 +25,7 @@ impl Scratch {
             elements: RowForces::new(body.layout()),
             force: zero.clone(),
             acceleration: zero.clone(),
+            net: zero.clone(),
             above: zero.clone(),
             below: zero,
             memory: Memory::default(),

@@ -15,6 +15,8 @@ pub struct State {
     pub force: Vec<f64>,
     /// Acceleration (m/s2); computed anew at the start of each window of a body without wheel.
     pub a: Vec<f64>,
+    /// Force of the stiffness damping (N), empty where nothing has been damped so.
+    pub resistance: Vec<f64>,
     /// What the points of a plastic body remember, empty for any other; see [`Body::plastic_strain`].
     pub history: Vec<f64>,
 }
@@ -28,6 +30,7 @@ impl State {
             v: zero.clone(),
             force: zero.clone(),
             a: zero,
+            resistance: Vec::new(),
             history: Vec::new(),
         }
     }
@@ -48,6 +51,7 @@ impl State {
         self.v.copy_from_slice(&start.v);
         self.force.copy_from_slice(&start.force);
         self.history.copy_from_slice(&start.history);
+        self.resistance.clone_from(&start.resistance);
     }
 
     /// Takes over what a window starts from, the accelerations included: contact forces do not jump there.
@@ -56,11 +60,15 @@ impl State {
         self.a.copy_from_slice(&start.a);
     }
 
-    /// a = M^-1 (f - F(u)) - c v
+    /// a = M^-1 (f - F(u) - d) - c v
     pub(crate) fn accelerate(&mut self, body: &Body, damping: f64, load: &Load) {
         let forces = load.values.iter().zip(&self.force).zip(&body.inverse_mass);
         for ((a, v), ((f, internal), w)) in self.a.iter_mut().zip(&self.v).zip(forces) {
             *a = w * (f - internal) - damping * v;
+        }
+        let damped = self.resistance.iter().zip(&body.inverse_mass);
+        for (a, (d, w)) in self.a.iter_mut().zip(damped) {
+            *a -= w * d;
         }
         body.layout().spread(&mut self.a);
     }
