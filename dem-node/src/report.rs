@@ -133,6 +133,7 @@ pub struct Journal {
     height_range: Option<[f64; 2]>,
     loop_work: f64,
     residual_max: f64,
+    quad_max: f64,
     defect_max: f64,
     /// Largest overlap, and largest mean overlap, of any step (m).
     overlap_max: f64,
@@ -158,6 +159,7 @@ impl Journal {
         moment: &Moment,
     ) {
         self.residual_max = self.residual_max.max(step.verdict.residual);
+        self.quad_max = self.quad_max.max(step.verdict.quad);
         self.defect_max = self.defect_max.max(step.momentum_defect);
         self.overlap_mean_max = self.overlap_mean_max.max(step.overlap[0]);
         self.overlap_max = self.overlap_max.max(step.overlap[1]);
@@ -216,6 +218,7 @@ impl Journal {
         put("contacts", self.last.closed as f64);
         put("coordination", coordination(bodies, state));
         put("true_residual_max", self.residual_max);
+        put("quad_max", self.quad_max);
         put("momentum_defect_max_n", self.defect_max);
         put("overlap_mean_rel", self.last.overlap[0] / radius);
         put("overlap_max_rel", self.overlap_max / radius);

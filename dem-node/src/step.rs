@@ -110,6 +110,7 @@ impl Stepper {
             verdict = Verdict {
                 iterations,
                 residual: again.residual,
+                quad: again.quad,
                 converged,
             };
         }

@@ -80,12 +80,7 @@ pub fn solve(problem: &mut Problem, criteria: &Criteria) -> Verdict {
     };
     vectors.store(problem);
     problem.conjugate = vectors;
-    let residual = problem.residual();
-    Verdict {
-        iterations,
-        residual,
-        converged: residual <= criteria.tolerance,
-    }
+    problem.verdict(iterations, criteria)
 }
 
 impl Vectors {
