@@ -162,6 +162,16 @@ impl BondContact {
         contact
     }
 
+    /// 1/kappa, normal and tangential (1/kg); infinite where the bond holds nothing.
+    pub fn compliance(&self) -> [f64; 2] {
+        self.kappa.map(|kappa| 1.0 / kappa)
+    }
+
+    /// delta_t/h (m/s).
+    pub fn slip(&self) -> f64 {
+        self.slip
+    }
+
     /// Takes over a lower adhesion.
     pub fn soften(&mut self, law: &Law, bond: &Bond, adhesion: f64, h: f64) {
         self.adhesion[1] = adhesion;

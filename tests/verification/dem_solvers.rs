@@ -61,6 +61,11 @@ fn run(config: &Value, threads: usize, steps: u32) -> (Dem, String) {
     (dem, hash)
 }
 
+fn top_speed(dem: &Dem) -> f64 {
+    let speeds = dem.state().velocities.iter().flatten();
+    speeds.fold(0.0f64, |s, v| s.max(v.abs()))
+}
+
 fn solver(kind: &str, tolerance: f64) -> Value {
     json!({"kind": kind, "tolerance": tolerance, "max_iterations": 20_000, "min_iterations": 1})
 }
@@ -74,12 +79,7 @@ fn gauss_seidel_and_conjugate_gradient_find_the_same_velocities() {
         // Steps before and after the heap has fallen on its floor; the state of each must agree.
         let (nsgs, _) = run(&step("nsgs"), 1, 60);
         let (pcg, _) = run(&step("pcg"), 1, 60);
-        let speed = nsgs
-            .state()
-            .velocities
-            .iter()
-            .flatten()
-            .fold(0.0f64, |s, v| s.max(v.abs()));
+        let speed = top_speed(&nsgs);
         assert!(speed > 1e-3, "the heap must move");
         for (a, b) in nsgs.state().velocities.iter().zip(&pcg.state().velocities) {
             for (a, b) in a.iter().zip(b) {
@@ -112,18 +112,69 @@ fn any_number_of_threads_leaves_the_same_bits() {
     }
 }
 
-#[test]
-fn the_conjugate_gradient_refuses_contacts_that_pull() {
-    let law = json!({
-        "kind": "cohesion", "friction": 0.3, "cn_pa_per_m": 1e15, "ct_pa_per_m": 1e15,
-        "w_j_per_m2": 1.0, "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one", "alert_m": 1e-6,
+/// Bonds between grains that nearly touch; the heap below is closed up to make some.
+fn bonds(friction: f64, shear: f64, more: Value) -> Value {
+    let mut law = json!({
+        "kind": "cohesion", "friction": friction, "cn_pa_per_m": 1e11, "ct_pa_per_m": shear * 1e11,
+        "w_j_per_m2": 0.1, "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one", "alert_m": 4e-4,
     });
-    let config = scene(
-        law,
-        1e-6,
-        heap(2, 2),
-        json!({"solver": solver("pcg", 1e-6)}),
-    );
-    let message = refusal(&config);
+    for (key, value) in more.as_object().into_iter().flatten() {
+        law[key] = value.clone();
+    }
+    law
+}
+
+#[test]
+fn both_solvers_find_the_same_velocities_of_bonded_grains() {
+    let springs = json!({"contact_stiffness_pa": 1e9, "tangential_stiffness_ratio": 0.5});
+    for law in [
+        bonds(0.0, 0.0, json!({})),
+        bonds(0.0, 0.5, json!({})),
+        bonds(0.0, 0.5, springs.clone()),
+        bonds(0.3, 0.5, springs),
+    ] {
+        // The heap is thrown against a side wall and up: some bonds stretch, some are pressed, some let go.
+        let overrides =
+            |kind: &str| json!({"gravity_m_per_s2": [-600.0, 300.0], "solver": solver(kind, 1e-11)});
+        let step = |kind: &str| scene(law.clone(), 2e-5, heap(8, 8), overrides(kind));
+        let (nsgs, _) = run(&step("nsgs"), 1, 120);
+        let (pcg, _) = run(&step("pcg"), 1, 120);
+        let state = nsgs.state();
+        let pulls = state.list.slots.iter().filter(|s| s.force[0] < 0.0).count();
+        let pushes = state.list.slots.iter().filter(|s| s.force[0] > 0.0).count();
+        assert!(
+            pulls > 10 && pushes > 5,
+            "{law}: {pulls} pull, {pushes} push"
+        );
+        let whole = state
+            .bonds
+            .iter()
+            .filter(|bond| bond.adhesion == 1.0)
+            .count();
+        assert!(
+            whole < state.bonds.len(),
+            "{law}: none of {whole} bonds fails"
+        );
+        let speed = top_speed(&nsgs);
+        for (a, b) in state.velocities.iter().zip(&pcg.state().velocities) {
+            for (a, b) in a.iter().zip(b) {
+                assert!((a - b).abs() < 1e-7 * speed, "{law}: {a} and {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_conjugate_gradient_refuses_friction_beside_a_rigid_bond() {
+    let config = |friction: f64| {
+        scene(
+            bonds(friction, 1.0, json!({})),
+            1e-6,
+            heap(2, 2),
+            json!({"solver": solver("pcg", 1e-6)}),
+        )
+    };
+    let message = refusal(&config(0.3));
     assert!(message.contains("solver.kind"), "{message}");
+    run(&config(0.0), 1, 1);
 }

@@ -32,12 +32,17 @@ impl Config {
     }
 
     fn validate_together(&self) -> Result<(), ConfigError> {
-        if self.solver.kind == SolverKind::Pcg && self.law.kind.plain() == LawKind::Cohesion {
+        // A compliant bond has a spring in place of friction; a rigid one slides beside its shear.
+        if self.solver.kind == SolverKind::Pcg
+            && self.law.kind.plain() == LawKind::Cohesion
+            && self.law.contact_stiffness_pa.is_none()
+            && self.law.friction != Some(0.0)
+        {
             return Err(ConfigError::new(
                 "solver.kind",
-                "\"pcg\" solves unilateral contacts only, and law.kind = \"cohesion\" makes contacts that pull",
+                "\"pcg\" needs a convex problem, and rigid bonds with friction beside their shear make none",
             )
-            .help("write solver.kind = \"nsgs\""));
+            .help("write solver.kind = \"nsgs\", law.friction = 0, or give law.contact_stiffness_pa"));
         }
         if matches!(self.sample, SampleConfig::Layer(_)) && self.wheel.is_none() {
             return Err(ConfigError::new(

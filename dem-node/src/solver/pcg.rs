@@ -10,10 +10,15 @@
 //! w = -u'/D where r' may move that way         z = p where r' may move that way
 //! beta = -w.q / p.q                            p' = w + beta z
 //! ```
+//! A bond pulls: below r_n = 0 it has the compliance 1/kappa instead of that of its spring. Both branches have the same u
+//! at r_n = 0, so the energy stays convex and smooth; a contact is on the side of its impulse, and at 0 on the side where u
+//! pushes it, and its direction ends at 0 as at any bound. The bond's shear has 1/kappa_t and no threshold.
+//!
 //! W is never formed: a product scatters impulses to the bodies and gathers their velocities. The velocities of r' are
 //! v + alpha dv plus what the projection took away, which few contacts feel, so an iteration needs one product.
 
 use super::{Contact, Criteria, Mover, Problem, Verdict};
+use crate::bond::BondContact;
 
 /// Part of the true residual below which the box problem is solved well enough to take its thresholds anew. At 10 000
 /// disks 0.1 costs a fifth more iterations, and 1, anew in every iteration, five times as many.
@@ -26,8 +31,10 @@ pub struct Vectors {
     pairs: Vec<[u32; 2]>,
     normals: Vec<[f64; 2]>,
     lines: [Lines; 2],
-    /// Threshold of friction, s (N s).
+    /// Threshold of friction, s (N s); none on the shear of a bond.
     limits: Vec<f64>,
+    /// Bonds, one a contact or none at all.
+    bonds: Vec<Side>,
     /// v of all bodies, glued ones included.
     speeds: Vec<Mover>,
     /// Impulses H p on the bodies, then the velocities M^-1 H p that they make.
@@ -37,6 +44,47 @@ pub struct Vectors {
     first_glued: usize,
     wheel: Option<usize>,
     friction: f64,
+}
+
+/// The two branches of a bond's normal law.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    /// Whether the contact has a bond.
+    bonded: bool,
+    /// Bounds of r_n on the side where it is (N s).
+    low: f64,
+    high: f64,
+    /// Part of the bodies in D (1/kg), and what spring and bond add to it.
+    block: f64,
+    spring: f64,
+    tension: f64,
+}
+
+impl Side {
+    fn new(contact: &Contact, bond: Option<&BondContact>) -> Side {
+        Side {
+            bonded: bond.is_some(),
+            low: 0.0,
+            high: f64::INFINITY,
+            block: contact.block.nn,
+            spring: contact.compliance[0],
+            tension: bond.map_or(f64::INFINITY, |bond| bond.compliance()[0]),
+        }
+    }
+
+    /// Takes the side of an impulse r under u without its compliance; returns compliance and 1/D there.
+    #[inline]
+    fn take(&mut self, impulse: f64, velocity: f64) -> [f64; 2] {
+        let pulls = impulse < 0.0 || (impulse == 0.0 && velocity > 0.0);
+        let compliance = if pulls && self.tension.is_finite() {
+            (self.low, self.high) = (f64::NEG_INFINITY, 0.0);
+            self.tension
+        } else {
+            (self.low, self.high) = (0.0, f64::INFINITY);
+            self.spring
+        };
+        [compliance, 1.0 / (self.block + compliance)]
+    }
 }
 
 /// One component of all contacts.
@@ -73,10 +121,12 @@ struct Sums {
 pub fn solve(problem: &mut Problem, criteria: &Criteria) -> Verdict {
     let mut vectors = std::mem::take(&mut problem.conjugate);
     vectors.load(problem);
-    let iterations = if problem.friction > 0.0 {
-        vectors.iterate::<2>(problem, criteria)
+    let iterations = if !problem.bonds.is_empty() {
+        vectors.iterate::<2, true>(problem, criteria)
+    } else if problem.friction > 0.0 {
+        vectors.iterate::<2, false>(problem, criteria)
     } else {
-        vectors.iterate::<1>(problem, criteria)
+        vectors.iterate::<1, false>(problem, criteria)
     };
     vectors.store(problem);
     problem.conjugate = vectors;
@@ -86,24 +136,32 @@ pub fn solve(problem: &mut Problem, criteria: &Criteria) -> Verdict {
 impl Vectors {
     fn load(&mut self, problem: &Problem) {
         let contacts = &problem.contacts;
+        let bond_of = |contact: &Contact| problem.bonds.get(contact.bond as usize);
         self.first_glued = problem.first_glued;
         self.wheel = problem.wheel;
         self.friction = problem.friction;
         refill(&mut self.pairs, contacts.iter().map(|c| [c.a, c.b]));
         refill(&mut self.normals, contacts.iter().map(|c| c.normal));
         for (axis, lines) in self.lines.iter_mut().enumerate() {
-            let diagonal = |c: &Contact| [c.block.nn, c.block.tt][axis] + c.compliance[axis];
-            refill(&mut lines.bias, contacts.iter().map(|c| c.bias[axis]));
-            refill(
-                &mut lines.compliance,
-                contacts.iter().map(|c| c.compliance[axis]),
-            );
+            let block = |c: &Contact| [c.block.nn, c.block.tt][axis];
+            let compliance = |c: &Contact| match bond_of(c) {
+                // A bond without shear stiffness has no shear impulse either.
+                Some(bond) if axis == 1 => finite(bond.compliance()[1]),
+                _ => c.compliance[axis],
+            };
+            let bias = |c: &Contact| match bond_of(c) {
+                Some(bond) if axis == 1 => bond.slip(),
+                _ => c.bias[axis],
+            };
+            refill(&mut lines.bias, contacts.iter().map(bias));
+            refill(&mut lines.compliance, contacts.iter().map(compliance));
+            let diagonal = |c: &Contact| block(c) + c.compliance[axis];
             refill(&mut lines.diagonal, contacts.iter().map(diagonal));
             // Where nothing moves along an axis, no impulse is looked for.
             let inverse = |d: f64| if d > 0.0 { 1.0 / d } else { 0.0 };
             refill(
                 &mut lines.inverse,
-                contacts.iter().map(|c| inverse(diagonal(c))),
+                contacts.iter().map(|c| inverse(block(c) + compliance(c))),
             );
             refill(&mut lines.impulse, contacts.iter().map(|c| c.impulse[axis]));
             for vector in [
@@ -115,8 +173,14 @@ impl Vectors {
                 refill(vector, contacts.iter().map(|_| 0.0));
             }
         }
-        let limit = |c: &Contact| problem.friction * c.impulse[0];
+        let limit = |c: &Contact| match bond_of(c) {
+            None => problem.friction * c.impulse[0],
+            Some(bond) if bond.compliance()[1].is_finite() => f64::INFINITY,
+            Some(_) => 0.0,
+        };
         refill(&mut self.limits, contacts.iter().map(limit));
+        let sides = contacts.iter().map(|c| Side::new(c, bond_of(c)));
+        refill(&mut self.bonds, sides.filter(|_| !problem.bonds.is_empty()));
         self.speeds.clone_from(&problem.movers);
         for (disk, v) in problem.wall.velocity.chunks_exact(2).enumerate() {
             self.speeds[self.first_glued + disk].velocity = [v[0], v[1], 0.0];
@@ -136,12 +200,12 @@ impl Vectors {
     }
 
     /// Returns the number of iterations. `COMPONENTS` is 2 with friction, 1 without.
-    fn iterate<const COMPONENTS: usize>(
+    fn iterate<const COMPONENTS: usize, const BONDS: bool>(
         &mut self,
         problem: &Problem,
         criteria: &Criteria,
     ) -> usize {
-        let mut sums = self.measure::<COMPONENTS>();
+        let mut sums = self.measure::<COMPONENTS, BONDS>();
         let mut beta = 0.0;
         for iteration in 0..criteria.max_iterations {
             let residual = problem.relative(sums.defect.sqrt(), sums.size.sqrt());
@@ -150,33 +214,38 @@ impl Vectors {
             }
             if COMPONENTS == 2 && sums.held.sqrt() <= INNER * sums.defect.sqrt() {
                 self.renew_limits(problem);
-                self.measure::<COMPONENTS>();
+                self.measure::<COMPONENTS, BONDS>();
                 beta = 0.0;
             }
-            let mut products = self.aim::<COMPONENTS>(beta, problem);
+            let mut products = self.aim::<COMPONENTS, BONDS>(beta, problem);
             if products[0] <= 0.0 && beta != 0.0 {
                 // The direction has lost its way: start again along the steepest one.
                 self.pushes.fill(Mover::default());
-                products = self.aim::<COMPONENTS>(0.0, problem);
+                products = self.aim::<COMPONENTS, BONDS>(0.0, problem);
             }
             let [descent, curvature] = products;
             if !(descent > 0.0 && curvature > 0.0) {
                 return iteration + 1;
             }
-            self.advance::<COMPONENTS>(descent / curvature, problem);
-            sums = self.measure::<COMPONENTS>();
+            self.advance::<COMPONENTS, BONDS>(descent / curvature, problem);
+            sums = self.measure::<COMPONENTS, BONDS>();
             beta = -sums.push_image / curvature;
         }
         criteria.max_iterations
     }
 
     /// p = w + beta z and q = (W + C) p; returns -u.p and p.q.
-    fn aim<const COMPONENTS: usize>(&mut self, beta: f64, problem: &Problem) -> [f64; 2] {
+    fn aim<const COMPONENTS: usize, const BONDS: bool>(
+        &mut self,
+        beta: f64,
+        problem: &Problem,
+    ) -> [f64; 2] {
         let pushes = &mut self.pushes[..];
-        let limits = &self.limits[..];
+        let (limits, bonds) = (&self.limits[..], &self.bonds[..]);
         let [normal, tangent] = &mut self.lines;
         for (k, (pair, n)) in self.pairs.iter().zip(&self.normals).enumerate() {
-            let kept = held(normal.direction[k], normal.impulse[k], 0.0, f64::INFINITY);
+            let [low, high] = normal_bounds::<BONDS>(bonds, k);
+            let kept = held(normal.direction[k], normal.impulse[k], low, high);
             let p_n = normal.push[k] + beta * kept;
             normal.direction[k] = p_n;
             let mut p_t = 0.0;
@@ -238,7 +307,11 @@ impl Vectors {
     }
 
     /// r' = P(r + alpha p) and the velocities that belong to it.
-    fn advance<const COMPONENTS: usize>(&mut self, alpha: f64, problem: &Problem) {
+    fn advance<const COMPONENTS: usize, const BONDS: bool>(
+        &mut self,
+        alpha: f64,
+        problem: &Problem,
+    ) {
         for (speed, push) in self.speeds.iter_mut().zip(&mut self.pushes) {
             for (v, change) in speed.velocity.iter_mut().zip(&push.velocity) {
                 *v += alpha * change;
@@ -249,7 +322,8 @@ impl Vectors {
         let mut clipped = false;
         for (k, ([a, b], n)) in self.pairs.iter().zip(&self.normals).enumerate() {
             let wanted = normal.impulse[k] + alpha * normal.direction[k];
-            let allowed = clamp(wanted, 0.0, f64::INFINITY);
+            let [low, high] = normal_bounds::<BONDS>(&self.bonds, k);
+            let allowed = clamp(wanted, low, high);
             normal.impulse[k] = allowed;
             let mut surplus = [allowed - wanted, 0.0];
             if COMPONENTS == 2 {
@@ -283,6 +357,9 @@ impl Vectors {
     fn renew_limits(&mut self, problem: &Problem) {
         let [normal, tangent] = &mut self.lines;
         for (k, limit) in self.limits.iter_mut().enumerate() {
+            if self.bonds.get(k).is_some_and(|side| side.bonded) {
+                continue;
+            }
             *limit = self.friction * normal.impulse[k];
             let allowed = clamp(tangent.impulse[k], -*limit, *limit);
             let surplus = [0.0, allowed - tangent.impulse[k]];
@@ -293,21 +370,32 @@ impl Vectors {
     }
 
     /// u and w at the impulses reached, and the residuals.
-    fn measure<const COMPONENTS: usize>(&mut self) -> Sums {
+    fn measure<const COMPONENTS: usize, const BONDS: bool>(&mut self) -> Sums {
         let mut sums = Sums::default();
-        let speeds = &self.speeds[..];
+        let (speeds, bonds) = (&self.speeds[..], &mut self.bonds[..]);
         let [normal, tangent] = &mut self.lines;
         for (k, ([a, b], n)) in self.pairs.iter().zip(&self.normals).enumerate() {
             let [u_n, u_t] = relative::<COMPONENTS>(*n, &speeds[*a as usize], &speeds[*b as usize]);
             let r_n = normal.impulse[k];
-            let u_n = u_n + normal.bias[k] + normal.compliance[k] * r_n;
+            let u_n = u_n + normal.bias[k];
+            if BONDS && bonds[k].bonded {
+                [normal.compliance[k], normal.inverse[k]] = bonds[k].take(r_n, u_n);
+            }
+            let [low, high] = normal_bounds::<BONDS>(bonds, k);
+            let u_n = u_n + normal.compliance[k] * r_n;
             normal.velocity[k] = u_n;
-            let w_n = held(-u_n * normal.inverse[k], r_n, 0.0, f64::INFINITY);
+            let w_n = held(-u_n * normal.inverse[k], r_n, low, high);
             normal.push[k] = w_n;
             sums.push_image += w_n * normal.image[k];
             // D (r - P(r - u/D)), as in Problem::residual.
             let scaled_n = normal.diagonal[k] * r_n;
-            let off_n = if u_n > scaled_n { scaled_n } else { u_n };
+            let off_n = if BONDS && bonds[k].bonded {
+                normal.diagonal[k] * (r_n - clamp(r_n - u_n * normal.inverse[k], low, high))
+            } else if u_n > scaled_n {
+                scaled_n
+            } else {
+                u_n
+            };
             sums.held += off_n * off_n;
             sums.defect += off_n * off_n;
             sums.size += scaled_n * scaled_n;
@@ -320,7 +408,11 @@ impl Vectors {
                 tangent.push[k] = w_t;
                 sums.push_image += w_t * tangent.image[k];
                 let d_t = tangent.diagonal[k];
-                let true_limit = self.friction * (r_n - off_n * normal.inverse[k]);
+                let true_limit = if BONDS && bonds[k].bonded {
+                    limit
+                } else {
+                    self.friction * (r_n - off_n * normal.inverse[k])
+                };
                 sums.held += (d_t * (r_t - clamp(target, -limit, limit))).powi(2);
                 sums.defect += (d_t * (r_t - clamp(target, -true_limit, true_limit))).powi(2);
                 sums.size += (d_t * r_t).powi(2);
@@ -361,6 +453,14 @@ fn refill<T>(vector: &mut Vec<T>, values: impl Iterator<Item = T>) {
     vector.extend(values);
 }
 
+fn finite(compliance: f64) -> f64 {
+    if compliance.is_finite() {
+        compliance
+    } else {
+        0.0
+    }
+}
+
 /// What is left of a direction where the impulse is at a bound: nothing if it points outwards.
 #[inline(always)]
 fn held(direction: f64, impulse: f64, low: f64, high: f64) -> f64 {
@@ -368,6 +468,16 @@ fn held(direction: f64, impulse: f64, low: f64, high: f64) -> f64 {
         0.0
     } else {
         direction
+    }
+}
+
+/// Bounds of r_n; both are 0 on one side of a bond.
+#[inline(always)]
+fn normal_bounds<const BONDS: bool>(bonds: &[Side], k: usize) -> [f64; 2] {
+    if BONDS {
+        [bonds[k].low, bonds[k].high]
+    } else {
+        [0.0, f64::INFINITY]
     }
 }
 
