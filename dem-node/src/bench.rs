@@ -40,6 +40,8 @@ const PASSES: usize = 5;
 /// Iterations that a timing leaves out, and those that it counts.
 const WARM: usize = 20;
 const TIMED: usize = 80;
+/// Load steps with and without a first guess.
+const STEPS: usize = 3;
 /// Where a search for a tolerance ends.
 const MOST_ITERATIONS: usize = 20_000;
 
@@ -64,6 +66,16 @@ pub struct BenchRow {
     /// The same to 1e-4.
     #[serde(rename = "iterations_to_1e-4")]
     pub iterations_to_1e4: Option<usize>,
+    /// Iterations to 1e-3 of three load steps in a row without first guess, and with the impulses of the step before;
+    /// absent with several threads, which change nothing.
+    pub iterations_cold: Option<[usize; STEPS]>,
+    /// See `iterations_cold`.
+    pub iterations_warm: Option<[usize; STEPS]>,
+    /// How much faster than one thread the iterations are, and how much faster a loop that only computes is on as many
+    /// threads in the same run; absent with one thread.
+    pub scaling: Option<f64>,
+    /// See `scaling`.
+    pub compute_scaling: Option<f64>,
     /// A step whose Verlet list still holds, without its iterations: contacts from positions, local blocks, the sorting
     /// of the solver and one residual (ms).
     pub detect_prepare_ms: f64,
@@ -78,31 +90,21 @@ pub fn bench() -> Result<Vec<BenchRow>, DemError> {
     let mut rows = Vec::new();
     for (disks, columns, lines) in [(1_000, 1, 1), (10_000, 1, 1), (9_125, 4, 2)] {
         let pack = Pack::new(disks, columns, lines);
+        let coulomb = Friction::Coulomb {
+            coefficient: FRICTION,
+        };
         for (solver, law) in [
             (Algorithm::Nsgs, Friction::Signorini),
-            (
-                Algorithm::Nsgs,
-                Friction::Coulomb {
-                    coefficient: FRICTION,
-                },
-            ),
             (Algorithm::Pcg, Friction::Signorini),
-            (
-                Algorithm::Pcg,
-                Friction::Coulomb {
-                    coefficient: FRICTION,
-                },
-            ),
+            (Algorithm::Pcg, coulomb),
         ] {
             rows.push(pack.row(solver, law, 1)?);
         }
-        rows.push(pack.row(
-            Algorithm::Nsgs,
-            Friction::Coulomb {
-                coefficient: FRICTION,
-            },
-            2,
-        )?);
+        let one = pack.row(Algorithm::Nsgs, coulomb, 1)?;
+        let mut two = pack.row(Algorithm::Nsgs, coulomb, 2)?;
+        two.scaling = Some(one.ns_per_contact_iteration / two.ns_per_contact_iteration);
+        two.compute_scaling = Some(compute_scaling(2)?);
+        rows.extend([one, two]);
     }
     Ok(rows)
 }
@@ -167,12 +169,8 @@ impl Pack {
         }
     }
 
-    fn row(
-        &self,
-        algorithm: Algorithm,
-        friction: Friction,
-        threads: usize,
-    ) -> Result<BenchRow, DemError> {
+    /// The cold load step: its problem, and the time of posing it (s).
+    fn cold(&self, friction: Friction) -> (Problem, f64) {
         let bodies = self.bodies(friction);
         let mut state = State::new(&bodies, &self.disks, &[]);
         let drive = Drive {
@@ -187,12 +185,63 @@ impl Pack {
         stepper.pose(&bodies, &mut state, &drive);
         let pose = quietest(|| stepper.pose(&bodies, &mut state, &drive));
         let mut cold = stepper.problem;
-        // The load comes after detection: a light plate under such a load would fly through the pack in one step.
-        let plate = &mut cold.movers[bodies.disks()];
-        plate.velocity[1] -= STEP * PRESSURE * self.width * THICKNESS * plate.inverse_mass;
+        self.load(&mut cold);
         for contact in &mut cold.contacts {
             contact.bias[0] = contact.bias[0].max(0.0);
         }
+        (cold, pose)
+    }
+
+    /// Loads the plate for a step. The load comes after detection: a light plate under such a load would fly through the
+    /// pack in one step.
+    fn load(&self, problem: &mut Problem) {
+        let plate = &mut problem.movers[self.disks.len()];
+        plate.velocity[1] -= STEP * PRESSURE * self.width * THICKNESS * plate.inverse_mass;
+    }
+
+    /// Iterations of each of the steps, with the impulses of the one before as first guess or without.
+    fn iterations(
+        &self,
+        cold: &Problem,
+        criteria: &Criteria,
+        warm: bool,
+    ) -> Result<Option<[usize; STEPS]>, DemError> {
+        let mut problem = cold.clone();
+        let mut iterations = [0; STEPS];
+        for (step, count) in iterations.iter_mut().enumerate() {
+            if step > 0 {
+                self.go_on(&mut problem, warm);
+            }
+            let verdict = problem.solve(criteria)?;
+            if !verdict.converged {
+                return Ok(None);
+            }
+            *count = verdict.iterations;
+        }
+        Ok(Some(iterations))
+    }
+
+    /// Opens or closes the gaps by a step, loads the plate again and keeps or forgets the impulses.
+    fn go_on(&self, problem: &mut Problem, warm: bool) {
+        let mut contacts = std::mem::take(&mut problem.contacts);
+        for contact in &mut contacts {
+            contact.gap += STEP * problem.relative_velocity(contact)[0];
+            contact.bias[0] = contact.gap.max(0.0) / STEP;
+            if !warm {
+                contact.impulse = [0.0; 2];
+            }
+        }
+        problem.contacts = contacts;
+        self.load(problem);
+    }
+
+    fn row(
+        &self,
+        algorithm: Algorithm,
+        friction: Friction,
+        threads: usize,
+    ) -> Result<BenchRow, DemError> {
+        let (cold, pose) = self.cold(friction);
         let criteria = |tolerance: f64, iterations: usize| Criteria {
             algorithm,
             tolerance,
@@ -220,7 +269,15 @@ impl Pack {
             let (verdict, _) = solve(criteria(tolerance, MOST_ITERATIONS))?;
             Ok(verdict.converged.then_some(verdict.iterations))
         };
+        let repeated = |warm: bool| match threads {
+            1 => self.iterations(&cold, &criteria(1e-3, MOST_ITERATIONS), warm),
+            _ => Ok(None),
+        };
         Ok(BenchRow {
+            iterations_cold: repeated(false)?,
+            iterations_warm: repeated(true)?,
+            scaling: None,
+            compute_scaling: None,
             disks: self.disks.len(),
             contacts: cold.contacts.len(),
             solver: match algorithm {
@@ -333,6 +390,32 @@ fn operation_time() -> f64 {
     time / (ROUNDS * 32) as f64
 }
 
+/// How much faster this many threads do work that needs neither memory nor each other.
+fn compute_scaling(threads: usize) -> Result<f64, DemError> {
+    let share = |rounds: usize| {
+        let mut lanes = black_box([1.0f64; 16]);
+        for _ in 0..rounds {
+            for x in &mut lanes {
+                *x = *x * 0.999 + 0.001;
+            }
+        }
+        black_box(&lanes);
+    };
+    const ROUNDS: usize = 1 << 20;
+    let one = quietest(|| share(ROUNDS));
+    let pool = node::pool(threads)?;
+    let all = node::in_pool(pool.as_ref(), || {
+        quietest(|| {
+            rayon::scope(|scope| {
+                for _ in 0..threads {
+                    scope.spawn(|_| share(ROUNDS / threads));
+                }
+            })
+        })
+    });
+    Ok(one / all)
+}
+
 /// Highest resident memory so far (bytes), 0 where the system does not tell.
 fn peak_rss() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -345,4 +428,25 @@ fn peak_rss() -> u64 {
             .ok()
     });
     kibibytes.unwrap_or(0) * 1024
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A first guess from the step before must save most of the iterations of a load that goes on.
+    #[test]
+    fn warm_starts_save_iterations() {
+        let pack = Pack::new(200, 1, 1);
+        let friction = Friction::Coulomb {
+            coefficient: FRICTION,
+        };
+        let row = pack
+            .row(Algorithm::Nsgs, friction, 1)
+            .expect("the pack can be solved");
+        let cold = row.iterations_cold.expect("it converges");
+        let warm = row.iterations_warm.expect("it converges");
+        assert_eq!(cold[0], warm[0], "the first step has no guess");
+        assert!(2 * warm[2] < cold[2], "{cold:?} {warm:?}");
+    }
 }

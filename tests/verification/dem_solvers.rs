@@ -134,8 +134,7 @@ fn both_solvers_find_the_same_velocities_of_bonded_grains() {
         bonds(0.3, 0.5, springs),
     ] {
         // The heap is thrown against a side wall and up: some bonds stretch, some are pressed, some let go.
-        let overrides =
-            |kind: &str| json!({"gravity_m_per_s2": [-600.0, 300.0], "solver": solver(kind, 1e-11)});
+        let overrides = |kind: &str| json!({"gravity_m_per_s2": [-600.0, 300.0], "solver": solver(kind, 1e-11)});
         let step = |kind: &str| scene(law.clone(), 2e-5, heap(8, 8), overrides(kind));
         let (nsgs, _) = run(&step("nsgs"), 1, 120);
         let (pcg, _) = run(&step("pcg"), 1, 120);

@@ -464,11 +464,9 @@ fn finite(compliance: f64) -> f64 {
 /// What is left of a direction where the impulse is at a bound: nothing if it points outwards.
 #[inline(always)]
 fn held(direction: f64, impulse: f64, low: f64, high: f64) -> f64 {
-    if (impulse <= low && direction < 0.0) || (impulse >= high && direction > 0.0) {
-        0.0
-    } else {
-        direction
-    }
+    // Without short cuts: whether a contact slides cannot be foretold, and a wrong guess costs as much as the arithmetic.
+    let outwards = ((impulse <= low) & (direction < 0.0)) | ((impulse >= high) & (direction > 0.0));
+    if outwards { 0.0 } else { direction }
 }
 
 /// Bounds of r_n; both are 0 on one side of a bond.
