@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use protocol::{
-    Capabilities, ConfigError, Description, Node, NodeError, Outcome, Setting, Surface, WallAnswer,
-    Window,
+    Backing, Capabilities, ConfigError, Description, Node, NodeError, Outcome, Setting, Surface,
+    WallAnswer, Window,
 };
 
 use crate::bodies::Bodies;
@@ -218,6 +218,18 @@ impl Dem {
         Ok(step)
     }
 
+    /// A glued disk's share of all that can move, behind the two grains that it carries on average.
+    fn backing(&self) -> Backing {
+        let grains: f64 = self.bodies.masses.iter().sum();
+        let movable = grains + self.bodies.wheel_mass.unwrap_or(0.0);
+        Backing {
+            glued_mass_kg: 0.0,
+            mass_kg: movable / self.bodies.glued() as f64,
+            stiffness_n_per_m: self.bodies.law.springs.map(|springs| 2.0 * springs.normal),
+            theta: self.theta,
+        }
+    }
+
     fn refuse_when_coupled(&self) -> Result<(), ConfigError> {
         if self.theta != 1.0 {
             return Err(ConfigError::new(
@@ -283,6 +295,8 @@ impl Node for Dem {
             signals: self.signal_names(),
             ledger: ledger::terms(),
             warnings: self.warnings.clone(),
+            backing: glued.then(|| self.backing()),
+            ..Description::default()
         }
     }
 

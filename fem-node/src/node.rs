@@ -398,6 +398,8 @@ impl Node for FemNode {
                 .collect(),
             ledger: self.terms().names(),
             warnings: self.model.warnings.clone(),
+            first_period_s: Some(self.model.first_period()),
+            ..Description::default()
         }
     }
 

@@ -28,8 +28,8 @@ pub mod setting;
 pub use frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 pub use link::{Link, LinkError};
 pub use node::{
-    Capabilities, Description, FaultCode, Node, NodeError, Outcome, Phase, Role, Surface, Term,
-    WallAnswer, Window,
+    Backing, Capabilities, Description, FaultCode, Node, NodeError, Outcome, Phase, Role, Surface,
+    Term, WallAnswer, Window,
 };
 pub use participate::{ParticipateError, participate};
 pub use serve::{ServeError, serve};

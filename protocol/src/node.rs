@@ -118,6 +118,26 @@ pub struct Description {
     pub ledger: Vec<Term>,
     /// What the user should know before a long run.
     pub warnings: Vec<String>,
+    /// Of a continuum: its first period as seen from a coupled set (s), for the prediction of stability and accuracy.
+    #[serde(default)]
+    pub first_period_s: Option<f64>,
+    /// Of a solver on a wall: what stands behind its points, for the prediction of stability.
+    #[serde(default)]
+    pub backing: Option<Backing>,
+}
+
+/// What stands behind the points of a coupled set, a point's share of it: as much as tells how strongly the set resists
+/// a motion that is imposed on it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Backing {
+    /// Mass of a point itself (kg); zero for glued disks.
+    pub glued_mass_kg: f64,
+    /// Mass that can move behind it (kg).
+    pub mass_kg: f64,
+    /// Stiffness of the contacts between the two (N/m); absent where both are one.
+    pub stiffness_n_per_m: Option<f64>,
+    /// Of the time scheme: the velocity of a window is theta times that at its end plus 1 - theta times that at its start.
+    pub theta: f64,
 }
 
 /// What a node can be asked.

@@ -5,5 +5,6 @@ mod main_job;
 mod schemes;
 mod several;
 mod split_bar;
+mod stability;
 mod starved;
 mod static_patch;

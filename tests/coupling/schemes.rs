@@ -110,7 +110,8 @@ fn the_cheap_scheme_is_bounded_and_says_what_gap_it_left() {
 
 #[test]
 fn parallel_staggering_grows_as_well() {
-    let left = run(&scenario("staggered-parallel", 10, 30, false), &[]).completed();
+    let asked = ["interface.glue.unsafe_window=true"];
+    let left = run(&scenario("staggered-parallel", 10, 30, false), &asked).completed();
     let force = &left.signals["interface_fx_n"];
     assert!(
         force[29].abs() > 1e3 * force[2].abs(),
@@ -127,6 +128,7 @@ fn a_fixed_point_that_is_not_reached_ends_the_run() {
     let sets = [
         "interface.glue.acceleration=constant",
         "interface.glue.relaxation=1.0",
+        "interface.glue.unsafe_window=true",
     ];
     let left = run(&scenario("fixed-point-serial", 10, 60, false), &sets);
     assert!(

@@ -134,6 +134,13 @@ impl Bar {
         }
     }
 
+    /// omega_1 (1/s) of the bar with its far end held: 2 sqrt(k/m) sin(pi / (4 n)).
+    fn lowest_frequency(&self) -> f64 {
+        let c = &self.config;
+        let angle = std::f64::consts::FRAC_PI_4 / c.elements as f64;
+        2.0 * (c.element_stiffness_n_per_m / c.element_mass_kg).sqrt() * angle.sin()
+    }
+
     /// Kinetic and strain energy (J).
     fn mechanical_j(&self, state: &State) -> f64 {
         let kinetic: f64 = self
@@ -268,6 +275,7 @@ impl Node for Bar {
             step_s: Some(c.step_s),
             step_limit_s: Some((2.0 / c.damping).sqrt() / omega_max),
             step_limit_name: "stability limit".into(),
+            first_period_s: Some(2.0 * std::f64::consts::PI / self.lowest_frequency()),
             sets: vec!["end".into(), "start".into()],
             signals: [
                 "u_m",

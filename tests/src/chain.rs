@@ -7,8 +7,8 @@
 
 use nalgebra::{DMatrix, DVector};
 use protocol::{
-    Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface, Term, WallAnswer,
-    Window, read_config,
+    Backing, Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface, Term,
+    WallAnswer, Window, read_config,
 };
 use serde::Deserialize;
 
@@ -193,6 +193,12 @@ impl Node for Chain {
                 ..Capabilities::default()
             },
             end_s: Some(self.config.end_s),
+            backing: Some(Backing {
+                glued_mass_kg: self.config.glued_mass_kg,
+                mass_kg: self.config.mass_kg * self.config.count as f64,
+                stiffness_n_per_m: (self.config.count > 0).then_some(self.config.stiffness_n_per_m),
+                theta: self.config.theta,
+            }),
             sets: vec!["end".into(), "far".into()],
             signals: ["q_m", "v_m_per_s", "far_m", "momentum_kg_m_per_s"]
                 .map(String::from)

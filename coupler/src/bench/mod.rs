@@ -1,3 +1,4 @@
 //! Measurements of what the machine gives.
 
 pub mod exchange;
+pub mod stability;

@@ -1,9 +1,11 @@
 //! `thirdbody bench`: what the machine gives.
 
+use std::path::PathBuf;
+
 use clap::Subcommand;
 
-use super::{VerbResult, print};
-use crate::bench::exchange;
+use super::{CHECK_FAILED, VerbResult, print};
+use crate::bench::{exchange, stability};
 use crate::error::Error;
 use crate::launch::Registry;
 
@@ -34,6 +36,12 @@ enum What {
         #[arg(long)]
         json: bool,
     },
+    /// Where the coupling schemes are stable: stability.csv, limits.csv and a picture.
+    Stability {
+        /// Folder for the files.
+        #[arg(long)]
+        out: PathBuf,
+    },
     /// The other end of `exchange`.
     #[command(hide = true)]
     Echo,
@@ -48,6 +56,11 @@ pub fn bench(arguments: &BenchArguments, registry: &Registry) -> VerbResult {
                 true => print(&exchange::json(&rows)),
                 false => print(&exchange::table(&rows)),
             }
+        }
+        What::Stability { ref out } => {
+            let findings = stability::bench(out)?;
+            print(&findings.table());
+            return Ok(if findings.hold() { 0 } else { CHECK_FAILED });
         }
         What::Fem { json } => solver(registry, "fem", json)?,
         What::Dem { json } => solver(registry, "dem", json)?,

@@ -1,15 +1,22 @@
 //! `thirdbody check`: everything that can be said before a run.
 
-use super::{ScenarioArguments, VerbResult, print};
+use super::{ScenarioArguments, VerbResult, own_program, print};
+use crate::couple::greeting::Greeting;
 use crate::couple::run::check as check_scenario;
 use crate::launch::Registry;
-use crate::scenario::{Loaded, load};
+use crate::scenario::{Loaded, Participant, load};
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
 pub struct CheckArguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
+    /// Start nothing: leave out the prediction of stability, which needs the solvers' own words.
+    #[arg(long)]
+    no_start: bool,
+    /// Start programs that the scenario names, too.
+    #[arg(long)]
+    allow_commands: bool,
 }
 
 /// Checks a scenario; an error has exit code 2.
@@ -19,6 +26,28 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     print(&describe(&loaded));
     for warning in warnings {
         print(&format!("warning: {warning}"));
+    }
+    if loaded.scenario.interface.is_empty() || arguments.no_start {
+        return Ok(0);
+    }
+    let foreign = |participant: &&Participant| participant.command.is_some();
+    if let Some(participant) = loaded.scenario.participant.iter().find(foreign)
+        && !arguments.allow_commands
+    {
+        print(&format!(
+            "stability: not predicted, participant {} is a program of its own; --allow-commands starts it",
+            participant.name
+        ));
+        return Ok(0);
+    }
+    let greeting = Greeting {
+        loaded: &loaded,
+        registry,
+        program: own_program()?,
+        threads: arguments.scenario.threads(),
+    };
+    for line in greeting.foresee()? {
+        print(&line);
     }
     Ok(0)
 }

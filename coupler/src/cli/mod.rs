@@ -72,6 +72,9 @@ impl ScenarioArguments {
     }
 }
 
+/// Exit code of a check that failed.
+pub const CHECK_FAILED: i32 = 8;
+
 /// What a verb came to, for the exit code.
 pub type VerbResult = Result<i32, Error>;
 

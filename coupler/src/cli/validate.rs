@@ -4,13 +4,10 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 
-use super::{VerbResult, own_program, print};
+use super::{CHECK_FAILED, VerbResult, own_program, print};
 use crate::launch::{Registry, Watch};
 use crate::validate::run_suite;
 use crate::validate::suite::{Row, Runs};
-
-/// Exit code of a check that failed.
-const CHECK_FAILED: i32 = 8;
 
 /// Arguments of `validate`.
 #[derive(Debug, clap::Args)]

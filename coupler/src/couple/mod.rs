@@ -1,20 +1,23 @@
 //! Joining a continuum to a solver on a wall, window by window.
 //!
 //! - [`conversation`]: requests and answers, recorded and hashed;
-//! - [`handshake`]: who takes part;
+//! - [`handshake`]: who takes part; [`greeting`]: the same without a run;
 //! - [`mapping`]: glued points as weighted means of surface nodes;
 //! - [`clock`]: windows in integer steps;
 //! - [`group`]: interfaces that are solved together, and [`join`]: what they exchange, and on which bounds;
 //! - [`scheme`]: one window of a group by each coupling scheme;
+//! - [`predict`]: whether it is stable, said before the run;
 //! - [`ledger`]: work, momentum and gap of the interface, energies of both sides;
 //! - [`run`]: the loop over all windows.
 
 pub mod clock;
 pub mod conversation;
+pub mod greeting;
 pub mod group;
 pub mod handshake;
 pub mod join;
 pub mod ledger;
 pub mod mapping;
+pub mod predict;
 pub mod run;
 pub mod scheme;

@@ -246,8 +246,16 @@ impl RunSession<'_> {
         let groups = join(conversation, scenario, greeted)?;
         conversation.end_window(0)?;
         let mut courses = courses(scenario, greeted, groups)?;
-        for course in &courses {
+        for course in &mut courses {
             self.rundir.note(&describe(course));
+            for (index, prediction) in course.coupling.foresee(conversation, greeted)? {
+                let interface = &scenario.interface[index];
+                for line in prediction.lines() {
+                    self.rundir
+                        .note(&format!("interface `{}`: {line}", interface.name));
+                }
+                prediction.refuse(interface)?;
+            }
         }
         outputs.expect(courses[0].end);
         let summary = &mut self.summary;
@@ -437,6 +445,9 @@ pub fn windows(
     }
     let groups = join(conversation, scenario, greeted)?;
     let mut courses = courses(scenario, greeted, groups)?;
+    for course in &mut courses {
+        course.coupling.foresee(conversation, greeted)?;
+    }
     each_window(conversation, &mut courses, |_, _, _| Ok(()))
 }
 

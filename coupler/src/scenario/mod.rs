@@ -209,6 +209,9 @@ pub struct Interface {
     /// What a window that did not converge, or a starved contact solve, leads to.
     #[serde(default)]
     pub on_not_converged: Policy,
+    /// Runs windows that are predicted to be unstable, to show how they fail.
+    #[serde(default)]
+    pub unsafe_window: bool,
 }
 
 impl Interface {

@@ -274,6 +274,7 @@ impl Node for StaticNode {
                 .collect(),
             ledger: Vec::new(),
             warnings: self.model.warnings.clone(),
+            ..Description::default()
         }
     }
 

@@ -50,6 +50,16 @@ impl Compliance {
         product
     }
 
+    /// C (m/N) for windows of these substeps, once it is known; one block a continuum.
+    pub fn blocks(&self, substeps: u32) -> &[DMatrix<f64>] {
+        &self.by_substeps[&substeps]
+    }
+
+    /// How many times as soft as the prior says it starts.
+    pub fn factor(&self) -> f64 {
+        self.factor
+    }
+
     /// Sees that C for this window is known and that the walls stand on it.
     pub fn prepare(
         &mut self,
@@ -120,7 +130,7 @@ fn update(matrix: &mut DMatrix<f64>, s: &[f64], y: &[f64]) -> bool {
 }
 
 /// Exact columns, asked of the continuum.
-fn columns(
+pub fn columns(
     conversation: &mut Conversation,
     side: &Side,
     substeps: u32,
@@ -136,7 +146,7 @@ fn columns(
 }
 
 /// H^2 / (2 m sqrt(substeps)) on the diagonal: a free node that drags along what a wave reaches in the window.
-fn mass_only(group: &Group, side: &Side, window: &Window) -> DMatrix<f64> {
+pub fn mass_only(group: &Group, side: &Side, window: &Window) -> DMatrix<f64> {
     let window_s = group.window_s(window);
     let own_steps = f64::from(window.substeps * side.steps);
     let scale = window_s * window_s / (2.0 * own_steps.sqrt());

@@ -3,7 +3,8 @@
 //! - [`compliance`]: what the coupler believes of the continua's compliance;
 //! - `dual_schur`: one force a window, equal displacements at its end;
 //! - `fixed_point`: motion one way, force the other, repeated or not;
-//! - [`acceleration`]: what a fixed-point iteration makes of its last answers.
+//! - [`acceleration`]: what a fixed-point iteration makes of its last answers;
+//! - `foresee`: what the handshake tells of its stability.
 
 use protocol::serve::unpack_wall_answer;
 use protocol::{Kind, WallAnswer, Window};
@@ -19,9 +20,10 @@ pub mod acceleration;
 pub mod compliance;
 mod dual_schur;
 mod fixed_point;
+mod foresee;
 
 /// `dual-schur-cheap` never looks back, so its compliance errs to the soft side, which is far safer than too stiff.
-const CHEAP_FACTOR: f64 = 1.2;
+pub const CHEAP_FACTOR: f64 = 1.2;
 
 /// The coupler's own state of one group: it changes only when a window stands.
 #[derive(Clone, Debug)]

@@ -1,0 +1,174 @@
+//! Where each scheme begins to grow: foreseen from the handshake, and found by running the real coupler.
+
+use super::map::{backing, bar, choice, facts};
+use super::nodes::Bar;
+use super::trial::{Trial, word};
+use crate::couple::predict::explain;
+use crate::error::Error;
+use crate::scenario::Scheme;
+
+/// What is bisected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// Mass on the wall over that of the bar.
+    MassRatio,
+    /// Step over its limit.
+    Cfl,
+}
+
+/// A limit, twice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// The scheme.
+    pub scheme: Scheme,
+    /// What was varied.
+    pub axis: Axis,
+    /// Steps in a window.
+    pub substeps: u32,
+    /// Step over its limit; of a limit of the step, where the search began.
+    pub cfl: f64,
+    /// From the handshake.
+    pub predicted: f64,
+    /// From runs.
+    pub measured: f64,
+}
+
+impl Limit {
+    /// |measured - predicted| / predicted.
+    pub fn difference_rel(&self) -> f64 {
+        (self.measured - self.predicted).abs() / self.predicted
+    }
+}
+
+/// Growth of a window that counts as a limit here. An undamped bar makes schemes that are a window late grow for any
+/// mass, ever more slowly for smaller ones; what a run of a thousand windows can show is 2 %.
+const GROWTH: f64 = 1.02;
+/// Windows of a run.
+const WINDOWS: u64 = 1200;
+/// Gap (m) to which windows are repeated; motions are of the order of 1 m.
+const GAP_M: f64 = 1e-10;
+/// Bisections: eight decades down to half a per cent.
+const HALVINGS: usize = 12;
+
+/// All limits. Theta is 1 and the mass is glued itself.
+pub fn limits(substeps: &[u32], cfls: &[f64]) -> Result<Vec<Limit>, Error> {
+    let mut limits = Vec::new();
+    for m in substeps {
+        for cfl in cfls {
+            for scheme in [
+                Scheme::StaggeredSerial,
+                Scheme::StaggeredParallel,
+                Scheme::FixedPointSerial,
+            ] {
+                limits.push(mass_limit(scheme, *m, *cfl)?);
+            }
+        }
+        for scheme in [Scheme::DualSchur, Scheme::DualSchurSecant] {
+            limits.push(step_limit(scheme, *m)?);
+        }
+    }
+    Ok(limits)
+}
+
+fn trial(scheme: Scheme, substeps: u32, cfl: f64, mass_ratio: f64) -> Trial {
+    Trial {
+        bar: bar(cfl),
+        substeps,
+        scheme,
+        backing: backing(mass_ratio, f64::INFINITY, 1.0),
+    }
+}
+
+fn mass_limit(scheme: Scheme, substeps: u32, cfl: f64) -> Result<Limit, Error> {
+    let foreseen = |mass_ratio: f64| -> Result<bool, Error> {
+        let trial = trial(scheme, substeps, cfl, mass_ratio);
+        let compliance = trial.bar.response(substeps).compliance();
+        let prediction = explain(&facts(&trial, compliance), choice(scheme));
+        Ok(prediction
+            .growth
+            .is_some_and(|growth| growth < level(scheme)))
+    };
+    let found = |mass_ratio: f64| stands(&trial(scheme, substeps, cfl, mass_ratio));
+    Ok(Limit {
+        scheme,
+        axis: Axis::MassRatio,
+        substeps,
+        cfl,
+        predicted: bisect((1e-4, 1e4), foreseen)?,
+        measured: bisect((1e-4, 1e4), found)?,
+    })
+}
+
+fn step_limit(scheme: Scheme, substeps: u32) -> Result<Limit, Error> {
+    let found = |cfl: f64| stands(&trial(scheme, substeps, cfl, 1.0));
+    Ok(Limit {
+        scheme,
+        axis: Axis::Cfl,
+        substeps,
+        cfl: 0.5,
+        predicted: Bar::LIMIT_S,
+        measured: bisect((0.5, 2.0), found)?,
+    })
+}
+
+/// Repeats that do not contract never end; windows may grow by what a run can show.
+fn level(scheme: Scheme) -> f64 {
+    match scheme {
+        Scheme::FixedPointSerial | Scheme::FixedPointParallel => 1.0,
+        _ => GROWTH,
+    }
+}
+
+/// Whether a real run grows by less than the limit a window, from its third quarter to its last.
+fn stands(trial: &Trial) -> Result<bool, Error> {
+    let fixed_point = level(trial.scheme) == 1.0;
+    let windows = if fixed_point { 3 } else { WINDOWS };
+    let run = trial.run(windows, GAP_M)?;
+    if run.error.is_some() || fixed_point {
+        return Ok(run.error.is_none());
+    }
+    let largest = |part: &[f64]| part.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
+    let quarter = run.forces.len() / 4;
+    let early = largest(&run.forces[2 * quarter..3 * quarter]);
+    let late = largest(&run.forces[3 * quarter..]);
+    Ok((late / early).powf(1.0 / quarter as f64) < GROWTH)
+}
+
+/// The last place, in logarithms, where a property that holds at the low end still holds.
+fn bisect(
+    (low, high): (f64, f64),
+    holds: impl Fn(f64) -> Result<bool, Error>,
+) -> Result<f64, Error> {
+    let (mut low, mut high) = (low.ln(), high.ln());
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        match holds(middle.exp())? {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    Ok((0.5 * (low + high)).exp())
+}
+
+/// The limits as CSV.
+pub fn csv(limits: &[Limit]) -> String {
+    let mut text = String::from(
+        "scheme,axis,substeps,cfl,theta,stiffness_ratio,predicted,measured,difference_rel\n",
+    );
+    for limit in limits {
+        let axis = match limit.axis {
+            Axis::MassRatio => "mass_ratio",
+            Axis::Cfl => "cfl",
+        };
+        text.push_str(&format!(
+            "{},{axis},{},{},1,inf,{:.6e},{:.6e},{:.3e}\n",
+            word(limit.scheme),
+            limit.substeps,
+            limit.cfl,
+            limit.predicted,
+            limit.measured,
+            limit.difference_rel()
+        ));
+    }
+    text
+}

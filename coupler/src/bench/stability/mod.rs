@@ -1,0 +1,136 @@
+//! Stability of every scheme over mass ratio, substeps, CFL number, theta and stiffness ratio.
+//!
+//! An elastic bar of ten elements, held at its far end so that every wave comes back, is stepped explicitly; on its other
+//! end stands a mass behind a spring (or glued itself), stepped implicitly once a window. Growth is the spectral radius
+//! of one window of both; a sample of cells is run through the real coupler as well, and has to give the same forces.
+//! Fixed-point schemes have the constant relaxation 0.5: the others find their own.
+//!
+//! - [`nodes`]: the two sides;
+//! - [`trial`]: the real coupler on them;
+//! - [`map`](mod@map): growth in every cell;
+//! - [`limits`](mod@limits): where growth begins, foreseen and found;
+//! - [`picture`]: the map drawn.
+
+use std::path::Path;
+
+use crate::couple::predict::NEUTRAL;
+use crate::error::Error;
+use crate::scenario::Scheme;
+use map::{Axes, Cell};
+
+pub mod limits;
+pub mod map;
+pub mod nodes;
+pub mod picture;
+pub mod trial;
+
+/// Every so many cells one is run through the real coupler.
+const SAMPLE: usize = 97;
+/// Windows of such a run.
+const SAMPLE_WINDOWS: usize = 12;
+
+/// What the bench found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Findings {
+    /// Cells of the map.
+    pub cells: usize,
+    /// Cells that grow.
+    pub unstable: usize,
+    /// Those among them of the dual Schur schemes at theta = 1, where they are offered.
+    pub unstable_default: usize,
+    /// Cells that were predicted to be stable and grow.
+    pub missed: usize,
+    /// Cells that were predicted to grow and do not.
+    pub cried_wolf: usize,
+    /// Cells that were run through the real coupler.
+    pub sampled: usize,
+    /// Largest departure of a force from the window matrix, over the largest force.
+    pub departure: f64,
+    /// Limits that were foreseen and found.
+    pub limits: usize,
+    /// Largest difference between the two, over the foreseen one.
+    pub limit_difference_rel: f64,
+}
+
+/// Makes the map, writes stability.csv, limits.csv and stability.svg into a folder.
+pub fn bench(folder: &Path) -> Result<Findings, Error> {
+    let axes = Axes::full();
+    let cells = map::map(&axes);
+    let limits = limits::limits(&[1, 3, 10, 100], &[0.5, 0.9])?;
+    std::fs::create_dir_all(folder).map_err(Error::io(folder.display().to_string()))?;
+    let write = |name: &str, text: String| {
+        let path = folder.join(name);
+        std::fs::write(&path, text).map_err(Error::io(path.display().to_string()))
+    };
+    write("stability.csv", map::csv(&cells))?;
+    write("stability.svg", picture::svg(&axes, &cells))?;
+    write("limits.csv", limits::csv(&limits))?;
+    let mut findings = findings(&cells, SAMPLE)?;
+    findings.limits = limits.len();
+    findings.limit_difference_rel = limits
+        .iter()
+        .fold(0.0, |most: f64, limit| most.max(limit.difference_rel()));
+    Ok(findings)
+}
+
+/// Counts, and one cell in `every` through the real coupler.
+pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
+    let grows = |cell: &Cell| cell.growth > 1.0 + NEUTRAL;
+    let offered = |cell: &Cell| {
+        let dual_schur = matches!(
+            cell.trial.scheme,
+            Scheme::DualSchur | Scheme::DualSchurSecant | Scheme::DualSchurCheap
+        );
+        dual_schur && cell.trial.backing.theta == 1.0
+    };
+    let count = |which: &dyn Fn(&Cell) -> bool| cells.iter().filter(|cell| which(cell)).count();
+    let sample: Vec<&Cell> = cells.iter().step_by(every).collect();
+    let mut departure = 0.0f64;
+    for cell in &sample {
+        departure = departure.max(map::departure(cell, SAMPLE_WINDOWS)?);
+    }
+    Ok(Findings {
+        cells: cells.len(),
+        unstable: count(&grows),
+        unstable_default: count(&|cell| offered(cell) && grows(cell)),
+        missed: count(&|cell| cell.predicted_stable && grows(cell)),
+        cried_wolf: count(&|cell| !cell.predicted_stable && !grows(cell)),
+        sampled: sample.len(),
+        departure,
+        ..Findings::default()
+    })
+}
+
+impl Findings {
+    /// Whether the map is what the coupler promises.
+    pub fn hold(&self) -> bool {
+        self.unstable_default == 0
+            && self.missed == 0
+            && self.departure <= 1e-6
+            && self.limit_difference_rel <= 0.05
+    }
+
+    /// For a person.
+    pub fn table(&self) -> String {
+        format!(
+            "cells                                        {}\n\
+             unstable                                     {}\n\
+             unstable, dual Schur schemes at theta = 1    {}\n\
+             predicted stable, but unstable               {}\n\
+             predicted unstable, but stable               {}\n\
+             cells run through the real coupler           {}\n\
+             largest departure of its forces, relative    {:.1e}\n\
+             limits foreseen and found                    {}\n\
+             largest difference of the two, relative      {:.4}",
+            self.cells,
+            self.unstable,
+            self.unstable_default,
+            self.missed,
+            self.cried_wolf,
+            self.sampled,
+            self.departure,
+            self.limits,
+            self.limit_difference_rel
+        )
+    }
+}

@@ -1,0 +1,170 @@
+//! One window of a continuum in one interface motion.
+
+use nalgebra::{DMatrix, DVector, Matrix3};
+
+/// x' = A x + B lambda over one window, and the interface displacement R x; x holds displacements and velocities.
+/// The increment is du = R (A - 1) x + C lambda with the compliance C = R B.
+#[derive(Clone, Debug)]
+pub struct Response {
+    /// A.
+    pub carry: DMatrix<f64>,
+    /// B (1/N).
+    pub push: DVector<f64>,
+    /// R.
+    pub place: DVector<f64>,
+}
+
+impl Response {
+    /// C (m/N).
+    pub fn compliance(&self) -> f64 {
+        self.place.dot(&self.push)
+    }
+}
+
+/// A uniform elastic bar, held at its far end and coupled at the other: lumped masses, explicit steps.
+///
+/// Its modes are known in closed form: with n elements, omega_j = omega_max sin((2j - 1) pi / (4n)), and every mode
+/// takes the same share of a force on the end, u_j'' = -omega_j^2 u_j + share lambda with u = sum u_j.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bar {
+    /// Elements.
+    pub elements: usize,
+    /// The upper bound of its frequencies (1/s).
+    pub omega_max: f64,
+    /// What a mode takes of a force: 2 over the mass of the bar (1/kg).
+    pub share: f64,
+}
+
+/// An explicit step: its length and Newmark's gamma.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Length (s).
+    pub step_s: f64,
+    /// 0.5 to 1; 0.5 dissipates nothing.
+    pub damping: f64,
+}
+
+/// Elements of an equivalent bar are kept below this: its operator is full, and more of them do not move a limit.
+const ELEMENTS_MAX: usize = 40;
+
+impl Bar {
+    /// The bar that answers as a continuum does, as far as a handshake tells: with the highest frequency of its step limit (the
+    /// one of an undamped step, 2/omega_max, which errs to the stiff side), its first period, and its compliance
+    /// (m/N) over a window of `substeps`.
+    pub fn equivalent(
+        step: Step,
+        substeps: u32,
+        limit_s: f64,
+        period_s: Option<f64>,
+        compliance: f64,
+    ) -> Bar {
+        let omega_max = 2.0 / limit_s;
+        // Without a period: a bar that no wave returns from within two windows.
+        let window_s = step.step_s * f64::from(substeps);
+        let period_s = period_s.unwrap_or(8.0 * window_s.max(limit_s));
+        let ratio = (2.0 * std::f64::consts::PI / (period_s * omega_max)).min(0.7);
+        let elements = (std::f64::consts::FRAC_PI_4 / ratio.asin()).round() as usize;
+        let unit = Bar {
+            elements: elements.clamp(1, ELEMENTS_MAX),
+            omega_max,
+            share: 1.0,
+        };
+        Bar {
+            share: compliance / unit.response(step, substeps).compliance(),
+            ..unit
+        }
+    }
+
+    /// Its window of `substeps` steps, mode by mode.
+    pub fn response(&self, step: Step, substeps: u32) -> Response {
+        let n = self.elements;
+        let mut carry = DMatrix::zeros(2 * n, 2 * n);
+        let mut push = DVector::zeros(2 * n);
+        let mut place = DVector::zeros(2 * n);
+        for j in 0..n {
+            let angle = (2 * j + 1) as f64 * std::f64::consts::PI / (4 * n) as f64;
+            let window = power(self.mode(self.omega_max * angle.sin(), step), substeps);
+            for row in 0..2 {
+                for column in 0..2 {
+                    carry[(j + row * n, j + column * n)] = window[(row, column)];
+                }
+                push[j + row * n] = window[(row, 2)];
+            }
+            place[j] = 1.0;
+        }
+        Response { carry, push, place }
+    }
+
+    /// One step of one mode on (u, v, lambda): u += h v + h^2/2 a, v += h ((1 - b) a + b a').
+    fn mode(
+        &self,
+        omega: f64,
+        Step {
+            step_s: h,
+            damping: b,
+        }: Step,
+    ) -> Matrix3<f64> {
+        let before = [-omega * omega, 0.0, self.share];
+        let moved = [0, 1, 2].map(|k| [1.0, h, 0.0][k] + 0.5 * h * h * before[k]);
+        let after = [0, 1, 2].map(|k| [0.0, 0.0, self.share][k] - omega * omega * moved[k]);
+        let sped =
+            [0, 1, 2].map(|k| [0.0, 1.0, 0.0][k] + h * ((1.0 - b) * before[k] + b * after[k]));
+        Matrix3::from_row_slice(&[
+            moved[0], moved[1], moved[2], sped[0], sped[1], sped[2], 0.0, 0.0, 1.0,
+        ])
+    }
+}
+
+fn power(mut base: Matrix3<f64>, mut exponent: u32) -> Matrix3<f64> {
+    let mut result = Matrix3::identity();
+    while exponent > 0 {
+        if exponent & 1 == 1 {
+            result = base * result;
+        }
+        base *= base;
+        exponent >>= 1;
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// C(1) = h^2 / (2 m): the end node of a bar of ten elements of 1 kg has 0.5 kg.
+    #[test]
+    fn one_step_moves_the_end_node_alone() {
+        let bar = Bar {
+            elements: 10,
+            omega_max: 2.0,
+            share: 2.0 / 10.0,
+        };
+        let step = Step {
+            step_s: 0.7,
+            damping: 0.5,
+        };
+        let compliance = bar.response(step, 1).compliance();
+        assert!((compliance - 0.49).abs() < 1e-14, "{compliance}");
+    }
+
+    /// What a handshake tells of such a bar gives the bar back.
+    #[test]
+    fn the_equivalent_of_a_bar_is_itself() {
+        let bar = Bar {
+            elements: 10,
+            omega_max: 2.0,
+            share: 0.2,
+        };
+        let step = Step {
+            step_s: 0.9,
+            damping: 0.5,
+        };
+        let period = 2.0 * std::f64::consts::PI / (2.0 * (std::f64::consts::PI / 40.0).sin());
+        for substeps in [1, 7, 1000] {
+            let compliance = bar.response(step, substeps).compliance();
+            let found = Bar::equivalent(step, substeps, 1.0, Some(period), compliance);
+            assert_eq!(found.elements, 10);
+            assert!((found.share / bar.share - 1.0).abs() < 1e-9);
+        }
+    }
+}

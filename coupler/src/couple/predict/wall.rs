@@ -1,0 +1,135 @@
+//! What stands on a wall, in one interface motion: a glued mass, and a free one behind a spring.
+
+use nalgebra::{Matrix3, Vector3};
+use protocol::Backing;
+
+/// State of the masses at the start of a window; the glued one is where the interface is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Masses {
+    /// Velocity of the glued mass (m/s).
+    pub glued_velocity: f64,
+    /// Place of the free mass (m).
+    pub place: f64,
+    /// Its velocity (m/s).
+    pub velocity: f64,
+}
+
+/// What a window came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solved {
+    /// The masses at its end.
+    pub masses: Masses,
+    /// Force of the masses on the wall (N).
+    pub force: f64,
+}
+
+/// How the wall moves in a window: v_g = a_g + W_g p.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// a_g (m/s).
+    pub free: f64,
+    /// W_g (1/kg); zero for a wall that moves as it is told.
+    pub compliance: f64,
+}
+
+/// The masses and their window, of length H.
+#[derive(Clone, Copy, Debug)]
+pub struct Wall {
+    glued: f64,
+    mass: f64,
+    spring: f64,
+    theta: f64,
+    window_s: f64,
+}
+
+impl Wall {
+    /// What stands behind a point, as its solver told at the handshake.
+    pub fn new(backing: &Backing, window_s: f64) -> Wall {
+        let rigid = backing.stiffness_n_per_m.is_none();
+        Wall {
+            glued: backing.glued_mass_kg + if rigid { backing.mass_kg } else { 0.0 },
+            // Without a spring nothing is behind it, and any mass does.
+            mass: if rigid { 1.0 } else { backing.mass_kg },
+            spring: backing.stiffness_n_per_m.unwrap_or(0.0),
+            theta: backing.theta,
+            window_s,
+        }
+    }
+
+    /// One window of the theta scheme, q_0 (m) being the place of the interface at its start:
+    /// m_g (v_g - v_g0) = H k (q_1 - q_0) - p and m (v - v_0) = -H k (q_1 - q_0), both places taken at
+    /// q + theta H (theta v' + (1 - theta) v) for the free mass, q + theta H v_g for the glued one, and v_g = a_g + W_g p.
+    pub fn window(&self, start: &Masses, q_0: f64, motion: Motion) -> Solved {
+        let (h, theta, k) = (self.window_s, self.theta, self.spring);
+        let known = start.place + theta * (1.0 - theta) * h * start.velocity - q_0;
+        let matrix = Matrix3::new(
+            self.glued + theta * h * h * k,
+            -theta * theta * h * h * k,
+            1.0,
+            -theta * h * h * k,
+            self.mass + theta * theta * h * h * k,
+            0.0,
+            1.0,
+            0.0,
+            -motion.compliance,
+        );
+        let right = Vector3::new(
+            self.glued * start.glued_velocity + h * k * known,
+            self.mass * start.velocity - h * k * known,
+            motion.free,
+        );
+        let [[v_g, v, p]] = matrix
+            .lu()
+            .solve(&right)
+            .expect("masses and compliance are positive")
+            .data
+            .0;
+        // Without a spring the free mass is nobody's; at rest it does not drift.
+        let follows = if k > 0.0 { 1.0 } else { 0.0 };
+        Solved {
+            masses: Masses {
+                glued_velocity: v_g,
+                place: follows * (start.place + h * (theta * v + (1.0 - theta) * start.velocity)),
+                velocity: follows * v,
+            },
+            force: p / h,
+        }
+    }
+
+    /// -dF/du (N/m): what the wall must be given for a motion that is imposed on it.
+    pub fn stiffness(&self) -> f64 {
+        let motion = Motion {
+            free: 1.0 / self.window_s,
+            compliance: 0.0,
+        };
+        -self.window(&Masses::default(), 0.0, motion).force
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rigid_mass_resists_with_its_inertia() {
+        let backing = Backing {
+            glued_mass_kg: 1.0,
+            mass_kg: 2.0,
+            stiffness_n_per_m: None,
+            theta: 1.0,
+        };
+        assert!((Wall::new(&backing, 0.5).stiffness() - 12.0).abs() < 1e-12);
+    }
+
+    /// Implicit Euler: spring and inertia in series, k (m/H^2) / (k + m/H^2).
+    #[test]
+    fn a_mass_behind_a_spring_resists_with_both_in_series() {
+        let backing = Backing {
+            glued_mass_kg: 0.0,
+            mass_kg: 2.0,
+            stiffness_n_per_m: Some(8.0),
+            theta: 1.0,
+        };
+        assert!((Wall::new(&backing, 0.5).stiffness() - 4.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,155 @@
+//! What the handshake tells of the scheme's stability, before the first window.
+
+use nalgebra::{DMatrix, DVector};
+use protocol::Backing;
+
+use super::Coupling;
+use super::compliance;
+use crate::couple::conversation::Conversation;
+use crate::couple::group::Patch;
+use crate::couple::handshake::Greeted;
+use crate::couple::predict::{Choice, Facts, Prediction, explain};
+use crate::error::Error;
+use crate::scenario::{CompliancePrior, Scheme};
+
+/// A compliance may be this much negative over its largest value: what rounding leaves of columns that are not quite
+/// symmetric.
+const NEGATIVE: f64 = 1e-9;
+
+impl Coupling {
+    /// Foresees how the scheme will do on each interface of the group, by its index in the scenario. Columns that the
+    /// scheme needs anyway are asked for here, once; one that does without them asks all the same, where the continuum
+    /// has them.
+    pub fn foresee(
+        &mut self,
+        conversation: &mut Conversation,
+        greeted: &[Greeted],
+    ) -> Result<Vec<(usize, Prediction)>, Error> {
+        let blocks = self.blocks(conversation, greeted)?;
+        let patches = self.group.patches.iter();
+        Ok(patches
+            .map(|patch| {
+                let facts = self.facts(patch, &blocks[patch.continuum], greeted);
+                (patch.index, explain(&facts, Choice::from(&self.rules)))
+            })
+            .collect())
+    }
+
+    /// What the handshake told of one interface, `block` being its continuum's compliance (m/N).
+    fn facts(&self, patch: &Patch, block: &DMatrix<f64>, greeted: &[Greeted]) -> Facts {
+        let group = &self.group;
+        let (side, wall) = (&group.continua[patch.continuum], &group.walls[patch.wall]);
+        let continuum = &greeted[side.peer].description;
+        let wall = &greeted[wall.peer].description;
+        // What a foreign solver says of itself may be nonsense; it is then as good as not said.
+        let positive = |value: &f64| *value > 0.0 && value.is_finite();
+        let limit = |limit: Option<f64>, name: &str| {
+            let limit = limit.filter(positive);
+            limit.map(|limit| (limit, name.to_string()))
+        };
+        let own = group.mapping.block(&patch.points, &side.places);
+        Facts {
+            step_s: group.clock.step_s / f64::from(side.steps),
+            substeps: group.clock.substeps * side.steps,
+            step_limit: limit(continuum.step_limit_s, &continuum.step_limit_name),
+            first_period_s: continuum.first_period_s.filter(positive),
+            window_limit: limit(wall.step_limit_s, &wall.step_limit_name),
+            compliance: largest_eigenvalue(&own.condense(block)),
+            definite: definite(block),
+            backing: wall.backing.filter(sensible),
+        }
+    }
+
+    /// C (m/N) of each continuum in a full window.
+    fn blocks(
+        &mut self,
+        conversation: &mut Conversation,
+        greeted: &[Greeted],
+    ) -> Result<Vec<DMatrix<f64>>, Error> {
+        let clock = self.group.clock;
+        let window = clock.window(0, 0, clock.substeps);
+        let dual_schur = matches!(
+            self.rules.scheme,
+            Scheme::DualSchur | Scheme::DualSchurSecant | Scheme::DualSchurCheap
+        );
+        if dual_schur && self.rules.compliance == CompliancePrior::Columns {
+            self.compliance
+                .prepare(conversation, &self.group, &window)?;
+            let believed = self.compliance.blocks(window.substeps).iter();
+            return Ok(believed
+                .map(|block| block / self.compliance.factor())
+                .collect());
+        }
+        let mut blocks = Vec::new();
+        for side in &self.group.continua {
+            let asked = greeted[side.peer].description.capabilities.columns;
+            blocks.push(match asked {
+                true => compliance::columns(conversation, side, window.substeps)?,
+                false => compliance::mass_only(&self.group, side, &window),
+            });
+        }
+        Ok(blocks)
+    }
+}
+
+/// Whether masses and springs are such as there are.
+fn sensible(backing: &Backing) -> bool {
+    let masses = [backing.glued_mass_kg, backing.mass_kg];
+    let resists = match backing.stiffness_n_per_m {
+        Some(stiffness) => stiffness > 0.0 && stiffness.is_finite() && backing.mass_kg > 0.0,
+        None => masses[0] + masses[1] > 0.0,
+    };
+    let known = masses.iter().all(|mass| *mass >= 0.0 && mass.is_finite());
+    resists && known && (0.5..=1.0).contains(&backing.theta)
+}
+
+/// By power iteration: the matrix is symmetric but for rounding.
+fn largest_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
+    // No direction of a surface is orthogonal to one in which all entries differ.
+    let mut direction = DVector::from_fn(matrix.nrows(), |i, _| 1.0 + 0.1 * (i as f64).sin());
+    let mut value = 0.0;
+    for _ in 0..200 {
+        let moved = matrix * &direction;
+        let norm = moved.norm();
+        if norm == 0.0 {
+            return 0.0;
+        }
+        let done = (norm - value).abs() <= 1e-9 * norm;
+        value = norm;
+        direction = moved / norm;
+        if done {
+            break;
+        }
+    }
+    value
+}
+
+/// Whether no eigenvalue of the symmetric part is below zero, but for rounding.
+fn definite(matrix: &DMatrix<f64>) -> bool {
+    let mut symmetric = 0.5 * (matrix + matrix.transpose());
+    let shift = NEGATIVE * symmetric.amax();
+    for i in 0..symmetric.nrows() {
+        symmetric[(i, i)] += shift;
+    }
+    symmetric.cholesky().is_some()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_softest_motion_and_its_sign() {
+        let matrix = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 2.0]);
+        assert!((largest_eigenvalue(&matrix) - 3.0).abs() < 1e-6);
+        assert!(definite(&matrix));
+        let one_sided = DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 1.0]);
+        assert!(!definite(&one_sided));
+        // A component that does not move is no fault.
+        assert!(definite(&DMatrix::from_row_slice(
+            2,
+            2,
+            &[1.0, 0.0, 0.0, 0.0]
+        )));
+    }
+}

@@ -1,0 +1,229 @@
+//! What the coupler says of stability before a run (issue: prediction and map), against runs.
+//!
+//! Problem: an elastic bar of ten elements of 1 kg and 1 N/m, held at its far end, with masses on its other end: a glued one,
+//! or a free one behind a spring.
+//!
+//! Exact answer: both sides are linear, so one window of a scheme is a matrix, made here from the bar's own steps; a
+//! disturbance grows if its spectral radius is above one. The forces of the real coupler must be those of the matrix; for a
+//! fixed point with constant relaxation omega the limit is omega (1 + C S) = 2 (Causin, Gerbeau and Nobile 2005).
+
+use coupler::bench::stability::map::{Axes, departure, map};
+use coupler::bench::stability::nodes::Bar;
+use coupler::bench::stability::{findings, limits};
+use coupler::couple::predict::operator::{Joint, Operator, Tie};
+use coupler::couple::predict::wall::{Masses, Wall};
+use coupler::error::Error;
+use coupler::scenario::Scheme;
+use harness::runs::{Left, run_in_process, thirdbody};
+use nalgebra::DVector;
+use protocol::Backing;
+
+#[test]
+fn the_default_is_stable_in_every_cell_and_what_is_predicted_stable_is() {
+    let cells = map(&Axes::reduced());
+    let found = findings(&cells, 23).expect("the coupler runs");
+    println!("{}", found.table());
+    assert_eq!(found.cells, 504);
+    assert_eq!(found.unstable_default, 0);
+    assert_eq!(found.missed, 0);
+    assert_eq!(found.cried_wolf, 0);
+    assert!(found.sampled >= 20);
+    assert!(found.departure <= 1e-6, "{:e}", found.departure);
+    for scheme in [
+        Scheme::StaggeredSerial,
+        Scheme::StaggeredParallel,
+        Scheme::FixedPointSerial,
+    ] {
+        let grows = |cell: &&_| -> bool {
+            let cell: &coupler::bench::stability::map::Cell = cell;
+            cell.trial.scheme == scheme && cell.growth > 2.0
+        };
+        assert!(cells.iter().filter(grows).count() > 10, "{scheme:?}");
+    }
+}
+
+#[test]
+fn limits_are_found_where_they_are_foreseen() {
+    for limit in limits::limits(&[10], &[0.9]).expect("the coupler runs") {
+        println!("{limit:?}");
+        assert!(limit.difference_rel() <= 0.05, "{limit:?}");
+    }
+}
+
+fn scenario(scheme: &str, theta: f64, substeps: u32) -> String {
+    let end_s = 30.0 * f64::from(substeps) * 0.7;
+    format!(
+        r#"
+[run]
+name = "stability"
+thickness_m = 1.0
+[[participant]]
+name = "bar"
+kind = "bar"
+[participant.config]
+elements = 10
+spacing_m = 1.0
+element_mass_kg = 1.0
+element_stiffness_n_per_m = 1.0
+step_s = 0.7
+damping = 0.5
+left_fixed = true
+[[participant]]
+name = "body"
+kind = "chain"
+[participant.config]
+x_m = 10.0
+glued_mass_kg = 2.0
+count = 1
+mass_kg = 5.0
+stiffness_n_per_m = 3.0
+velocity_m_per_s = 1.0
+theta = {theta}
+end_s = {end_s}
+[[interface]]
+name = "glue"
+between = ["bar.end", "body.end"]
+scheme = "{scheme}"
+substeps = {substeps}
+tolerance_rel = 1e-11
+"#
+    )
+}
+
+fn backing(theta: f64) -> Backing {
+    Backing {
+        glued_mass_kg: 2.0,
+        mass_kg: 5.0,
+        stiffness_n_per_m: Some(3.0),
+        theta,
+    }
+}
+
+/// The verification solvers know nothing of the matrix: they step element by element and mass by mass.
+#[test]
+fn the_window_matrix_is_the_coupler() {
+    let schemes = [
+        ("dual-schur", Tie::Exact),
+        ("staggered-serial", Tie::LateForce),
+        ("staggered-parallel", Tie::LateBoth),
+    ];
+    for (scheme, tie) in schemes {
+        for (theta, substeps) in [(0.5, 3), (1.0, 1), (1.0, 25)] {
+            let asked = ["interface.glue.unsafe_window=true"];
+            let left = run_in_process(&scenario(scheme, theta, substeps), &asked)
+                .expect("it is valid")
+                .completed();
+            let distance = apart(&left, tie, theta, substeps);
+            assert!(
+                distance <= 1e-9,
+                "{scheme}, {theta}, {substeps}: {distance:e}"
+            );
+        }
+    }
+}
+
+/// Largest difference of an interface force from that of the matrix, over the largest so far.
+fn apart(left: &Left, tie: Tie, theta: f64, substeps: u32) -> f64 {
+    let bar = Bar {
+        elements: 10,
+        step_s: 0.7,
+    };
+    let response = bar.response(substeps);
+    let window_s = 0.7 * f64::from(substeps);
+    let operator = Operator {
+        response: &response,
+        wall: Wall::new(&backing(theta), window_s),
+        window_s,
+        tie,
+    };
+    let mut joint = Joint {
+        continuum: DVector::zeros(20),
+        masses: Masses {
+            glued_velocity: 1.0,
+            place: 0.0,
+            velocity: 1.0,
+        },
+        lambda: 0.0,
+        motion: 0.0,
+    };
+    let (mut largest, mut apart) = (0.0f64, 0.0f64);
+    let forces = &left.signals["interface_fx_n"];
+    assert_eq!(forces.len(), 30);
+    for force in forces {
+        joint = operator.advance(&joint);
+        largest = largest.max(joint.lambda.abs());
+        apart = apart.max((force - joint.lambda).abs() / largest);
+    }
+    apart
+}
+
+#[test]
+fn an_unstable_choice_is_refused_by_name_and_can_be_insisted_on() {
+    let text = scenario("staggered-serial", 1.0, 1);
+    let heavy = "participant.body.config.glued_mass_kg=100.0";
+    let left = run_in_process(&text, &[heavy]).expect("it is valid");
+    let error = left.ended.error.as_ref().expect("it is predicted to fail");
+    assert!(matches!(error, Error::Refused(_)), "{error}");
+    for word in ["`glue`", "StaggeredSerial", "added mass", "unsafe_window"] {
+        assert!(error.to_string().contains(word), "no {word} in {error}");
+    }
+    assert_eq!(left.number("exit_code"), 2.0);
+    assert_eq!(left.number("windows"), 0.0);
+    let insisted = run_in_process(&text, &[heavy, "interface.glue.unsafe_window=true"])
+        .expect("it is valid")
+        .completed();
+    assert_eq!(insisted.number("windows"), 30.0);
+}
+
+#[test]
+fn a_run_notes_what_is_foreseen() {
+    let left = run_in_process(&scenario("dual-schur", 1.0, 3), &[])
+        .expect("it is valid")
+        .completed();
+    let log = std::fs::read_to_string(left.scratch.path().join("logs/coordinator.log"))
+        .expect("every run has one");
+    assert!(log.contains("interface `glue`: predicted: stable"), "{log}");
+    assert!(log.contains("CFL"), "{log}");
+}
+
+#[test]
+fn check_says_which_bound_decides() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let check = |sets: &[&str]| -> String {
+        let output = thirdbody(&root)
+            .args(["check", "quick"])
+            .args(sets)
+            .output()
+            .expect("the command starts");
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let default = check(&[]);
+    for word in [
+        "predicted: stable",
+        "CFL",
+        "first period / 4",
+        "inertial time",
+    ] {
+        assert!(default.contains(word), "no {word} in {default}");
+    }
+    let naive = check(&["--set", "interface.layer-base.scheme=staggered-serial"]);
+    assert!(naive.contains("predicted: UNSTABLE"), "{naive}");
+    assert!(naive.contains("added mass decides"), "{naive}");
+    assert!(!check(&["--no-start"]).contains("predicted"));
+}
+
+/// A sample of the whole map, one cell of each scheme at the corner where forces are largest.
+#[test]
+fn stiff_and_heavy_cells_follow_the_matrix_too() {
+    let mut axes = Axes::full();
+    axes.thetas = vec![1.0];
+    axes.mass_ratios = vec![1e3];
+    axes.substeps = vec![100];
+    axes.cfls = vec![0.99];
+    axes.stiffness_ratios = vec![100.0];
+    for cell in map(&axes) {
+        let distance = departure(&cell, 12).expect("the coupler runs");
+        assert!(distance <= 1e-6, "{:?}: {distance:e}", cell.trial.scheme);
+    }
+}
