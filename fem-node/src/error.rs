@@ -59,6 +59,19 @@ pub enum FemError {
         limit_s: f64,
     },
     #[error(
+        "window {window}, iteration {iteration}, step {step}, t = {time_s:.6e} s: the body moves with {kinetic_j:.3e} J, more than ten times the {supplied_j:.3e} J that all forces supplied, the solution diverged; its step is {step_s:.4e} s, the stability limit {limit_s:.4e} s: lower time.step_s, the window, or the load"
+    )]
+    Overdrawn {
+        window: u64,
+        iteration: u32,
+        step: u64,
+        time_s: f64,
+        kinetic_j: f64,
+        supplied_j: f64,
+        step_s: f64,
+        limit_s: f64,
+    },
+    #[error(
         "the columns of its compliance over {substeps} steps left the finite numbers; its step is {step_s:.4e} s, the stability limit {limit_s:.4e} s: lower time.step_s"
     )]
     DivergedColumns {
@@ -113,6 +126,7 @@ impl From<FemError> for NodeError {
         let message = error.to_string();
         match error {
             FemError::Diverged { .. }
+            | FemError::Overdrawn { .. }
             | FemError::DivergedColumns { .. }
             | FemError::Contact { .. }
             | FemError::ContactNotConverged { .. } => NodeError::diverged(message),

@@ -147,9 +147,9 @@ impl FemNode {
         };
         let (model, integrator) = (&self.model, &mut self.integrator);
         let committed = (&self.committed, self.wheel.as_ref());
-        let run = &mut self.run;
+        let (run, before) = (&mut self.run, &self.ledger);
         let parallel = integrator.blocks() > 1;
-        let mut work = || run.run(model, integrator, committed, &request);
+        let mut work = || run.run(model, integrator, committed, before, &request);
         match parallel {
             true => self.pool.install(work),
             false => work(),
@@ -173,6 +173,18 @@ impl FemNode {
     /// before the numbers overflow.
     fn check_finite(&self, window: &Window) -> Result<(), FemError> {
         let far = self.run.largest_displacement();
+        if let Some(found) = self.run.overdraft {
+            return Err(FemError::Overdrawn {
+                window: window.index,
+                iteration: window.iteration,
+                step: found.step,
+                time_s: found.step as f64 * self.model.scheme.step,
+                kinetic_j: found.kinetic,
+                supplied_j: found.supplied,
+                step_s: self.model.scheme.step,
+                limit_s: self.model.step_limit,
+            });
+        }
         if far < self.model.size() {
             return Ok(());
         }

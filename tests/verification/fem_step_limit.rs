@@ -77,6 +77,39 @@ fn a_step_above_the_limit_diverges_and_is_noticed() {
     }
 }
 
+/// The step at which a kicked block, 1 % above its limit, is found to have diverged, in windows of this many steps.
+fn found(damping: f64, substeps: u32) -> u64 {
+    let auto = node(&with(block(), json!({"time": {"damping": damping}})));
+    let step = 1.01 * auto.model().step_limit;
+    let time = json!({"time": {"damping": damping, "step_s": step, "unsafe_step": true}});
+    let mut node = node(&with(block(), time));
+    let points = node.couple("top").expect("a set").len();
+    let mut force = vec![0.0; 2 * points];
+    force[points] = -1.0;
+    node.advance(&window(0, 1), &force).expect("one step");
+    node.commit(&window(0, 1), &[]).expect("one step");
+    let fault = (1..1000)
+        .find_map(|index| node.march(&window(index, substeps)).err())
+        .expect("it is unstable");
+    assert_eq!(fault.code, FaultCode::Diverged);
+    let (_, after) = fault.message.split_once("step ").expect("it says when");
+    let (number, _) = after.split_once(',').expect("a number");
+    number.parse().expect("a number")
+}
+
+/// A look after every step finds the second one in which the body has ten times the energy that it was given.
+#[test]
+fn divergence_is_found_within_a_hundred_steps_in_windows_of_any_length() {
+    for damping in [0.5, 0.75, 1.0] {
+        let first = found(damping, 1);
+        assert!((3..=150).contains(&first), "b = {damping}: {first}");
+        for substeps in [7, 100, 100_000] {
+            let late = found(damping, substeps);
+            assert!(late < first + 60, "b = {damping}: {late} after {first}");
+        }
+    }
+}
+
 #[test]
 fn a_step_above_the_limit_is_refused_with_the_limit_in_seconds() {
     let limit = node(&block()).model().step_limit;

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use super::*;
 use crate::integrate::{Integrator, State};
+use crate::ledger::Ledger;
 use crate::model::Model;
 use crate::window::{Request, WindowRun};
 
@@ -62,8 +63,13 @@ impl Flight {
             interface: Vec::new(),
         };
         let start = (&self.state, Some(&self.wheel));
-        self.run
-            .run(&self.model, &mut self.integrator, start, &request);
+        self.run.run(
+            &self.model,
+            &mut self.integrator,
+            start,
+            &Ledger::default(),
+            &request,
+        );
         let run = self.run.wheel.as_ref().expect("it has one");
         self.state.resume(&self.run.state);
         self.wheel.clone_from(&run.state);
