@@ -89,25 +89,62 @@ fn gauss_seidel_and_conjugate_gradient_find_the_same_velocities() {
     }
 }
 
+/// Every law with every solver that takes it.
+fn combinations() -> Vec<(&'static str, Value)> {
+    let springs = json!({"contact_stiffness_pa": 1e9, "tangential_stiffness_ratio": 0.5});
+    let mut laws = laws().to_vec();
+    laws.extend([
+        json!({"kind": "signorini", "restitution": 0.6}),
+        json!({"kind": "coulomb", "friction": 0.3, "restitution": 0.6}),
+        json!({"kind": "coulomb", "friction": 0.3, "penetration": "split"}),
+        json!({"kind": "coulomb", "friction": 0.3, "penetration": "projection"}),
+        bonds(0.0, 0.5, json!({})),
+        bonds(0.3, 0.5, springs),
+    ]);
+    let mut all: Vec<_> = laws.iter().map(|law| ("nsgs", law.clone())).collect();
+    all.extend(laws.into_iter().map(|law| ("pcg", law)));
+    all.push(("nsgs", bonds(0.3, 0.5, json!({}))));
+    all
+}
+
+/// Equal disks on a triangular grid, each in touch with its six neighbours.
+fn grid(columns: usize, rows: usize) -> Value {
+    let d = 2.0 * R * (1.0 - 1e-6);
+    let disk = |i: usize| {
+        let (column, row) = (i / rows, i % rows);
+        let x = d * (column as f64 + 0.5 * (row % 2) as f64);
+        let speed = 0.01 * (i * i % 17) as f64;
+        json!({
+            "x_m": x, "y_m": R + 0.75f64.sqrt() * d * row as f64, "radius_m": R,
+            "vx_m_per_s": speed, "vy_m_per_s": -speed, "spin_rad_per_s": 10.0 * (i % 5) as f64,
+        })
+    };
+    json!({
+        "kind": "disks", "disks": (0..columns * rows).map(disk).collect::<Vec<_>>(),
+        "walls": [{"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}],
+    })
+}
+
 #[test]
 fn any_number_of_threads_leaves_the_same_bits() {
-    for kind in ["nsgs", "pcg"] {
-        for law in laws() {
-            let overrides = json!({"gravity_m_per_s2": [2.0, -9.81], "solver": solver(kind, 1e-2)});
-            let config = scene(law.clone(), 5e-3, heap(90, 45), overrides);
-            let (dem, one) = run(&config, 1, 3);
-            let contacts = dem.state().list.slots.len();
-            assert!(
-                contacts > 2 * 4096,
-                "{contacts} contacts make one block only"
-            );
-            for threads in [2, 4] {
-                assert_eq!(
-                    run(&config, threads, 3).1,
-                    one,
-                    "{kind}, {law}, {threads} threads"
-                );
-            }
+    for (kind, law) in combinations() {
+        let overrides = json!({"gravity_m_per_s2": [2.0, -9.81], "solver": solver(kind, 1e-2)});
+        let config = scene(law.clone(), 1e-5, grid(90, 45), overrides);
+        let (dem, one) = run(&config, 1, 2);
+        let touching = |slot: &&dem_node::detect::Slot| slot.force[0] != 0.0;
+        let closed = dem.state().list.slots.iter().filter(touching).count();
+        assert!(
+            closed > 1000,
+            "{kind}, {law}: only {closed} contacts carry force"
+        );
+        let contacts = dem.state().list.slots.len();
+        assert!(
+            contacts > 2 * 4096,
+            "{contacts} contacts make one block only"
+        );
+        for threads in [2, 4] {
+            let bits = run(&config, threads, 2).1;
+            assert_eq!(bits, one, "{kind}, {law}, {threads} threads");
         }
     }
 }
