@@ -215,6 +215,7 @@ impl Dem {
                 self.bodies.glued()
             ));
         }
+        require_numbers("a velocity of a glued disk", window, free_velocity)?;
         Ok(step)
     }
 
@@ -267,6 +268,17 @@ pub(crate) fn in_pool<T: Send>(
     match pool {
         Some(pool) => pool.install(work),
         None => work(),
+    }
+}
+
+/// Refuses what is no finite number in a message, before it reaches the state.
+fn require_numbers(what: &str, window: &Window, values: &[f64]) -> Result<(), DemError> {
+    match values.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(index) => request(format!(
+            "window {} brings {} as {what}, component {index}: the other side has diverged",
+            window.index, values[index]
+        )),
     }
 }
 
@@ -391,6 +403,7 @@ impl Node for Dem {
                 self.bodies.glued()
             ))?);
         }
+        require_numbers("a displacement of a glued disk", window, displacement)?;
         let drive_before = self.state.accounts.drive;
         std::mem::swap(&mut self.state, &mut self.trial);
         let glued = &mut self.state.centres[self.bodies.free..];

@@ -35,6 +35,12 @@ impl Wall {
                 compliance.len()
             )));
         }
+        if let Some(i) = compliance.iter().position(|w| !w.is_finite()) {
+            return Err(DemError::Request(format!(
+                "the wall's compliance holds {} at component {i}, which is no number",
+                compliance[i]
+            )));
+        }
         if let Some(i) = (0..components).find(|i| compliance[i * (components + 1)] < 0.0) {
             return Err(DemError::Request(format!(
                 "the wall's compliance has {:e} on its diagonal at component {i}: a wall cannot move against its force",

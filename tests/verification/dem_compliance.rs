@@ -4,6 +4,8 @@
 //! -kn (g + h u') while that is negative, so with m_eff = m/2: u' = (u - h kn g / m_eff) / (1 + h^2 kn / m_eff).
 //! Tangential: a disk on a floor under its weight is pushed sideways; the spring d and the slip velocity
 //! u_t = v - w obey u_t' = (u_t - h kt d (3/m)) / (1 + h^2 kt 3/m), d' = d + h u_t'.
+//! Slip: the spring is clipped at mu r_n / kt; a disk that is pushed without spin ends rolling at 2/3 of its speed, as any
+//! sliding disk does (Coriolis 1835).
 //! Statics: a column between floor and wheel shortens by (n + 1) F / kn.
 //! Tolerances: rounding and the solver's true residual of 1e-12.
 
@@ -95,6 +97,46 @@ fn the_tangential_spring_follows_implicit_euler() {
         d.abs() < 1e-9 && u.abs() < 1e-4,
         "implicit Euler damps the oscillation"
     );
+}
+
+/// u_t' = u_t + h (3/m) f, f the spring's force within +-mu m g; along +x.
+#[test]
+fn a_spring_slips_at_its_threshold_and_sticks_again() {
+    let law = json!({
+        "kind": "coulomb", "friction": 0.3,
+        "contact_stiffness_pa": STIFFNESS, "tangential_stiffness_ratio": 0.5,
+    });
+    let (m, kn, g) = (mass(RADIUS), STIFFNESS * THICKNESS, 1000.0);
+    let (kt, limit) = (0.5 * kn, 0.3 * m * g);
+    let sample = json!({
+        "kind": "disks",
+        "disks": [{"x_m": 0.0, "y_m": RADIUS - m * g / kn, "radius_m": RADIUS, "vx_m_per_s": 1.0}],
+        "walls": [{"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}],
+    });
+    let gravity = json!({"gravity_m_per_s2": [0.0, -g]});
+    let mut dem = build(&scene(law, STEP, sample, gravity));
+    let (mut u, mut d, mut slipped, mut lost) = (1.0, 0.0, 0, 0.0);
+    for step in 0..1500 {
+        let report = march(&mut dem, step, 1);
+        let stick = -(u + d / STEP) / (3.0 / m + 1.0 / (kt * STEP * STEP)) / STEP;
+        let force = stick.clamp(-limit, limit);
+        u += STEP * 3.0 / m * force;
+        slipped += usize::from(force != stick);
+        lost -= force * (STEP * u - (-force / kt - d));
+        d = -force / kt;
+        let [vx, _, w] = dem.state().velocities[0];
+        close("slip velocity", vx + w, u, 1e-9);
+        close(
+            "spring",
+            dem.state().list.slots[0].spring.abs(),
+            d.abs(),
+            1e-15,
+        );
+        close("friction", report.energy("friction"), lost, 1e-9 * m);
+    }
+    // From 1 m/s to rest at 3 mu g = 900 m/s2.
+    assert!((1100..1112).contains(&slipped), "{slipped} steps of slip");
+    close("it rolls", dem.state().velocities[0][0], 2.0 / 3.0, 1e-6);
 }
 
 #[test]
