@@ -16,6 +16,7 @@ use super::scheme::{Attempt, Coupling, InterfaceSignals, Standing};
 use crate::error::Error;
 use crate::launch::{Launcher, Registry, Watch, config_value, process, setting};
 use crate::log::{Provenance, Recorder};
+use crate::output::collection::{self, Moment};
 use crate::output::{HoldMeans, Progress, SignalsFile, profile};
 use crate::rundir::{RunDir, manifest};
 use crate::scenario::{Loaded, Scenario};
@@ -636,7 +637,26 @@ impl<'a> Outputs<'a> {
             let name = self.phases[self.snapshots_taken].name.clone();
             self.snapshots_taken += 1;
             snapshot(conversation, &name)?;
+            self.collect(conversation, None)?;
             passed(&name);
+        }
+        Ok(())
+    }
+
+    /// Writes `fields/<participant>.pvd` of the snapshots so far, that of the end included if it is taken.
+    fn collect(&self, conversation: &Conversation, end_s: Option<f64>) -> Result<(), Error> {
+        let moment = |name: &str, time_s| Moment {
+            name: name.into(),
+            time_s,
+        };
+        let passed = self.phases[..self.snapshots_taken].iter();
+        let mut moments: Vec<Moment> = passed.map(|p| moment(&p.name, p.t1_s)).collect();
+        moments.extend(end_s.map(|time_s| moment("end", time_s)));
+        for peer in &conversation.peers {
+            if let Some(text) = collection::pvd(&self.rundir.fields(), peer.name(), &moments) {
+                self.rundir
+                    .write(&format!("fields/{}.pvd", peer.name()), &text)?;
+            }
         }
         Ok(())
     }
@@ -647,6 +667,7 @@ impl<'a> Outputs<'a> {
         summary: &mut Summary,
     ) -> Result<(), Error> {
         snapshot(conversation, "end")?;
+        self.collect(conversation, Some(summary.sim_time_s))?;
         self.progress.done();
         for (name, value) in self.hold.results() {
             summary.results.insert(name, value);

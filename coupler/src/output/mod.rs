@@ -8,6 +8,7 @@ use protocol::{Phase, Window};
 use crate::couple::scheme::{Coupling, Standing};
 use crate::scenario::Interface;
 
+pub mod collection;
 pub mod profile;
 pub mod signals;
 

@@ -1,4 +1,4 @@
-//! Interface traction, friction loop, forces over time: whatever the run's tables hold.
+//! Interface traction, friction loop, forces and sliding nodes over time: whatever the run's tables hold.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -20,78 +20,180 @@ struct Curve {
 
 const BLUE_LINE: RGBColor = RGBColor(31, 90, 160);
 const RED_LINE: RGBColor = RGBColor(190, 50, 40);
+/// More dots than this make a file that browsers are slow to draw.
+const DOTS_MAX: usize = 8000;
 
-/// (file, caption, SVG) of every plot that the run has the columns for.
-pub fn all(run: &Path) -> Result<Vec<(&'static str, &'static str, String)>, Error> {
-    let mut plots = Vec::new();
+/// Name of the file, caption, SVG.
+type Plot = (&'static str, &'static str, String);
+
+/// Every plot that the run has the columns for.
+pub fn all(run: &Path) -> Result<Vec<Plot>, Error> {
     let profile = read_csv(&run.join("profile.csv"));
-    if let (Some(x), Some(pressure)) = (profile.get("x_m"), profile.get("pressure_pa")) {
-        let curves = [
-            Curve {
-                label: "at the nodes",
-                points: join(x, pressure, 1e3, 1e-6),
-                colour: RGBColor(170, 190, 210),
-            },
-            Curve {
-                label: "mean over 1 mm",
-                points: join(x, &moving_mean(x, pressure, 1e-3), 1e3, 1e-6),
-                colour: BLUE_LINE,
-            },
-        ];
-        let svg = plot("x (mm)", "pressure on the rail (MPa)", &curves)?;
-        plots.push((
-            "profile.svg",
-            "Interface pressure on the rail at the end of the hold",
-            svg,
-        ));
-    }
-    let signals = read_csv(&run.join("signals.csv"));
-    let column = |name: &str| {
+    let signals = Signals(read_csv(&run.join("signals.csv")));
+    let plots = [
+        pressure(&profile)?,
+        forces(&signals)?,
+        friction(&signals)?,
+        sliding(&signals)?,
+        sliding_over_velocity(&signals)?,
+    ];
+    Ok(plots.into_iter().flatten().collect())
+}
+
+/// Columns of signals.csv.
+struct Signals(Columns);
+
+impl Signals {
+    /// The first participant's column of this name.
+    fn column(&self, name: &str) -> Option<&Vec<f64>> {
         let ending = format!(".{name}");
-        signals
-            .iter()
+        let mut columns = self.0.iter();
+        columns
             .find(|(key, _)| *key == name || key.ends_with(&ending))
             .map(|(_, values)| values)
+    }
+}
+
+fn pressure(profile: &Columns) -> Result<Option<Plot>, Error> {
+    let (Some(x), Some(pressure)) = (profile.get("x_m"), profile.get("pressure_pa")) else {
+        return Ok(None);
     };
-    if let (Some(t), Some(normal), Some(tangential)) = (
-        signals.get("t_s"),
-        column("wheel_fn_n"),
-        column("wheel_ft_n"),
-    ) {
-        let curves = [
-            Curve {
-                label: "normal",
-                points: join(t, normal, 1e3, 1.0),
-                colour: BLUE_LINE,
-            },
-            Curve {
-                label: "tangential",
-                points: join(t, tangential, 1e3, 1.0),
-                colour: RED_LINE,
-            },
-        ];
-        plots.push((
-            "forces.svg",
-            "Force of the layer on the wheel",
-            plot("t (ms)", "force (N)", &curves)?,
-        ));
-    }
-    if let (Some(x), Some(tangential)) = (column("wheel_x_m"), column("wheel_ft_n"))
-        && x.iter().any(|x| *x != 0.0)
-    {
-        let curve = Curve {
-            label: "tangential force",
-            points: join(x, tangential, 1e3, 1.0),
+    let curves = [
+        Curve {
+            label: "at the nodes",
+            points: join(x, pressure, 1e3, 1e-6),
+            colour: RGBColor(170, 190, 210),
+        },
+        Curve {
+            label: "mean over 1 mm",
+            points: join(x, &moving_mean(x, pressure, 1e-3), 1e3, 1e-6),
+            colour: BLUE_LINE,
+        },
+    ];
+    let svg = plot("x (mm)", "pressure on the rail (MPa)", &curves)?;
+    let caption = "Pressure on the rail at the end of the hold";
+    Ok(Some(("profile.svg", caption, svg)))
+}
+
+fn forces(signals: &Signals) -> Result<Option<Plot>, Error> {
+    let (Some(t), Some(normal), Some(tangential)) = (
+        signals.column("t_s"),
+        signals.column("wheel_fn_n"),
+        signals.column("wheel_ft_n"),
+    ) else {
+        return Ok(None);
+    };
+    let curves = [
+        Curve {
+            label: "normal",
+            points: join(t, normal, 1e3, 1.0),
+            colour: BLUE_LINE,
+        },
+        Curve {
+            label: "tangential",
+            points: join(t, tangential, 1e3, 1.0),
             colour: RED_LINE,
-        };
-        let svg = plot("D (mm)", "tangential force (N)", &[curve])?;
-        plots.push((
-            "friction.svg",
-            "Tangential force over the wheel's lateral position",
-            svg,
-        ));
+        },
+    ];
+    let svg = plot("t (ms)", "force (N)", &curves)?;
+    Ok(Some(("forces.svg", "Force on the wheel", svg)))
+}
+
+fn friction(signals: &Signals) -> Result<Option<Plot>, Error> {
+    let (Some(x), Some(tangential)) = (signals.column("wheel_x_m"), signals.column("wheel_ft_n"))
+    else {
+        return Ok(None);
+    };
+    if x.iter().all(|x| *x == 0.0) {
+        return Ok(None);
     }
-    Ok(plots)
+    let curve = Curve {
+        label: "tangential force",
+        points: join(x, tangential, 1e3, 1.0),
+        colour: RED_LINE,
+    };
+    let svg = plot("D (mm)", "tangential force (N)", &[curve])?;
+    let caption = "Tangential force over the wheel's lateral position";
+    Ok(Some(("friction.svg", caption, svg)))
+}
+
+/// Share of sliding nodes over time, beside |D| over its amplitude.
+fn sliding(signals: &Signals) -> Result<Option<Plot>, Error> {
+    let (Some(t), Some(sn), Some(x)) = (
+        signals.column("t_s"),
+        signals.column("sn_pct"),
+        signals.column("wheel_x_m"),
+    ) else {
+        return Ok(None);
+    };
+    let amplitude = x.iter().fold(0.0, |far: f64, x| far.max(x.abs()));
+    if amplitude == 0.0 {
+        return Ok(None);
+    }
+    let moved: Vec<f64> = x.iter().map(|x| 100.0 * x.abs() / amplitude).collect();
+    let curves = [
+        Curve {
+            label: "Sn",
+            points: join(t, sn, 1e3, 1.0),
+            colour: BLUE_LINE,
+        },
+        Curve {
+            label: "|D| over its amplitude",
+            points: join(t, &moved, 1e3, 1.0),
+            colour: RED_LINE,
+        },
+    ];
+    let svg = plot("t (ms)", "(%)", &curves)?;
+    let caption = "Share of sliding nodes over time";
+    Ok(Some(("sliding.svg", caption, svg)))
+}
+
+/// Share of sliding nodes over the wheel's lateral velocity, while it moves.
+fn sliding_over_velocity(signals: &Signals) -> Result<Option<Plot>, Error> {
+    let (Some(velocity), Some(sn)) = (signals.column("wheel_vx_m_per_s"), signals.column("sn_pct"))
+    else {
+        return Ok(None);
+    };
+    if velocity.iter().all(|v| *v == 0.0) {
+        return Ok(None);
+    }
+    let moving = velocity.iter().zip(sn).filter(|(v, _)| **v != 0.0);
+    let points: Vec<(f64, f64)> = moving.map(|(v, sn)| (1e3 * v, *sn)).collect();
+    let svg = cloud("wheel velocity (mm/s)", "Sn (%)", &points)?;
+    let caption = "Share of sliding nodes over the velocity of the wheel";
+    Ok(Some(("sliding-velocity.svg", caption, svg)))
+}
+
+/// One dot for each point, pale enough that their density shows.
+fn cloud(x_desc: &str, y_desc: &str, points: &[(f64, f64)]) -> Result<String, Error> {
+    let x = range(points.iter().map(|point| point.0));
+    let y = range(points.iter().map(|point| point.1));
+    let stride = points.len().div_ceil(DOTS_MAX).max(1);
+    let mut svg = String::new();
+    {
+        let area = SVGBackend::with_string(&mut svg, (900, 380)).into_drawing_area();
+        area.fill(&WHITE).map_err(picture)?;
+        let mut chart = ChartBuilder::on(&area)
+            .margin(14)
+            .x_label_area_size(40)
+            .y_label_area_size(70)
+            .build_cartesian_2d(x, y)
+            .map_err(picture)?;
+        chart
+            .configure_mesh()
+            .light_line_style(WHITE)
+            .bold_line_style(BLACK.mix(0.1))
+            .x_desc(x_desc)
+            .y_desc(y_desc)
+            .draw()
+            .map_err(picture)?;
+        let dot = |point: &(f64, f64)| Circle::new(*point, 1, BLUE_LINE.mix(0.35).filled());
+        chart
+            .draw_series(points.iter().step_by(stride).map(dot))
+            .map_err(picture)?;
+        area.present().map_err(picture)?;
+    }
+    Ok(svg)
 }
 
 fn plot(x_desc: &str, y_desc: &str, curves: &[Curve]) -> Result<String, Error> {

@@ -2,7 +2,8 @@
 //!
 //! - [`fields`]: reading the VTK files of the participants;
 //! - [`scene`]: grains and continuum around the contact, coloured by pressure;
-//! - [`curves`]: interface traction, friction loop, forces over time.
+//! - [`body`]: the whole continuum, and which of its nodes stick;
+//! - [`curves`]: interface traction, friction loop, forces and sliding nodes over time.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -11,6 +12,7 @@ use serde_json::Value;
 
 use crate::error::Error;
 
+pub mod body;
 pub mod curves;
 pub mod fields;
 pub mod scene;
@@ -26,6 +28,14 @@ pub fn write(run: &Path) -> Result<Vec<String>, Error> {
             svg,
         ));
     }
+    if let Some(svg) = body::pressure(run)? {
+        pictures.push((
+            "pressure.svg",
+            "Hydrostatic pressure in the whole body at the end of the hold",
+            svg,
+        ));
+    }
+    pictures.extend(body::status(run)?);
     for (name, caption, svg) in curves::all(run)? {
         pictures.push((name, caption, svg));
     }

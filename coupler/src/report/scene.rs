@@ -8,19 +8,20 @@ use plotters::prelude::*;
 use super::fields::{Arrays, named, read};
 use crate::error::Error;
 
-type Panel<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+pub(super) type Panel<'a, 'b> =
+    ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// A part of the scene: x and y from and to (mm), and the size it is drawn at (pixels).
-struct View {
-    x_mm: [f64; 2],
-    y_mm: [f64; 2],
-    width: u32,
-    height: u32,
+pub(super) struct View {
+    pub(super) x_mm: [f64; 2],
+    pub(super) y_mm: [f64; 2],
+    pub(super) width: u32,
+    pub(super) height: u32,
 }
 
 /// Pressure at which the colours end (MPa).
 const FULL_COLOUR_MPA: f64 = 1000.0;
-const MARGIN: u32 = 46;
+pub(super) const MARGIN: u32 = 46;
 
 /// The scene at the end of the hold, else at the end of the run: the whole contact above, its middle below. `None` where
 /// no participant wrote fields.
@@ -64,15 +65,13 @@ fn draw(continuum: Option<&Arrays>, grains: Option<&Arrays>) -> Result<String, E
         area.fill(&WHITE).map_err(picture)?;
         let (above, below) = area.split_vertically(views[0].height + MARGIN + 10);
         for (area, view) in [above, below].iter().zip(&views) {
-            let mut panel = ChartBuilder::on(area)
-                .margin_right(20)
-                .margin_top(8)
-                .x_label_area_size(MARGIN)
-                .y_label_area_size(MARGIN)
-                .build_cartesian_2d(view.x_mm[0]..view.x_mm[1], view.y_mm[0]..view.y_mm[1])
-                .map_err(picture)?;
-            if let Some(arrays) = continuum {
-                elements(&mut panel, view, arrays)?;
+            let mut panel = panel(area, view)?;
+            if let Some(arrays) = continuum
+                && let Some(pressure) = arrays.get("hydrostatic_pressure_pa")
+            {
+                elements(&mut panel, view, arrays, |cell| {
+                    pressure_colour(1e-6 * pressure[cell] / FULL_COLOUR_MPA)
+                })?;
             }
             if let Some(arrays) = grains {
                 disks(&mut panel, view, arrays)?;
@@ -90,12 +89,28 @@ fn draw(continuum: Option<&Arrays>, grains: Option<&Arrays>) -> Result<String, E
     Ok(svg)
 }
 
-fn elements(panel: &mut Panel, view: &View, arrays: &Arrays) -> Result<(), Error> {
-    let (Some(points), Some(cells), Some(pressure)) = (
-        arrays.get("points"),
-        arrays.get("connectivity"),
-        arrays.get("hydrostatic_pressure_pa"),
-    ) else {
+/// The axes of a view, ready to be drawn into.
+pub(super) fn panel<'a, 'b>(
+    area: &'a DrawingArea<SVGBackend<'b>, plotters::coord::Shift>,
+    view: &View,
+) -> Result<Panel<'a, 'b>, Error> {
+    ChartBuilder::on(area)
+        .margin_right(20)
+        .margin_top(8)
+        .x_label_area_size(MARGIN)
+        .y_label_area_size(MARGIN)
+        .build_cartesian_2d(view.x_mm[0]..view.x_mm[1], view.y_mm[0]..view.y_mm[1])
+        .map_err(picture)
+}
+
+/// The displaced elements inside a view, each in the colour of its number.
+pub(super) fn elements(
+    panel: &mut Panel,
+    view: &View,
+    arrays: &Arrays,
+    colour: impl Fn(usize) -> RGBColor,
+) -> Result<(), Error> {
+    let (Some(points), Some(cells)) = (arrays.get("points"), arrays.get("connectivity")) else {
         return Ok(());
     };
     let moved = arrays.get("displacement_m");
@@ -103,12 +118,12 @@ fn elements(panel: &mut Panel, view: &View, arrays: &Arrays) -> Result<(), Error
         let at = |k: usize| 1e3 * (points[3 * node + k] + moved.map_or(0.0, |u| u[3 * node + k]));
         (at(0), at(1))
     };
-    for (cell, pressure) in cells.chunks_exact(4).zip(pressure) {
+    for (number, cell) in cells.chunks_exact(4).enumerate() {
         let corners: Vec<(f64, f64)> = cell.iter().map(|node| place(*node as usize)).collect();
         if corners.iter().any(|corner| view.holds(*corner)) {
             let clipped: Vec<(f64, f64)> =
                 corners.iter().map(|corner| view.clip(*corner)).collect();
-            let shape = Polygon::new(clipped, colour(1e-6 * pressure).filled());
+            let shape = Polygon::new(clipped, colour(number).filled());
             panel.draw_series(std::iter::once(shape)).map_err(picture)?;
         }
     }
@@ -139,7 +154,11 @@ fn disks(panel: &mut Panel, view: &View, arrays: &Arrays) -> Result<(), Error> {
             BLACK.mix(0.6).stroke_width(1)
         };
         let shapes = [
-            Circle::new(centre, size, colour(1e-6 * value("pressure_pa")).filled()),
+            Circle::new(
+                centre,
+                size,
+                pressure_colour(1e-6 * value("pressure_pa") / FULL_COLOUR_MPA).filled(),
+            ),
             Circle::new(centre, size, edge),
         ];
         panel.draw_series(shapes).map_err(picture)?;
@@ -148,7 +167,7 @@ fn disks(panel: &mut Panel, view: &View, arrays: &Arrays) -> Result<(), Error> {
 }
 
 impl View {
-    fn holds(&self, (x, y): (f64, f64)) -> bool {
+    pub(super) fn holds(&self, (x, y): (f64, f64)) -> bool {
         (self.x_mm[0]..=self.x_mm[1]).contains(&x) && (self.y_mm[0]..=self.y_mm[1]).contains(&y)
     }
 
@@ -160,18 +179,18 @@ impl View {
     }
 }
 
-/// From pale blue (nothing) over yellow to red (the end of the scale); tension is grey.
-fn colour(mpa: f64) -> RGBColor {
+/// From pale blue (nothing) over yellow to red (the end of the scale, 1); tension is grey.
+pub(super) fn pressure_colour(share: f64) -> RGBColor {
     const STOPS: [(f64, [f64; 3]); 4] = [
         (0.0, [222.0, 235.0, 247.0]),
         (0.35, [130.0, 190.0, 220.0]),
         (0.65, [253.0, 219.0, 110.0]),
         (1.0, [200.0, 30.0, 30.0]),
     ];
-    if mpa < 0.0 {
+    if share < 0.0 {
         return RGBColor(225, 225, 225);
     }
-    let share = (mpa / FULL_COLOUR_MPA).min(1.0);
+    let share = share.min(1.0);
     let upper = STOPS
         .iter()
         .position(|(stop, _)| share <= *stop)
