@@ -11,9 +11,11 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::bodies::{Bodies, HalfPlane};
+use crate::bodies::Bodies;
+use crate::cluster::Clusters;
 use crate::config::RadiusLaw;
 use crate::error::DemError;
+use crate::faces::{Face, HalfPlane, RigidWall};
 use crate::law::{Friction, Law, Penetration};
 use crate::node;
 use crate::sample::grading::Dice;
@@ -142,7 +144,7 @@ impl Pack {
 
     fn bodies(&self, friction: Friction) -> Bodies {
         let mass = |disk: &Disk| DENSITY * PI * disk.radius * disk.radius * THICKNESS;
-        let wall = |point, normal| HalfPlane { point, normal };
+        let wall = |point, normal| RigidWall::at_rest(Face::HalfPlane(HalfPlane { point, normal }));
         Bodies {
             free: self.disks.len(),
             radii: self.disks.iter().map(|disk| disk.radius).collect(),
@@ -150,6 +152,7 @@ impl Pack {
             gravity: [0.0; 2],
             reference: Vec::new(),
             wheel_mass: Some(DENSITY * self.width * RADII[1] * THICKNESS),
+            clusters: Clusters::default(),
             wheel_radius: 0.0,
             walls: vec![
                 wall([0.0, 0.0], [0.0, 1.0]),

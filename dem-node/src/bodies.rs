@@ -1,15 +1,8 @@
 //! What does not change while the grains move: radii, masses, walls, law and scheme.
 
+use crate::cluster::Clusters;
+use crate::faces::{Face, RigidWall};
 use crate::law::Law;
-
-/// A fixed half-plane; the grains stay on the side of the normal.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HalfPlane {
-    /// A point of the face (m).
-    pub point: [f64; 2],
-    /// Unit normal.
-    pub normal: [f64; 2],
-}
 
 /// The bodies in their numbering: free grains, glued disks, wheel (if any), walls.
 #[derive(Clone, Debug)]
@@ -18,7 +11,7 @@ pub struct Bodies {
     pub free: usize,
     /// Radii of free grains and glued disks (m).
     pub radii: Vec<f64>,
-    /// Scaled masses of the free grains (kg).
+    /// Scaled masses of the free grains (kg); a cluster's is that of its first disk, its others have none.
     pub masses: Vec<f64>,
     /// Acceleration that the weight gives to the scaled masses (m/s2).
     pub gravity: [f64; 2],
@@ -28,8 +21,10 @@ pub struct Bodies {
     pub wheel_mass: Option<f64>,
     /// Radius of the wheel's face (m); 0 = flat.
     pub wheel_radius: f64,
-    /// Fixed walls.
-    pub walls: Vec<HalfPlane>,
+    /// Rigid walls, polylines segment by segment.
+    pub walls: Vec<RigidWall>,
+    /// Free grains that move together.
+    pub clusters: Clusters,
     /// Velocity of the only grain when its motion is prescribed (m/s).
     pub pulled: Option<[f64; 2]>,
     /// What happens at a contact.
@@ -62,9 +57,26 @@ impl Bodies {
     }
 
     /// The wall with this body number; `None` for disks and the wheel.
-    pub fn wall_of(&self, body: usize) -> Option<&HalfPlane> {
-        let first = self.disks() + usize::from(self.wheel_mass.is_some());
-        body.checked_sub(first).and_then(|i| self.walls.get(i))
+    pub fn wall_of(&self, body: usize) -> Option<&RigidWall> {
+        let index = body.checked_sub(self.first_wall())?;
+        self.walls.get(index)
+    }
+
+    /// Number of the first wall.
+    pub fn first_wall(&self) -> usize {
+        self.disks() + usize::from(self.wheel_mass.is_some())
+    }
+
+    /// Whether a disk may pass from one wall to another without leaving either.
+    pub fn has_joints(&self) -> bool {
+        let mut faces = self.walls.iter().map(|wall| &wall.face);
+        faces.any(|face| matches!(face, Face::Segment(_)))
+    }
+
+    /// Speed of the fastest wall (m/s).
+    pub fn wall_speed(&self) -> f64 {
+        let speeds = self.walls.iter().map(|wall| wall.velocity);
+        speeds.map(|v| v[0].hypot(v[1])).fold(0.0, f64::max)
     }
 
     /// Whether the body is a glued disk, and which one.

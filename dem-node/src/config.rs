@@ -1,8 +1,11 @@
 //! The keys of `[participant.config]` and their limits.
 
 mod limits;
+mod sample;
 
 use serde::Deserialize;
+
+pub use sample::{ClusterConfig, MotionConfig, WallConfig};
 
 /// Everything that a scenario says about the third body. SI units, the unit in each key.
 #[derive(Clone, Debug, Deserialize)]
@@ -241,13 +244,16 @@ pub enum RadiusLaw {
 pub struct DisksConfig {
     /// The disks; glued ones form the set `base`.
     pub disks: Vec<DiskConfig>,
-    /// Fixed half-planes.
+    /// Rigid walls.
     #[serde(default)]
     pub walls: Vec<WallConfig>,
+    /// What is special about rigid clusters; one that is not listed is free and as heavy as its disks.
+    #[serde(default)]
+    pub clusters: Vec<ClusterConfig>,
 }
 
 /// One disk.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DiskConfig {
     /// Centre (m).
@@ -268,20 +274,8 @@ pub struct DiskConfig {
     /// Whether it belongs to the glued row: massless, without spin.
     #[serde(default)]
     pub glued: bool,
-}
-
-/// A fixed half-plane: the grains stay on the side of the normal.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct WallConfig {
-    /// A point of the face (m).
-    pub x_m: f64,
-    /// A point of the face (m).
-    pub y_m: f64,
-    /// Direction of the normal.
-    pub nx: f64,
-    /// Direction of the normal.
-    pub ny: f64,
+    /// Name of the rigid cluster that it belongs to: disks of the same name move as one body.
+    pub cluster: Option<String>,
 }
 
 /// A rigid wheel that is pressed on the grains and moved sideways. It does not turn.

@@ -2,7 +2,8 @@
 
 use crate::bodies::Bodies;
 use crate::bond::Bond;
-use crate::geometry::{Places, proximity};
+use crate::faces::Face;
+use crate::geometry::{Places, distance};
 
 /// A pair of bodies that may touch, with what it remembers from step to step.
 ///
@@ -31,6 +32,8 @@ pub struct VerletList {
     centres: Vec<[f64; 2]>,
     /// Place of the wheel when the list was built (m).
     wheel: [f64; 2],
+    /// How long walls had moved when the list was built (s).
+    wall_time: f64,
 }
 
 impl VerletList {
@@ -40,7 +43,7 @@ impl VerletList {
     pub fn refresh(&mut self, bodies: &Bodies, places: &Places, travel: f64, bonds: &[Bond]) {
         let needed = bodies.alert + 2.0 * travel;
         if self.centres.len() == places.centres.len()
-            && needed + 2.0 * self.drift(places) <= self.reach
+            && needed + 2.0 * self.drift(bodies, places) <= self.reach
         {
             return;
         }
@@ -48,14 +51,48 @@ impl VerletList {
         self.centres.clear();
         self.centres.extend_from_slice(places.centres);
         self.wheel = places.wheel;
+        self.wall_time = places.wall_time;
         let mut listed = list_pairs(bodies, places, self.reach);
         add_bonded(&mut listed, bonds);
         carry_over(&self.slots, &mut listed);
         self.slots = listed;
     }
 
+    /// Where a disk has passed from one segment of a polyline to the next, its force and its spring go along.
+    pub fn pass_on(&mut self, bodies: &Bodies, places: &Places) {
+        for index in 0..self.slots.len() {
+            let slot = self.slots[index];
+            let loaded = slot.force != [0.0; 2] || slot.spring != 0.0;
+            let Some(wall) = bodies.wall_of(slot.b as usize).filter(|_| loaded) else {
+                continue;
+            };
+            let centre = wall.frame(places.centres[slot.a as usize], places.wall_time);
+            let successor = match &wall.face {
+                Face::HalfPlane(_) => None,
+                Face::Segment(segment) => segment.successor(centre),
+            };
+            if let Some(next) = successor {
+                self.move_slot(index, bodies.first_wall() + next);
+            }
+        }
+    }
+
+    fn move_slot(&mut self, index: usize, body: usize) {
+        let old = self.slots[index];
+        self.slots[index] = slot(old.a as usize, old.b as usize);
+        let pair = (old.a, body as u32);
+        let Ok(place) = self.slots.binary_search_by_key(&pair, |s| (s.a, s.b)) else {
+            return;
+        };
+        let new = &mut self.slots[place];
+        // One that is loaded already is a contact of its own: the other side of a concave corner.
+        if new.force == [0.0; 2] {
+            (new.force, new.spring) = (old.force, old.spring);
+        }
+    }
+
     /// Largest displacement of a body since the list was built (m).
-    fn drift(&self, places: &Places) -> f64 {
+    fn drift(&self, bodies: &Bodies, places: &Places) -> f64 {
         let squared = places
             .centres
             .iter()
@@ -63,7 +100,11 @@ impl VerletList {
             .map(|(now, then)| (now[0] - then[0]).powi(2) + (now[1] - then[1]).powi(2))
             .fold(0.0, f64::max);
         let [x, y] = [0, 1].map(|k| places.wheel[k] - self.wheel[k]);
-        squared.sqrt().max(x.hypot(y))
+        let farthest = squared.sqrt().max(x.hypot(y));
+        match places.wall_time - self.wall_time {
+            0.0 => farthest,
+            time => farthest.max(time * bodies.wall_speed()),
+        }
     }
 
     /// All numbers that can change a later bit.
@@ -73,6 +114,9 @@ impl VerletList {
         // The x of a flat wheel is nowhere used, and 0.
         if self.wheel[0] != 0.0 {
             visit(self.wheel[0]);
+        }
+        if self.wall_time != 0.0 {
+            visit(self.wall_time);
         }
         self.centres.iter().flatten().for_each(|x| visit(*x));
         for slot in &self.slots {
@@ -89,14 +133,16 @@ fn list_pairs(bodies: &Bodies, places: &Places, reach: f64) -> Vec<Slot> {
     let mut slots = Vec::new();
     let mut near = NearPairs::new(places.centres, &bodies.radii, bodies.free, reach);
     for a in 0..bodies.disks() {
-        slots.extend(near.of(a).iter().map(|b| slot(a, *b as usize)));
+        let near = near.of(a).iter().map(|b| *b as usize);
+        let apart = near.filter(|b| !bodies.clusters.share(a, *b));
+        slots.extend(apart.map(|b| slot(a, b)));
         let others = bodies.disks()..bodies.count();
         slots.extend(
             others
                 .map(|b| slot(a, b))
                 // A glued disk has no business with a fixed wall: neither of them can yield.
                 .filter(|s| a < bodies.free || bodies.wall_of(s.b as usize).is_none())
-                .filter(|s| proximity(bodies, places, a, s.b as usize).gap < reach),
+                .filter(|s| distance(bodies, places, a, s.b as usize) < reach),
         );
     }
     slots

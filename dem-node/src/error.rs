@@ -31,7 +31,7 @@ pub enum DemError {
         relative: f64,
     },
     #[error(
-        "contact of bodies {a} and {b}: W_nn - friction |W_nt| = {denominator:e} (1/kg) is not positive, sliding has no unique impulse; check the wall's compliance or lower law.friction"
+        "contact of bodies {a} and {b}: W_nn - friction |W_nt| = {denominator:e} (1/kg) is not positive, sliding has no unique impulse; lower law.friction, or check the wall's compliance or the shape of the cluster that jams (Painleve)"
     )]
     Denominator { a: u32, b: u32, denominator: f64 },
     #[error(

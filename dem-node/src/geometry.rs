@@ -1,6 +1,6 @@
 //! Where the bodies are, and how near two of them are.
 
-use crate::bodies::{Bodies, HalfPlane};
+use crate::bodies::Bodies;
 
 /// Where everything is at a moment.
 #[derive(Clone, Copy, Debug)]
@@ -9,6 +9,8 @@ pub struct Places<'a> {
     pub centres: &'a [[f64; 2]],
     /// Lowest point of the wheel's face (m). A flat face has no x: it is 0.
     pub wheel: [f64; 2],
+    /// How long moving walls have moved (s).
+    pub wall_time: f64,
 }
 
 /// Geometry of a pair.
@@ -28,10 +30,18 @@ pub fn proximity(bodies: &Bodies, places: &Places, a: usize, b: usize) -> Proxim
     }
     match bodies.wall_of(b) {
         None => under_wheel(places.wheel, bodies.wheel_radius, centre, radius),
-        Some(wall) => Proximity {
-            normal: wall.normal,
-            gap: height_over(wall, centre) - radius,
-        },
+        Some(wall) => wall.proximity(wall.frame(centre, places.wall_time), radius),
+    }
+}
+
+/// Distance of two bodies, also where neither of them is the one that the other will touch (m).
+pub fn distance(bodies: &Bodies, places: &Places, a: usize, b: usize) -> f64 {
+    match bodies.wall_of(b) {
+        None => proximity(bodies, places, a, b).gap,
+        Some(wall) => {
+            let centre = wall.frame(places.centres[a], places.wall_time);
+            wall.distance(centre) - bodies.radii[a]
+        }
     }
 }
 
@@ -82,10 +92,6 @@ pub fn height_on(wheel_radius: f64, centre: [f64; 2], radius: f64) -> Option<f64
     let (x, reach) = (centre[0], wheel_radius + radius);
     let squared = reach * reach - x * x;
     (squared >= 0.0).then(|| top - x * x / (reach + squared.sqrt()))
-}
-
-fn height_over(wall: &HalfPlane, centre: [f64; 2]) -> f64 {
-    (centre[0] - wall.point[0]) * wall.normal[0] + (centre[1] - wall.point[1]) * wall.normal[1]
 }
 
 #[cfg(test)]

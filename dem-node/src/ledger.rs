@@ -18,6 +18,8 @@ pub struct Accounts {
     pub load: f64,
     /// Work of the sideways drive of the wheel.
     pub drive: f64,
+    /// Work of moving walls.
+    pub walls: f64,
     /// Work of the grains' weight.
     pub weight: f64,
     /// Lost in impacts and by the scheme.
@@ -29,7 +31,7 @@ pub struct Accounts {
 }
 
 impl Accounts {
-    /// All accounts in order.
+    /// All accounts but that of walls, which rarely move, in order.
     pub fn numbers(&self) -> [f64; 7] {
         [
             self.interface,
@@ -40,6 +42,14 @@ impl Accounts {
             self.friction,
             self.cohesion,
         ]
+    }
+}
+
+/// The term that moving walls add.
+pub fn walls() -> Term {
+    Term {
+        name: "walls".into(),
+        role: Role::Work,
     }
 }
 

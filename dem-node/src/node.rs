@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use protocol::{
     Backing, Capabilities, ConfigError, Description, Node, NodeError, Outcome, Setting, Surface,
-    WallAnswer, Window,
+    Term, WallAnswer, Window,
 };
 
 use crate::bodies::Bodies;
@@ -181,7 +181,18 @@ impl Dem {
         }
         report.extend(self.pull.iter().flat_map(|pull| pull.signals(&self.state)));
         report.extend(ledger::values(&self.state.accounts, since));
+        if self.bodies.wall_speed() > 0.0 {
+            report.push(self.state.accounts.walls);
+        }
         report
+    }
+
+    fn ledger_terms(&self) -> Vec<Term> {
+        let mut terms = ledger::terms();
+        if self.bodies.wall_speed() > 0.0 {
+            terms.push(ledger::walls());
+        }
+        terms
     }
 
     fn signal_names(&self) -> Vec<String> {
@@ -305,7 +316,7 @@ impl Node for Dem {
             phases: self.program.map(|p| p.phases()).unwrap_or_default(),
             sets: if glued { vec![BASE.into()] } else { Vec::new() },
             signals: self.signal_names(),
-            ledger: ledger::terms(),
+            ledger: self.ledger_terms(),
             warnings: self.warnings.clone(),
             backing: glued.then(|| self.backing()),
             ..Description::default()

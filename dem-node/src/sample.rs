@@ -5,9 +5,10 @@ pub mod grading;
 pub mod layer;
 pub mod relax;
 
-use crate::bodies::HalfPlane;
-use crate::config::{Config, DisksConfig, LawKind, SampleConfig};
+use crate::cluster::Members;
+use crate::config::{Config, DisksConfig, LawKind, SampleConfig, WallConfig};
 use crate::error::DemError;
+use crate::faces::{Face, HalfPlane, RigidWall, polyline};
 
 /// A disk of a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,8 +28,10 @@ pub struct Sample {
     pub free: Vec<Disk>,
     /// Disks slaved to the wall below, by ascending x.
     pub glued: Vec<Disk>,
-    /// Fixed walls.
-    pub walls: Vec<HalfPlane>,
+    /// Rigid walls, polylines segment by segment.
+    pub walls: Vec<RigidWall>,
+    /// Free grains that move together.
+    pub clusters: Vec<Members>,
     /// Solid fraction of the packing (0 where it has no meaning).
     pub solid_fraction: f64,
 }
@@ -60,17 +63,79 @@ fn listed(config: &DisksConfig) -> Sample {
     };
     let mut glued = pick(true);
     glued.sort_by(|a, b| a.centre[0].total_cmp(&b.centre[0]));
-    let walls = config.walls.iter().map(|wall| {
-        let length = wall.nx.hypot(wall.ny);
-        HalfPlane {
-            point: [wall.x_m, wall.y_m],
-            normal: [wall.nx / length, wall.ny / length],
-        }
-    });
     Sample {
         free: pick(false),
         glued,
-        walls: walls.collect(),
+        walls: walls(&config.walls),
+        clusters: clusters(config),
         solid_fraction: 0.0,
+    }
+}
+
+fn walls(config: &[WallConfig]) -> Vec<RigidWall> {
+    let mut walls = Vec::new();
+    for wall in config {
+        let faces = match &wall.points_m {
+            Some(points) => polyline(points, walls.len())
+                .into_iter()
+                .map(Face::Segment)
+                .collect(),
+            None => vec![Face::HalfPlane(half_plane(wall))],
+        };
+        walls.extend(faces.into_iter().map(|face| RigidWall {
+            face,
+            velocity: wall.velocity_m_per_s,
+        }));
+    }
+    walls
+}
+
+fn half_plane(wall: &WallConfig) -> HalfPlane {
+    let [x, y, nx, ny] = [wall.x_m, wall.y_m, wall.nx, wall.ny].map(Option::unwrap_or_default);
+    let length = nx.hypot(ny);
+    HalfPlane {
+        point: [x, y],
+        normal: [nx / length, ny / length],
+    }
+}
+
+/// Clusters in the order of their first disks; free grains keep the order in which they are listed.
+fn clusters(config: &DisksConfig) -> Vec<Members> {
+    let mut names: Vec<&String> = Vec::new();
+    let mut clusters: Vec<Members> = Vec::new();
+    let free = config.disks.iter().filter(|disk| !disk.glued);
+    for (number, disk) in free.enumerate() {
+        let Some(name) = &disk.cluster else {
+            continue;
+        };
+        match names.iter().position(|known| *known == name) {
+            Some(index) => clusters[index].disks.push(number),
+            None => {
+                names.push(name);
+                clusters.push(members(config, name, number));
+            }
+        }
+    }
+    clusters
+}
+
+fn members(config: &DisksConfig, name: &str, first: usize) -> Members {
+    let disks = vec![first];
+    let Some(cluster) = config.clusters.iter().find(|c| c.name == name) else {
+        return Members {
+            disks,
+            ..Members::default()
+        };
+    };
+    Members {
+        disks,
+        locked: cluster.holds(),
+        mass: cluster.mass_kg,
+        inertia: cluster.inertia_kg_m2,
+        velocity: [
+            cluster.vx_m_per_s,
+            cluster.vy_m_per_s,
+            cluster.spin_rad_per_s,
+        ],
     }
 }

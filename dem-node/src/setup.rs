@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use protocol::ConfigError;
 
 use crate::bodies::Bodies;
+use crate::cluster::{Cluster, Clusters};
 use crate::cohesion::{Cohesion, HPrime};
 use crate::config::{Config, HPrimeConfig, LawConfig, LawKind, PenetrationKind, SolverKind};
 use crate::error::DemError;
@@ -43,10 +44,17 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
         .map(|disk| disk.radius)
         .fold(f64::INFINITY, f64::min);
     let mass = |r: f64| config.density_kg_per_m3 * PI * r * r * thickness * config.mass_scale;
+    let mut masses: Vec<f64> = sample.free.iter().map(|disk| mass(disk.radius)).collect();
+    let clusters = clusters(config, sample, &masses);
+    for cluster in clusters.iter() {
+        cluster.disks.iter().for_each(|disk| masses[*disk] = 0.0);
+        masses[cluster.leader()] = cluster.mass;
+    }
     Bodies {
         free: sample.free.len(),
         radii: disks().map(|disk| disk.radius).collect(),
-        masses: sample.free.iter().map(|disk| mass(disk.radius)).collect(),
+        masses,
+        clusters,
         gravity: config.gravity_m_per_s2.map(|g| g / config.mass_scale),
         reference: sample.glued.iter().map(|disk| disk.centre).collect(),
         wheel_mass: config.wheel.map(|wheel| wheel.mass_kg),
@@ -58,6 +66,17 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
         // The first list must hold all pairs that are bonded.
         skin: (SKIN * smallest).max(config.law.alert_m.unwrap_or(0.0)),
     }
+}
+
+fn clusters(config: &Config, sample: &Sample, masses: &[f64]) -> Clusters {
+    let scale = config.mass_scale;
+    let disk = |i: usize| {
+        let disk = &sample.free[i];
+        (disk.centre, disk.radius, masses[i] / scale)
+    };
+    let list = sample.clusters.iter();
+    let list = list.map(|members| Cluster::new(members, disk, scale));
+    Clusters::new(list.collect(), sample.free.len())
 }
 
 fn law(config: &LawConfig, thickness: f64) -> Law {

@@ -62,13 +62,11 @@ fn document(bodies: &Bodies, state: &State, thickness: f64) -> String {
 }
 
 fn point_data(text: &mut String, bodies: &Bodies, state: &State, thickness: f64) {
-    let glued = state
-        .glued_velocity
-        .chunks_exact(2)
-        .map(|v| [v[0], v[1], 0.0]);
-    let velocities: Vec<[f64; 3]> = state.velocities.iter().copied().chain(glued).collect();
+    let velocities: Vec<[f64; 3]> = (0..bodies.disks())
+        .map(|disk| state.velocity_of(bodies, disk))
+        .collect();
     let flat = velocities.iter().flat_map(|v| [v[0], v[1], 0.0]);
-    let spins = velocities.iter().zip(&bodies.radii).map(|(v, r)| v[2] / r);
+    let spins = velocities.iter().map(|v| v[2]);
     let flags = (0..bodies.disks()).map(|i| u8::from(i >= bodies.free));
     array(text, "Float64", "radius_m", 1, bodies.radii.iter());
     array(text, "Float64", "velocity_m_per_s", 3, flat);

@@ -3,6 +3,7 @@
 //! Unknown are the contact impulses r (N s) and the velocities v after the step:
 //! v = v_free + M^-1 H r, u = H^T v, and at each contact U = u + (g/h, d_t/h) + r/(k h^2) obeys Signorini-Coulomb.
 
+mod arms;
 mod check;
 mod groups;
 mod nsgs;
@@ -14,6 +15,8 @@ use crate::bond::BondContact;
 use crate::error::DemError;
 use crate::law::{Block, LocalLaw};
 use crate::wall::Wall;
+
+pub use arms::Arms;
 
 /// Velocity and inertia of a body in the contact problem: one aligned record, so that a contact loads each of its
 /// bodies as a whole.
@@ -29,6 +32,9 @@ pub struct Mover {
 
 /// The bond of a contact that has none.
 pub const UNBONDED: u32 = u32::MAX;
+
+/// The arms of a contact of two disks, or of a disk with a wall or the wheel.
+pub const UNARMED: u32 = u32::MAX;
 
 /// A contact of the problem.
 #[derive(Clone, Copy, Debug, Default)]
@@ -51,6 +57,8 @@ pub struct Contact {
     pub impulse: [f64; 2],
     /// Place of its bond in [`Problem::bonds`], or [`UNBONDED`].
     pub bond: u32,
+    /// Place of its levers in [`Problem::arms`], or [`UNARMED`].
+    pub arms: u32,
     /// What the solver itself fills in: the bodies' part of W,
     pub(crate) block: Block,
     /// and the law prepared for it.
@@ -64,6 +72,8 @@ pub struct Problem {
     pub contacts: Vec<Contact>,
     /// The bonds among them.
     pub bonds: Vec<BondContact>,
+    /// The levers of those that have a body in a cluster.
+    pub arms: Vec<Arms>,
     /// Bodies; the entries of glued disks are not used.
     pub movers: Vec<Mover>,
     /// First glued disk; the glued disks end where `wall` does.
@@ -169,24 +179,40 @@ impl Problem {
     fn start_from(&mut self, contact: &Contact) {
         let ([nx, ny], [r_n, r_t]) = (contact.normal, contact.impulse);
         let push = [r_n * nx - r_t * ny, r_n * ny + r_t * nx];
-        for (body, push) in [(contact.a, push), (contact.b, [-push[0], -push[1]])] {
+        let sides = [(contact.a, push), (contact.b, [-push[0], -push[1]])];
+        for (side, (body, push)) in sides.into_iter().enumerate() {
             match self.glued_index(body as usize) {
                 Some(disk) => self.wall.note(disk, push),
-                None => self.kick(contact, body as usize, push, r_t),
+                None => self.kick(contact, side, push, [r_n, r_t]),
             }
         }
     }
 
-    /// W_nn = n.M^-1 n and so on, summed over both bodies; spin adds its inverse inertia to W_tt.
+    /// W_nn = n.M^-1 n and so on, summed over both bodies; the spin of a disk adds its inverse inertia to W_tt, that of a
+    /// cluster adds to all.
     fn block(&self, contact: &Contact) -> Block {
         let [nx, ny] = contact.normal;
         let mut block = Block::default();
-        for body in [contact.a as usize, contact.b as usize] {
-            let ([xx, xy, yy], spin) = match self.glued_index(body) {
-                Some(disk) => (self.wall.block(disk), 0.0),
-                None => {
-                    let [x, y, spin] = self.inverse_mass(body);
-                    ([x, 0.0, y], spin)
+        let arms = self.arms.get(contact.arms as usize);
+        for (side, body) in [contact.a as usize, contact.b as usize]
+            .into_iter()
+            .enumerate()
+        {
+            let mut spin = 0.0;
+            let [xx, xy, yy] = match (self.glued_index(body), arms) {
+                (Some(disk), _) => self.wall.block(disk),
+                (None, None) => {
+                    let [x, y, turn] = self.inverse_mass(body);
+                    spin = turn;
+                    [x, 0.0, y]
+                }
+                (None, Some(arms)) => {
+                    let turning = arms.turning(side);
+                    block.nn += turning.nn;
+                    block.nt += turning.nt;
+                    spin = turning.tt;
+                    let [x, y, _] = arms.inverse[side];
+                    [x, 0.0, y]
                 }
             };
             block.nn += nx * nx * xx + 2.0 * nx * ny * xy + ny * ny * yy;
@@ -196,9 +222,9 @@ impl Problem {
         block
     }
 
-    /// What a unit impulse changes of (v_x, v_y, spin times radius) of a body that is not glued (1/kg).
+    /// What a unit impulse changes of (v_x, v_y, spin times radius) of a body that is not glued, nor in a cluster (1/kg).
     #[inline(always)]
-    fn inverse_mass(&self, body: usize) -> [f64; 3] {
+    pub(crate) fn inverse_mass(&self, body: usize) -> [f64; 3] {
         let inverse = self.movers[body].inverse_mass;
         if Some(body) == self.wheel {
             [0.0, inverse, 0.0]
@@ -217,7 +243,16 @@ impl Problem {
     pub fn relative_velocity(&self, contact: &Contact) -> [f64; 2] {
         let a = self.velocity(contact, contact.a as usize);
         let b = self.velocity(contact, contact.b as usize);
-        project(contact.normal, a, b)
+        self.project(contact, a, b)
+    }
+
+    /// Relative velocity (u_n, u_t) of the contact points if the bodies had these velocities (m/s).
+    #[inline(always)]
+    pub fn project(&self, contact: &Contact, a: [f64; 3], b: [f64; 3]) -> [f64; 2] {
+        match self.arms.get(contact.arms as usize) {
+            None => project(contact.normal, a, b),
+            Some(arms) => arms.project(contact.normal, a, b),
+        }
     }
 
     #[inline(always)]
@@ -236,16 +271,21 @@ impl Problem {
     fn apply(&mut self, contact: &Contact, impulse: [f64; 2]) {
         let ([nx, ny], [r_n, r_t]) = (contact.normal, impulse);
         let push = [r_n * nx - r_t * ny, r_n * ny + r_t * nx];
-        self.kick(contact, contact.a as usize, push, r_t);
-        self.kick(contact, contact.b as usize, [-push[0], -push[1]], r_t);
+        self.kick(contact, 0, push, impulse);
+        self.kick(contact, 1, [-push[0], -push[1]], impulse);
     }
 
     #[inline(always)]
-    fn kick(&mut self, contact: &Contact, body: usize, push: [f64; 2], r_t: f64) {
+    fn kick(&mut self, contact: &Contact, side: usize, push: [f64; 2], impulse: [f64; 2]) {
+        let body = if side == 0 { contact.a } else { contact.b } as usize;
         if contact.glued
             && let Some(disk) = self.glued_index(body)
         {
             self.wall.push(disk, push);
+            return;
+        }
+        if let Some(arms) = self.arms.get(contact.arms as usize) {
+            arms.kick(side, &mut self.movers[body].velocity, push, impulse);
             return;
         }
         let inverse = self.inverse_mass(body);
@@ -253,7 +293,7 @@ impl Problem {
         velocity[0] += inverse[0] * push[0];
         velocity[1] += inverse[1] * push[1];
         // The lever is -r n on a and +r n on b, and the impulses are opposite: both disks turn the same way.
-        velocity[2] -= inverse[2] * r_t;
+        velocity[2] -= inverse[2] * impulse[1];
     }
 
     /// The impulse that the law of a contact wants under the velocities of the moment, its own share taken out.

@@ -2,6 +2,7 @@
 
 use crate::bodies::Bodies;
 use crate::bond::{self, Bond, Finder};
+use crate::cluster::{Cluster, Pose};
 use crate::detect::VerletList;
 use crate::geometry::{Places, height_on, proximity};
 use crate::ledger::Accounts;
@@ -12,8 +13,12 @@ use crate::sample::Disk;
 pub struct State {
     /// Centres of free grains, then of glued disks (m).
     pub centres: Vec<[f64; 2]>,
-    /// Velocities of the free grains: v_x, v_y, spin times radius (m/s).
+    /// Velocities of the free grains: v_x, v_y, spin times radius (m/s); a cluster's is that of its first disk.
     pub velocities: Vec<[f64; 3]>,
+    /// Where the clusters are.
+    pub clusters: Vec<Pose>,
+    /// How long moving walls have moved (s); 0 where there are none.
+    pub wall_time: f64,
     /// Velocities of the glued disks, two components a disk (m/s).
     pub glued_velocity: Vec<f64>,
     /// The wheel.
@@ -46,6 +51,8 @@ impl Clone for State {
     fn clone_from(&mut self, other: &State) {
         self.centres.clone_from(&other.centres);
         self.velocities.clone_from(&other.velocities);
+        self.clusters.clone_from(&other.clusters);
+        self.wall_time = other.wall_time;
         self.glued_velocity.clone_from(&other.glued_velocity);
         self.wheel = other.wheel;
         self.list.clone_from(&other.list);
@@ -72,8 +79,12 @@ impl State {
                 position: [0.0, highest],
                 velocity: [0.0; 2],
             },
+            clusters: bodies.clusters.iter().map(Cluster::start).collect(),
             ..State::default()
         };
+        for cluster in bodies.clusters.iter() {
+            state.velocities[cluster.leader()] = cluster.start_velocity();
+        }
         let mut list = VerletList::default();
         let places = state.places(bodies);
         list.refresh(bodies, &places, 0.0, &[]);
@@ -99,16 +110,42 @@ impl State {
         Places {
             centres: &self.centres,
             wheel: [if bodies.wheel_radius > 0.0 { x } else { 0.0 }, y],
+            wall_time: self.wall_time,
         }
     }
 
-    /// Moves grains and wheel with their velocities for a time (s); glued disks are moved by their wall.
-    pub fn drift(&mut self, time: f64) {
+    /// Moves grains, wheel and walls with their velocities for a time (s); glued disks are moved by their wall.
+    pub fn drift(&mut self, bodies: &Bodies, time: f64) {
         for (centre, velocity) in self.centres.iter_mut().zip(&self.velocities) {
             centre[0] += time * velocity[0];
             centre[1] += time * velocity[1];
         }
+        for (pose, cluster) in self.clusters.iter_mut().zip(bodies.clusters.iter()) {
+            let velocity = self.velocities[cluster.leader()];
+            cluster.drift(pose, velocity, time, &mut self.centres);
+        }
         self.wheel.position[1] += time * self.wheel.velocity[1];
+        if bodies.wall_speed() > 0.0 {
+            self.wall_time += time;
+        }
+    }
+
+    /// Velocity of the centre of a disk (m/s, m/s) and its spin (rad/s).
+    pub fn velocity_of(&self, bodies: &Bodies, disk: usize) -> [f64; 3] {
+        if let Some(glued) = bodies.glued_index(disk) {
+            let [x, y] = [0, 1].map(|k| self.glued_velocity[2 * glued + k]);
+            return [x, y, 0.0];
+        }
+        match bodies.clusters.of(disk) {
+            None => {
+                let [x, y, spin] = self.velocities[disk];
+                [x, y, spin / bodies.radii[disk]]
+            }
+            Some((index, cluster)) => {
+                let velocity = self.velocities[cluster.leader()];
+                cluster.velocity_at(&self.clusters[index], velocity, self.centres[disk])
+            }
+        }
     }
 
     /// Kinetic energy of grains, spin included, and of the wheel's vertical motion (J). The sideways motion of the
@@ -153,6 +190,15 @@ impl State {
         };
         self.centres.iter().flatten().for_each(|x| add(*x));
         self.velocities.iter().flatten().for_each(|x| add(*x));
+        for pose in &self.clusters {
+            [pose.centre[0], pose.centre[1], pose.angle]
+                .into_iter()
+                .for_each(&mut add);
+        }
+        if self.wall_time != 0.0 {
+            add(self.wall_time);
+            add(self.accounts.walls);
+        }
         self.glued_velocity.iter().for_each(|x| add(*x));
         self.wheel.position.iter().for_each(|x| add(*x));
         self.wheel.velocity.iter().for_each(|x| add(*x));

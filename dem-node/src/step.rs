@@ -5,13 +5,14 @@
 
 use crate::bodies::Bodies;
 use crate::bond::{self, BondContact, BondStep, Finder};
+use crate::cluster::Cluster;
 use crate::cohesion::Cohesion;
 use crate::detect::Slot;
 use crate::error::DemError;
 use crate::geometry::{Places, Proximity, proximity};
 use crate::ledger::{ContactStep, contact_loss};
 use crate::repair::{self, Repair};
-use crate::solver::{Contact, Criteria, Mover, Problem, UNBONDED, Verdict, project};
+use crate::solver::{Contact, Criteria, Mover, Problem, UNARMED, UNBONDED, Verdict};
 use crate::state::State;
 
 /// What drives a step.
@@ -69,7 +70,7 @@ impl Stepper {
         drive: &Drive,
         criteria: &Criteria,
     ) -> Result<Summary, DemError> {
-        state.drift(drive.step * (1.0 - drive.theta));
+        state.drift(bodies, drive.step * (1.0 - drive.theta));
         self.pose(bodies, state, drive);
         let verdict = match &bodies.law.cohesion {
             None => self.problem.solve(criteria)?,
@@ -80,7 +81,7 @@ impl Stepper {
         summary.momentum_defect = self.momentum_defect(bodies, state, drive);
         self.close_bodies(bodies, state, drive);
         let drift = drive.step * drive.theta;
-        state.drift(drift);
+        state.drift(bodies, drift);
         if bodies.law.repairs() {
             let (repair, problem) = (&mut self.repair, &self.problem);
             repair.make(bodies, state, problem, drift, criteria)?;
@@ -153,20 +154,25 @@ impl Stepper {
         self.problem.rounding = 4.0 * f64::EPSILON * extent(&state.centres) / drive.step;
         self.problem.wall.start(drive.free_velocity);
         self.free_movers(bodies, state, drive);
-        let travel = drive.step * self.top_speed();
+        let travel = drive.step * self.top_speed(bodies);
         let mut list = std::mem::take(&mut state.list);
         let places = places_at_detection(bodies, state, drive);
         list.refresh(bodies, &places, travel, &state.bonds);
+        if bodies.has_joints() {
+            list.pass_on(bodies, &places);
+        }
         self.problem.contacts.clear();
         self.problem.bonds.clear();
+        self.problem.arms.clear();
         self.slots.clear();
         let mut bonds = Finder::new(&state.bonds);
         for index in 0..list.slots.len() {
             let slot = &list.slots[index];
             let place = proximity(bodies, &places, slot.a as usize, slot.b as usize);
             let bond = bonds.find((slot.a, slot.b));
+            let candidate = self.candidate(bodies, state, drive.step, slot, place);
             let Some(mut contact) =
-                self.contact(bodies, state, drive.step, slot, place, bond.is_some())
+                self.admit(bodies, state, drive.step, candidate, bond.is_some())
             else {
                 // A contact that a rebound has opened leaves the problem: it must not keep its force.
                 list.slots[index].force = [0.0; 2];
@@ -197,6 +203,17 @@ impl Stepper {
                 inverse_mass: 1.0 / m,
             }
         }));
+        for cluster in bodies.clusters.iter() {
+            for disk in &cluster.disks {
+                movers[*disk] = Mover::default();
+            }
+            let start = state.velocities[cluster.leader()];
+            let kick = |k: usize| start[k] + cluster.free[k] * h * bodies.gravity[k];
+            movers[cluster.leader()] = Mover {
+                velocity: [kick(0), kick(1), start[2]],
+                inverse_mass: 1.0 / cluster.mass,
+            };
+        }
         if let (Some([x, y]), Some(grain)) = (bodies.pulled, movers.first_mut()) {
             *grain = Mover {
                 velocity: [x, y, 0.0],
@@ -215,10 +232,13 @@ impl Stepper {
                 inverse_mass: 1.0 / mass,
             });
         }
-        movers.resize(bodies.count(), Mover::default());
+        movers.extend(bodies.walls.iter().map(|wall| Mover {
+            velocity: [wall.velocity[0], wall.velocity[1], 0.0],
+            inverse_mass: 0.0,
+        }));
     }
 
-    fn top_speed(&self) -> f64 {
+    fn top_speed(&self, bodies: &Bodies) -> f64 {
         let movers = self
             .problem
             .movers
@@ -231,45 +251,78 @@ impl Stepper {
             .chunks_exact(2)
             .map(|v| [v[0], v[1]]);
         let squares = movers.chain(glued).map(|v| v[0] * v[0] + v[1] * v[1]);
-        squares.fold(0.0, f64::max).sqrt()
+        let speed = squares.fold(0.0, f64::max).sqrt();
+        let clusters = bodies.clusters.iter();
+        let turning = clusters.map(|c| c.top_speed(self.problem.movers[c.leader()].velocity));
+        turning.fold(speed, f64::max)
     }
 
-    /// The contact of a slot, unless the pair has no bond, stays apart in this step and carried no force in the last one.
-    fn contact(
-        &self,
+    /// The contact that a slot would have; its levers, if it needs any, join the problem.
+    fn candidate(
+        &mut self,
         bodies: &Bodies,
         state: &State,
         h: f64,
         slot: &Slot,
         place: Proximity,
-        bonded: bool,
-    ) -> Option<Contact> {
+    ) -> Contact {
+        let pair = [slot.a as usize, slot.b as usize];
+        let glued = pair.map(|body| bodies.glued_index(body).is_some());
         let mut contact = Contact {
             a: slot.a,
             b: slot.b,
-            glued: bodies.glued_index(slot.a as usize).is_some()
-                || bodies.glued_index(slot.b as usize).is_some(),
+            glued: glued[0] || glued[1],
             normal: place.normal,
             gap: place.gap,
             bias: [0.0, slot.spring / h],
             compliance: bodies.law.compliance(h),
             impulse: [h * slot.force[0], h * slot.force[1]],
             bond: UNBONDED,
+            arms: UNARMED,
             ..Contact::default()
         };
+        if !bodies.clusters.is_empty() {
+            let disk = |body: usize| (state.centres[body], bodies.radii[body]);
+            let inverse = |body: usize| self.problem.inverse_mass(body);
+            let arms = bodies
+                .clusters
+                .arms(&state.clusters, pair, &place, disk, inverse);
+            if let Some(arms) = arms {
+                contact.arms = self.problem.arms.len() as u32;
+                self.problem.arms.push(arms);
+                [contact.a, contact.b] = pair.map(|body| bodies.clusters.mover_of(body) as u32);
+            }
+        }
+        contact
+    }
+
+    /// A contact, unless the pair has no bond, stays apart in this step and carried no force in the last one.
+    fn admit(
+        &mut self,
+        bodies: &Bodies,
+        state: &State,
+        h: f64,
+        mut contact: Contact,
+        bonded: bool,
+    ) -> Option<Contact> {
         if bonded {
             return Some(contact);
         }
         let approach = self.problem.relative_velocity(&contact)[0].min(0.0);
-        let touches = slot.force[0] > 0.0 || place.gap + h * approach < bodies.alert;
+        let touches = contact.impulse[0] > 0.0 || contact.gap + h * approach < bodies.alert;
         if !touches {
+            self.problem.arms.truncate(contact.arms as usize);
             return None;
         }
         let before = match bodies.law.restitution {
-            Some(_) => relative_before(bodies, state, &contact)[0],
+            Some(_) => self.relative_before(bodies, state, &contact)[0],
             None => 0.0,
         };
-        contact.bias[0] = bodies.law.bias(place.gap, before, h)?;
+        let Some(bias) = bodies.law.bias(contact.gap, before, h) else {
+            self.problem.arms.truncate(contact.arms as usize);
+            return None;
+        };
+        contact.bias[0] = bias;
         Some(contact)
     }
 
@@ -344,7 +397,7 @@ impl Stepper {
         slot: &Slot,
     ) -> ContactStep {
         let velocity = self.problem.relative_velocity(contact);
-        let before = relative_before(bodies, state, contact);
+        let before = self.relative_before(bodies, state, contact);
         let stretched = bodies
             .law
             .springs
@@ -358,6 +411,13 @@ impl Stepper {
             velocity,
             change: [velocity[0] - before[0], velocity[1] - before[1]],
         }
+    }
+
+    /// (u_n, u_t) at the start of the step (m/s).
+    fn relative_before(&self, bodies: &Bodies, state: &State, contact: &Contact) -> [f64; 2] {
+        let a = velocity_before(bodies, state, contact.a as usize);
+        let b = velocity_before(bodies, state, contact.b as usize);
+        self.problem.project(contact, a, b)
     }
 
     /// Balance of the free grains: impulses from wheel, wall and weight against the change of momentum.
@@ -379,7 +439,33 @@ impl Stepper {
                 defect[k] += mass * (h * bodies.gravity[k] - (new[k] - old[k]));
             }
         }
+        if !bodies.clusters.is_empty() {
+            let held = self.held_impulse(bodies, h);
+            defect = [defect[0] + held[0], defect[1] + held[1]];
+        }
         defect[0].abs().max(defect[1].abs()) / h
+    }
+
+    /// Impulse by which the locked motions of clusters are held: against contacts and weight (N s).
+    fn held_impulse(&self, bodies: &Bodies, h: f64) -> [f64; 2] {
+        let mut held = [0.0; 2];
+        let mut hold = |cluster: &Cluster, impulse: [f64; 2]| {
+            for ((sum, free), p) in held.iter_mut().zip(&cluster.free).zip(impulse) {
+                *sum -= (1.0 - free) * p;
+            }
+        };
+        for cluster in bodies.clusters.iter() {
+            hold(cluster, bodies.gravity.map(|g| cluster.mass * h * g));
+        }
+        for contact in &self.problem.contacts {
+            let push = push_on_a(contact);
+            for (body, sign) in [(contact.a, 1.0), (contact.b, -1.0)] {
+                if let Some((_, cluster)) = bodies.clusters.of(body as usize) {
+                    hold(cluster, push.map(|p| sign * p));
+                }
+            }
+        }
+        held
     }
 
     /// Takes over the velocities and books the work of loads, drive, weight and wall, and the loss of the scheme.
@@ -406,6 +492,9 @@ impl Stepper {
             state.wheel.velocity = [new[0], new[1]];
             state.wheel.position[0] = drive.wheel_x;
         }
+        if bodies.wall_speed() > 0.0 {
+            state.accounts.walls += self.work_of_walls(bodies);
+        }
         if let Some(velocity) = bodies.pulled {
             let pushes = self.problem.contacts.iter().map(push_on_a);
             let works = pushes.map(|push| push[0] * velocity[0] + push[1] * velocity[1]);
@@ -418,6 +507,17 @@ impl Stepper {
         }
         state.glued_velocity.copy_from_slice(&wall.velocity);
         state.accounts.impact += (theta - 0.5) * squared_change;
+    }
+
+    /// What moving walls do to the grains in a step (J).
+    fn work_of_walls(&self, bodies: &Bodies) -> f64 {
+        let contacts = self.problem.contacts.iter();
+        let works = contacts.filter_map(|contact| {
+            let velocity = bodies.wall_of(contact.b as usize)?.velocity;
+            let push = push_on_a(contact);
+            Some(push[0] * velocity[0] + push[1] * velocity[1])
+        });
+        works.sum()
     }
 
     /// Sideways impulse of the grains on the wheel (N s).
@@ -449,13 +549,6 @@ fn push_on_a(contact: &Contact) -> [f64; 2] {
     [r_n * nx - r_t * ny, r_n * ny + r_t * nx]
 }
 
-/// (u_n, u_t) at the start of the step (m/s).
-fn relative_before(bodies: &Bodies, state: &State, contact: &Contact) -> [f64; 2] {
-    let a = velocity_before(bodies, state, contact.a as usize);
-    let b = velocity_before(bodies, state, contact.b as usize);
-    project(contact.normal, a, b)
-}
-
 fn velocity_before(bodies: &Bodies, state: &State, body: usize) -> [f64; 3] {
     if body < bodies.free {
         return state.velocities[body];
@@ -470,5 +563,6 @@ fn velocity_before(bodies: &Bodies, state: &State, body: usize) -> [f64; 3] {
     if Some(body) == bodies.wheel() {
         return [state.wheel.velocity[0], state.wheel.velocity[1], 0.0];
     }
-    [0.0; 3]
+    let [x, y] = bodies.wall_of(body).map_or([0.0; 2], |wall| wall.velocity);
+    [x, y, 0.0]
 }

@@ -3,6 +3,7 @@
 mod dem_balance;
 mod dem_bonds;
 mod dem_bounds;
+mod dem_clusters;
 mod dem_cohesion;
 mod dem_column;
 mod dem_compliance;
@@ -19,5 +20,6 @@ mod dem_pyramid;
 mod dem_restitution;
 mod dem_solvers;
 mod dem_support;
+mod dem_walls;
 mod dem_wheel;
 mod dem_wheel_curved;

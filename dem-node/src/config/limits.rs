@@ -5,8 +5,8 @@ mod law;
 use protocol::ConfigError;
 
 use super::{
-    Config, DisksConfig, LawKind, LayerConfig, SampleConfig, SolverConfig, SolverKind, TimeConfig,
-    WheelConfig,
+    Config, DisksConfig, LawKind, LayerConfig, PenetrationKind, SampleConfig, SolverConfig,
+    SolverKind, TimeConfig, WheelConfig,
 };
 
 impl Config {
@@ -28,7 +28,8 @@ impl Config {
             wheel.validate()?;
         }
         crate::pull::validate(self)?;
-        self.validate_together()
+        self.validate_together()?;
+        self.validate_with_clusters()
     }
 
     fn validate_together(&self) -> Result<(), ConfigError> {
@@ -58,6 +59,46 @@ impl Config {
             );
         }
         Ok(())
+    }
+}
+
+impl Config {
+    /// What rigid clusters do not go with.
+    fn validate_with_clusters(&self) -> Result<(), ConfigError> {
+        let clustered = match &self.sample {
+            SampleConfig::Disks(disks) => disks.has_clusters(),
+            SampleConfig::Layer(_) => false,
+        };
+        if !clustered {
+            return Ok(());
+        }
+        let refused = [
+            (
+                self.solver.kind == SolverKind::Pcg,
+                "solver.kind",
+                "\"pcg\" solves contacts of single disks only, and sample.disks has clusters",
+                "write solver.kind = \"nsgs\"",
+            ),
+            (
+                self.law.kind.plain() == LawKind::Cohesion,
+                "law.kind",
+                "bonds of clusters are not supported, and sample.disks has clusters",
+                "choose law.kind = \"coulomb\" or \"signorini\"",
+            ),
+            (
+                matches!(
+                    self.law.penetration,
+                    Some(PenetrationKind::Split | PenetrationKind::Projection)
+                ),
+                "law.penetration",
+                "moves single disks apart, and sample.disks has clusters",
+                "write penetration = \"gap\" or \"iqs\"",
+            ),
+        ];
+        match refused.into_iter().find(|(holds, ..)| *holds) {
+            None => Ok(()),
+            Some((_, key, why, help)) => Err(ConfigError::new(key, why).help(help)),
+        }
     }
 }
 
@@ -149,13 +190,9 @@ impl DisksConfig {
             finite(&key("y_m"), disk.y_m)?;
         }
         for (i, wall) in self.walls.iter().enumerate() {
-            positive(
-                &format!("sample.walls[{i}].nx"),
-                wall.nx.hypot(wall.ny),
-                "length of (nx, ny)",
-            )?;
+            wall.validate(&format!("sample.walls[{i}]"))?;
         }
-        Ok(())
+        self.validate_clusters()
     }
 }
 
@@ -175,11 +212,11 @@ impl WheelConfig {
     }
 }
 
-fn required(key: &str, value: Option<f64>, by: &str) -> Result<f64, ConfigError> {
+pub(super) fn required(key: &str, value: Option<f64>, by: &str) -> Result<f64, ConfigError> {
     value.ok_or_else(|| ConfigError::new(key, format!("{by} need it and it is missing")))
 }
 
-fn positive(key: &str, value: f64, unit: &str) -> Result<(), ConfigError> {
+pub(super) fn positive(key: &str, value: f64, unit: &str) -> Result<(), ConfigError> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
     }
@@ -189,7 +226,7 @@ fn positive(key: &str, value: f64, unit: &str) -> Result<(), ConfigError> {
     ))
 }
 
-fn at_least(key: &str, value: f64, minimum: f64, unit: &str) -> Result<(), ConfigError> {
+pub(super) fn at_least(key: &str, value: f64, minimum: f64, unit: &str) -> Result<(), ConfigError> {
     if value >= minimum && value.is_finite() {
         return Ok(());
     }
@@ -202,7 +239,7 @@ fn at_least(key: &str, value: f64, minimum: f64, unit: &str) -> Result<(), Confi
     ))
 }
 
-fn within(key: &str, value: f64, low: f64, high: f64) -> Result<(), ConfigError> {
+pub(super) fn within(key: &str, value: f64, low: f64, high: f64) -> Result<(), ConfigError> {
     if (low..=high).contains(&value) {
         return Ok(());
     }
@@ -212,7 +249,7 @@ fn within(key: &str, value: f64, low: f64, high: f64) -> Result<(), ConfigError>
     ))
 }
 
-fn finite(key: &str, value: f64) -> Result<(), ConfigError> {
+pub(super) fn finite(key: &str, value: f64) -> Result<(), ConfigError> {
     if value.is_finite() {
         return Ok(());
     }

@@ -53,6 +53,7 @@ pub fn prepare(
         free: in_columns(free),
         glued,
         walls: Vec::new(),
+        clusters: Vec::new(),
         solid_fraction: bed.solid_fraction,
     })
 }

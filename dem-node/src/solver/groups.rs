@@ -259,9 +259,10 @@ pub struct Sweeper {
     across: Block,
     /// Contacts of free grains with glued disks, those of a glued disk one after the other.
     glued: Vec<u32>,
-    /// Contacts with a bond, then those of the wheel.
+    /// Contacts with a bond, then those of the wheel and of clusters.
     bonded: Vec<u32>,
     wheel: Vec<u32>,
+    armed: Vec<u32>,
     sorter: Sorter,
 }
 
@@ -279,9 +280,12 @@ impl Sweeper {
         self.glued.clear();
         self.bonded.clear();
         self.wheel.clear();
+        self.armed.clear();
         for (index, contact) in problem.contacts.iter().enumerate() {
             let (a, b) = (contact.a as usize, contact.b as usize);
-            let chosen = if problem.wheel == Some(b) {
+            let chosen = if problem.arms.get(contact.arms as usize).is_some() {
+                &mut self.armed
+            } else if problem.wheel == Some(b) {
                 &mut self.wheel
             } else if contact.glued {
                 &mut self.glued
@@ -327,7 +331,8 @@ impl Sweeper {
             }
         }
         let mut contacts = std::mem::take(&mut problem.contacts);
-        for index in self.bonded.iter().chain(&self.wheel) {
+        let single = self.bonded.iter().chain(&self.wheel).chain(&self.armed);
+        for index in single {
             relax_one(problem, &mut contacts[*index as usize], &mut squares);
         }
         problem.contacts = contacts;
@@ -387,7 +392,7 @@ fn relax_glued_disk(
         let step = renew(problem, contact, relative, squares);
         let [nx, ny] = contact.normal;
         let push = [step[0] * nx - step[1] * ny, step[0] * ny + step[1] * nx];
-        problem.kick(contact, a, push, step[1]);
+        problem.kick(contact, 0, push, step);
         for row in 0..2 {
             velocity[row] -= response[row][0] * push[0] + response[row][1] * push[1];
             total[row] -= push[row];
@@ -488,7 +493,8 @@ mod tests {
             .iter()
             .chain(grouped)
             .chain(&sweeper.bonded)
-            .chain(&sweeper.wheel);
+            .chain(&sweeper.wheel)
+            .chain(&sweeper.armed);
         all.copied().filter(|index| *index != EMPTY).collect()
     }
 

@@ -1,0 +1,411 @@
+//! Rigid clusters of disks.
+//!
+//! ```text
+//!        O      n            l from the centre of mass to the contact point, A = l x n, B = l.n:
+//!       /       |            W_nn = 1/M + A^2/I   W_nt = A B / I   W_tt = 1/M + B^2/I
+//!      O  V     |            u_n = v_y + A w, u_t = -v_x + B w  on a floor, n = (0, 1)
+//!   =======
+//! ```
+//!
+//! Reference: the impact of a rigid body as a 2x2 problem, statics of a block on a slope, and conservation laws, worked out
+//! in each case. Tolerance: the true residual 1e-12, or rounding where contacts do not couple.
+
+use dem_node::{Dem, config};
+use protocol::{Node, Setting};
+use serde_json::{Value, json};
+
+use crate::dem_support::{build, close, march, mass, refusal, scene, setting};
+
+const R: f64 = 1e-3;
+const STEP: f64 = 1e-5;
+const G: f64 = 9.81;
+
+fn member(x: f64, y: f64, cluster: &str) -> Value {
+    json!({"x_m": x, "y_m": y, "radius_m": R, "cluster": cluster})
+}
+
+fn floor() -> Value {
+    json!([{"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}])
+}
+
+/// Two disks 2a apart at this angle to the floor, the lower one touching it, falling with a speed.
+fn dumbbell(a: f64, angle: f64, speed: f64, law: Value, cluster: Value) -> Value {
+    let (sin, cos) = angle.sin_cos();
+    let mut entry = json!({"name": "bar", "vy_m_per_s": -speed});
+    for (key, value) in cluster.as_object().into_iter().flatten() {
+        entry[key] = value.clone();
+    }
+    let sample = json!({
+        "kind": "disks",
+        "disks": [member(0.0, R, "bar"), member(2.0 * a * cos, R + 2.0 * a * sin, "bar")],
+        "clusters": [entry],
+        "walls": floor(),
+    });
+    scene(law, STEP, sample, json!({}))
+}
+
+fn bar_inertia(a: f64) -> f64 {
+    2.0 * mass(R) * (0.5 * R * R + a * a)
+}
+
+/// v_x, v_y and spin (rad/s) of the body that the first disk stands for.
+fn motion(dem: &Dem) -> [f64; 3] {
+    let [vx, vy, _] = dem.state().velocities[0];
+    [vx, vy, dem.state().velocity_of(dem.bodies(), 0)[2]]
+}
+
+#[test]
+fn a_falling_bar_is_hit_at_one_end_as_the_two_by_two_problem_says() {
+    for degrees in [10.0f64, 35.0, 70.0, 120.0] {
+        for friction in [0.0, 0.1, 1.0] {
+            let (a, speed) = (3.0 * R, 0.7);
+            let angle = degrees.to_radians();
+            let law = json!({"kind": "coulomb", "friction": friction});
+            let mut dem = build(&dumbbell(a, angle, speed, law, json!({})));
+            march(&mut dem, 0, 1);
+            let (m, inertia) = (2.0 * mass(R), bar_inertia(a));
+            let (lever_n, lever_t) = (-a * angle.cos(), -a * angle.sin() - R);
+            let w_nn = 1.0 / m + lever_n * lever_n / inertia;
+            let w_nt = lever_n * lever_t / inertia;
+            let w_tt = 1.0 / m + lever_t * lever_t / inertia;
+            // Without impulse u = (-V, 0). Stick: W r = (V, 0); else r_t = s mu r_n, r_n = V / (W_nn + s mu W_nt).
+            let determinant = w_nn * w_tt - w_nt * w_nt;
+            let stick = [speed * w_tt / determinant, -speed * w_nt / determinant];
+            let r = if stick[1].abs() <= friction * stick[0] {
+                stick
+            } else {
+                let slide = stick[1].signum() * friction;
+                let r_n = speed / (w_nn + slide * w_nt);
+                [r_n, slide * r_n]
+            };
+            let [vx, vy, spin] = motion(&dem);
+            let name = |what: &str| format!("{what} at {degrees} degrees, friction {friction}");
+            close(&name("v_x"), vx, -r[1] / m, 1e-11);
+            close(&name("v_y"), vy, -speed + r[0] / m, 1e-11);
+            let expected = (lever_n * r[0] + lever_t * r[1]) / inertia;
+            close(&name("spin"), spin, expected, 1e-11 / R);
+        }
+    }
+}
+
+/// Two bars and a disk that meet; the bars turn.
+fn meeting(friction: f64, theta: f64) -> Dem {
+    let sample = json!({
+        "kind": "disks",
+        "disks": [
+            member(0.0, 0.0, "left"), member(1.8 * R, 0.9 * R, "left"),
+            {"x_m": 3.0 * R, "y_m": 3.3 * R, "radius_m": 0.7 * R, "vx_m_per_s": -0.3, "vy_m_per_s": -1.0},
+            member(5.0 * R, 0.3 * R, "right"), member(6.8 * R, -0.6 * R, "right"), member(6.9 * R, 1.3 * R, "right"),
+        ],
+        "clusters": [
+            {"name": "left", "vx_m_per_s": 1.0, "spin_rad_per_s": 150.0},
+            {"name": "right", "vx_m_per_s": -1.5, "vy_m_per_s": 0.1, "spin_rad_per_s": -80.0},
+        ],
+    });
+    let law = json!({"kind": "coulomb", "friction": friction});
+    let mut config = scene(law, STEP, sample, json!({}));
+    config["time"]["theta"] = json!(theta);
+    build(&config)
+}
+
+/// Linear momentum, and angular momentum about the origin.
+fn momenta(dem: &Dem) -> [f64; 3] {
+    let (state, bodies) = (dem.state(), dem.bodies());
+    let mut sum = [0.0; 3];
+    let mut add = |m: f64, x: [f64; 2], v: [f64; 3], radius: f64| {
+        sum[0] += m * v[0];
+        sum[1] += m * v[1];
+        // I w = (m radius^2 / 2) (v_2 / radius).
+        sum[2] += m * (x[0] * v[1] - x[1] * v[0] + 0.5 * radius * v[2]);
+    };
+    for (cluster, pose) in bodies.clusters.iter().zip(&state.clusters) {
+        add(
+            cluster.mass,
+            pose.centre,
+            state.velocities[cluster.leader()],
+            cluster.radius,
+        );
+    }
+    add(
+        bodies.masses[2],
+        state.centres[2],
+        state.velocities[2],
+        bodies.radii[2],
+    );
+    sum
+}
+
+#[test]
+fn clusters_keep_linear_and_angular_momentum() {
+    for theta in [0.5, 1.0] {
+        let mut dem = meeting(0.0, theta);
+        let before = momenta(&dem);
+        let scale = mass(R) * 1.0;
+        let report = march(&mut dem, 0, 800);
+        assert!(report.energy("impact") > 0.05 * scale, "they must meet");
+        let after = momenta(&dem);
+        for (k, size) in [scale, scale, scale * 5.0 * R].into_iter().enumerate() {
+            close(&format!("momentum {k}"), after[k], before[k], 1e-12 * size);
+        }
+    }
+}
+
+#[test]
+fn the_ledger_of_clusters_closes_with_friction_for_every_theta() {
+    for theta in [0.5, 0.8, 1.0] {
+        let mut dem = meeting(0.5, theta);
+        let before = dem.state().kinetic(dem.bodies());
+        let linear = momenta(&dem);
+        let report = march(&mut dem, 0, 800);
+        assert!(
+            report.energy("friction") > 1e-3 * before,
+            "there must be slip"
+        );
+        assert!(
+            report.imbalance(before) < 1e-10,
+            "{:e}",
+            report.imbalance(before)
+        );
+        for (now, then) in momenta(&dem).into_iter().zip(linear).take(2) {
+            close("momentum", now, then, 1e-12 * mass(R));
+        }
+    }
+}
+
+#[test]
+fn disks_of_a_cluster_keep_their_distances() {
+    let mut dem = meeting(0.5, 1.0);
+    let distances = |dem: &Dem| {
+        let c = &dem.state().centres;
+        [(0, 1), (3, 4), (3, 5), (4, 5)].map(|(i, j)| (c[i][0] - c[j][0]).hypot(c[i][1] - c[j][1]))
+    };
+    let before = distances(&dem);
+    march(&mut dem, 0, 2000);
+    for (now, then) in distances(&dem).into_iter().zip(before) {
+        close("distance", now, then, 1e-15);
+    }
+}
+
+/// A disk that falls on a slope and rolls, alone or as a cluster of one.
+fn on_slope(disk: Value) -> Dem {
+    let (sin, cos) = 20f64.to_radians().sin_cos();
+    let sample = json!({
+        "kind": "disks", "disks": [disk],
+        "walls": [{"x_m": 0.0, "y_m": 0.0, "nx": -sin, "ny": cos}],
+    });
+    let law = json!({"kind": "coulomb", "friction": 0.3});
+    build(&scene(
+        law,
+        1e-4,
+        sample,
+        json!({"gravity_m_per_s2": [0.0, -G]}),
+    ))
+}
+
+#[test]
+fn a_cluster_of_one_disk_is_that_disk() {
+    let mut single = on_slope(json!({"x_m": 0.3e-3, "y_m": 1.5 * R, "radius_m": R}));
+    let mut cluster = on_slope(member(0.3e-3, 1.5 * R, "one"));
+    for step in 0..300 {
+        march(&mut single, step, 1);
+        march(&mut cluster, step, 1);
+        let (a, b) = (motion(&single), motion(&cluster));
+        for (k, scale) in [1.0, 1.0, 1.0 / R].into_iter().enumerate() {
+            close(&format!("step {step}, {k}"), b[k], a[k], 1e-14 * scale);
+        }
+    }
+    assert!(motion(&single)[2] > 10.0, "it must have rolled");
+}
+
+#[test]
+fn locked_rotation_is_infinite_inertia() {
+    let law = json!({"kind": "coulomb", "friction": 0.3});
+    let angle = 35f64.to_radians();
+    let run = |cluster: Value| {
+        let mut dem = build(&dumbbell(3.0 * R, angle, 0.7, law.clone(), cluster));
+        march(&mut dem, 0, 20);
+        motion(&dem)
+    };
+    let locked = run(json!({"locked": ["rotation"]}));
+    let heavy = run(json!({"inertia_kg_m2": 1e6}));
+    assert_eq!(locked[2], 0.0);
+    for k in 0..2 {
+        close("velocity", locked[k], heavy[k], 1e-12);
+    }
+    // It stops dead on the floor: no spin, no slip.
+    close("v_y", locked[1], 0.0, 1e-12);
+}
+
+#[test]
+fn a_locked_direction_holds_and_the_books_still_close() {
+    let law = json!({"kind": "coulomb", "friction": 0.3});
+    for (locked, axis) in [("x", 0), ("y", 1)] {
+        let mut config = dumbbell(3.0 * R, 0.6, 0.0, law.clone(), json!({"locked": [locked]}));
+        config["gravity_m_per_s2"] = json!([3.0, -G]);
+        // Momentum and energy balance whatever is left of the residual.
+        config["solver"]["tolerance"] = json!(1e-8);
+        config["sample"]["disks"]
+            .as_array_mut()
+            .expect("a list")
+            .push(json!({
+                "x_m": 3.0 * R, "y_m": 12.0 * R, "radius_m": R, "vy_m_per_s": -2.0,
+            }));
+        let mut dem = build(&config);
+        let start = dem.state().clusters[0].centre[axis];
+        let mut report = march(&mut dem, 0, 1);
+        let mut worst = 0.0f64;
+        for step in 1..1500 {
+            report = march(&mut dem, step, 1);
+            worst = worst.max(report.signal("momentum_defect_n"));
+        }
+        assert_eq!(dem.state().clusters[0].centre[axis], start, "{locked}");
+        assert!(dem.state().clusters[0].angle.abs() > 0.01, "it turns");
+        let weight = 3.0 * mass(R) * G;
+        assert!(worst < 1e-9 * weight, "{locked}: {worst:e}");
+        let energy = 2.0 * mass(R);
+        assert!(
+            report.imbalance(energy) < 1e-10,
+            "{:e}",
+            report.imbalance(energy)
+        );
+    }
+}
+
+/// Four disks around a centre at (0, R + h) on a slope that gravity makes.
+fn block(b: f64, h: f64, tangent: f64) -> Dem {
+    let theta = tangent.atan();
+    let sample = json!({
+        "kind": "disks",
+        "disks": [
+            member(-b, R, "block"), member(b, R, "block"),
+            member(-b, R + 2.0 * h, "block"), member(b, R + 2.0 * h, "block"),
+        ],
+        "walls": floor(),
+    });
+    let law = json!({"kind": "coulomb", "friction": 0.9});
+    let gravity = json!({"gravity_m_per_s2": [G * theta.sin(), -G * theta.cos()]});
+    build(&scene(law, STEP, sample, gravity))
+}
+
+#[test]
+fn a_block_tips_where_its_weight_leaves_its_feet() {
+    for (b, h) in [(R, R), (2.0 * R, 3.0 * R)] {
+        // The feet touch at x = +-b, the centre of mass is R + h above: it tips above tan = b / (R + h).
+        let threshold = b / (R + h);
+        let mut stays = block(b, h, 0.99 * threshold);
+        march(&mut stays, 0, 200);
+        let motion_of = |dem: &Dem| motion(dem).map(f64::abs);
+        assert!(
+            motion_of(&stays).into_iter().all(|v| v < 1e-9),
+            "{:?}",
+            motion_of(&stays)
+        );
+        let mut tips = block(b, h, 1.01 * threshold);
+        march(&mut tips, 0, 1);
+        // About the lower foot: I' alpha = M g (H sin - b cos) with I' = I + M (b^2 + H^2), clockwise.
+        let (high, m, theta) = (R + h, 4.0 * mass(R), (1.01 * threshold).atan());
+        let inertia = m * (0.5 * R * R + b * b + h * h) + m * (b * b + high * high);
+        let alpha = m * G * (high * theta.sin() - b * theta.cos()) / inertia;
+        close(
+            "angular acceleration",
+            motion(&tips)[2] / STEP,
+            -alpha,
+            1e-8 * alpha,
+        );
+    }
+}
+
+#[test]
+fn a_bar_that_jams_is_an_error_by_name() {
+    // W_nn - mu |W_nt| changes sign at mu = (I/M + A^2) / |A B|: sliding has no unique impulse above (Painleve 1895).
+    let (a, angle) = (5.0 * R, 50f64.to_radians());
+    let (lever_n, lever_t) = (a * angle.cos(), a * angle.sin() + R);
+    let limit = (bar_inertia(a) / (2.0 * mass(R)) + lever_n * lever_n) / (lever_n * lever_t);
+    let run = |friction: f64| {
+        let law = json!({"kind": "coulomb", "friction": friction});
+        let mut dem = build(&dumbbell(a, angle, 0.1, law, json!({})));
+        dem.march(&protocol::Window {
+            substeps: 1,
+            ..Default::default()
+        })
+    };
+    run(0.999 * limit).expect("sliding is unique");
+    let error = run(1.001 * limit).expect_err("it jams");
+    assert!(
+        error.message.contains("W_nn - friction |W_nt|") && error.message.contains("Painleve"),
+        "{error}"
+    );
+}
+
+#[test]
+fn any_number_of_threads_leaves_the_same_bits() {
+    let mut disks = Vec::new();
+    for column in 0..60 {
+        for row in 0..90 {
+            let shift = 0.9 * R * f64::from(row % 2);
+            let mut disk = json!({
+                "x_m": R * f64::from(2 * column + 1) + shift, "y_m": R * (1.0 + 1.9 * f64::from(row)),
+                "radius_m": 0.9 * R * [0.99, 0.93, 0.85][(column * 90 + row) as usize % 3],
+            });
+            if row % 10 < 2 && column % 3 == 0 {
+                disk["cluster"] = json!(format!("{column} {}", row / 10));
+            }
+            disks.push(disk);
+        }
+    }
+    let sample = json!({"kind": "disks", "disks": disks, "walls": floor()});
+    let law = json!({"kind": "coulomb", "friction": 0.3});
+    let solver =
+        json!({"kind": "nsgs", "tolerance": 1e-2, "max_iterations": 20_000, "min_iterations": 1});
+    let overrides = json!({"gravity_m_per_s2": [2.0, -G], "solver": solver});
+    let config: config::Config =
+        protocol::read_config(&scene(law, 5e-3, sample, overrides)).expect("it is valid");
+    let run = |threads: usize| {
+        let setting = Setting {
+            threads,
+            ..setting(1)
+        };
+        let mut dem = Dem::new(&config, &setting).expect("it can be prepared");
+        march(&mut dem, 0, 3);
+        assert!(dem.state().list.slots.len() > 2 * 4096, "one block only");
+        dem.finish().expect("it finishes").state_hash
+    };
+    let one = run(1);
+    for threads in [2, 4] {
+        assert_eq!(run(threads), one, "{threads} threads");
+    }
+}
+
+#[test]
+fn what_clusters_do_not_go_with_is_refused_by_key() {
+    let law = json!({"kind": "coulomb", "friction": 0.3});
+    let bar = |changes: Value| dumbbell(3.0 * R, 0.5, 0.0, law.clone(), changes);
+    let mut pcg = bar(json!({}));
+    pcg["solver"]["kind"] = json!("pcg");
+    let mut glued = bar(json!({}));
+    glued["sample"]["disks"][0]["glued"] = json!(true);
+    let mut moving = bar(json!({}));
+    moving["sample"]["disks"][1]["vx_m_per_s"] = json!(1.0);
+    let mut projected = bar(json!({}));
+    projected["law"]["penetration"] = json!("projection");
+    let cases = [
+        (pcg, "solver.kind"),
+        (glued, "sample.disks[0].cluster"),
+        (moving, "sample.disks[1].cluster"),
+        (projected, "law.penetration"),
+        (
+            bar(json!({"name": "rod"})),
+            "sample.clusters[0].name: \"rod\" has no disks",
+        ),
+        (bar(json!({"mass_kg": 0.0})), "sample.clusters[0].mass_kg"),
+        (bar(json!({"locked": ["z"]})), "sample"),
+        (
+            bar(json!({"locked": ["rotation"], "spin_rad_per_s": 1.0})),
+            "sample.clusters[0].spin_rad_per_s: belongs to a motion that is locked",
+        ),
+    ];
+    for (config, expected) in cases {
+        let message = refusal(&config);
+        assert!(message.contains(expected), "{expected}: {message}");
+    }
+}

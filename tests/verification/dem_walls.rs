@@ -1,0 +1,212 @@
+//! Rigid walls: half-planes, and polylines with straight joints, convex and concave corners, at rest or moving.
+//!
+//! ```text
+//!   O ->                  a joint of a straight line must not be felt
+//!   ____.____.____
+//!                \        over a convex corner the normal turns with the disk: it rolls on a circle of its radius
+//! ```
+//!
+//! Exact by kinematics and statics, worked out in each case. Tolerance: rounding of positions over the step, 1e-16 m /
+//! 1e-5 s, and the true residual 1e-12.
+
+use dem_node::Dem;
+use serde_json::{Value, json};
+
+use crate::dem_support::{build, close, march, mass, refusal, scene};
+
+const R: f64 = 1e-3;
+const G: f64 = 9.81;
+const STEP: f64 = 1e-5;
+
+fn on_walls(law: Value, walls: Value, disks: Value, overrides: Value) -> Dem {
+    let sample = json!({"kind": "disks", "disks": disks, "walls": walls});
+    build(&scene(law, STEP, sample, overrides))
+}
+
+/// A line through the origin along (cos, sin) whose joints lie at uneven distances, corners given to the last digit.
+fn line(sin: f64, cos: f64) -> Value {
+    let places = [-9.0, -3.1, -1.3, -0.2, 0.017, 0.9, 1.7, 2.9, 4.0, 30.0];
+    let points: Vec<[f64; 2]> = places.iter().map(|s| [s * R * cos, s * R * sin]).collect();
+    json!([{"points_m": points}])
+}
+
+#[test]
+fn a_disk_slides_over_straight_joints_without_feeling_them() {
+    let (sin, cos) = 0.3f64.sin_cos();
+    // Pressed on the line by a weight normal to it.
+    let gravity = json!({"gravity_m_per_s2": [1e4 * sin, -1e4 * cos]});
+    let disk = json!([{
+        "x_m": -2.0 * R * cos - R * sin, "y_m": -2.0 * R * sin + R * cos, "radius_m": R,
+        "vx_m_per_s": cos, "vy_m_per_s": sin,
+    }]);
+    let law = json!({"kind": "signorini"});
+    let mut dem = on_walls(law, line(sin, cos), disk, gravity);
+    for step in 0..800 {
+        let report = march(&mut dem, step, 1);
+        let [vx, vy, spin] = dem.state().velocities[0];
+        close("along", vx * cos + vy * sin, 1.0, 1e-12);
+        close("across", vy * cos - vx * sin, 0.0, 1e-11);
+        assert_eq!(spin, 0.0);
+        assert_eq!(report.signal("contacts"), 1.0, "step {step}");
+    }
+}
+
+#[test]
+fn a_disk_rolls_over_joints_as_over_a_half_plane() {
+    // Friction 0.3 on a slope of 20 degrees: it rolls; compliant, so that a lost spring would be seen.
+    let (sin, cos) = 20f64.to_radians().sin_cos();
+    let disk =
+        json!([{"x_m": 2.0 * R * cos - sin * R, "y_m": 2.0 * R * sin + cos * R, "radius_m": R}]);
+    let plane = json!([{"x_m": 0.0, "y_m": 0.0, "nx": -sin, "ny": cos}]);
+    for law in [
+        json!({"kind": "coulomb", "friction": 0.3}),
+        json!({
+            "kind": "coulomb", "friction": 0.3,
+            "contact_stiffness_pa": 1e8, "tangential_stiffness_ratio": 0.5,
+        }),
+    ] {
+        let gravity = json!({"gravity_m_per_s2": [0.0, -G]});
+        let mut over = on_walls(law.clone(), line(sin, cos), disk.clone(), gravity.clone());
+        let mut beside = on_walls(law.clone(), plane.clone(), disk.clone(), gravity);
+        let steps = 6000;
+        march(&mut over, 0, steps);
+        march(&mut beside, 0, steps);
+        let travelled = beside.state().centres[0][0] - (2.0 * R * cos - sin * R);
+        assert!(travelled < -2.0 * R, "it must cross joints: {travelled:e}");
+        for k in 0..3 {
+            let (on, off) = (
+                over.state().velocities[0][k],
+                beside.state().velocities[0][k],
+            );
+            close(&format!("component {k}, {law}"), on, off, 1e-11);
+        }
+    }
+}
+
+#[test]
+fn over_a_convex_corner_a_disk_falls_as_an_inverted_pendulum() {
+    // Sticking at the corner it turns about it: with phi the angle from the vertical, energy gives
+    // (3/4) (R phi')^2 = (3/4) v^2 + g R (1 - cos phi).
+    let roof = json!([{"points_m": [[-0.1, 0.0], [0.0, 0.0], [0.0, -0.1]]}]);
+    let v = 0.02;
+    let disk = json!([{"x_m": -0.1 * R, "y_m": R, "radius_m": R, "vx_m_per_s": v, "spin_rad_per_s": -v / R}]);
+    let law = json!({"kind": "coulomb", "friction": 2.0});
+    let mut dem = on_walls(law, roof, disk, json!({"gravity_m_per_s2": [0.0, -G]}));
+    let mut checked = 0;
+    for step in 0..2000 {
+        let report = march(&mut dem, step, 1);
+        let [x, y] = dem.state().centres[0];
+        if x <= 0.0 {
+            close("on the flat", dem.state().velocities[0][0], v, 1e-12);
+            continue;
+        }
+        let cos = y / x.hypot(y);
+        if cos < 0.8 {
+            break;
+        }
+        checked += 1;
+        assert_eq!(report.signal("contacts"), 1.0);
+        close("it stays on the corner", x.hypot(y), R, 3e-4 * R);
+        let [vx, vy, _] = dem.state().velocities[0];
+        let expected = (v * v + 4.0 / 3.0 * G * R * (1.0 - cos)).sqrt();
+        // The scheme is of first order: 1e-5 s of 20 ms.
+        close("speed", vx.hypot(vy), expected, 5e-3 * expected);
+    }
+    assert!(checked > 500, "{checked} steps on the corner");
+}
+
+#[test]
+fn a_disk_in_a_concave_corner_rests_on_both_faces() {
+    // A V of 60 and 30 degrees: N1 = m g cos(60), N2 = m g cos(30) without friction.
+    let (sin, cos) = 30f64.to_radians().sin_cos();
+    let wedge =
+        json!([{"points_m": [[-0.01 * sin, 0.01 * cos], [0.0, 0.0], [0.01 * cos, 0.01 * sin]]}]);
+    // Touching both: R times the sum of the normals (cos, sin) and (-sin, cos).
+    let disk = json!([{"x_m": R * (cos - sin), "y_m": R * (sin + cos), "radius_m": R}]);
+    let law = json!({"kind": "signorini"});
+    let mut dem = on_walls(law, wedge, disk, json!({"gravity_m_per_s2": [0.0, -G]}));
+    let report = march(&mut dem, 0, 100);
+    assert_eq!(report.signal("contacts"), 2.0);
+    let weight = mass(R) * G;
+    // A gap rounded to 1e-19 m, over the step, is 1e-10 of g h.
+    let forces: Vec<f64> = dem.state().list.slots.iter().map(|s| s.force[0]).collect();
+    close("steep face", forces[0], weight * sin, 1e-8 * weight);
+    close("gentle face", forces[1], weight * cos, 1e-8 * weight);
+    close("it rests", report.signal("speed_max_m_per_s"), 0.0, 1e-12);
+}
+
+#[test]
+fn a_disk_stops_in_the_corner_it_rolls_into() {
+    let corner = json!([{"points_m": [[-0.1, 0.0], [0.0, 0.0], [0.0, 0.1]]}]);
+    let disk = json!([{"x_m": -3.0 * R, "y_m": R, "radius_m": R, "vx_m_per_s": 1.0}]);
+    let law = json!({"kind": "signorini"});
+    let mut dem = on_walls(law, corner, disk, json!({"gravity_m_per_s2": [0.0, -G]}));
+    march(&mut dem, 0, 400);
+    close("x", dem.state().centres[0][0], -R, 1e-15);
+    close("y", dem.state().centres[0][1], R, 1e-15);
+}
+
+#[test]
+fn a_moving_wall_takes_its_grains_along_and_pays_for_it() {
+    let speed = 0.5;
+    for wall in [
+        json!({"x_m": -2.0 * R, "y_m": 0.0, "nx": 1.0, "ny": 0.0}),
+        json!({"points_m": [[-2.0 * R, R], [-2.0 * R, -R]]}),
+    ] {
+        let mut wall = wall;
+        wall["velocity_m_per_s"] = json!([speed, 0.0]);
+        let disks = json!([
+            {"x_m": 0.0, "y_m": 0.0, "radius_m": R}, {"x_m": 3.0 * R, "y_m": 0.0, "radius_m": R},
+        ]);
+        let law = json!({"kind": "signorini"});
+        let mut dem = on_walls(law, json!([wall]), disks, json!({}));
+        let steps = 2000;
+        let report = march(&mut dem, 0, steps);
+        // Inelastic: both end at the wall's speed, in a row.
+        let face = -2.0 * R + speed * STEP * f64::from(steps);
+        close("first", dem.state().centres[0][0], face + R, 1e-14);
+        close("second", dem.state().centres[1][0], face + 3.0 * R, 1e-14);
+        for v in &dem.state().velocities {
+            close("speed", v[0], speed, 1e-12);
+        }
+        // The wall gives both their momentum at its own speed; half of that work is lost in the impacts.
+        let work = 2.0 * mass(R) * speed * speed;
+        close("work", report.energy("walls"), work, 1e-12 * work);
+        close("lost", report.energy("impact"), 0.5 * work, 1e-9 * work);
+        assert!(report.imbalance(0.0) < 1e-12, "{:e}", report.imbalance(0.0));
+    }
+}
+
+#[test]
+fn walls_that_are_none_are_refused_by_key() {
+    let cases = [
+        (
+            json!({"x_m": 0.0, "y_m": 0.0, "nx": 1.0}),
+            "sample.walls[0].ny: is missing",
+        ),
+        (
+            json!({"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 0.0}),
+            "sample.walls[0].nx",
+        ),
+        (json!({"points_m": [[0.0, 0.0]]}), "at least two points"),
+        (
+            json!({"points_m": [[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]]}),
+            "points 1 and 2",
+        ),
+        (
+            json!({"points_m": [[0.0, 0.0], [1.0, 0.0]], "nx": 1.0}),
+            "sample.walls[0].nx: belongs to a half-plane",
+        ),
+    ];
+    for (wall, expected) in cases {
+        let disks = json!([{"x_m": 0.0, "y_m": R, "radius_m": R}]);
+        let sample = json!({"kind": "disks", "disks": disks, "walls": [wall]});
+        let message = refusal(&scene(
+            json!({"kind": "signorini"}),
+            STEP,
+            sample,
+            json!({}),
+        ));
+        assert!(message.contains(expected), "{message}");
+    }
+}
