@@ -2,6 +2,7 @@
 
 use crate::cluster::Clusters;
 use crate::faces::{Face, RigidWall};
+use crate::geometry::Period;
 use crate::law::Law;
 
 /// The bodies in their numbering: free grains, glued disks, wheel (if any), walls.
@@ -25,6 +26,8 @@ pub struct Bodies {
     pub walls: Vec<RigidWall>,
     /// Free grains that move together.
     pub clusters: Clusters,
+    /// The strip that repeats along x, where one does.
+    pub period: Option<Period>,
     /// Velocity of the only grain when its motion is prescribed (m/s).
     pub pulled: Option<[f64; 2]>,
     /// What happens at a contact.

@@ -1,9 +1,12 @@
 //! The keys of `[participant.config]` and their limits.
 
 mod limits;
+mod periodic;
 mod sample;
 
 use serde::Deserialize;
+
+use crate::geometry::Period;
 
 pub use sample::{ClusterConfig, MotionConfig, WallConfig};
 
@@ -216,6 +219,20 @@ pub struct LayerConfig {
     /// elastic overlap to relax when the side walls go.
     #[serde(default = "press")]
     pub press_pa: Vec<f64>,
+    /// Ends of the strip that repeats along x (m), [-half_width_m, half_width_m], instead of side walls; the base is
+    /// straight then.
+    pub periodic_x_m: Option<[f64; 2]>,
+}
+
+impl SampleConfig {
+    /// The strip that repeats along x, where one does.
+    pub fn period(&self) -> Option<Period> {
+        let ends = match self {
+            SampleConfig::Layer(layer) => layer.periodic_x_m,
+            SampleConfig::Disks(disks) => disks.periodic_x_m,
+        };
+        ends.map(Period::between)
+    }
 }
 
 fn bed_extra() -> f64 {
@@ -250,6 +267,8 @@ pub struct DisksConfig {
     /// What is special about rigid clusters; one that is not listed is free and as heavy as its disks.
     #[serde(default)]
     pub clusters: Vec<ClusterConfig>,
+    /// Ends of the strip that repeats along x (m): disks near one end touch those near the other.
+    pub periodic_x_m: Option<[f64; 2]>,
 }
 
 /// One disk.

@@ -3,7 +3,7 @@
 use crate::bodies::Bodies;
 use crate::bond::Bond;
 use crate::faces::Face;
-use crate::geometry::{Places, distance};
+use crate::geometry::{Period, Places, distance};
 
 /// A pair of bodies that may touch, with what it remembers from step to step.
 ///
@@ -131,7 +131,13 @@ impl VerletList {
 
 fn list_pairs(bodies: &Bodies, places: &Places, reach: f64) -> Vec<Slot> {
     let mut slots = Vec::new();
-    let mut near = NearPairs::new(places.centres, &bodies.radii, bodies.free, reach);
+    let mut near = NearPairs::new(
+        places.centres,
+        &bodies.radii,
+        bodies.free,
+        reach,
+        bodies.period,
+    );
     for a in 0..bodies.disks() {
         let near = near.of(a).iter().map(|b| *b as usize);
         let apart = near.filter(|b| !bodies.clusters.share(a, *b));
@@ -189,8 +195,10 @@ pub struct NearPairs<'a> {
     radii: &'a [f64],
     movable: usize,
     reach: f64,
+    period: Option<Period>,
     origin: [f64; 2],
-    cell_size: f64,
+    /// Width and height of a cell (m).
+    cell_size: [f64; 2],
     columns: usize,
     rows: usize,
     /// First entry of each cell in `members`.
@@ -201,30 +209,47 @@ pub struct NearPairs<'a> {
 
 impl<'a> NearPairs<'a> {
     /// Sorts the disks into cells.
-    pub fn new(centres: &'a [[f64; 2]], radii: &'a [f64], movable: usize, reach: f64) -> Self {
+    pub fn new(
+        centres: &'a [[f64; 2]],
+        radii: &'a [f64],
+        movable: usize,
+        reach: f64,
+        period: Option<Period>,
+    ) -> Self {
         let limit = |axis: usize, start: f64, pick: fn(f64, f64) -> f64| {
             centres.iter().map(|c| c[axis]).fold(start, pick)
         };
-        let origin = [
+        let mut origin = [
             limit(0, f64::INFINITY, f64::min),
             limit(1, f64::INFINITY, f64::min),
         ];
-        let width = limit(0, f64::NEG_INFINITY, f64::max) - origin[0];
+        let mut width = limit(0, f64::NEG_INFINITY, f64::max) - origin[0];
+        if let Some(period) = period {
+            (origin[0], width) = (period.left, period.length);
+        }
         let height = limit(1, f64::NEG_INFINITY, f64::max) - origin[1];
         let widest = radii.iter().copied().fold(0.0, f64::max);
         // A grain that flew far away must not make the number of cells explode: four per disk suffice.
         let affordable = (width * height / (4.0 * centres.len() as f64)).sqrt();
         let along = width.max(height) / (4.0 * centres.len() as f64);
         let cell_size = (2.0 * widest + reach).max(affordable).max(along);
-        let columns = 1 + (width / cell_size) as usize;
         let rows = 1 + (height / cell_size) as usize;
+        // The columns of a strip fill it, none of them is cut.
+        let (columns, cell_width) = match period {
+            None => (1 + (width / cell_size) as usize, cell_size),
+            Some(_) => {
+                let columns = ((width / cell_size) as usize).max(1);
+                (columns, width / columns as f64)
+            }
+        };
         let mut cells = NearPairs {
             centres,
             radii,
             movable,
             reach,
+            period,
             origin,
-            cell_size,
+            cell_size: [cell_width, cell_size],
             columns,
             rows,
             starts: vec![0; columns * rows + 1],
@@ -251,8 +276,12 @@ impl<'a> NearPairs<'a> {
     }
 
     fn place(&self, centre: [f64; 2]) -> (usize, usize) {
-        let index = |axis: usize| ((centre[axis] - self.origin[axis]) / self.cell_size) as usize;
-        (index(0).min(self.columns - 1), index(1).min(self.rows - 1))
+        let x = self.period.map_or(centre[0], |p| p.inside(centre[0]));
+        let index = |axis: usize, x: f64| ((x - self.origin[axis]) / self.cell_size[axis]) as usize;
+        (
+            index(0, x).min(self.columns - 1),
+            index(1, centre[1]).min(self.rows - 1),
+        )
     }
 
     fn cell(&self, centre: [f64; 2]) -> usize {
@@ -265,13 +294,14 @@ impl<'a> NearPairs<'a> {
         let (column, row) = self.place(self.centres[a]);
         self.found.clear();
         for r in row.saturating_sub(1)..=(row + 1).min(self.rows - 1) {
-            // The cells of a row lie one after the other, and so do their members.
-            let first = r * self.columns + column.saturating_sub(1);
-            let last = r * self.columns + (column + 1).min(self.columns - 1);
-            for at in self.starts[first]..self.starts[last + 1] {
-                let b = self.members[at as usize] as usize;
-                if b > a && a < self.movable && self.is_near(a, b) {
-                    self.found.push(b as u32);
+            for [left, right] in self.columns_near(column) {
+                // The cells of a row lie one after the other, and so do their members.
+                let (first, last) = (r * self.columns + left, r * self.columns + right);
+                for at in self.starts[first]..self.starts[last + 1] {
+                    let b = self.members[at as usize] as usize;
+                    if b > a && a < self.movable && self.is_near(a, b) {
+                        self.found.push(b as u32);
+                    }
                 }
             }
         }
@@ -279,11 +309,27 @@ impl<'a> NearPairs<'a> {
         &self.found
     }
 
+    /// Ranges of columns next to a column, itself included; the second is empty but at the seam of a strip.
+    fn columns_near(&self, column: usize) -> impl Iterator<Item = [usize; 2]> + use<> {
+        let last = self.columns - 1;
+        let mut around = None;
+        let mut near = [column.saturating_sub(1), (column + 1).min(last)];
+        if self.period.is_some() && self.columns < 3 {
+            near = [0, last];
+        } else if self.period.is_some() && column == 0 {
+            around = Some([last, last]);
+        } else if self.period.is_some() && column == last {
+            around = Some([0, 0]);
+        }
+        std::iter::once(near).chain(around)
+    }
+
     fn is_near(&self, a: usize, b: usize) -> bool {
         let (dx, dy) = (
             self.centres[a][0] - self.centres[b][0],
             self.centres[a][1] - self.centres[b][1],
         );
+        let dx = self.period.map_or(dx, |period| period.nearest(dx));
         let reach = self.radii[a] + self.radii[b] + self.reach;
         dx * dx + dy * dy < reach * reach
     }
@@ -299,7 +345,7 @@ mod tests {
             .map(|i| [f64::from(i * 37 % 60), f64::from(i * i % 23)])
             .collect();
         let radii: Vec<f64> = (0..60).map(|i| 0.5 + f64::from(i % 4) * 0.4).collect();
-        let mut near = NearPairs::new(&centres, &radii, 50, 0.3);
+        let mut near = NearPairs::new(&centres, &radii, 50, 0.3, None);
         for a in 0..60 {
             let expected: Vec<u32> = (a + 1..60)
                 .filter(|b| a < 50 && near.is_near(a, *b))
@@ -310,10 +356,32 @@ mod tests {
     }
 
     #[test]
+    fn linked_cells_of_a_strip_find_pairs_across_its_seam() {
+        for length in [4.2, 8.0, 13.7, 60.0] {
+            let period = Some(Period { left: -3.0, length });
+            let centres: Vec<[f64; 2]> = (0..60)
+                .map(|i| [f64::from(i * 37 % 60) * 1.7 - 40.0, f64::from(i * i % 23)])
+                .collect();
+            let radii: Vec<f64> = (0..60).map(|i| 0.3 + f64::from(i % 4) * 0.2).collect();
+            let mut near = NearPairs::new(&centres, &radii, 60, 0.2, period);
+            let mut wrapped = 0;
+            for a in 0..60 {
+                let expected: Vec<u32> = (a + 1..60)
+                    .filter(|b| near.is_near(a, *b))
+                    .map(|b| b as u32)
+                    .collect();
+                wrapped += expected.len();
+                assert_eq!(near.of(a), expected, "length {length}");
+            }
+            assert!(wrapped > 0);
+        }
+    }
+
+    #[test]
     fn a_stray_grain_does_not_blow_up_the_cells() {
         let mut centres = vec![[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]];
         centres.push([1e9, -1e9]);
-        let near = NearPairs::new(&centres, &[0.5; 4], 4, 0.1);
+        let near = NearPairs::new(&centres, &[0.5; 4], 4, 0.1, None);
         assert!(near.columns * near.rows <= 100);
     }
 

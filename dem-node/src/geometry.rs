@@ -13,6 +13,38 @@ pub struct Places<'a> {
     pub wall_time: f64,
 }
 
+/// A strip that repeats along x: what leaves it on one side has already entered it on the other.
+///
+/// Places are never folded back into the strip. Only distances are taken to the nearest image, so that displacements, levers
+/// and bonds know nothing of the seam.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Period {
+    /// Left end (m).
+    pub left: f64,
+    /// Length (m).
+    pub length: f64,
+}
+
+impl Period {
+    /// The strip between two ends (m).
+    pub fn between([left, right]: [f64; 2]) -> Period {
+        Period {
+            left,
+            length: right - left,
+        }
+    }
+
+    /// The shortest of all images of a distance along x (m).
+    pub fn nearest(self, dx: f64) -> f64 {
+        dx - self.length * (dx / self.length).round()
+    }
+
+    /// The image of x inside the strip (m).
+    pub fn inside(self, x: f64) -> f64 {
+        self.left + (x - self.left).rem_euclid(self.length)
+    }
+}
+
 /// Geometry of a pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proximity {
@@ -26,7 +58,12 @@ pub struct Proximity {
 pub fn proximity(bodies: &Bodies, places: &Places, a: usize, b: usize) -> Proximity {
     let (centre, radius) = (places.centres[a], bodies.radii[a]);
     if b < bodies.disks() {
-        return between_disks(centre, places.centres[b], radius + bodies.radii[b]);
+        let mut dx = centre[0] - places.centres[b][0];
+        if let Some(period) = bodies.period {
+            dx = period.nearest(dx);
+        }
+        let dy = centre[1] - places.centres[b][1];
+        return between_disks([dx, dy], radius + bodies.radii[b]);
     }
     match bodies.wall_of(b) {
         None => under_wheel(places.wheel, bodies.wheel_radius, centre, radius),
@@ -45,8 +82,7 @@ pub fn distance(bodies: &Bodies, places: &Places, a: usize, b: usize) -> f64 {
     }
 }
 
-fn between_disks(a: [f64; 2], b: [f64; 2], reach: f64) -> Proximity {
-    let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
+fn between_disks([dx, dy]: [f64; 2], reach: f64) -> Proximity {
     let distance = (dx * dx + dy * dy).sqrt();
     // Coincident centres have no normal; any fixed one separates them again.
     let normal = if distance > 0.0 {
@@ -106,6 +142,19 @@ mod tests {
         assert_eq!(place.normal, [0.6, -0.8]);
         assert_eq!(height_on(4.0, [3.0, 1.0], 1.0), Some(1.0));
         assert_eq!(height_on(4.0, [5.1, 1.0], 1.0), None);
+    }
+
+    #[test]
+    fn distances_are_to_the_nearest_image() {
+        let strip = Period::between([-2.0, 6.0]);
+        assert_eq!(
+            [1.0, 5.0, -5.0, 17.0].map(|dx| strip.nearest(dx)),
+            [1.0, -3.0, 3.0, 1.0]
+        );
+        assert_eq!(
+            [-3.0, 6.5, 22.0, 1.0].map(|x| strip.inside(x)),
+            [5.0, -1.5, -2.0, 1.0]
+        );
     }
 
     #[test]

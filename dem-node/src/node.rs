@@ -250,6 +250,13 @@ impl Dem {
             )
             .help("remove the key or write theta = 1"));
         }
+        if self.bodies.period.is_some() {
+            return Err(ConfigError::new(
+                "sample.periodic_x_m",
+                "a coupled base belongs to a body with ends, and a strip that repeats has none",
+            )
+            .help("remove the key, or run the participant alone"));
+        }
         if self.own_step.is_some() {
             return Err(ConfigError::new(
                 "time.step_s",

@@ -60,7 +60,7 @@ fn top_speed(state: &State) -> f64 {
     squares.fold(0.0, f64::max).sqrt()
 }
 
-/// Free grains that left the glued row: beside it, or more than a diameter of the widest disk below it.
+/// Free grains that left the glued row: beside it unless it repeats, or more than a diameter of the widest disk below it.
 pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
     let (Some(first), Some(last)) = (bodies.reference.first(), bodies.reference.last()) else {
         return 0;
@@ -71,8 +71,8 @@ pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
         .iter()
         .map(|c| c[1])
         .fold(f64::INFINITY, f64::min);
-    let inside =
-        |c: &&[f64; 2]| (first[0]..=last[0]).contains(&c[0]) && c[1] >= lowest - 2.0 * widest;
+    let beside = |x: f64| bodies.period.is_none() && !(first[0]..=last[0]).contains(&x);
+    let inside = |c: &&[f64; 2]| !beside(c[0]) && c[1] >= lowest - 2.0 * widest;
     bodies.free - state.centres[..bodies.free].iter().filter(inside).count()
 }
 

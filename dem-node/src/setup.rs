@@ -60,6 +60,7 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
         wheel_mass: config.wheel.map(|wheel| wheel.mass_kg),
         wheel_radius: config.wheel.map_or(0.0, |wheel| wheel.radius_m),
         walls: sample.walls.clone(),
+        period: config.sample.period(),
         pulled: None,
         law: law(&config.law, thickness),
         alert: ALERT * smallest,

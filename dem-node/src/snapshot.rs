@@ -25,12 +25,16 @@ fn document(bodies: &Bodies, state: &State, thickness: f64) -> String {
         .slots
         .iter()
         .filter(|slot| (slot.b as usize) < disks && slot.force[0] > 0.0)
+        .filter(|slot| !across_the_seam(bodies, state, slot))
         .collect();
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\">\n<PolyData>\n<Piece NumberOfPoints=\"{disks}\" NumberOfVerts=\"{disks}\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n",
         lines.len()
     );
-    let points = state.centres.iter().flat_map(|c| [c[0], c[1], 0.0]);
+    let points = state
+        .centres
+        .iter()
+        .flat_map(|c| [shown(bodies, c[0]), c[1], 0.0]);
     text += "<Points>\n";
     array(&mut text, "Float64", "points", 3, points);
     text += "</Points>\n<Verts>\n";
@@ -59,6 +63,18 @@ fn document(bodies: &Bodies, state: &State, thickness: f64) -> String {
     array(&mut text, "Float64", "force_n", 2, cells);
     text += "</CellData>\n</Piece>\n</PolyData>\n</VTKFile>\n";
     text
+}
+
+/// A strip that repeats is drawn once.
+fn shown(bodies: &Bodies, x: f64) -> f64 {
+    bodies.period.map_or(x, |period| period.inside(x))
+}
+
+/// A line from one end of the strip to the other would be no contact.
+fn across_the_seam(bodies: &Bodies, state: &State, slot: &Slot) -> bool {
+    let x = |disk: u32| shown(bodies, state.centres[disk as usize][0]);
+    let half = bodies.period.map(|period| 0.5 * period.length);
+    half.is_some_and(|half| (x(slot.a) - x(slot.b)).abs() > half)
 }
 
 fn point_data(text: &mut String, bodies: &Bodies, state: &State, thickness: f64) {

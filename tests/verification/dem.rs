@@ -16,6 +16,7 @@ mod dem_layer_run;
 mod dem_modes;
 mod dem_participant;
 mod dem_penetration;
+mod dem_periodic;
 mod dem_pyramid;
 mod dem_restitution;
 mod dem_solvers;

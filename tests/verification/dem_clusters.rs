@@ -254,7 +254,7 @@ fn a_locked_direction_holds_and_the_books_still_close() {
         let start = dem.state().clusters[0].centre[axis];
         let mut report = march(&mut dem, 0, 1);
         let mut worst = 0.0f64;
-        for step in 1..1500 {
+        for step in 1..1000 {
             report = march(&mut dem, step, 1);
             worst = worst.max(report.signal("momentum_defect_n"));
         }

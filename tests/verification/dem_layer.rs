@@ -25,6 +25,7 @@ fn recipe(thickness_m: f64) -> LayerConfig {
         seed: None,
         bed_extra_m: 0.7e-3,
         press_pa: vec![300e6, 50e6],
+        periodic_x_m: None,
     }
 }
 

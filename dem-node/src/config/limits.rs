@@ -29,7 +29,8 @@ impl Config {
         }
         crate::pull::validate(self)?;
         self.validate_together()?;
-        self.validate_with_clusters()
+        self.validate_with_clusters()?;
+        self.validate_periodic()
     }
 
     fn validate_together(&self) -> Result<(), ConfigError> {

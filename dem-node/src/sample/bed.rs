@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use crate::config::LayerConfig;
 use crate::error::DemError;
+use crate::geometry::Period;
 use crate::sample::grading::Dice;
 use crate::sample::relax::Pile;
 
@@ -48,6 +49,11 @@ pub fn press(recipe: &LayerConfig, stiffness: f64, seed: u64) -> Result<Bed, Dem
         }
     }
     require_jammed(&pile)?;
+    if let Some(period) = pile.period {
+        pile.centres
+            .iter_mut()
+            .for_each(|c| c[0] = period.inside(c[0]));
+    }
     Ok(Bed {
         solid_fraction: area(&pile.radii) / (2.0 * pile.half_width * (pile.ceiling - pile.floor)),
         pile,
@@ -66,16 +72,20 @@ fn drop_disks(recipe: &LayerConfig, dice: &mut Dice) -> Pile {
         filled += PI * radius * radius;
         radii.push(radius);
     }
+    let period = recipe.periodic_x_m.map(Period::between);
     let ceiling = recipe.thickness_m;
     let floor = ceiling - filled / (LOOSE_FRACTION * width);
     let centres = radii.iter().map(|r| {
-        let x = dice.between(r - recipe.half_width_m, recipe.half_width_m - r);
+        // A strip has no side walls to keep away from.
+        let margin = if period.is_some() { 0.0 } else { *r };
+        let x = dice.between(margin - recipe.half_width_m, recipe.half_width_m - margin);
         [x, dice.between(floor + r, ceiling - r)]
     });
     Pile {
         centres: centres.collect(),
         movable: radii.len(),
         radii,
+        period,
         ceiling,
         floor,
         half_width: recipe.half_width_m,
@@ -138,6 +148,7 @@ mod tests {
             radii: vec![0.5; centres.len()],
             movable: centres.len(),
             centres,
+            period: None,
             ceiling: f64::INFINITY,
             floor: 0.0,
             half_width: f64::INFINITY,

@@ -34,7 +34,9 @@ pub fn prepare(
     let bed_stiffness = stiffness.unwrap_or(RIGID_BED_STIFFNESS * highest);
     let bed = bed::press(recipe, bed_stiffness, seed)?;
     let (free, mut glued) = cut(&bed.pile);
-    glued.extend(catch_row(recipe, &free, &glued));
+    if recipe.periodic_x_m.is_none() {
+        glued.extend(catch_row(recipe, &free, &glued));
+    }
     glued.sort_by(|a, b| a.centre[0].total_cmp(&b.centre[0]));
     let crown = Crown {
         radius: recipe.crown_radius_m,
@@ -128,6 +130,7 @@ fn release(bed: &Bed, free: Vec<Disk>, glued: &[Disk], thickness: f64) -> (Vec<D
         centres: all().map(|disk| disk.centre).collect(),
         radii: all().map(|disk| disk.radius).collect(),
         movable: free.len(),
+        period: bed.pile.period,
         ceiling: thickness,
         floor: f64::NEG_INFINITY,
         half_width: f64::INFINITY,

@@ -4,6 +4,7 @@
 //! unit masses the fastest oscillation of a packing is then about 3.5 per unit of time whatever the material.
 
 use crate::detect::NearPairs;
+use crate::geometry::Period;
 
 /// Disks between rigid plates.
 #[derive(Clone, Debug)]
@@ -14,11 +15,13 @@ pub struct Pile {
     pub radii: Vec<f64>,
     /// Number of disks that move.
     pub movable: usize,
+    /// The strip that repeats along x; it has no side walls.
+    pub period: Option<Period>,
     /// Height of the upper plate (m).
     pub ceiling: f64,
     /// Height of the lower plate (m); minus infinity when there is none.
     pub floor: f64,
-    /// Distance of the side walls from x = 0 (m); infinity when there are none.
+    /// Distance of the side walls, or of the ends of the strip, from x = 0 (m); infinity when there are none.
     pub half_width: f64,
     /// Force with which the floor is pushed upwards over the stiffness (m); a fixed floor when absent.
     pub thrust: Option<f64>,
@@ -96,7 +99,7 @@ impl Pile {
     fn neighbours(&self) -> Neighbours {
         let smallest = self.radii.iter().copied().fold(f64::INFINITY, f64::min);
         let skin = 0.3 * smallest;
-        let mut near = NearPairs::new(&self.centres, &self.radii, self.movable, skin);
+        let mut near = NearPairs::new(&self.centres, &self.radii, self.movable, skin, self.period);
         let mut pairs = Vec::new();
         for a in 0..self.movable {
             pairs.extend(near.of(a).iter().map(|b| (a as u32, *b)));
@@ -138,6 +141,7 @@ impl Pile {
             self.centres[a][0] - self.centres[b][0],
             self.centres[a][1] - self.centres[b][1],
         );
+        let dx = self.period.map_or(dx, |period| period.nearest(dx));
         let reach = self.radii[a] + self.radii[b];
         let squared = dx * dx + dy * dy;
         if squared >= reach * reach || squared == 0.0 {
@@ -164,7 +168,8 @@ impl Pile {
             (r - (y - self.floor), [0.0, 1.0]),
         ];
         for (side, (overlap, direction)) in sides.into_iter().enumerate() {
-            if overlap > 0.0 {
+            let open = self.period.is_some() && direction[0] != 0.0;
+            if overlap > 0.0 && !open {
                 load.on_disks[a][0] += overlap * direction[0];
                 load.on_disks[a][1] += overlap * direction[1];
                 load.count(overlap);

@@ -1,0 +1,351 @@
+//! A strip that repeats along x.
+//!
+//! ```text
+//!   :O   O  O :O       what leaves on the right has entered on the left; the seam (:) is nowhere
+//!   :_________:
+//! ```
+//!
+//! Reference: invariance under translation, and the same scenes inside. Tolerance: rounding of positions, 1e-18 m over the
+//! step, which a heap multiplies by its condition (below 1e3).
+
+use dem_node::Dem;
+use dem_node::config::{Config, SampleConfig};
+use dem_node::sample::bed;
+use protocol::Node;
+use serde_json::{Value, json};
+
+use crate::dem_support::{build, close, march, mass, refusal, scene, setting};
+
+const R: f64 = 1e-3;
+const LENGTH: f64 = 12.5 * R;
+const G: f64 = 9.81;
+
+fn strip(disks: Value) -> Value {
+    json!({
+        "kind": "disks", "disks": disks, "periodic_x_m": [0.0, LENGTH],
+        "walls": [{"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}],
+    })
+}
+
+/// A heap of disks of three sizes that fills the strip, shifted and folded back or not.
+fn heap(shift: f64, fold: bool, law: Value) -> Dem {
+    let place = |x: f64| {
+        let x = x + shift;
+        if fold { x.rem_euclid(LENGTH) } else { x }
+    };
+    let disk = |i: i32| {
+        let (column, row) = (i % 6, i / 6);
+        let x = R * (2.05 * f64::from(column) + 0.9 * f64::from(row % 2));
+        let radius = R * [0.95, 0.9, 0.8][i as usize % 3];
+        json!({"x_m": place(x), "y_m": R * (1.0 + 1.85 * f64::from(row)), "radius_m": radius})
+    };
+    let disks: Vec<Value> = (0..30).map(disk).collect();
+    let gravity = json!({"gravity_m_per_s2": [20.0 * G, -100.0 * G]});
+    build(&scene(law, 1e-4, strip(json!(disks)), gravity))
+}
+
+#[test]
+fn a_shifted_heap_moves_alike() {
+    for law in [
+        json!({"kind": "signorini", "contact_stiffness_pa": 1e8}),
+        json!({
+            "kind": "coulomb", "friction": 0.3,
+            "contact_stiffness_pa": 1e8, "tangential_stiffness_ratio": 0.5,
+        }),
+    ] {
+        let mut plain = heap(0.0, false, law.clone());
+        let report = march(&mut plain, 0, 60);
+        assert!(
+            report.signal("contacts") > 30.0,
+            "the heap must have formed"
+        );
+        let crosses = |dem: &Dem| {
+            let state = dem.state();
+            let slots = state
+                .list
+                .slots
+                .iter()
+                .filter(|s| s.b < 30 && s.force[0] > 0.0);
+            let distance = |a: u32, b: u32| {
+                (state.centres[a as usize][0] - state.centres[b as usize][0]).abs()
+            };
+            slots.filter(|s| distance(s.a, s.b) > 0.5 * LENGTH).count()
+        };
+        assert!(crosses(&plain) > 1, "contacts must cross the seam");
+        for (shift, fold) in [
+            (0.371 * LENGTH, false),
+            (0.371 * LENGTH, true),
+            (-7.9 * LENGTH, false),
+        ] {
+            let mut moved = heap(shift, fold, law.clone());
+            march(&mut moved, 0, 60);
+            let speed = report.signal("speed_max_m_per_s");
+            for (a, b) in plain
+                .state()
+                .velocities
+                .iter()
+                .zip(&moved.state().velocities)
+            {
+                for (a, b) in a.iter().zip(b) {
+                    assert!(
+                        (a - b).abs() < 1e-9 * speed,
+                        "{shift:e} {fold}: {a:e} and {b:e}"
+                    );
+                }
+            }
+            let forces = |dem: &Dem| -> Vec<([u32; 2], f64)> {
+                let slots = dem.state().list.slots.iter().filter(|s| s.force[0] > 0.0);
+                slots.map(|s| ([s.a, s.b], s.force[0])).collect()
+            };
+            let (plain, moved) = (forces(&plain), forces(&moved));
+            assert_eq!(plain.len(), moved.len());
+            for ((pair, a), (other, b)) in plain.iter().zip(&moved) {
+                assert_eq!(pair, other);
+                assert!(
+                    (a - b).abs() < 1e-9 * mass(R) * G * 1e4,
+                    "{pair:?}: {a:e} and {b:e}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_disk_that_leaves_hits_the_one_behind_the_seam() {
+    let disks = json!([
+        {"x_m": 0.9 * LENGTH, "y_m": 5.0 * R, "radius_m": R, "vx_m_per_s": 1.0},
+        {"x_m": 0.3 * LENGTH, "y_m": 5.0 * R, "radius_m": R},
+    ]);
+    let mut dem = build(&scene(
+        json!({"kind": "signorini"}),
+        1e-5,
+        strip(disks),
+        json!({}),
+    ));
+    let way = 0.4 * LENGTH - 2.0 * R;
+    let steps = (way / 1e-5) as u32;
+    march(&mut dem, 0, steps - 1);
+    close("before", dem.state().velocities[0][0], 1.0, 0.0);
+    let report = march(&mut dem, u64::from(steps) - 1, 3);
+    for v in &dem.state().velocities {
+        close("after", v[0], 0.5, 1e-10);
+    }
+    close(
+        "momentum",
+        report.signal("momentum_x_kg_m_per_s"),
+        mass(R),
+        1e-14 * mass(R),
+    );
+}
+
+#[test]
+fn a_crowd_keeps_its_momentum_across_the_seam() {
+    let disk = |i: i32| {
+        let (x, y) = (
+            f64::from(i % 5) * 2.5 * R,
+            R * (5.0 + 2.4 * f64::from(i / 5)),
+        );
+        let (vx, vy) = (f64::from(i * 7 % 11) - 4.0, f64::from(i * 5 % 7) - 3.0);
+        json!({"x_m": x, "y_m": y, "radius_m": R, "vx_m_per_s": vx, "vy_m_per_s": vy, "spin_rad_per_s": 100.0 * vx})
+    };
+    let disks: Vec<Value> = (0..20).map(disk).collect();
+    let mut sample = strip(json!(disks));
+    sample["walls"] = json!([]);
+    let law = json!({"kind": "coulomb", "friction": 0.4});
+    let mut dem = build(&scene(law, 1e-5, sample, json!({})));
+    let before = dem.state().momentum(dem.bodies());
+    let energy = dem.state().kinetic(dem.bodies());
+    let report = march(&mut dem, 0, 600);
+    let beyond = |c: &[f64; 2]| !(0.0..LENGTH).contains(&c[0]);
+    assert!(
+        dem.state().centres.iter().any(beyond),
+        "some must have left"
+    );
+    assert!(report.energy("friction") > 1e-3 * energy);
+    let after = dem.state().momentum(dem.bodies());
+    for (now, then) in after.into_iter().zip(before) {
+        close("momentum", now, then, 1e-11 * 20.0 * mass(R));
+    }
+    assert!(
+        report.imbalance(energy) < 1e-10,
+        "{:e}",
+        report.imbalance(energy)
+    );
+}
+
+/// Two bonded disks that part, turn and shear, the first one at x.
+fn bonded(x: f64) -> Dem {
+    let law = json!({
+        "kind": "cohesion", "friction": 0.3, "contact_stiffness_pa": 5e8, "tangential_stiffness_ratio": 0.5,
+        "cn_pa_per_m": 1e12, "ct_pa_per_m": 5e11, "w_j_per_m2": 10.0, "b_pa_m_s": 0.0, "p": 1.0,
+        "h_prime": "one", "alert_m": 1e-6,
+    });
+    let disks = json!([
+        {"x_m": x, "y_m": 5.0 * R, "radius_m": R, "vx_m_per_s": 0.25, "vy_m_per_s": 0.1},
+        {"x_m": (x + 2.0 * R).rem_euclid(LENGTH), "y_m": 5.0 * R, "radius_m": R, "vx_m_per_s": 1.05},
+    ]);
+    build(&scene(law, 1e-7, strip(disks), json!({})))
+}
+
+#[test]
+fn a_bond_across_the_seam_behaves_as_inside() {
+    let (mut inside, mut across) = (bonded(2.0 * R), bonded(LENGTH - 0.7 * R));
+    let report = march(&mut inside, 0, 150);
+    march(&mut across, 0, 150);
+    assert!(
+        report.energy("cohesion") > 0.0,
+        "the bond must give way in part"
+    );
+    let (a, b) = (&inside.state().bonds[0], &across.state().bonds[0]);
+    assert!(a.adhesion < 0.9 && a.adhesion > 0.05, "{}", a.adhesion);
+    close("adhesion", b.adhesion, a.adhesion, 1e-9);
+    close("opening", b.opening, a.opening, 1e-9 * a.opening);
+    for (a, b) in inside
+        .state()
+        .velocities
+        .iter()
+        .zip(&across.state().velocities)
+    {
+        for (a, b) in a.iter().zip(b) {
+            close("velocity", *b, *a, 1e-9);
+        }
+    }
+}
+
+/// A layer between a straight base and the wheel that repeats along x.
+fn layer(changes: Value) -> Value {
+    let mut config = json!({
+        "law": {"kind": "coulomb", "friction": 0.3, "contact_stiffness_pa": 2.255e11, "tangential_stiffness_ratio": 0.5},
+        "solver": {"kind": "nsgs", "tolerance": 1e-4, "max_iterations": 2000, "min_iterations": 2},
+        "time": {"step_s": 6e-7, "pressure_pa": 1e9},
+        "density_kg_per_m3": 7800.0,
+        "mass_scale": 1000.0,
+        "sample": {
+            "kind": "layer", "thickness_m": 0.4e-3, "half_width_m": 2e-3, "crown_radius_m": 0.0,
+            "radius_min_m": 0.05e-3, "radius_max_m": 0.1e-3, "law": "surface_uniform",
+            "periodic_x_m": [-2e-3, 2e-3],
+        },
+        "wheel": {"load_n": 1200.0, "mass_kg": 0.01, "ramp_s": 3e-4, "hold_s": 3e-4},
+    });
+    for (key, value) in changes.as_object().into_iter().flatten() {
+        config["sample"][key] = value.clone();
+    }
+    config
+}
+
+#[test]
+fn a_layer_without_ends_carries_the_wheel_everywhere() {
+    let mut dem = build(&layer(json!({})));
+    let widest = 0.1e-3;
+    let glued = &dem.bodies().reference;
+    let row: Vec<f64> = glued.iter().map(|c| c[0]).collect();
+    assert!(row.iter().all(|x| (-2e-3..2e-3).contains(x)));
+    let ends = row[0] + 4e-3 - row[row.len() - 1];
+    assert!(
+        ends < 2.0 * widest,
+        "the row has a hole at the seam: {ends:e}"
+    );
+    let report = march(&mut dem, 0, 1000);
+    close("load", report.signal("wheel_fn_n"), 1200.0, 12.0);
+    close("base", report.signal("glued_fy_n"), -1200.0, 12.0);
+    // What pushes the wheel sideways pushes the base back.
+    let sideways = report.signal("wheel_ft_n") + report.signal("glued_fx_n");
+    close("sideways", sideways, 0.0, 12.0);
+    assert_eq!(report.signal("lost_grains"), 0.0);
+    // Quarters of the wheel: no end carries less. 7 contacts or so a quarter scatter by a third.
+    let mut quarters = [0.0; 4];
+    let wheel = dem.bodies().disks() as u32;
+    for slot in dem.state().list.slots.iter().filter(|slot| slot.b == wheel) {
+        let x = dem.state().centres[slot.a as usize][0].clamp(-1.999e-3, 1.999e-3);
+        quarters[((x + 2e-3) / 1e-3) as usize] += slot.force[0];
+    }
+    assert!(
+        quarters.iter().all(|f| (150.0..450.0).contains(f)),
+        "{quarters:?}"
+    );
+}
+
+#[test]
+fn the_bed_of_a_strip_has_no_walls() {
+    let config: Config = protocol::read_config(&layer(json!({}))).expect("it is valid");
+    let SampleConfig::Layer(recipe) = &config.sample else {
+        panic!("it is a layer");
+    };
+    let bed = bed::press(recipe, 2.255e11, 1).expect("it is jammed");
+    // As between side walls, `dem_layer`.
+    assert!(
+        (0.80..0.84).contains(&bed.solid_fraction),
+        "{}",
+        bed.solid_fraction
+    );
+    let (pairs, _) = bed.pile.contacts();
+    let x = |disk: u32| bed.pile.centres[disk as usize][0];
+    assert!(
+        bed.pile
+            .centres
+            .iter()
+            .all(|c| (-2e-3..2e-3).contains(&c[0]))
+    );
+    let opposite = pairs.into_iter().filter(|(a, b)| x(*a) * x(*b) < 0.0);
+    let (across, middle): (Vec<(u32, u32)>, Vec<_>) =
+        opposite.partition(|(a, b)| (x(*a) - x(*b)).abs() > 2e-3);
+    let [across, middle] = [across.len(), middle.len()];
+    assert!(
+        middle >= 6 && (middle / 2..2 * middle).contains(&across),
+        "{across} at the seam, {middle} in the middle"
+    );
+}
+
+#[test]
+fn what_does_not_repeat_is_refused_by_key() {
+    let law = json!({"kind": "signorini"});
+    let disks = json!([{"x_m": R, "y_m": R, "radius_m": R}]);
+    let with = |key: &str, value: Value| {
+        let mut sample = strip(disks.clone());
+        sample[key] = value;
+        scene(law.clone(), 1e-5, sample, json!({}))
+    };
+    let mut curved = with("walls", json!([]));
+    curved["wheel"] =
+        json!({"load_n": 1.0, "mass_kg": 1.0, "radius_m": 0.4, "ramp_s": 0.0, "hold_s": 1.0});
+    let cases = [
+        (
+            with("periodic_x_m", json!([0.0, 7.9 * R])),
+            "sample.periodic_x_m: a strip of",
+        ),
+        (
+            with("periodic_x_m", json!([1.0, 0.0])),
+            "sample.periodic_x_m: a strip of",
+        ),
+        (
+            with(
+                "walls",
+                json!([{"x_m": 0.0, "y_m": 0.0, "nx": 0.1, "ny": 1.0}]),
+            ),
+            "sample.walls[0]: only a level",
+        ),
+        (
+            with("walls", json!([{"points_m": [[0.0, 0.0], [1.0, 0.0]]}])),
+            "sample.walls[0]: only a level",
+        ),
+        (curved, "wheel.radius_m"),
+        (
+            layer(json!({"periodic_x_m": [0.0, 4e-3]})),
+            "sample.periodic_x_m: a layer covers",
+        ),
+        (
+            layer(json!({"crown_radius_m": 0.3})),
+            "sample.crown_radius_m",
+        ),
+    ];
+    for (config, expected) in cases {
+        let message = refusal(&config);
+        assert!(message.contains(expected), "{expected}: {message}");
+    }
+    let mut alone = layer(json!({}));
+    alone["time"] = json!({"pressure_pa": 1e9});
+    let config = protocol::read_config(&alone).expect("it is valid");
+    let mut dem = Dem::new(&config, &setting(1)).expect("it can be prepared");
+    let error = dem.couple("base").expect_err("a rail has ends");
+    assert!(error.message.contains("sample.periodic_x_m"), "{error}");
+}
