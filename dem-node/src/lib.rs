@@ -16,7 +16,7 @@
 //! - [`solver`]: the contact problem and its solvers;
 //! - [`repair`]: overlaps of rigid grains, repaired without velocity;
 //! - [`mod@step`]: one step of the scheme;
-//! - [`ledger`], [`report`], [`snapshot`]: energy, signals and results, fields;
+//! - [`ledger`], [`structure`], [`report`], [`snapshot`]: energy, how contacts are arranged, signals and results, fields;
 //! - [`setup`]: from the keys to the types of the steps;
 //! - [`node`]: all of it as a participant of a run;
 //! - [`mod@bench`]: what a contact costs, beside what the machine allows.
@@ -73,6 +73,7 @@ pub mod snapshot;
 pub mod solver;
 pub mod state;
 pub mod step;
+pub mod structure;
 pub mod wall;
 pub mod wheel;
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::bodies::Bodies;
 use crate::state::State;
 use crate::step::Summary;
+use crate::structure::Structure;
 use crate::wheel::Program;
 
 /// Names of the signals, in the order of [`signals`].
@@ -74,21 +75,6 @@ pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
     let beside = |x: f64| bodies.period.is_none() && !(first[0]..=last[0]).contains(&x);
     let inside = |c: &&[f64; 2]| !beside(c[0]) && c[1] >= lowest - 2.0 * widest;
     bodies.free - state.centres[..bodies.free].iter().filter(inside).count()
-}
-
-/// Contacts that carry force over the free grains that have at least two of them, counted on each such grain.
-pub fn coordination(bodies: &Bodies, state: &State) -> f64 {
-    let mut degree = vec![0usize; bodies.count()];
-    for slot in state.list.slots.iter().filter(|slot| slot.force[0] > 0.0) {
-        degree[slot.a as usize] += 1;
-        degree[slot.b as usize] += 1;
-    }
-    let held: Vec<usize> = degree[..bodies.free]
-        .iter()
-        .copied()
-        .filter(|d| *d >= 2)
-        .collect();
-    held.iter().sum::<usize>() as f64 / held.len().max(1) as f64
 }
 
 /// Mean overlap of rigid contacts over the mean radius above which the geometry is no longer that of rigid grains.
@@ -213,10 +199,12 @@ impl Journal {
         let mut put = |name: &str, value: f64| {
             results.insert(name.to_string(), value);
         };
+        for (name, value) in Structure::new(bodies, state).results() {
+            put(&name, value);
+        }
         put("disks", bodies.free as f64);
         put("glued_disks", bodies.glued() as f64);
         put("contacts", self.last.closed as f64);
-        put("coordination", coordination(bodies, state));
         put("true_residual_max", self.residual_max);
         put("quad_max", self.quad_max);
         put("momentum_defect_max_n", self.defect_max);

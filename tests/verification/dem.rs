@@ -20,6 +20,7 @@ mod dem_periodic;
 mod dem_pyramid;
 mod dem_restitution;
 mod dem_solvers;
+mod dem_structure;
 mod dem_support;
 mod dem_walls;
 mod dem_wheel;
