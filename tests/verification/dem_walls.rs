@@ -68,18 +68,17 @@ fn a_disk_rolls_over_joints_as_over_a_half_plane() {
         let gravity = json!({"gravity_m_per_s2": [0.0, -G]});
         let mut over = on_walls(law.clone(), line(sin, cos), disk.clone(), gravity.clone());
         let mut beside = on_walls(law.clone(), plane.clone(), disk.clone(), gravity);
-        let steps = 6000;
-        march(&mut over, 0, steps);
-        march(&mut beside, 0, steps);
+        // At every step: what a lost spring does to the velocities heals within a few.
+        for step in 0..6000 {
+            march(&mut over, step, 1);
+            march(&mut beside, step, 1);
+            let [on, off] = [&over, &beside].map(|dem| dem.state().velocities[0]);
+            for (on, off) in on.into_iter().zip(off) {
+                close(&format!("step {step}, {law}"), on, off, 1e-11);
+            }
+        }
         let travelled = beside.state().centres[0][0] - (2.0 * R * cos - sin * R);
         assert!(travelled < -2.0 * R, "it must cross joints: {travelled:e}");
-        for k in 0..3 {
-            let (on, off) = (
-                over.state().velocities[0][k],
-                beside.state().velocities[0][k],
-            );
-            close(&format!("component {k}, {law}"), on, off, 1e-11);
-        }
     }
 }
 

@@ -35,7 +35,7 @@ pub struct ClusterConfig {
     /// Motions of the cluster that are held at 0.
     #[serde(default)]
     pub locked: Vec<MotionConfig>,
-    /// Mass (kg), never above the scale of masses; the sum of the disks, overlaps counted twice, when absent.
+    /// Mass (kg), before `mass_scale`; the sum of the disks, overlaps counted twice, when absent.
     pub mass_kg: Option<f64>,
     /// Moment of inertia about the centre of mass (kg m2); that of the disks when absent.
     pub inertia_kg_m2: Option<f64>,
