@@ -17,7 +17,8 @@
 //! increments are small. Coulomb's law is not the gradient of anything, so rounds can repeat; then only the worst status
 //! is changed, and when that does not end either the increment is halved.
 
-use nalgebra::{DMatrix, DVector};
+use faer::Mat;
+use faer::linalg::solvers::{PartialPivLu, Solve};
 
 use super::WheelContact;
 use super::edge::EdgeCompliance;
@@ -254,9 +255,9 @@ impl ContactState {
         target: Target,
     ) -> bool {
         let system = System::new(self, before, face, edge, target);
-        let Some(solution) = system.matrix.lu().solve(&system.right) else {
-            return false;
-        };
+        let factor = PartialPivLu::new(system.matrix.as_ref());
+        let solution = factor.solve(&system.right);
+        let solution: Vec<f64> = solution.col(0).iter().copied().collect();
         self.normal.fill(0.0);
         self.tangential.fill(0.0);
         for (unknown, value) in system.unknowns.iter().zip(&solution) {
@@ -282,10 +283,7 @@ impl ContactState {
         }
         for source in (0..self.status.len()).filter(|k| self.status[*k] != Status::Open) {
             let force = face.force(source, self.normal[source], self.tangential[source]);
-            for (node, u) in self.u.iter_mut().enumerate() {
-                let moved = edge.moved(node, source, force);
-                (0..2).for_each(|k| u[k] += moved[k]);
-            }
+            edge.add_moved(source, force, &mut self.u);
         }
     }
 
@@ -375,8 +373,8 @@ struct Unknown {
 /// the wheel is multiplied with it, so that all entries are of one size.
 struct System {
     unknowns: Vec<Unknown>,
-    matrix: DMatrix<f64>,
-    right: DVector<f64>,
+    matrix: Mat<f64>,
+    right: Mat<f64>,
     scale: f64,
 }
 
@@ -390,8 +388,8 @@ impl System {
     ) -> System {
         let unknowns = unknowns(now, face, edge, target);
         let (count, scale) = (unknowns.len(), edge.measure());
-        let mut matrix = DMatrix::zeros(count + 1, count + 1);
-        let mut right = DVector::zeros(count + 1);
+        let mut matrix = Mat::zeros(count + 1, count + 1);
+        let mut right = Mat::zeros(count + 1, 1);
         let axis = |unknown: &Unknown| match unknown.along {
             Along::Normal => face.normals[unknown.node],
             Along::Tangent => face.tangent(unknown.node),
@@ -417,9 +415,9 @@ impl System {
                     dot(axis, [relative(0), relative(1)])
                 }
             };
-            right[i] = to_go;
+            right[(i, 0)] = to_go;
         }
-        right[count] = scale * target.load;
+        right[(count, 0)] = scale * target.load;
         System {
             unknowns,
             matrix,

@@ -89,6 +89,17 @@ impl EdgeCompliance {
         [0, 1].map(|k| x[2 * node + k] * force[0] + y[2 * node + k] * force[1])
     }
 
+    /// Adds the displacements of all nodes under a force on the node `source`, whose columns are known (m).
+    pub(super) fn add_moved(&self, source: usize, force: [f64; 2], u: &mut [[f64; 2]]) {
+        let [x, y] = self.columns[source]
+            .as_ref()
+            .expect("columns come before forces");
+        let columns = x.iter().zip(y);
+        for (u, (x, y)) in u.as_flattened_mut().iter_mut().zip(columns) {
+            *u += x * force[0] + y * force[1];
+        }
+    }
+
     /// Displacement of a node under the tractions alone (m).
     pub(super) fn under_tractions(&self, node: usize) -> [f64; 2] {
         [0, 1].map(|k| self.share * self.full[2 * node + k])
