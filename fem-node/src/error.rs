@@ -59,6 +59,16 @@ pub enum FemError {
         limit_s: f64,
     },
     #[error(
+        "window {window}, iteration {iteration}: the {component} component of the force on exchanged point {point} is {force:?} N, no number that a body can follow: the other participant or the coupler diverged; lower the window or the step there"
+    )]
+    ForceNotFinite {
+        window: u64,
+        iteration: u32,
+        point: usize,
+        component: char,
+        force: f64,
+    },
+    #[error(
         "window {window}, iteration {iteration}, step {step}, t = {time_s:.6e} s: the body moves with {kinetic_j:.3e} J, more than ten times the {supplied_j:.3e} J that all forces supplied, the solution diverged; its step is {step_s:.4e} s, the stability limit {limit_s:.4e} s: lower time.step_s, the window, or the load"
     )]
     Overdrawn {
@@ -127,6 +137,7 @@ impl From<FemError> for NodeError {
         match error {
             FemError::Diverged { .. }
             | FemError::Overdrawn { .. }
+            | FemError::ForceNotFinite { .. }
             | FemError::DivergedColumns { .. }
             | FemError::Contact { .. }
             | FemError::ContactNotConverged { .. } => NodeError::diverged(message),

@@ -136,6 +136,15 @@ impl FemNode {
         if window.substeps == 0 {
             return Err(FemError::NoSteps);
         }
+        if let Some(at) = force.iter().position(|f| !f.is_finite()) {
+            return Err(FemError::ForceNotFinite {
+                window: window.index,
+                iteration: window.iteration,
+                point: at / 2,
+                component: if at % 2 == 0 { 'x' } else { 'y' },
+                force: force[at],
+            });
+        }
         let request = Request {
             start: self.steps,
             substeps: window.substeps,

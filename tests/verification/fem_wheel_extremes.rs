@@ -145,6 +145,8 @@ fn a_force_that_is_not_a_number_is_found_at_once() {
     let error = rail.advance(&window(0, 5), &force).expect_err("no number");
     assert_eq!(error.code, FaultCode::Diverged);
     assert!(error.message.contains("window 0"), "{}", error.message);
+    assert!(error.message.contains("y component"), "{}", error.message);
+    assert!(error.message.contains("point 1"), "{}", error.message);
     // The committed state is untouched.
     rail.advance(&window(0, 5), &vec![0.0; 2 * points])
         .expect("stable");
