@@ -2,6 +2,7 @@
 
 mod added_mass;
 mod main_job;
+mod mapping;
 mod schemes;
 mod several;
 mod split_bar;

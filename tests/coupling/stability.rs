@@ -122,6 +122,16 @@ fn the_window_matrix_is_the_coupler() {
     }
 }
 
+#[test]
+fn a_single_node_with_a_hundred_thousand_substeps_follows_the_matrix() {
+    let left = run_in_process(&scenario("dual-schur", 1.0, 100_000), &[])
+        .expect("it is valid")
+        .completed();
+    let distance = apart(&left, Tie::Exact, 1.0, 100_000);
+    assert!(distance <= 1e-7, "{distance:e}");
+    assert!(left.number("coupling.gap_max_rel") <= 1e-9);
+}
+
 /// Largest difference of an interface force from that of the matrix, over the largest so far.
 fn apart(left: &Left, tie: Tie, theta: f64, substeps: u32) -> f64 {
     let bar = Bar {
@@ -213,7 +223,7 @@ fn check_says_which_bound_decides() {
     assert!(!check(&["--no-start"]).contains("predicted"));
 }
 
-/// A sample of the whole map, one cell of each scheme at the corner where forces are largest.
+/// One cell of each scheme at the corner where forces are largest.
 #[test]
 fn stiff_and_heavy_cells_follow_the_matrix_too() {
     let mut axes = Axes::full();

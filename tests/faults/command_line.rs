@@ -55,6 +55,18 @@ fn the_verification_scenes_give_what_they_must() {
 }
 
 #[test]
+fn inputs_at_their_limits_are_right_refused_or_detected() {
+    let output = thirdbody(&["validate", "--suite", "extremes", "--json"]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        output.status.success(),
+        "{text}{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(text.matches("\"holds\":true").count() >= 80, "{text}");
+}
+
+#[test]
 fn a_node_outside_of_a_run_says_so() {
     let output = thirdbody(&["node", "fem"]);
     assert_eq!(output.status.code(), Some(2));

@@ -1,4 +1,5 @@
 //! Measurements of what the machine gives.
 
 pub mod exchange;
+pub mod mapping;
 pub mod stability;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Subcommand;
 
 use super::{CHECK_FAILED, VerbResult, print};
-use crate::bench::{exchange, stability};
+use crate::bench::{exchange, mapping, stability};
 use crate::error::Error;
 use crate::launch::Registry;
 
@@ -36,6 +36,12 @@ enum What {
         #[arg(long)]
         json: bool,
     },
+    /// Errors, ripple and cost of each mapping between nodes and glued points.
+    Mapping {
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
+    },
     /// Where the coupling schemes are stable: stability.csv, limits.csv and a picture.
     Stability {
         /// Folder for the files.
@@ -55,6 +61,13 @@ pub fn bench(arguments: &BenchArguments, registry: &Registry) -> VerbResult {
             match json {
                 true => print(&exchange::json(&rows)),
                 false => print(&exchange::table(&rows)),
+            }
+        }
+        What::Mapping { json } => {
+            let rows = serde_json::to_value(mapping::bench()?).expect("rows are plain numbers");
+            match json {
+                true => print(&serde_json::json!({ "results": rows }).to_string()),
+                false => print(&table(&rows)),
             }
         }
         What::Stability { ref out } => {
@@ -106,11 +119,20 @@ fn table(rows: &serde_json::Value) -> String {
     lines.join("\n")
 }
 
+/// Errors of rounding keep their size, everyday numbers their look.
+fn short(number: f64) -> String {
+    match number != 0.0 && number.abs() < 0.05 {
+        true => format!("{number:.1e}"),
+        false if number.abs() < 1.0 => format!("{number:.3}"),
+        false => format!("{number:.1}"),
+    }
+}
+
 fn cell(value: &serde_json::Value) -> String {
     match value {
         serde_json::Value::String(text) => text.clone(),
         serde_json::Value::Number(number) if number.is_f64() => {
-            format!("{:.1}", number.as_f64().unwrap_or_default())
+            short(number.as_f64().unwrap_or_default())
         }
         other => other.to_string(),
     }

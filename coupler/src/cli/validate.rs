@@ -25,12 +25,15 @@ pub struct ValidateArguments {
 enum Suite {
     /// Exact answers of the solvers alone and coupled.
     Verification,
+    /// Inputs at their limits: right, refused by name, or detected.
+    Extremes,
 }
 
 /// Runs a suite; exit code 8 if a row does not hold.
 pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResult {
     let folder = match arguments.suite {
         Suite::Verification => PathBuf::from("scenarios/verification"),
+        Suite::Extremes => PathBuf::from("scenarios/extremes"),
     };
     let runs = Runs {
         registry,

@@ -1,6 +1,6 @@
 //! `expected.toml`: what must come out of a scene, and who says so.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use protocol::setting::config_error;
 use serde::Deserialize;
@@ -11,6 +11,8 @@ use crate::error::Error;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expected {
+    /// Folder of the scenario, relative to this file; by default the file's own. Scenes that are run elsewhere need no copy.
+    pub scene: Option<PathBuf>,
     /// Runs of the scene, each with its expectations.
     pub case: Vec<Case>,
 }

@@ -51,14 +51,19 @@ pub fn run_suite(folder: &Path, runs: &Runs) -> Result<Vec<Row>, Error> {
     scenes.sort();
     let mut rows = Vec::new();
     for scene in &scenes {
-        for case in read(&scene.join("expected.toml"))?.case {
-            rows.extend(run_case(scene, &case, runs)?);
+        let expected = read(&scene.join("expected.toml"))?;
+        let scenario = match &expected.scene {
+            Some(elsewhere) => scene.join(elsewhere),
+            None => scene.clone(),
+        };
+        for case in expected.case {
+            rows.extend(run_case(scene, &scenario, &case, runs)?);
         }
     }
     Ok(rows)
 }
 
-fn run_case(scene: &Path, case: &Case, runs: &Runs) -> Result<Vec<Row>, Error> {
+fn run_case(scene: &Path, scenario: &Path, case: &Case, runs: &Runs) -> Result<Vec<Row>, Error> {
     let place = scene
         .file_name()
         .unwrap_or_default()
@@ -66,7 +71,7 @@ fn run_case(scene: &Path, case: &Case, runs: &Runs) -> Result<Vec<Row>, Error> {
         .into_owned();
     eprintln!("{place}: {}", case.name);
     let out = Scratch::new("validate", fresh_run_id());
-    let outcome = attempt(scene, case, runs, out.path());
+    let outcome = attempt(scenario, case, runs, out.path());
     if let Err(Error::Interrupted { signal }) = outcome {
         return Err(Error::Interrupted { signal });
     }

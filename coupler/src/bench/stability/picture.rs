@@ -22,12 +22,11 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
     let mut svg = format!(
         r##"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0}" height="{height:.0}" font-family="sans-serif" font-size="13"><rect width="100%" height="100%" fill="#ffffff"/>"##
     );
-    label(
-        &mut svg,
-        (LEFT, 20.0),
-        "Largest growth of a disturbance a window, over CFL 0.1 to 0.99 and all stiffness ratios; right: mass ratio 1e-3 to 1e3, up: substeps 1 to 10 000",
-        "start",
-    );
+    let title =
+        "Largest growth of a disturbance a window, over CFL 0.1 to 0.99 and all stiffness ratios";
+    label(&mut svg, (LEFT, 18.0), title, "start");
+    let axes_named = "to the right: mass ratio 1e-3 to 1e3; up: substeps 1 to 10 000";
+    label(&mut svg, (LEFT, 36.0), axes_named, "start");
     for (row, scheme) in axes.schemes.iter().enumerate() {
         let top = TOP + row as f64 * (panel[1] + GAP);
         label(

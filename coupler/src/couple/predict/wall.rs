@@ -1,6 +1,5 @@
 //! What stands on a wall, in one interface motion: a glued mass, and a free one behind a spring.
 
-use nalgebra::{Matrix3, Vector3};
 use protocol::Backing;
 
 /// State of the masses at the start of a window; the glued one is where the interface is.
@@ -59,31 +58,18 @@ impl Wall {
     /// One window of the theta scheme, q_0 (m) being the place of the interface at its start:
     /// m_g (v_g - v_g0) = H k (q_1 - q_0) - p and m (v - v_0) = -H k (q_1 - q_0), both places taken at
     /// q + theta H (theta v' + (1 - theta) v) for the free mass, q + theta H v_g for the glued one, and v_g = a_g + W_g p.
+    ///
+    /// Without v the glued mass obeys A v_g + p = R; so solved, a wall that moves as it is told moves exactly so.
     pub fn window(&self, start: &Masses, q_0: f64, motion: Motion) -> Solved {
-        let (h, theta, k) = (self.window_s, self.theta, self.spring);
+        let (h, theta, k, m) = (self.window_s, self.theta, self.spring, self.mass);
         let known = start.place + theta * (1.0 - theta) * h * start.velocity - q_0;
-        let matrix = Matrix3::new(
-            self.glued + theta * h * h * k,
-            -theta * theta * h * h * k,
-            1.0,
-            -theta * h * h * k,
-            self.mass + theta * theta * h * h * k,
-            0.0,
-            1.0,
-            0.0,
-            -motion.compliance,
-        );
-        let right = Vector3::new(
-            self.glued * start.glued_velocity + h * k * known,
-            self.mass * start.velocity - h * k * known,
-            motion.free,
-        );
-        let [[v_g, v, p]] = matrix
-            .lu()
-            .solve(&right)
-            .expect("masses and compliance are positive")
-            .data
-            .0;
+        let moved = m + theta * theta * h * h * k;
+        let inertia = self.glued + theta * h * h * k * m / moved;
+        let drive = self.glued * start.glued_velocity
+            + h * k * (known + theta * theta * h * start.velocity) * m / moved;
+        let p = (drive - inertia * motion.free) / (1.0 + inertia * motion.compliance);
+        let v_g = motion.free + motion.compliance * p;
+        let v = (m * start.velocity - h * k * known + theta * h * h * k * v_g) / moved;
         // Without a spring the free mass is nobody's; at rest it does not drift.
         let follows = if k > 0.0 { 1.0 } else { 0.0 };
         Solved {
