@@ -212,6 +212,46 @@ fn a_bond_across_the_seam_behaves_as_inside() {
     }
 }
 
+/// Two bars that turn and meet; the first disk lies at x.
+fn bars(x: f64) -> Dem {
+    let member = |dx: f64, y: f64, cluster: &str| {
+        let x = (x + dx * R).rem_euclid(LENGTH);
+        json!({"x_m": x, "y_m": (y + 6.0) * R, "radius_m": R, "cluster": cluster})
+    };
+    let mut sample = strip(json!([
+        member(0.0, 0.0, "left"),
+        member(1.8, 0.9, "left"),
+        member(5.0, 0.3, "right"),
+        member(6.8, -0.6, "right"),
+    ]));
+    sample["clusters"] = json!([
+        {"name": "left", "vx_m_per_s": 1.0, "spin_rad_per_s": 150.0},
+        {"name": "right", "vx_m_per_s": -1.5, "vy_m_per_s": 0.1, "spin_rad_per_s": -80.0},
+    ]);
+    let law = json!({"kind": "coulomb", "friction": 0.5});
+    build(&scene(law, 1e-5, sample, json!({})))
+}
+
+#[test]
+fn clusters_meet_across_the_seam_as_inside() {
+    // The seam lies between the bars: each is listed whole, on either side of it.
+    let (mut inside, mut across) = (bars(2.0 * R), bars(LENGTH - 3.0 * R));
+    let before = inside.state().kinetic(inside.bodies());
+    let report = march(&mut inside, 0, 300);
+    march(&mut across, 0, 300);
+    assert!(report.energy("impact") > 0.01 * before, "they must meet");
+    for (a, b) in inside
+        .state()
+        .velocities
+        .iter()
+        .zip(&across.state().velocities)
+    {
+        for (a, b) in a.iter().zip(b) {
+            close("velocity", *b, *a, 1e-9);
+        }
+    }
+}
+
 /// A layer between a straight base and the wheel that repeats along x.
 fn layer(changes: Value) -> Value {
     let mut config = json!({
@@ -329,6 +369,16 @@ fn what_does_not_repeat_is_refused_by_key() {
             "sample.walls[0]: only a level",
         ),
         (curved, "wheel.radius_m"),
+        (
+            with(
+                "disks",
+                json!([
+                    {"x_m": 0.5 * R, "y_m": R, "radius_m": R, "cluster": "bar"},
+                    {"x_m": LENGTH - 0.5 * R, "y_m": R, "radius_m": R, "cluster": "bar"},
+                ]),
+            ),
+            "sample.disks[1].x_m: lies more than half the strip",
+        ),
         (
             layer(json!({"periodic_x_m": [0.0, 4e-3]})),
             "sample.periodic_x_m: a layer covers",

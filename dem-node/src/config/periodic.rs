@@ -22,7 +22,7 @@ impl Config {
         ends.iter().try_for_each(|end| finite(KEY, *end))?;
         let widest = match &self.sample {
             SampleConfig::Layer(layer) => layer.validate_strip(ends)?,
-            SampleConfig::Disks(disks) => disks.validate_strip()?,
+            SampleConfig::Disks(disks) => disks.validate_strip(ends)?,
         };
         let narrowest = 2.0 * DIAMETERS * widest;
         if ends[1] - ends[0] < narrowest {
@@ -76,7 +76,8 @@ impl LayerConfig {
 
 impl DisksConfig {
     /// Returns the largest radius (m).
-    fn validate_strip(&self) -> Result<f64, ConfigError> {
+    fn validate_strip(&self, ends: [f64; 2]) -> Result<f64, ConfigError> {
+        self.refuse_torn_clusters(ends[1] - ends[0])?;
         let level = |nx: Option<f64>| nx == Some(0.0);
         if let Some(i) = self.walls.iter().position(|wall| !level(wall.nx)) {
             return Err(ConfigError::new(
@@ -90,5 +91,25 @@ impl DisksConfig {
             .iter()
             .map(|disk| disk.radius_m)
             .fold(0.0, f64::max))
+    }
+
+    /// A cluster is listed whole, also where it lies across an end: its places are not folded.
+    fn refuse_torn_clusters(&self, length: f64) -> Result<(), ConfigError> {
+        for (i, disk) in self.disks.iter().enumerate() {
+            let Some(name) = &disk.cluster else {
+                continue;
+            };
+            let mut others = self.disks[..i]
+                .iter()
+                .filter(|d| d.cluster.as_ref() == Some(name));
+            if others.any(|other| (other.x_m - disk.x_m).abs() > 0.5 * length) {
+                return Err(ConfigError::new(
+                    &format!("sample.disks[{i}].x_m"),
+                    format!("lies more than half the strip from another disk of cluster {name:?}"),
+                )
+                .help("list a cluster in one piece, beyond the end of the strip if need be"));
+            }
+        }
+        Ok(())
     }
 }
