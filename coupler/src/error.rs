@@ -36,6 +36,9 @@ pub enum Error {
     NotConverged(String),
     #[error("{0}")]
     Diverged(String),
+    /// A participant answered something that is not a number and can be asked again.
+    #[error("{0}")]
+    NotFinite(String),
     #[error("lost participant `{peer}` {phase}: {why}")]
     PeerLost {
         peer: String,
@@ -80,7 +83,7 @@ impl Error {
     pub fn exit_code(&self) -> i32 {
         match self {
             Error::Scenario(_) | Error::Refused(_) | Error::Io { .. } => 2,
-            Error::NotConverged(_) | Error::Diverged(_) => 3,
+            Error::NotConverged(_) | Error::Diverged(_) | Error::NotFinite(_) => 3,
             Error::PeerLost { .. } | Error::Protocol { .. } => 4,
             Error::Deadline { .. } => 5,
             Error::Log(_) => 6,
@@ -93,7 +96,7 @@ impl Error {
         match self {
             Error::Scenario(_) | Error::Refused(_) => "refused",
             Error::NotConverged(_) => "not_converged",
-            Error::Diverged(_) => "diverged",
+            Error::Diverged(_) | Error::NotFinite(_) => "diverged",
             Error::PeerLost { .. } => "peer_lost",
             Error::Protocol { .. } => "protocol",
             Error::Deadline { .. } => "deadline",

@@ -1,8 +1,10 @@
 //! Coupled motions that are known on paper, run through the coupler in-process and over shared memory.
 
 mod added_mass;
+mod impact;
 mod main_job;
 mod mapping;
+mod policies;
 mod schemes;
 mod several;
 mod split_bar;

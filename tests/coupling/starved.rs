@@ -2,7 +2,7 @@
 //! gives the continuum whatever force came back, so only the solver's own residual can tell.
 
 use coupler::error::Error;
-use harness::runs::run_in_process;
+use harness::runs::{run_in_process, run_over_shared_memory};
 
 const SCENARIO: &str = r#"
 [run]
@@ -52,6 +52,31 @@ fn a_starved_contact_solve_ends_the_run_by_name() {
         left.number("coupling.gap_max_rel") < 1e-12,
         "the gap does not show it"
     );
+}
+
+#[test]
+fn halving_a_solve_that_stays_starved_ends_by_name() {
+    let halve = ["interface.glue.on_not_converged=halve"];
+    let left = run_in_process(SCENARIO, &halve).expect("it is valid");
+    let text = left
+        .ended
+        .error
+        .as_ref()
+        .expect("window 7 is starved")
+        .to_string();
+    for word in ["starved", "one step left"] {
+        assert!(text.contains(word), "no {word} in {text}");
+    }
+    // Ten steps of the window: 10, 5, 3, 2, 1.
+    assert_eq!(left.number("coupling.halved_windows"), 4.0);
+}
+
+#[test]
+fn a_starved_solve_is_refused_over_shared_memory_alike() {
+    let left = run_over_shared_memory(SCENARIO, &[]).expect("it is valid");
+    let error = left.ended.error.as_ref().expect("window 7 is starved");
+    assert!(matches!(error, Error::NotConverged(_)), "{error}");
+    assert_eq!(left.number("windows"), 7.0);
 }
 
 #[test]

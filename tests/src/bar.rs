@@ -41,6 +41,9 @@ pub struct Config {
     pub velocity_m_per_s: f64,
     /// A pulse exp(-((x - centre) / width)^2) (m) that travels right at the start.
     pub pulse: Option<Pulse>,
+    /// Answer NaN in windows of more steps than this, to see what comes of it.
+    #[serde(default)]
+    pub nan_above_substeps: Option<u32>,
     /// How a step is put together.
     #[serde(default)]
     pub grouping: Grouping,
@@ -358,6 +361,10 @@ impl Node for Bar {
             increment[2 * i] = du;
         }
         self.trial = state;
+        let most = self.config.nan_above_substeps.unwrap_or(u32::MAX);
+        if window.substeps > most {
+            increment[0] = f64::NAN;
+        }
         Ok(increment)
     }
 

@@ -41,6 +41,9 @@ pub struct Config {
     pub velocity_m_per_s: f64,
     /// End of the run (s).
     pub end_s: f64,
+    /// Answer NaN in windows longer than this (s), to see what comes of it.
+    #[serde(default)]
+    pub nan_above_window_s: Option<f64>,
     /// From this window on, claim that the contact solve was starved (to see it refused).
     #[serde(default)]
     pub starve_from_window: Option<u64>,
@@ -260,6 +263,13 @@ impl Node for Chain {
         }
         self.trial = state;
         self.steps += 1;
+        if self
+            .config
+            .nan_above_window_s
+            .is_some_and(|most| self.window_s > most)
+        {
+            answer.force[0] = f64::NAN;
+        }
         if self
             .config
             .starve_from_window

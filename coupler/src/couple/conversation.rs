@@ -140,7 +140,7 @@ impl Conversation {
         }
         match numbers.iter().position(|value| !value.is_finite()) {
             None => Ok(numbers),
-            Some(index) => Err(Error::Diverged(format!(
+            Some(index) => Err(Error::NotFinite(format!(
                 "participant `{}` answered {} at entry {index} of {kind:?} in window {}, iteration {}: it diverged; lower its step or the window",
                 self.peers[peer].name(),
                 numbers[index],

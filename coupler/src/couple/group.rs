@@ -51,6 +51,8 @@ pub struct Patch {
     pub spacing_m: f64,
     /// Largest gap that counts as closed, over the spacing.
     pub tolerance_rel: f64,
+    /// Largest energy defect over the energy, if it is judged.
+    pub energy_defect_max_rel: Option<f64>,
 }
 
 /// A participant of the group.

@@ -328,6 +328,7 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
             wall,
             spacing_m: seam.nodes.length_m.iter().sum::<f64>() / nodes.len() as f64,
             tolerance_rel: interface.tolerance_rel,
+            energy_defect_max_rel: interface.energy_defect_max_rel,
             nodes,
             points,
         });

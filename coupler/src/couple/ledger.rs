@@ -5,7 +5,7 @@ use protocol::{Role, Term};
 /// What an interface has seen since the start of the run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct InterfaceLedger {
-    /// Sum over windows of |F_g . (N du - H v_g)| (J).
+    /// Sum over windows of |lambda . du - F_g . H v_g| (J), which is |F_g . (N du - H v_g)| where lambda is N^T F_g.
     pub energy_defect_j: f64,
     /// Sum over windows of |F_g . N du| (J).
     pub energy_j: f64,
@@ -37,6 +37,9 @@ pub struct WindowEntry<'a> {
     pub nodal_force: &'a [f64],
     /// Motion of the points that the nodes dictate, N du (m).
     pub point_motion: &'a [f64],
+    /// Work on the nodes of a force that is not that of the grains in this window, (lambda - N^T F_g).du: what a scheme
+    /// makes or loses that uses a force one window late (J).
+    pub late_work_j: f64,
     /// Motion of the points in the contact solve, H v_g (m).
     pub wall_motion: &'a [f64],
     /// Mean spacing of the surface nodes (m).
@@ -54,7 +57,7 @@ impl InterfaceLedger {
                 .map(|(i, force)| force * motion(i))
                 .sum()
         };
-        let defect = dot(&|i| entry.point_motion[i] - entry.wall_motion[i]);
+        let defect = dot(&|i| entry.point_motion[i] - entry.wall_motion[i]) + entry.late_work_j;
         self.energy_defect_j += defect.abs();
         self.energy_j += dot(&|i| entry.point_motion[i]).abs();
         self.gap_max_rel = self.gap_max_rel.max(entry.gap());

@@ -349,6 +349,9 @@ fn check_interface(
     at_least_one(&key("repeats_max"), interface.repeats_max.into())?;
     positive(&key("tolerance_rel"), interface.tolerance_rel)?;
     positive(&key("relaxation"), interface.relaxation)?;
+    if let Some(bound) = interface.energy_defect_max_rel {
+        positive(&key("energy_defect_max_rel"), bound)?;
+    }
     if interface.relaxation > 1.0 {
         return Err(ConfigError::new(
             &key("relaxation"),

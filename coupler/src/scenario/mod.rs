@@ -206,7 +206,11 @@ pub struct Interface {
     /// First, or constant, relaxation of a fixed-point scheme, above 0 and at most 1.
     #[serde(default = "default_relaxation")]
     pub relaxation: f64,
-    /// What a window that did not converge, or a starved contact solve, leads to.
+    /// Largest part of the energy through the interface that may be lost or made there, summed up to and with each window;
+    /// not judged when absent.
+    pub energy_defect_max_rel: Option<f64>,
+    /// What a window leads to that did not converge, whose contact solve was starved, or whose energy defect is above
+    /// its bound. A window with a number that is not finite may be halved, but never accepted.
     #[serde(default)]
     pub on_not_converged: Policy,
     /// Runs windows that are predicted to be unstable, to show how they fail.

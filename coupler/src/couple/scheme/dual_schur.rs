@@ -56,6 +56,7 @@ impl Coupling {
             return Ok(Solved {
                 window,
                 increment,
+                used: lambda.clone(),
                 lambda,
                 answer,
                 faults,

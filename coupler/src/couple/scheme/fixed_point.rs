@@ -44,6 +44,7 @@ impl Coupling {
         Solved {
             window,
             increment,
+            used: self.lambda.clone(),
             lambda: self.group.mapping.force(&answer.force),
             faults: self.starved(&window, &answer),
             answer,
@@ -91,6 +92,7 @@ impl Coupling {
             return Ok(Solved {
                 window,
                 increment: moved,
+                used: lambda.clone(),
                 lambda,
                 answer,
                 faults,

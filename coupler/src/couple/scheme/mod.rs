@@ -96,6 +96,9 @@ struct Solve {
 struct Solved {
     window: Window,
     increment: Vec<f64>,
+    /// Force under which the continua made the increment (N).
+    used: Vec<f64>,
+    /// Force that the answers give, of the window as far as it is known (N).
     lambda: Vec<f64>,
     answer: Answer,
     /// Why it should not stand, if so.
@@ -139,40 +142,50 @@ impl Coupling {
         conversation: &mut Conversation,
         window: Window,
     ) -> Result<Attempt, Error> {
-        let solved = match self.rules.scheme {
-            Scheme::DualSchur | Scheme::DualSchurSecant | Scheme::DualSchurCheap => {
-                self.dual_schur(conversation, window)?
-            }
-            Scheme::StaggeredSerial => self.staggered_serial(conversation, window)?,
-            Scheme::StaggeredParallel => self.staggered_parallel(conversation, window)?,
-            Scheme::FixedPointSerial | Scheme::FixedPointParallel => {
-                self.fixed_point(conversation, window)?
-            }
+        let mut solved = match self.solved(conversation, window) {
+            Err(Error::NotFinite(_)) if self.may_halve(&window) => return Ok(self.halve()),
+            solved => solved?,
         };
-        if let Some(fault) = solved.faults.first() {
-            match self.rules.on_not_converged {
-                Policy::Accept => {
-                    for fault in &solved.faults {
-                        self.ledgers[fault.patch].not_converged += 1;
-                    }
+        solved.faults.extend(self.leaks(&solved));
+        match (solved.faults.first(), self.rules.on_not_converged) {
+            (None, _) => {}
+            (Some(_), Policy::Accept) => {
+                for fault in &solved.faults {
+                    self.ledgers[fault.patch].not_converged += 1;
                 }
-                Policy::Halve if window.substeps > 1 => {
-                    self.ledgers
-                        .iter_mut()
-                        .for_each(|ledger| ledger.halved += 1);
-                    return Ok(Attempt::Halve);
-                }
-                Policy::Halve => {
-                    return Err(Error::NotConverged(format!(
-                        "{}; {}",
-                        fault.why,
-                        self.cannot_halve()
-                    )));
-                }
-                Policy::Stop => return Err(Error::NotConverged(fault.why.clone())),
             }
+            (Some(_), Policy::Halve) if self.may_halve(&window) => return Ok(self.halve()),
+            (Some(fault), Policy::Halve) => {
+                let end = self.cannot_halve();
+                return Err(Error::NotConverged(format!("{}; {end}", fault.why)));
+            }
+            (Some(fault), Policy::Stop) => return Err(Error::NotConverged(fault.why.clone())),
         }
         self.stand(conversation, solved).map(Attempt::Standing)
+    }
+
+    fn solved(&mut self, conversation: &mut Conversation, window: Window) -> Result<Solved, Error> {
+        match self.rules.scheme {
+            Scheme::DualSchur | Scheme::DualSchurSecant | Scheme::DualSchurCheap => {
+                self.dual_schur(conversation, window)
+            }
+            Scheme::StaggeredSerial => self.staggered_serial(conversation, window),
+            Scheme::StaggeredParallel => self.staggered_parallel(conversation, window),
+            Scheme::FixedPointSerial | Scheme::FixedPointParallel => {
+                self.fixed_point(conversation, window)
+            }
+        }
+    }
+
+    fn may_halve(&self, window: &Window) -> bool {
+        self.rules.on_not_converged == Policy::Halve && window.substeps > 1
+    }
+
+    fn halve(&mut self) -> Attempt {
+        for ledger in &mut self.ledgers {
+            ledger.halved += 1;
+        }
+        Attempt::Halve
     }
 
     fn cannot_halve(&self) -> String {
@@ -211,12 +224,18 @@ impl Coupling {
         window: &Window,
     ) -> Result<Vec<f64>, Error> {
         let mut increment = Vec::with_capacity(2 * self.group.nodes.len());
+        let mut fault = None;
         for side in &self.group.continua {
             let due = 2 * side.places.len();
             let window = side.window(window);
-            increment.extend(conversation.hear_exactly(side.peer, Kind::Motion, &window, due)?);
+            match conversation.hear_exactly(side.peer, Kind::Motion, &window, due) {
+                Ok(motion) => increment.extend(motion),
+                // The others have answered too, and the window may be tried again.
+                Err(error @ Error::NotFinite(_)) => fault = fault.or(Some(error)),
+                Err(error) => return Err(error),
+            }
         }
-        Ok(increment)
+        fault.map_or(Ok(increment), Err)
     }
 
     /// All walls at once.
@@ -234,8 +253,16 @@ impl Coupling {
             velocity: Vec::with_capacity(free.len()),
             solves: Vec::new(),
         };
+        let mut fault = None;
         for (wall, side) in self.group.walls.iter().enumerate() {
-            let answer = hear_wall(conversation, side.peer, window, 2 * side.places.len())?;
+            let answer = match hear_wall(conversation, side.peer, window, 2 * side.places.len()) {
+                Ok(answer) => answer,
+                Err(error @ Error::NotFinite(_)) => {
+                    fault = fault.or(Some(error));
+                    continue;
+                }
+                Err(error) => return Err(error),
+            };
             self.ledgers[self.group.first_of(wall)].contact_iterations += answer.iterations;
             all.force.extend(answer.force);
             all.velocity.extend(answer.velocity);
@@ -245,7 +272,7 @@ impl Coupling {
                 converged: answer.converged,
             });
         }
-        Ok(all)
+        fault.map_or(Ok(all), Err)
     }
 
     /// Walls that move exactly as they are told.
@@ -316,6 +343,38 @@ impl Coupling {
             .collect()
     }
 
+    /// The interfaces whose energy defect would be above its bound if the window stood.
+    fn leaks(&self, solved: &Solved) -> Vec<Fault> {
+        let judged = |patch: &Patch| patch.energy_defect_max_rel.is_some();
+        if !self.group.patches.iter().any(judged) {
+            return Vec::new();
+        }
+        let point_motion = self.group.mapping.motion(&solved.increment);
+        let wall_motion = self.wall_motion(&solved.window, &solved.answer);
+        let given = self.group.mapping.force(&solved.answer.force);
+        let mut faults = Vec::new();
+        for (place, (patch, ledger)) in self.group.patches.iter().zip(&self.ledgers).enumerate() {
+            let Some(bound) = patch.energy_defect_max_rel else {
+                continue;
+            };
+            let mut ledger = ledger.clone();
+            ledger.add(&entry(patch, solved, &given, &point_motion, &wall_motion));
+            let defect = ledger.energy_defect_rel();
+            // Not `defect > bound`: what is not a number is above every bound.
+            if defect <= bound {
+                continue;
+            }
+            faults.push(Fault {
+                patch: place,
+                why: format!(
+                    "interface `{}`: with window {} (t = {:.6e} s) the interface has lost or made {defect:.3e} of the energy that went through it, energy_defect_max_rel is {bound:.1e}: lower substeps, or take a dual-schur scheme",
+                    patch.name, solved.window.index, solved.window.t0_s
+                ),
+            });
+        }
+        faults
+    }
+
     /// H v_g (m).
     fn wall_motion(&self, window: &Window, answer: &Answer) -> Vec<f64> {
         let window_s = self.group.window_s(window);
@@ -342,15 +401,10 @@ impl Coupling {
     /// Enters a window into the ledger of each interface.
     fn enter(&mut self, solved: &Solved, point_motion: &[f64]) -> Vec<(usize, InterfaceSignals)> {
         let wall_motion = self.wall_motion(&solved.window, &solved.answer);
+        let given = self.group.mapping.force(&solved.answer.force);
         let mut signals = Vec::new();
         for (patch, ledger) in self.group.patches.iter().zip(&mut self.ledgers) {
-            let entry = WindowEntry {
-                point_force: patch.of_points(&solved.answer.force),
-                nodal_force: patch.of_nodes(&solved.lambda),
-                point_motion: patch.of_points(point_motion),
-                wall_motion: patch.of_points(&wall_motion),
-                spacing_m: patch.spacing_m,
-            };
+            let entry = entry(patch, solved, &given, point_motion, &wall_motion);
             ledger.add(&entry);
             ledger.repeats += u64::from(solved.window.iteration);
             let residual = solved.answer.solves[patch.wall].residual;
@@ -387,6 +441,29 @@ impl Coupling {
                 Ok((side.peer, report.payload))
             })
             .collect()
+    }
+}
+
+/// A window as the ledger of one interface sees it; `given` is N^T F_g (N).
+fn entry<'a>(
+    patch: &Patch,
+    solved: &'a Solved,
+    given: &[f64],
+    point_motion: &'a [f64],
+    wall_motion: &'a [f64],
+) -> WindowEntry<'a> {
+    let (used, given) = (patch.of_nodes(&solved.used), patch.of_nodes(given));
+    let late = used
+        .iter()
+        .zip(given)
+        .zip(patch.of_nodes(&solved.increment));
+    WindowEntry {
+        late_work_j: late.map(|((used, given), du)| (used - given) * du).sum(),
+        point_force: patch.of_points(&solved.answer.force),
+        nodal_force: patch.of_nodes(&solved.lambda),
+        point_motion: patch.of_points(point_motion),
+        wall_motion: patch.of_points(wall_motion),
+        spacing_m: patch.spacing_m,
     }
 }
 
