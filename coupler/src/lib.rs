@@ -6,6 +6,7 @@
 //! - [`launch`]: starting participants and keeping watch over them;
 //! - [`couple`]: handshake, mapping, clock, schemes, ledgers and the loop over windows;
 //! - [`log`]: the exchange log and its hash;
+//! - [`checkpoint`]: going on after a run was cut off;
 //! - [`output`]: signals, interface traction, progress; [`rundir`], [`summary`]: what a run leaves behind;
 //! - [`replay`]: solvers and coupler again, against the log;
 //! - [`validate`]: scenes against what must come out of them;
@@ -23,6 +24,7 @@
 //! ```
 
 pub mod bench;
+pub mod checkpoint;
 pub mod cli;
 pub mod couple;
 pub mod error;

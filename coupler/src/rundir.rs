@@ -8,6 +8,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use serde_json::json;
 
+use crate::checkpoint::Origin;
 use crate::error::Error;
 use crate::scenario::Loaded;
 
@@ -55,10 +56,13 @@ impl RunDir {
         self.path.join("fields")
     }
 
-    /// Writes a whole file of the run.
+    /// Writes a whole file of the run: whoever looks for it finds all of it or nothing.
     pub fn write(&self, name: &str, text: &str) -> Result<(), Error> {
         let path = self.path.join(name);
-        fs::write(&path, text).map_err(Error::io(path.display().to_string()))
+        let part = self.path.join(format!("{name}.part"));
+        fs::write(&part, text)
+            .and_then(|()| fs::rename(&part, &path))
+            .map_err(Error::io(path.display().to_string()))
     }
 
     /// Adds a line to `logs/coordinator.log`, with the seconds since the start.
@@ -135,12 +139,12 @@ fn point_latest(id: &str) {
 }
 
 /// The manifest: what ran, where, from which build.
-pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize) -> String {
+pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, origin: Option<&Origin>) -> String {
     let host = nix::unistd::gethostname()
         .ok()
         .and_then(|name| name.into_string().ok())
         .unwrap_or_default();
-    let value = json!({
+    let mut value = json!({
         "schema": "thirdbody.manifest/1",
         "software": format!("thirdbody {}", env!("CARGO_PKG_VERSION")),
         "git": option_env!("THIRDBODY_GIT").unwrap_or("unknown"),
@@ -153,5 +157,11 @@ pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize) -> String {
         "cores": std::thread::available_parallelism().map_or(1, usize::from),
         "host": host,
     });
+    if let Some(origin) = origin {
+        value["resumed"] = json!({
+            "checkpoint": origin.path,
+            "window": origin.checkpoint.position.windows,
+        });
+    }
     serde_json::to_string_pretty(&value).expect("JSON values always serialise")
 }

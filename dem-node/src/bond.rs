@@ -1,5 +1,7 @@
 //! Bonds: what a cohesive contact remembers, how it enters the contact problem, and what it costs to open.
 
+use serde::{Deserialize, Serialize};
+
 use crate::bodies::Bodies;
 use crate::cohesion::Cohesion;
 use crate::detect::{Slot, VerletList};
@@ -15,7 +17,7 @@ const BROKEN: f64 = 1e-4;
 const COUNTED: f64 = 0.01;
 
 /// A bond between two grains, or a grain and a glued disk.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bond {
     /// The candidate; `a < b`.
     pub a: u32,

@@ -4,6 +4,8 @@
 //! velocity and mass are kept there, its other disks have none and are placed by it. Spins are stored times the radius
 //! sqrt(2 I/m), as a disk's is times its own: both turn with 2/m, and a cluster of one disk is that disk.
 
+use serde::{Deserialize, Serialize};
+
 use crate::geometry::Proximity;
 use crate::solver::Arms;
 
@@ -53,7 +55,7 @@ pub struct Members {
 }
 
 /// Where a cluster is.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Centre of mass (m).
     pub centre: [f64; 2],

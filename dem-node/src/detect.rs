@@ -1,5 +1,7 @@
 //! Who may touch whom: linked cells, a Verlet list with a skin, and contact slots that persist.
 
+use serde::{Deserialize, Serialize};
+
 use crate::bodies::Bodies;
 use crate::bond::Bond;
 use crate::faces::Face;
@@ -9,7 +11,7 @@ use crate::geometry::{Period, Places, distance};
 ///
 /// Bodies are numbered free grains first, then glued disks, then the wheel, then the walls; `a < b` always,
 /// and the normal points from `b` to `a`. Forces, not impulses, are kept: they stay right when the step changes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Slot {
     /// The candidate.
     pub a: u32,
@@ -22,7 +24,7 @@ pub struct Slot {
 }
 
 /// The Verlet list: all pairs that were closer than `reach` when it was built.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct VerletList {
     /// Sorted by (a, b).
     pub slots: Vec<Slot>,

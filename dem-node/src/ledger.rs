@@ -6,11 +6,12 @@
 //! and impact (see [`contact_loss`]), bonds into bond energy and decohesion as well (see [`crate::bond::close`]).
 
 use protocol::{Role, Term};
+use serde::{Deserialize, Serialize};
 
 use crate::law::Law;
 
 /// Work and losses since the start (J).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Accounts {
     /// Work of the wall on the glued disks, -F_g.v_g h.
     pub interface: f64,

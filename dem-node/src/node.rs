@@ -1,5 +1,7 @@
 //! The solver as a participant of a run.
 
+mod checkpoint;
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -314,6 +316,7 @@ impl Node for Dem {
                 checkpoint: true,
                 compliant_wall: glued,
                 alone: self.own_step.is_some(),
+                resume: true,
                 ..Capabilities::default()
             },
             step_s: self.own_step,
@@ -472,6 +475,14 @@ impl Node for Dem {
             self.record(start, end, drive_before, &summary);
         }
         Ok(self.report(&summary))
+    }
+
+    fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
+        self.write_down()
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
+        self.take_up(state)
     }
 
     fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {

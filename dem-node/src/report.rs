@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use crate::bodies::Bodies;
 use crate::state::State;
 use crate::step::Summary;
@@ -81,7 +83,7 @@ pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
 const OVERLAP_BUDGET: f64 = 1e-3;
 
 /// A mean that is filled value by value.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Mean {
     sum: f64,
     count: u64,
@@ -110,7 +112,7 @@ pub struct Moment {
 }
 
 /// Gathers results over the committed steps.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Journal {
     first_height: f64,
     height_at_motion_start: Option<f64>,

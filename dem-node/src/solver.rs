@@ -11,6 +11,8 @@ mod pcg;
 
 pub use check::Quad;
 
+use serde::{Deserialize, Serialize};
+
 use crate::bond::BondContact;
 use crate::error::DemError;
 use crate::law::{Block, LocalLaw};
@@ -118,7 +120,7 @@ pub struct Criteria {
 }
 
 /// How a solver ended.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// Iterations done.
     pub iterations: usize,

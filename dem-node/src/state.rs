@@ -1,5 +1,7 @@
 //! What changes while the grains move: the checkpoint of the node.
 
+use serde::{Deserialize, Serialize};
+
 use crate::bodies::Bodies;
 use crate::bond::{self, Bond, Finder};
 use crate::cluster::{Cluster, Pose};
@@ -9,7 +11,7 @@ use crate::ledger::Accounts;
 use crate::sample::Disk;
 
 /// Everything that can change a later bit. A window is solved on a copy; committing it swaps the two.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub struct State {
     /// Centres of free grains, then of glued disks (m).
     pub centres: Vec<[f64; 2]>,
@@ -32,7 +34,7 @@ pub struct State {
 }
 
 /// Where the wheel is.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WheelState {
     /// Sideways displacement and height of the lowest point of the face (m).
     pub position: [f64; 2],

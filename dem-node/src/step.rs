@@ -3,6 +3,8 @@
 //! q_m = q + h (1 - theta) v; contacts are detected there; v' = v + h F/m + M^-1 H r with the contact laws;
 //! q' = q_m + h theta v' (Moreau 1988; Jean 1999).
 
+use serde::{Deserialize, Serialize};
+
 use crate::bodies::Bodies;
 use crate::bond::{self, BondContact, BondStep, Finder};
 use crate::cluster::Cluster;
@@ -31,7 +33,7 @@ pub struct Drive<'a> {
 }
 
 /// What a step did.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// How the contact solver ended.
     pub verdict: Verdict,

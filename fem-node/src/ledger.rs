@@ -1,11 +1,12 @@
 //! The energy ledger: every term from its own formula, none the remainder.
 
 use protocol::{Role, Term};
+use serde::{Deserialize, Serialize};
 
 use crate::wheel::Energies;
 
 /// Cumulative energies since the start (J); their formulas are derived in [`crate::integrate`].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
     /// Work of the interface force, lambda du.
     pub interface_work: f64,

@@ -1,5 +1,7 @@
 //! The body as a participant of a coupled run.
 
+mod checkpoint;
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -404,6 +406,7 @@ impl Node for FemNode {
                 columns: self.wheel.is_none(),
                 compliant_wall: false,
                 alone: true,
+                resume: true,
             },
             step_s: Some(self.model.scheme.step),
             step_limit_s: Some(self.model.step_limit),
@@ -451,6 +454,14 @@ impl Node for FemNode {
         let none = vec![0.0; self.interface.components().len()];
         self.advance(window, &none)?;
         self.commit(window, &[])
+    }
+
+    fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
+        self.write_down()
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
+        self.take_up(state)
     }
 
     fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {

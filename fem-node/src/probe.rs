@@ -1,5 +1,7 @@
 //! What the user wants to see: signals of each window, stresses when asked.
 
+use serde::{Deserialize, Serialize};
+
 use crate::config::ElementKind;
 use crate::element::{GAUSS_POINTS, Layout, area, jacobian, slopes};
 use crate::integrate::State;
@@ -27,7 +29,7 @@ pub(crate) fn surface_signals(model: &Model, state: &State) -> [f64; 2] {
 
 /// The largest hydrostatic pressures of the body (Pa). The same displacements give different maxima at different
 /// points, so both are reported by name.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PressureMaxima {
     /// Over the centroids of the elements.
     pub centroid: f64,
@@ -38,7 +40,7 @@ pub struct PressureMaxima {
 }
 
 /// What is reported of the moment before the wheel starts to move sideways.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Held {
     pub(crate) maxima: PressureMaxima,
     /// Tractions of the wheel on the upper edge.

@@ -3,6 +3,8 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::FemError;
 use crate::mesh::Edge;
 use crate::model::Model;
@@ -14,7 +16,7 @@ use crate::wheel::{self, Touch};
 const FIT: usize = 5;
 
 /// Tractions on the upper edge, node by node from left to right.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
     /// Where (m), undeformed.
     pub x: Vec<f64>,

@@ -22,6 +22,8 @@ mod round;
 #[cfg(test)]
 mod tests;
 
+use serde::{Deserialize, Serialize};
+
 use crate::config::{ContactConfig, WheelConfig};
 use crate::element::Body;
 use crate::error::FemError;
@@ -114,7 +116,7 @@ impl Wheel {
 
 /// Cumulative energies of the wheel and its contact since the start (J); the formulas stand where they are
 /// added.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energies {
     /// Work of the load.
     pub load: f64,
@@ -131,7 +133,7 @@ pub struct Energies {
 }
 
 /// Everything about the wheel that a step changes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct WheelState {
     /// Lowest point of the face (m).
     pub(crate) height: f64,

@@ -53,10 +53,18 @@ pub enum Kind {
     Snapshot = 20,
     /// Answer to `Snapshot`: the files are written. Like its request it is no part of the exchange.
     Saved = 21,
+    /// Request: the committed state as bytes. Like its answer and the next two it is no part of the exchange.
+    Checkpoint = 22,
+    /// Answer to `Checkpoint`, bytes that only this node reads, see [`crate::Node::checkpoint`].
+    State = 23,
+    /// Request, bytes: make this the committed state, see [`crate::Node::restore`].
+    Restore = 24,
+    /// Answer to `Restore`.
+    Restored = 25,
 }
 
 impl Kind {
-    const ALL: [Kind; 21] = [
+    const ALL: [Kind; 25] = [
         Kind::Hello,
         Kind::Welcome,
         Kind::Couple,
@@ -78,6 +86,10 @@ impl Kind {
         Kind::Fault,
         Kind::Snapshot,
         Kind::Saved,
+        Kind::Checkpoint,
+        Kind::State,
+        Kind::Restore,
+        Kind::Restored,
     ];
 
     /// The kind with this number, if there is one.
@@ -97,6 +109,10 @@ impl Kind {
                 | Kind::Fault
                 | Kind::Snapshot
                 | Kind::Saved
+                | Kind::Checkpoint
+                | Kind::State
+                | Kind::Restore
+                | Kind::Restored
         )
     }
 }
@@ -177,9 +193,13 @@ impl Frame {
         Frame { header, payload }
     }
 
-    /// A frame whose payload is a text: its length in bytes, then the bytes, eight to a double.
+    /// A frame whose payload is a text, see [`Frame::with_bytes`].
     pub fn with_text(header: Header, text: &str) -> Frame {
-        let bytes = text.as_bytes();
+        Frame::with_bytes(header, text.as_bytes())
+    }
+
+    /// A frame whose payload is bytes: their number, then the bytes, eight to a double, the last one filled with zeros.
+    pub fn with_bytes(header: Header, bytes: &[u8]) -> Frame {
         let mut payload = Vec::with_capacity(1 + bytes.len().div_ceil(8));
         payload.push(bytes.len() as f64);
         for chunk in bytes.chunks(8) {
@@ -192,6 +212,11 @@ impl Frame {
 
     /// The text that [`Frame::with_text`] packed.
     pub fn text(&self) -> Result<String, FrameError> {
+        String::from_utf8(self.bytes()?).map_err(|error| FrameError::Text(error.to_string()))
+    }
+
+    /// The bytes that [`Frame::with_bytes`] packed.
+    pub fn bytes(&self) -> Result<Vec<u8>, FrameError> {
         let (length, words) = self
             .payload
             .split_first()
@@ -207,7 +232,7 @@ impl Frame {
             )));
         }
         bytes.truncate(*length as usize);
-        String::from_utf8(bytes).map_err(|error| FrameError::Text(error.to_string()))
+        Ok(bytes)
     }
 
     /// What the frame says.
@@ -253,6 +278,16 @@ mod tests {
             let frame = Frame::with_text(Header::of(Kind::Fault), text);
             assert_eq!(frame.text().as_deref(), Ok(text));
         }
+    }
+
+    #[test]
+    fn bytes_survive_packing_even_as_numbers_that_are_none() {
+        // 0x7ff4... is a signalling NaN, whose bits a computation would change.
+        let signalling = f64::from_bits(0x7ff4_0000_0000_0001).to_bits();
+        let mut bytes = signalling.to_le_bytes().to_vec();
+        bytes.extend([255; 13]);
+        let frame = Frame::with_bytes(Header::of(Kind::State), &bytes);
+        assert_eq!(frame.bytes(), Ok(bytes));
     }
 
     #[test]

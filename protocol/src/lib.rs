@@ -8,6 +8,7 @@
 //! - [`frame`]: the fixed header and its payload of doubles;
 //! - [`setting`]: what a participant is told when it is launched, and the checked reading of its own keys;
 //! - [`node`]: what a solver can be asked, and what it answers;
+//! - [`checkpoint`]: a node's state as bytes;
 //! - [`serve`](mod@serve): the loop that turns frames into calls of a [`Node`];
 //! - [`link`]: the ways a frame travels: shared memory or an in-process channel;
 //! - [`participate`](mod@participate): the whole life of a participant in a process of its own.
@@ -18,6 +19,7 @@
 //! assert!(frame.verify().is_ok());
 //! ```
 
+pub mod checkpoint;
 pub mod frame;
 pub mod link;
 pub mod node;

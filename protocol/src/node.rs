@@ -64,6 +64,21 @@ pub trait Node: Send {
         Err(NodeError::unsupported("running without an interface"))
     }
 
+    /// Everything of the committed state that can change a later bit or a result, as bytes that only this node reads:
+    /// what is built from the configuration and the handshake is not in it. Offered by [`Capabilities::resume`].
+    fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
+        Err(NodeError::unsupported("a checkpoint of its state"))
+    }
+
+    /// Makes the state of an earlier [`Node::checkpoint`] the committed one. The node was built from the same
+    /// configuration, possibly with another number of threads, and has been through the same handshake.
+    fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
+        let _ = state;
+        Err(NodeError::unsupported(
+            "a return to a checkpoint of its state",
+        ))
+    }
+
     /// Writes the fields of the committed state into [`crate::Setting::fields`], as `<participant>-<name>.vtu` or `.vtp`.
     fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {
         let _ = name;
@@ -153,6 +168,9 @@ pub struct Capabilities {
     pub compliant_wall: bool,
     /// [`Node::march`].
     pub alone: bool,
+    /// [`Node::checkpoint`] and [`Node::restore`]; false for a program that does not know them.
+    #[serde(default)]
+    pub resume: bool,
 }
 
 /// A named part of a load history, for instance `ramp`, `hold` or `cycling`.

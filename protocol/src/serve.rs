@@ -103,6 +103,7 @@ where
         server.solve += start.elapsed();
         match answer {
             Ok(Answer::Numbers(kind, payload)) => server.send(kind, payload)?,
+            Ok(Answer::Bytes(kind, bytes)) => server.send_bytes(kind, &bytes)?,
             Ok(Answer::Outcome(outcome)) => {
                 let farewell = server.farewell(outcome);
                 return server.send_text(Kind::Finished, &farewell);
@@ -159,6 +160,11 @@ impl<'a> Server<'a> {
     fn send(&mut self, kind: Kind, payload: Vec<f64>) -> Result<(), ServeError> {
         let header = self.header(kind);
         self.transmit(&Frame::new(header, payload))
+    }
+
+    fn send_bytes(&mut self, kind: Kind, bytes: &[u8]) -> Result<(), ServeError> {
+        let header = self.header(kind);
+        self.transmit(&Frame::with_bytes(header, bytes))
     }
 
     fn send_text<T: Serialize>(&mut self, kind: Kind, value: &T) -> Result<(), ServeError> {
@@ -246,6 +252,7 @@ fn check_hello(session: &Session, frame: &Frame) -> Result<(), NodeError> {
 
 enum Answer {
     Numbers(Kind, Vec<f64>),
+    Bytes(Kind, Vec<u8>),
     Outcome(Outcome),
 }
 
@@ -296,6 +303,14 @@ fn answer(node: &mut dyn Node, request: &Frame) -> Result<Answer, NodeError> {
                 .map_err(|error| NodeError::protocol(error.to_string()))?;
             node.snapshot(&name)?;
             Ok(Answer::Numbers(Kind::Saved, Vec::new()))
+        }
+        Kind::Checkpoint => Ok(Answer::Bytes(Kind::State, node.checkpoint()?)),
+        Kind::Restore => {
+            let state = request
+                .bytes()
+                .map_err(|error| NodeError::protocol(error.to_string()))?;
+            node.restore(&state)?;
+            Ok(Answer::Numbers(Kind::Restored, Vec::new()))
         }
         Kind::Commit => Ok(Answer::Numbers(
             Kind::Report,

@@ -2,5 +2,6 @@
 
 mod bad_scenario;
 mod lost_peer;
+mod resume;
 mod same_bits;
 mod scene;

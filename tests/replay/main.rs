@@ -1,5 +1,8 @@
 //! Replay of logged runs: bit for bit where nothing changed, and the first departure named where something did.
 
+mod fuzz;
+mod resume;
+
 use std::path::Path;
 
 use coupler::launch::{Launcher, Watch};
@@ -12,7 +15,7 @@ use protocol::{Frame, Kind};
 mod several;
 
 /// A plastic bar under a heavy body: repeats, secant updates and halved windows.
-const SCENARIO: &str = r#"
+pub(crate) const SCENARIO: &str = r#"
 [run]
 name = "replayed"
 thickness_m = 1.0

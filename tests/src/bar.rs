@@ -7,7 +7,7 @@ use protocol::{
     Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface, Term, Window,
     read_config,
 };
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// The bar's keys.
 #[derive(Clone, Debug, Deserialize)]
@@ -70,7 +70,7 @@ pub enum Grouping {
     Staggered,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct State {
     u: Vec<f64>,
     v: Vec<f64>,
@@ -273,6 +273,7 @@ impl Node for Bar {
                 checkpoint: true,
                 advance: true,
                 columns: true,
+                resume: true,
                 ..Capabilities::default()
             },
             step_s: Some(c.step_s),
@@ -381,6 +382,15 @@ impl Node for Bar {
             state.interface_work_j,
             self.energy_j(state) - self.energy_0_j,
         ])
+    }
+
+    fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
+        protocol::checkpoint::pack(&(&self.committed, self.steps))
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
+        (self.committed, self.steps) = protocol::checkpoint::unpack(state)?;
+        Ok(())
     }
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {

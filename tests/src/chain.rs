@@ -10,7 +10,7 @@ use protocol::{
     Backing, Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface, Term,
     WallAnswer, Window, read_config,
 };
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// The chain's keys.
 #[derive(Clone, Debug, Deserialize)]
@@ -49,7 +49,7 @@ pub struct Config {
     pub starve_from_window: Option<u64>,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct State {
     q: Vec<f64>,
     v: Vec<f64>,
@@ -193,6 +193,7 @@ impl Node for Chain {
             capabilities: Capabilities {
                 checkpoint: true,
                 compliant_wall: true,
+                resume: true,
                 ..Capabilities::default()
             },
             end_s: Some(self.config.end_s),
@@ -294,6 +295,15 @@ impl Node for Chain {
             state.interface_work_j,
             self.energy_j(state) - self.energy_0_j,
         ])
+    }
+
+    fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
+        protocol::checkpoint::pack(&(&self.committed, self.steps))
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
+        (self.committed, self.steps) = protocol::checkpoint::unpack(state)?;
+        Ok(())
     }
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {

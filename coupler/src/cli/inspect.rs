@@ -1,8 +1,12 @@
 //! `thirdbody inspect`: what a run directory or an exchange log holds.
 
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
-use super::{VerbResult, print};
+use serde_json::{Value, json};
+
+use super::{VerbResult, log_of, print};
+use crate::checkpoint::{FOLDER, file};
 use crate::error::Error;
 use crate::log::{LogError, LogSummary, summarize};
 
@@ -14,24 +18,28 @@ pub struct InspectArguments {
     /// Read the valid part of a log whose writer was killed.
     #[arg(long)]
     recover: bool,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
 }
 
-/// Lists streams, windows and provenance. A damaged log has exit code 6.
+/// Lists streams, windows, checkpoints and provenance. A damaged log has exit code 6.
 pub fn inspect(arguments: &InspectArguments) -> VerbResult {
-    let path = match arguments.path.is_dir() {
-        true => arguments.path.join("exchange.mcap"),
-        false => arguments.path.clone(),
-    };
-    if !path.is_file() {
-        return Err(Error::Refused(format!(
-            "{}: no such log; give a run directory or an exchange.mcap",
-            path.display()
-        )));
-    }
+    let path = log_of(&arguments.path)?;
     let summary =
         summarize(&path, arguments.recover).map_err(|error| propose_recovery(error, arguments))?;
-    print(&describe(&summary));
+    let checkpoints = checkpoints(&arguments.path);
+    match arguments.json {
+        true => print(&json(&summary, &checkpoints).to_string()),
+        false => print(&describe(&summary, &checkpoints)),
+    }
     Ok(0)
+}
+
+/// Windows after which there is a checkpoint.
+fn checkpoints(run: &Path) -> Vec<u64> {
+    let found = file::list(&run.join(FOLDER));
+    found.into_iter().map(|found| found.window).collect()
 }
 
 fn propose_recovery(error: LogError, arguments: &InspectArguments) -> Error {
@@ -44,11 +52,21 @@ fn propose_recovery(error: LogError, arguments: &InspectArguments) -> Error {
     Error::Log(error)
 }
 
-fn describe(summary: &LogSummary) -> String {
+fn describe(summary: &LogSummary, checkpoints: &[u64]) -> String {
+    let payload: u64 = summary.streams.iter().map(|stream| stream.bytes).sum();
+    let messages: u64 = summary.streams.iter().map(|stream| stream.messages).sum();
     let mut lines = vec![
         format!("run       {:016x}", summary.provenance.run_id),
         format!("windows   {}", summary.windows),
         format!("exchange  {}", summary.hash),
+        format!("simulated {:e} s", summary.stats.end_s),
+        format!(
+            "size      {} bytes, {payload} of payload in {messages} messages",
+            summary.file_bytes
+        ),
+        format!("iterations {}", counts(&summary.stats.by_iterations)),
+        format!("substeps  {}", counts(&summary.stats.by_substeps)),
+        format!("checkpoints {checkpoints:?}"),
         format!(
             "{:<44} {:>9} {:>13}  windows",
             "stream", "messages", "payload bytes"
@@ -64,16 +82,65 @@ fn describe(summary: &LogSummary) -> String {
             stream.last_window
         )
     }));
-    if let Some(found) = &summary.non_finite {
-        lines.push(format!(
+    lines.push(match &summary.non_finite {
+        None => "all numbers are finite".into(),
+        Some(found) => format!(
             "first number that is not finite: {} at entry {} of {}, window {}, iteration {}",
             found.value, found.index, found.topic, found.window, found.iteration
-        ));
-    }
+        ),
+    });
     if let Some(damage) = &summary.damage {
         lines.push(format!("the log ends early: {damage}"));
     }
     lines.push("manifest".into());
     lines.push(summary.provenance.manifest_json.clone());
     lines.join("\n")
+}
+
+/// `2833 x 1, 4 x 2`: windows by a number that they have.
+fn counts(of: &BTreeMap<u32, u64>) -> String {
+    let each = of
+        .iter()
+        .map(|(number, windows)| format!("{windows} x {number}"));
+    each.collect::<Vec<_>>().join(", ")
+}
+
+fn json(summary: &LogSummary, checkpoints: &[u64]) -> Value {
+    let streams = summary.streams.iter().map(|stream| {
+        json!({
+            "topic": stream.topic(),
+            "interface": stream.interface,
+            "sender": stream.sender,
+            "receiver": stream.receiver,
+            "messages": stream.messages,
+            "payload_bytes": stream.bytes,
+            "first_window": stream.first_window,
+            "last_window": stream.last_window,
+        })
+    });
+    let manifest: Value =
+        serde_json::from_str(&summary.provenance.manifest_json).unwrap_or(Value::Null);
+    json!({
+        "run_id": format!("{:016x}", summary.provenance.run_id),
+        "blocks": summary.windows,
+        "windows": summary.stats.by_iterations.values().sum::<u64>(),
+        "last_window": summary.last_window,
+        "sim_time_s": summary.stats.end_s,
+        "exchange_hash": summary.hash,
+        "file_bytes": summary.file_bytes,
+        "windows_by_iterations": summary.stats.by_iterations,
+        "windows_by_substeps": summary.stats.by_substeps,
+        "checkpoints": checkpoints,
+        "streams": streams.collect::<Vec<_>>(),
+        "non_finite": summary.non_finite.as_ref().map(|found| json!({
+            "topic": found.topic,
+            "window": found.window,
+            "iteration": found.iteration,
+            "entry": found.index,
+            "value": found.value.to_string(),
+        })),
+        "damage": summary.damage.as_ref().map(ToString::to_string),
+        "manifest": manifest,
+        "scenario": summary.provenance.scenario_toml,
+    })
 }

@@ -1,20 +1,23 @@
 //! The command line: one file a verb.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
 use crate::error::Error;
 use crate::launch::Registry;
+use crate::scenario::Scenario;
 
 pub mod bench;
 pub mod check;
+pub mod export;
 pub mod inspect;
 pub mod node;
 pub mod replay;
 pub mod report;
+pub mod resume;
 pub mod run;
 pub mod validate;
 
@@ -34,8 +37,12 @@ enum Verb {
     Check(check::CheckArguments),
     /// Show what a run directory or an exchange log holds.
     Inspect(inspect::InspectArguments),
+    /// Write the exchange of a run as tables of text (CSV).
+    Export(export::ExportArguments),
     /// Run each solver again against the logged other side, and compare bit for bit.
     Replay(replay::ReplayArguments),
+    /// Go on with a run that was interrupted or killed, from its last checkpoint.
+    Resume(resume::ResumeArguments),
     /// Run the shipped verification scenes against what must come out of them.
     Validate(validate::ValidateArguments),
     /// Draw what a run left: report.html and its pictures.
@@ -65,10 +72,45 @@ pub struct ScenarioArguments {
 impl ScenarioArguments {
     /// Threads of each participant.
     pub fn threads(&self) -> usize {
-        self.threads.map_or_else(
-            || std::thread::available_parallelism().map_or(1, usize::from),
-            usize::from,
-        )
+        threads(self.threads)
+    }
+}
+
+/// Threads of each participant: as asked, or the cores of the machine.
+pub fn threads(asked: Option<u16>) -> usize {
+    asked.map_or_else(
+        || std::thread::available_parallelism().map_or(1, usize::from),
+        usize::from,
+    )
+}
+
+/// The log of a run directory, or the log itself.
+pub fn log_of(run: &Path) -> Result<PathBuf, Error> {
+    let path = match run.is_dir() {
+        true => run.join("exchange.mcap"),
+        false => run.to_path_buf(),
+    };
+    match path.is_file() {
+        true => Ok(path),
+        false => Err(Error::Refused(format!(
+            "{}: no such log; give a run directory or an exchange.mcap",
+            path.display()
+        ))),
+    }
+}
+
+/// Refuses a received scenario that starts programs which are not shipped: whoever sent it chose them.
+pub fn refuse_commands(scenario: &Scenario) -> Result<(), Error> {
+    let mut participants = scenario.participant.iter();
+    let foreign = participants.find_map(|participant| {
+        let command = participant.command.as_ref()?;
+        Some((&participant.name, command.join(" ")))
+    });
+    match foreign {
+        None => Ok(()),
+        Some((name, command)) => Err(Error::Refused(format!(
+            "the scenario starts `{command}` for participant `{name}`: read it, then repeat with --allow-commands"
+        ))),
     }
 }
 
@@ -84,7 +126,9 @@ pub fn main(registry: &Registry) -> ExitCode {
         Verb::Run(arguments) => run::run(&arguments, registry),
         Verb::Check(arguments) => check::check(&arguments, registry),
         Verb::Inspect(arguments) => inspect::inspect(&arguments),
+        Verb::Export(arguments) => export::export(&arguments),
         Verb::Replay(arguments) => replay::replay(&arguments, registry),
+        Verb::Resume(arguments) => resume::resume(&arguments, registry),
         Verb::Validate(arguments) => validate::validate(&arguments, registry),
         Verb::Report(arguments) => report::report(&arguments),
         Verb::Bench(arguments) => bench::bench(&arguments, registry),

@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use serde_json::json;
 
-use super::{VerbResult, own_program, print};
+use super::{VerbResult, log_of, own_program, print, refuse_commands};
 use crate::couple::run::fresh_run_id;
 use crate::error::Error;
 use crate::launch::{Launcher, Registry, Watch};
 use crate::replay::{Recording, Replayed, coupler, recording, solver};
 use crate::rundir::{RunDir, Scratch};
-use crate::scenario::TransportKind;
+use crate::scenario::{Participant, TransportKind};
 
 /// Exit code of a replay that departs from its log.
 const DEPARTS: i32 = 7;
@@ -36,11 +36,7 @@ pub struct ReplayArguments {
 
 /// Replays; exit code 7 at the first departure.
 pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
-    let path = match arguments.run.is_dir() {
-        true => arguments.run.join("exchange.mcap"),
-        false => arguments.run.clone(),
-    };
-    let mut recording = recording(&path)?;
+    let mut recording = recording(&log_of(&arguments.run)?)?;
     prepare(&mut recording, arguments.allow_commands)?;
     let run_id = fresh_run_id();
     // Logs and fields of the replayed participants, which nobody keeps.
@@ -75,20 +71,12 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
 /// Shipped solvers are replayed as threads; foreign ones need their processes, and the user's leave.
 fn prepare(recording: &mut Recording, allow_commands: bool) -> Result<(), Error> {
     let scenario = &mut recording.loaded.scenario;
-    let foreign = scenario
-        .participant
-        .iter()
-        .find(|participant| participant.command.is_some());
-    match foreign {
-        None => scenario.run.transport = TransportKind::Channel,
-        Some(_) if allow_commands => {}
-        Some(participant) => {
-            return Err(Error::Refused(format!(
-                "the logged scenario starts `{}` for participant `{}`: read it, then repeat with --allow-commands",
-                participant.command.as_deref().unwrap_or_default().join(" "),
-                participant.name
-            )));
-        }
+    if !allow_commands {
+        refuse_commands(scenario)?;
+    }
+    let foreign = |participant: &Participant| participant.command.is_some();
+    if !scenario.participant.iter().any(foreign) {
+        scenario.run.transport = TransportKind::Channel;
     }
     Ok(())
 }

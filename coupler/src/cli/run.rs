@@ -26,11 +26,6 @@ pub struct RunArguments {
 /// Runs a scenario; the exit code is the run's.
 pub fn run(arguments: &RunArguments, registry: &Registry) -> VerbResult {
     let loaded = load(&arguments.scenario.scenario, &arguments.scenario.set)?;
-    let watch = Watch::default();
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register_usize(signal, watch.flag(), signal as usize)
-            .map_err(Error::io("listening for signals"))?;
-    }
     let ended = run_scenario(
         &loaded,
         &Options {
@@ -38,11 +33,26 @@ pub fn run(arguments: &RunArguments, registry: &Registry) -> VerbResult {
             threads: arguments.scenario.threads(),
             registry,
             program: own_program()?,
-            watch,
+            watch: listen()?,
             progress: true,
         },
     )?;
-    match arguments.json {
+    conclude(ended, arguments.json)
+}
+
+/// Signals that end a run in order.
+pub fn listen() -> Result<Watch, Error> {
+    let watch = Watch::default();
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register_usize(signal, watch.flag(), signal as usize)
+            .map_err(Error::io("listening for signals"))?;
+    }
+    Ok(watch)
+}
+
+/// Prints what came of a run; the exit code is the run's.
+pub fn conclude(ended: Ended, json: bool) -> VerbResult {
+    match json {
         true => print(&ended.summary.to_json()),
         false => print(&table(&ended)),
     }

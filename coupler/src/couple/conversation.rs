@@ -1,11 +1,15 @@
 //! Requests and answers between the coordinator and its participants, recorded and hashed as they pass.
 
+use std::collections::VecDeque;
+use std::path::Path;
+
 use protocol::{Frame, Header, Kind, PROTOCOL_VERSION, Window};
 
 use crate::error::Error;
 use crate::launch::peer::Patience;
 use crate::launch::{Peer, Watch};
-use crate::log::{ExchangeHasher, Recorder};
+use crate::log::{Entry, Exchange, ExchangeHasher, Recorder, recover};
+use crate::replay::Departure;
 use crate::scenario::{Deadlines, Label};
 
 /// Name under which the coupler's own frames are logged.
@@ -17,10 +21,24 @@ pub struct Conversation {
     pub peers: Vec<Peer>,
     run_id: u64,
     labels: Vec<Label>,
-    watch: Watch,
+    /// Signals that end the run.
+    pub watch: Watch,
     deadlines: Deadlines,
     recorder: Option<Recorder>,
     hasher: ExchangeHasher,
+    /// Blocks that ended.
+    blocks: u64,
+    keeping: Keeping,
+}
+
+/// What becomes of what passes.
+enum Keeping {
+    /// It is recorded and hashed.
+    Record,
+    /// It must be what the log already holds, until the block ends.
+    Rehearse(VecDeque<Exchange>),
+    /// Nothing: it repeats what the log already holds, in another order.
+    Nothing,
 }
 
 impl Conversation {
@@ -41,7 +59,58 @@ impl Conversation {
             deadlines: deadlines.clone(),
             recorder,
             hasher: ExchangeHasher::new(),
+            blocks: 0,
+            keeping: Keeping::Record,
         }
+    }
+
+    /// Begins with the first `blocks` of the log of another run, which is gone on with. Returns the messages of the
+    /// first of them, the handshake of a coupled run.
+    pub fn carry_over(&mut self, log: &Path, blocks: u64) -> Result<Vec<Exchange>, Error> {
+        let mut first = Vec::new();
+        for entry in recover(log)? {
+            match entry? {
+                Entry::Exchange(message) => {
+                    self.record(
+                        (&message.interface, &message.sender, &message.receiver),
+                        &message.frame,
+                    )?;
+                    if self.blocks == 0 {
+                        first.push(message);
+                    }
+                }
+                Entry::WindowEnd(window) => self.end_window(window)?,
+            }
+            if self.blocks == blocks {
+                return Ok(first);
+            }
+        }
+        Err(Error::Refused(format!(
+            "{}: {} of {blocks} blocks can be read",
+            log.display(),
+            self.blocks
+        )))
+    }
+
+    /// Until the block ends, what passes is compared with these messages instead of being kept.
+    pub fn rehearse(&mut self, messages: Vec<Exchange>) {
+        self.keeping = Keeping::Rehearse(messages.into());
+    }
+
+    /// Lets something pass that is not kept.
+    pub fn aside<T>(&mut self, say: impl FnOnce(&mut Conversation) -> T) -> T {
+        let before = std::mem::replace(&mut self.keeping, Keeping::Nothing);
+        let said = say(self);
+        self.keeping = before;
+        said
+    }
+
+    /// Sees that the log is on the disk up to the last block; returns how many there are.
+    pub fn sync_log(&mut self) -> Result<u64, Error> {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.sync()?;
+        }
+        Ok(self.blocks)
     }
 
     /// Sends a request of numbers.
@@ -152,6 +221,17 @@ impl Conversation {
 
     /// Closes a window in the log and in the hash.
     pub fn end_window(&mut self, window: u64) -> Result<(), Error> {
+        if let Keeping::Rehearse(rest) = &self.keeping {
+            let missing = rest.front().map(|message| message.sender.clone());
+            self.keeping = Keeping::Record;
+            return match missing {
+                None => Ok(()),
+                Some(sender) => Err(Error::Refused(format!(
+                    "the handshake ended before that of the log, which goes on with a message of `{sender}`: resume with the build that wrote it"
+                ))),
+            };
+        }
+        self.blocks += 1;
         self.hasher.end_window();
         if let Some(recorder) = &mut self.recorder {
             recorder.end_window(window)?;
@@ -195,12 +275,26 @@ impl Conversation {
         if !Kind::from_number(frame.header.kind).is_some_and(Kind::is_exchange) {
             return Ok(());
         }
-        let name = self.peers[peer].name();
+        let name = self.peers[peer].name().to_string();
         let (sender, receiver) = match answer {
-            true => (name, COUPLER),
-            false => (COUPLER, name),
+            true => (name.as_str(), COUPLER),
+            false => (COUPLER, name.as_str()),
         };
-        let interface = &self.labels[peer].name;
+        match &mut self.keeping {
+            Keeping::Nothing => Ok(()),
+            Keeping::Rehearse(expected) => rehearsed(expected.pop_front(), sender, frame),
+            Keeping::Record => {
+                let interface = self.labels[peer].name.clone();
+                self.record((&interface, sender, receiver), frame)
+            }
+        }
+    }
+
+    fn record(
+        &mut self,
+        (interface, sender, receiver): (&str, &str, &str),
+        frame: &Frame,
+    ) -> Result<(), Error> {
         self.hasher.add(interface, sender, frame);
         if let Some(recorder) = &mut self.recorder {
             recorder.record(interface, sender, receiver, frame)?;
@@ -220,5 +314,22 @@ impl Conversation {
                 key: "answer_s",
             },
         }
+    }
+}
+
+/// Compares a message of a repeated handshake with the logged one.
+fn rehearsed(expected: Option<Exchange>, sender: &str, frame: &Frame) -> Result<(), Error> {
+    let differs = match &expected {
+        Some(logged) if logged.sender == sender => {
+            Departure::between(sender, &logged.frame, frame).map(|departure| departure.to_string())
+        }
+        Some(logged) => Some(format!("`{sender}` spoke where `{}` did", logged.sender)),
+        None => Some(format!("`{sender}` said more")),
+    };
+    match differs {
+        None => Ok(()),
+        Some(why) => Err(Error::Refused(format!(
+            "the handshake is not that of the log: {why}; resume with the build that wrote it"
+        ))),
     }
 }

@@ -1,9 +1,10 @@
 //! Work, momentum and gap of the interface, and the energies that both sides report.
 
 use protocol::{Role, Term};
+use serde::{Deserialize, Serialize};
 
 /// What an interface has seen since the start of the run.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InterfaceLedger {
     /// Sum over windows of |lambda . du - F_g . H v_g| (J), which is |F_g . (N du - H v_g)| where lambda is N^T F_g.
     pub energy_defect_j: f64,

@@ -13,11 +13,12 @@ use super::handshake::{self, Greeted};
 use super::join::join;
 use super::ledger::EnergyLedger;
 use super::scheme::{Attempt, Coupling, InterfaceSignals, Standing};
+use crate::checkpoint::{Checkpoint, Keeper, Origin, Place, Position};
 use crate::error::Error;
 use crate::launch::{Launcher, Registry, Watch, config_value, process, setting};
 use crate::log::{Provenance, Recorder};
 use crate::output::collection::{self, Moment};
-use crate::output::{HoldMeans, Progress, SignalsFile, profile};
+use crate::output::{HoldMeans, OutputState, Progress, SignalsFile, profile};
 use crate::rundir::{RunDir, manifest};
 use crate::scenario::{Loaded, Scenario};
 use crate::summary::{Costs, Summary};
@@ -79,17 +80,26 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
 /// Runs a scenario. An error before anything was started is returned as such; from then on the run directory
 /// keeps what was valid, and the error is part of [`Ended`].
 pub fn run(loaded: &Loaded, options: &Options) -> Result<Ended, Error> {
+    go_on(loaded, options, None)
+}
+
+/// The same, going on from a checkpoint of another run of the same scenario, in a run directory of its own: it ends as
+/// if that run had never been cut off.
+pub fn go_on(loaded: &Loaded, options: &Options, origin: Option<&Origin>) -> Result<Ended, Error> {
     let start = Instant::now();
     let warnings = check(loaded, options.registry, options.threads)?;
     let run_id = fresh_run_id();
     let rundir = RunDir::create(options.out, &loaded.scenario.run.name, run_id)?;
-    let manifest = manifest(loaded, run_id, options.threads);
+    let manifest = manifest(loaded, run_id, options.threads, origin);
     rundir.write("scenario.toml", &loaded.resolved)?;
     rundir.write("manifest.json", &manifest)?;
     rundir.note(&format!(
         "coordinator pid {}, run {run_id:016x}",
         std::process::id()
     ));
+    if let Some(origin) = origin {
+        rundir.note(&format!("goes on from {}", origin.path.display()));
+    }
     for warning in &warnings {
         rundir.note(&format!("warning: {warning}"));
     }
@@ -99,6 +109,7 @@ pub fn run(loaded: &Loaded, options: &Options) -> Result<Ended, Error> {
         rundir: &rundir,
         run_id,
         manifest,
+        origin,
         summary: Summary::new(&loaded.scenario.run.name, &loaded.hash),
     };
     let error = session.all(start).err();
@@ -136,6 +147,7 @@ struct RunSession<'a> {
     rundir: &'a RunDir,
     run_id: u64,
     manifest: String,
+    origin: Option<&'a Origin>,
     summary: Summary,
 }
 
@@ -213,9 +225,17 @@ impl RunSession<'_> {
         self.summary.greet(scenario, &greeted);
         let talking = Instant::now();
         let mut outputs = Outputs::new(self, &greeted)?;
+        let keeper = Keeper::new(self.rundir, self.loaded, &greeted)?;
+        if keeper.writes() {
+            conversation.watch.let_windows_end();
+        }
+        if let Some(origin) = self.origin {
+            origin.check(self.loaded, &greeted)?;
+            self.carry_over(conversation, &mut outputs, origin)?;
+        }
         let result = match scenario.interface.is_empty() {
-            false => self.coupled(conversation, &greeted, &mut outputs),
-            true => self.alone(conversation, &greeted, &mut outputs),
+            false => self.coupled(conversation, &greeted, &mut outputs, &keeper),
+            true => self.alone(conversation, &greeted, &mut outputs, &keeper),
         };
         self.summary.energies(&outputs.energies);
         outputs.signals.finish()?;
@@ -237,11 +257,33 @@ impl RunSession<'_> {
         Ok(())
     }
 
+    /// Takes over what the run left that is gone on with. From the adoption of its checkpoint on, this run directory can be
+    /// resumed as well.
+    fn carry_over(
+        &mut self,
+        conversation: &mut Conversation,
+        outputs: &mut Outputs,
+        origin: &Origin,
+    ) -> Result<(), Error> {
+        let state = &origin.checkpoint;
+        let handshake = conversation.carry_over(&origin.log(), state.log_blocks)?;
+        outputs.carry_over(origin)?;
+        conversation.sync_log()?;
+        origin.adopt(self.rundir)?;
+        if !self.loaded.scenario.interface.is_empty() {
+            conversation.rehearse(handshake);
+        }
+        self.summary.sim_time_s = state.position.t_s;
+        self.summary.windows = state.position.windows;
+        Ok(())
+    }
+
     fn coupled(
         &mut self,
         conversation: &mut Conversation,
         greeted: &[Greeted],
         outputs: &mut Outputs,
+        keeper: &Keeper,
     ) -> Result<(), Error> {
         let scenario = &self.loaded.scenario;
         let groups = join(conversation, scenario, greeted)?;
@@ -258,8 +300,12 @@ impl RunSession<'_> {
                 prediction.refuse(interface)?;
             }
         }
-        outputs.expect(courses[0].end);
+        if let Some(origin) = self.origin {
+            origin.restore(conversation, &mut courses)?;
+        }
+        outputs.expect(courses[0].step, courses[0].end);
         let summary = &mut self.summary;
+        summary.interfaces(courses.iter().map(|course| &course.coupling));
         each_window(
             conversation,
             &mut courses,
@@ -269,7 +315,8 @@ impl RunSession<'_> {
                     return Ok(());
                 };
                 summary.sim_time_s = reached_s(courses);
-                outputs.add_coupled(conversation, courses, window, standing)
+                outputs.add_coupled(conversation, courses, window, standing)?;
+                outputs.pause(conversation, keeper, courses, Position::of(courses))
             },
         )?;
         outputs.finish(conversation, summary)
@@ -280,6 +327,7 @@ impl RunSession<'_> {
         conversation: &mut Conversation,
         greeted: &[Greeted],
         outputs: &mut Outputs,
+        keeper: &Keeper,
     ) -> Result<(), Error> {
         let description = &greeted[0].description;
         let name = conversation.peers[0].name().to_string();
@@ -296,8 +344,13 @@ impl RunSession<'_> {
             substeps: self.loaded.scenario.run.output.alone_steps,
         };
         let end = clock.steps_until(end_s(&self.loaded.scenario, greeted)?);
-        outputs.expect(end);
-        for index in 0..end.div_ceil(clock.substeps.into()) {
+        let mut start = 0;
+        if let Some(origin) = self.origin {
+            origin.restore(conversation, &mut [])?;
+            start = origin.checkpoint.position.windows;
+        }
+        outputs.expect(start * u64::from(clock.substeps), end);
+        for index in start..end.div_ceil(clock.substeps.into()) {
             let step = index * u64::from(clock.substeps);
             let window = clock.window(index, step, clock.substeps_before(step, end));
             let report = conversation.ask(0, Kind::March, Kind::Report, &window, Vec::new())?;
@@ -305,6 +358,13 @@ impl RunSession<'_> {
             outputs.add_alone(conversation, &window, report)?;
             self.summary.windows = index + 1;
             self.summary.sim_time_s = window.t1_s;
+            let position = Position {
+                windows: index + 1,
+                t_s: window.t1_s,
+                courses: Vec::new(),
+                over: step + u64::from(window.substeps) >= end,
+            };
+            outputs.pause(conversation, keeper, &[], position)?;
         }
         outputs.finish(conversation, &mut self.summary)
     }
@@ -324,7 +384,35 @@ pub struct Course {
     rest: Option<u32>,
 }
 
+impl Position {
+    /// Where groups stand that have come so far.
+    fn of(courses: &[Course]) -> Position {
+        Position {
+            windows: courses.iter().map(|course| course.index).sum(),
+            t_s: reached_s(courses),
+            courses: courses.iter().map(Course::place).collect(),
+            over: courses.iter().all(|course| course.next().is_none()),
+        }
+    }
+}
+
 impl Course {
+    /// Where it goes on.
+    fn place(&self) -> Place {
+        Place {
+            window: self.index,
+            step: self.step,
+            rest: self.rest,
+        }
+    }
+
+    /// Puts it where a checkpoint left off.
+    pub fn go_to(&mut self, place: &Place) {
+        self.index = place.window;
+        self.step = place.step;
+        self.rest = place.rest;
+    }
+
     /// Time that stands (s).
     pub fn reached_s(&self) -> f64 {
         self.step as f64 * self.coupling.group().clock.step_s
@@ -547,8 +635,57 @@ impl<'a> Outputs<'a> {
         })
     }
 
-    fn expect(&mut self, steps: u64) {
-        self.progress.expect(steps);
+    fn expect(&mut self, done: u64, steps: u64) {
+        self.progress.expect(done, steps);
+    }
+
+    /// Takes over what the run wrote that is gone on with.
+    fn carry_over(&mut self, origin: &Origin) -> Result<(), Error> {
+        let state = &origin.checkpoint.outputs;
+        for (energies, values) in self.energies.iter_mut().zip(&state.energies) {
+            energies.values.clone_from(values);
+        }
+        self.reports.clone_from(&state.reports);
+        self.interfaces.clone_from(&state.interfaces);
+        self.hold = state.hold.clone();
+        self.snapshots_taken = state.snapshots_taken;
+        let signals = origin.run.join("signals.csv");
+        self.signals.carry_over(&signals, state.signals_bytes)?;
+        self.signals.sync()?;
+        origin.copy_fields(self.rundir, &self.phases)
+    }
+
+    /// Between two windows: writes a checkpoint if one is due, and ends the run if it was interrupted.
+    fn pause(
+        &mut self,
+        conversation: &mut Conversation,
+        keeper: &Keeper,
+        courses: &[Course],
+        position: Position,
+    ) -> Result<(), Error> {
+        let interrupted = conversation.watch.interrupted();
+        if keeper.due(&position, interrupted.is_some()) {
+            let outputs = self.state()?;
+            keeper.write(conversation, |nodes, log_blocks| Checkpoint {
+                position,
+                log_blocks,
+                nodes,
+                couplings: courses.iter().map(|c| c.coupling.state()).collect(),
+                outputs,
+            })?;
+        }
+        interrupted.map_or(Ok(()), Err)
+    }
+
+    fn state(&mut self) -> Result<OutputState, Error> {
+        Ok(OutputState {
+            energies: self.energies.iter().map(|e| e.values.clone()).collect(),
+            reports: self.reports.clone(),
+            interfaces: self.interfaces.clone(),
+            hold: self.hold.clone(),
+            snapshots_taken: self.snapshots_taken,
+            signals_bytes: self.signals.sync()?,
+        })
     }
 
     fn add_alone(

@@ -9,7 +9,7 @@
 //! - [`proto`]: the messages, and their description for other tools;
 //! - [`record`](mod@record): writing, on a thread of its own;
 //! - [`read`](mod@read): reading back, with every checksum verified, also what a killed writer left;
-//! - [`summary`]: what a log holds;
+//! - [`summary`]: what a log holds; [`export`]: as tables of text;
 //! - [`hash`]: the fingerprint of an exchange.
 
 use std::error::Error;
@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error as ThisError;
 
+pub mod export;
 pub mod hash;
 pub mod proto;
 pub mod read;
@@ -26,7 +27,7 @@ pub mod summary;
 pub use hash::ExchangeHasher;
 pub use read::{Entry, Exchange, LogFile, read, recover};
 pub use record::{LogStats, Recorder};
-pub use summary::{LogSummary, NonFinite, Stream, summarize};
+pub use summary::{LogSummary, NonFinite, Stream, WindowStats, summarize};
 
 /// The name and version of this format, in the metadata of every log.
 pub const FORMAT: &str = "thirdbody.exchange/1";

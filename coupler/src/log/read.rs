@@ -73,6 +73,8 @@ pub struct LogFile {
     chunks: u64,
     in_chunk: bool,
     damage: Option<LogError>,
+    /// What follows describes the data again, for readers that seek.
+    data_ended: bool,
     ended: bool,
 }
 
@@ -100,6 +102,7 @@ impl LogFile {
             chunks: 0,
             in_chunk: false,
             damage: None,
+            data_ended: false,
             ended: false,
         };
         log.read_provenance()?;
@@ -154,11 +157,18 @@ impl LogFile {
             let start = self.offset;
             match self.next_record()? {
                 None => self.ended = true,
-                Some((op::CHUNK, data)) => {
+                Some((op::DATA_END, _)) => self.data_ended = true,
+                Some((op::CHUNK, data)) if !self.data_ended => {
                     self.chunks += 1;
                     if let Err(failure) = self.read_chunk(&data) {
                         self.offset = start;
                         self.in_chunk = true;
+                        return Err(failure);
+                    }
+                }
+                Some((opcode, data)) if !self.data_ended => {
+                    if let Err(failure) = plain_record(opcode, &data) {
+                        self.offset = start;
                         return Err(failure);
                     }
                 }
@@ -303,6 +313,32 @@ impl From<io::Error> for Failure {
 impl From<McapError> for Failure {
     fn from(error: McapError) -> Failure {
         Failure::Damage(chain(&error))
+    }
+}
+
+/// Between chunks our writer puts attachments, metadata and indices of messages only. Anything else there, or one of them of
+/// another length than it should have, was a chunk once, and what comes after it must not pass for what comes next.
+fn plain_record(opcode: u8, data: &[u8]) -> Result<(), Failure> {
+    let length = match mcap::parse_record(opcode, data)? {
+        Record::MessageIndex(index) => 2 + 4 + 16 * index.records.len(),
+        Record::Attachment {
+            header,
+            data: attached,
+            ..
+        } => 8 + 8 + 4 + header.name.len() + 4 + header.media_type.len() + 8 + attached.len() + 4,
+        Record::Metadata(_) => data.len(),
+        _ => {
+            return Err(Failure::Damage(format!(
+                "a record of kind {opcode:#04x} stands between chunks"
+            )));
+        }
+    };
+    match length == data.len() {
+        true => Ok(()),
+        false => Err(Failure::Damage(format!(
+            "a record of kind {opcode:#04x} holds {} bytes where it counts {length}",
+            data.len()
+        ))),
     }
 }
 

@@ -57,6 +57,7 @@ pub struct Recorder {
 enum Job {
     Exchange(Stream, Frame),
     WindowEnd(u64),
+    Sync(Sender<()>),
 }
 
 /// What has a channel of its own.
@@ -121,6 +122,21 @@ impl Recorder {
         self.hand_over(Job::WindowEnd(window))
     }
 
+    /// Returns when all that was recorded is on the disk.
+    pub fn sync(&mut self) -> Result<(), LogError> {
+        let (done, waiting) = bounded(1);
+        self.hand_over(Job::Sync(done))?;
+        match waiting.recv_timeout(Duration::from_secs(PATIENCE_S)) {
+            Ok(()) => Ok(()),
+            Err(RecvTimeoutError::Timeout) => Err(self.stalled()),
+            // The thread ended with an error, which closing hands out.
+            Err(RecvTimeoutError::Disconnected) => match self.close() {
+                Ok(_) => Err(self.closed()),
+                Err(error) => Err(error),
+            },
+        }
+    }
+
     /// Completes the file.
     pub fn finish(mut self) -> Result<LogStats, LogError> {
         self.close()
@@ -177,6 +193,8 @@ impl Drop for Recorder {
 struct LogWriter {
     path: PathBuf,
     writer: Writer<BufWriter<File>>,
+    /// The same file, to be told to reach the disk.
+    disk: File,
     flush_every_windows: u64,
     exchange_schema: u16,
     window_channel: u16,
@@ -192,13 +210,16 @@ impl LogWriter {
         flush_every_windows: u64,
     ) -> Result<LogWriter, LogError> {
         let file = File::create(path).map_err(|error| LogError::write(path, &error))?;
-        Self::start(path, file, provenance, flush_every_windows)
+        let disk = file
+            .try_clone()
+            .map_err(|error| LogError::write(path, &error))?;
+        Self::start(path, (file, disk), provenance, flush_every_windows)
             .map_err(|error| LogError::write(path, &error))
     }
 
     fn start(
         path: &Path,
-        file: File,
+        (file, disk): (File, File),
         provenance: &Provenance,
         flush_every_windows: u64,
     ) -> Result<LogWriter, McapError> {
@@ -213,6 +234,7 @@ impl LogWriter {
         Ok(LogWriter {
             path: path.into(),
             writer,
+            disk,
             flush_every_windows,
             exchange_schema,
             window_channel,
@@ -227,6 +249,7 @@ impl LogWriter {
             let written = match job {
                 Job::Exchange(stream, frame) => self.write(stream, frame),
                 Job::WindowEnd(window) => self.end_window(window),
+                Job::Sync(done) => self.sync(&done),
             };
             written.map_err(|error| LogError::write(&self.path, &error))?;
         }
@@ -265,6 +288,14 @@ impl LogWriter {
         if self.stats.windows.is_multiple_of(self.flush_every_windows) {
             self.writer.flush()?;
         }
+        Ok(())
+    }
+
+    fn sync(&mut self, done: &Sender<()>) -> Result<(), McapError> {
+        self.writer.flush()?;
+        self.disk.sync_data()?;
+        // Whoever waited in vain has gone.
+        let _ = done.send(());
         Ok(())
     }
 

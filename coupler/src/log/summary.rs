@@ -1,8 +1,9 @@
 //! What a log holds.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use protocol::Frame;
+use protocol::{Frame, Kind};
 
 use super::hash::ExchangeHasher;
 use super::record::kind_name;
@@ -15,16 +16,51 @@ pub struct LogSummary {
     pub provenance: Provenance,
     /// In the order of their first message.
     pub streams: Vec<Stream>,
-    /// Windows that ended.
+    /// Size of the file (bytes).
+    pub file_bytes: u64,
+    /// Blocks that ended: windows, and before them the handshake of a coupled run.
     pub windows: u64,
     /// The last of them.
     pub last_window: Option<u64>,
+    /// Lengths and repeats of the windows.
+    pub stats: WindowStats,
     /// Where the first number was exchanged that is not finite.
     pub non_finite: Option<NonFinite>,
     /// `hashes.exchange`, to be compared with the run's summary.
     pub hash: String,
     /// Why a recovered log ended before its end.
     pub damage: Option<LogError>,
+}
+
+/// Lengths and repeats of the windows of a log.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WindowStats {
+    /// Windows by the number of their last iteration.
+    pub by_iterations: BTreeMap<u32, u64>,
+    /// Windows by the explicit steps that they stand for.
+    pub by_substeps: BTreeMap<u32, u64>,
+    /// Simulated time at the end of the last one (s).
+    pub end_s: f64,
+    /// Of the block at hand: last iteration, substeps and end of what was committed or done alone.
+    open: Option<(u32, u32, f64)>,
+}
+
+impl WindowStats {
+    /// A window ends with a commit, or is done alone: with a march.
+    fn see(&mut self, frame: &Frame) {
+        if let Ok(Kind::Commit | Kind::March) = frame.kind() {
+            let header = &frame.header;
+            self.open = Some((header.iteration, header.substeps, header.t1_s));
+        }
+    }
+
+    fn end(&mut self) {
+        if let Some((iteration, substeps, end_s)) = self.open.take() {
+            *self.by_iterations.entry(iteration).or_default() += 1;
+            *self.by_substeps.entry(substeps).or_default() += 1;
+            self.end_s = end_s;
+        }
+    }
 }
 
 /// All messages of one kind between two.
@@ -84,8 +120,10 @@ pub fn summarize(path: &Path, tolerant: bool) -> Result<LogSummary, LogError> {
     let mut summary = LogSummary {
         provenance: log.provenance().clone(),
         streams: Vec::new(),
+        file_bytes: std::fs::metadata(path).map_or(0, |file| file.len()),
         windows: 0,
         last_window: None,
+        stats: WindowStats::default(),
         non_finite: None,
         hash: String::new(),
         damage: None,
@@ -95,10 +133,12 @@ pub fn summarize(path: &Path, tolerant: bool) -> Result<LogSummary, LogError> {
         match entry? {
             Entry::Exchange(exchange) => {
                 hasher.add(&exchange.interface, &exchange.sender, &exchange.frame);
+                summary.stats.see(&exchange.frame);
                 summary.count(&exchange);
             }
             Entry::WindowEnd(window) => {
                 hasher.end_window();
+                summary.stats.end();
                 summary.windows += 1;
                 summary.last_window = Some(window);
             }

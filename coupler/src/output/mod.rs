@@ -4,8 +4,9 @@ use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 use protocol::{Phase, Window};
+use serde::{Deserialize, Serialize};
 
-use crate::couple::scheme::{Coupling, Standing};
+use crate::couple::scheme::{Coupling, InterfaceSignals, Standing};
 use crate::scenario::Interface;
 
 pub mod collection;
@@ -14,7 +15,25 @@ pub mod signals;
 
 pub use signals::SignalsFile;
 
+/// What the outputs remember from window to window.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct OutputState {
+    /// Latest energies of each participant (J).
+    pub energies: Vec<Vec<f64>>,
+    /// The latest report of each participant.
+    pub reports: Vec<Vec<f64>>,
+    /// The latest signals of each interface.
+    pub interfaces: Vec<InterfaceSignals>,
+    /// What was gathered over the hold.
+    pub hold: HoldMeans,
+    /// Phases whose end was seen.
+    pub snapshots_taken: usize,
+    /// Size of signals.csv.
+    pub signals_bytes: u64,
+}
+
 /// Means over the last half of the phase named `hold`, when the transients of the loading have passed.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct HoldMeans {
     /// Start and end of the second half (s).
     span: Option<(f64, f64)>,
@@ -22,6 +41,7 @@ pub struct HoldMeans {
 }
 
 /// The same of one interface.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct HoldMean {
     /// Prefix of its results: none for the only interface.
     prefix: String,
@@ -103,6 +123,8 @@ pub struct Progress {
     shown: bool,
     terminal: bool,
     start: Instant,
+    /// Steps that were done before, and those there are.
+    before: u64,
     steps: u64,
     last: Instant,
     tenths: u64,
@@ -117,14 +139,16 @@ impl Progress {
             shown,
             terminal: std::io::stderr().is_terminal(),
             start: now,
+            before: 0,
             steps: 0,
             last: now,
             tenths: 0,
         }
     }
 
-    /// The windows start now, and hold so many explicit steps together.
-    pub fn expect(&mut self, steps: u64) {
+    /// The windows start now, after `before` explicit steps of `steps`.
+    pub fn expect(&mut self, before: u64, steps: u64) {
+        self.before = before;
         self.steps = steps;
         self.start = Instant::now();
     }
@@ -143,7 +167,7 @@ impl Progress {
         self.last = Instant::now();
         self.tenths = tenth;
         let spent = self.start.elapsed().as_secs_f64();
-        let left = spent * (self.steps - done) as f64 / done as f64;
+        let left = spent * (self.steps - done) as f64 / (done - self.before) as f64;
         let line = format!(
             "{}: {} % ({} windows), t = {:.3} ms, {spent:.0} s spent, {left:.0} s left",
             self.name,

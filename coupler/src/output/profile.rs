@@ -2,12 +2,15 @@
 
 use std::fmt::Write;
 
+use serde::{Deserialize, Serialize};
+
 use crate::couple::group::Patch;
 use crate::couple::scheme::Coupling;
 use crate::error::Error;
 use crate::rundir::RunDir;
 
 /// Traction at the exchanged nodes, sorted by place.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Traction {
     /// Places (m).
     pub x_m: Vec<f64>,

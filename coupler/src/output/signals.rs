@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{self, BufWriter, Read, Seek, Write};
+use std::path::Path;
 
 use protocol::Description;
 
@@ -66,6 +67,32 @@ impl SignalsFile {
         };
         signals.end_line()?;
         Ok(signals)
+    }
+
+    /// Takes over the first `bytes` of the file of another run in place of what is there.
+    pub fn carry_over(&mut self, from: &Path, bytes: u64) -> Result<(), Error> {
+        let copied = File::open(from).and_then(|source| {
+            self.file.flush()?;
+            self.file.rewind()?;
+            self.file.get_ref().set_len(0)?;
+            io::copy(&mut source.take(bytes), &mut self.file)
+        });
+        match copied.map_err(Error::io(from.display().to_string()))? {
+            all if all == bytes => Ok(()),
+            fewer => Err(Error::Refused(format!(
+                "{}: holds {fewer} bytes where the checkpoint counts {bytes}",
+                from.display()
+            ))),
+        }
+    }
+
+    /// Sees that all rows are on the disk; returns the size of the file.
+    pub fn sync(&mut self) -> Result<u64, Error> {
+        let synced = self.file.flush().and_then(|()| {
+            self.file.get_ref().sync_data()?;
+            self.file.stream_position()
+        });
+        synced.map_err(Error::io(&self.name))
     }
 
     /// Adds a row: what the coupler saw of each interface, and what each participant reported.

@@ -209,6 +209,14 @@ fn check(scenario: &Scenario) -> Result<(), ConfigError> {
         run.output.flush_every_windows,
     )?;
     at_least_one("run.output.alone_steps", run.output.alone_steps.into())?;
+    at_least_one("run.checkpoints_kept", run.checkpoints_kept)?;
+    if run.checkpoint_every_windows.is_some_and(|every| every > 0) && !run.output.exchange {
+        return Err(ConfigError::new(
+            "run.checkpoint_every_windows",
+            "a resumed run goes on with the log of the first, and run.output.exchange is false",
+        )
+        .help("let run.output.exchange be true, or write no checkpoints"));
+    }
     check_participants(scenario)?;
     match (scenario.participant.len(), scenario.interface.as_slice()) {
         (1, []) => Ok(()),

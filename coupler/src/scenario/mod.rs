@@ -98,9 +98,19 @@ pub struct Run {
     /// What is written, and how often.
     #[serde(default)]
     pub output: Output,
+    /// Windows between two checkpoints, 0 for none; by default 1000 where all participants can be resumed.
+    pub checkpoint_every_windows: Option<u64>,
+    /// Checkpoints that are kept, at least 1; the oldest goes.
+    #[serde(default = "default_checkpoints")]
+    pub checkpoints_kept: u64,
     /// How long to wait for whom.
     #[serde(default)]
     pub deadlines: Deadlines,
+}
+
+/// One more than the latest: a disk may lose that.
+fn default_checkpoints() -> u64 {
+    2
 }
 
 /// How frames travel between the coordinator and its participants.

@@ -1,11 +1,13 @@
 //! The moving state of a body.
 
+use serde::{Deserialize, Serialize};
+
 use super::Load;
 use crate::element::Body;
 use crate::material::point::PointLaw;
 
 /// The state of the body, every field in the order of [`crate::element::Layout`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Displacement (m).
     pub u: Vec<f64>,

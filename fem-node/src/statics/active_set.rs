@@ -19,6 +19,7 @@
 
 use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, Solve};
+use serde::{Deserialize, Serialize};
 
 use super::WheelContact;
 use super::edge::EdgeCompliance;
@@ -41,7 +42,7 @@ const ROUNDING: f64 = 1e-10;
 const REACH: usize = 8;
 
 /// What a node of the contact surface does.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
     /// It does not touch.
     #[default]

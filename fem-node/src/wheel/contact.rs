@@ -1,9 +1,11 @@
 //! The contact problem of one step.
 
+use serde::{Deserialize, Serialize};
+
 use super::{flat, round};
 
 /// Contact of one node at the end of a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Touch {
     /// Normal force on the node (N).
     pub(crate) normal: [f64; 2],
@@ -14,7 +16,7 @@ pub(crate) struct Touch {
 }
 
 /// Whether a node moves along with the wheel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Status {
     /// No contact.
     #[default]

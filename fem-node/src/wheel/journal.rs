@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::contact::{self, Touch};
 use super::{Program, Wheel};
 
@@ -27,7 +29,7 @@ const AFTER_REVERSAL: [f64; 2] = [10e-6, 30e-6];
 const SLIDING: f64 = 0.999;
 
 /// A mean that is filled value by value.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Mean {
     sum: f64,
     count: u64,
@@ -45,7 +47,7 @@ impl Mean {
 }
 
 /// Smallest and largest of some values.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Range {
     low: f64,
     high: f64,
@@ -65,7 +67,7 @@ impl Range {
 }
 
 /// What all steps so far come to.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Journal {
     held_force: Mean,
     friction: Mean,

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 use protocol::{Kind, Window};
+use serde::{Deserialize, Serialize};
 
 use crate::couple::conversation::Conversation;
 use crate::couple::group::{Group, Side};
@@ -22,6 +23,22 @@ pub struct Compliance {
     told: Option<u32>,
 }
 
+/// What a checkpoint holds of it: by substeps, the columns of each block one after the other.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct ComplianceState {
+    by_substeps: BTreeMap<u32, Vec<Vec<f64>>>,
+    told: Option<u32>,
+}
+
+impl ComplianceState {
+    /// Whether all its blocks are those of the continua of this group.
+    pub(super) fn is_of(&self, group: &Group) -> bool {
+        let sizes = || group.continua.iter().map(|side| 2 * side.places.len());
+        let mut all = self.by_substeps.values();
+        all.all(|blocks| blocks.iter().map(Vec::len).eq(sizes().map(|n| n * n)))
+    }
+}
+
 /// An update is taken only where the pair tells something: y.s must be a positive part of |y||s| (curvature), and the
 /// part of y that C does not explain must be above rounding.
 const CURVATURE: f64 = 1e-12;
@@ -36,6 +53,45 @@ impl Compliance {
             by_substeps: BTreeMap::new(),
             told: None,
         }
+    }
+
+    pub(super) fn state(&self) -> ComplianceState {
+        let Compliance {
+            prior: _,
+            factor: _,
+            by_substeps,
+            told,
+        } = self;
+        let columns = |blocks: &Vec<DMatrix<f64>>| {
+            let blocks = blocks.iter();
+            blocks.map(|block| block.as_slice().to_vec()).collect()
+        };
+        ComplianceState {
+            by_substeps: by_substeps
+                .iter()
+                .map(|(substeps, blocks)| (*substeps, columns(blocks)))
+                .collect(),
+            told: *told,
+        }
+    }
+
+    pub(super) fn restore(&mut self, state: ComplianceState) {
+        let square = |columns: Vec<f64>| {
+            let order = columns.len().isqrt();
+            DMatrix::from_vec(order, order, columns)
+        };
+        self.by_substeps = state
+            .by_substeps
+            .into_iter()
+            .map(|(substeps, blocks)| (substeps, blocks.into_iter().map(square).collect()))
+            .collect();
+        self.told = state.told;
+    }
+
+    /// What the walls stand on: their substeps and C.
+    pub(super) fn told(&self) -> Option<(u32, &Vec<DMatrix<f64>>)> {
+        let substeps = self.told?;
+        Some((substeps, self.by_substeps.get(&substeps)?))
     }
 
     /// C lambda (m) for windows of these substeps.

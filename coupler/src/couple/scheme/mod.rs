@@ -3,11 +3,13 @@
 //! - [`compliance`]: what the coupler believes of the continua's compliance;
 //! - `dual_schur`: one force a window, equal displacements at its end;
 //! - `fixed_point`: motion one way, force the other, repeated or not;
+//! - `state`: what a checkpoint holds of it;
 //! - [`acceleration`]: what a fixed-point iteration makes of its last answers;
 //! - `foresee`: what the handshake tells of its stability.
 
 use protocol::serve::unpack_wall_answer;
 use protocol::{Kind, WallAnswer, Window};
+use serde::{Deserialize, Serialize};
 
 use super::conversation::Conversation;
 use super::group::{Group, Patch};
@@ -21,6 +23,9 @@ pub mod compliance;
 mod dual_schur;
 mod fixed_point;
 mod foresee;
+mod state;
+
+pub use state::CouplingState;
 
 /// `dual-schur-cheap` never looks back, so its compliance errs to the soft side, which is far safer than too stiff.
 pub const CHEAP_FACTOR: f64 = 1.2;
@@ -63,7 +68,7 @@ pub struct Standing {
 }
 
 /// What the coupler sees of an interface in a window that stands.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InterfaceSignals {
     /// Repeats beyond the first run.
     pub repeats: u32,

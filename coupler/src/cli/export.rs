@@ -1,0 +1,82 @@
+//! `thirdbody export`: the exchange of a run as tables of text.
+
+use std::path::PathBuf;
+
+use protocol::Kind;
+use protocol::setting::nearest;
+
+use super::{VerbResult, log_of, print};
+use crate::error::Error;
+use crate::log::export::{Selection, long, wide};
+
+/// Arguments of `export`.
+#[derive(Debug, clap::Args)]
+pub struct ExportArguments {
+    /// A run directory, or an exchange.mcap.
+    run: PathBuf,
+    /// FILE.csv for one table in long form (one number a row), or a folder for one table a stream in wide form (one
+    /// message a row).
+    #[arg(long)]
+    out: PathBuf,
+    /// Only what this participant sends or receives.
+    #[arg(long)]
+    node: Option<String>,
+    /// Only messages of this kind, for instance Motion.
+    #[arg(long)]
+    kind: Option<String>,
+}
+
+/// Writes the tables. Of a log that ends early, the valid beginning.
+pub fn export(arguments: &ExportArguments) -> VerbResult {
+    let log = log_of(&arguments.run)?;
+    let selection = Selection {
+        node: arguments.node.clone(),
+        kind: arguments.kind.as_deref().map(kind_named).transpose()?,
+    };
+    let out = &arguments.out;
+    if out.is_file() || std::fs::read_dir(out).is_ok_and(|mut files| files.next().is_some()) {
+        return Err(Error::Refused(format!(
+            "--out {}: it exists already; an export never overwrites anything",
+            out.display()
+        )));
+    }
+    let exported = match out.extension().is_some_and(|ending| ending == "csv") {
+        true => long(&log, &selection, out)?,
+        false => wide(&log, &selection, out)?,
+    };
+    if let Some(damage) = exported.damage {
+        eprintln!("the log ends early, its valid part is exported: {damage}");
+    }
+    if exported.messages == 0 {
+        return Err(Error::Refused(
+            "no message was chosen: `thirdbody inspect` lists the streams".into(),
+        ));
+    }
+    print(&format!("{} messages", exported.messages));
+    for file in &exported.files {
+        print(&file.display().to_string());
+    }
+    Ok(0)
+}
+
+fn kind_named(name: &str) -> Result<Kind, Error> {
+    let kinds: Vec<(String, Kind)> = (0..100)
+        .filter_map(Kind::from_number)
+        .filter(|kind| kind.is_exchange())
+        .map(|kind| (format!("{kind:?}"), kind))
+        .collect();
+    if let Some((_, kind)) = kinds
+        .iter()
+        .find(|(known, _)| known.eq_ignore_ascii_case(name))
+    {
+        return Ok(*kind);
+    }
+    let names: Vec<&str> = kinds.iter().map(|(name, _)| name.as_str()).collect();
+    let proposal = match nearest(name, &names) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("kinds: {}", names.join(", ")),
+    };
+    Err(Error::Refused(format!(
+        "--kind {name}: no such kind of message; {proposal}"
+    )))
+}

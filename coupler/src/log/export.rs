@@ -1,0 +1,184 @@
+//! A log as tables of text.
+//!
+//! One file holds everything in long form, one number a row: `window,iteration,step,substeps,t0_s,t1_s,sender,receiver,
+//! kind,entry,value`. A folder holds one file for each stream in wide form, one message a row: `window,iteration,step,
+//! substeps,t0_s,t1_s` and then the numbers. Numbers are written in the fewest digits that give back every bit. Texts
+//! (`Couple`, the name of a set) stand in place of the numbers.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use protocol::Kind;
+
+use super::record::kind_name;
+use super::{Entry, Exchange, LogError, recover};
+use crate::error::Error;
+
+/// What is exported of a log.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    /// Only what this participant sends or receives.
+    pub node: Option<String>,
+    /// Only messages of this kind.
+    pub kind: Option<Kind>,
+}
+
+/// What was exported.
+#[derive(Debug, Default)]
+pub struct Exported {
+    /// Files that were written.
+    pub files: Vec<PathBuf>,
+    /// Messages in them.
+    pub messages: u64,
+    /// Why the log ended early, if it did.
+    pub damage: Option<LogError>,
+}
+
+const TIMES: &str = "window,iteration,step,substeps,t0_s,t1_s";
+
+/// Writes the chosen messages of a log to one long file.
+pub fn long(log: &Path, selection: &Selection, out: &Path) -> Result<Exported, Error> {
+    let mut file = Table::create(out, &format!("{TIMES},sender,receiver,kind,entry,value"))?;
+    let (messages, damage) = each(log, selection, |message| {
+        let header = &message.frame.header;
+        let mut lead = times(message);
+        let _ = write!(
+            lead,
+            ",{},{},{}",
+            message.sender,
+            message.receiver,
+            kind_name(header.kind)
+        );
+        cells(message).try_for_each(|(entry, cell)| file.line(&format!("{lead},{entry},{cell}")))
+    })?;
+    file.close()?;
+    Ok(Exported {
+        files: vec![out.into()],
+        messages,
+        damage,
+    })
+}
+
+/// Writes the chosen messages of a log to a folder, one wide file a stream.
+pub fn wide(log: &Path, selection: &Selection, folder: &Path) -> Result<Exported, Error> {
+    let mut widths: BTreeMap<String, usize> = BTreeMap::new();
+    each(log, selection, |message| {
+        let width = widths.entry(file_name(message)).or_default();
+        *width = (*width).max(cells(message).count());
+        Ok(())
+    })?;
+    std::fs::create_dir_all(folder).map_err(Error::io(folder.display().to_string()))?;
+    let mut tables = BTreeMap::new();
+    for (name, width) in widths {
+        let numbers: String = (0..width).fold(String::new(), |mut header, entry| {
+            let _ = write!(header, ",{entry}");
+            header
+        });
+        let table = Table::create(&folder.join(&name), &format!("{TIMES}{numbers}"))?;
+        tables.insert(name, table);
+    }
+    let (messages, damage) = each(log, selection, |message| {
+        let mut line = times(message);
+        for (_, cell) in cells(message) {
+            let _ = write!(line, ",{cell}");
+        }
+        let table = tables.get_mut(&file_name(message));
+        table.expect("the log was read once before").line(&line)
+    })?;
+    let mut files = Vec::new();
+    for table in tables.into_values() {
+        files.push(table.close()?);
+    }
+    Ok(Exported {
+        files,
+        messages,
+        damage,
+    })
+}
+
+/// Visits the chosen messages of the readable part of a log.
+fn each(
+    log: &Path,
+    selection: &Selection,
+    mut visit: impl FnMut(&Exchange) -> Result<(), Error>,
+) -> Result<(u64, Option<LogError>), Error> {
+    let mut log = recover(log)?;
+    let mut messages = 0;
+    for entry in &mut log {
+        let Entry::Exchange(message) = entry? else {
+            continue;
+        };
+        let of_node = |name: &String| *name == message.sender || *name == message.receiver;
+        let of_kind = |kind: Kind| message.frame.header.kind == kind as u32;
+        if selection.node.as_ref().is_none_or(of_node) && selection.kind.is_none_or(of_kind) {
+            messages += 1;
+            visit(&message)?;
+        }
+    }
+    Ok((messages, log.take_damage()))
+}
+
+fn times(message: &Exchange) -> String {
+    let header = &message.frame.header;
+    format!(
+        "{},{},{},{},{:e},{:e}",
+        header.window, header.iteration, header.step, header.substeps, header.t0_s, header.t1_s
+    )
+}
+
+/// The numbers of a message, or its text.
+fn cells(message: &Exchange) -> impl Iterator<Item = (usize, String)> + '_ {
+    let frame = &message.frame;
+    let text = match frame.kind() {
+        Ok(Kind::Couple) => frame.text().ok(),
+        _ => None,
+    };
+    let numbers = match text {
+        Some(_) => &[],
+        None => frame.payload.as_slice(),
+    };
+    let numbers = numbers.iter().map(|value| format!("{value:e}"));
+    text.into_iter().chain(numbers).enumerate()
+}
+
+fn file_name(message: &Exchange) -> String {
+    format!(
+        "{}.{}.{}.{}.csv",
+        message.interface,
+        message.sender,
+        message.receiver,
+        kind_name(message.frame.header.kind)
+    )
+}
+
+/// A file that is filled line by line.
+struct Table {
+    path: PathBuf,
+    file: BufWriter<File>,
+}
+
+impl Table {
+    fn create(path: &Path, header: &str) -> Result<Table, Error> {
+        let file = File::create(path).map_err(Error::io(path.display().to_string()))?;
+        let mut table = Table {
+            path: path.into(),
+            file: BufWriter::new(file),
+        };
+        table.line(header)?;
+        Ok(table)
+    }
+
+    fn line(&mut self, line: &str) -> Result<(), Error> {
+        writeln!(self.file, "{line}").map_err(Error::io(self.path.display().to_string()))
+    }
+
+    fn close(mut self) -> Result<PathBuf, Error> {
+        self.file
+            .flush()
+            .map_err(Error::io(self.path.display().to_string()))?;
+        Ok(self.path)
+    }
+}

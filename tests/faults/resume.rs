@@ -1,0 +1,245 @@
+//! Runs that are cut off: killed at any instant, interrupted, or with damaged checkpoints. Resuming is always possible,
+//! and ends with the bits of the run that nobody touched.
+
+use std::path::{Path, PathBuf};
+use std::process::Output;
+use std::time::{Duration, Instant};
+
+use coupler::checkpoint::FOLDER;
+use coupler::checkpoint::file::{MAGIC, list};
+use harness::runs::{Scratch, parse_json, program, thirdbody};
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use serde_json::Value;
+
+use crate::scene::{Running, completed, fails, gone_within, short_quick};
+
+/// A checkpoint every other window, so that many kills fall into the writing of one.
+const OFTEN: [&str; 3] = [
+    "run.end_s=2e-4",
+    "run.checkpoint_every_windows=2",
+    "run.checkpoints_kept=2",
+];
+
+/// Kills in an ordinary run of this suite; more with THIRDBODY_KILLS.
+const KILLS: u32 = 6;
+
+fn resume(work: &Path, run: &str, out: &str, more: &[&str]) -> Output {
+    thirdbody(work)
+        .args(["resume", run, "--out", out, "--json"])
+        .args(more)
+        .output()
+        .expect("the program starts")
+}
+
+fn hashes(output: &Output) -> Value {
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    parse_json(&output.stdout)["hashes"].clone()
+}
+
+fn checkpoints(out: &Path) -> Vec<PathBuf> {
+    let found = list(&out.join(FOLDER));
+    found.into_iter().map(|found| found.path).collect()
+}
+
+#[test]
+fn a_run_that_was_killed_at_any_instant_resumes_to_the_same_bits() {
+    let kills = std::env::var("THIRDBODY_KILLS").map_or(KILLS, |n| n.parse().expect("a number"));
+    let reference = Scratch::new("never-killed");
+    let start = Instant::now();
+    let whole = completed(&mut short_quick(reference.path(), &OFTEN))["hashes"].clone();
+    let took = start.elapsed();
+    let mut resumed_from_checkpoint = 0;
+    // A linear congruential generator (Knuth 1997, vol. 2, 3.3.4) spreads the instants.
+    let mut random = 2026u64;
+    for index in 0..kills {
+        random = random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        let instant = took.mul_f64((random >> 11) as f64 / (1u64 << 53) as f64);
+        let work = Scratch::new("killed");
+        let out = work.path().join("out");
+        let mut running = Running::start(&mut short_quick(work.path(), &OFTEN), &out);
+        std::thread::sleep(instant);
+        let _ = running.child.kill();
+        let pids = running.participants();
+        let _ = running.end_within(Duration::from_secs(5));
+        gone_within(&pids, Duration::from_secs(5));
+        if !out.join("scenario.toml").is_file() {
+            fails(
+                &resume(work.path(), "out", "again", &[]),
+                2,
+                &["no run directory"],
+            );
+            continue;
+        }
+        let output = resume(work.path(), "out", "again", &["--threads", "2"]);
+        assert_eq!(hashes(&output), whole, "kill {index} after {instant:?}");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            !said.contains("warning: checkpoint"),
+            "kill {index}: {said}"
+        );
+        resumed_from_checkpoint += u32::from(said.contains("goes on from"));
+    }
+    eprintln!("{resumed_from_checkpoint} of {kills} resumed from a checkpoint");
+}
+
+#[test]
+fn an_interrupted_run_resumes_from_the_window_that_it_ended_with() {
+    let reference = Scratch::new("never-interrupted");
+    let rare = ["run.checkpoint_every_windows=1000000", "run.end_s=3e-4"];
+    let whole = completed(&mut short_quick(reference.path(), &rare))["hashes"].clone();
+    let work = Scratch::new("interrupted");
+    let out = work.path().join("out");
+    let mut running = Running::start(&mut short_quick(work.path(), &rare), &out);
+    running.wait_for("windows of");
+    std::thread::sleep(Duration::from_millis(100));
+    kill(Pid::from_raw(running.child.id() as i32), Signal::SIGINT).expect("it runs");
+    let (output, _) = running.end_within(Duration::from_secs(5));
+    fails(&output, 130, &["interrupted"]);
+    let windows = parse_json(&output.stdout)["windows"]
+        .as_u64()
+        .expect("a number");
+    let written = list(&out.join(FOLDER));
+    assert_eq!(written.len(), 1);
+    assert_eq!(written[0].window, windows);
+    assert_eq!(hashes(&resume(work.path(), "out", "again", &[])), whole);
+}
+
+#[test]
+fn a_damaged_checkpoint_is_named_and_the_one_before_it_is_taken() {
+    let work = Scratch::new("damaged-checkpoint");
+    let out = work.path().join("out");
+    let whole = completed(&mut short_quick(work.path(), &OFTEN))["hashes"].clone();
+    let files = checkpoints(&out);
+    assert_eq!(files.len(), 2);
+    let bytes = std::fs::read(&files[1]).expect("it was written");
+    std::fs::write(&files[1], &bytes[..bytes.len() - 1]).expect("writable");
+    let name = |path: &Path| {
+        path.file_name()
+            .expect("a file")
+            .to_string_lossy()
+            .into_owned()
+    };
+    let output = resume(work.path(), "out", "cut", &[]);
+    assert_eq!(hashes(&output), whole);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        said.contains(&name(&files[1])) && said.contains("does not match its hash"),
+        "{said}"
+    );
+    assert!(
+        said.contains(&format!("goes on from out/checkpoints/{}", name(&files[0]))),
+        "{said}"
+    );
+    // A log that was cut before the checkpoints makes both useless; the run begins again.
+    let log = std::fs::read(out.join("exchange.mcap")).expect("it was written");
+    std::fs::write(out.join("exchange.mcap"), &log[..log.len() / 2]).expect("writable");
+    let output = resume(work.path(), "out", "short-log", &[]);
+    assert_eq!(hashes(&output), whole);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        said.contains("exchange.mcap can be read for") && said.contains("begins again"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_checkpoint_of_another_version_or_scenario_is_refused_by_name() {
+    let work = Scratch::new("foreign-checkpoint");
+    let out = work.path().join("out");
+    completed(&mut short_quick(work.path(), &OFTEN));
+    let text = std::fs::read_to_string(out.join("scenario.toml")).expect("it was written");
+    std::fs::write(out.join("scenario.toml"), text.replace("8000.0", "8001.0")).expect("writable");
+    let output = resume(work.path(), "out", "other", &[]);
+    fails(
+        &output,
+        2,
+        &[
+            "belongs to scenario",
+            "resume with the build and the scenario",
+        ],
+    );
+    std::fs::write(out.join("scenario.toml"), text).expect("writable");
+    for path in checkpoints(&out) {
+        let mut bytes = std::fs::read(&path).expect("it was written");
+        bytes[MAGIC.len() - 2] = b'2';
+        std::fs::write(&path, bytes).expect("writable");
+    }
+    fails(
+        &resume(work.path(), "out", "newer", &[]),
+        2,
+        &["thirdbody.checkpoint/2"],
+    );
+}
+
+const FOREIGN: &str = r#"
+[run]
+name = "foreign"
+thickness_m = 1.0
+checkpoint_every_windows = 10
+[[participant]]
+name = "bar"
+kind = "bar"
+command = ["NODE", "bar"]
+config = { elements = 40, spacing_m = 1.0, element_mass_kg = 1.0, element_stiffness_n_per_m = 1.0, step_s = 0.9, damping = 0.5 }
+[[participant]]
+name = "body"
+kind = "chain"
+command = ["NODE", "chain"]
+config = { x_m = 40.0, glued_mass_kg = 40.0, velocity_m_per_s = -1.0, theta = 1.0, end_s = 90.0 }
+[[interface]]
+name = "glue"
+between = ["bar.end", "body.end"]
+scheme = "dual-schur"
+substeps = 3
+tolerance_rel = 1e-9
+"#;
+
+#[test]
+fn foreign_programs_resume_with_leave_only() {
+    let work = Scratch::new("foreign-resume");
+    let node = program("verification-node").display().to_string();
+    std::fs::write(
+        work.path().join("scene.toml"),
+        FOREIGN.replace("NODE", &node),
+    )
+    .expect("writable");
+    let mut run = thirdbody(work.path());
+    run.args(["run", "scene.toml", "--out", "out", "--json"]);
+    let whole = completed(&mut run)["hashes"].clone();
+    fails(
+        &resume(work.path(), "out", "no", &[]),
+        2,
+        &["--allow-commands", &node],
+    );
+    let output = resume(work.path(), "out", "yes", &["--allow-commands"]);
+    assert_eq!(hashes(&output), whole);
+}
+
+#[test]
+fn a_cadence_needs_participants_that_can_be_resumed() {
+    let work = Scratch::new("no-checkpoint");
+    let scene = crate::scene::folder("verification/rail-under-wheel");
+    let output = thirdbody(work.path())
+        .arg("run")
+        .arg(scene)
+        .args(["--out", "out", "--set", "run.checkpoint_every_windows=1"])
+        .args(["--set", "run.output.exchange=true"])
+        .output()
+        .expect("the program starts");
+    fails(
+        &output,
+        2,
+        &[
+            "run.checkpoint_every_windows",
+            "`rail`",
+            "capability `resume`",
+        ],
+    );
+}

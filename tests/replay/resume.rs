@@ -1,0 +1,168 @@
+//! Resuming: from every checkpoint of a run, on other threads, everything ends bit for bit as without the break.
+
+use std::path::{Path, PathBuf};
+
+use coupler::checkpoint::file::{list, read};
+use coupler::checkpoint::{FOLDER, find, keeper};
+use coupler::couple::run::{Ended, Options, go_on, run};
+use coupler::launch::Watch;
+use coupler::replay::recording;
+use coupler::scenario::{Loaded, load};
+use harness::runs::{Scratch, program};
+
+use crate::SCENARIO;
+
+/// Runs in this process, from the start or from where `go_on` is told.
+fn conduct(loaded: &Loaded, out: &Path, threads: usize, from: Option<(&Path, u64)>) -> Ended {
+    let registry = harness::registry();
+    let options = Options {
+        out: Some(out),
+        threads,
+        registry: &registry,
+        program: program("thirdbody"),
+        watch: Watch::default(),
+        progress: false,
+    };
+    let ended = match from {
+        None => run(loaded, &options),
+        Some((folder, window)) => {
+            let (origin, passed_over) = find(folder, loaded, Some(window)).expect("it is ours");
+            assert_eq!(passed_over, []);
+            let origin = origin.expect("there is a checkpoint");
+            assert_eq!(origin.checkpoint.position.windows, window);
+            go_on(loaded, &options, Some(&origin))
+        }
+    };
+    let ended = ended.expect("the scenario is valid");
+    assert!(ended.error.is_none(), "{:?}", ended.error);
+    ended
+}
+
+fn loaded(scenario: &Path, sets: &[&str]) -> Loaded {
+    let sets: Vec<String> = ["run.transport=channel"]
+        .iter()
+        .chain(sets)
+        .map(|set| set.to_string())
+        .collect();
+    load(&scenario.to_string_lossy(), &sets).expect("it is valid")
+}
+
+fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../scenarios")
+        .join(name)
+}
+
+/// What two runs must have in common: hashes, results, and every file but those that hold wall-clock times.
+fn assert_same(one: &Ended, other: &Ended) {
+    let (a, b) = (one.summary.value(), other.summary.value());
+    for key in ["hashes", "results", "windows", "sim_time_s", "repeats_mean"] {
+        assert_eq!(a[key], b[key], "{key}");
+    }
+    for (name, participant) in a["participants"].as_object().expect("a table") {
+        assert_eq!(
+            participant["energy"], b["participants"][name]["energy"],
+            "{name}"
+        );
+        assert_eq!(
+            participant["steps"], b["participants"][name]["steps"],
+            "{name}"
+        );
+    }
+    let messages = |ended: &Ended| {
+        let log = recording(&ended.path.join("exchange.mcap")).expect("it was closed");
+        assert_eq!(log.damage, None);
+        (log.messages.len(), log.windows)
+    };
+    assert_eq!(messages(one), messages(other));
+    let mut names = vec![PathBuf::from("signals.csv"), PathBuf::from("profile.csv")];
+    let fields = std::fs::read_dir(one.path.join("fields")).expect("every run has it");
+    names.extend(fields.flatten().map(|entry| {
+        let name = entry.file_name();
+        Path::new("fields").join(name)
+    }));
+    for name in names {
+        let bytes = |ended: &Ended| std::fs::read(ended.path.join(&name)).ok();
+        assert!(bytes(one) == bytes(other), "{} differs", name.display());
+    }
+}
+
+/// Resumes from every checkpoint of a whole run; returns how many there were, and how many of them in the middle of
+/// a halved window.
+fn resume_from_all(loaded: &Loaded, name: &str) -> (usize, usize) {
+    let scratch = Scratch::new(name);
+    let whole = conduct(loaded, &scratch.path().join("whole"), 1, None);
+    let found = list(&whole.path.join(FOLDER));
+    let mut halved = 0;
+    for (index, checkpoint) in found.iter().enumerate() {
+        let (_, state) = read(&checkpoint.path, &keeper::about(loaded)).expect("it is whole");
+        halved += usize::from(state.position.courses.iter().any(|c| c.rest.is_some()));
+        let out = scratch
+            .path()
+            .join(format!("resumed-{}", checkpoint.window));
+        let from = Some((whole.path.as_path(), checkpoint.window));
+        let resumed = conduct(loaded, &out, 2 - index % 2, from);
+        assert_same(&whole, &resumed);
+    }
+    (found.len(), halved)
+}
+
+#[test]
+fn a_coupled_run_resumes_from_every_checkpoint() {
+    let sets = [
+        "run.end_s=6e-5",
+        "run.checkpoint_every_windows=9",
+        "run.checkpoints_kept=100",
+    ];
+    let (count, _) = resume_from_all(&loaded(&shipped("quick"), &sets), "resume-quick");
+    assert!(count >= 10, "{count}");
+}
+
+#[test]
+fn a_run_with_secant_updates_resumes_in_the_middle_of_halved_windows() {
+    let scratch = Scratch::new("resume-halved-scene");
+    let file = scratch.path().join("scenario.toml");
+    std::fs::write(&file, SCENARIO).expect("writable");
+    let sets = [
+        "run.end_s=150.0",
+        "run.checkpoint_every_windows=3",
+        "run.checkpoints_kept=1000",
+    ];
+    let (count, halved) = resume_from_all(&loaded(&file, &sets), "resume-halved");
+    assert!(count > 10 && halved > 0, "{count} with {halved} halved");
+}
+
+#[test]
+fn bonded_grains_on_a_fine_rail_resume() {
+    let sets = [
+        "run.end_s=3e-5",
+        "run.checkpoint_every_windows=17",
+        "run.checkpoints_kept=100",
+    ];
+    let scene = loaded(&shipped("wheel-rail-coupled"), &sets);
+    assert!(resume_from_all(&scene, "resume-bonded").0 > 0);
+}
+
+#[test]
+fn solvers_that_run_alone_resume() {
+    let cases = [
+        ("layer-alone", "run.end_s=1.2e-4", 61),
+        ("wheel-rail-fe-small", "run.end_s=4e-5", 5),
+    ];
+    for (name, end, every) in cases {
+        let every = format!("run.checkpoint_every_windows={every}");
+        let sets = [end, &every, "run.checkpoints_kept=100"];
+        let scene = loaded(&shipped(name), &sets);
+        assert!(resume_from_all(&scene, name).0 > 1, "{name}");
+    }
+}
+
+/// Past the hold: means, traction and field files are those of the whole run.
+#[test]
+fn outputs_of_phases_that_had_ended_are_carried_over() {
+    let sets = ["run.checkpoint_every_windows=1900"];
+    assert_eq!(
+        resume_from_all(&loaded(&shipped("quick"), &sets), "resume-outputs").0,
+        1
+    );
+}
