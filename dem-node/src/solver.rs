@@ -51,6 +51,9 @@ pub struct Contact {
     pub normal: [f64; 2],
     /// Gap at detection (m), that of a bond over its reference.
     pub gap: f64,
+    /// Distance of the centres of two disks over the sum of their radii, less 1. Both turn about the point that divides the
+    /// line between the centres like their radii: one point for both, or a gap or an overlap would make angular momentum.
+    pub stretch: f64,
     /// What the law adds to u in U, for instance g/h and d_t/h (m/s).
     pub bias: [f64; 2],
     /// Springs on the diagonal, 1/(k h^2) (1/kg).
@@ -65,6 +68,14 @@ pub struct Contact {
     pub(crate) block: Block,
     /// and the law prepared for it.
     pub(crate) law: LocalLaw,
+}
+
+impl Contact {
+    /// Lever of each disk over its radius.
+    #[inline(always)]
+    pub(crate) fn lever(&self) -> f64 {
+        1.0 + self.stretch
+    }
 }
 
 /// All contacts and bodies of a step.
@@ -205,7 +216,7 @@ impl Problem {
                 (Some(disk), _) => self.wall.block(disk),
                 (None, None) => {
                     let [x, y, turn] = self.inverse_mass(body);
-                    spin = turn;
+                    spin = turn * contact.lever().powi(2);
                     [x, 0.0, y]
                 }
                 (None, Some(arms)) => {
@@ -252,7 +263,7 @@ impl Problem {
     #[inline(always)]
     pub fn project(&self, contact: &Contact, a: [f64; 3], b: [f64; 3]) -> [f64; 2] {
         match self.arms.get(contact.arms as usize) {
-            None => project(contact.normal, a, b),
+            None => project(contact.normal, contact.lever(), a, b),
             Some(arms) => arms.project(contact.normal, a, b),
         }
     }
@@ -295,7 +306,7 @@ impl Problem {
         velocity[0] += inverse[0] * push[0];
         velocity[1] += inverse[1] * push[1];
         // The lever is -r n on a and +r n on b, and the impulses are opposite: both disks turn the same way.
-        velocity[2] -= inverse[2] * impulse[1];
+        velocity[2] -= inverse[2] * contact.lever() * impulse[1];
     }
 
     /// The impulse that the law of a contact wants under the velocities of the moment, its own share taken out.
@@ -322,12 +333,13 @@ impl Problem {
     }
 }
 
-/// u_n = n.(v_a - v_b), u_t = t.(v_a - v_b) - w_a - w_b, with w the spin times the radius.
+/// u_n = n.(v_a - v_b), u_t = t.(v_a - v_b) - l (w_a + w_b), with w the spin times the radius and l the lever over the
+/// radius.
 #[inline(always)]
-pub fn project(normal: [f64; 2], a: [f64; 3], b: [f64; 3]) -> [f64; 2] {
+pub fn project(normal: [f64; 2], lever: f64, a: [f64; 3], b: [f64; 3]) -> [f64; 2] {
     let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
     [
         normal[0] * dx + normal[1] * dy,
-        normal[0] * dy - normal[1] * dx - a[2] - b[2],
+        normal[0] * dy - normal[1] * dx - lever * (a[2] + b[2]),
     ]
 }

@@ -276,6 +276,10 @@ impl Stepper {
             glued: glued[0] || glued[1],
             normal: place.normal,
             gap: place.gap,
+            stretch: match bodies.radii.get(slot.b as usize) {
+                Some(radius) => place.gap / (radius + bodies.radii[slot.a as usize]),
+                None => 0.0,
+            },
             bias: [0.0, slot.spring / h],
             compliance: bodies.law.compliance(h),
             impulse: [h * slot.force[0], h * slot.force[1]],

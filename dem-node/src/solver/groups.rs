@@ -31,6 +31,8 @@ struct Group {
     b: [u32; LANES],
     normal: [[f64; LANES]; 2],
     bias: [[f64; LANES]; 2],
+    /// Lever of spin over the radius.
+    lever: [f64; LANES],
     /// 1/(W_nn + c_n) and 1/(W_tt + c_t); 0 in a lane without contact.
     inverse: [[f64; LANES]; 2],
     impulse: [[f64; LANES]; 2],
@@ -47,6 +49,7 @@ impl Group {
             b: [0; LANES],
             normal: [[0.0; LANES]; 2],
             bias: [[0.0; LANES]; 2],
+            lever: [0.0; LANES],
             inverse: [[0.0; LANES]; 2],
             impulse: [[0.0; LANES]; 2],
         };
@@ -61,6 +64,7 @@ impl Group {
                 group.bias[axis][k] = contact.bias[axis];
                 group.impulse[axis][k] = contact.impulse[axis];
             }
+            group.lever[k] = contact.lever();
             group.inverse[0][k] = 1.0 / (contact.block.nn + contact.compliance[0]);
             group.inverse[1][k] = 1.0 / (contact.block.tt + contact.compliance[1]);
         }
@@ -104,9 +108,10 @@ impl Group {
             squares[0][k] += (w[k] * step_n) * (w[k] * step_n);
             squares[1][k] += (w[k] * r_n) * (w[k] * r_n);
             if FRICTION {
-                let w_t = 3.0 * w[k];
+                let lever = self.lever[k];
+                let w_t = (1.0 + 2.0 * lever * lever) * w[k];
                 let old_t = self.impulse[1][k];
-                let b_t = nx * dy[k] - ny * dx[k] - ds[k] + self.bias[1][k] - w_t * old_t;
+                let b_t = nx * dy[k] - ny * dx[k] - lever * ds[k] + self.bias[1][k] - w_t * old_t;
                 let stick = -b_t * self.inverse[1][k];
                 let limit = friction * r_n;
                 let low = if stick < -limit { -limit } else { stick };
@@ -115,7 +120,7 @@ impl Group {
                 self.impulse[1][k] = r_t;
                 px[k] -= step_t * ny;
                 py[k] += step_t * nx;
-                turn[k] = 2.0 * step_t;
+                turn[k] = 2.0 * lever * step_t;
                 squares[0][k] += (w_t * step_t) * (w_t * step_t);
                 squares[1][k] += (w_t * r_t) * (w_t * r_t);
             }
@@ -388,7 +393,8 @@ fn relax_glued_disk(
     for index in run {
         let contact = &mut contacts[*index as usize];
         let a = contact.a as usize;
-        let relative = project(contact.normal, problem.movers[a].velocity, velocity);
+        let lever = contact.lever();
+        let relative = project(contact.normal, lever, problem.movers[a].velocity, velocity);
         let step = renew(problem, contact, relative, squares);
         let [nx, ny] = contact.normal;
         let push = [step[0] * nx - step[1] * ny, step[0] * ny + step[1] * nx];
@@ -438,6 +444,7 @@ mod tests {
                 b: b as u32,
                 glued: (GRAINS..wheel).contains(&b) || a >= GRAINS,
                 normal: [angle.cos(), angle.sin()],
+                stretch: dice.between(-0.05, 0.05),
                 bias: [dice.between(-0.3, 0.1), dice.between(-0.1, 0.1)],
                 compliance: [0.2, 0.4],
                 impulse: [dice.between(0.0, 0.1), 0.0],

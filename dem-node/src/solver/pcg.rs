@@ -30,6 +30,8 @@ const INNER: f64 = 0.5;
 pub struct Vectors {
     pairs: Vec<[u32; 2]>,
     normals: Vec<[f64; 2]>,
+    /// Levers of spin over the radius.
+    levers: Vec<f64>,
     lines: [Lines; 2],
     /// Threshold of friction, s (N s); none on the shear of a bond.
     limits: Vec<f64>,
@@ -142,6 +144,7 @@ impl Vectors {
         self.friction = problem.friction;
         refill(&mut self.pairs, contacts.iter().map(|c| [c.a, c.b]));
         refill(&mut self.normals, contacts.iter().map(|c| c.normal));
+        refill(&mut self.levers, contacts.iter().map(Contact::lever));
         for (axis, lines) in self.lines.iter_mut().enumerate() {
             let block = |c: &Contact| [c.block.nn, c.block.tt][axis];
             let compliance = |c: &Contact| match bond_of(c) {
@@ -241,7 +244,7 @@ impl Vectors {
         problem: &Problem,
     ) -> [f64; 2] {
         let pushes = &mut self.pushes[..];
-        let (limits, bonds) = (&self.limits[..], &self.bonds[..]);
+        let (limits, bonds, levers) = (&self.limits[..], &self.bonds[..], &self.levers[..]);
         let [normal, tangent] = &mut self.lines;
         for (k, (pair, n)) in self.pairs.iter().zip(&self.normals).enumerate() {
             let [low, high] = normal_bounds::<BONDS>(bonds, k);
@@ -255,14 +258,16 @@ impl Vectors {
                 p_t = tangent.push[k] + beta * kept;
                 tangent.direction[k] = p_t;
             }
-            scatter(pushes, *pair, *n, [p_n, p_t]);
+            let lever = if COMPONENTS == 2 { levers[k] } else { 1.0 };
+            scatter(pushes, *pair, *n, lever, [p_n, p_t]);
         }
         self.respond(problem);
         let [normal, tangent] = &mut self.lines;
         let mut sums = [0.0; 2];
         for (k, ([a, b], n)) in self.pairs.iter().zip(&self.normals).enumerate() {
             let (a, b) = (&self.pushes[*a as usize], &self.pushes[*b as usize]);
-            let [u_n, u_t] = relative::<COMPONENTS>(*n, a, b);
+            let lever = if COMPONENTS == 2 { self.levers[k] } else { 1.0 };
+            let [u_n, u_t] = relative::<COMPONENTS>(*n, lever, a, b);
             let p_n = normal.direction[k];
             let q_n = u_n + normal.compliance[k] * p_n;
             normal.image[k] = q_n;
@@ -334,7 +339,8 @@ impl Vectors {
             }
             if surplus != [0.0; 2] {
                 clipped = true;
-                scatter(&mut self.pushes, [*a, *b], *n, surplus);
+                let lever = self.levers[k];
+                scatter(&mut self.pushes, [*a, *b], *n, lever, surplus);
             }
         }
         if clipped {
@@ -364,7 +370,14 @@ impl Vectors {
             let allowed = clamp(tangent.impulse[k], -*limit, *limit);
             let surplus = [0.0, allowed - tangent.impulse[k]];
             tangent.impulse[k] = allowed;
-            scatter(&mut self.pushes, self.pairs[k], self.normals[k], surplus);
+            let lever = self.levers[k];
+            scatter(
+                &mut self.pushes,
+                self.pairs[k],
+                self.normals[k],
+                lever,
+                surplus,
+            );
         }
         self.settle(problem);
     }
@@ -372,10 +385,12 @@ impl Vectors {
     /// u and w at the impulses reached, and the residuals.
     fn measure<const COMPONENTS: usize, const BONDS: bool>(&mut self) -> Sums {
         let mut sums = Sums::default();
-        let (speeds, bonds) = (&self.speeds[..], &mut self.bonds[..]);
+        let (speeds, bonds, levers) = (&self.speeds[..], &mut self.bonds[..], &self.levers[..]);
         let [normal, tangent] = &mut self.lines;
         for (k, ([a, b], n)) in self.pairs.iter().zip(&self.normals).enumerate() {
-            let [u_n, u_t] = relative::<COMPONENTS>(*n, &speeds[*a as usize], &speeds[*b as usize]);
+            let lever = if COMPONENTS == 2 { levers[k] } else { 1.0 };
+            let (a, b) = (&speeds[*a as usize], &speeds[*b as usize]);
+            let [u_n, u_t] = relative::<COMPONENTS>(*n, lever, a, b);
             let r_n = normal.impulse[k];
             let u_n = u_n + normal.bias[k];
             if BONDS && bonds[k].bonded {
@@ -488,11 +503,16 @@ fn clamp(value: f64, low: f64, high: f64) -> f64 {
 
 /// (u_n, u_t) of the contact points, a against b.
 #[inline(always)]
-fn relative<const COMPONENTS: usize>([nx, ny]: [f64; 2], a: &Mover, b: &Mover) -> [f64; 2] {
+fn relative<const COMPONENTS: usize>(
+    [nx, ny]: [f64; 2],
+    lever: f64,
+    a: &Mover,
+    b: &Mover,
+) -> [f64; 2] {
     let ([ax, ay, a_spin], [bx, by, b_spin]) = (a.velocity, b.velocity);
     let (dx, dy) = (ax - bx, ay - by);
     let tangential = if COMPONENTS == 2 {
-        nx * dy - ny * dx - a_spin - b_spin
+        nx * dy - ny * dx - lever * (a_spin + b_spin)
     } else {
         0.0
     };
@@ -501,10 +521,16 @@ fn relative<const COMPONENTS: usize>([nx, ny]: [f64; 2], a: &Mover, b: &Mover) -
 
 /// Adds the impulse (r_n, r_t) of a contact to what its bodies get.
 #[inline(always)]
-fn scatter(pushes: &mut [Mover], [a, b]: [u32; 2], [nx, ny]: [f64; 2], [r_n, r_t]: [f64; 2]) {
+fn scatter(
+    pushes: &mut [Mover],
+    [a, b]: [u32; 2],
+    [nx, ny]: [f64; 2],
+    lever: f64,
+    [r_n, r_t]: [f64; 2],
+) {
     let (px, py) = (r_n * nx - r_t * ny, r_n * ny + r_t * nx);
     let a = &mut pushes[a as usize].velocity;
-    *a = [a[0] + px, a[1] + py, a[2] - r_t];
+    *a = [a[0] + px, a[1] + py, a[2] - lever * r_t];
     let b = &mut pushes[b as usize].velocity;
-    *b = [b[0] - px, b[1] - py, b[2] - r_t];
+    *b = [b[0] - px, b[1] - py, b[2] - lever * r_t];
 }
