@@ -147,11 +147,7 @@ fn step_time(model: &Model, threads: usize) -> f64 {
     let mut integrator =
         Integrator::new(body, model.scheme, elements, threads).under(body, model.law);
     let mut state = State::at_rest_under(body, model.law.as_ref());
-    for (k, point) in model.mesh.points().iter().enumerate() {
-        let node = [
-            k % (model.mesh.columns() + 1),
-            k / (model.mesh.columns() + 1),
-        ];
+    for (node, point) in model.mesh.nodes().zip(model.mesh.points()) {
         state.v[body.layout().index(node, 0)] = 100.0 * point[0];
         state.v[body.layout().index(node, 1)] = -50.0 * point[1];
     }

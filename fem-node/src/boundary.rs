@@ -9,6 +9,7 @@ use protocol::ConfigError;
 use crate::config::{Base, Config, SetConfig, SetLoad};
 use crate::element::{Body, Layout};
 use crate::mesh::Mesh;
+use crate::model::known_sets;
 
 /// A traction turned into forces on the nodes of its set.
 #[derive(Clone, Debug)]
@@ -101,6 +102,7 @@ pub(crate) fn build(
     let (mut tractions, mut drives) = (Vec::new(), Vec::<Drive>::new());
     for (name, set) in &config.boundary.0 {
         let nodes = nodes(config, mesh, name)?;
+        let lines = lines(mesh, name, set)?;
         let ramp = Ramp(set.ramp_s.unwrap_or(0.0));
         match set.load() {
             None => {}
@@ -108,13 +110,13 @@ pub(crate) fn build(
                 forces: traction_forces(
                     mesh,
                     body.layout(),
-                    &nodes,
+                    &lines,
                     traction.map(|t| t * thickness),
                 ),
                 ramp,
             }),
             Some(SetLoad::Pressure(pressure)) => tractions.push(Traction {
-                forces: pressure_forces(mesh, body.layout(), &nodes, pressure * thickness),
+                forces: pressure_forces(mesh, body.layout(), &lines, pressure * thickness),
                 ramp,
             }),
             Some(SetLoad::Velocity(_) | SetLoad::Displacement(_)) => {
@@ -137,21 +139,49 @@ fn nodes(config: &Config, mesh: &Mesh, name: &str) -> Result<Vec<[usize; 2]>, Co
                 .help("set base = \"free\" or \"roller\", or name another set"),
         );
     }
-    mesh.set(name).ok_or_else(|| {
-        let known = mesh.sets().join(", ");
-        ConfigError::new(&key, "is no set of the mesh").help(format!("its sets are {known}"))
-    })
+    mesh.set(name)
+        .ok_or_else(|| ConfigError::new(&key, "is no set of the mesh").help(known_sets(mesh)))
+}
+
+/// The lines on which tractions act; none under a motion.
+fn lines(mesh: &Mesh, name: &str, set: &SetConfig) -> Result<Vec<Vec<[usize; 2]>>, ConfigError> {
+    let load = match set.load() {
+        Some(SetLoad::Traction(_)) => "traction_pa",
+        Some(SetLoad::Pressure(_)) => "pressure_pa",
+        _ => return Ok(Vec::new()),
+    };
+    let refused = |problem: &str, help: &str| {
+        let key = format!("boundary.{name}.{load}");
+        ConfigError::new(&key, problem).help(help)
+    };
+    let lines = mesh.lines(name).ok_or_else(|| {
+        refused(
+            "acts on lines, and the set is a surface",
+            "name a physical group of lines; a surface can be given a motion",
+        )
+    })?;
+    let inside = |pair: &[[usize; 2]]| mesh.outline(pair[0], pair[1]).is_none();
+    let inside = lines.iter().any(|line| line.windows(2).any(inside));
+    match inside && load == "pressure_pa" {
+        true => Err(refused(
+            "acts against the outward normal, and the set has a line inside the body",
+            "give its components as traction_pa, or name a line of the outline",
+        )),
+        false => Ok(lines),
+    }
 }
 
 /// Consistent with linear shape functions: each node carries half of the edges beside it.
 fn traction_forces(
     mesh: &Mesh,
     layout: Layout,
-    nodes: &[[usize; 2]],
+    lines: &[Vec<[usize; 2]>],
     force_per_length: [f64; 2],
 ) -> Vec<(usize, f64)> {
-    let lengths = mesh.tributary(nodes);
-    let forces = nodes.iter().zip(lengths).flat_map(|(node, length)| {
+    let nodes = lines
+        .iter()
+        .flat_map(|line| line.iter().zip(mesh.tributary(line)));
+    let forces = nodes.flat_map(|(node, length)| {
         [0, 1].map(|k| {
             (
                 layout.tied_to(layout.index(*node, k)),
@@ -166,12 +196,12 @@ fn traction_forces(
 fn pressure_forces(
     mesh: &Mesh,
     layout: Layout,
-    nodes: &[[usize; 2]],
+    lines: &[Vec<[usize; 2]>],
     force_per_length: f64,
 ) -> Vec<(usize, f64)> {
     let mut forces = Vec::new();
-    for pair in nodes.windows(2) {
-        let [a, b] = mesh.outline(pair[0], pair[1]);
+    let segments = lines.iter().flat_map(|line| line.windows(2));
+    for [a, b] in segments.filter_map(|pair| mesh.outline(pair[0], pair[1])) {
         let ([xa, ya], [xb, yb]) = (mesh.point(a[0], a[1]), mesh.point(b[0], b[1]));
         // With the body on the left of a -> b the inward normal times the length is (ya - yb, xb - xa).
         let half = 0.5 * force_per_length;

@@ -1,6 +1,7 @@
 //! The keys of `[participant.config]`, read and checked once.
 
 mod boundary;
+mod mesh;
 mod statics;
 mod wheel;
 
@@ -12,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use boundary::SetLoad;
 pub use boundary::{BoundaryConfig, Component, SetConfig};
+pub use mesh::{GmshConfig, MeshSource};
 pub use statics::StaticsConfig;
 pub use wheel::{ContactConfig, WheelConfig};
 
@@ -41,7 +43,7 @@ pub struct Config {
     #[serde(default)]
     pub sides: Sides,
     /// Geometry and sizes.
-    pub mesh: MeshConfig,
+    pub mesh: MeshSource,
     /// Constitutive law and density.
     pub material: MaterialConfig,
     /// Time integration.
@@ -155,8 +157,7 @@ pub enum Kinematics {
 }
 
 /// Geometry: a block with a graded structured mesh, fine in the middle of its upper edge.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MeshConfig {
     /// Width (m).
     pub width_m: f64,
@@ -169,15 +170,12 @@ pub struct MeshConfig {
     /// Depth of the fine zone (m); the whole height when absent.
     pub fine_depth_m: Option<f64>,
     /// Graded columns on each side of the fine zone.
-    #[serde(default)]
     pub side_columns: usize,
     /// Graded rows below the fine zone.
-    #[serde(default)]
     pub depth_rows: usize,
     /// Radius of the upper edge (m); flat when absent or 0.
     pub crown_radius_m: Option<f64>,
     /// The left and the right edge are one: a body that goes on for ever in x.
-    #[serde(default)]
     pub periodic_x: bool,
 }
 
@@ -310,7 +308,7 @@ impl Config {
 
     /// Without ends there is nothing to hold, load or couple there.
     fn check_period(&self) -> Result<(), ConfigError> {
-        if !self.mesh.periodic_x {
+        if !self.mesh.periodic_x() {
             return Ok(());
         }
         let ends = |name: &&String| ["left", "right"].contains(&name.as_str());

@@ -1,8 +1,10 @@
 //! The discretised body: masses, supports and the internal forces of its elements.
 //!
 //! Every nodal field is stored row after row; a row of nodes holds its x components, then its y components,
-//! each padded with zeros to [`Layout::stride`], so that packs of neighbours never need a special case.
+//! each padded with zeros to [`Layout::stride`], so that packs of neighbours never need a special case. All nodes of a
+//! mesh that is no block form one row, and its elements gather from it what they need.
 
+mod gather;
 mod q4_1point;
 mod q4_2x2;
 mod q4_bbar;
@@ -10,18 +12,20 @@ mod row;
 mod stiffness;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::config::{Base, ElementKind, Sides};
 use crate::material::Elastic;
 use crate::material::j2::{HISTORY, remembered};
 use crate::material::point::PointLaw;
-use crate::mesh::{Edge, Mesh};
+use crate::mesh::{Cells, Edge, Mesh};
 use crate::pack::LANES;
 
+pub(crate) use gather::{CORNER_FORCES, Gathered, Nodal};
 use q4_1point::Q4OnePoint;
 use q4_2x2::Q4Full;
 use q4_bbar::Q4MeanDilatation;
-pub(crate) use row::{Course, RowForces, Standing};
+pub(crate) use row::{CornerRows, Course, RowForces, Standing};
 pub use stiffness::Stiffness;
 
 /// 1/sqrt(3), the coordinate of the 2 x 2 Gauss points.
@@ -38,19 +42,32 @@ pub const GAUSS_POINTS: [[f64; 2]; 4] = [
 /// Where the components of the nodes are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
+    /// Of elements.
     columns: usize,
     rows: usize,
+    /// Of nodes.
+    nodes_in_row: usize,
+    node_rows: usize,
+    stride: usize,
     /// Whether the last node of each row is the first one.
     periodic: bool,
 }
 
 impl Layout {
     fn new(mesh: &Mesh) -> Layout {
-        Layout {
+        let nodes_in_row = mesh.nodes_in_row();
+        let mut layout = Layout {
             columns: mesh.columns(),
             rows: mesh.rows(),
+            nodes_in_row,
+            node_rows: mesh.points().len() / nodes_in_row,
+            stride: nodes_in_row.next_multiple_of(LANES),
             periodic: mesh.periodic(),
+        };
+        if mesh.cells().is_none() {
+            layout.stride = layout.element_stride();
         }
+        layout
     }
 
     /// Forces on a row of nodes: the last node of a periodic row hands its own to the first, so that each counts once.
@@ -82,14 +99,31 @@ impl Layout {
         }
     }
 
+    /// Elements in a row.
+    pub fn element_columns(self) -> usize {
+        self.columns
+    }
+
+    /// Rows of elements.
+    pub fn element_rows(self) -> usize {
+        self.rows
+    }
+
+    /// Numbers that a row of elements keeps for one component at its corners: room to load and to store a whole pack
+    /// one column to the right of any element.
+    fn element_stride(self) -> usize {
+        self.padded_columns() + LANES
+    }
+
     /// Elements in a row, rounded up to whole packs.
     fn padded_columns(self) -> usize {
         self.columns.next_multiple_of(LANES)
     }
 
-    /// Numbers that a row keeps for one component: all nodes, and room to load a whole pack from any of them.
+    /// Numbers that a row of nodes keeps for one component: all nodes, and in a block room to load a whole pack from
+    /// any of them.
     pub fn stride(self) -> usize {
-        self.padded_columns() + LANES
+        self.stride
     }
 
     /// Numbers in a row of nodes.
@@ -99,7 +133,7 @@ impl Layout {
 
     /// Rows of nodes.
     pub fn node_rows(self) -> usize {
-        self.rows + 1
+        self.node_rows
     }
 
     /// Numbers in a field.
@@ -139,6 +173,8 @@ pub struct Body {
     /// Mass of each node (kg), supports included; row after row without padding.
     node_mass: Vec<f64>,
     element: Element,
+    /// Of a mesh that is no block.
+    cells: Option<Arc<Cells>>,
 }
 
 /// The closed set of elements.
@@ -196,6 +232,7 @@ impl Body {
             inverse_mass: vec![0.0; layout.len()],
             node_mass,
             element,
+            cells: mesh.cells().cloned(),
         };
         body.spread_masses(&fixed_components(mesh, supports, layout));
         body
@@ -216,11 +253,14 @@ impl Body {
 
     /// Lumped mass of the node (column, row) (kg), supported or not.
     pub fn node_mass(&self, node: [usize; 2]) -> f64 {
-        self.node_mass[node[1] * (self.layout.columns + 1) + node[0]]
+        self.node_mass[node[1] * self.layout.nodes_in_row + node[0]]
     }
 
     /// Internal forces F(u) of the whole body (N), supports included.
     pub fn internal_force(&self, u: &[f64], force: &mut [f64]) {
+        if self.cells.is_some() {
+            return self.gathered_force(u, force);
+        }
         let layout = self.layout;
         let mut rows = RowForces::new(layout);
         for row in 0..layout.node_rows() {
@@ -244,10 +284,16 @@ impl Body {
         lower: &[f64],
         out: &mut RowForces,
     ) {
+        self.corner_row(row, CornerRows::between([upper, lower]), out);
+    }
+
+    /// The same under the displacements of the corners, wherever they are from.
+    #[inline(always)]
+    fn corner_row(&self, row: usize, u: CornerRows, out: &mut RowForces) {
         match &self.element {
-            Element::OnePoint(elements) => elements.row(row, upper, lower, out),
-            Element::Full(elements) => elements.row(row, upper, lower, out),
-            Element::MeanDilatation(elements) => elements.row(row, upper, lower, out),
+            Element::OnePoint(elements) => elements.row(row, u, out),
+            Element::Full(elements) => elements.row(row, u, out),
+            Element::MeanDilatation(elements) => elements.row(row, u, out),
         }
     }
 
@@ -268,21 +314,28 @@ impl Body {
 
     /// Stored energy less u F(u) / 2 (J) under a law that is not linear.
     pub(crate) fn energy_beyond(&self, law: &PointLaw, u: &[f64], history: &[f64]) -> f64 {
+        if self.cells.is_some() {
+            return self.gathered_energy(law, u, history);
+        }
         let layout = self.layout;
         let size = self.history_row_len(law);
         let mut sum = 0.0;
         for row in 0..layout.node_rows() - 1 {
             let now = Standing {
-                u: [&u[layout.row(row)], &u[layout.row(row + 1)]],
+                u: CornerRows::between([&u[layout.row(row)], &u[layout.row(row + 1)]]),
                 history: &history[row * size..(row + 1) * size],
             };
-            sum += match &self.element {
-                Element::OnePoint(elements) => elements.energy_beyond(law, row, now),
-                Element::Full(elements) => elements.energy_beyond(law, row, now),
-                Element::MeanDilatation(elements) => elements.energy_beyond(law, row, now),
-            };
+            sum += self.row_energy(law, row, now);
         }
         sum
+    }
+
+    fn row_energy(&self, law: &PointLaw, row: usize, now: Standing) -> f64 {
+        match &self.element {
+            Element::OnePoint(elements) => elements.energy_beyond(law, row, now),
+            Element::Full(elements) => elements.energy_beyond(law, row, now),
+            Element::MeanDilatation(elements) => elements.energy_beyond(law, row, now),
+        }
     }
 
     /// Numbers that a row of elements remembers.
@@ -329,7 +382,8 @@ impl Body {
 
     fn spread_masses(&mut self, fixed: &[usize]) {
         let layout = self.layout;
-        let nodes = (0..layout.node_rows()).flat_map(|j| (0..=layout.columns).map(move |i| [i, j]));
+        let nodes =
+            (0..layout.node_rows).flat_map(|j| (0..layout.nodes_in_row).map(move |i| [i, j]));
         for (node, mass) in nodes.zip(&self.node_mass) {
             for component in 0..2 {
                 self.mass[layout.index(node, component)] = *mass;
@@ -359,13 +413,11 @@ pub fn stiffness(
 /// Lumped mass of each node, `surface_density` being density times thickness (kg/m2).
 fn lump(mesh: &Mesh, surface_density: f64) -> Vec<f64> {
     let mut mass = vec![0.0; mesh.points().len()];
-    for j in 0..mesh.rows() {
-        for i in 0..mesh.columns() {
-            let corners = mesh.corners(i, j);
-            let quarter = 0.25 * surface_density * area(&corners.map(|n| mesh.point(n[0], n[1])));
-            for [column, row] in corners.map(|node| mesh.tied_to(node)) {
-                mass[row * (mesh.columns() + 1) + column] += quarter;
-            }
+    for [i, j] in mesh.places() {
+        let corners = mesh.corners(i, j);
+        let quarter = 0.25 * surface_density * area(&corners.map(|n| mesh.point(n[0], n[1])));
+        for node in corners {
+            mass[mesh.number(mesh.tied_to(node))] += quarter;
         }
     }
     mass
@@ -414,7 +466,10 @@ fn fixed_components(mesh: &Mesh, supports: Supports, layout: Layout) -> Vec<usiz
     match (supports.base, supports.sides) {
         (Base::Free, _) => fixed.clear(),
         (Base::Clamped, _) => fixed.extend(bottom.iter().map(|node| layout.index(*node, 0))),
-        (Base::Roller, Sides::Free) => fixed.push(layout.index(bottom[bottom.len() / 2], 0)),
+        (Base::Roller, Sides::Free) => {
+            let middle = bottom.get(bottom.len() / 2);
+            fixed.extend(middle.map(|node| layout.index(*node, 0)));
+        }
         (Base::Roller, Sides::FixedX) => {}
     }
     if supports.sides == Sides::FixedX {
@@ -518,8 +573,8 @@ mod tests {
             match row + 1 < layout.node_rows() {
                 true => {
                     let course = Course {
-                        u: [&u[layout.row(row)], &u[layout.row(row + 1)]],
-                        du: [&[], &[]],
+                        u: CornerRows::between([&u[layout.row(row)], &u[layout.row(row + 1)]]),
+                        du: CornerRows::between([&[], &[]]),
                         history: &mut [],
                     };
                     body.element_row_by(&COROTATIONAL, row, course, &mut rows);

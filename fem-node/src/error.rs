@@ -15,8 +15,10 @@ pub enum FemError {
         "its pool of {threads} threads cannot be started: {reason}; ask for fewer with --threads"
     )]
     Pool { threads: usize, reason: String },
-    #[error("it has no set `{set}`: an interface can name top, left or right")]
-    UnknownSet { set: String },
+    #[error(
+        "it has no set `{set}` that is one open line on its outline: an interface can name {known}"
+    )]
+    UnknownSet { set: String, known: String },
     #[error(
         "its set `bottom` is the support of the body and does not move: an interface can name top, left or right"
     )]

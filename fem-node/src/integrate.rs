@@ -56,6 +56,7 @@
 mod block;
 mod load;
 mod row;
+mod scattered;
 mod scheme;
 mod scratch;
 mod state;
@@ -74,6 +75,7 @@ pub use scheme::Scheme;
 pub use state::State;
 
 use block::split;
+use scattered::Scattered;
 use scheme::Rule;
 use scratch::{Memory, Scratch};
 
@@ -89,6 +91,8 @@ pub(crate) struct Integrator {
     pub(crate) damping: Damping,
     law: Option<PointLaw>,
     scratch: Vec<Scratch>,
+    /// In place of `scratch` for a mesh that is no block.
+    scattered: Option<Scattered>,
 }
 
 impl Integrator {
@@ -104,6 +108,7 @@ impl Integrator {
             damping: Damping::constant(scheme.mass_damping),
             law: None,
             scratch: vec![Scratch::new(body); blocks],
+            scattered: body.cells().map(|_| Scattered::new(body, blocks)),
         }
     }
 
@@ -113,6 +118,7 @@ impl Integrator {
             for scratch in &mut self.scratch {
                 scratch.memory = Memory::new(body, law);
             }
+            self.scattered = self.scattered.map(|scattered| scattered.under(body, law));
         }
         self.law = law;
         self
@@ -136,7 +142,8 @@ impl Integrator {
         self.step_blocks(body, state, load, sums, [0, rows], wheel);
     }
 
-    /// One step of the rows `first .. end` only, all others being at rest and staying there.
+    /// One step of the rows `first .. end` only, all others being at rest and staying there; of a mesh that is no block
+    /// always the whole.
     pub(crate) fn step_rows(
         &mut self,
         body: &Body,
@@ -164,6 +171,9 @@ impl Integrator {
             scheme: self.scheme,
             damping: self.damping,
         };
+        if let Some(scattered) = &mut self.scattered {
+            return scattered.step(body, &rule, (state, load, &mut sums[0]), wheel);
+        }
         let mut blocks = split(body, &rule.scheme, state, sums, &mut self.scratch, rows);
         blocks.iter_mut().for_each(|block| block.law = self.law);
         if let Some(block) = blocks.first_mut() {

@@ -11,7 +11,7 @@ use crate::model::Model;
 /// The coupled nodes, those of them that are exchanged, and what was condensed onto them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Interface {
-    edges: Vec<Edge>,
+    sets: Vec<String>,
     nodes: Vec<[usize; 2]>,
     /// Exchanged components in the order (x0, y0, x1, y1, ...), as places in the fields.
     components: Vec<usize>,
@@ -22,22 +22,26 @@ pub(crate) struct Interface {
 impl Interface {
     /// Couples a set; all of its nodes are exchanged until a selection says otherwise.
     pub(crate) fn couple(&mut self, model: &Model, set: &str) -> Result<Surface, FemError> {
-        let unknown = || FemError::UnknownSet { set: set.into() };
-        let known = |name: &&str| model.mesh.sets().contains(name);
-        let edge = Some(set).filter(known).and_then(Edge::named);
-        let edge = edge.ok_or_else(unknown)?;
-        if edge == Edge::Bottom {
+        let unknown = || FemError::UnknownSet {
+            set: set.into(),
+            known: sets(&model.mesh).join(", "),
+        };
+        if set == Edge::Bottom.name() {
             return Err(FemError::SupportedSet);
         }
+        let nodes = model.mesh.open_line(set).ok_or_else(unknown)?;
         if model.is_driven(set) {
             return Err(FemError::DrivenSet { set: set.into() });
         }
-        if self.edges.contains(&edge) {
+        if self.sets.iter().any(|known| known == set) {
             return Err(FemError::CoupledTwice { set: set.into() });
         }
-        let (nodes, lengths) = model.mesh.surface(edge);
+        let (nodes, lengths) = match Edge::named(set) {
+            Some(edge) => model.mesh.surface(edge),
+            None => (nodes.clone(), model.mesh.tributary(&nodes)),
+        };
         let surface = surface(model, &nodes, lengths);
-        self.edges.push(edge);
+        self.sets.push(set.into());
         self.nodes.extend(nodes);
         self.exchange(model, self.nodes.clone());
         Ok(surface)
@@ -92,6 +96,14 @@ impl Interface {
         self.components = places.collect();
         self.columns.clear();
     }
+}
+
+/// The sets that can be coupled: open lines on the outline, but for the support.
+pub(crate) fn sets(mesh: &Mesh) -> Vec<String> {
+    let sets = mesh.sets().into_iter();
+    let movable = sets.filter(|name| *name != Edge::Bottom.name());
+    let lines = movable.filter(|name| mesh.open_line(name).is_some());
+    lines.map(String::from).collect()
 }
 
 fn surface(model: &Model, nodes: &[[usize; 2]], length_m: Vec<f64>) -> Surface {

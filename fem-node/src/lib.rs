@@ -3,6 +3,7 @@
 //! Modules, in reading order:
 //! - [`config`]: the keys of `[participant.config]`;
 //! - [`mesh`]: graded structured meshes;
+//! - [`gmsh`]: meshes that Gmsh wrote;
 //! - [`material`]: linear elasticity in the plane, plasticity, large rotations;
 //! - [`element`]: the discretised body, masses, supports and internal forces;
 //! - [`boundary`]: loads and prescribed motions of named sets;
@@ -36,6 +37,7 @@ pub mod bench;
 pub mod boundary;
 pub mod config;
 pub mod element;
+pub mod gmsh;
 pub mod integrate;
 pub mod ledger;
 pub mod material;

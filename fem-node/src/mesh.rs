@@ -1,4 +1,8 @@
-//! Graded structured meshes of quadrilaterals from a few numbers.
+//! Meshes of quadrilaterals: graded structured ones from a few numbers, and any others by their elements.
+
+mod cells;
+
+use std::sync::Arc;
 
 use protocol::ConfigError;
 
@@ -7,8 +11,13 @@ use crate::config::MeshConfig;
 /// More elements than this are taken for a mistyped size: they would need some 4 GB.
 const ELEMENTS_MAX: f64 = 1e7;
 
-/// A structured block of quadrilaterals. Node (column, row) counts from the upper left corner: row 0 is the
+pub(crate) use cells::{Cells, NodeSet};
+
+/// Quadrilaterals, most often a structured block. Node (column, row) counts from the upper left corner: row 0 is the
 /// upper edge, row [`Mesh::rows`] the lower one.
+///
+/// A mesh that is no block has all its nodes in row 0, those of its set `top` first, and its elements in rows whose
+/// length has no meaning; the last one may be shorter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     columns: usize,
@@ -16,6 +25,7 @@ pub struct Mesh {
     points: Vec<[f64; 2]>,
     /// Whether the nodes of the last column are those of the first.
     periodic: bool,
+    cells: Option<Arc<Cells>>,
     /// Growth of the size from one graded column to the next, outwards; 1 without grading.
     pub ratio_columns: f64,
     /// Growth of the size from one graded row to the next, downwards; 1 without grading.
@@ -50,6 +60,12 @@ impl Edge {
             .iter()
             .find(|(known, _)| *known == name)
             .map(|(_, edge)| *edge)
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        let mut all = Edge::ALL.iter().filter(|(_, edge)| *edge == self);
+        all.next().expect("all of them are listed").0
     }
 }
 
@@ -86,12 +102,32 @@ impl Mesh {
             rows,
             points: nodes.map(|(i, j)| place(i, j)).collect(),
             periodic: false,
+            cells: None,
             ratio_columns: 1.0,
             ratio_rows: 1.0,
         }
     }
 
-    /// Elements in a row.
+    /// Any quadrilaterals.
+    pub(crate) fn of_cells(points: Vec<[f64; 2]>, cells: Cells) -> Mesh {
+        let elements = cells.corners().len();
+        Mesh {
+            columns: elements.min(cells::ROW),
+            rows: elements.div_ceil(cells::ROW),
+            points,
+            periodic: false,
+            cells: Some(Arc::new(cells)),
+            ratio_columns: 1.0,
+            ratio_rows: 1.0,
+        }
+    }
+
+    /// Elements and sets of a mesh that is no block.
+    pub(crate) fn cells(&self) -> Option<&Arc<Cells>> {
+        self.cells.as_ref()
+    }
+
+    /// Elements in a row; the last row of a mesh that is no block may be shorter.
     pub fn columns(&self) -> usize {
         self.columns
     }
@@ -103,7 +139,35 @@ impl Mesh {
 
     /// Number of elements.
     pub fn elements(&self) -> usize {
-        self.columns * self.rows
+        match &self.cells {
+            None => self.columns * self.rows,
+            Some(cells) => cells.corners().len(),
+        }
+    }
+
+    /// All elements (column, row), row after row.
+    pub fn places(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
+        let columns = self.columns;
+        (0..self.elements()).map(move |k| [k % columns, k / columns])
+    }
+
+    /// All nodes (column, row), row after row.
+    pub fn nodes(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
+        let in_row = self.nodes_in_row();
+        (0..self.points.len()).map(move |k| [k % in_row, k / in_row])
+    }
+
+    /// Nodes in a row.
+    pub fn nodes_in_row(&self) -> usize {
+        match self.cells {
+            None => self.columns + 1,
+            Some(_) => self.points.len(),
+        }
+    }
+
+    /// The position of a node in [`Mesh::points`].
+    pub fn number(&self, [column, row]: [usize; 2]) -> usize {
+        row * self.nodes_in_row() + column
     }
 
     /// Positions of all nodes, row after row (m).
@@ -113,11 +177,28 @@ impl Mesh {
 
     /// Position of node (column, row) (m).
     pub fn point(&self, column: usize, row: usize) -> [f64; 2] {
-        self.points[row * (self.columns + 1) + column]
+        self.points[self.number([column, row])]
     }
 
-    /// The nodes (column, row) of an edge, from left to right or from the top down.
+    /// The larger of width and height (m).
+    pub fn size(&self) -> f64 {
+        let extent = |k: usize| {
+            let ends = |[low, high]: [f64; 2], p: &[f64; 2]| [low.min(p[k]), high.max(p[k])];
+            let [low, high] = self
+                .points
+                .iter()
+                .fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+            high - low
+        };
+        extent(0).max(extent(1))
+    }
+
+    /// The nodes (column, row) of an edge, from left to right or from the top down; of a mesh that is no block those of
+    /// the set with its name, none where there is no such set.
     pub fn edge(&self, edge: Edge) -> Vec<[usize; 2]> {
+        if self.cells.is_some() {
+            return self.set(edge.name()).unwrap_or_default();
+        }
         match edge {
             Edge::Top => (0..=self.columns).map(|i| [i, 0]).collect(),
             Edge::Bottom => (0..=self.columns).map(|i| [i, self.rows]).collect(),
@@ -169,33 +250,74 @@ impl Mesh {
     /// Names of its node sets.
     pub fn sets(&self) -> Vec<&str> {
         let ends = |edge: &Edge| matches!(edge, Edge::Left | Edge::Right);
-        let sets = Edge::ALL.iter();
-        sets.filter(|(_, edge)| !(self.periodic && ends(edge)))
-            .map(|(name, _)| *name)
-            .collect()
+        match &self.cells {
+            None => Edge::ALL
+                .iter()
+                .filter(|(_, edge)| !(self.periodic && ends(edge)))
+                .map(|(name, _)| *name)
+                .collect(),
+            Some(cells) => cells.sets().keys().map(String::as_str).collect(),
+        }
     }
 
-    /// The nodes of a set, in the order of a walk along it.
+    /// The nodes of a set, each once, in the order of a walk along it.
     pub fn set(&self, name: &str) -> Option<Vec<[usize; 2]>> {
-        Edge::named(name).map(|edge| self.edge(edge))
+        match &self.cells {
+            None => Edge::named(name).map(|edge| self.edge(edge)),
+            Some(cells) => cells.sets().get(name).map(|set| in_row(&set.nodes())),
+        }
     }
 
-    /// The two ends of a segment of the outline, ordered so that the body lies on the left.
-    pub fn outline(&self, a: [usize; 2], b: [usize; 2]) -> [[usize; 2]; 2] {
+    /// The lines that a set consists of, each in the order of a walk; a closed one ends where it begins. None for a
+    /// region and an unknown name.
+    pub fn lines(&self, name: &str) -> Option<Vec<Vec<[usize; 2]>>> {
+        let Some(cells) = &self.cells else {
+            let known = self.sets().contains(&name);
+            let edge = Edge::named(name).filter(|_| known);
+            return edge.map(|edge| vec![self.edge(edge)]);
+        };
+        match cells.sets().get(name)? {
+            NodeSet::Lines(lines) => Some(lines.iter().map(|line| in_row(line)).collect()),
+            NodeSet::Region(_) => None,
+        }
+    }
+
+    /// The nodes of a set that is one open line on the outline of the body, in the order of a walk.
+    pub fn open_line(&self, name: &str) -> Option<Vec<[usize; 2]>> {
+        let mut lines = self.lines(name)?;
+        let line = lines.pop().filter(|_| lines.is_empty())?;
+        let open = line.first() != line.last();
+        let outside = |pair: &[[usize; 2]]| self.outline(pair[0], pair[1]).is_some();
+        (open && line.windows(2).all(outside)).then_some(line)
+    }
+
+    /// The two ends of a segment of the outline, ordered so that the body lies on the left; none for a segment inside.
+    pub fn outline(&self, a: [usize; 2], b: [usize; 2]) -> Option<[[usize; 2]; 2]> {
+        if let Some(cells) = &self.cells {
+            return cells.outline(a[0], b[0]).map(|ends| ends.map(|k| [k, 0]));
+        }
         let upper_or_left = match a[1] == b[1] {
             true => (a[1] == 0) == (a[0] < b[0]),
             false => (a[0] == 0) != (a[1] < b[1]),
         };
-        match upper_or_left {
+        Some(match upper_or_left {
             true => [b, a],
             false => [a, b],
-        }
+        })
     }
 
     /// Corners of the element in column i, row j, anticlockwise from the lower left one, as (column, row).
     pub fn corners(&self, i: usize, j: usize) -> [[usize; 2]; 4] {
-        [[i, j + 1], [i + 1, j + 1], [i + 1, j], [i, j]]
+        match &self.cells {
+            None => [[i, j + 1], [i + 1, j + 1], [i + 1, j], [i, j]],
+            Some(cells) => cells.corners()[j * self.columns + i].map(|k| [k as usize, 0]),
+        }
     }
+}
+
+/// Nodes of a mesh that is no block, by their numbers.
+fn in_row(numbers: &[u32]) -> Vec<[usize; 2]> {
+    numbers.iter().map(|k| [*k as usize, 0]).collect()
 }
 
 /// Drop of a circle of this radius below its crown; radius 0 means flat.

@@ -4,14 +4,16 @@ use protocol::{ConfigError, Setting};
 
 use crate::boundary::{self, Drive, Traction};
 use crate::config::{
-    Analysis, Config, ElementKind, MaterialKind, Start, StepChoice, WheelConfig, positive,
+    Analysis, Base, Config, ElementKind, MaterialKind, MeshSource, Sides, Start, StepChoice,
+    WheelConfig, positive,
 };
 use crate::element::{Body, Supports};
+use crate::gmsh;
 use crate::integrate::Scheme;
 use crate::material::Elastic;
 use crate::material::j2::J2;
 use crate::material::point::PointLaw;
-use crate::mesh::Mesh;
+use crate::mesh::{Edge, Mesh};
 use crate::spectrum;
 use crate::wheel::Wheel;
 
@@ -60,7 +62,11 @@ impl Model {
     pub fn new(config: &Config, setting: &Setting) -> Result<Model, ConfigError> {
         config.check()?;
         positive("thickness_m", setting.thickness_m, "m")?;
-        let mesh = Mesh::graded(&config.mesh)?;
+        let mesh = match &config.mesh {
+            MeshSource::Graded(numbers) => Mesh::graded(numbers)?,
+            MeshSource::Gmsh(file) => gmsh::read(file)?,
+        };
+        check_sets(config, &mesh)?;
         let elastic = Elastic::new(&config.material, config.plane);
         let law = law(config, &elastic);
         let supports = Supports {
@@ -132,11 +138,43 @@ impl Model {
 
     /// The larger of width and height (m).
     pub fn size(&self) -> f64 {
-        let [[left, top], [right, bottom]] = [
-            self.mesh.point(0, 0),
-            self.mesh.point(self.mesh.columns(), self.mesh.rows()),
-        ];
-        (right - left).max(top - bottom)
+        self.mesh.size()
+    }
+}
+
+/// A mesh that is no block must name the edges that other keys speak of.
+fn check_sets(config: &Config, mesh: &Mesh) -> Result<(), ConfigError> {
+    if mesh.cells().is_none() {
+        return Ok(());
+    }
+    let has = |edge: Edge| mesh.set(edge.name()).is_some();
+    let lacking = if config.base != Base::Free && !has(Edge::Bottom) {
+        (
+            "base",
+            "holds the group `bottom` of the mesh, which has none; name it, or write base = \"free\"",
+        )
+    } else if config.sides == Sides::FixedX && !has(Edge::Left) && !has(Edge::Right) {
+        (
+            "sides",
+            "holds the groups `left` and `right` of the mesh, which has neither; name one, or write sides = \"free\"",
+        )
+    } else if config.wheel.is_some() && mesh.open_line(Edge::Top.name()).is_none() {
+        (
+            "wheel",
+            "presses on the group `top` of the mesh, which must be one open line on the outline of the body",
+        )
+    } else {
+        return Ok(());
+    };
+    let (key, problem) = lacking;
+    Err(ConfigError::new(key, problem).help(known_sets(mesh)))
+}
+
+/// The sets of a mesh as messages list them.
+pub(crate) fn known_sets(mesh: &Mesh) -> String {
+    match mesh.sets().as_slice() {
+        [] => "the mesh has no named physical group of lines or surfaces".into(),
+        sets => format!("its sets are {}", sets.join(", ")),
     }
 }
 

@@ -14,7 +14,7 @@ use crate::compliance::compliance;
 use crate::config::{Config, Start};
 use crate::error::FemError;
 use crate::integrate::{Integrator, State};
-use crate::interface::Interface;
+use crate::interface::{self, Interface};
 use crate::ledger::{Ledger, Terms};
 use crate::model::{self, Model};
 use crate::probe::{self, Held, PressureMaxima};
@@ -242,7 +242,7 @@ impl FemNode {
     }
 
     fn report(&self, request: &Request) -> Vec<f64> {
-        let mut report = probe::surface_signals(&self.model, &self.committed).to_vec();
+        let mut report = probe::surface_signals(&self.model, &self.committed);
         let force = request.interface.chunks_exact(2);
         let total = force.fold([0.0, 0.0], |sum, point| {
             [sum[0] + point[0].1, sum[1] + point[1].1]
@@ -330,6 +330,7 @@ impl FemNode {
         results.insert("p_max_centroid_pa".into(), maxima.centroid);
         results.insert("p_max_gauss_pa".into(), maxima.gauss);
         results.insert("p_max_nodal_pa".into(), maxima.nodal);
+        results.extend(probe::outward_displacements(&self.model, &self.committed));
         results
     }
 
@@ -394,8 +395,6 @@ impl FemNode {
 
 impl Node for FemNode {
     fn describe(&self) -> Description {
-        let mut movable = self.model.mesh.sets();
-        movable.retain(|name| *name != "bottom");
         let forces = ["interface_force_x_n", "interface_force_y_n"];
         Description {
             kind: "fem".into(),
@@ -413,8 +412,8 @@ impl Node for FemNode {
             step_limit_name: model::limit_name(self.model.scheme.stiffness_damping).into(),
             end_s: self.model.end,
             phases: self.phases(),
-            sets: movable.into_iter().map(String::from).collect(),
-            signals: probe::SURFACE_SIGNALS
+            sets: interface::sets(&self.model.mesh),
+            signals: probe::surface_names(&self.model)
                 .iter()
                 .chain(&forces)
                 .chain(wheel::SIGNALS.iter().filter(|_| self.wheel.is_some()))

@@ -5,17 +5,25 @@ use serde::{Deserialize, Serialize};
 use crate::config::ElementKind;
 use crate::element::{GAUSS_POINTS, Layout, area, jacobian, slopes};
 use crate::integrate::State;
-use crate::mesh::{Edge, Mesh};
+use crate::mesh::Edge;
 use crate::model::Model;
 use crate::profile::Profile;
 use crate::wheel::{Wheel, WheelState};
 
-/// Names of what [`surface_signals`] returns.
-pub(crate) const SURFACE_SIGNALS: [&str; 2] = ["surface_mean_uy_m", "surface_min_uy_m"];
+/// Names of what [`surface_signals`] returns: nothing for a body without an upper edge.
+pub(crate) fn surface_names(model: &Model) -> &'static [&'static str] {
+    match model.mesh.edge(Edge::Top).is_empty() {
+        true => &[],
+        false => &["surface_mean_uy_m", "surface_min_uy_m"],
+    }
+}
 
 /// Mean (weighted with the lengths of the reference surface) and least vertical displacement of the upper edge (m).
-pub(crate) fn surface_signals(model: &Model, state: &State) -> [f64; 2] {
+pub(crate) fn surface_signals(model: &Model, state: &State) -> Vec<f64> {
     let nodes = model.mesh.edge(Edge::Top);
+    if nodes.is_empty() {
+        return Vec::new();
+    }
     let lengths = model.mesh.tributary(&nodes);
     let uy = |node: &[usize; 2]| state.u[model.body.layout().index(*node, 1)];
     let weighted: f64 = nodes
@@ -24,7 +32,34 @@ pub(crate) fn surface_signals(model: &Model, state: &State) -> [f64; 2] {
         .map(|(node, length)| length * uy(node))
         .sum();
     let least = nodes.iter().map(uy).fold(f64::INFINITY, f64::min);
-    [weighted / lengths.iter().sum::<f64>(), least]
+    vec![weighted / lengths.iter().sum::<f64>(), least]
+}
+
+/// Mean displacement along the outward normal (m) of every named line on the outline of a mesh that is no block: the
+/// area that the line has swept, over its length, exact for sides that stay straight. By name `<set>_outward_m`.
+pub(crate) fn outward_displacements(model: &Model, state: &State) -> Vec<(String, f64)> {
+    let mesh = &model.mesh;
+    if mesh.cells().is_none() {
+        return Vec::new();
+    }
+    let mut means = Vec::new();
+    for name in mesh.sets() {
+        let lines = mesh.lines(name).unwrap_or_default();
+        let segments = lines.iter().flat_map(|line| line.windows(2));
+        let (mut swept, mut length) = (0.0, 0.0);
+        for [a, b] in segments.filter_map(|pair| mesh.outline(pair[0], pair[1])) {
+            let [p, q] = [a, b].map(|node| mesh.point(node[0], node[1]));
+            let [u, v] = [a, b].map(|node| displacement(model.body.layout(), state, node));
+            let along = [q[0] - p[0], q[1] - p[1]];
+            // With the body on the left of a -> b the outward normal times the length is (dy, -dx).
+            swept += 0.5 * (along[1] * (u[0] + v[0]) - along[0] * (u[1] + v[1]));
+            length += along[0].hypot(along[1]);
+        }
+        if length > 0.0 {
+            means.push((format!("{name}_outward_m"), swept / length));
+        }
+    }
+    means
 }
 
 /// The largest hydrostatic pressures of the body (Pa). The same displacements give different maxima at different
@@ -66,19 +101,16 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
         nodal: f64::NEG_INFINITY,
     };
     let mut nodal = vec![(0.0, 0.0); model.mesh.points().len()];
-    for j in 0..model.mesh.rows() {
-        for i in 0..model.mesh.columns() {
-            let pressure = |xi, eta| pressure(model, state, [i, j], [xi, eta]);
-            maxima.centroid = maxima.centroid.max(pressure(0.0, 0.0));
-            for [xi, eta] in GAUSS_POINTS {
-                maxima.gauss = maxima.gauss.max(pressure(xi, eta));
-            }
-            for (node, [xi, eta]) in model.mesh.corners(i, j).into_iter().zip(GAUSS_POINTS) {
-                let [column, row] = model.mesh.tied_to(node);
-                let (sum, count) = &mut nodal[row * (model.mesh.columns() + 1) + column];
-                *sum += pressure(xi.signum(), eta.signum());
-                *count += 1.0;
-            }
+    for [i, j] in model.mesh.places() {
+        let pressure = |xi, eta| pressure(model, state, [i, j], [xi, eta]);
+        maxima.centroid = maxima.centroid.max(pressure(0.0, 0.0));
+        for [xi, eta] in GAUSS_POINTS {
+            maxima.gauss = maxima.gauss.max(pressure(xi, eta));
+        }
+        for (node, [xi, eta]) in model.mesh.corners(i, j).into_iter().zip(GAUSS_POINTS) {
+            let (sum, count) = &mut nodal[model.mesh.number(model.mesh.tied_to(node))];
+            *sum += pressure(xi.signum(), eta.signum());
+            *count += 1.0;
         }
     }
     let seen = nodal.into_iter().filter(|(_, count)| *count > 0.0);
@@ -195,8 +227,7 @@ pub(crate) fn displacement(layout: Layout, state: &State, node: [usize; 2]) -> [
 
 /// Hydrostatic pressures at the centroids of all elements, row after row (Pa).
 pub(crate) fn centroid_pressures(model: &Model, state: &State) -> Vec<f64> {
-    let mesh: &Mesh = &model.mesh;
-    let elements = (0..mesh.rows()).flat_map(|j| (0..mesh.columns()).map(move |i| [i, j]));
+    let elements = model.mesh.places();
     elements
         .map(|element| pressure(model, state, element, [0.0, 0.0]))
         .collect()
@@ -204,8 +235,7 @@ pub(crate) fn centroid_pressures(model: &Model, state: &State) -> Vec<f64> {
 
 /// Centroid stresses (sxx, syy, sxy) of all elements, row after row (Pa).
 pub(crate) fn centroid_stresses(model: &Model, state: &State) -> Vec<[f64; 3]> {
-    let mesh: &Mesh = &model.mesh;
-    let elements = (0..mesh.rows()).flat_map(|j| (0..mesh.columns()).map(move |i| [i, j]));
+    let elements = model.mesh.places();
     elements
         .map(|element| stress(model, state, element, [0.0, 0.0]))
         .collect()

@@ -33,7 +33,7 @@ pub(crate) fn write(
 /// The whole file as text.
 fn document(model: &Model, state: &State, touches: &[Touch]) -> String {
     let (mesh, layout) = (&model.mesh, model.body.layout());
-    let nodes = || (0..=mesh.rows()).flat_map(|j| (0..=mesh.columns()).map(move |i| [i, j]));
+    let nodes = || mesh.nodes();
     let vector = |field: &[f64], node| {
         [
             field[layout.index(node, 0)],
@@ -100,9 +100,8 @@ fn status(touch: &Touch) -> f64 {
 
 fn cells(file: &mut String, model: &Model) {
     let mesh = &model.mesh;
-    let number = |node: [usize; 2]| node[1] * (mesh.columns() + 1) + node[0];
-    let elements = (0..mesh.rows()).flat_map(|j| (0..mesh.columns()).map(move |i| (i, j)));
-    let corners = elements.flat_map(|(i, j)| mesh.corners(i, j)).map(number);
+    let corners = mesh.places().flat_map(|[i, j]| mesh.corners(i, j));
+    let corners = corners.map(|node| mesh.number(node));
     integers(file, "connectivity", "Int64", corners);
     integers(
         file,

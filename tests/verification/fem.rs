@@ -4,12 +4,18 @@
 mod fem_bodies;
 
 mod fem_compliance;
+mod fem_cylinder;
 mod fem_dispersion;
 mod fem_energy;
 mod fem_fields;
+mod fem_gmsh_contact;
+mod fem_gmsh_patch;
+mod fem_gmsh_refuse;
+mod fem_gmsh_same;
 mod fem_manufactured;
 mod fem_mesh;
 mod fem_motion;
+mod fem_msh;
 mod fem_newmark;
 mod fem_patch;
 mod fem_periodic;

@@ -4,8 +4,9 @@
 //! Source: Renouf, Saulot and Berthier (2006), section 6, with the sizes that give its number of elements.
 //! Tolerance: the digits printed.
 
+use fem_node::Config;
+use fem_node::config::{MeshConfig, MeshSource};
 use fem_node::mesh::{Edge, Mesh};
-use fem_node::{Config, config::MeshConfig};
 use protocol::read_config;
 use serde_json::Value;
 
@@ -13,7 +14,10 @@ use crate::fem_bodies::{paper, quick, rail, small};
 
 fn mesh(sizes: Value) -> (Mesh, MeshConfig) {
     let config: Config = read_config(&rail(sizes)).expect("valid");
-    (Mesh::graded(&config.mesh).expect("valid"), config.mesh)
+    let MeshSource::Graded(numbers) = config.mesh else {
+        panic!("it names no file");
+    };
+    (Mesh::graded(&numbers).expect("valid"), numbers)
 }
 
 #[test]

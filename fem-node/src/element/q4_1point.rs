@@ -19,7 +19,7 @@
 //! G has length 1 on a parallelogram. There, for a square and nu = 0.3, the hourglass stiffness is 0.735 of
 //! the exact bending stiffness; full integration gives 1.57 of it.
 
-use super::row::{Corners, Course, RowForces, Standing, load_corners, row_numbers};
+use super::row::{CornerRows, Corners, Course, RowForces, Standing, row_numbers};
 use super::stiffness::Stiffness;
 use crate::element::{Layout, area, slopes};
 use crate::material::Elastic;
@@ -57,17 +57,14 @@ impl Q4OnePoint {
         }
     }
 
-    /// Forces of the elements of a row, between the displacements of two rows of nodes.
-    pub(super) fn row(&self, row: usize, upper: &[f64], lower: &[f64], out: &mut RowForces) {
+    /// Forces of the elements of a row under the displacements of its corners.
+    pub(super) fn row(&self, row: usize, u: CornerRows, out: &mut RowForces) {
         let padded = self.layout.padded_columns();
-        let stride = self.layout.stride();
+        let stride = self.layout.element_stride();
         let numbers = &self.numbers[row * NUMBERS * padded..(row + 1) * NUMBERS * padded];
-        let (ux4, uy4) = upper.split_at(stride);
-        let (ux1, uy1) = lower.split_at(stride);
         for i in (0..padded).step_by(LANES) {
             let number = |k: usize| Pack::load(numbers, k * padded + i);
-            let x = Corners::load(ux1, ux4, i);
-            let y = Corners::load(uy1, uy4, i);
+            let [x, y] = u.load(stride, i);
             let (bx1, bx2, by1, by2) = (number(0), number(1), number(2), number(3));
             let (xx, xy) = x.gradient([bx1, bx2], [by1, by2]);
             let (yx, yy) = y.gradient([bx1, bx2], [by1, by2]);
@@ -102,16 +99,16 @@ impl Q4OnePoint {
         out: &mut RowForces,
     ) -> f64 {
         let moduli = [self.elastic.c11, self.elastic.c12, self.elastic.c33];
-        let (padded, stride) = (self.layout.padded_columns(), self.layout.stride());
+        let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let (u, du) = (course.u, course.du);
         let mut history = course.point(0, padded);
         let mut dissipated = Pack::splat(0.0);
         for i in (0..padded).step_by(LANES) {
             let number = |k: usize| self.number(row, k, i);
-            let [x, y] = load_corners(u, stride, i);
+            let [x, y] = u.load(stride, i);
             let gradient = self.gradient(row, i, [&x, &y]);
             let increment = || {
-                let [dx, dy] = load_corners(du, stride, i);
+                let [dx, dy] = du.load(stride, i);
                 self.gradient(row, i, [&dx, &dy])
             };
             let response = law.respond(moduli, gradient, increment, &mut history, i);
@@ -133,10 +130,10 @@ impl Q4OnePoint {
     /// Stored energy less u F / 2 (J) of a row, [`PointLaw::energy_beyond`].
     pub(super) fn energy_beyond(&self, law: &PointLaw, row: usize, now: Standing) -> f64 {
         let moduli = [self.elastic.c11, self.elastic.c12, self.elastic.c33];
-        let (padded, stride) = (self.layout.padded_columns(), self.layout.stride());
+        let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let mut sum = Pack::splat(0.0);
         for i in (0..padded).step_by(LANES) {
-            let [x, y] = load_corners(now.u, stride, i);
+            let [x, y] = now.u.load(stride, i);
             let gradient = self.gradient(row, i, [&x, &y]);
             let energy = law.energy_beyond(moduli, gradient, now.past(0, padded, i));
             sum = sum + self.number(row, 6, i) * energy;

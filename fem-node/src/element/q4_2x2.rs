@@ -19,7 +19,7 @@
 //!
 //! Only six numbers of geometry and J at the four points are needed, in place of four gradients of eight numbers.
 
-use super::row::{Corners, Course, RowForces, Standing, load_corners, row_numbers};
+use super::row::{CornerRows, Corners, Course, RowForces, Standing, row_numbers};
 use super::stiffness::Stiffness;
 use crate::config::Kinematics;
 use crate::element::{GAUSS, GAUSS_POINTS, Layout, jacobian, slopes};
@@ -52,18 +52,15 @@ impl Q4Full {
         }
     }
 
-    /// Forces of the elements of a row, between the displacements of two rows of nodes.
-    pub(super) fn row(&self, row: usize, upper: &[f64], lower: &[f64], out: &mut RowForces) {
+    /// Forces of the elements of a row under the displacements of its corners.
+    pub(super) fn row(&self, row: usize, u: CornerRows, out: &mut RowForces) {
         let padded = self.layout.padded_columns();
-        let stride = self.layout.stride();
+        let stride = self.layout.element_stride();
         let numbers = &self.numbers[row * NUMBERS * padded..(row + 1) * NUMBERS * padded];
-        let (ux4, uy4) = upper.split_at(stride);
-        let (ux1, uy1) = lower.split_at(stride);
         for i in (0..padded).step_by(LANES) {
-            let x = Modes::of(&Corners::load(ux1, ux4, i));
-            let y = Modes::of(&Corners::load(uy1, uy4, i));
+            let modes = u.load(stride, i).map(|corners| Modes::of(&corners));
             let number = |k: usize| Pack::load(numbers, k * padded + i);
-            let [fx, fy] = integrate(&number, [x, y], self.moduli);
+            let [fx, fy] = integrate(&number, modes, self.moduli);
             fx.store(out, i);
             fy.store(out, stride + i);
         }
@@ -82,7 +79,7 @@ impl Q4Full {
         let points = self.points(row);
         points.forces(law, course, |i, [fx, fy], _| {
             fx.store(out, i);
-            fy.store(out, self.layout.stride() + i);
+            fy.store(out, self.layout.element_stride() + i);
         })
     }
 
@@ -147,14 +144,14 @@ impl RowPoints<'_> {
         mut course: Course,
         mut store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
     ) -> f64 {
-        let (padded, stride) = (self.layout.padded_columns(), self.layout.stride());
+        let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let [c11, c12, c33] = self.moduli.map(Pack::splat);
         let scale = Pack::splat(4.0 / self.thickness);
         let quarter = Pack::splat(0.25 * self.thickness);
         let mut dissipated = Pack::splat(0.0);
         for i in (0..padded).step_by(LANES) {
-            let u = load_corners(course.u, stride, i).map(|corners| Modes::of(&corners));
-            let du = load_corners(course.du, stride, i).map(|corners| Modes::of(&corners));
+            let u = course.u.load(stride, i).map(|corners| Modes::of(&corners));
+            let du = course.du.load(stride, i).map(|corners| Modes::of(&corners));
             let mut force = [Modes::default(); 2];
             for point in 0..4 {
                 let place = self.place(point, i);
@@ -184,16 +181,16 @@ impl RowPoints<'_> {
         mut course: Course,
         mut store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
     ) -> f64 {
-        let (padded, stride) = (self.layout.padded_columns(), self.layout.stride());
+        let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let mut dissipated = Pack::splat(0.0);
         for i in (0..padded).step_by(LANES) {
-            let u = load_corners(course.u, stride, i).map(|corners| Modes::of(&corners));
+            let u = course.u.load(stride, i).map(|corners| Modes::of(&corners));
             let du = course.du;
             let mut force = [Modes::default(); 2];
             for point in 0..4 {
                 let place = self.place(point, i);
                 let increment = || {
-                    let du = load_corners(du, stride, i).map(|corners| Modes::of(&corners));
+                    let du = du.load(stride, i).map(|corners| Modes::of(&corners));
                     place.gradient(&du, self.thickness)
                 };
                 let gradient = place.gradient(&u, self.thickness);
@@ -208,10 +205,10 @@ impl RowPoints<'_> {
     }
 
     pub(super) fn energy_beyond(&self, law: &PointLaw, now: Standing) -> f64 {
-        let (padded, stride) = (self.layout.padded_columns(), self.layout.stride());
+        let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let mut sum = Pack::splat(0.0);
         for i in (0..padded).step_by(LANES) {
-            let u = load_corners(now.u, stride, i).map(|corners| Modes::of(&corners));
+            let u = now.u.load(stride, i).map(|corners| Modes::of(&corners));
             for point in 0..4 {
                 let place = self.place(point, i);
                 let gradient = place.gradient(&u, self.thickness);
@@ -490,8 +487,8 @@ mod tests {
             }
             let mut forces = Vec::new();
             let course = Course {
-                u: [&rows[0], &rows[1]],
-                du: [&rows[2], &rows[3]],
+                u: CornerRows::between([&rows[0], &rows[1]]),
+                du: CornerRows::between([&rows[2], &rows[3]]),
                 history: &mut history,
             };
             let store = |_: usize, force: [Modes; 2], _: [Modes; 2]| {

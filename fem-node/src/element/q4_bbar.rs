@@ -17,7 +17,7 @@
 //! the forces of the uniform pressure -k E, which need only the mean gradients.
 
 use super::q4_2x2::{self, Modes, RowPoints, integrate};
-use super::row::{Corners, Course, RowForces, Standing, row_numbers};
+use super::row::{CornerRows, Course, RowForces, Standing, row_numbers};
 use super::stiffness::{Stiffness, dilatation_row};
 use crate::element::{GAUSS_POINTS, Layout, area, jacobian, slopes};
 use crate::material::Elastic;
@@ -58,16 +58,13 @@ impl Q4MeanDilatation {
         }
     }
 
-    /// Forces of the elements of a row, between the displacements of two rows of nodes.
-    pub(super) fn row(&self, row: usize, upper: &[f64], lower: &[f64], out: &mut RowForces) {
+    /// Forces of the elements of a row under the displacements of its corners.
+    pub(super) fn row(&self, row: usize, u: CornerRows, out: &mut RowForces) {
         let padded = self.layout.padded_columns();
-        let stride = self.layout.stride();
+        let stride = self.layout.element_stride();
         let numbers = &self.numbers[row * NUMBERS * padded..(row + 1) * NUMBERS * padded];
-        let (ux4, uy4) = upper.split_at(stride);
-        let (ux1, uy1) = lower.split_at(stride);
         for i in (0..padded).step_by(LANES) {
-            let x = Modes::of(&Corners::load(ux1, ux4, i));
-            let y = Modes::of(&Corners::load(uy1, uy4, i));
+            let [x, y] = u.load(stride, i).map(|corners| Modes::of(&corners));
             let number = |k: usize| Pack::load(numbers, k * padded + i);
             let [mut fx, mut fy] = integrate(&number, [x, y], self.moduli);
 
@@ -93,7 +90,7 @@ impl Q4MeanDilatation {
             let number = |k: usize| Pack::load(points.numbers, k * padded + i);
             add_mean_pressure(&number, u, [&mut fx, &mut fy]);
             fx.store(out, i);
-            fy.store(out, self.layout.stride() + i);
+            fy.store(out, self.layout.element_stride() + i);
         })
     }
 

@@ -14,12 +14,11 @@ pub(super) fn row_numbers<const N: usize>(
 ) -> Vec<f64> {
     let padded = layout.padded_columns();
     let mut numbers = vec![0.0; mesh.rows() * N * padded];
-    for (j, row) in numbers.chunks_exact_mut(N * padded).enumerate() {
-        for i in 0..mesh.columns() {
-            let corners = mesh.corners(i, j).map(|n| mesh.point(n[0], n[1]));
-            for (array, number) in row.chunks_exact_mut(padded).zip(of_element(&corners)) {
-                array[i] = number;
-            }
+    for [i, j] in mesh.places() {
+        let row = &mut numbers[j * N * padded..(j + 1) * N * padded];
+        let corners = mesh.corners(i, j).map(|n| mesh.point(n[0], n[1]));
+        for (array, number) in row.chunks_exact_mut(padded).zip(of_element(&corners)) {
+            array[i] = number;
         }
     }
     numbers
@@ -33,17 +32,40 @@ pub(super) struct Corners {
     u4: Pack,
 }
 
-impl Corners {
-    #[inline(always)]
-    pub(super) fn load(lower: &[f64], upper: &[f64], i: usize) -> Corners {
-        Corners {
-            u1: Pack::load(lower, i),
-            u2: Pack::load(lower, i + 1),
-            u3: Pack::load(upper, i + 1),
-            u4: Pack::load(upper, i),
-        }
+/// A field at the corners of a row of elements, one slice for each corner, anticlockwise from the lower left one:
+/// element i finds its x component at i and its y component at [`Layout::element_stride`] + i.
+#[derive(Clone, Copy)]
+pub(crate) struct CornerRows<'a>([&'a [f64]; 4]);
+
+impl<'a> CornerRows<'a> {
+    /// Each corner in a slice of its own.
+    pub(super) fn apart(corners: [&'a [f64]; 4]) -> CornerRows<'a> {
+        CornerRows(corners)
     }
 
+    /// Between an upper and a lower row of nodes of a block, where neighbours share their corners. Empty rows give
+    /// empty slices: what nobody asks for.
+    #[inline(always)]
+    pub(crate) fn between([upper, lower]: [&'a [f64]; 2]) -> CornerRows<'a> {
+        let right = |row: &'a [f64]| row.get(1..).unwrap_or_default();
+        CornerRows([lower, right(lower), right(upper), upper])
+    }
+
+    /// Both components at the corners of the elements from `i` on.
+    #[inline(always)]
+    pub(super) fn load(self, stride: usize, i: usize) -> [Corners; 2] {
+        let [u1, u2, u3, u4] = self.0;
+        let corners = |at: usize| Corners {
+            u1: Pack::load(u1, at),
+            u2: Pack::load(u2, at),
+            u3: Pack::load(u3, at),
+            u4: Pack::load(u4, at),
+        };
+        [corners(i), corners(stride + i)]
+    }
+}
+
+impl Corners {
     #[inline(always)]
     pub(super) fn gradient(&self, bx: [Pack; 2], by: [Pack; 2]) -> (Pack, Pack) {
         let (d13, d24) = (self.u1 - self.u3, self.u2 - self.u4);
@@ -64,13 +86,12 @@ impl Corners {
     }
 }
 
-/// A row of elements under more than linear elasticity: displacements of the nodes above and below it, what they
-/// changed by in the last step, and what the points remember.
+/// A row of elements under more than linear elasticity: displacements of its corners, what they changed by in the last
+/// step, and what the points remember.
 pub(crate) struct Course<'a> {
-    /// Upper and lower row of nodes.
-    pub(crate) u: [&'a [f64]; 2],
-    /// Their last increments; empty where nothing is remembered.
-    pub(crate) du: [&'a [f64]; 2],
+    pub(crate) u: CornerRows<'a>,
+    /// The last increments; empty where nothing is remembered.
+    pub(crate) du: CornerRows<'a>,
     /// Histories of this row: for each point [`crate::material::j2::HISTORY`] arrays of [`Layout::padded_columns`].
     pub(crate) history: &'a mut [f64],
 }
@@ -94,7 +115,7 @@ impl Course<'_> {
 /// Displacements and histories of a row of elements, as they are.
 #[derive(Clone, Copy)]
 pub(crate) struct Standing<'a> {
-    pub(crate) u: [&'a [f64]; 2],
+    pub(crate) u: CornerRows<'a>,
     pub(crate) history: &'a [f64],
 }
 
@@ -107,14 +128,6 @@ impl Standing<'_> {
             false => past(self.history, padded, point * HISTORY * padded + i),
         }
     }
-}
-
-/// Both displacement components at the corners of the elements from column `i` on.
-#[inline(always)]
-pub(super) fn load_corners([upper, lower]: [&[f64]; 2], stride: usize, i: usize) -> [Corners; 2] {
-    let (ux4, uy4) = upper.split_at(stride);
-    let (ux1, uy1) = lower.split_at(stride);
-    [Corners::load(ux1, ux4, i), Corners::load(uy1, uy4, i)]
 }
 
 /// Forces of a row of elements on the nodes above and below it, kept until the row below has added its own.
@@ -133,7 +146,7 @@ pub(crate) struct RowForces {
 
 impl RowForces {
     pub(crate) fn new(layout: Layout) -> RowForces {
-        let zero = vec![0.0; layout.row_len()];
+        let zero = vec![0.0; 2 * layout.element_stride()];
         RowForces {
             upper_left: zero.clone(),
             upper_right: zero.clone(),
@@ -151,6 +164,17 @@ impl RowForces {
         (f2 - q).store(&mut self.lower_right, i + 1);
         (q - f1).store(&mut self.upper_right, i + 1);
         (Pack::splat(0.0) - f2 - q).store(&mut self.upper_left, i);
+    }
+
+    /// Forces (x1, y1, x2, ..) on the corners of element `i`, `stride` being that of the elements.
+    pub(super) fn of_element(&self, stride: usize, i: usize) -> [f64; 8] {
+        let places = [
+            (&self.lower_left, i),
+            (&self.lower_right, i + 1),
+            (&self.upper_right, i + 1),
+            (&self.upper_left, i),
+        ];
+        std::array::from_fn(|k| places[k / 2].0[places[k / 2].1 + (k % 2) * stride])
     }
 
     /// There are no elements below the last row of nodes.

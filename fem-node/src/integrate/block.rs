@@ -7,7 +7,7 @@ use super::row::{Resisting, Row, RowSums};
 use super::scheme::{Rule, Scheme};
 use super::scratch::{Scratch, copy_neighbours};
 use super::state::State;
-use crate::element::{Body, Course};
+use crate::element::{Body, CornerRows, Course};
 use crate::material::point::PointLaw;
 use crate::wheel::{Wheel, WheelRun};
 
@@ -158,8 +158,8 @@ impl Block<'_> {
         elements.clear_carried();
         if self.first > 0 {
             let course = Course {
-                u: [above, &self.u[..above.len()]],
-                du: [&memory.above, &memory.next],
+                u: CornerRows::between([above, &self.u[..above.len()]]),
+                du: CornerRows::between([&memory.above, &memory.next]),
                 history: &mut memory.history,
             };
             // The block above counts what they dissipate.
@@ -181,11 +181,11 @@ impl Block<'_> {
         let (here, rest) = self.u[local * size..].split_at(size);
         let remembered = memory.history.len();
         let course = Course {
-            u: [here, if inside { &rest[..size] } else { below }],
-            du: [
+            u: CornerRows::between([here, if inside { &rest[..size] } else { below }]),
+            du: CornerRows::between([
                 &memory.here,
                 if inside { &memory.next } else { &memory.below },
-            ],
+            ]),
             history: &mut self.history[local * remembered..(local + 1) * remembered],
         };
         self.sums[local].plastic += body.element_row_by(law, self.first + local, course, elements);
@@ -261,16 +261,6 @@ impl Block<'_> {
             mass: &body.mass[all.clone()],
             inverse_mass: &body.inverse_mass[all],
         };
-        let (scheme, damping) = (&rule.scheme, rule.damping);
-        row.accelerate(scheme, damping.end);
-        layout.spread(row.new_a);
-        let sums = &mut self.sums[local];
-        if scheme.damping > 0.5 {
-            sums.rotation += row.rotation(scheme);
-        }
-        if damping.acts() {
-            sums.damping += row.damping(scheme, damping);
-        }
-        row.correct(scheme);
+        row.finish(rule, layout, &mut self.sums[local]);
     }
 }

@@ -1,6 +1,7 @@
 //! The end of a step for one row of nodes: accelerations, energies, velocities.
 
-use super::scheme::{Damping, Scheme};
+use super::scheme::{Damping, Rule, Scheme};
+use crate::element::Layout;
 use crate::pack::{LANES, Pack};
 
 /// What a row of nodes has moved between energies since the start of the window (J).
@@ -62,8 +63,23 @@ pub(super) struct Row<'a> {
 }
 
 impl Row<'_> {
+    /// Everything that is left to do once the forces are known.
+    #[inline(always)]
+    pub(super) fn finish(&mut self, rule: &Rule, layout: Layout, sums: &mut RowSums) {
+        let (scheme, damping) = (&rule.scheme, rule.damping);
+        self.accelerate(scheme, damping.end);
+        layout.spread(self.new_a);
+        if scheme.damping > 0.5 {
+            sums.rotation += self.rotation(scheme);
+        }
+        if damping.acts() {
+            sums.damping += self.damping(scheme, damping);
+        }
+        self.correct(scheme);
+    }
+
     /// a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F(u'))
-    pub(super) fn accelerate(&mut self, scheme: &Scheme, c: f64) {
+    fn accelerate(&mut self, scheme: &Scheme, c: f64) {
         let (h, b) = (scheme.step, scheme.damping);
         let drag = Pack::splat(c / (1.0 + b * h * c));
         let (old, new) = scheme.weights();
@@ -76,7 +92,7 @@ impl Row<'_> {
     }
 
     /// du dF - b h^2/2 da M da
-    pub(super) fn rotation(&self, scheme: &Scheme) -> f64 {
+    fn rotation(&self, scheme: &Scheme) -> f64 {
         let h = Pack::splat(scheme.step);
         let half = Pack::splat(0.5 * scheme.step * scheme.step);
         let weight = Pack::splat(0.5 * scheme.damping * scheme.step * scheme.step);
@@ -92,7 +108,7 @@ impl Row<'_> {
     }
 
     /// [(1-b) c v + b c' v'] M du
-    pub(super) fn damping(&self, scheme: &Scheme, damping: Damping) -> f64 {
+    fn damping(&self, scheme: &Scheme, damping: Damping) -> f64 {
         let h = Pack::splat(scheme.step);
         let half = Pack::splat(0.5 * scheme.step * scheme.step);
         let start = Pack::splat((1.0 - scheme.damping) * damping.start);
@@ -115,7 +131,7 @@ impl Row<'_> {
     }
 
     /// The new fields become the old ones.
-    pub(super) fn correct(&mut self, scheme: &Scheme) {
+    fn correct(&mut self, scheme: &Scheme) {
         for k in (0..self.new_a.len()).step_by(LANES) {
             self.new_velocity(scheme, k).store(self.v, k);
         }

@@ -39,7 +39,7 @@ impl State {
 
     /// At rest, undeformed, under a law that may be more than linear.
     pub fn at_rest_under(body: &Body, law: Option<&PointLaw>) -> State {
-        let rows = body.layout().node_rows() - 1;
+        let rows = body.layout().element_rows();
         let remembered = law.map_or(0, |law| rows * body.history_row_len(law));
         State {
             history: vec![0.0; remembered],

@@ -90,8 +90,9 @@ impl Factor {
 /// The components that can move, node after node, and the equation of each.
 fn number(model: &Model) -> (Vec<usize>, Vec<u32>) {
     let (layout, mesh) = (model.body.layout(), &model.mesh);
-    let nodes = (0..=mesh.rows()).flat_map(|j| (0..=mesh.columns()).map(move |i| [i, j]));
-    let all = nodes.flat_map(|node| [0, 1].map(|k| layout.index(node, k)));
+    let all = mesh
+        .nodes()
+        .flat_map(|node| [0, 1].map(|k| layout.index(node, k)));
     let components: Vec<usize> = all.filter(|i| model.body.inverse_mass[*i] > 0.0).collect();
     let mut equations = vec![FIXED; layout.len()];
     for (row, component) in components.iter().enumerate() {
@@ -107,7 +108,7 @@ fn number(model: &Model) -> (Vec<usize>, Vec<u32>) {
 fn assemble(model: &Model, equations: &[u32]) -> Vec<Triplet<u32, u32, f64>> {
     let (layout, mesh) = (model.body.layout(), &model.mesh);
     let mut triplets = Vec::with_capacity(36 * mesh.elements());
-    for (i, j) in (0..mesh.rows()).flat_map(|j| (0..mesh.columns()).map(move |i| (i, j))) {
+    for [i, j] in mesh.places() {
         let corners = mesh.corners(i, j);
         let points = corners.map(|n| mesh.point(n[0], n[1]));
         let stiffness = element::stiffness(model.element, &points, &model.elastic, model.thickness);

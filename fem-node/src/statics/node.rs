@@ -142,7 +142,7 @@ impl StaticNode {
 
     fn report(&self) -> Vec<f64> {
         let state = self.statics.state(&self.model);
-        let mut report = probe::surface_signals(&self.model, &state.state).to_vec();
+        let mut report = probe::surface_signals(&self.model, &state.state);
         if let Some(contact) = state.contact {
             let [fx, fy] = contact.resultant();
             let touching = contact
@@ -200,6 +200,7 @@ impl StaticNode {
         results
             .into_iter()
             .map(|(name, value)| (name.to_string(), value))
+            .chain(probe::outward_displacements(&self.model, &held.state))
             .collect()
     }
 }
@@ -267,7 +268,7 @@ impl Node for StaticNode {
             end_s: Some(self.end() as f64),
             phases: phases.into_iter().filter(|p| p.t1_s > p.t0_s).collect(),
             sets: Vec::new(),
-            signals: probe::SURFACE_SIGNALS
+            signals: probe::surface_names(&self.model)
                 .iter()
                 .chain(wheel)
                 .map(|name| (*name).into())

@@ -1,0 +1,120 @@
+//! Where the mesh comes from: a few numbers, or a file of Gmsh.
+
+use std::path::PathBuf;
+
+use protocol::ConfigError;
+use serde::Deserialize;
+
+use super::{MeshConfig, positive};
+
+/// The mesh: `{ width_m = .., .. }`, a graded block, or `{ gmsh = "rail.msh" }`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "MeshKeys")]
+pub enum MeshSource {
+    /// A block from a few numbers.
+    Graded(MeshConfig),
+    /// Quadrilaterals from a file.
+    Gmsh(GmshConfig),
+}
+
+/// A mesh that Gmsh wrote.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GmshConfig {
+    /// The file, MSH 2.2 or 4.1, ASCII. In a scenario relative to its folder, which the loader makes absolute; a node that
+    /// is built without a scenario takes it relative to its working directory.
+    pub gmsh: PathBuf,
+    /// Length of the file's unit (m), > 0; 1 when absent.
+    pub length_unit_m: f64,
+}
+
+/// All keys of both; which of them belong together is found out afterwards, so that every message names its key.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MeshKeys {
+    gmsh: Option<PathBuf>,
+    length_unit_m: Option<f64>,
+    width_m: Option<f64>,
+    height_m: Option<f64>,
+    size_m: Option<f64>,
+    fine_width_m: Option<f64>,
+    fine_depth_m: Option<f64>,
+    side_columns: Option<usize>,
+    depth_rows: Option<usize>,
+    crown_radius_m: Option<f64>,
+    periodic_x: Option<bool>,
+}
+
+impl MeshSource {
+    /// Whether the left and the right edge are one.
+    pub(super) fn periodic_x(&self) -> bool {
+        matches!(
+            self,
+            MeshSource::Graded(MeshConfig {
+                periodic_x: true,
+                ..
+            })
+        )
+    }
+
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        match self {
+            MeshSource::Graded(config) => config.check(),
+            MeshSource::Gmsh(config) => positive("mesh.length_unit_m", config.length_unit_m, "m"),
+        }
+    }
+}
+
+/// serde's own words for a missing key are understood by [`protocol::config_error`].
+impl TryFrom<MeshKeys> for MeshSource {
+    type Error = String;
+
+    fn try_from(keys: MeshKeys) -> Result<MeshSource, String> {
+        if let Some(gmsh) = &keys.gmsh {
+            return match keys.of_a_block() {
+                Some(key) => Err(format!(
+                    "`{key}` describes a block and does not go with a file in `gmsh`; remove one of them"
+                )),
+                None => Ok(MeshSource::Gmsh(GmshConfig {
+                    gmsh: gmsh.clone(),
+                    length_unit_m: keys.length_unit_m.unwrap_or(1.0),
+                })),
+            };
+        }
+        if keys.length_unit_m.is_some() {
+            return Err(
+                "`length_unit_m` is the unit of a file in `gmsh`, and there is none".into(),
+            );
+        }
+        let required =
+            |name: &str, value: Option<f64>| value.ok_or_else(|| format!("missing field `{name}`"));
+        Ok(MeshSource::Graded(MeshConfig {
+            width_m: required("width_m", keys.width_m)?,
+            height_m: required("height_m", keys.height_m)?,
+            size_m: required("size_m", keys.size_m)?,
+            fine_width_m: keys.fine_width_m,
+            fine_depth_m: keys.fine_depth_m,
+            side_columns: keys.side_columns.unwrap_or(0),
+            depth_rows: keys.depth_rows.unwrap_or(0),
+            crown_radius_m: keys.crown_radius_m,
+            periodic_x: keys.periodic_x.unwrap_or(false),
+        }))
+    }
+}
+
+impl MeshKeys {
+    /// The first key that only a block has.
+    fn of_a_block(&self) -> Option<&'static str> {
+        let given = [
+            ("width_m", self.width_m.is_some()),
+            ("height_m", self.height_m.is_some()),
+            ("size_m", self.size_m.is_some()),
+            ("fine_width_m", self.fine_width_m.is_some()),
+            ("fine_depth_m", self.fine_depth_m.is_some()),
+            ("side_columns", self.side_columns.is_some()),
+            ("depth_rows", self.depth_rows.is_some()),
+            ("crown_radius_m", self.crown_radius_m.is_some()),
+            ("periodic_x", self.periodic_x.is_some()),
+        ];
+        given.iter().find(|(_, given)| *given).map(|(key, _)| *key)
+    }
+}
