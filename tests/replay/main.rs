@@ -56,7 +56,8 @@ fn logged() -> (harness::runs::Left, Recording) {
         .expect("it is valid")
         .completed();
     assert!(left.number("coupling.halved_windows") > 0.0);
-    let recording = recording(&left.scratch.path().join("exchange.mcap")).expect("it was closed");
+    let recording =
+        recording(&left.scratch.path().join("exchange.mcap"), &[]).expect("it was closed");
     (left, recording)
 }
 
@@ -74,8 +75,8 @@ fn replay(recording: &Recording, who: &str) -> Replayed {
     };
     let watch = Watch::default();
     let replayed = match who {
-        "coupler" => loop_replay::replay(recording, &launcher, &watch),
-        name => solver::replay(recording, &launcher, name, &watch),
+        "coupler" => loop_replay::replay(recording, &launcher, &watch, None),
+        name => solver::replay(recording, &launcher, name, &watch, &solver::How::default()),
     };
     replayed.expect("the participants start")
 }
@@ -184,4 +185,50 @@ fn the_command_replays_a_shipped_run_and_what_is_left_of_a_cut_log() {
             assert!(row["equal_messages"].as_u64() > Some(50), "{row:#}");
         }
     }
+}
+
+/// From a checkpoint everything repeats; another friction drifts in open loop, departs when it must not, and passes
+/// within a tolerance that is wide enough only.
+#[test]
+fn the_command_replays_from_a_checkpoint_and_with_another_parameter() {
+    let work = Scratch::new("what-if");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/quick");
+    let mut run = thirdbody(work.path());
+    run.arg("run").arg(scene).args(["--out", "out"]);
+    for set in ["run.end_s=6e-5", "run.checkpoint_every_windows=20"] {
+        run.args(["--set", set]);
+    }
+    assert!(run.output().expect("the program starts").status.success());
+    let replay = |more: &[&str]| {
+        let mut command = thirdbody(work.path());
+        command.args(["replay", "out", "--json"]).args(more);
+        let output = command.output().expect("it starts");
+        (output.status.code(), parse_json(&output.stdout))
+    };
+    let (code, all) = replay(&[]);
+    assert_eq!(code, Some(0), "{all:#}");
+    let (code, found) = replay(&["--from", "75"]);
+    assert_eq!(
+        (code, &found["from_window"]),
+        (Some(0), &60.into()),
+        "{found:#}"
+    );
+    for (late, early) in [0, 1, 2].map(|i| (&found["results"][i], &all["results"][i])) {
+        let equal = |row: &serde_json::Value| row["equal_messages"].as_u64().expect("a number");
+        assert!(late["departure"].is_null() && equal(late) > 20, "{late:#}");
+        assert!(equal(late) < equal(early), "{late:#}");
+        assert_eq!(late["last_window"], early["last_window"]);
+    }
+    let friction = "participant.third-body.config.law.friction=0.299";
+    let (code, found) = replay(&["--set", friction]);
+    assert_eq!((code, &found["open_loop"]), (Some(0), &true.into()));
+    let row = &found["results"][0];
+    assert_eq!(row["who"], "third-body");
+    assert!(row["departure"].is_string(), "{row:#}");
+    let drift = row["drift"]["force"]["max_rel"].as_f64().expect("a number");
+    assert!(drift > 1e-12 && drift.is_finite(), "{drift:e}");
+    let svg = std::fs::read_to_string(work.path().join("replay-drift.svg")).expect("it was drawn");
+    assert!(svg.contains("open loop"));
+    let (code, _) = replay(&["--tolerance", "1e-12"]);
+    assert_eq!(code, Some(0), "what is equal is within any tolerance");
 }

@@ -75,7 +75,8 @@ fn every_participant_of_every_group_and_the_coupler_repeat_every_bit() {
     let left = run_in_process(&scenario(), &[])
         .expect("it is valid")
         .completed();
-    let recording = recording(&left.scratch.path().join("exchange.mcap")).expect("it was closed");
+    let recording =
+        recording(&left.scratch.path().join("exchange.mcap"), &[]).expect("it was closed");
     let streams: BTreeSet<(&str, u32)> = recording
         .messages
         .iter()

@@ -114,12 +114,38 @@ impl Origin {
         }
     }
 
-    /// Gives the coupler and each participant their states back.
+    /// Gives the coupler and each participant their states back, and tells the walls what they stood on.
     pub fn restore(
         &self,
         conversation: &mut Conversation,
         courses: &mut [Course],
     ) -> Result<(), Error> {
+        self.place(courses)?;
+        for course in courses {
+            conversation.aside(|conversation| course.coupling.tell_again(conversation))?;
+        }
+        (0..self.checkpoint.nodes.len())
+            .try_for_each(|peer| self.restore_node(conversation, peer, peer))
+    }
+
+    /// Gives the participant `index` of the scenario its state back, the only one of the conversation.
+    pub fn restore_one(&self, conversation: &mut Conversation, index: usize) -> Result<(), Error> {
+        self.restore_node(conversation, 0, index)
+    }
+
+    fn restore_node(
+        &self,
+        conversation: &mut Conversation,
+        peer: usize,
+        index: usize,
+    ) -> Result<(), Error> {
+        let frame = Frame::with_bytes(Header::of(Kind::Restore), &self.checkpoint.nodes[index]);
+        conversation.repeat(peer, frame.header, frame.payload)?;
+        conversation.hear(peer, Kind::Restored).map(|_| ())
+    }
+
+    /// Gives the coupler its state back.
+    pub fn place(&self, courses: &mut [Course]) -> Result<(), Error> {
         let state = &self.checkpoint;
         let places = &state.position.courses;
         if [places.len(), state.couplings.len()] != [courses.len(); 2] {
@@ -133,12 +159,6 @@ impl Origin {
         for ((course, place), coupling) in courses.iter_mut().zip(places).zip(&state.couplings) {
             course.go_to(place);
             course.coupling.restore(coupling)?;
-            conversation.aside(|conversation| course.coupling.tell_again(conversation))?;
-        }
-        for (peer, state) in self.checkpoint.nodes.iter().enumerate() {
-            let frame = Frame::with_bytes(Header::of(Kind::Restore), state);
-            conversation.repeat(peer, frame.header, frame.payload)?;
-            conversation.hear(peer, Kind::Restored)?;
         }
         Ok(())
     }

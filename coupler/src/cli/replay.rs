@@ -2,13 +2,16 @@
 
 use std::path::PathBuf;
 
-use serde_json::json;
+use protocol::Kind;
+use serde_json::{Value, json};
 
 use super::{VerbResult, log_of, own_program, print, refuse_commands};
+use crate::checkpoint::{Origin, find};
 use crate::couple::run::fresh_run_id;
 use crate::error::Error;
 use crate::launch::{Launcher, Registry, Watch};
-use crate::replay::{Recording, Replayed, coupler, recording, solver};
+use crate::replay::solver::How;
+use crate::replay::{Recording, Replayed, coupler, drift, recording, solver};
 use crate::rundir::{RunDir, Scratch};
 use crate::scenario::{Participant, TransportKind};
 
@@ -26,6 +29,20 @@ pub struct ReplayArguments {
     /// Threads of each participant.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     threads: u16,
+    /// Begin at the nearest checkpoint after at most so many windows instead of at the start.
+    #[arg(long, value_name = "WINDOW")]
+    from: Option<u64>,
+    /// Accept answers that deviate by so much of the largest number of their kind: for solvers that do not repeat
+    /// every bit.
+    #[arg(long, value_name = "REL")]
+    tolerance: Option<f64>,
+    /// What if a solver had another parameter: participant.third-body.config.law.friction=0.2. Its answers are compared to the
+    /// end, in open loop: the other side still says what it said to the logged solver.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Where the picture of the drift goes that --set draws.
+    #[arg(long, value_name = "FILE.svg", default_value = "replay-drift.svg")]
+    plot: PathBuf,
     /// Start programs that the logged scenario names.
     #[arg(long)]
     allow_commands: bool,
@@ -34,10 +51,69 @@ pub struct ReplayArguments {
     json: bool,
 }
 
-/// Replays; exit code 7 at the first departure.
+/// Replays; exit code 7 at the first departure. With `--set` departures are what is looked for, and the code is 0.
 pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
-    let mut recording = recording(&log_of(&arguments.run)?)?;
+    let log = log_of(&arguments.run)?;
+    let mut recording = recording(&log, &[])?;
+    let origin = match arguments.from {
+        None => None,
+        Some(window) => Some(nearest(arguments, &recording, window)?),
+    };
+    if !arguments.set.is_empty() {
+        recording.loaded = crate::replay::recording(&log, &arguments.set)?.loaded;
+    }
+    let chosen = chosen(&recording, arguments)?;
     prepare(&mut recording, arguments.allow_commands)?;
+    let how = How {
+        from: origin.as_ref(),
+        tolerance_rel: arguments.tolerance,
+        open_loop: !arguments.set.is_empty(),
+    };
+    let results = all(
+        &recording,
+        registry,
+        arguments.threads.into(),
+        &chosen,
+        &how,
+    )?;
+    if how.open_loop {
+        draw(arguments, &results)?;
+    }
+    match arguments.json {
+        true => print(&json(&recording, &results, &how).to_string()),
+        false => print(&table(&recording, &results, &how)),
+    }
+    let departs = results.iter().any(|replayed| replayed.departure.is_some());
+    match departs && !how.open_loop {
+        true => Ok(DEPARTS),
+        false => Ok(0),
+    }
+}
+
+fn nearest(
+    arguments: &ReplayArguments,
+    recording: &Recording,
+    window: u64,
+) -> Result<Origin, Error> {
+    let (origin, passed_over) = find(&arguments.run, &recording.loaded, Some(window))?;
+    for unusable in passed_over {
+        eprintln!("warning: {unusable}; the one before it is taken");
+    }
+    origin.ok_or_else(|| {
+        Error::Refused(format!(
+            "--from {window}: {} holds no checkpoint after at most so many windows; `thirdbody inspect` lists them, run.checkpoints_kept keeps more",
+            arguments.run.display()
+        ))
+    })
+}
+
+fn all(
+    recording: &Recording,
+    registry: &Registry,
+    threads: usize,
+    chosen: &[String],
+    how: &How,
+) -> Result<Vec<Replayed>, Error> {
     let run_id = fresh_run_id();
     // Logs and fields of the replayed participants, which nobody keeps.
     let scratch = Scratch::new("replay", run_id);
@@ -47,25 +123,23 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
         registry,
         program: own_program()?,
         run_id,
-        threads: arguments.threads.into(),
+        threads,
         rundir: &rundir,
     };
     let watch = Watch::default();
-    let mut results = Vec::new();
-    for who in chosen(&recording, arguments.node.as_deref()) {
-        results.push(match who.as_str() {
-            "coupler" => coupler::replay(&recording, &launcher, &watch)?,
-            name => solver::replay(&recording, &launcher, name, &watch)?,
-        });
-    }
-    match arguments.json {
-        true => print(&json(&recording, &results)),
-        false => print(&table(&recording, &results)),
-    }
-    match results.iter().any(|replayed| replayed.departure.is_some()) {
-        true => Ok(DEPARTS),
-        false => Ok(0),
-    }
+    let replay = |who: &String| match who.as_str() {
+        "coupler" => coupler::replay(recording, &launcher, &watch, how.from),
+        name => solver::replay(recording, &launcher, name, &watch, how),
+    };
+    chosen.iter().map(replay).collect()
+}
+
+fn draw(arguments: &ReplayArguments, results: &[Replayed]) -> Result<(), Error> {
+    let drift: Vec<_> = results.iter().flat_map(|r| r.drift.clone()).collect();
+    let path = &arguments.plot;
+    std::fs::write(path, drift::picture(&drift)?).map_err(Error::io(path.display().to_string()))?;
+    eprintln!("{}", path.display());
+    Ok(())
 }
 
 /// Shipped solvers are replayed as threads; foreign ones need their processes, and the user's leave.
@@ -81,48 +155,101 @@ fn prepare(recording: &mut Recording, allow_commands: bool) -> Result<(), Error>
     Ok(())
 }
 
-fn chosen(recording: &Recording, only: Option<&str>) -> Vec<String> {
-    if let Some(name) = only {
-        return vec![name.to_string()];
-    }
+/// Who is replayed: all, or the one that is named. With `--set` it is those whose keys are set, and never the coupler.
+fn chosen(recording: &Recording, arguments: &ReplayArguments) -> Result<Vec<String>, Error> {
     let participants = recording.loaded.scenario.participant.iter();
-    participants
-        .map(|participant| participant.name.clone())
-        .chain(["coupler".to_string()])
-        .collect()
+    let names: Vec<String> = participants.map(|p| p.name.clone()).collect();
+    let set = |name: &String| {
+        let prefix = format!("participant.{name}.config.");
+        let mut keys = arguments.set.iter();
+        keys.any(|key| key.starts_with(&prefix))
+    };
+    let changed: Vec<String> = names.iter().filter(|name| set(name)).cloned().collect();
+    match (&arguments.node, arguments.set.is_empty()) {
+        (Some(name), true) => Ok(vec![name.clone()]),
+        (None, true) => Ok(names.into_iter().chain(["coupler".to_string()]).collect()),
+        (_, false) if changed.is_empty() => Err(Error::Refused(format!(
+            "--set {}: a replay changes keys of a solver, participant.NAME.config.KEY with NAME one of {}",
+            arguments.set.join(" --set "),
+            names.join(", ")
+        ))),
+        (Some(name), false) => Ok(vec![name.clone()]),
+        (None, false) => Ok(changed),
+    }
 }
 
-fn table(recording: &Recording, results: &[Replayed]) -> String {
+fn table(recording: &Recording, results: &[Replayed], how: &How) -> String {
     let mut lines = Vec::new();
     if let Some(damage) = &recording.damage {
         lines.push(format!(
             "the log ends early, its valid part is replayed: {damage}"
         ));
     }
+    if let Some(origin) = how.from {
+        lines.push(format!("from {}", origin.path.display()));
+    }
+    if how.open_loop {
+        lines.push("open loop: the other side says what it said to the logged solver".into());
+    }
+    let found = match how.tolerance_rel {
+        None => "bitwise identical".to_string(),
+        Some(tolerance) => format!("identical within {tolerance:e}"),
+    };
     for replayed in results {
         let found = match &replayed.departure {
-            None => "bitwise identical".to_string(),
+            None => found.clone(),
             Some(departure) => departure.to_string(),
         };
         lines.push(format!(
-            "{}: {} messages compared, up to window {}: {found}",
+            "{}: {} messages equal, up to window {}: {found}",
             replayed.who, replayed.equal, replayed.last_window
         ));
+        for (kind, last, largest) in drift::table(&replayed.drift) {
+            lines.push(format!(
+                "  drift of {kind}: {last:.3e} in the last window, {largest:.3e} at most"
+            ));
+        }
     }
     lines.join("\n")
 }
 
-fn json(recording: &Recording, results: &[Replayed]) -> String {
-    let rows: Vec<_> = results
-        .iter()
-        .map(|replayed| {
-            json!({
-                "who": replayed.who,
-                "equal_messages": replayed.equal,
-                "last_window": replayed.last_window,
-                "departure": replayed.departure.as_ref().map(ToString::to_string),
-            })
-        })
-        .collect();
-    json!({ "windows": recording.windows, "damage": recording.damage, "results": rows }).to_string()
+fn json(recording: &Recording, results: &[Replayed], how: &How) -> Value {
+    let rows = results.iter().map(|replayed| {
+        let mut row = json!({
+            "who": replayed.who,
+            "equal_messages": replayed.equal,
+            "last_window": replayed.last_window,
+            "departure": replayed.departure.as_ref().map(ToString::to_string),
+        });
+        if how.open_loop {
+            row["drift"] = drifts(replayed);
+        }
+        row
+    });
+    json!({
+        "windows": recording.blocks(),
+        "damage": recording.damage,
+        "from_window": how.from.map(|origin| origin.checkpoint.position.windows),
+        "tolerance_rel": how.tolerance_rel,
+        "open_loop": how.open_loop,
+        "results": rows.collect::<Vec<_>>(),
+    })
+}
+
+/// By kind: the drift in the last window, the largest, and that of each window.
+fn drifts(replayed: &Replayed) -> Value {
+    let kinds = [
+        ("motion", Kind::Motion),
+        ("force", Kind::Force),
+        ("report", Kind::Report),
+    ];
+    let rows = drift::table(&replayed.drift)
+        .into_iter()
+        .map(|(name, last, largest)| {
+            let kind = kinds.iter().find(|(known, _)| *known == name);
+            let windows = kind.map(|(_, kind)| drift::by_window(&replayed.drift, *kind));
+            let value = json!({ "last_rel": last, "max_rel": largest, "windows": windows });
+            (name.to_string(), value)
+        });
+    Value::Object(rows.collect())
 }

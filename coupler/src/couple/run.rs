@@ -289,19 +289,13 @@ impl RunSession<'_> {
         let groups = join(conversation, scenario, greeted)?;
         conversation.end_window(0)?;
         let mut courses = courses(scenario, greeted, groups)?;
-        for course in &mut courses {
+        for course in &courses {
             self.rundir.note(&describe(course));
-            for (index, prediction) in course.coupling.foresee(conversation, greeted)? {
-                let interface = &scenario.interface[index];
-                for line in prediction.lines() {
-                    self.rundir
-                        .note(&format!("interface `{}`: {line}", interface.name));
-                }
-                prediction.refuse(interface)?;
-            }
         }
-        if let Some(origin) = self.origin {
-            origin.restore(conversation, &mut courses)?;
+        match self.origin {
+            // What was foreseen, and asked for it, is in the log that is gone on with.
+            Some(origin) => origin.restore(conversation, &mut courses)?,
+            None => self.foresee(conversation, greeted, &mut courses)?,
         }
         outputs.expect(courses[0].step, courses[0].end);
         let summary = &mut self.summary;
@@ -320,6 +314,26 @@ impl RunSession<'_> {
             },
         )?;
         outputs.finish(conversation, summary)
+    }
+
+    /// Writes down what the handshake tells of the stability to come, and refuses what cannot go well.
+    fn foresee(
+        &self,
+        conversation: &mut Conversation,
+        greeted: &[Greeted],
+        courses: &mut [Course],
+    ) -> Result<(), Error> {
+        for course in courses {
+            for (index, prediction) in course.coupling.foresee(conversation, greeted)? {
+                let interface = &self.loaded.scenario.interface[index];
+                for line in prediction.lines() {
+                    self.rundir
+                        .note(&format!("interface `{}`: {line}", interface.name));
+                }
+                prediction.refuse(interface)?;
+            }
+        }
+        Ok(())
     }
 
     fn alone(
@@ -526,6 +540,7 @@ pub fn windows(
     conversation: &mut Conversation,
     scenario: &Scenario,
     greeted: &[Greeted],
+    from: Option<&Origin>,
 ) -> Result<(), Error> {
     if scenario.interface.is_empty() {
         return Err(Error::Refused(
@@ -534,8 +549,13 @@ pub fn windows(
     }
     let groups = join(conversation, scenario, greeted)?;
     let mut courses = courses(scenario, greeted, groups)?;
-    for course in &mut courses {
-        course.coupling.foresee(conversation, greeted)?;
+    match from {
+        Some(origin) => origin.place(&mut courses)?,
+        None => {
+            for course in &mut courses {
+                course.coupling.foresee(conversation, greeted)?;
+            }
+        }
     }
     each_window(conversation, &mut courses, |_, _, _| Ok(()))
 }

@@ -12,7 +12,10 @@ use prost::Message;
 use protocol::link::shm::MAX_DOUBLES;
 use protocol::{Frame, Header};
 
-use super::record::{FORMAT_KEY, INTERFACE, MANIFEST_KEY, PROVENANCE, RUN_ID_KEY, SCENARIO_KEY};
+use super::record::{
+    FORMAT_KEY, HASH_KEY, INTERFACE, MANIFEST_KEY, PROVENANCE, RUN_ID_KEY, SCENARIO_KEY,
+    provenance_hash,
+};
 use super::{FORMAT, LogError, Provenance, chain, proto};
 
 /// No record and no chunk of ours is longer: the longest message, and room for a chunk that was about to close.
@@ -410,6 +413,7 @@ fn provenance(data: &[u8]) -> Result<Provenance, String> {
     if record.name != PROVENANCE {
         return Err(format!("its metadata is `{}`", record.name));
     }
+    let hash = provenance_hash(&record.metadata);
     let mut take = |key: &str| {
         let value = record.metadata.remove(key);
         value.ok_or_else(|| format!("its metadata has no `{key}`"))
@@ -417,6 +421,9 @@ fn provenance(data: &[u8]) -> Result<Provenance, String> {
     let format = take(FORMAT_KEY)?;
     if format != FORMAT {
         return Err(format!("its format is `{format}`, this is `{FORMAT}`"));
+    }
+    if take(HASH_KEY)? != hash {
+        return Err("its metadata does not match its hash: it was damaged".into());
     }
     let run_id = take(RUN_ID_KEY)?;
     Ok(Provenance {

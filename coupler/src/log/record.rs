@@ -34,6 +34,7 @@ pub(super) const FORMAT_KEY: &str = "format";
 pub(super) const RUN_ID_KEY: &str = "run_id";
 pub(super) const SCENARIO_KEY: &str = "scenario.toml";
 pub(super) const MANIFEST_KEY: &str = "manifest.json";
+pub(super) const HASH_KEY: &str = "hash";
 
 /// What was written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -381,6 +382,7 @@ fn write_provenance(
     for (key, _, text) in texts {
         metadata.insert(key.into(), text.clone());
     }
+    metadata.insert(HASH_KEY.into(), provenance_hash(&metadata));
     writer.write_metadata(&Metadata {
         name: PROVENANCE.into(),
         metadata,
@@ -395,6 +397,19 @@ fn write_provenance(
         })?;
     }
     Ok(())
+}
+
+/// blake3 over keys and values, each after its length, without the hash itself. Metadata has no checksum of its own, and
+/// that of the whole file is missing where a writer was killed.
+pub(super) fn provenance_hash(metadata: &BTreeMap<String, String>) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for (key, value) in metadata.iter().filter(|(key, _)| *key != HASH_KEY) {
+        for text in [key, value] {
+            hasher.update(&(text.len() as u64).to_le_bytes());
+            hasher.update(text.as_bytes());
+        }
+    }
+    hasher.finalize().to_hex().to_string()
 }
 
 /// The name of a kind, or its number if it has none.

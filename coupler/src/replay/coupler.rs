@@ -4,25 +4,36 @@ use std::sync::{Arc, Mutex};
 
 use super::tape::{Seen, TapeLink, turns};
 use super::{Recording, Replayed};
+use crate::checkpoint::Origin;
 use crate::couple::conversation::{COUPLER, Conversation};
 use crate::couple::handshake::{self, Greeted};
 use crate::couple::run::windows;
 use crate::error::Error;
 use crate::launch::{Launcher, Life, Peer, Watch};
 
-/// Runs the coupling loop against tapes. What participants say of themselves is not part of the log, so each
+/// Runs the coupling loop against tapes, from the start or from a checkpoint. What participants say of themselves is not part of the log, so each
 /// is started once for its greeting.
 pub fn replay(
     recording: &Recording,
     launcher: &Launcher,
     watch: &Watch,
+    from: Option<&Origin>,
 ) -> Result<Replayed, Error> {
     let greeted = greetings(recording, launcher, watch)?;
     let scenario = &recording.loaded.scenario;
     let mut peers = Vec::new();
     let mut tapes: Vec<Arc<Mutex<Seen>>> = Vec::new();
     for participant in &scenario.participant {
-        let (link, seen) = TapeLink::new(turns(&recording.messages, &participant.name));
+        let mut tape = match from {
+            None => Vec::new(),
+            Some(_) => turns(
+                &recording.messages[..recording.handshake()],
+                &participant.name,
+            ),
+        };
+        let later = &recording.messages[recording.messages_before(from)..];
+        tape.extend(turns(later, &participant.name));
+        let (link, seen) = TapeLink::new(tape);
         peers.push(Peer::new(&participant.name, Box::new(link), Life::Tape));
         tapes.push(seen);
     }
@@ -35,13 +46,8 @@ pub fn replay(
         watch.clone(),
         None,
     );
-    let result = windows(&mut conversation, scenario, &greeted);
-    let mut replayed = Replayed {
-        who: COUPLER.to_string(),
-        equal: 0,
-        last_window: 0,
-        departure: None,
-    };
+    let result = windows(&mut conversation, scenario, &greeted, from);
+    let mut replayed = Replayed::of(COUPLER);
     let mut ended = false;
     for tape in &tapes {
         let seen = tape

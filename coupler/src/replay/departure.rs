@@ -74,6 +74,22 @@ impl Departure {
     }
 }
 
+impl Departure {
+    /// The same, naming another entry of the payload.
+    pub fn at_entry(self, logged: &Frame, ours: &Frame, entry: usize) -> Departure {
+        let (logged, ours) = (logged.payload[entry], ours.payload[entry]);
+        Departure {
+            difference: Difference::Number {
+                entry,
+                logged,
+                ours,
+                ulps: ulps(logged, ours),
+            },
+            ..self
+        }
+    }
+}
+
 impl fmt::Display for Departure {
     fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
         write!(

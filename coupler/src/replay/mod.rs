@@ -4,11 +4,12 @@
 //! included; the coupler is run against tapes of both participants, and every request of its is compared.
 //!
 //! - [`tape`]: the logged conversation with one participant, also as a link;
-//! - [`departure`]: where two streams part;
+//! - [`departure`]: where two streams part; [`judge`]: how far; [`mod@drift`]: how that grows;
 //! - [`solver`], [`coupler`]: the two kinds of replay.
 
 use std::path::Path;
 
+use crate::checkpoint::Origin;
 use crate::error::Error;
 use crate::log::{Entry, Exchange, recover};
 use crate::scenario::Loaded;
@@ -17,6 +18,8 @@ use crate::scenario::source::Source;
 
 pub mod coupler;
 pub mod departure;
+pub mod drift;
+pub mod judge;
 pub mod solver;
 pub mod tape;
 
@@ -28,13 +31,44 @@ pub struct Recording {
     pub loaded: Loaded,
     /// All interface messages in the order in which they passed.
     pub messages: Vec<Exchange>,
-    /// Windows that ended.
-    pub windows: u64,
+    /// Messages before the end of each block: the handshake of a coupled run, then each window.
+    pub ends: Vec<usize>,
     /// Why the log ends early, if it does.
     pub damage: Option<String>,
 }
 
+impl Recording {
+    /// Blocks that ended.
+    pub fn blocks(&self) -> u64 {
+        self.ends.len() as u64
+    }
+
+    /// Messages that had passed when a checkpoint was written; none for a replay from the start.
+    pub fn messages_before(&self, origin: Option<&Origin>) -> usize {
+        let blocks = origin.map_or(0, |origin| origin.checkpoint.log_blocks as usize);
+        let last = blocks.checked_sub(1).and_then(|last| self.ends.get(last));
+        last.copied().unwrap_or(0)
+    }
+
+    /// Messages of the handshake of a coupled run.
+    pub fn handshake(&self) -> usize {
+        self.ends.first().copied().unwrap_or(0)
+    }
+}
+
+/// How far an answer was from its logged twin, see [`judge::Ruler`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drift {
+    /// Window.
+    pub window: u64,
+    /// [`protocol::Kind`] as its number.
+    pub kind: u32,
+    /// Largest deviation, relative.
+    pub rel: f64,
+}
+
 /// What came of replaying one participant or the coupler.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replayed {
     /// Who was run again.
     pub who: String,
@@ -44,28 +78,40 @@ pub struct Replayed {
     pub last_window: u64,
     /// The first that was not.
     pub departure: Option<Departure>,
+    /// Every answer, where the replay went on after the first departure.
+    pub drift: Vec<Drift>,
 }
 
-/// Reads a log; of a truncated one, the valid beginning.
-pub fn recording(path: &Path) -> Result<Recording, Error> {
+impl Replayed {
+    /// Nothing yet.
+    pub fn of(who: &str) -> Replayed {
+        Replayed {
+            who: who.to_string(),
+            ..Replayed::default()
+        }
+    }
+}
+
+/// Reads a log; of a truncated one, the valid beginning. `overrides` change the scenario that made it.
+pub fn recording(path: &Path, overrides: &[String]) -> Result<Recording, Error> {
     let mut log = recover(path)?;
     let source = Source {
         name: format!("{} (scenario)", path.display()),
         text: log.provenance().scenario_toml.clone(),
-        overrides: Vec::new(),
+        overrides: overrides.to_vec(),
     };
     let loaded = parse(source)?;
-    let (mut messages, mut windows) = (Vec::new(), 0);
+    let (mut messages, mut ends) = (Vec::new(), Vec::new());
     for entry in &mut log {
         match entry? {
             Entry::Exchange(message) => messages.push(message),
-            Entry::WindowEnd(_) => windows += 1,
+            Entry::WindowEnd(_) => ends.push(messages.len()),
         }
     }
     Ok(Recording {
         loaded,
         messages,
-        windows,
+        ends,
         damage: log.damage().map(ToString::to_string),
     })
 }

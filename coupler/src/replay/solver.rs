@@ -3,12 +3,27 @@
 use protocol::{Frame, Header, Kind, Window};
 
 use super::departure::Departure;
+use super::judge::Ruler;
 use super::tape::{Turn, turns};
-use super::{Recording, Replayed};
+use super::{Drift, Recording, Replayed};
+use crate::checkpoint::Origin;
 use crate::couple::conversation::Conversation;
 use crate::couple::handshake;
 use crate::error::Error;
 use crate::launch::{Launcher, Watch};
+use crate::scenario::Scenario;
+
+/// How a solver is replayed.
+#[derive(Clone, Copy, Default)]
+pub struct How<'a> {
+    /// Begin after this checkpoint instead of at the start.
+    pub from: Option<&'a Origin>,
+    /// Accept answers that deviate by so much, see [`Ruler`]; every bit counts when absent.
+    pub tolerance_rel: Option<f64>,
+    /// Go on after a departure, and tell how the answers drift: the other side still says what it said to the logged
+    /// solver, whatever this one answers.
+    pub open_loop: bool,
+}
 
 /// Starts the participant `name` alone, asks it everything that the log holds, and compares its answers.
 pub fn replay(
@@ -16,54 +31,112 @@ pub fn replay(
     launcher: &Launcher,
     name: &str,
     watch: &Watch,
+    how: &How,
 ) -> Result<Replayed, Error> {
     let scenario = &recording.loaded.scenario;
-    let participant = scenario
-        .participant
-        .iter()
-        .find(|participant| participant.name == name)
-        .ok_or_else(|| {
-            let names: Vec<&str> = scenario
-                .participant
-                .iter()
-                .map(|participant| participant.name.as_str())
-                .collect();
-            Error::Refused(format!(
-                "no participant `{name}` in this run; participants: {}",
-                names.join(", ")
-            ))
-        })?;
+    let index = index_of(scenario, name)?;
     let memory = launcher.shared_memory();
-    let peer = launcher.start(participant, &memory)?;
-    let deadlines = &scenario.run.deadlines;
+    let peer = launcher.start(&scenario.participant[index], &memory)?;
     let mut conversation = Conversation::new(
         vec![peer],
         launcher.run_id,
         vec![scenario.label(name)],
-        deadlines,
+        &scenario.run.deadlines,
         watch.clone(),
         None,
     );
     handshake::greet(&mut conversation, &recording.loaded, launcher.run_id)?;
-    let mut replayed = Replayed {
-        who: name.to_string(),
-        equal: 0,
-        last_window: 0,
-        departure: None,
+    let mut comparison = Comparison {
+        replayed: Replayed::of(name),
+        ruler: Ruler::default(),
+        how,
     };
-    for turn in turns(&recording.messages, name) {
-        let Some(answer) = &turn.answer else { break };
-        let ours = ask_again(&mut conversation, &turn, answer)?;
-        replayed.departure = Departure::between(name, answer, &ours);
-        if replayed.departure.is_some() {
-            return Ok(replayed);
+    let past = recording.messages_before(how.from);
+    if let Some(origin) = how.from {
+        for turn in handshake_turns(turns(&recording.messages[..past], name)) {
+            comparison.ask(&mut conversation, &turn)?;
         }
-        replayed.equal += 1;
-        replayed.last_window = answer.header.window;
+        origin.restore_one(&mut conversation, index)?;
+    }
+    for turn in turns(&recording.messages[past..], name) {
+        if !comparison.ask(&mut conversation, &turn)? {
+            return Ok(comparison.replayed);
+        }
     }
     conversation.tell(0, Kind::Finish, &Window::default(), Vec::new())?;
     conversation.hear(0, Kind::Finished)?;
-    Ok(replayed)
+    Ok(comparison.replayed)
+}
+
+fn index_of(scenario: &Scenario, name: &str) -> Result<usize, Error> {
+    let mut participants = scenario.participant.iter();
+    let index = participants.position(|participant| participant.name == name);
+    index.ok_or_else(|| {
+        let names: Vec<&str> = scenario
+            .participant
+            .iter()
+            .map(|participant| participant.name.as_str())
+            .collect();
+        Error::Refused(format!(
+            "no participant `{name}` in this run; participants: {}",
+            names.join(", ")
+        ))
+    })
+}
+
+/// What of the past a solver has to be told before its state is given back: what is coupled, and the last wall.
+fn handshake_turns(past: Vec<Turn>) -> Vec<Turn> {
+    let kind = |turn: &Turn| turn.request.kind();
+    let wall = past.iter().rposition(|turn| kind(turn) == Ok(Kind::Wall));
+    let mut all = past.into_iter().enumerate().collect::<Vec<_>>();
+    all.retain(|(index, turn)| {
+        matches!(kind(turn), Ok(Kind::Couple | Kind::Select)) || Some(*index) == wall
+    });
+    all.into_iter().map(|(_, turn)| turn).collect()
+}
+
+struct Comparison<'a> {
+    replayed: Replayed,
+    ruler: Ruler,
+    how: &'a How<'a>,
+}
+
+impl Comparison<'_> {
+    /// Asks again and compares; false when nothing more is to be asked.
+    fn ask(&mut self, conversation: &mut Conversation, turn: &Turn) -> Result<bool, Error> {
+        let Some(answer) = &turn.answer else {
+            return Ok(false);
+        };
+        let ours = ask_again(conversation, turn, answer)?;
+        let departure = self.compare(answer, &ours);
+        if departure.is_none() {
+            self.replayed.equal += 1;
+            self.replayed.last_window = answer.header.window;
+        } else if self.replayed.departure.is_none() {
+            self.replayed.departure = departure;
+        }
+        Ok(self.how.open_loop || self.replayed.departure.is_none())
+    }
+
+    fn compare(&mut self, logged: &Frame, ours: &Frame) -> Option<Departure> {
+        let exact = Departure::between(&self.replayed.who, logged, ours);
+        if logged.payload.len() != ours.payload.len() {
+            return exact;
+        }
+        let deviation = self.ruler.measure(logged, ours);
+        if self.how.open_loop {
+            self.replayed.drift.push(Drift {
+                window: logged.header.window,
+                kind: logged.header.kind,
+                rel: deviation.rel,
+            });
+        }
+        match self.how.tolerance_rel {
+            Some(tolerance) if deviation.rel <= tolerance => None,
+            Some(_) => exact.map(|departure| departure.at_entry(logged, ours, deviation.entry)),
+            None => exact,
+        }
+    }
 }
 
 fn ask_again(conversation: &mut Conversation, turn: &Turn, answer: &Frame) -> Result<Frame, Error> {

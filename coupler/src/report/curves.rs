@@ -12,10 +12,10 @@ use crate::error::Error;
 pub type Columns = BTreeMap<String, Vec<f64>>;
 
 /// One line of a plot.
-struct Curve {
-    label: &'static str,
-    points: Vec<(f64, f64)>,
-    colour: RGBColor,
+pub(crate) struct Curve {
+    pub(crate) label: &'static str,
+    pub(crate) points: Vec<(f64, f64)>,
+    pub(crate) colour: RGBColor,
 }
 
 const BLUE_LINE: RGBColor = RGBColor(31, 90, 160);
@@ -196,7 +196,7 @@ fn cloud(x_desc: &str, y_desc: &str, points: &[(f64, f64)]) -> Result<String, Er
     Ok(svg)
 }
 
-fn plot(x_desc: &str, y_desc: &str, curves: &[Curve]) -> Result<String, Error> {
+pub(crate) fn plot(x_desc: &str, y_desc: &str, curves: &[Curve]) -> Result<String, Error> {
     let points = || curves.iter().flat_map(|curve| &curve.points);
     let x = range(points().map(|point| point.0));
     let y = range(points().map(|point| point.1));

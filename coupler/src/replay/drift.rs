@@ -1,0 +1,64 @@
+//! How the answers of a solver with another parameter drift away from the logged ones.
+
+use std::collections::BTreeMap;
+
+use plotters::style::RGBColor;
+use protocol::Kind;
+
+use super::Drift;
+use crate::error::Error;
+use crate::report::curves::{Curve, plot};
+
+/// What is drawn: kinds of answers, and their colours.
+const DRAWN: [(Kind, &str, RGBColor); 3] = [
+    (Kind::Motion, "motion", RGBColor(31, 90, 160)),
+    (Kind::Force, "force", RGBColor(190, 50, 40)),
+    (Kind::Report, "report", RGBColor(150, 150, 150)),
+];
+
+/// Below this a drift is drawn as this: a logarithm has no zero.
+const FLOOR: f64 = 1e-17;
+
+/// The largest drift of each window.
+pub fn by_window(drift: &[Drift], kind: Kind) -> BTreeMap<u64, f64> {
+    let mut windows = BTreeMap::new();
+    for drift in drift.iter().filter(|drift| drift.kind == kind as u32) {
+        let largest: &mut f64 = windows.entry(drift.window).or_default();
+        *largest = largest.max(drift.rel);
+    }
+    windows
+}
+
+/// The drift at the last window and the largest of all, by kind.
+pub fn table(drift: &[Drift]) -> Vec<(&'static str, f64, f64)> {
+    let rows = DRAWN.iter().filter_map(|(kind, name, _)| {
+        let windows = by_window(drift, *kind);
+        let last = *windows.values().last()?;
+        Some((*name, last, windows.values().copied().fold(0.0, f64::max)))
+    });
+    rows.collect()
+}
+
+/// An SVG of the drift over the windows.
+pub fn picture(drift: &[Drift]) -> Result<String, Error> {
+    let curves: Vec<Curve> = DRAWN
+        .iter()
+        .map(|(kind, label, colour)| {
+            let windows = by_window(drift, *kind).into_iter();
+            let finite = windows.filter(|(_, rel)| rel.is_finite());
+            Curve {
+                label,
+                points: finite
+                    .map(|(window, rel)| (window as f64, rel.max(FLOOR).log10()))
+                    .collect(),
+                colour: *colour,
+            }
+        })
+        .filter(|curve| !curve.points.is_empty())
+        .collect();
+    plot(
+        "window (open loop: the other side says what it said before)",
+        "log10 of the largest deviation, relative",
+        &curves,
+    )
+}
