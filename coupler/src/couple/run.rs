@@ -183,6 +183,7 @@ impl RunSession<'_> {
             self.options.watch.clone(),
             self.recorder()?,
         );
+        conversation.pipeline();
         let result = self.talk(&mut conversation, start);
         let closed = conversation.close();
         self.summary.exchange_hash = closed.as_ref().ok().cloned();
@@ -435,9 +436,7 @@ impl Course {
     /// The next window, unless all are done.
     fn next(&self) -> Option<Window> {
         let clock = self.coupling.group().clock;
-        let substeps = || clock.substeps_before(self.step, self.end);
-        (self.step < self.end)
-            .then(|| clock.window(self.index, self.step, self.rest.unwrap_or_else(substeps)))
+        window_from(&clock, (self.index, self.step), self.end, self.rest)
     }
 
     /// Does its next window, or as much of it as the scheme lets stand.
@@ -449,7 +448,12 @@ impl Course {
         self.rest = None;
         let clock = self.coupling.group().clock;
         let standing = loop {
-            match self.coupling.window(conversation, window)? {
+            let (end, rest) = (self.end, self.rest);
+            let following = |done: &Window| {
+                let step = done.step + u64::from(done.substeps);
+                window_from(&clock, (done.index + 1, step), end, rest)
+            };
+            match self.coupling.window(conversation, window, following)? {
                 Attempt::Standing(standing) => break standing,
                 Attempt::Halve => {
                     self.rest = Some(self.rest.unwrap_or(0) + window.substeps / 2);
@@ -461,6 +465,17 @@ impl Course {
         self.step += u64::from(window.substeps);
         Ok((window, standing))
     }
+}
+
+/// The window that begins here: what is left of a halved one, else a full one or what the end leaves of it.
+fn window_from(
+    clock: &Clock,
+    (index, step): (u64, u64),
+    end: u64,
+    rest: Option<u32>,
+) -> Option<Window> {
+    let substeps = || clock.substeps_before(step, end);
+    (step < end).then(|| clock.window(index, step, rest.unwrap_or_else(substeps)))
 }
 
 /// Time up to which all groups stand (s).

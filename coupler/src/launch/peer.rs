@@ -111,9 +111,24 @@ impl Peer {
         }
     }
 
-    /// Sends a request.
+    /// Sends a request, the next whose answer is waited for.
     pub fn send(&mut self, frame: &Frame, patience: Patience, watch: &Watch) -> Result<(), Error> {
-        self.asked = asked(frame);
+        self.wait_for(frame);
+        self.send_ahead(frame, patience, watch)
+    }
+
+    /// From now on messages speak of the answer to this request.
+    pub fn wait_for(&mut self, request: &Frame) {
+        self.asked = asked(request);
+    }
+
+    /// Sends a request while the answer to the one before is still to come.
+    pub fn send_ahead(
+        &mut self,
+        frame: &Frame,
+        patience: Patience,
+        watch: &Watch,
+    ) -> Result<(), Error> {
         let start = Instant::now();
         loop {
             watch.check()?;

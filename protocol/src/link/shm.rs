@@ -47,7 +47,7 @@ pub const MAX_DOUBLES: usize = 1 << 27;
 /// Doubles in one sample. 128 KiB: a usual window fits, and the buffers of both directions stay in cache.
 const SAMPLE_DOUBLES: usize = 1 << 14;
 
-/// Samples that may wait in one direction. One frame at most is under way; a long one streams through these.
+/// Samples that may wait in one direction. Two frames at most are under way; a long one streams through these.
 const WAITING_SAMPLES: usize = 4;
 
 /// Bytes that one end takes of shared memory: its data segment, rounded up for the small files.

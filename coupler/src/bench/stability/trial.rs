@@ -68,7 +68,8 @@ impl Trial {
         };
         for index in 0..windows {
             let step = index * u64::from(self.substeps);
-            match coupling.window(&mut conversation, clock.window(index, step, self.substeps)) {
+            let window = clock.window(index, step, self.substeps);
+            match coupling.window(&mut conversation, window, |_| None) {
                 Ok(Attempt::Standing(_)) => run.forces.push(coupling.lambda[0]),
                 Ok(Attempt::Halve) => unreachable!("the scenario stops where it does not converge"),
                 Err(error) => {

@@ -141,11 +141,13 @@ impl Coupling {
         &self.group
     }
 
-    /// Tries a window until it stands, or the scenario's policy decides otherwise.
+    /// Tries a window until it stands, or the scenario's policy decides otherwise. `following` tells the window after
+    /// one that stands.
     pub fn window(
         &mut self,
         conversation: &mut Conversation,
         window: Window,
+        following: impl Fn(&Window) -> Option<Window>,
     ) -> Result<Attempt, Error> {
         let mut solved = match self.solved(conversation, window) {
             Err(Error::NotFinite(_)) if self.may_halve(&window) => return Ok(self.halve()),
@@ -166,7 +168,9 @@ impl Coupling {
             }
             (Some(fault), Policy::Stop) => return Err(Error::NotConverged(fault.why.clone())),
         }
-        self.stand(conversation, solved).map(Attempt::Standing)
+        let next = following(&solved.window);
+        self.stand(conversation, solved, next)
+            .map(Attempt::Standing)
     }
 
     fn solved(&mut self, conversation: &mut Conversation, window: Window) -> Result<Solved, Error> {
@@ -179,6 +183,17 @@ impl Coupling {
             Scheme::FixedPointSerial | Scheme::FixedPointParallel => {
                 self.fixed_point(conversation, window)
             }
+        }
+    }
+
+    /// Whether the first thing of a window is a run of the continua under the force of the window before.
+    fn begins_with_continua(&self) -> bool {
+        match self.rules.scheme {
+            Scheme::DualSchur | Scheme::DualSchurSecant | Scheme::DualSchurCheap => true,
+            Scheme::StaggeredSerial
+            | Scheme::StaggeredParallel
+            | Scheme::FixedPointSerial
+            | Scheme::FixedPointParallel => false,
         }
     }
 
@@ -390,6 +405,7 @@ impl Coupling {
         &mut self,
         conversation: &mut Conversation,
         solved: Solved,
+        next: Option<Window>,
     ) -> Result<Standing, Error> {
         let point_motion = self.group.mapping.motion(&solved.increment);
         let signals = self.enter(&solved, &point_motion);
@@ -398,7 +414,7 @@ impl Coupling {
         }
         self.lambda = solved.lambda;
         self.last_motion = point_motion;
-        let reports = self.commit(conversation, &solved.window)?;
+        let reports = self.commit(conversation, &solved.window, next)?;
         conversation.end_window(solved.window.index)?;
         Ok(Standing { signals, reports })
     }
@@ -426,11 +442,13 @@ impl Coupling {
         signals
     }
 
-    /// Tells all sides that the window stands, then hears their reports.
+    /// Tells all sides that the window stands and, where the scheme begins the next one with a run of the continua, has
+    /// them begin it; then hears the reports.
     fn commit(
         &self,
         conversation: &mut Conversation,
         window: &Window,
+        next: Option<Window>,
     ) -> Result<Vec<(usize, Vec<f64>)>, Error> {
         let place = self.group.mapping.motion(&self.displacement);
         for side in &self.group.continua {
@@ -438,6 +456,12 @@ impl Coupling {
         }
         for side in &self.group.walls {
             conversation.tell(side.peer, Kind::Commit, window, side.of(&place).to_vec())?;
+        }
+        if let Some(next) = next.filter(|_| self.begins_with_continua()) {
+            for side in &self.group.continua {
+                let force = side.of(&self.lambda).to_vec();
+                conversation.foretell(side.peer, Kind::Advance, &side.window(&next), force)?;
+            }
         }
         let sides = self.group.continua.iter().chain(&self.group.walls);
         sides
