@@ -5,3 +5,4 @@ mod lost_peer;
 mod resume;
 mod same_bits;
 mod scene;
+mod unstable_step;

@@ -24,6 +24,7 @@ mod fem_rayleigh;
 mod fem_refuse;
 mod fem_repeat;
 mod fem_rotation;
+mod fem_scene;
 mod fem_static;
 mod fem_static_contact;
 mod fem_step_limit;
