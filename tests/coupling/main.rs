@@ -1,6 +1,7 @@
 //! Coupled motions that are known on paper, run through the coupler in-process and over shared memory.
 
 mod added_mass;
+mod gmsh_interface;
 mod impact;
 mod main_job;
 mod mapping;

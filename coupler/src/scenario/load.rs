@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use protocol::ConfigError;
 use protocol::setting::{config_error, nearest};
 
+use super::paths;
 use super::source::{Source, segments};
 use super::{Interface, Scenario};
 use crate::error::{Error, ScenarioError};
@@ -42,6 +43,8 @@ pub fn parse(source: Source) -> Result<Loaded, Error> {
     for set in &source.overrides {
         apply(&mut table, set)?;
     }
+    let folder = Path::new(&source.name).parent();
+    paths::make_absolute(&mut table, folder.unwrap_or(Path::new("")));
     if let Some((key, value)) = not_finite(&toml::Value::Table(table.clone())) {
         let error = ConfigError::new(&key, format!("must be a finite number, got {value}"));
         return Err(source.error(&key, error));

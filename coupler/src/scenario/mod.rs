@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 pub mod load;
+mod paths;
 pub mod source;
 
 pub use load::{Loaded, load};

@@ -1,0 +1,71 @@
+//! Files that the solvers' own keys name.
+
+use std::path::{Path, PathBuf};
+
+use toml::{Table, Value};
+
+/// Makes the files that texts below `participant.config` name absolute, so that a solver finds them wherever it runs, and
+/// a replay finds them again. A text counts as a file when it has an extension and there is such a file beside the
+/// scenario or, failing that, in the working directory; which keys hold files only the solvers know.
+pub(super) fn make_absolute(scenario: &mut Table, folder: &Path) {
+    let participants = scenario
+        .get_mut("participant")
+        .and_then(Value::as_array_mut);
+    for participant in participants.into_iter().flatten() {
+        if let Some(config) = participant.get_mut("config") {
+            anchor(config, folder);
+        }
+    }
+}
+
+fn anchor(value: &mut Value, folder: &Path) {
+    match value {
+        Value::String(text) => {
+            if let Some(path) = file(text, folder) {
+                *text = path;
+            }
+        }
+        Value::Array(values) => values.iter_mut().for_each(|value| anchor(value, folder)),
+        Value::Table(table) => table
+            .iter_mut()
+            .for_each(|(_, value)| anchor(value, folder)),
+        _ => {}
+    }
+}
+
+fn file(text: &str, folder: &Path) -> Option<String> {
+    let path = Path::new(text);
+    if path.is_absolute() || path.extension().is_none() {
+        return None;
+    }
+    let candidates = [folder.join(path), PathBuf::from(path)];
+    let found = candidates.into_iter().find(|path| path.is_file())?;
+    let absolute = std::path::absolute(found).ok()?;
+    absolute.into_os_string().into_string().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_files_of_solvers_become_absolute() {
+        // Tests run in the folder of their crate, where these files are.
+        let text = "[run]\nname = \"Cargo.toml\"\n[[participant]]\nconfig = { a = \"Cargo.toml\", b = [\"lib.rs\"], c = \"none.msh\", d = \"src\" }\n";
+        let mut table: Table = text.parse().expect("it is TOML");
+        make_absolute(&mut table, Path::new("src"));
+        let config = &table["participant"][0]["config"];
+        let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+        assert_eq!(
+            config["a"].as_str().map(Path::new),
+            Some(&*here.join("Cargo.toml"))
+        );
+        assert_eq!(
+            config["b"][0].as_str().map(Path::new),
+            Some(&*here.join("src/lib.rs"))
+        );
+        assert_eq!(config["c"].as_str(), Some("none.msh"));
+        assert_eq!(config["d"].as_str(), Some("src"));
+        assert_eq!(table["run"]["name"].as_str(), Some("Cargo.toml"));
+    }
+}
