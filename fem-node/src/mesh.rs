@@ -182,15 +182,20 @@ impl Mesh {
 
     /// The larger of width and height (m).
     pub fn size(&self) -> f64 {
-        let extent = |k: usize| {
+        let [width, height] = self.extents();
+        width.max(height)
+    }
+
+    /// Width and height (m).
+    pub fn extents(&self) -> [f64; 2] {
+        [0, 1].map(|k| {
             let ends = |[low, high]: [f64; 2], p: &[f64; 2]| [low.min(p[k]), high.max(p[k])];
             let [low, high] = self
                 .points
                 .iter()
                 .fold([f64::INFINITY, f64::NEG_INFINITY], ends);
             high - low
-        };
-        extent(0).max(extent(1))
+        })
     }
 
     /// The nodes (column, row) of an edge, from left to right or from the top down; of a mesh that is no block those of

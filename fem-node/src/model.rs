@@ -131,8 +131,7 @@ impl Model {
     /// 4 L / c_p (s): a pressure wave's way through the largest height L, held at its base and free at its top, forth and
     /// back twice.
     pub fn first_period(&self) -> f64 {
-        let middle = self.mesh.columns() / 2;
-        let height = self.mesh.point(middle, 0)[1] - self.mesh.point(middle, self.mesh.rows())[1];
+        let [_, height] = self.mesh.extents();
         4.0 * height / (self.elastic.c11 / self.elastic.density).sqrt()
     }
 

@@ -103,7 +103,7 @@ impl FemNode {
         }
         let (mesh, body) = (&self.model.mesh, &self.model.body);
         let layout = body.layout();
-        for (i, j) in (0..=mesh.rows()).flat_map(|j| (0..=mesh.columns()).map(move |i| (i, j))) {
+        for [i, j] in mesh.nodes() {
             let [u, v] = motion(mesh.point(i, j));
             for k in 0..2 {
                 let index = layout.index([i, j], k);
