@@ -8,16 +8,19 @@
 //! - [`scheme`]: one window of a group by each coupling scheme;
 //! - [`predict`]: whether it is stable, said before the run;
 //! - [`ledger`]: work, momentum and gap of the interface, energies of both sides;
-//! - [`run`]: the loop over all windows.
+//! - [`course`]: the loop over all windows, and `outputs`, what becomes of them;
+//! - [`run`]: a run from the launch to the farewells.
 
 pub mod clock;
 pub mod conversation;
+pub mod course;
 pub mod greeting;
 pub mod group;
 pub mod handshake;
 pub mod join;
 pub mod ledger;
 pub mod mapping;
+mod outputs;
 pub mod predict;
 pub mod run;
 pub mod scheme;

@@ -6,8 +6,8 @@ use super::tape::{Seen, TapeLink, turns};
 use super::{Recording, Replayed};
 use crate::checkpoint::Origin;
 use crate::couple::conversation::{COUPLER, Conversation};
+use crate::couple::course::windows;
 use crate::couple::handshake::{self, Greeted};
-use crate::couple::run::windows;
 use crate::error::Error;
 use crate::launch::{Launcher, Life, Peer, Watch};
 

@@ -1,0 +1,287 @@
+//! What becomes of the windows that stand: signals, fields, tractions, checkpoints, progress.
+
+use protocol::{Kind, Phase, Window};
+
+use super::conversation::Conversation;
+use super::course::{Course, reached_s};
+use super::handshake::Greeted;
+use super::ledger::EnergyLedger;
+use super::scheme::{InterfaceSignals, Standing};
+use crate::checkpoint::{Checkpoint, Keeper, Origin, Position};
+use crate::error::Error;
+use crate::output::collection::{self, Moment};
+use crate::output::{HoldMeans, OutputState, Progress, SignalsFile, profile};
+use crate::rundir::RunDir;
+use crate::scenario::Scenario;
+use crate::summary::Summary;
+
+/// Everything that is written while windows pass.
+pub(super) struct Outputs<'a> {
+    rundir: &'a RunDir,
+    thickness_m: f64,
+    signals_every: u64,
+    phases: Vec<Phase>,
+    signal_counts: Vec<usize>,
+    /// The latest report of each participant; empty before its first.
+    reports: Vec<Vec<f64>>,
+    /// The latest signals of each interface.
+    interfaces: Vec<InterfaceSignals>,
+    pub(super) energies: Vec<EnergyLedger>,
+    pub(super) signals: SignalsFile,
+    hold: HoldMeans,
+    progress: Progress,
+    snapshots_taken: usize,
+}
+
+impl<'a> Outputs<'a> {
+    /// Nothing yet, of participants that were greeted; `progress` shows it on stderr.
+    pub(super) fn new(
+        (rundir, scenario): (&'a RunDir, &Scenario),
+        greeted: &[Greeted],
+        progress: bool,
+    ) -> Result<Outputs<'a>, Error> {
+        let phases = greeted
+            .iter()
+            .map(|greeted| greeted.description.phases.clone())
+            .find(|phases| !phases.is_empty())
+            .unwrap_or_default();
+        let energies = greeted
+            .iter()
+            .map(|greeted| EnergyLedger {
+                terms: greeted.description.ledger.clone(),
+                values: vec![0.0; greeted.description.ledger.len()],
+            })
+            .collect();
+        let names = scenario
+            .participant
+            .iter()
+            .map(|participant| participant.name.as_str());
+        let descriptions: Vec<_> = greeted.iter().map(|greeted| &greeted.description).collect();
+        Ok(Outputs {
+            rundir,
+            thickness_m: scenario.run.thickness_m,
+            signals_every: scenario.run.output.signals_every_windows,
+            hold: HoldMeans::new(&phases, &scenario.interface),
+            phases,
+            reports: vec![Vec::new(); greeted.len()],
+            interfaces: vec![InterfaceSignals::default(); scenario.interface.len()],
+            signal_counts: descriptions
+                .iter()
+                .map(|description| description.signals.len())
+                .collect(),
+            energies,
+            signals: SignalsFile::create(rundir, names, &descriptions, &scenario.interface)?,
+            progress: Progress::new(&scenario.run.name, progress),
+            snapshots_taken: 0,
+        })
+    }
+
+    pub(super) fn expect(&mut self, done: u64, steps: u64) {
+        self.progress.expect(done, steps);
+    }
+
+    /// Takes over what the run wrote that is gone on with.
+    pub(super) fn carry_over(&mut self, origin: &Origin) -> Result<(), Error> {
+        let state = &origin.checkpoint.outputs;
+        for (energies, values) in self.energies.iter_mut().zip(&state.energies) {
+            energies.values.clone_from(values);
+        }
+        self.reports.clone_from(&state.reports);
+        self.interfaces.clone_from(&state.interfaces);
+        self.hold = state.hold.clone();
+        self.snapshots_taken = state.snapshots_taken;
+        let signals = origin.run.join("signals.csv");
+        self.signals.carry_over(&signals, state.signals_bytes)?;
+        self.signals.sync()?;
+        origin.copy_fields(self.rundir, &self.phases)
+    }
+
+    /// Between two windows: writes a checkpoint if one is due, and ends the run if it was interrupted.
+    pub(super) fn pause(
+        &mut self,
+        conversation: &mut Conversation,
+        keeper: &Keeper,
+        courses: &[Course],
+        position: Position,
+    ) -> Result<(), Error> {
+        let interrupted = conversation.watch.interrupted();
+        if keeper.due(&position, interrupted.is_some()) {
+            let outputs = self.state()?;
+            keeper.write(conversation, |nodes, log_blocks| Checkpoint {
+                position,
+                log_blocks,
+                nodes,
+                couplings: courses.iter().map(|c| c.coupling.state()).collect(),
+                outputs,
+            })?;
+        }
+        interrupted.map_or(Ok(()), Err)
+    }
+
+    fn state(&mut self) -> Result<OutputState, Error> {
+        Ok(OutputState {
+            energies: self.energies.iter().map(|e| e.values.clone()).collect(),
+            reports: self.reports.clone(),
+            interfaces: self.interfaces.clone(),
+            hold: self.hold.clone(),
+            snapshots_taken: self.snapshots_taken,
+            signals_bytes: self.signals.sync()?,
+        })
+    }
+
+    pub(super) fn add_alone(
+        &mut self,
+        conversation: &mut Conversation,
+        window: &Window,
+        report: Vec<f64>,
+    ) -> Result<(), Error> {
+        self.keep(conversation, 0, report)?;
+        if window.index.is_multiple_of(self.signals_every) {
+            self.signals.row(window.t1_s, &self.reports, &[])?;
+        }
+        let (rundir, mut held) = (self.rundir, false);
+        self.phase_ends(conversation, window.t1_s, |name| held |= name == "hold")?;
+        if held {
+            profile::adopt(rundir)?;
+        }
+        self.progress.show(window);
+        Ok(())
+    }
+
+    pub(super) fn add_coupled(
+        &mut self,
+        conversation: &mut Conversation,
+        courses: &[Course],
+        window: &Window,
+        standing: &Standing,
+    ) -> Result<(), Error> {
+        for (peer, report) in &standing.reports {
+            self.keep(conversation, *peer, report.clone())?;
+        }
+        for (interface, signals) in &standing.signals {
+            self.interfaces[*interface] = *signals;
+        }
+        self.hold.add(window, standing);
+        let due = window.index.is_multiple_of(self.signals_every);
+        if due && last_at(courses, window.t1_s) && self.reports.iter().all(|r| !r.is_empty()) {
+            self.signals
+                .row(window.t1_s, &self.reports, &self.interfaces)?;
+        }
+        let (mut held, thickness_m) = (false, self.thickness_m);
+        self.phase_ends(conversation, reached_s(courses), |name| {
+            held |= name == "hold"
+        })?;
+        if held {
+            for (name, text) in profiles(courses, thickness_m) {
+                self.rundir.write(&name, &text)?;
+            }
+            let couplings = courses.iter().map(|course| &course.coupling);
+            self.hold.keep_profiles(couplings, thickness_m);
+        }
+        self.progress.show(window);
+        Ok(())
+    }
+
+    /// Keeps what a participant reported, if it is as long as was announced.
+    fn keep(
+        &mut self,
+        conversation: &Conversation,
+        peer: usize,
+        report: Vec<f64>,
+    ) -> Result<(), Error> {
+        let due = self.signal_counts[peer] + self.energies[peer].terms.len();
+        if report.len() != due {
+            return Err(conversation.peers[peer].protocol(format!(
+                "reported {} numbers where its description announced {due}",
+                report.len()
+            )));
+        }
+        self.energies[peer]
+            .values
+            .copy_from_slice(&report[self.signal_counts[peer]..]);
+        self.reports[peer] = report;
+        Ok(())
+    }
+
+    /// At the end of each phase the participants write their fields; `passed` is told its name.
+    fn phase_ends(
+        &mut self,
+        conversation: &mut Conversation,
+        time_s: f64,
+        mut passed: impl FnMut(&str),
+    ) -> Result<(), Error> {
+        let over = |phase: &Phase| time_s >= phase.t1_s * (1.0 - 1e-9);
+        while self.phases.get(self.snapshots_taken).is_some_and(over) {
+            let name = self.phases[self.snapshots_taken].name.clone();
+            self.snapshots_taken += 1;
+            snapshot(conversation, &name)?;
+            self.collect(conversation, None)?;
+            passed(&name);
+        }
+        Ok(())
+    }
+
+    /// Writes `fields/<participant>.pvd` of the snapshots so far, that of the end included if it is taken.
+    fn collect(&self, conversation: &Conversation, end_s: Option<f64>) -> Result<(), Error> {
+        let moment = |name: &str, time_s| Moment {
+            name: name.into(),
+            time_s,
+        };
+        let passed = self.phases[..self.snapshots_taken].iter();
+        let mut moments: Vec<Moment> = passed.map(|p| moment(&p.name, p.t1_s)).collect();
+        moments.extend(end_s.map(|time_s| moment("end", time_s)));
+        for peer in &conversation.peers {
+            if let Some(text) = collection::pvd(&self.rundir.fields(), peer.name(), &moments) {
+                self.rundir
+                    .write(&format!("fields/{}.pvd", peer.name()), &text)?;
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn finish(
+        &mut self,
+        conversation: &mut Conversation,
+        summary: &mut Summary,
+    ) -> Result<(), Error> {
+        snapshot(conversation, "end")?;
+        self.collect(conversation, Some(summary.sim_time_s))?;
+        self.progress.done();
+        for (name, value) in self.hold.results() {
+            summary.results.insert(name, value);
+        }
+        Ok(())
+    }
+}
+
+/// Whether no group has a window to do that ends at this time.
+fn last_at(courses: &[Course], time_s: f64) -> bool {
+    let later = |window: Window| window.t1_s > time_s * (1.0 + 1e-9);
+    courses.iter().all(|course| course.next().is_none_or(later))
+}
+
+/// The traction of each interface: name and text of its file.
+fn profiles(courses: &[Course], thickness_m: f64) -> Vec<(String, String)> {
+    let patches = courses.iter().flat_map(|course| {
+        let coupling = &course.coupling;
+        let patches = coupling.group().patches.iter();
+        patches.map(move |patch| (patch, profile::csv(coupling, patch, thickness_m)))
+    });
+    let mut files: Vec<(String, String)> = patches
+        .map(|(patch, text)| (format!("profile-{}.csv", patch.name), text))
+        .collect();
+    if let [(name, _)] = files.as_mut_slice() {
+        *name = "profile.csv".into();
+    }
+    files
+}
+
+fn snapshot(conversation: &mut Conversation, name: &str) -> Result<(), Error> {
+    for peer in 0..conversation.peers.len() {
+        conversation.tell_text(peer, Kind::Snapshot, name)?;
+    }
+    for peer in 0..conversation.peers.len() {
+        conversation.hear(peer, Kind::Saved)?;
+    }
+    Ok(())
+}
