@@ -151,6 +151,7 @@ impl Pack {
             masses: self.disks.iter().map(mass).collect(),
             gravity: [0.0; 2],
             reference: Vec::new(),
+            base: 0,
             wheel_mass: Some(DENSITY * self.width * RADII[1] * THICKNESS),
             clusters: Clusters::default(),
             wheel_radius: 0.0,

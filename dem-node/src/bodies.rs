@@ -16,8 +16,10 @@ pub struct Bodies {
     pub masses: Vec<f64>,
     /// Acceleration that the weight gives to the scaled masses (m/s2).
     pub gravity: [f64; 2],
-    /// Places of the glued disks in the undeformed wall, by ascending x (m).
+    /// Places of the glued disks in the undeformed wall (m): those of the base, then those of the lid, each by ascending x.
     pub reference: Vec<[f64; 2]>,
+    /// How many of them are the base's.
+    pub base: usize,
     /// Mass of the wheel (kg), where there is one.
     pub wheel_mass: Option<f64>,
     /// Radius of the wheel's face (m); 0 = flat.

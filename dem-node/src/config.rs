@@ -212,7 +212,10 @@ pub struct LayerConfig {
     pub law: RadiusLaw,
     /// Seed of the packing; the run's seed when absent.
     pub seed: Option<u64>,
-    /// What the bed has below the cut (m). Five mean diameters keep the floor's ordering out of the layer.
+    /// Whether the layer is cut from above too and glued to a body on top, set `lid`; it then has no wheel and no crown.
+    #[serde(default)]
+    pub lid: bool,
+    /// What the bed has below the cut, and with a lid above the upper one (m). Five mean diameters keep the floor's ordering out of the layer.
     #[serde(default = "bed_extra")]
     pub bed_extra_m: f64,
     /// Pressures under the flat plate, one after the other (Pa). The second, lower one leaves little
@@ -259,7 +262,7 @@ pub enum RadiusLaw {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DisksConfig {
-    /// The disks; glued ones form the set `base`.
+    /// The disks; glued ones form the sets `base` and `lid`.
     pub disks: Vec<DiskConfig>,
     /// Rigid walls.
     #[serde(default)]
@@ -290,11 +293,14 @@ pub struct DiskConfig {
     /// Spin at the start (rad/s), anticlockwise positive.
     #[serde(default)]
     pub spin_rad_per_s: f64,
-    /// Whether it belongs to the glued row: massless, without spin.
+    /// Whether it belongs to a glued row: massless, without spin.
     #[serde(default)]
     pub glued: bool,
     /// Name of the rigid cluster that it belongs to: disks of the same name move as one body.
     pub cluster: Option<String>,
+    /// Whether the row is the one on top, set `lid`, instead of `base`; for glued disks.
+    #[serde(default)]
+    pub lid: bool,
 }
 
 /// A rigid wheel that is pressed on the grains and moved sideways. It does not turn.

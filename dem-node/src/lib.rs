@@ -12,11 +12,12 @@
 //! - [`bounds`], [`scaling`]: how long a step may be, and what scaled masses cost;
 //! - [`geometry`], [`detect`]: how near two bodies are, and who may touch whom;
 //! - [`law`], [`cohesion`], [`bond`]: contact laws in closed form, with or without bonds;
-//! - [`wall`], [`wheel`], [`pull`]: the glued row, the wheel's program, and a pair that is pulled apart;
+//! - [`wall`], [`wheel`], [`pull`]: the glued rows, the wheel's program, and a pair that is pulled apart;
 //! - [`solver`]: the contact problem and its solvers;
 //! - [`repair`]: overlaps of rigid grains, repaired without velocity;
 //! - [`mod@step`]: one step of the scheme;
 //! - [`ledger`], [`structure`], [`report`], [`snapshot`]: energy, how contacts are arranged, signals and results, fields;
+//! - [`exchange`]: which glued rows a coupler moves;
 //! - [`setup`]: from the keys to the types of the steps;
 //! - [`node`]: all of it as a participant of a run;
 //! - [`mod@bench`]: what a contact costs, beside what the machine allows.
@@ -58,6 +59,7 @@ pub mod cohesion;
 pub mod config;
 pub mod detect;
 pub mod error;
+pub mod exchange;
 pub mod faces;
 pub mod geometry;
 pub mod law;

@@ -15,6 +15,7 @@ use crate::bond;
 use crate::bounds::Bounds;
 use crate::config::Config;
 use crate::error::DemError;
+use crate::exchange::{self, Exchange};
 use crate::ledger;
 use crate::pull::{self, Pull};
 use crate::report::{self, BONDS, Journal, Moment, SIGNALS};
@@ -27,9 +28,6 @@ use crate::state::State;
 use crate::step::{Drive, Stepper, Summary};
 use crate::wall::Wall;
 use crate::wheel::Program;
-
-/// The set of glued disks that an interface can couple.
-pub const BASE: &str = "base";
 
 /// A layer or heap of grains, with its wheel and walls, ready to step.
 pub struct Dem {
@@ -57,7 +55,7 @@ pub struct Dem {
     stepper: Stepper,
     /// Threads of the contact solver; `None` for one.
     pool: Option<rayon::ThreadPool>,
-    coupled: bool,
+    exchange: Exchange,
     /// Length of the announced windows (s).
     window: Option<f64>,
     /// What `trial` holds, until it is committed.
@@ -129,7 +127,7 @@ impl Dem {
             warnings,
             stepper,
             pool,
-            coupled: false,
+            exchange: Exchange::default(),
             window: None,
             pending: None,
             steps: 0,
@@ -205,12 +203,10 @@ impl Dem {
     }
 
     fn check_window(&self, window: &Window, free_velocity: &[f64]) -> Result<f64, DemError> {
-        let step = match (self.coupled, self.window) {
-            (true, Some(step)) => step,
+        let step = match (self.exchange.is_empty(), self.window) {
+            (false, Some(step)) => step,
             _ => {
-                return request(
-                    "a window needs the set `base` coupled and the wall announced first",
-                );
+                return request("a window needs a glued row coupled and the wall announced first");
             }
         };
         let length = window.t1_s - window.t0_s;
@@ -220,12 +216,12 @@ impl Dem {
                 window.index
             ));
         }
-        if free_velocity.len() != 2 * self.bodies.glued() {
+        if free_velocity.len() != 2 * self.exchange.len() {
             return request(format!(
                 "window {} brings {} velocities for {} glued disks of two components",
                 window.index,
                 free_velocity.len(),
-                self.bodies.glued()
+                self.exchange.len()
             ));
         }
         require_numbers("a velocity of a glued disk", window, free_velocity)?;
@@ -324,7 +320,7 @@ impl Node for Dem {
             step_limit_name: Bounds::NAME.into(),
             end_s: self.end,
             phases: self.program.map(|p| p.phases()).unwrap_or_default(),
-            sets: if glued { vec![BASE.into()] } else { Vec::new() },
+            sets: exchange::sets(&self.bodies),
             signals: self.signal_names(),
             ledger: self.ledger_terms(),
             warnings: self.warnings.clone(),
@@ -334,34 +330,20 @@ impl Node for Dem {
     }
 
     fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
-        if set != BASE || self.bodies.glued() == 0 {
-            return Err(NodeError::configuration(format!(
-                "{} has no set `{set}` to couple; {}",
-                self.participant,
-                if self.bodies.glued() > 0 {
-                    "it has `base`"
-                } else {
-                    "its sample has no glued disks"
-                }
-            )));
-        }
-        if self.coupled {
-            return Err(NodeError::configuration(
-                "the set `base` is already coupled: one interface carries it",
-            ));
-        }
+        let mut exchange = self.exchange.clone();
+        let surface = exchange.couple(&self.bodies, &self.participant, set)?;
         self.refuse_when_coupled()?;
-        self.coupled = true;
-        Ok(surface(&self.bodies))
+        self.exchange = exchange;
+        Ok(surface)
     }
 
     fn select(&mut self, points: &[usize]) -> Result<(), NodeError> {
-        if points.iter().copied().eq(0..self.bodies.glued()) {
+        if points.iter().copied().eq(0..self.exchange.len()) {
             return Ok(());
         }
         Err(NodeError::configuration(format!(
             "all {} glued disks move with the wall, {} of them were selected: select all",
-            self.bodies.glued(),
+            self.exchange.len(),
             points.len()
         )))
     }
@@ -377,7 +359,10 @@ impl Node for Dem {
                 self.warnings.push(warning);
             }
         }
-        self.stepper.problem.wall = Wall::compliant(self.bodies.glued(), compliance)?;
+        Wall::refuse_misfit(self.exchange.len(), compliance)?;
+        let glued = self.bodies.glued();
+        let compliance = self.exchange.scatter_square(compliance, glued);
+        self.stepper.problem.wall = Wall::compliant(glued, compliance);
         self.window = Some(window_s);
         self.pending = None;
         Ok(())
@@ -385,9 +370,10 @@ impl Node for Dem {
 
     fn solve(&mut self, window: &Window, free_velocity: &[f64]) -> Result<WallAnswer, NodeError> {
         let step = self.check_window(window, free_velocity)?;
+        let free_velocity = self.exchange.scatter(free_velocity, self.bodies.glued());
         let drive = Drive {
             step,
-            ..self.drive_at(window.t0_s, window.t1_s, free_velocity)
+            ..self.drive_at(window.t0_s, window.t1_s, &free_velocity)
         };
         self.trial.clone_from(&self.state);
         let (stepper, state) = (&mut self.stepper, &mut self.trial);
@@ -401,8 +387,13 @@ impl Node for Dem {
         });
         let wall = &self.stepper.problem.wall;
         Ok(WallAnswer {
-            force: wall.impulse.iter().map(|p| p / step).collect(),
-            velocity: wall.velocity.clone(),
+            force: self
+                .exchange
+                .gather(&wall.impulse)
+                .iter()
+                .map(|p| p / step)
+                .collect(),
+            velocity: self.exchange.gather(&wall.velocity),
             iterations: summary.verdict.iterations as u64,
             residual: summary.verdict.residual,
             converged: summary.verdict.converged,
@@ -416,17 +407,18 @@ impl Node for Dem {
                 window.index
             ))?);
         };
-        if displacement.len() != 2 * self.bodies.glued() {
+        if displacement.len() != 2 * self.exchange.len() {
             return Ok(request(format!(
                 "the commit of window {} brings {} displacements for {} glued disks of two components",
                 window.index,
                 displacement.len(),
-                self.bodies.glued()
+                self.exchange.len()
             ))?);
         }
         require_numbers("a displacement of a glued disk", window, displacement)?;
         let drive_before = self.state.accounts.drive;
         std::mem::swap(&mut self.state, &mut self.trial);
+        let displacement = self.exchange.scatter(displacement, self.bodies.glued());
         let glued = &mut self.state.centres[self.bodies.free..];
         for ((centre, place), u) in glued
             .iter_mut()
@@ -446,7 +438,7 @@ impl Node for Dem {
                 "a run without interface needs a step of its own",
             )
         })?;
-        if self.coupled {
+        if !self.exchange.is_empty() {
             return Ok(request("a coupled participant cannot advance alone")?);
         }
         let fixed = vec![0.0; 2 * self.bodies.glued()];
@@ -531,24 +523,4 @@ impl Node for Dem {
 fn stored(bodies: &Bodies, state: &State) -> [f64; 4] {
     let [normal, tangential, bonds] = state.springs(bodies);
     [state.kinetic(bodies), normal, tangential, bonds]
-}
-
-/// The glued disks as points: half the distances to the neighbours in x are theirs, at the ends symmetrically.
-fn surface(bodies: &Bodies) -> Surface {
-    let x: Vec<f64> = bodies.reference.iter().map(|c| c[0]).collect();
-    let n = x.len();
-    let between = |i: usize, j: usize| x[j] - x[i];
-    let length = (0..n).map(|i| match i {
-        _ if n == 1 => 2.0 * bodies.radii[bodies.free],
-        0 => between(0, 1),
-        i if i == n - 1 => between(n - 2, n - 1),
-        i => 0.5 * between(i - 1, i + 1),
-    });
-    Surface {
-        length_m: length.collect(),
-        y_m: bodies.reference.iter().map(|c| c[1]).collect(),
-        mass_kg: vec![0.0; n],
-        radius_m: bodies.radii[bodies.free..].to_vec(),
-        x_m: x,
-    }
 }

@@ -63,19 +63,24 @@ fn top_speed(state: &State) -> f64 {
     squares.fold(0.0, f64::max).sqrt()
 }
 
-/// Free grains that left the glued row: beside it unless it repeats, or more than a diameter of the widest disk below it.
+/// Free grains that left the glued rows: beside the base unless it repeats, or more than a diameter of the widest disk
+/// below it or above the lid.
 pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
-    let (Some(first), Some(last)) = (bodies.reference.first(), bodies.reference.last()) else {
+    let (base, lid) = bodies.reference.split_at(bodies.base);
+    let (Some(first), Some(last)) = (base.first(), base.last()) else {
         return 0;
     };
     let widest = bodies.radii.iter().copied().fold(0.0, f64::max);
-    let lowest = bodies
-        .reference
-        .iter()
-        .map(|c| c[1])
-        .fold(f64::INFINITY, f64::min);
+    let heights = |row: &[[f64; 2]], start, pick: fn(f64, f64) -> f64| {
+        row.iter().map(|c| c[1]).fold(start, pick)
+    };
+    let lowest = heights(base, f64::INFINITY, f64::min) - 2.0 * widest;
+    let highest = match lid.is_empty() {
+        true => f64::INFINITY,
+        false => heights(lid, f64::NEG_INFINITY, f64::max) + 2.0 * widest,
+    };
     let beside = |x: f64| bodies.period.is_none() && !(first[0]..=last[0]).contains(&x);
-    let inside = |c: &&[f64; 2]| !beside(c[0]) && c[1] >= lowest - 2.0 * widest;
+    let inside = |c: &&[f64; 2]| !beside(c[0]) && (lowest..=highest).contains(&c[1]);
     bodies.free - state.centres[..bodies.free].iter().filter(inside).count()
 }
 

@@ -26,8 +26,10 @@ pub struct Disk {
 pub struct Sample {
     /// Grains that move by themselves.
     pub free: Vec<Disk>,
-    /// Disks slaved to the wall below, by ascending x.
+    /// Disks slaved to the body below, by ascending x, then those slaved to the body above.
     pub glued: Vec<Disk>,
+    /// How many of them are slaved to the body above.
+    pub lid: usize,
     /// Rigid walls, polylines segment by segment.
     pub walls: Vec<RigidWall>,
     /// Free grains that move together.
@@ -52,8 +54,11 @@ pub fn prepare(config: &Config, seed: u64) -> Result<Sample, DemError> {
 }
 
 fn listed(config: &DisksConfig) -> Sample {
-    let pick = |glued: bool| {
-        let chosen = config.disks.iter().filter(move |disk| disk.glued == glued);
+    let pick = |glued: bool, lid: bool| {
+        let chosen = config
+            .disks
+            .iter()
+            .filter(move |disk| (disk.glued, disk.lid) == (glued, lid));
         let disks = chosen.map(|disk| Disk {
             centre: [disk.x_m, disk.y_m],
             radius: disk.radius_m,
@@ -61,11 +66,18 @@ fn listed(config: &DisksConfig) -> Sample {
         });
         disks.collect::<Vec<_>>()
     };
-    let mut glued = pick(true);
-    glued.sort_by(|a, b| a.centre[0].total_cmp(&b.centre[0]));
+    let along = |mut row: Vec<Disk>| {
+        row.sort_by(|a, b| a.centre[0].total_cmp(&b.centre[0]));
+        row
+    };
+    let mut glued = along(pick(true, false));
+    let lid = along(pick(true, true));
+    let on_top = lid.len();
+    glued.extend(lid);
     Sample {
-        free: pick(false),
+        free: pick(false, false),
         glued,
+        lid: on_top,
         walls: walls(&config.walls),
         clusters: clusters(config),
         solid_fraction: 0.0,

@@ -57,6 +57,7 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
         clusters,
         gravity: config.gravity_m_per_s2.map(|g| g / config.mass_scale),
         reference: sample.glued.iter().map(|disk| disk.centre).collect(),
+        base: sample.glued.len() - sample.lid,
         wheel_mass: config.wheel.map(|wheel| wheel.mass_kg),
         wheel_radius: config.wheel.map_or(0.0, |wheel| wheel.radius_m),
         walls: sample.walls.clone(),

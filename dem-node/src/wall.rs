@@ -26,8 +26,8 @@ impl Wall {
         }
     }
 
-    /// A wall with this compliance, column after column.
-    pub fn compliant(glued: usize, compliance: &[f64]) -> Result<Wall, DemError> {
+    /// Refuses a compliance that is no square over so many disks, or that moves a disk against its force.
+    pub fn refuse_misfit(glued: usize, compliance: &[f64]) -> Result<(), DemError> {
         let components = 2 * glued;
         if compliance.len() != components * components {
             return Err(DemError::Request(format!(
@@ -47,16 +47,17 @@ impl Wall {
                 compliance[i * (components + 1)]
             )));
         }
+        Ok(())
+    }
+
+    /// A wall with this compliance, column after column.
+    pub fn compliant(glued: usize, compliance: Vec<f64>) -> Wall {
         // Rigid motion costs nothing when the whole matrix is zero.
         let rigid = compliance.iter().all(|w| *w == 0.0);
-        Ok(Wall {
-            compliance: if rigid {
-                Vec::new()
-            } else {
-                compliance.to_vec()
-            },
+        Wall {
+            compliance: if rigid { Vec::new() } else { compliance },
             ..Wall::fixed(glued)
-        })
+        }
     }
 
     /// Starts a step: the wall moves with a_g, no impulse acts on it.
@@ -157,7 +158,7 @@ mod tests {
     #[test]
     fn impulses_move_every_glued_disk_by_their_columns() {
         let compliance: Vec<f64> = (0..16).map(f64::from).collect();
-        let mut wall = Wall::compliant(2, &compliance).expect("4 x 4 numbers");
+        let mut wall = Wall::compliant(2, compliance);
         wall.start(&[1.0, 0.0, 0.0, 0.0]);
         wall.push(1, [1.0, -1.0]);
         // columns 2 = (8..12) and 3 = (12..16): their difference is -4 everywhere
@@ -169,7 +170,7 @@ mod tests {
 
     #[test]
     fn a_matrix_of_another_size_is_refused() {
-        let error = Wall::compliant(2, &[0.0; 4]).expect_err("2 disks need 16 numbers");
+        let error = Wall::refuse_misfit(2, &[0.0; 4]).expect_err("2 disks need 16 numbers");
         assert!(error.to_string().contains("4 x 4"), "{error}");
     }
 }

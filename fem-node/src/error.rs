@@ -20,7 +20,7 @@ pub enum FemError {
     )]
     UnknownSet { set: String, known: String },
     #[error(
-        "its set `bottom` is the support of the body and does not move: an interface can name top, left or right"
+        "its set `bottom` is the support of the body and does not move: an interface can name top, left or right, or bottom with base = \"free\""
     )]
     SupportedSet,
     #[error(

@@ -24,9 +24,9 @@ impl Interface {
     pub(crate) fn couple(&mut self, model: &Model, set: &str) -> Result<Surface, FemError> {
         let unknown = || FemError::UnknownSet {
             set: set.into(),
-            known: sets(&model.mesh).join(", "),
+            known: sets(model).join(", "),
         };
-        if set == Edge::Bottom.name() {
+        if set == Edge::Bottom.name() && model.supported {
             return Err(FemError::SupportedSet);
         }
         let nodes = model.mesh.open_line(set).ok_or_else(unknown)?;
@@ -98,11 +98,11 @@ impl Interface {
     }
 }
 
-/// The sets that can be coupled: open lines on the outline, but for the support.
-pub(crate) fn sets(mesh: &Mesh) -> Vec<String> {
-    let sets = mesh.sets().into_iter();
-    let movable = sets.filter(|name| *name != Edge::Bottom.name());
-    let lines = movable.filter(|name| mesh.open_line(name).is_some());
+/// The sets that can be coupled: open lines on the outline, but for a support.
+pub(crate) fn sets(model: &Model) -> Vec<String> {
+    let sets = model.mesh.sets().into_iter();
+    let movable = sets.filter(|name| !(model.supported && *name == Edge::Bottom.name()));
+    let lines = movable.filter(|name| model.mesh.open_line(name).is_some());
     lines.map(String::from).collect()
 }
 

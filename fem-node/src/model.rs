@@ -50,6 +50,8 @@ pub struct Model {
     pub tractions: Vec<Traction>,
     /// The body's own wheel.
     pub wheel: Option<Wheel>,
+    /// Whether the bottom is held, so that nothing can be coupled to it.
+    pub(crate) supported: bool,
     /// Prescribed motions of named sets.
     pub drives: Vec<Drive>,
     driven_sets: Vec<String>,
@@ -107,6 +109,7 @@ impl Model {
             tractions,
             wheel,
             drives,
+            supported: config.base != Base::Free,
             driven_sets: config.boundary.driven().map(String::from).collect(),
             warnings,
         })

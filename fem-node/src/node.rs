@@ -412,7 +412,7 @@ impl Node for FemNode {
             step_limit_name: model::limit_name(self.model.scheme.stiffness_damping).into(),
             end_s: self.model.end,
             phases: self.phases(),
-            sets: interface::sets(&self.model.mesh),
+            sets: interface::sets(&self.model),
             signals: probe::surface_names(&self.model)
                 .iter()
                 .chain(&forces)

@@ -12,3 +12,4 @@ mod split_bar;
 mod stability;
 mod starved;
 mod static_patch;
+mod two_strips;

@@ -249,3 +249,64 @@ fn what_only_fits_a_run_alone_is_refused_when_coupled() {
         "rigid disks may not start in each other"
     );
 }
+
+/// A grain between two glued rows that close on it. With r_1, r_2 the impulses below and above it, contact stays closed:
+/// (r_1 - r_2) / m = a_b - w_b r_1 below and a_l + w_l r_2 = (r_1 - r_2) / m above.
+#[test]
+fn a_grain_between_base_and_lid_is_squeezed_as_computed_by_hand() {
+    let m = mass(RADIUS);
+    let mut config = grain_on_glued(json!({"kind": "signorini"}));
+    config["gravity_m_per_s2"] = json!([0.0, 0.0]);
+    let lid =
+        json!({"x_m": 0.0, "y_m": 3.0 * RADIUS, "radius_m": RADIUS, "glued": true, "lid": true});
+    let disks = config["sample"]["disks"].as_array_mut().expect("a list");
+    disks.push(lid);
+    let mut dem = build(&config);
+    assert_eq!(dem.describe().sets, ["base", "lid"]);
+    let (w_b, w_l, a_b, a_l) = (0.7 / m, 0.4 / m, 0.3e-3, -0.2e-3);
+    // (1/m + w_b) r_1 - r_2 / m = a_b and -r_1 / m + (1/m + w_l) r_2 = -a_l.
+    let (below, above) = (1.0 / m + w_b, 1.0 / m + w_l);
+    let determinant = below * above - 1.0 / (m * m);
+    let r_1 = (above * a_b - a_l / m) / determinant;
+    let r_2 = (-below * a_l + a_b / m) / determinant;
+
+    // The lid is coupled first, so it comes first in every vector.
+    dem.couple("lid").expect("it is glued");
+    dem.couple("base").expect("it is glued");
+    let mut compliance = [0.0; 16];
+    (compliance[5], compliance[15]) = (w_l, w_b);
+    dem.wall(H, &compliance).expect("4 x 4 numbers");
+    let answer = dem
+        .solve(&window(0), &[0.0, a_l, 0.0, a_b])
+        .expect("it can be solved");
+    assert!(answer.converged);
+    close("force on the lid", answer.force[1], r_2 / H, 1e-9 * r_2 / H);
+    close(
+        "force on the base",
+        answer.force[3],
+        -r_1 / H,
+        1e-9 * r_1 / H,
+    );
+    close("v of the lid", answer.velocity[1], a_l + w_l * r_2, 1e-12);
+    close("v of the base", answer.velocity[3], a_b - w_b * r_1, 1e-12);
+}
+
+#[test]
+fn a_lid_that_nothing_couples_stays_where_it_is() {
+    let mut config = grain_on_glued(json!({"kind": "signorini"}));
+    let lid =
+        json!({"x_m": 0.0, "y_m": 3.0 * RADIUS, "radius_m": RADIUS, "glued": true, "lid": true});
+    let disks = config["sample"]["disks"].as_array_mut().expect("a list");
+    disks.push(lid);
+    let mut dem = build(&config);
+    dem.couple("base").expect("it is glued");
+    dem.wall(H, &[0.0; 4]).expect("2 x 2 numbers");
+    // The base pushes the grain against a lid that does not yield: nothing of it can move.
+    let free = dem
+        .solve(&window(0), &[0.0, 0.0])
+        .expect("it can be solved");
+    assert_eq!(free.force.len(), 2);
+    let refused = dem.couple("lid").and(dem.couple("lid"));
+    let error = refused.expect_err("it is coupled already");
+    assert!(error.message.contains("already"), "{error}");
+}

@@ -23,6 +23,7 @@ fn recipe(thickness_m: f64) -> LayerConfig {
         radius_max_m: 0.1e-3,
         law: RadiusLaw::SurfaceUniform,
         seed: None,
+        lid: false,
         bed_extra_m: 0.7e-3,
         press_pa: vec![300e6, 50e6],
         periodic_x_m: None,
@@ -201,4 +202,36 @@ fn recipes_that_make_no_layer_are_refused_by_key() {
         .expect("a table")
         .remove("wheel");
     assert!(refusal(&without_wheel).contains("wheel"));
+}
+
+#[test]
+fn a_lid_is_cut_from_the_same_packing_and_holds_what_crosses_its_line() {
+    let thickness = 0.5e-3;
+    let with_lid = LayerConfig {
+        lid: true,
+        half_width_m: 2e-3,
+        crown_radius_m: 0.0,
+        ..recipe(thickness)
+    };
+    let sample = layer::prepare(&with_lid, Some(STIFFNESS), false, 1).expect("the recipe works");
+    let (base, lid) = sample.glued.split_at(sample.glued.len() - sample.lid);
+    assert!(base.len() > 20 && lid.len() > 20);
+    for (row, height) in [(base, 0.0), (lid, thickness)] {
+        for pair in row.windows(2) {
+            assert!(pair[0].centre[0] < pair[1].centre[0], "by ascending x");
+        }
+        for disk in row {
+            let off = (disk.centre[1] - height).abs();
+            assert!(
+                off <= disk.radius * (1.0 + 1e-12),
+                "{disk:?} misses its line"
+            );
+        }
+    }
+    for disk in &sample.free {
+        assert!(
+            disk.centre[1] > 0.0 && disk.centre[1] < thickness,
+            "{disk:?}"
+        );
+    }
 }

@@ -46,12 +46,20 @@ impl Config {
             )
             .help("write solver.kind = \"nsgs\", law.friction = 0, or give law.contact_stiffness_pa"));
         }
-        if matches!(self.sample, SampleConfig::Layer(_)) && self.wheel.is_none() {
+        let lid = matches!(&self.sample, SampleConfig::Layer(layer) if layer.lid);
+        if lid && self.wheel.is_some() {
+            return Err(ConfigError::new(
+                "wheel",
+                "a layer with a lid is held by the body above it, and there is a wheel",
+            )
+            .help("remove [participant.config.wheel], or sample.lid"));
+        }
+        if matches!(self.sample, SampleConfig::Layer(_)) && self.wheel.is_none() && !lid {
             return Err(ConfigError::new(
                 "wheel",
                 "a layer needs the wheel that holds it, and there is none",
             )
-            .help("add [participant.config.wheel]"));
+            .help("add [participant.config.wheel], or sample.lid = true"));
         }
         if self.wheel.is_some() && self.time.end_s.is_some() {
             return Err(
@@ -156,6 +164,16 @@ impl LayerConfig {
             "m",
         )?;
         at_least("sample.crown_radius_m", self.crown_radius_m, 0.0, "m")?;
+        if self.lid && self.crown_radius_m > 0.0 {
+            return Err(ConfigError::new(
+                "sample.crown_radius_m",
+                format!(
+                    "a layer with a lid lies between flat faces, got a crown of {} m",
+                    self.crown_radius_m
+                ),
+            )
+            .help("write crown_radius_m = 0, or remove sample.lid"));
+        }
         if self.crown_radius_m > 0.0 {
             at_least(
                 "sample.crown_radius_m",
@@ -189,6 +207,12 @@ impl DisksConfig {
             positive(&key("radius_m"), disk.radius_m, "m")?;
             finite(&key("x_m"), disk.x_m)?;
             finite(&key("y_m"), disk.y_m)?;
+            if disk.lid && !disk.glued {
+                return Err(
+                    ConfigError::new(&key("lid"), "only a glued disk belongs to the lid")
+                        .help("add glued = true"),
+                );
+            }
         }
         for (i, wall) in self.walls.iter().enumerate() {
             wall.validate(&format!("sample.walls[{i}]"))?;

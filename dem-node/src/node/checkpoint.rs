@@ -45,7 +45,7 @@ impl Dem {
             scaling: _,
             warnings: _,
             pool: _,
-            coupled: _,
+            exchange: _,
             initial_energy: _,
             // Announced anew by the coupler:
             window: _,

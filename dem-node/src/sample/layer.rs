@@ -32,12 +32,19 @@ pub fn prepare(
 ) -> Result<Sample, DemError> {
     let highest = recipe.press_pa.iter().copied().fold(0.0, f64::max);
     let bed_stiffness = stiffness.unwrap_or(RIGID_BED_STIFFNESS * highest);
-    let bed = bed::press(recipe, bed_stiffness, seed)?;
-    let (free, mut glued) = cut(&bed.pile);
-    if recipe.periodic_x_m.is_none() {
-        glued.extend(catch_row(recipe, &free, &glued));
-    }
-    glued.sort_by(|a, b| a.centre[0].total_cmp(&b.centre[0]));
+    let bed = bed::press(&bed_of(recipe), bed_stiffness, seed)?;
+    let (free, base) = cut(&bed.pile);
+    let (free, lid) = match recipe.lid {
+        true => cut_above(free, recipe.thickness_m),
+        false => (free, Vec::new()),
+    };
+    let mut glued = extended(recipe, &free, base, |radius| -radius);
+    let on_top = match recipe.lid {
+        true => extended(recipe, &free, lid, |radius| recipe.thickness_m + radius),
+        false => lid,
+    };
+    let lid = on_top.len();
+    glued.extend(on_top);
     let crown = Crown {
         radius: recipe.crown_radius_m,
     };
@@ -45,7 +52,11 @@ pub fn prepare(
     let free = if bonded {
         free
     } else {
-        let (mut free, overlap) = release(&bed, free, &glued, recipe.thickness_m);
+        let ceiling = match recipe.lid {
+            true => f64::INFINITY,
+            false => recipe.thickness_m,
+        };
+        let (mut free, overlap) = release(&bed, free, &glued, ceiling);
         if stiffness.is_none() {
             shrink(&mut free, overlap);
         }
@@ -54,10 +65,27 @@ pub fn prepare(
     Ok(Sample {
         free: in_columns(free),
         glued,
+        lid,
         walls: Vec::new(),
         clusters: Vec::new(),
         solid_fraction: bed.solid_fraction,
     })
+}
+
+/// A layer that is cut from above too comes out of a bed that is higher by as much as goes below.
+fn bed_of(recipe: &LayerConfig) -> LayerConfig {
+    let above = if recipe.lid { recipe.bed_extra_m } else { 0.0 };
+    LayerConfig {
+        thickness_m: recipe.thickness_m + above,
+        ..recipe.clone()
+    }
+}
+
+/// Cuts along y = height: disks wholly above go, disks whose centre is less than r below it are glued.
+fn cut_above(free: Vec<Disk>, height: f64) -> (Vec<Disk>, Vec<Disk>) {
+    free.into_iter()
+        .filter(|disk| disk.centre[1] < height + disk.radius)
+        .partition(|disk| disk.centre[1] <= height - disk.radius)
 }
 
 /// Cuts along y = 0: disks wholly below go, disks whose centre is less than r above it are glued.
@@ -76,8 +104,27 @@ fn cut(pile: &Pile) -> (Vec<Disk>, Vec<Disk>) {
         .partition(|disk| disk.centre[1] >= disk.radius)
 }
 
-/// Bare touching disks of the mean diameter on both sides, their tops flush with the line.
-fn catch_row(recipe: &LayerConfig, free: &[Disk], glued: &[Disk]) -> Vec<Disk> {
+/// A glued row with its catch rows, by ascending x.
+fn extended(
+    recipe: &LayerConfig,
+    free: &[Disk],
+    mut row: Vec<Disk>,
+    height: impl Fn(f64) -> f64,
+) -> Vec<Disk> {
+    if recipe.periodic_x_m.is_none() {
+        row.extend(catch_row(recipe, free, &row, height));
+    }
+    row.sort_by(|a, b| a.centre[0].total_cmp(&b.centre[0]));
+    row
+}
+
+/// Bare touching disks of the mean diameter on both sides, at the height that their radius gives: flush with the line.
+fn catch_row(
+    recipe: &LayerConfig,
+    free: &[Disk],
+    glued: &[Disk],
+    height: impl Fn(f64) -> f64,
+) -> Vec<Disk> {
     let disks = free.iter().chain(glued);
     let sum: f64 = disks.clone().map(|disk| disk.radius).sum();
     let radius = sum / disks.count().max(1) as f64;
@@ -85,7 +132,7 @@ fn catch_row(recipe: &LayerConfig, free: &[Disk], glued: &[Disk]) -> Vec<Disk> {
     let place = |side: f64, k: usize| Disk {
         centre: [
             side * (recipe.half_width_m + (2 * k + 1) as f64 * radius),
-            -radius,
+            height(radius),
         ],
         radius,
         ..Disk::default()
@@ -119,19 +166,20 @@ impl Crown {
     }
 }
 
-/// Takes the side walls away and lets the grains relax under the wheel, which is held where the plate was.
+/// Takes the side walls away and lets the grains relax under the wheel, which is held where the plate was, or between
+/// their glued rows.
 ///
 /// The shift along the crown leaves overlaps of up to a few micrometres on the flanks. Grains that find no support
 /// drift off slowly; that they still do is no reason to wait, so the number of iterations is bounded, not the drift.
 /// Returns the grains and the largest overlap that is left (m).
-fn release(bed: &Bed, free: Vec<Disk>, glued: &[Disk], thickness: f64) -> (Vec<Disk>, f64) {
+fn release(bed: &Bed, free: Vec<Disk>, glued: &[Disk], ceiling: f64) -> (Vec<Disk>, f64) {
     let all = || free.iter().chain(glued);
     let mut pile = Pile {
         centres: all().map(|disk| disk.centre).collect(),
         radii: all().map(|disk| disk.radius).collect(),
         movable: free.len(),
         period: bed.pile.period,
-        ceiling: thickness,
+        ceiling,
         floor: f64::NEG_INFINITY,
         half_width: f64::INFINITY,
         thrust: None,

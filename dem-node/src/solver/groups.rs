@@ -476,7 +476,7 @@ mod tests {
         let compliance: Vec<f64> = components
             .map(|k| at(k / (2 * GLUED), k % (2 * GLUED)))
             .collect();
-        let mut wall = Wall::compliant(GLUED, &compliance).expect("the size is right");
+        let mut wall = Wall::compliant(GLUED, compliance);
         wall.start(&[0.05; 2 * GLUED]);
         let mut problem = Problem {
             contacts,

@@ -1,0 +1,163 @@
+//! The glued disks that a coupler moves: which rows are coupled, and in which order their disks are exchanged.
+
+use std::ops::Range;
+
+use protocol::{NodeError, Surface};
+
+use crate::bodies::Bodies;
+
+/// A row of glued disks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Row {
+    /// On the body below.
+    Base,
+    /// On the body above.
+    Lid,
+}
+
+impl Row {
+    const ALL: [Row; 2] = [Row::Base, Row::Lid];
+
+    /// The name of the set.
+    pub fn name(self) -> &'static str {
+        match self {
+            Row::Base => "base",
+            Row::Lid => "lid",
+        }
+    }
+
+    /// Its disks among the glued ones.
+    fn disks(self, bodies: &Bodies) -> Range<usize> {
+        match self {
+            Row::Base => 0..bodies.base,
+            Row::Lid => bodies.base..bodies.glued(),
+        }
+    }
+}
+
+/// The sets that can be coupled: rows that have disks.
+pub fn sets(bodies: &Bodies) -> Vec<String> {
+    let filled = Row::ALL
+        .into_iter()
+        .filter(|row| !row.disks(bodies).is_empty());
+    filled.map(|row| row.name().to_string()).collect()
+}
+
+/// Glued disks in the order in which a coupler knows them; a row that no interface couples stays where it is.
+#[derive(Clone, Debug, Default)]
+pub struct Exchange {
+    disks: Vec<usize>,
+}
+
+impl Exchange {
+    /// Couples a row and returns its points.
+    pub fn couple(
+        &mut self,
+        bodies: &Bodies,
+        participant: &str,
+        set: &str,
+    ) -> Result<Surface, NodeError> {
+        let mut rows = Row::ALL.into_iter();
+        let row = rows.find(|row| row.name() == set && !row.disks(bodies).is_empty());
+        let Some(row) = row else {
+            let known = sets(bodies);
+            return Err(NodeError::configuration(match known.is_empty() {
+                true => format!(
+                    "{participant} has no set `{set}` to couple; its sample has no glued disks"
+                ),
+                false => format!(
+                    "{participant} has no set `{set}` to couple; it has `{}`",
+                    known.join("`, `")
+                ),
+            }));
+        };
+        let disks = row.disks(bodies);
+        if self.disks.contains(&disks.start) {
+            return Err(NodeError::configuration(format!(
+                "the set `{set}` is already coupled: one interface carries it"
+            )));
+        }
+        self.disks.extend(disks.clone());
+        Ok(surface(bodies, disks))
+    }
+
+    /// Number of exchanged disks.
+    pub fn len(&self) -> usize {
+        self.disks.len()
+    }
+
+    /// Whether no row is coupled.
+    pub fn is_empty(&self) -> bool {
+        self.disks.is_empty()
+    }
+
+    /// From exchanged components to those of all `glued` disks; the others are zero.
+    pub fn scatter(&self, exchanged: &[f64], glued: usize) -> Vec<f64> {
+        let mut all = vec![0.0; 2 * glued];
+        for (disk, pair) in self.disks.iter().zip(exchanged.chunks_exact(2)) {
+            all[2 * disk..2 * disk + 2].copy_from_slice(pair);
+        }
+        all
+    }
+
+    /// From components of all glued disks to the exchanged ones.
+    pub fn gather(&self, all: &[f64]) -> Vec<f64> {
+        let pairs = self.disks.iter();
+        pairs
+            .flat_map(|disk| [all[2 * disk], all[2 * disk + 1]])
+            .collect()
+    }
+
+    /// A square matrix over exchanged components, column after column, as one over all `glued` disks. A row that is not
+    /// coupled does not yield.
+    pub fn scatter_square(&self, exchanged: &[f64], glued: usize) -> Vec<f64> {
+        let size = 2 * self.disks.len();
+        let mut all = vec![0.0; 4 * glued * glued];
+        for column in 0..size {
+            let place = 2 * self.disks[column / 2] + column % 2;
+            let values = self.scatter(&exchanged[column * size..(column + 1) * size], glued);
+            all[place * 2 * glued..(place + 1) * 2 * glued].copy_from_slice(&values);
+        }
+        all
+    }
+}
+
+/// Glued disks as points: half the distances to the neighbours in x are theirs, at the ends symmetrically.
+fn surface(bodies: &Bodies, row: Range<usize>) -> Surface {
+    let centres = &bodies.reference[row.clone()];
+    let radii = &bodies.radii[bodies.free..][row];
+    let x: Vec<f64> = centres.iter().map(|c| c[0]).collect();
+    let n = x.len();
+    let between = |i: usize, j: usize| x[j] - x[i];
+    let length = (0..n).map(|i| match i {
+        _ if n == 1 => 2.0 * radii[0],
+        0 => between(0, 1),
+        i if i == n - 1 => between(n - 2, n - 1),
+        i => 0.5 * between(i - 1, i + 1),
+    });
+    Surface {
+        length_m: length.collect(),
+        y_m: centres.iter().map(|c| c[1]).collect(),
+        mass_kg: vec![0.0; n],
+        radius_m: radii.to_vec(),
+        x_m: x,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_scattered_is_gathered_in_the_coupled_order() {
+        let exchange = Exchange { disks: vec![2, 0] };
+        let all = exchange.scatter(&[1.0, 2.0, 3.0, 4.0], 3);
+        assert_eq!(all, [3.0, 4.0, 0.0, 0.0, 1.0, 2.0]);
+        assert_eq!(exchange.gather(&all), [1.0, 2.0, 3.0, 4.0]);
+        let square: Vec<f64> = (0..16).map(f64::from).collect();
+        let matrix = exchange.scatter_square(&square, 3);
+        // Exchanged column 3, row 0 is component y of disk 0, row x of disk 2.
+        assert_eq!(matrix[6 + 4], square[12]);
+        assert!(matrix[2 * 6..4 * 6].iter().all(|w| *w == 0.0));
+    }
+}

@@ -1,0 +1,147 @@
+//! Two elastic strips with a row of grains between them ("Two FE bodies and a sheared layer" of the coupling page).
+//!
+//! Problem: the lower strip is held at its base and by its sides in x; on its top ten disks are glued in the middle of its
+//! elements, on each rests a grain, and on each grain a disk that is glued to the bottom of the upper strip, which only
+//! the grains hold in y. The upper strip is pressed on its top; mass damping brings all to rest.
+//!
+//! ```text
+//!      | | | | | p
+//!     |~~~~~~~~~|  upper strip, free base
+//!      o o o o o   lid, glued to its bottom
+//!      O O O O O   grains, contact stiffness kn
+//!      o o o o o   base, glued to the top of the
+//!     |~~~~~~~~~|  lower strip, clamped base
+//! ```
+//!
+//! Exact answer: uniaxial strain. Both interfaces carry p; the lower strip yields u = p L / M with M = E (1 - nu) /
+//! ((1 + nu)(1 - 2 nu)), and the top of the upper one goes down by twice the overlap p dx t / kn and as much again of its own more. Tolerance 1e-3 as in
+//! the static patch; what the disks change of a uniform traction is the mapping's ripple.
+
+use harness::runs::{Left, run_in_process, run_over_shared_memory};
+
+const PRESSURE_PA: f64 = 100e6;
+const YOUNG_PA: f64 = 102.5e9;
+const POISSON: f64 = 0.3;
+const HEIGHT_M: f64 = 2e-3;
+const SPACING_M: f64 = 0.4e-3;
+const STIFFNESS_PA: f64 = 1e11;
+
+fn strip(name: &str, base: &str, step_s: f64, more: &str) -> String {
+    format!(
+        r#"
+[[participant]]
+name = "{name}"
+kind = "fem"
+[participant.config]
+base = "{base}"
+sides = "fixed_x"
+mesh = {{ width_m = 4e-3, height_m = {HEIGHT_M}, size_m = {SPACING_M} }}
+material = {{ young_pa = {YOUNG_PA}, poisson = {POISSON}, density_kg_per_m3 = 7800.0 }}
+time = {{ step_s = {step_s}, damping = 0.5, mass_damping_per_s = 6e5 }}
+{more}
+"#
+    )
+}
+
+fn grains() -> String {
+    let disk = |i: usize, row: usize| {
+        let radius = 0.15e-3;
+        let (x, y) = ((i as f64 - 4.5) * SPACING_M, 2.0 * radius * row as f64);
+        let glued = match row {
+            0 => ", glued = true",
+            2 => ", glued = true, lid = true",
+            _ => "",
+        };
+        format!("{{ x_m = {x:e}, y_m = {y:e}, radius_m = {radius:e}{glued} }}")
+    };
+    let disks: Vec<String> = (0..30).map(|k| disk(k / 3, k % 3)).collect();
+    format!(
+        r#"
+[[participant]]
+name = "grains"
+kind = "dem"
+[participant.config]
+density_kg_per_m3 = 7800.0
+law = {{ kind = "coulomb", friction = 0.3, contact_stiffness_pa = {STIFFNESS_PA:e}, tangential_stiffness_ratio = 1.0 }}
+solver = {{ kind = "nsgs", tolerance = 1e-10, max_iterations = 100000, min_iterations = 1 }}
+time = {{ pressure_pa = 1e6 }}
+sample = {{ kind = "disks", disks = [{}] }}
+"#,
+        disks.join(", ")
+    )
+}
+
+fn scenario() -> String {
+    let pressed = format!("boundary = {{ top = {{ pressure_pa = {PRESSURE_PA:e} }} }}");
+    let interface = |name: &str, between: [&str; 2], substeps: u32| {
+        format!(
+            r#"
+[[interface]]
+name = "{name}"
+between = ["{}", "{}"]
+scheme = "dual-schur"
+substeps = {substeps}
+tolerance_rel = 1e-9
+"#,
+            between[0], between[1]
+        )
+    };
+    [
+        "[run]\nname = \"two-strips\"\nthickness_m = 1e-3\nend_s = 6e-5\n".to_string(),
+        strip("lower", "clamped", 5e-8, ""),
+        grains(),
+        strip("upper", "free", 2.5e-8, &pressed),
+        interface("below", ["lower.top", "grains.base"], 4),
+        interface("above", ["upper.bottom", "grains.lid"], 8),
+    ]
+    .concat()
+}
+
+fn holds(left: &Left) {
+    let last = |name: &str| *left.signals[name].last().expect("there are windows");
+    let modulus = YOUNG_PA * (1.0 - POISSON) / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON));
+    let area = 4e-3 * 1e-3;
+    let (below, above) = (last("below.interface_fy_n"), last("above.interface_fy_n"));
+    let lower = last("lower.surface_mean_uy_m");
+    let overlap = PRESSURE_PA * SPACING_M * 1e-3 / (STIFFNESS_PA * 1e-3);
+    let squeeze = 2.0 * overlap + PRESSURE_PA * HEIGHT_M / modulus;
+    let approach = (lower - last("upper.surface_mean_uy_m")) / squeeze;
+    let displacement = -lower / (PRESSURE_PA * HEIGHT_M / modulus);
+    println!(
+        "below {:.6}, above {:.6}, displacement {displacement:.6}, approach {approach:.6} of exact, gap {:.1e}",
+        -below / (PRESSURE_PA * area),
+        above / (PRESSURE_PA * area),
+        left.number("coupling.gap_max_rel")
+    );
+    for found in [
+        -below / (PRESSURE_PA * area),
+        above / (PRESSURE_PA * area),
+        displacement,
+        approach,
+    ] {
+        assert!((found - 1.0).abs() <= 1e-3, "{found}");
+    }
+    for name in ["below", "above"] {
+        assert!(left.number(&format!("interfaces.{name}.gap_max_rel")) <= 1e-12);
+        assert!(left.number(&format!("interfaces.{name}.force_residual_rel")) <= 1e-12);
+    }
+    assert!(left.number("results.energy_balance_rel") <= 1e-6);
+}
+
+#[test]
+fn a_row_of_grains_carries_the_pressure_from_strip_to_strip() {
+    holds(
+        &run_in_process(&scenario(), &[])
+            .expect("it is valid")
+            .completed(),
+    );
+}
+
+#[test]
+fn the_same_over_shared_memory() {
+    holds(
+        &run_over_shared_memory(&scenario(), &[])
+            .expect("it is valid")
+            .completed(),
+    );
+}
