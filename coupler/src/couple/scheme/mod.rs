@@ -407,14 +407,16 @@ impl Coupling {
         solved: Solved,
         next: Option<Window>,
     ) -> Result<Standing, Error> {
-        let point_motion = self.group.mapping.motion(&solved.increment);
-        let signals = self.enter(&solved, &point_motion);
         for (total, increment) in self.displacement.iter_mut().zip(&solved.increment) {
             *total += increment;
         }
-        self.lambda = solved.lambda;
+        self.lambda.clone_from(&solved.lambda);
+        self.commit(conversation, &solved.window, next)?;
+        // While the others are at work.
+        let point_motion = self.group.mapping.motion(&solved.increment);
+        let signals = self.enter(&solved, &point_motion);
         self.last_motion = point_motion;
-        let reports = self.commit(conversation, &solved.window, next)?;
+        let reports = self.reports(conversation)?;
         conversation.end_window(solved.window.index)?;
         Ok(Standing { signals, reports })
     }
@@ -443,13 +445,13 @@ impl Coupling {
     }
 
     /// Tells all sides that the window stands and, where the scheme begins the next one with a run of the continua, has
-    /// them begin it; then hears the reports.
+    /// them begin it.
     fn commit(
         &self,
         conversation: &mut Conversation,
         window: &Window,
         next: Option<Window>,
-    ) -> Result<Vec<(usize, Vec<f64>)>, Error> {
+    ) -> Result<(), Error> {
         let place = self.group.mapping.motion(&self.displacement);
         for side in &self.group.continua {
             conversation.tell(side.peer, Kind::Commit, &side.window(window), Vec::new())?;
@@ -457,12 +459,16 @@ impl Coupling {
         for side in &self.group.walls {
             conversation.tell(side.peer, Kind::Commit, window, side.of(&place).to_vec())?;
         }
-        if let Some(next) = next.filter(|_| self.begins_with_continua()) {
-            for side in &self.group.continua {
-                let force = side.of(&self.lambda).to_vec();
-                conversation.foretell(side.peer, Kind::Advance, &side.window(&next), force)?;
-            }
-        }
+        let Some(next) = next.filter(|_| self.begins_with_continua()) else {
+            return Ok(());
+        };
+        self.group.continua.iter().try_for_each(|side| {
+            let force = side.of(&self.lambda).to_vec();
+            conversation.foretell(side.peer, Kind::Advance, &side.window(&next), force)
+        })
+    }
+
+    fn reports(&self, conversation: &mut Conversation) -> Result<Vec<(usize, Vec<f64>)>, Error> {
         let sides = self.group.continua.iter().chain(&self.group.walls);
         sides
             .map(|side| {
