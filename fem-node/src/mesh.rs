@@ -8,7 +8,8 @@ use protocol::ConfigError;
 
 use crate::config::MeshConfig;
 
-/// More elements than this are taken for a mistyped size: they would need some 4 GB.
+/// More elements than this are taken for a mistyped size: they would need some 4 GB. An explicit run of 1 000 x 1 000 one-point
+/// elastic elements peaks at 432 MB, program included; 28 080 elements at 30 MB.
 const ELEMENTS_MAX: f64 = 1e7;
 
 pub(crate) use cells::{Cells, NodeSet};
