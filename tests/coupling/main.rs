@@ -1,10 +1,12 @@
 //! Coupled motions that are known on paper, run through the coupler in-process and over shared memory.
 
 mod added_mass;
+mod columns;
 mod gmsh_interface;
 mod impact;
 mod main_job;
 mod mapping;
+mod one_loop;
 mod policies;
 mod schemes;
 mod several;

@@ -8,7 +8,7 @@
 //! must say so.
 
 use coupler::error::Error;
-use harness::runs::{Left, run_in_process};
+use harness::runs::{Left, run_in_process, run_over_shared_memory};
 
 fn scenario(scheme: &str, substeps: u32, windows: u32, plastic: bool) -> String {
     let step_s = 0.9;
@@ -161,6 +161,17 @@ fn a_plastic_bar_needs_the_secant_update_and_gets_by_on_five_runs() {
         assert!(matches!(error, Error::NotConverged(_)), "{error}");
         assert!(error.to_string().contains("dual-schur-secant"), "{error}");
     }
+}
+
+#[test]
+fn a_plastic_bar_over_shared_memory_gives_the_same_bits() {
+    let text = scenario("dual-schur-secant", 30, 120, true);
+    let inside = run(&text, &[]).completed();
+    let outside = run_over_shared_memory(&text, &[]).expect("it is valid");
+    let outside = outside.completed();
+    assert!(1.0 + outside.number("repeats_mean") <= 5.0);
+    assert_eq!(inside.signals, outside.signals);
+    assert_eq!(inside.text("hashes.state"), outside.text("hashes.state"));
 }
 
 #[test]

@@ -97,6 +97,11 @@ pub fn run_in_process(text: &str, overrides: &[&str]) -> Result<Left, Error> {
 
 /// Runs a scenario text over shared memory: verification solvers as foreign programs, shipped ones by `thirdbody`.
 pub fn run_over_shared_memory(text: &str, overrides: &[&str]) -> Result<Left, Error> {
+    run_text(&as_programs(text), overrides)
+}
+
+/// A scenario text with the verification solvers as foreign programs.
+pub fn as_programs(text: &str) -> String {
     let mut table: toml::Table = text.parse().expect("the test's scenario is TOML");
     let participants = table["participant"].as_array_mut().expect("a list");
     for participant in participants {
@@ -107,8 +112,7 @@ pub fn run_over_shared_memory(text: &str, overrides: &[&str]) -> Result<Left, Er
             participant.insert("command".into(), vec![program, kind].into());
         }
     }
-    let text = toml::to_string(&table).expect("it was TOML before");
-    run_text(&text, overrides)
+    toml::to_string(&table).expect("it was TOML before")
 }
 
 fn run_text(text: &str, overrides: &[&str]) -> Result<Left, Error> {

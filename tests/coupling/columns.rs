@@ -1,0 +1,121 @@
+//! The compliance of a strip as the handshake brings it to the coupler (case 6 of the coupling page).
+//!
+//! Problem: a clamped strip of 10 x 20 elements with free sides, its upper edge of 11 nodes coupled; the coupler asks for
+//! the columns of windows of 1 to 1 000 steps, through a channel and over shared memory.
+//!
+//! Exact answer: C = sum phi phi^T (1 - cos(omega H)) / omega^2 for synchronised steps, hence symmetric and positive
+//! definite whatever the window, and C(1) = h^2 / 2 M^-1. Tolerance 1e-12 relative: rounding of 1 000 steps.
+
+use coupler::couple::conversation::Conversation;
+use coupler::couple::group::Group;
+use coupler::couple::handshake;
+use coupler::couple::join::join;
+use coupler::couple::run::fresh_run_id;
+use coupler::couple::scheme::compliance::columns;
+use coupler::launch::{Launcher, Watch};
+use coupler::rundir::RunDir;
+use coupler::scenario::load::parse;
+use coupler::scenario::source::Source;
+use harness::runs::{Scratch, as_programs, program};
+use nalgebra::DMatrix;
+
+const STEP_S: f64 = 6.0e-8;
+const SUBSTEPS: [u32; 4] = [1, 10, 100, 1000];
+
+fn scenario() -> String {
+    format!(
+        r#"
+[run]
+name = "columns"
+thickness_m = 1e-3
+[[participant]]
+name = "strip"
+kind = "fem"
+[participant.config]
+base = "clamped"
+sides = "free"
+mesh = {{ width_m = 4e-3, height_m = 8e-3, size_m = 0.4e-3 }}
+material = {{ young_pa = 102.5e9, poisson = 0.3, density_kg_per_m3 = 7800.0 }}
+time = {{ step_s = {STEP_S}, damping = 0.5 }}
+[[participant]]
+name = "plate"
+kind = "plate"
+[participant.config]
+points = 23
+width_m = 4e-3
+y_m = 0.0
+thickness_m = 1e-3
+mass_kg = 1e-5
+traction_pa = [0.0, 0.0]
+end_s = 1e-4
+[[interface]]
+name = "glue"
+between = ["strip.top", "plate.row"]
+scheme = "dual-schur"
+substeps = 10
+tolerance_rel = 1e-9
+"#
+    )
+}
+
+/// The group of a scenario after its handshake, and C (m/N) for each number of substeps.
+fn asked(text: String, transport: &str) -> (Group, Vec<DMatrix<f64>>) {
+    let source = Source {
+        name: "columns.toml".into(),
+        text,
+        overrides: vec![format!("run.transport={transport}")],
+    };
+    let loaded = parse(source).expect("it is valid");
+    let scratch = Scratch::new("columns");
+    let run_id = fresh_run_id();
+    let rundir = RunDir::create(Some(scratch.path()), "columns", run_id).expect("an empty folder");
+    let registry = harness::registry();
+    let launcher = Launcher {
+        loaded: &loaded,
+        registry: &registry,
+        program: program("thirdbody"),
+        run_id,
+        threads: 1,
+        rundir: &rundir,
+    };
+    let memory = launcher.shared_memory();
+    let scenario = &loaded.scenario;
+    let peers = scenario.participant.iter().map(|participant| {
+        let started = launcher.start(participant, &memory);
+        started.expect("it starts")
+    });
+    let mut conversation = Conversation::new(
+        peers.collect(),
+        run_id,
+        scenario.labels(),
+        &scenario.run.deadlines,
+        Watch::default(),
+        None,
+    );
+    let greeted = handshake::greet(&mut conversation, &loaded, run_id).expect("they answer");
+    let mut groups = join(&mut conversation, scenario, &greeted).expect("they fit");
+    let group = groups.remove(0);
+    let side = &group.continua[0];
+    let matrices = SUBSTEPS.map(|m| columns(&mut conversation, side, m).expect("it is stable"));
+    (group, matrices.to_vec())
+}
+
+#[test]
+fn the_compliance_of_a_window_is_symmetric_and_positive_definite() {
+    let (group, inside) = asked(scenario(), "channel");
+    for (m, c) in SUBSTEPS.iter().zip(&inside) {
+        let asymmetry = (c - c.transpose()).amax() / c.amax();
+        let eigenvalues = (0.5 * (c + c.transpose())).symmetric_eigen().eigenvalues;
+        let (least, most) = (eigenvalues.min(), eigenvalues.max());
+        println!("m = {m}: asymmetry {asymmetry:.1e}, eigenvalues {least:.3e} to {most:.3e} m/N");
+        assert_eq!(c.nrows(), 2 * group.nodes.len());
+        assert!(asymmetry <= 1e-12, "m = {m}: asymmetry {asymmetry:e}");
+        assert!(least > 1e-9 * most, "m = {m}: {least:e} of {most:e}");
+    }
+    for (i, mass) in group.nodes.mass_kg.iter().enumerate() {
+        let exact = 0.5 * STEP_S * STEP_S / mass;
+        assert!((inside[0][(2 * i, 2 * i)] / exact - 1.0).abs() <= 1e-12);
+    }
+    let (_, outside) = asked(as_programs(&scenario()), "shm");
+    assert_eq!(inside, outside, "shared memory changes no bit");
+}
