@@ -4,7 +4,7 @@ mod limits;
 mod periodic;
 mod sample;
 
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
 use crate::geometry::Period;
 
@@ -185,13 +185,25 @@ pub struct TimeConfig {
 }
 
 /// `sample`: where the grains come from.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(rename_all = "snake_case", tag = "kind", deny_unknown_fields)]
+#[derive(Clone, Debug)]
 pub enum SampleConfig {
     /// A pressed layer that follows the crown, glued to its base.
     Layer(LayerConfig),
     /// Disks and walls one by one.
     Disks(DisksConfig),
+}
+
+/// The words for `sample.kind`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum SampleKind {
+    Layer,
+    Disks,
+}
+
+#[derive(Deserialize)]
+struct SampleTag {
+    kind: SampleKind,
 }
 
 /// A pressed layer of constant thickness on a crowned line.
@@ -225,6 +237,20 @@ pub struct LayerConfig {
     /// Ends of the strip that repeats along x (m), [-half_width_m, half_width_m], instead of side walls; the base is
     /// straight then.
     pub periodic_x_m: Option<[f64; 2]>,
+}
+
+/// By hand: an error of a derived enum with `tag = "kind"` names the table, not the key in it.
+impl<'de> Deserialize<'de> for SampleConfig {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<SampleConfig, D::Error> {
+        let mut keys = serde_json::Map::deserialize(deserializer)?;
+        // A kind that is missing or no word of the list is refused like any other key.
+        let kind = keys.shift_remove_entry("kind");
+        let SampleTag { kind } = protocol::read_part(kind.into_iter().collect())?;
+        match kind {
+            SampleKind::Layer => protocol::read_part(keys.into()).map(SampleConfig::Layer),
+            SampleKind::Disks => protocol::read_part(keys.into()).map(SampleConfig::Disks),
+        }
+    }
 }
 
 impl SampleConfig {

@@ -35,4 +35,4 @@ pub use node::{
 };
 pub use participate::{ParticipateError, participate};
 pub use serve::{ServeError, serve};
-pub use setting::{ConfigError, Session, Setting, Transport, read_config};
+pub use setting::{ConfigError, Session, Setting, Transport, read_config, read_part};

@@ -100,9 +100,30 @@ pub fn read_config<T: DeserializeOwned>(config: &serde_json::Value) -> Result<T,
     })
 }
 
+/// Reads a table whose form another of its keys decides, when that key has been read from it. Its errors reach
+/// [`read_config`] as text, and keep the path of the key inside the table: "at `disks[3].radius_m`: invalid type".
+pub fn read_part<T: DeserializeOwned, E: serde::de::Error>(
+    table: serde_json::Value,
+) -> Result<T, E> {
+    serde_path_to_error::deserialize(table)
+        .map_err(|error| E::custom(format!("at `{}`: {}", error.path(), error.inner())))
+}
+
 /// Turns serde's message about `path` into an error that names the key and proposes what to write instead.
 pub fn config_error(path: &str, message: &str) -> ConfigError {
     let parent = path.trim_end_matches(['.', '?']);
+    let part = message
+        .strip_prefix("at `")
+        .and_then(|part| part.split_once("`: "));
+    if let Some((inside, message)) = part {
+        let inside = inside.trim_matches('.');
+        let path = if inside.is_empty() {
+            parent
+        } else {
+            &format!("{parent}.{inside}")
+        };
+        return config_error(path, message);
+    }
     // Some formats repeat the path on a second line.
     let message = message.lines().next().unwrap_or_default();
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();

@@ -11,6 +11,7 @@ mod dem_extremes;
 mod dem_glued;
 mod dem_impact;
 mod dem_incline;
+mod dem_keys;
 mod dem_layer;
 mod dem_layer_run;
 mod dem_modes;

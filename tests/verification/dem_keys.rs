@@ -1,0 +1,100 @@
+//! Mistakes in `sample`, whose keys depend on its kind: each is refused by the path of the key, not of the table.
+
+use serde_json::{Value, json};
+
+use crate::dem_support::{refusal, scene};
+
+fn of(sample: Value) -> String {
+    refusal(&scene(
+        json!({"kind": "signorini"}),
+        1e-4,
+        sample,
+        json!({}),
+    ))
+}
+
+/// A sample with `value` at a place given as a JSON pointer, or without it when there is no value.
+fn changed(mut sample: Value, table: &str, key: &str, value: Option<Value>) -> Value {
+    let keys = sample.pointer_mut(table).and_then(Value::as_object_mut);
+    let keys = keys.expect("the table is there");
+    match value {
+        Some(value) => keys.insert(key.into(), value),
+        None => keys.shift_remove(key),
+    };
+    sample
+}
+
+fn disks() -> Value {
+    let disk = |x: f64| json!({"x_m": x, "y_m": 1e-3, "radius_m": 1e-3});
+    json!({
+        "kind": "disks", "disks": [disk(0.0), disk(2e-3), disk(4e-3), disk(6e-3)],
+        "walls": [{"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}],
+    })
+}
+
+fn layer() -> Value {
+    json!({
+        "kind": "layer", "thickness_m": 3e-4, "half_width_m": 1.5e-3, "crown_radius_m": 0.3, "radius_min_m": 5e-5,
+        "radius_max_m": 1e-4, "law": "surface_uniform",
+    })
+}
+
+/// The message must say all of it.
+fn told(message: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(message.contains(part), "{part:?} is not in {message:?}");
+    }
+}
+
+#[test]
+fn a_wrong_type_is_named() {
+    let word = || Some(json!("wide"));
+    let message = of(changed(disks(), "/disks/3", "radius_m", word()));
+    told(
+        &message,
+        &["sample.disks[3].radius_m: invalid type", "\"wide\""],
+    );
+    let message = of(changed(disks(), "/walls/0", "nx", word()));
+    told(&message, &["sample.walls[0].nx: invalid type"]);
+    let message = of(changed(layer(), "", "thickness_m", word()));
+    told(&message, &["sample.thickness_m: invalid type", "\"wide\""]);
+    told(&of(json!(3)), &["sample: invalid type"]);
+}
+
+#[test]
+fn a_missing_key_is_named() {
+    let message = of(changed(disks(), "/disks/1", "radius_m", None));
+    told(&message, &["sample.disks[1].radius_m: ", "missing"]);
+    let message = of(changed(disks(), "", "disks", None));
+    told(&message, &["sample.disks: ", "missing"]);
+    let message = of(changed(layer(), "", "half_width_m", None));
+    told(&message, &["sample.half_width_m: ", "missing"]);
+    let message = of(changed(layer(), "", "kind", None));
+    told(&message, &["sample.kind: ", "missing"]);
+}
+
+#[test]
+fn an_unknown_key_is_named_with_the_nearest_one() {
+    let one = || Some(json!(1.0));
+    let message = of(changed(disks(), "/disks/2", "raduis_m", one()));
+    told(
+        &message,
+        &["sample.disks[2].raduis_m: no such key", "`radius_m`"],
+    );
+    let message = of(changed(disks(), "", "wals", Some(json!([]))));
+    told(&message, &["sample.wals: no such key", "`walls`"]);
+    let message = of(changed(layer(), "", "thikness_m", one()));
+    told(
+        &message,
+        &["sample.thikness_m: no such key", "`thickness_m`"],
+    );
+}
+
+#[test]
+fn a_word_that_is_none_of_the_choices_is_named() {
+    let word = || Some(json!("even"));
+    let message = of(changed(layer(), "", "law", word()));
+    told(&message, &["sample.law: `even`", "surface_uniform"]);
+    let message = of(changed(layer(), "", "kind", word()));
+    told(&message, &["sample.kind: `even`", "layer, disks"]);
+}
