@@ -340,6 +340,9 @@ pub struct WheelConfig {
     /// Radius of the face (m), its lowest point over x = 0 at the start; 0 = flat.
     #[serde(default)]
     pub radius_m: f64,
+    /// Vertical velocity at the start, where it touches the grains (m/s): negative for a wheel that is dropped on them.
+    #[serde(default)]
+    pub vy_m_per_s: f64,
     /// Amplitude A of the sideways motion D(t) = A sin(2 pi f (t - t_s)) (m).
     #[serde(default)]
     pub amplitude_m: f64,

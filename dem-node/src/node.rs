@@ -84,8 +84,9 @@ impl Dem {
         let sample = sample::prepare(config, setting.seed)?;
         let mut bodies = setup::bodies(config, setting.thickness_m, &sample);
         let mut state = State::new(&bodies, &sample.free, &sample.glued);
-        if config.wheel.is_some() {
+        if let Some(wheel) = &config.wheel {
             setup::refuse_idle_wheel(&state)?;
+            state.wheel.velocity[1] = wheel.vy_m_per_s;
         }
         setup::refuse_rigid_overlaps(&bodies, &state)?;
         let pull = match &config.drive {

@@ -117,6 +117,7 @@ mod tests {
             load_n: 8000.0,
             mass_kg: 0.01,
             radius_m: 0.0,
+            vy_m_per_s: 0.0,
             amplitude_m: 5e-5,
             frequency_hz: 300.0,
             ramp_s: 5e-4,

@@ -227,6 +227,33 @@ fn a_wheel_met_at_10_m_per_s_takes_its_share_of_the_momentum() {
     assert!(report.imbalance(before) < 1e-10);
 }
 
+/// Without rebound the disk under the wheel has the wheel's velocity after the first step, and M V = (M + m) v.
+#[test]
+fn a_wheel_dropped_at_10_m_per_s_shares_its_momentum() {
+    let sample = json!({"kind": "disks", "disks": [{"x_m": 0.0, "y_m": R, "radius_m": R}]});
+    let wheel = |vy: f64| json!({"load_n": 0.0, "mass_kg": 0.01, "ramp_s": 1e-3, "hold_s": 1e-3, "vy_m_per_s": vy});
+    let mut dem = build(&scene(
+        rigid(),
+        1e-5,
+        sample.clone(),
+        json!({"wheel": wheel(-10.0)}),
+    ));
+    let before = dem.state().kinetic(dem.bodies());
+    close("energy at the start", before, 0.5, 1e-15);
+    let report = march(&mut dem, 0, 50);
+    let expected = -10.0 * 0.01 / (mass(R) + 0.01);
+    close("wheel", dem.state().wheel.velocity[1], expected, 1e-9);
+    close("disk", dem.state().velocities[0][1], expected, 1e-9);
+    let lost = 0.5 - 0.5 * (mass(R) + 0.01) * expected.powi(2);
+    close("impact", report.energy("impact"), lost, 1e-9 * lost);
+    assert!(report.imbalance(before) < 1e-10);
+    // A wheel that moves away leaves the disk where it is.
+    let mut dem = build(&scene(rigid(), 1e-5, sample, json!({"wheel": wheel(10.0)})));
+    march(&mut dem, 0, 50);
+    close("wheel", dem.state().wheel.velocity[1], 10.0, 0.0);
+    close("disk", dem.state().velocities[0][1], 0.0, 0.0);
+}
+
 #[test]
 fn not_a_number_in_a_message_is_an_error_value() {
     let sample = json!({"kind": "disks", "disks": [

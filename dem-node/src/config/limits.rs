@@ -230,6 +230,7 @@ impl WheelConfig {
         at_least("wheel.amplitude_m", self.amplitude_m, 0.0, "m")?;
         at_least("wheel.cycles", self.cycles, 0.0, "")?;
         at_least("wheel.radius_m", self.radius_m, 0.0, "m")?;
+        finite("wheel.vy_m_per_s", self.vy_m_per_s)?;
         if self.cycles > 0.0 {
             positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
         }
