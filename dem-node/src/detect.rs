@@ -60,6 +60,11 @@ impl VerletList {
         self.slots = listed;
     }
 
+    /// Makes the next refresh build a new list, as if a body had moved too far.
+    pub(crate) fn expire(&mut self) {
+        self.reach = 0.0;
+    }
+
     /// Where a disk has passed from one segment of a polyline to the next, its force and its spring go along.
     pub fn pass_on(&mut self, bodies: &Bodies, places: &Places) {
         for index in 0..self.slots.len() {
