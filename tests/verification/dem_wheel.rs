@@ -57,6 +57,37 @@ fn a_disk_under_the_wheel_rolls_with_half_its_speed() {
     }
 }
 
+/// Bits, not a tolerance: a wheel with any inverse mass in x would be moved by 1e-4 N as by 1e5 N.
+#[test]
+fn no_lateral_force_moves_the_wheel_sideways() {
+    for (kind, load, curvature) in [
+        ("nsgs", LOAD, 0.0),
+        ("nsgs", 1e9, 0.0),
+        ("nsgs", LOAD, 5e-3),
+        ("pcg", LOAD, 0.0),
+        ("pcg", 1e9, 0.0),
+        ("pcg", LOAD, 5e-3),
+    ] {
+        let mut config = roller(0.3, 1e-6);
+        config["solver"] =
+            json!({"kind": kind, "tolerance": 1e-8, "max_iterations": 20_000, "min_iterations": 1});
+        config["time"]["step_s"] = json!(1e-7);
+        config["sample"]["disks"][0]["vx_m_per_s"] = json!(50.0);
+        config["wheel"]["load_n"] = json!(load);
+        config["wheel"]["radius_m"] = json!(curvature);
+        config["wheel"]["cycles"] = json!(0.0);
+        let mut dem = build(&config);
+        let mut pull = 0.0f64;
+        for step in 0..10 {
+            let report = march(&mut dem, step, 1);
+            pull = pull.max(report.signal("wheel_ft_n").abs());
+            assert_eq!(report.signal("wheel_x_m"), 0.0, "{kind}");
+            assert_eq!(dem.state().wheel.velocity[0], 0.0, "{kind}");
+        }
+        assert!(pull > 1e-6 * load, "{kind} {load:e}: {pull:e}");
+    }
+}
+
 #[test]
 fn a_slipping_wheel_pulls_with_friction_times_load() {
     // Friction 1e-4 pulls too weakly to take the disk along: the wheel slips, F_T = mu F_N against its motion. The
