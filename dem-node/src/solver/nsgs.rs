@@ -8,10 +8,17 @@ use super::{Criteria, Problem, Verdict};
 
 /// Sweeps until the true residual is within the tolerance.
 ///
-/// QuadDV of LMGC90's incremental criterion is watched because a sweep has it for nothing, but it alone lies: in a layer
-/// under its wheel two of five sweeps that it accepts are above the tolerance. The true residual decides: where it refuses
-/// what QuadDV accepted, the bound on QuadDV is tightened in proportion, as Siconos does, and sweeping goes on. The whole
-/// criterion (see [`super::Quad`]) is reported; asking for it as well made every sixth accepted answer do more sweeps.
+/// The gate is the increment of a sweep, with dr what it changed and D the bodies' part of the diagonal of W,
+/// ```text
+/// increment = sqrt(sum |D dr|^2) / sqrt(sum |D r|^2)  <=  bound,    bound = tolerance at first
+/// ```
+/// LMGC90's QuadDV but for two things: r is that after the sweep, where LMGC90 takes the mean of the squares before and
+/// after, and dr is what the sweep did contact after contact, where LMGC90 offers all contacts their impulse at once.
+/// It is watched because a sweep has it for nothing, but it alone lies: in a layer under its wheel two of five sweeps that it
+/// accepts are above the tolerance. Only when it passes is the true residual computed ([`Problem::residual`]), which
+/// decides: within the tolerance the sweeps end, else the bound becomes increment x max(0.1, tolerance / residual), as
+/// Siconos tightens its own, and sweeping goes on. The whole criterion of LMGC90 (see [`super::Quad`]) of the answer is
+/// reported beside the residual and decides nothing: asking for it as well made every sixth accepted answer do more sweeps.
 pub fn solve(problem: &mut Problem, criteria: &Criteria) -> Verdict {
     let mut sweeper = std::mem::take(&mut problem.sweeper);
     sweeper.load(problem);
