@@ -382,3 +382,26 @@ fn interfaces_that_contradict_each_other_are_refused_by_key() {
     let lonely = [sound, bar("fourth", 0.0, 0.9, "")].concat();
     assert!(refusal(&lonely).contains("no interface joins `fourth`"));
 }
+
+/// The left bar answers first and cannot answer windows of ten steps; what the right one has answered meanwhile belongs to
+/// the window that is given up, not to its halves.
+#[test]
+fn one_bar_that_is_not_finite_halves_the_windows_of_all() {
+    let steps_s = [0.9, 0.9];
+    let halves = [
+        "participant.left.config.nan_above_substeps=5",
+        "interface.lower.on_not_converged=halve",
+        "interface.upper.on_not_converged=halve",
+    ];
+    let whole = three("dual-schur", 1.0, steps_s, [10, 10]);
+    let halved = run_in_process(&whole, &halves).expect("it is valid");
+    let halved = halved.completed();
+    let short = run(&three("dual-schur", 1.0, steps_s, [5, 5]));
+    assert_eq!(halved.number("coupling.halved_windows"), 20.0);
+    for name in ["left.u_m", "right.start_u_m"] {
+        let (a, b) = (&halved.signals[name], &short.signals[name]);
+        assert_eq!(a.len(), b.len());
+        let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+        assert!(apart.fold(0.0, f64::max) <= 1e-12, "{name}");
+    }
+}

@@ -213,6 +213,30 @@ mod tests {
         }
     }
 
+    /// Two points of 3 N and 1 N downwards are given to a node as 3 N and half a newton to the right: 1 N and 0.5 N
+    /// are amiss of 4 N.
+    #[test]
+    fn a_force_that_is_not_passed_on_shows_until_the_end() {
+        let mut ledger = InterfaceLedger::default();
+        let mut add = |nodal_force: &[f64], wall_motion: &[f64]| {
+            ledger.add(&WindowEntry {
+                point_force: &[0.0, -3.0, 0.0, -1.0],
+                nodal_force,
+                point_motion: &[0.0, -2e-6, 0.0, -2e-6],
+                late_work_j: 0.0,
+                wall_motion,
+                spacing_m: 1e-3,
+            });
+        };
+        add(&[0.5, -3.0], &[0.0, -2e-6, 0.0, -1e-6]);
+        add(&[0.0, -4.0], &[0.0, -2e-6, 0.0, -2e-6]);
+        assert_eq!(ledger.force_residual_n, 1.25f64.sqrt());
+        assert_eq!(ledger.force_residual_rel(), 1.25f64.sqrt() / 4.0);
+        assert!((ledger.gap_max_rel - 1e-3).abs() < 1e-18);
+        // 1 N over 1e-6 m in the first of two windows of 8e-6 J.
+        assert!((ledger.energy_defect_rel() - 1.0 / 16.0).abs() < 1e-12);
+    }
+
     #[test]
     fn a_leak_at_the_interface_shows_in_the_total() {
         let side = |interface: f64, own: f64, stored: f64| EnergyLedger {
