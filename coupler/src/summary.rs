@@ -5,10 +5,12 @@ use std::collections::BTreeMap;
 use protocol::serve::Farewell;
 use serde_json::{Map, Value, json};
 
+use crate::couple::conversation::Closed;
 use crate::couple::handshake::Greeted;
 use crate::couple::ledger::{EnergyLedger, InterfaceLedger, ratio, total_balance_rel};
 use crate::couple::scheme::Coupling;
 use crate::error::Error;
+use crate::log::LogStats;
 use crate::scenario::Scenario;
 
 /// What a run came to. Fields that never came about (a run that ended early) are left out of the file.
@@ -33,6 +35,11 @@ pub struct Summary {
     pub results: BTreeMap<String, f64>,
     /// hashes.exchange
     pub exchange_hash: Option<String>,
+    /// Size of the log (bytes) as it was foreseen after the handshake.
+    pub log_predicted_bytes: Option<u64>,
+    log: Option<LogStats>,
+    hash_wall_s: f64,
+    closed_wall_s: f64,
     state_hash: Option<String>,
 }
 
@@ -127,6 +134,14 @@ impl Summary {
         self.coupling_wall_s = Some((costs.talk_wall_s - solving).max(0.0));
     }
 
+    /// What the conversation left, so long (s) after the start of the run.
+    pub fn close(&mut self, closed: &Closed, wall_s: f64) {
+        self.exchange_hash = Some(closed.hash.clone());
+        self.log = closed.log;
+        self.hash_wall_s = closed.hash_wall.as_secs_f64();
+        self.closed_wall_s = wall_s;
+    }
+
     /// How it ended.
     pub fn end(&mut self, wall_s: f64, error: Option<&Error>) {
         self.wall_s = wall_s;
@@ -164,6 +179,9 @@ impl Summary {
                 "state": self.state_hash,
             },
         });
+        if let Some(log) = &self.log {
+            value["log"] = self.log_value(log);
+        }
         if let Some(ledger) = &self.coupling {
             value["repeats_mean"] = json!(ledger.repeats_mean());
             value["coupling"] = self.coupling_value(ledger);
@@ -174,6 +192,21 @@ impl Summary {
             value["interfaces"] = Value::Object(interfaces);
         }
         value
+    }
+
+    /// `wall_s` is what the run loses to the log, `share` that of its wall-clock time; the writing thread's time and that
+    /// of the hash, which is made without a log too, are told beside it.
+    fn log_value(&self, log: &LogStats) -> Value {
+        let wall_s = log.caller_wall.as_secs_f64();
+        json!({
+            "bytes": log.bytes,
+            "predicted_bytes": self.log_predicted_bytes,
+            "messages": log.messages,
+            "wall_s": wall_s,
+            "share": ratio(wall_s, self.closed_wall_s),
+            "writer_wall_s": log.writer_wall.as_secs_f64(),
+            "hash_wall_s": self.hash_wall_s,
+        })
     }
 
     fn coupling_value(&self, ledger: &InterfaceLedger) -> Value {

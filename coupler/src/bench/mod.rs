@@ -1,5 +1,6 @@
 //! Measurements of what the machine gives.
 
 pub mod exchange;
+pub mod log;
 pub mod mapping;
 pub mod stability;

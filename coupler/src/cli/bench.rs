@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Subcommand;
 
 use super::{CHECK_FAILED, VerbResult, print};
-use crate::bench::{exchange, mapping, stability};
+use crate::bench::{exchange, log, mapping, stability};
 use crate::error::Error;
 use crate::launch::Registry;
 
@@ -32,6 +32,12 @@ enum What {
     },
     /// Cost of a contact-iteration and iterations to convergence in each solver and law.
     Dem {
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Throughput of the exchange log, written as in a run and read back with all checks.
+    Log {
         /// Print JSON.
         #[arg(long)]
         json: bool,
@@ -63,13 +69,8 @@ pub fn bench(arguments: &BenchArguments, registry: &Registry) -> VerbResult {
                 false => print(&exchange::table(&rows)),
             }
         }
-        What::Mapping { json } => {
-            let rows = serde_json::to_value(mapping::bench()?).expect("rows are plain numbers");
-            match json {
-                true => print(&serde_json::json!({ "results": rows }).to_string()),
-                false => print(&table(&rows)),
-            }
-        }
+        What::Log { json } => show(log::bench()?, json),
+        What::Mapping { json } => show(mapping::bench()?, json),
         What::Stability { ref out } => {
             let findings = stability::bench(out)?;
             print(&findings.table());
@@ -80,6 +81,15 @@ pub fn bench(arguments: &BenchArguments, registry: &Registry) -> VerbResult {
         What::Echo => exchange::echo().map_err(|error| Error::Refused(error.to_string()))?,
     }
     Ok(0)
+}
+
+/// A table, or JSON.
+fn show(rows: impl serde::Serialize, json: bool) {
+    let rows = serde_json::to_value(rows).expect("rows are plain numbers");
+    match json {
+        true => print(&serde_json::json!({ "results": rows }).to_string()),
+        false => print(&table(&rows)),
+    }
 }
 
 /// Measures a shipped solver.

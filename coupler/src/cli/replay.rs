@@ -1,6 +1,6 @@
 //! `thirdbody replay`: run each solver again against the logged other side, and the coupler against both.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use protocol::Kind;
 use serde_json::{Value, json};
@@ -80,7 +80,7 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
         draw(arguments, &results)?;
     }
     match arguments.json {
-        true => print(&json(&recording, &results, &how).to_string()),
+        true => print(&json(arguments, &recording, &results, &how).to_string()),
         false => print(&table(&recording, &results, &how)),
     }
     let departs = results.iter().any(|replayed| replayed.departure.is_some());
@@ -213,13 +213,22 @@ fn table(recording: &Recording, results: &[Replayed], how: &How) -> String {
     lines.join("\n")
 }
 
-fn json(recording: &Recording, results: &[Replayed], how: &How) -> Value {
+fn json(
+    arguments: &ReplayArguments,
+    recording: &Recording,
+    results: &[Replayed],
+    how: &How,
+) -> Value {
+    let summary = summary_of(&arguments.run);
     let rows = results.iter().map(|replayed| {
         let mut row = json!({
             "who": replayed.who,
             "equal_messages": replayed.equal,
             "last_window": replayed.last_window,
             "departure": replayed.departure.as_ref().map(ToString::to_string),
+            "wall_s": replayed.wall_s,
+            "solve_wall_s": replayed.solve_wall_s,
+            "run_solve_wall_s": summary["participants"][&replayed.who]["solve_wall_s"],
         });
         if how.open_loop {
             row["drift"] = drifts(replayed);
@@ -234,6 +243,17 @@ fn json(recording: &Recording, results: &[Replayed], how: &How) -> Value {
         "open_loop": how.open_loop,
         "results": rows.collect::<Vec<_>>(),
     })
+}
+
+/// summary.json beside the log; null where only the log was kept.
+fn summary_of(run: &Path) -> Value {
+    let folder = match run.is_dir() {
+        true => Some(run),
+        false => run.parent(),
+    };
+    let text = folder.and_then(|folder| std::fs::read_to_string(folder.join("summary.json")).ok());
+    text.and_then(|text| serde_json::from_str(&text).ok())
+        .unwrap_or_default()
 }
 
 /// By kind: the drift in the last window, the largest, and that of each window.

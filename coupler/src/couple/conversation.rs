@@ -2,13 +2,14 @@
 
 use std::collections::VecDeque;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use protocol::{Frame, Header, Kind, PROTOCOL_VERSION, Window};
 
 use crate::error::Error;
 use crate::launch::peer::Patience;
 use crate::launch::{Peer, Watch};
-use crate::log::{Entry, Exchange, ExchangeHasher, Recorder, recover};
+use crate::log::{Entry, Exchange, ExchangeHasher, LogStats, Recorder, recover};
 use crate::replay::Departure;
 use crate::scenario::{Deadlines, Label};
 
@@ -26,6 +27,7 @@ pub struct Conversation {
     deadlines: Deadlines,
     recorder: Option<Recorder>,
     hasher: ExchangeHasher,
+    hash_wall: Duration,
     /// Requests that were sent before their turn, one a peer at most.
     ahead: Vec<Option<Frame>>,
     /// Whether requests may be sent before their turn.
@@ -33,6 +35,17 @@ pub struct Conversation {
     /// Blocks that ended.
     blocks: u64,
     keeping: Keeping,
+}
+
+/// What a conversation leaves.
+#[derive(Clone, Debug)]
+pub struct Closed {
+    /// `hashes.exchange`.
+    pub hash: String,
+    /// Wall-clock time that it took.
+    pub hash_wall: Duration,
+    /// The log, if there is one.
+    pub log: Option<LogStats>,
 }
 
 /// What becomes of what passes.
@@ -65,6 +78,7 @@ impl Conversation {
             deadlines: deadlines.clone(),
             recorder,
             hasher: ExchangeHasher::new(),
+            hash_wall: Duration::ZERO,
             blocks: 0,
             keeping: Keeping::Record,
         }
@@ -136,7 +150,10 @@ impl Conversation {
         if !self.pipelined || self.ahead[peer].is_some() {
             return Ok(());
         }
-        let frame = Frame::new(self.header(peer, kind, window), payload);
+        self.send_ahead(peer, Frame::new(self.header(peer, kind, window), payload))
+    }
+
+    fn send_ahead(&mut self, peer: usize, frame: Frame) -> Result<(), Error> {
         let patience = self.patience(false);
         self.peers[peer].send_ahead(&frame, patience, &self.watch)?;
         self.ahead[peer] = Some(frame);
@@ -163,11 +180,30 @@ impl Conversation {
 
     /// Sends a request of another run again, as it stood but for the run.
     pub fn repeat(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<(), Error> {
+        let frame = self.ours(header, payload);
+        self.send(peer, &frame)
+    }
+
+    /// Sends one that will be repeated next while the peer still answers the one before, which spares it the sleep.
+    pub fn repeat_ahead(
+        &mut self,
+        peer: usize,
+        header: Header,
+        payload: Vec<f64>,
+    ) -> Result<(), Error> {
+        match self.ahead[peer] {
+            Some(_) => Ok(()),
+            None => self.send_ahead(peer, self.ours(header, payload)),
+        }
+    }
+
+    /// A frame of another run as one of this.
+    fn ours(&self, header: Header, payload: Vec<f64>) -> Frame {
         let header = Header {
             run_id: self.run_id,
             ..header
         };
-        self.send(peer, &Frame::new(header, payload))
+        Frame::new(header, payload)
     }
 
     /// Waits for the answer of this kind.
@@ -262,20 +298,26 @@ impl Conversation {
             };
         }
         self.blocks += 1;
+        let start = Instant::now();
         self.hasher.end_window();
+        self.hash_wall += start.elapsed();
         if let Some(recorder) = &mut self.recorder {
             recorder.end_window(window)?;
         }
         Ok(())
     }
 
-    /// Closes the log, also after an error; returns `hashes.exchange`.
-    pub fn close(&mut self) -> Result<String, Error> {
+    /// Closes the log, also after an error.
+    pub fn close(&mut self) -> Result<Closed, Error> {
+        let start = Instant::now();
         let hash = std::mem::replace(&mut self.hasher, ExchangeHasher::new()).finish();
-        if let Some(recorder) = self.recorder.take() {
-            recorder.finish()?;
-        }
-        Ok(hash)
+        let hash_wall = self.hash_wall + start.elapsed();
+        let log = self.recorder.take().map(Recorder::finish).transpose()?;
+        Ok(Closed {
+            hash,
+            hash_wall,
+            log,
+        })
     }
 
     fn header(&self, peer: usize, kind: Kind, window: &Window) -> Header {
@@ -341,7 +383,9 @@ impl Conversation {
         (interface, sender, receiver): (&str, &str, &str),
         frame: &Frame,
     ) -> Result<(), Error> {
+        let start = Instant::now();
         self.hasher.add(interface, sender, frame);
+        self.hash_wall += start.elapsed();
         if let Some(recorder) = &mut self.recorder {
             recorder.record(interface, sender, receiver, frame)?;
         }

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use super::conversation::Conversation;
+use super::course::courses;
 use super::handshake;
 use super::join::join;
 use super::run::fresh_run_id;
-use super::scheme::Coupling;
+use super::volume;
 use crate::error::Error;
 use crate::launch::{Launcher, Peer, Registry, Watch};
 use crate::rundir::{RunDir, Scratch};
@@ -58,10 +59,11 @@ impl Greeting<'_> {
         let greeted = handshake::greet(&mut conversation, &loaded, run_id)?;
         let scenario = &loaded.scenario;
         let groups = join(&mut conversation, scenario, &greeted)?;
+        let mut courses = courses(scenario, &greeted, groups)?;
+        let volume = volume::coupled(scenario, &greeted, &courses);
         let mut lines = Vec::new();
-        for (group, members) in groups.into_iter().zip(scenario.groups()) {
-            let rules = &scenario.interface[members[0]];
-            let mut coupling = Coupling::new(rules, group);
+        for course in &mut courses {
+            let coupling = &mut course.coupling;
             for (index, prediction) in coupling.foresee(&mut conversation, &greeted)? {
                 let group = coupling.group();
                 lines.push(format!(
@@ -73,6 +75,11 @@ impl Greeting<'_> {
                 ));
                 lines.extend(prediction.lines());
             }
+        }
+        let output = &self.loaded.scenario.run.output;
+        if output.exchange {
+            let bytes = volume.bytes(self.loaded.resolved.len(), output.flush_every_windows);
+            lines.push(volume::line(&volume, bytes));
         }
         Ok(lines)
     }

@@ -6,7 +6,7 @@
 //! - [`clock`]: windows in integer steps;
 //! - [`group`]: interfaces that are solved together, and [`join`]: what they exchange, and on which bounds;
 //! - [`scheme`]: one window of a group by each coupling scheme;
-//! - [`predict`]: whether it is stable, said before the run;
+//! - [`predict`]: whether it is stable, and [`volume`]: how much will be said, told before the run;
 //! - [`ledger`]: work, momentum and gap of the interface, energies of both sides;
 //! - [`course`]: the loop over all windows, and `outputs`, what becomes of them;
 //! - [`run`]: a run from the launch to the farewells.
@@ -24,3 +24,4 @@ mod outputs;
 pub mod predict;
 pub mod run;
 pub mod scheme;
+pub mod volume;

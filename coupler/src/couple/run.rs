@@ -12,10 +12,11 @@ use super::course::{Course, courses, describe, each_window, end_s, reached_s};
 use super::handshake::{self, Greeted};
 use super::join::join;
 use super::outputs::Outputs;
+use super::volume;
 use crate::checkpoint::{Keeper, Origin, Position};
 use crate::error::Error;
 use crate::launch::{Launcher, Registry, Watch, config_value, process, setting};
-use crate::log::{Provenance, Recorder};
+use crate::log::{Provenance, Recorder, Volume};
 use crate::rundir::{RunDir, manifest};
 use crate::scenario::Loaded;
 use crate::summary::{Costs, Summary};
@@ -183,7 +184,9 @@ impl RunSession<'_> {
         conversation.pipeline();
         let result = self.talk(&mut conversation, start);
         let closed = conversation.close();
-        self.summary.exchange_hash = closed.as_ref().ok().cloned();
+        if let Ok(closed) = &closed {
+            self.summary.close(closed, start.elapsed().as_secs_f64());
+        }
         result.and(closed.map(|_| ()))
     }
 
@@ -290,6 +293,7 @@ impl RunSession<'_> {
         for course in &courses {
             self.rundir.note(&describe(course));
         }
+        self.foretell_log(&volume::coupled(scenario, greeted, &courses));
         match self.origin {
             // What was foreseen, and asked for it, is in the log that is gone on with.
             Some(origin) => origin.restore(conversation, &mut courses)?,
@@ -312,6 +316,17 @@ impl RunSession<'_> {
             },
         )?;
         outputs.finish(conversation, summary)
+    }
+
+    /// Writes down how long the log will be.
+    fn foretell_log(&mut self, volume: &Volume) {
+        let output = &self.loaded.scenario.run.output;
+        if output.exchange {
+            let texts = self.loaded.resolved.len() + self.manifest.len();
+            let bytes = volume.bytes(texts, output.flush_every_windows);
+            self.rundir.note(&volume::line(volume, bytes));
+            self.summary.log_predicted_bytes = Some(bytes);
+        }
     }
 
     /// Writes down what the handshake tells of the stability to come, and refuses what cannot go well.
@@ -356,6 +371,8 @@ impl RunSession<'_> {
             substeps: self.loaded.scenario.run.output.alone_steps,
         };
         let end = clock.steps_until(end_s(&self.loaded.scenario, greeted)?);
+        let scenario = &self.loaded.scenario;
+        self.foretell_log(&volume::alone(scenario, description, &clock, end));
         let mut start = 0;
         if let Some(origin) = self.origin {
             origin.restore(conversation, &mut [])?;

@@ -10,7 +10,7 @@
 //! - [`record`](mod@record): writing, on a thread of its own;
 //! - [`read`](mod@read): reading back, with every checksum verified, also what a killed writer left;
 //! - [`summary`]: what a log holds; [`export`]: as tables of text;
-//! - [`hash`]: the fingerprint of an exchange.
+//! - [`hash`]: the fingerprint of an exchange; [`volume`]: how long a log will be.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -23,11 +23,13 @@ pub mod proto;
 pub mod read;
 pub mod record;
 pub mod summary;
+pub mod volume;
 
 pub use hash::ExchangeHasher;
 pub use read::{Entry, Exchange, LogFile, read, recover};
 pub use record::{LogStats, Recorder};
 pub use summary::{LogSummary, NonFinite, Stream, WindowStats, summarize};
+pub use volume::Volume;
 
 /// The name and version of this format, in the metadata of every log.
 pub const FORMAT: &str = "thirdbody.exchange/1";

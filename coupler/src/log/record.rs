@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, SendTimeoutError, Sender, bounded};
 use mcap::records::{MessageHeader, Metadata};
@@ -45,6 +45,10 @@ pub struct LogStats {
     pub messages: u64,
     /// Windows that ended.
     pub windows: u64,
+    /// Wall-clock time that whoever records spent on it, the wait for a writer that fell behind included.
+    pub caller_wall: Duration,
+    /// Wall-clock time that the writing thread was at work.
+    pub writer_wall: Duration,
 }
 
 /// Writes an exchange log. Frames are handed to a thread that compresses and writes them; when it falls behind,
@@ -53,6 +57,7 @@ pub struct Recorder {
     path: PathBuf,
     jobs: Option<Sender<Job>>,
     outcome: Receiver<Result<LogStats, LogError>>,
+    caller_wall: Duration,
 }
 
 enum Job {
@@ -92,6 +97,7 @@ impl Recorder {
             path: path.into(),
             jobs: Some(jobs),
             outcome,
+            caller_wall: Duration::ZERO,
         })
     }
 
@@ -109,18 +115,24 @@ impl Recorder {
                 capacity: MAX_DOUBLES,
             });
         }
+        let start = Instant::now();
         let stream = Stream {
             interface: interface.into(),
             sender: sender.into(),
             receiver: receiver.into(),
             kind: frame.header.kind,
         };
-        self.hand_over(Job::Exchange(stream, frame.clone()))
+        let handed = self.hand_over(Job::Exchange(stream, frame.clone()));
+        self.caller_wall += start.elapsed();
+        handed
     }
 
     /// The window stands.
     pub fn end_window(&mut self, window: u64) -> Result<(), LogError> {
-        self.hand_over(Job::WindowEnd(window))
+        let start = Instant::now();
+        let handed = self.hand_over(Job::WindowEnd(window));
+        self.caller_wall += start.elapsed();
+        handed
     }
 
     /// Returns when all that was recorded is on the disk.
@@ -140,7 +152,12 @@ impl Recorder {
 
     /// Completes the file.
     pub fn finish(mut self) -> Result<LogStats, LogError> {
-        self.close()
+        let start = Instant::now();
+        let stats = self.close()?;
+        Ok(LogStats {
+            caller_wall: self.caller_wall + start.elapsed(),
+            ..stats
+        })
     }
 
     fn hand_over(&mut self, job: Job) -> Result<(), LogError> {
@@ -247,12 +264,14 @@ impl LogWriter {
 
     fn write_all(mut self, jobs: &Receiver<Job>) -> Result<LogStats, LogError> {
         for job in jobs {
+            let start = Instant::now();
             let written = match job {
                 Job::Exchange(stream, frame) => self.write(stream, frame),
                 Job::WindowEnd(window) => self.end_window(window),
                 Job::Sync(done) => self.sync(&done),
             };
             written.map_err(|error| LogError::write(&self.path, &error))?;
+            self.stats.writer_wall += start.elapsed();
         }
         self.finish()
     }
@@ -333,6 +352,7 @@ impl LogWriter {
     }
 
     fn finish(mut self) -> Result<LogStats, LogError> {
+        let start = Instant::now();
         self.writer
             .finish()
             .map_err(|error| LogError::write(&self.path, &error))?;
@@ -343,6 +363,7 @@ impl LogWriter {
             .map_err(|error| LogError::write(&self.path, &error))?;
         Ok(LogStats {
             bytes: size.len(),
+            writer_wall: self.stats.writer_wall + start.elapsed(),
             ..self.stats
         })
     }

@@ -1,6 +1,7 @@
 //! The coupler again, against tapes of all participants.
 
 use std::sync::{Arc, Mutex};
+use std::time::Instant;
 
 use super::tape::{Seen, TapeLink, turns};
 use super::{Recording, Replayed};
@@ -46,8 +47,10 @@ pub fn replay(
         watch.clone(),
         None,
     );
+    let start = Instant::now();
     let result = windows(&mut conversation, scenario, &greeted, from);
     let mut replayed = Replayed::of(COUPLER);
+    replayed.wall_s = start.elapsed().as_secs_f64();
     let mut ended = false;
     for tape in &tapes {
         let seen = tape

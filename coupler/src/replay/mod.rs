@@ -78,6 +78,10 @@ pub struct Replayed {
     pub last_window: u64,
     /// The first that was not.
     pub departure: Option<Departure>,
+    /// Wall-clock time (s) from the first message to the last, without the start of solvers and the reading of the log.
+    pub wall_s: f64,
+    /// The part of it that the solver was at work (s), as it says itself; none for the coupler, nor after a departure.
+    pub solve_wall_s: Option<f64>,
     /// Every answer, where the replay went on after the first departure.
     pub drift: Vec<Drift>,
 }

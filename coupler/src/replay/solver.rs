@@ -1,5 +1,8 @@
 //! One solver again, against what the coupler asked of it.
 
+use std::time::Instant;
+
+use protocol::serve::Farewell;
 use protocol::{Frame, Header, Kind, Window};
 
 use super::departure::Departure;
@@ -51,21 +54,33 @@ pub fn replay(
         ruler: Ruler::default(),
         how,
     };
+    // A log in memory may be as long as the run, and is taken apart before the clock starts.
     let past = recording.messages_before(how.from);
+    let later = turns(&recording.messages[past..], name);
+    let start = Instant::now();
     if let Some(origin) = how.from {
         for turn in handshake_turns(turns(&recording.messages[..past], name)) {
-            comparison.ask(&mut conversation, &turn)?;
+            comparison.ask(&mut conversation, &turn, None)?;
         }
         origin.restore_one(&mut conversation, index)?;
     }
-    for turn in turns(&recording.messages[past..], name) {
-        if !comparison.ask(&mut conversation, &turn)? {
+    for (place, turn) in later.iter().enumerate() {
+        if !comparison.ask(&mut conversation, turn, later.get(place + 1))? {
+            comparison.replayed.wall_s = start.elapsed().as_secs_f64();
             return Ok(comparison.replayed);
         }
     }
+    comparison.replayed.wall_s = start.elapsed().as_secs_f64();
     conversation.tell(0, Kind::Finish, &Window::default(), Vec::new())?;
-    conversation.hear(0, Kind::Finished)?;
+    let outcome = conversation.hear(0, Kind::Finished)?;
+    comparison.replayed.solve_wall_s = solve_wall_s(&outcome);
     Ok(comparison.replayed)
+}
+
+/// What a foreign solver says of its time may be unreadable; the replay is none the worse.
+fn solve_wall_s(outcome: &Frame) -> Option<f64> {
+    let farewell: Farewell = serde_json::from_str(&outcome.text().ok()?).ok()?;
+    Some(farewell.solve_wall_s)
 }
 
 fn index_of(scenario: &Scenario, name: &str) -> Result<usize, Error> {
@@ -102,12 +117,17 @@ struct Comparison<'a> {
 }
 
 impl Comparison<'_> {
-    /// Asks again and compares; false when nothing more is to be asked.
-    fn ask(&mut self, conversation: &mut Conversation, turn: &Turn) -> Result<bool, Error> {
+    /// Asks again and compares, the turn after it on its way already; false when nothing more is to be asked.
+    fn ask(
+        &mut self,
+        conversation: &mut Conversation,
+        turn: &Turn,
+        next: Option<&Turn>,
+    ) -> Result<bool, Error> {
         let Some(answer) = &turn.answer else {
             return Ok(false);
         };
-        let ours = ask_again(conversation, turn, answer)?;
+        let ours = ask_again(conversation, turn, answer, next)?;
         let departure = self.compare(answer, &ours);
         if departure.is_none() {
             self.replayed.equal += 1;
@@ -139,9 +159,17 @@ impl Comparison<'_> {
     }
 }
 
-fn ask_again(conversation: &mut Conversation, turn: &Turn, answer: &Frame) -> Result<Frame, Error> {
+fn ask_again(
+    conversation: &mut Conversation,
+    turn: &Turn,
+    answer: &Frame,
+    next: Option<&Turn>,
+) -> Result<Frame, Error> {
     let header: Header = turn.request.header;
     conversation.repeat(0, header, turn.request.payload.clone())?;
+    if let Some(next) = next.filter(|next| next.answer.is_some()) {
+        conversation.repeat_ahead(0, next.request.header, next.request.payload.clone())?;
+    }
     let kind = answer
         .kind()
         .map_err(|error| Error::Refused(format!("the log: {error}")))?;

@@ -23,6 +23,9 @@ const RED_LINE: RGBColor = RGBColor(190, 50, 40);
 /// More dots than this make a file that browsers are slow to draw.
 const DOTS_MAX: usize = 8000;
 
+/// Height of a line of the legend over that of the curves.
+const LEGEND_LINE: f64 = 0.1;
+
 /// Name of the file, caption, SVG.
 type Plot = (&'static str, &'static str, String);
 
@@ -200,6 +203,9 @@ pub(crate) fn plot(x_desc: &str, y_desc: &str, curves: &[Curve]) -> Result<Strin
     let points = || curves.iter().flat_map(|curve| &curve.points);
     let x = range(points().map(|point| point.0));
     let y = range(points().map(|point| point.1));
+    // The legend stands above all curves.
+    let above = LEGEND_LINE * curves.len() as f64 * (y.end - y.start);
+    let y = y.start..y.end + above;
     let mut svg = String::new();
     {
         let area = SVGBackend::with_string(&mut svg, (900, 380)).into_drawing_area();
@@ -228,6 +234,7 @@ pub(crate) fn plot(x_desc: &str, y_desc: &str, curves: &[Curve]) -> Result<Strin
         }
         chart
             .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
             .background_style(WHITE)
             .border_style(BLACK.mix(0.3))
             .draw()
