@@ -1,7 +1,9 @@
 //! Replay of logged runs: bit for bit where nothing changed, and the first departure named where something did.
 
+mod cost;
 mod fuzz;
 mod resume;
+mod resume_kinds;
 
 use std::path::Path;
 

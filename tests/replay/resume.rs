@@ -9,11 +9,17 @@ use coupler::launch::Watch;
 use coupler::replay::recording;
 use coupler::scenario::{Loaded, load};
 use harness::runs::{Scratch, program};
+use serde_json::Value;
 
 use crate::SCENARIO;
 
 /// Runs in this process, from the start or from where `go_on` is told.
-fn conduct(loaded: &Loaded, out: &Path, threads: usize, from: Option<(&Path, u64)>) -> Ended {
+pub(crate) fn conduct(
+    loaded: &Loaded,
+    out: &Path,
+    threads: usize,
+    from: Option<(&Path, u64)>,
+) -> Ended {
     let registry = harness::registry();
     let options = Options {
         out: Some(out),
@@ -38,7 +44,7 @@ fn conduct(loaded: &Loaded, out: &Path, threads: usize, from: Option<(&Path, u64
     ended
 }
 
-fn loaded(scenario: &Path, sets: &[&str]) -> Loaded {
+pub(crate) fn loaded(scenario: &Path, sets: &[&str]) -> Loaded {
     let sets: Vec<String> = ["run.transport=channel"]
         .iter()
         .chain(sets)
@@ -47,7 +53,7 @@ fn loaded(scenario: &Path, sets: &[&str]) -> Loaded {
     load(&scenario.to_string_lossy(), &sets).expect("it is valid")
 }
 
-fn shipped(name: &str) -> PathBuf {
+pub(crate) fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../scenarios")
         .join(name)
@@ -90,9 +96,9 @@ fn assert_same(one: &Ended, other: &Ended) {
     }
 }
 
-/// Resumes from every checkpoint of a whole run; returns how many there were, and how many of them in the middle of
-/// a halved window.
-fn resume_from_all(loaded: &Loaded, name: &str) -> (usize, usize) {
+/// Resumes from every checkpoint of a whole run; returns how many there were, how many of them in the middle of
+/// a halved window, and what the whole run's summary says.
+pub(crate) fn resume_from_all(loaded: &Loaded, name: &str) -> (usize, usize, Value) {
     let scratch = Scratch::new(name);
     let whole = conduct(loaded, &scratch.path().join("whole"), 1, None);
     let found = list(&whole.path.join(FOLDER));
@@ -107,7 +113,7 @@ fn resume_from_all(loaded: &Loaded, name: &str) -> (usize, usize) {
         let resumed = conduct(loaded, &out, 2 - index % 2, from);
         assert_same(&whole, &resumed);
     }
-    (found.len(), halved)
+    (found.len(), halved, whole.summary.value())
 }
 
 #[test]
@@ -117,7 +123,7 @@ fn a_coupled_run_resumes_from_every_checkpoint() {
         "run.checkpoint_every_windows=9",
         "run.checkpoints_kept=100",
     ];
-    let (count, _) = resume_from_all(&loaded(&shipped("quick"), &sets), "resume-quick");
+    let (count, _, _) = resume_from_all(&loaded(&shipped("quick"), &sets), "resume-quick");
     assert!(count >= 10, "{count}");
 }
 
@@ -131,7 +137,7 @@ fn a_run_with_secant_updates_resumes_in_the_middle_of_halved_windows() {
         "run.checkpoint_every_windows=3",
         "run.checkpoints_kept=1000",
     ];
-    let (count, halved) = resume_from_all(&loaded(&file, &sets), "resume-halved");
+    let (count, halved, _) = resume_from_all(&loaded(&file, &sets), "resume-halved");
     assert!(count > 10 && halved > 0, "{count} with {halved} halved");
 }
 

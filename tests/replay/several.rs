@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::{recording, replay, run_in_process};
 
 /// Bar, chain, bar, and beside them a pair that shares nothing with them.
-fn scenario() -> String {
+pub(crate) fn scenario() -> String {
     let bar = |name: &str| {
         format!(
             r#"

@@ -1,0 +1,174 @@
+//! Resuming what the shipped scenes do not hold: every scheme, several interfaces, plastic rails, rigid clusters, a strip
+//! that repeats.
+//!
+//! Exact answer: the run that was not cut off, bit for bit, whatever the number of threads.
+
+use std::fmt::Write as _;
+
+use coupler::scenario::Loaded;
+use harness::runs::Scratch;
+
+use super::resume::{loaded, resume_from_all, shipped};
+use super::several;
+
+/// A scenario text with overrides; it is read once, so its file need not stay.
+fn scene(text: &str, sets: &[&str]) -> Loaded {
+    let scratch = Scratch::new("resume-scene");
+    let file = scratch.path().join("scenario.toml");
+    std::fs::write(&file, text).expect("writable");
+    let kept = ["run.checkpoints_kept=1000"];
+    loaded(&file, &[sets, &kept].concat())
+}
+
+/// An elastic bar and a body of an eighth of its mass.
+fn bar(scheme: &str) -> String {
+    format!(
+        r#"
+[run]
+name = "schemes"
+thickness_m = 1.0
+[[participant]]
+name = "bar"
+kind = "bar"
+[participant.config]
+elements = 40
+spacing_m = 1.0
+element_mass_kg = 1.0
+element_stiffness_n_per_m = 1.0
+step_s = 0.9
+damping = 0.5
+left_fixed = true
+[[participant]]
+name = "body"
+kind = "chain"
+[participant.config]
+x_m = 40.0
+glued_mass_kg = 5.0
+velocity_m_per_s = -1.0
+theta = 1.0
+end_s = 300.0
+[[interface]]
+name = "glue"
+between = ["bar.end", "body.end"]
+scheme = "{scheme}"
+substeps = 4
+relaxation = 0.1
+tolerance_rel = 1e-9
+repeats_max = 60
+"#
+    )
+}
+
+#[test]
+fn every_scheme_resumes() {
+    let cases = [
+        ("staggered-serial", "none"),
+        ("staggered-parallel", "none"),
+        ("dual-schur-cheap", "none"),
+        ("fixed-point-serial", "aitken"),
+        ("fixed-point-serial", "iqn-ils"),
+        ("fixed-point-parallel", "iqn-ils"),
+    ];
+    for (scheme, acceleration) in cases {
+        let acceleration = format!("interface.glue.acceleration={acceleration}");
+        let mut sets = vec![
+            "run.checkpoint_every_windows=11",
+            "interface.glue.unsafe_window=true",
+        ];
+        if !acceleration.ends_with("none") {
+            sets.push(&acceleration);
+        }
+        let (count, _, _) = resume_from_all(&scene(&bar(scheme), &sets), scheme);
+        assert!(count > 5, "{scheme}: {count}");
+    }
+}
+
+#[test]
+fn connected_and_separate_interfaces_resume() {
+    let sets = ["run.checkpoint_every_windows=5"];
+    let scene = scene(&several::scenario(), &sets);
+    let (count, _, _) = resume_from_all(&scene, "resume-several");
+    assert!(count > 5, "{count}");
+}
+
+#[test]
+fn a_plastic_rail_resumes() {
+    let sets = [
+        "run.end_s=4e-4",
+        "run.checkpoint_every_windows=250",
+        "run.checkpoints_kept=100",
+        "participant.rail.config.material.kind=j2",
+        "participant.rail.config.material.yield_pa=2e7",
+        "interface.layer-base.scheme=dual-schur-secant",
+        "interface.layer-base.on_not_converged=halve",
+    ];
+    let (count, _, summary) = resume_from_all(&loaded(&shipped("quick"), &sets), "resume-plastic");
+    assert!(count >= 2, "{count}");
+    let flow_j = summary["participants"]["rail"]["energy"]["plastic_j"].as_f64();
+    assert!(flow_j.is_some_and(|flow_j| flow_j > 0.0), "{flow_j:?}");
+}
+
+/// Disks on a floor, alone; `sample` are further keys of the sample.
+fn heap(disks: &str, sample: &str) -> Loaded {
+    let text = format!(
+        r#"
+[run]
+name = "heap"
+thickness_m = 1e-3
+output = {{ alone_steps = 5 }}
+[[participant]]
+name = "heap"
+kind = "dem"
+[participant.config]
+density_kg_per_m3 = 7800.0
+gravity_m_per_s2 = [196.0, -981.0]
+law = {{ kind = "coulomb", friction = 0.3, contact_stiffness_pa = 1e8, tangential_stiffness_ratio = 0.5 }}
+solver = {{ kind = "nsgs", tolerance = 1e-8, max_iterations = 5000, min_iterations = 2 }}
+time = {{ step_s = 1e-4, pressure_pa = 1e5, end_s = 0.02 }}
+[participant.config.sample]
+kind = "disks"
+walls = [{{ x_m = 0.0, y_m = 0.0, nx = 0.0, ny = 1.0 }}]
+{sample}
+disks = [
+{disks}]
+"#
+    );
+    scene(&text, &["run.checkpoint_every_windows=4"])
+}
+
+#[test]
+fn a_strip_that_repeats_resumes() {
+    let disks = (0..30).fold(String::new(), |mut text, i| {
+        let (column, row) = (i % 6, i / 6);
+        let x = 1e-3 * (2.05 * f64::from(column) + 0.9 * f64::from(row % 2));
+        let y = 1e-3 * (1.0 + 1.85 * f64::from(row));
+        let radius = [0.95e-3, 0.9e-3, 0.8e-3][i as usize % 3];
+        let _ = writeln!(
+            text,
+            "{{ x_m = {x:e}, y_m = {y:e}, radius_m = {radius:e} }},"
+        );
+        text
+    });
+    let scene = heap(&disks, "periodic_x_m = [0.0, 12.5e-3]");
+    let (count, _, _) = resume_from_all(&scene, "resume-strip");
+    assert!(count > 5, "{count}");
+}
+
+#[test]
+fn rigid_clusters_resume() {
+    let disks = (0..12).fold(String::new(), |mut text, i| {
+        let (column, row) = (i % 3, i / 3);
+        let x = 5e-3 * f64::from(column) + 0.7e-3 * f64::from(row);
+        let y = 1e-3 * (1.2 + 2.3 * f64::from(row));
+        for (side, lift) in [(0.0, 0.0), (1.6e-3, 0.3e-3)] {
+            let (x, y) = (x + side, y + lift);
+            let _ = writeln!(
+                text,
+                "{{ x_m = {x:e}, y_m = {y:e}, radius_m = 1e-3, cluster = \"c{i}\" }},"
+            );
+        }
+        text
+    });
+    let (count, _, _) = resume_from_all(&heap(&disks, ""), "resume-clusters");
+    assert!(count > 5, "{count}");
+}
