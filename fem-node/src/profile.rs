@@ -75,7 +75,8 @@ impl Profile {
     }
 
     /// Half of the width of the contact (m): under a Hertzian p^2 = p0^2 (1 - x^2/a^2) the zero of the straight line
-    /// through p^2 at the five nodes inside the outermost one, on the side x > 0. None where fewer than two remain.
+    /// through p^2 at the five nodes inside the outermost one, on the side x > 0. None where fewer than two
+    /// remain, or where that line does not fall, as under a uniform pressure.
     pub fn half_width(&self) -> Option<f64> {
         let closed = |k: &usize| self.status[*k] != Status::Open && self.x[*k] > 0.0;
         let closed: Vec<usize> = (0..self.x.len()).filter(closed).collect();
@@ -91,7 +92,9 @@ impl Profile {
         let (x, p2) = (mean(&|k| self.x[k]), mean(&squared));
         let covariance = mean(&|k| (self.x[k] - x) * (squared(k) - p2));
         let variance = mean(&|k| (self.x[k] - x).powi(2));
-        Some(x - p2 * variance / covariance)
+        let zero = x - p2 * variance / covariance;
+        let outermost = closed.last().map_or(0.0, |k| self.x[*k]);
+        (zero > 0.0 && zero <= 2.0 * outermost).then_some(zero)
     }
 
     /// Writes [`Profile::csv`].
@@ -121,6 +124,18 @@ impl Profile {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_uniform_pressure_has_no_half_width() {
+        let x: Vec<f64> = (-7..=7).map(f64::from).collect();
+        let profile = Profile {
+            pressure: vec![3.0; x.len()],
+            shear: vec![0.0; x.len()],
+            status: vec![Status::Stick; x.len()],
+            x,
+        };
+        assert_eq!(profile.half_width(), None);
+    }
 
     #[test]
     fn the_half_width_of_a_parabola_in_x_is_found_from_its_squares() {
