@@ -20,6 +20,7 @@ mod dem_penetration;
 mod dem_periodic;
 mod dem_pyramid;
 mod dem_restitution;
+mod dem_shear;
 mod dem_solvers;
 mod dem_structure;
 mod dem_support;

@@ -1,0 +1,128 @@
+//! One bond sheared, or opened and sheared, at a prescribed velocity.
+//!
+//! ```text
+//!   (O)  (O)  -> V cos    both turn with the same spin: opening V cos t, slip V sin t
+//! ```
+//!
+//! Exact (b = 0, h' = 1): D = Cn delta_n^2 + Ct delta_t^2 only grows, so a = min(1, w/D), the force is
+//! l a^2 (Cn delta_n, Ct delta_t), and the work l D/2 up to D = w and l (w - w^2/(2 D)) after it. In pure shear the force
+//! rises to l sqrt(w Ct) at s_0 = sqrt(w/Ct), then falls as l w^2/(Ct delta_t^3). Reference: closed forms of Raous, Cangémi
+//! and Cocou (1999). The contact is in the middle of the gap, R + delta_n/2 from the centres, so the slip of a path
+//! (s cos, s sin) is s sin (1 + s cos/(4R)).
+//! The disks are flywheels: they have 1e7 l w of energy, so the bond slows them by less than 1e-7. Forces of an implicit
+//! step are exact at its end; work is their sum over the ends, too large by (step/2) (force at the end) at first order.
+//! Tolerances: 1e-6 of forces in shear; 1e-4 in an oblique pull, whose arm lags by a step (1e-5 of the slip); 1e-4 of l w,
+//! for (step/s_0)^2 = 2.5e-5 at second order.
+
+use dem_node::Dem;
+use serde_json::{Value, json};
+
+use crate::dem_support::{THICKNESS, build, close, march, mass, scene};
+
+const R: f64 = 0.07e-3;
+const W: f64 = 60.0;
+const CN: f64 = 4e14;
+const CT: f64 = 1.5e14;
+/// l of two disks of radius R (m2).
+const AREA: f64 = 0.5 * R * THICKNESS;
+
+/// The direction of a displacement: cosine along the normal and sine along the contact.
+type Direction = [f64; 2];
+const SHEAR: Direction = [0.0, 1.0];
+
+fn stiffness([cos, sin]: Direction) -> f64 {
+    CN * cos * cos + CT * sin * sin
+}
+
+fn critical(direction: Direction) -> f64 {
+    (W / stiffness(direction)).sqrt()
+}
+
+/// Two disks of relative velocity V along the direction, with m V^2/12 = 1e7 l w; a step moves them by `step` (m).
+fn flywheels([cos, sin]: Direction, step: f64) -> Dem {
+    let speed = (12e7 * W * AREA / mass(R)).sqrt();
+    let disk = |x: f64, side: f64| -> Value {
+        json!({
+            "x_m": x, "y_m": 0.0, "radius_m": R,
+            "vx_m_per_s": 0.5 * side * speed * cos, "spin_rad_per_s": 0.5 * speed * sin / R,
+        })
+    };
+    let law = json!({
+        "kind": "cohesion", "friction": 0.3, "cn_pa_per_m": CN, "ct_pa_per_m": CT, "w_j_per_m2": W,
+        "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one", "alert_m": 2e-6,
+    });
+    let sample = json!({"kind": "disks", "disks": [disk(0.0, -1.0), disk(2.0 * R, 1.0)]});
+    build(&scene(law, step / speed, sample, json!({})))
+}
+
+/// Follows the closed forms over 30 s_0, 200 steps to s_0, and returns the largest force (N).
+#[track_caller]
+fn follows(direction: Direction, tolerance: f64) -> f64 {
+    let (per_critical, s_0) = (200, critical(direction));
+    let mut dem = flywheels(direction, s_0 / f64::from(per_critical));
+    let (every, mut largest) = (50, 0.0f64);
+    for k in 1..=30 * per_critical / every {
+        let report = march(&mut dem, u64::from((k - 1) * every), every);
+        let path = s_0 * f64::from(k * every) / f64::from(per_critical);
+        let turned = 1.0 + path * direction[0] / (4.0 * R);
+        let (opening, slip) = (path * direction[0], path * direction[1] * turned);
+        let bond = dem.state().bonds[0];
+        close("opening", bond.opening, opening, 1e-7 * path);
+        close("slip", bond.slip.abs(), slip, 0.1 * tolerance * path);
+        let ratio = ((CN * opening * opening + CT * slip * slip) / W).sqrt();
+        let adhesion = ratio.powi(-2).min(1.0);
+        close("adhesion", bond.adhesion, adhesion, tolerance * adhesion);
+
+        let force = dem.state().list.slots[0].force;
+        let [tension, shear] = [CN * opening, CT * slip].map(|c| AREA * adhesion.powi(2) * c);
+        let slack = tolerance * (tension + shear);
+        close("tension", -force[0], tension, slack);
+        // It opposes the slip, whichever way that is counted.
+        close("shear", -force[1] * bond.slip.signum(), shear, slack);
+        largest = largest.max(force[0].hypot(force[1]));
+
+        // The force at the end of a step acts over all of it; half of the last one is too much, as the first is 0.
+        let excess = 0.5 * adhesion.powi(2) * ratio / f64::from(per_critical);
+        let work = -report.energy("kinetic") / (W * AREA) - excess;
+        close("work", work, exact_work(ratio), 1e-4);
+    }
+    largest
+}
+
+/// Work over l w where D = `ratio`^2 w.
+fn exact_work(ratio: f64) -> f64 {
+    if ratio < 1.0 {
+        0.5 * ratio * ratio
+    } else {
+        1.0 - 0.5 / (ratio * ratio)
+    }
+}
+
+#[test]
+fn a_sheared_bond_follows_the_closed_form_and_takes_w() {
+    let strength = AREA * (W * CT).sqrt();
+    close("strength", follows(SHEAR, 1e-6), strength, 1e-6 * strength);
+}
+
+#[test]
+fn an_oblique_pull_weighs_opening_and_slip_each_with_its_own_stiffness() {
+    for direction in [[0.8, 0.6], [0.6, 0.8]] {
+        follows(direction, 1e-4);
+    }
+}
+
+#[test]
+fn the_work_of_shear_converges_at_first_order() {
+    let error = [600, 1200, 2400, 4800].map(|steps: u32| {
+        let mut dem = flywheels(SHEAR, 3.0 * critical(SHEAR) / f64::from(steps));
+        let report = march(&mut dem, 0, steps);
+        let dissipated = report.energy("cohesion") + report.energy("impact");
+        let taken = dissipated + report.energy("bonds_elastic");
+        // What the flywheels lost is rounded at each of the steps: by 1e-16 of their energy, 5e-6 l w in all.
+        close("kinetic", -report.energy("kinetic"), taken, 1e-5 * W * AREA);
+        (taken / (W * AREA) - exact_work(3.0)).abs()
+    });
+    for pair in error.windows(2) {
+        close("order", (pair[0] / pair[1]).log2(), 1.0, 0.06);
+    }
+}
