@@ -409,14 +409,8 @@ impl Conversation {
 
 /// Whether two requests are the same to the last bit.
 fn same(a: &Frame, b: &Frame) -> bool {
-    let bits = |frame: &Frame| {
-        frame
-            .payload
-            .iter()
-            .map(|v| v.to_bits())
-            .collect::<Vec<_>>()
-    };
-    a.header == b.header && bits(a) == bits(b)
+    let bits = |value: &f64| value.to_bits();
+    a.header == b.header && a.payload.iter().map(bits).eq(b.payload.iter().map(bits))
 }
 
 /// Compares a message of a repeated handshake with the logged one.

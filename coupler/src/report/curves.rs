@@ -1,11 +1,12 @@
 //! Interface traction, friction loop, forces and sliding nodes over time: whatever the run's tables hold.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::Path;
 
 use plotters::prelude::*;
 
-use super::scene::picture;
+use super::scene::{Panel, picture};
 use crate::error::Error;
 
 /// Columns of numbers by their names.
@@ -175,21 +176,7 @@ fn cloud(x_desc: &str, y_desc: &str, points: &[(f64, f64)]) -> Result<String, Er
     let mut svg = String::new();
     {
         let area = SVGBackend::with_string(&mut svg, (900, 380)).into_drawing_area();
-        area.fill(&WHITE).map_err(picture)?;
-        let mut chart = ChartBuilder::on(&area)
-            .margin(14)
-            .x_label_area_size(40)
-            .y_label_area_size(70)
-            .build_cartesian_2d(x, y)
-            .map_err(picture)?;
-        chart
-            .configure_mesh()
-            .light_line_style(WHITE)
-            .bold_line_style(BLACK.mix(0.1))
-            .x_desc(x_desc)
-            .y_desc(y_desc)
-            .draw()
-            .map_err(picture)?;
+        let mut chart = axes(&area, (x_desc, x), (y_desc, y))?;
         let dot = |point: &(f64, f64)| Circle::new(*point, 1, BLUE_LINE.mix(0.35).filled());
         chart
             .draw_series(points.iter().step_by(stride).map(dot))
@@ -209,21 +196,7 @@ pub(crate) fn plot(x_desc: &str, y_desc: &str, curves: &[Curve]) -> Result<Strin
     let mut svg = String::new();
     {
         let area = SVGBackend::with_string(&mut svg, (900, 380)).into_drawing_area();
-        area.fill(&WHITE).map_err(picture)?;
-        let mut chart = ChartBuilder::on(&area)
-            .margin(14)
-            .x_label_area_size(40)
-            .y_label_area_size(70)
-            .build_cartesian_2d(x, y)
-            .map_err(picture)?;
-        chart
-            .configure_mesh()
-            .light_line_style(WHITE)
-            .bold_line_style(BLACK.mix(0.1))
-            .x_desc(x_desc)
-            .y_desc(y_desc)
-            .draw()
-            .map_err(picture)?;
+        let mut chart = axes(&area, (x_desc, x), (y_desc, y))?;
         for curve in curves {
             let colour = curve.colour;
             chart
@@ -244,7 +217,31 @@ pub(crate) fn plot(x_desc: &str, y_desc: &str, curves: &[Curve]) -> Result<Strin
     Ok(svg)
 }
 
-fn range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+/// A white page with axes, ready to be drawn into: what each axis shows, and from where to where.
+fn axes<'a, 'b>(
+    area: &'a DrawingArea<SVGBackend<'b>, plotters::coord::Shift>,
+    (x_desc, x): (&str, Range<f64>),
+    (y_desc, y): (&str, Range<f64>),
+) -> Result<Panel<'a, 'b>, Error> {
+    area.fill(&WHITE).map_err(picture)?;
+    let mut chart = ChartBuilder::on(area)
+        .margin(14)
+        .x_label_area_size(40)
+        .y_label_area_size(70)
+        .build_cartesian_2d(x, y)
+        .map_err(picture)?;
+    chart
+        .configure_mesh()
+        .light_line_style(WHITE)
+        .bold_line_style(BLACK.mix(0.1))
+        .x_desc(x_desc)
+        .y_desc(y_desc)
+        .draw()
+        .map_err(picture)?;
+    Ok(chart)
+}
+
+fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
     let (low, high) = values
         .filter(|value| value.is_finite())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
