@@ -168,8 +168,7 @@ impl Conversation {
         window: &Window,
         payload: Vec<f64>,
     ) -> Result<(), Error> {
-        let frame = Frame::new(self.header(peer, kind, window), payload);
-        self.send(peer, &frame)
+        self.say(peer, self.header(peer, kind, window), payload)
     }
 
     /// Sends a request that is a text.
@@ -180,8 +179,7 @@ impl Conversation {
 
     /// Sends a request of another run again, as it stood but for the run.
     pub fn repeat(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<(), Error> {
-        let frame = self.ours(header, payload);
-        self.send(peer, &frame)
+        self.say(peer, self.ours(header), payload)
     }
 
     /// Sends one that will be repeated next while the peer still answers the one before, which spares it the sleep.
@@ -193,17 +191,16 @@ impl Conversation {
     ) -> Result<(), Error> {
         match self.ahead[peer] {
             Some(_) => Ok(()),
-            None => self.send_ahead(peer, self.ours(header, payload)),
+            None => self.send_ahead(peer, Frame::new(self.ours(header), payload)),
         }
     }
 
-    /// A frame of another run as one of this.
-    fn ours(&self, header: Header, payload: Vec<f64>) -> Frame {
-        let header = Header {
+    /// The header of another run's frame as one of this run.
+    fn ours(&self, header: Header) -> Header {
+        Header {
             run_id: self.run_id,
             ..header
-        };
-        Frame::new(header, payload)
+        }
     }
 
     /// Waits for the answer of this kind.
@@ -336,16 +333,25 @@ impl Conversation {
         }
     }
 
-    fn send(&mut self, peer: usize, frame: &Frame) -> Result<(), Error> {
-        let patience = self.patience(frame.header.kind == Kind::Hello as u32);
-        match self.ahead[peer].take() {
-            Some(sent) if same(&sent, frame) => self.peers[peer].wait_for(frame),
+    /// Makes a request's turn come: the frame that was sent ahead is taken as it is, so it is
+    /// made, and its payload summed up, once.
+    fn say(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<(), Error> {
+        match self.ahead[peer].take_if(|sent| says(sent, &header, &payload)) {
             Some(sent) => {
-                self.discard(peer, &sent)?;
-                self.peers[peer].send(frame, patience, &self.watch)?;
+                self.peers[peer].wait_for(&sent);
+                self.keep(peer, false, &sent)
             }
-            None => self.peers[peer].send(frame, patience, &self.watch)?,
+            None => self.send(peer, &Frame::new(header, payload)),
         }
+    }
+
+    /// Sends a request that was not sent ahead.
+    fn send(&mut self, peer: usize, frame: &Frame) -> Result<(), Error> {
+        if let Some(sent) = self.ahead[peer].take() {
+            self.discard(peer, &sent)?;
+        }
+        let patience = self.patience(frame.header.kind == Kind::Hello as u32);
+        self.peers[peer].send(frame, patience, &self.watch)?;
         self.keep(peer, false, frame)
     }
 
@@ -407,10 +413,16 @@ impl Conversation {
     }
 }
 
-/// Whether two requests are the same to the last bit.
-fn same(a: &Frame, b: &Frame) -> bool {
+/// Whether a frame says this to the last bit. Equal payloads have equal counts and checksums, which the header of a
+/// frame still to be made lacks.
+fn says(frame: &Frame, header: &Header, payload: &[f64]) -> bool {
+    let header = Header {
+        count: frame.header.count,
+        checksum: frame.header.checksum,
+        ..*header
+    };
     let bits = |value: &f64| value.to_bits();
-    a.header == b.header && a.payload.iter().map(bits).eq(b.payload.iter().map(bits))
+    frame.header == header && frame.payload.iter().map(bits).eq(payload.iter().map(bits))
 }
 
 /// Compares a message of a repeated handshake with the logged one.
