@@ -1,7 +1,8 @@
-//! Meshes of quadrilaterals that Gmsh wrote: MSH 2.2 and 4.1, ASCII.
+//! Meshes of quadrilaterals that Gmsh wrote: MSH 2.2 and 4.1, ASCII or binary.
 //!
 //! Format: Geuzaine and Remacle, Gmsh reference manual, "MSH file format" (4.1) and "MSH file format version 2 (Legacy)".
 //!
+//! - `binary`: binary files as the text that they stand for;
 //! - `text`: words with their lines, sections by their names;
 //! - `file`: what both versions say, nodes, elements and named physical groups;
 //! - `lines`: groups of lines, as one walks along them;
@@ -11,13 +12,12 @@
 //! Clockwise elements are turned, nodes of no element are dropped, points and groups without a name are ignored. What
 //! cannot be computed with is refused: other elements, folded or repeated ones, two nodes in one place, a third dimension.
 
+mod binary;
 mod body;
 mod error;
 mod file;
 mod lines;
 mod text;
-
-use std::path::Path;
 
 use protocol::ConfigError;
 
@@ -31,26 +31,31 @@ const KEY: &str = "mesh.gmsh";
 
 /// Reads the mesh of a scenario.
 pub fn read(config: &GmshConfig) -> Result<Mesh, ConfigError> {
-    let text = load(&config.gmsh)?;
-    parse(&text, config.length_unit_m).map_err(|error| {
-        let problem = format!("{}: {error}", config.gmsh.display());
+    let bytes = std::fs::read(&config.gmsh).map_err(|error| {
+        let problem = format!("{} cannot be read: {error}", config.gmsh.display());
+        ConfigError::new(KEY, problem)
+            .help("give the path of a .msh file, from the folder of the scenario or from the root")
+    })?;
+    parse(&bytes, config.length_unit_m).map_err(|error| {
+        let form = match binary::is_binary(&bytes) {
+            true => " (binary; lines are those of its ASCII form)",
+            false => "",
+        };
+        let problem = format!("{}{form}: {error}", config.gmsh.display());
         ConfigError::new(KEY, problem).help(error.help())
     })
 }
 
-/// A mesh from the text of a file, whose unit is this long (m).
-pub fn parse(text: &str, length_unit: f64) -> Result<Mesh, GmshError> {
+/// A mesh from the content of a file, whose unit is this long (m).
+pub fn parse(content: impl AsRef<[u8]>, length_unit: f64) -> Result<Mesh, GmshError> {
+    let bytes = content.as_ref();
+    let unpacked = match binary::is_binary(bytes) {
+        true => Some(binary::to_text(bytes)?),
+        false => None,
+    };
+    let text = match &unpacked {
+        Some(text) => text,
+        None => str::from_utf8(bytes).map_err(|_| GmshError::NoText)?,
+    };
     body::build(&file::File::parse(text)?, length_unit)
-}
-
-fn load(path: &Path) -> Result<String, ConfigError> {
-    let bytes = std::fs::read(path).map_err(|error| {
-        let problem = format!("{} cannot be read: {error}", path.display());
-        ConfigError::new(KEY, problem)
-            .help("give the path of a .msh file, from the folder of the scenario or from the root")
-    })?;
-    String::from_utf8(bytes).map_err(|_| {
-        let problem = format!("{} is no text: binary files are not read", path.display());
-        ConfigError::new(KEY, problem).help(error::SAVE_AS_TEXT)
-    })
 }

@@ -28,7 +28,7 @@ fn mesh(n: usize) -> Mesh {
             *point = [point[0] + wobble(7 * k), point[1] + wobble(5 * k + 3)];
         }
     }
-    gmsh::parse(&drawing.msh4(), 1.0).expect("a valid file")
+    gmsh::parse(drawing.msh4(), 1.0).expect("a valid file")
 }
 
 fn elastic() -> Elastic {

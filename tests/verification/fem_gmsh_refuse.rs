@@ -28,7 +28,10 @@ fn what_is_no_mesh_of_a_known_version_is_named() {
     says(refused(""), "$MeshFormat");
     says(refused("solid cube\n"), "solid cube");
     says(changed("2.2 0 8", "4.0 0 8"), "version 4.0");
-    says(changed("2.2 0 8", "2.2 1 8"), "binary");
+    says(changed("2.2 0 8", "2.2 1 8"), "no 1 of 4 bytes");
+    says(changed("2.2 0 8", "2.2 2 8"), "file type is \"2\"");
+    let broken = parse([&b"$MeshFormat\n2.2 0 8\n"[..], &[0xff]].concat(), 1.0);
+    says(broken.expect_err("no text"), "no text");
     says(changed("$EndElements", ""), "truncated");
     says(
         changed("$EndNodes\n$Elements", "$EndNodes\n$Elephants"),
@@ -104,7 +107,7 @@ fn what_is_no_body_is_named_with_its_place() {
         GmshError::GroupTwice { .. }
     ));
     assert!(matches!(
-        parse(&fan(4).msh2(), 1e9),
+        parse(fan(4).msh2(), 1e9),
         Err(GmshError::Size { .. })
     ));
     let empty = Drawing::default();

@@ -20,7 +20,7 @@ pub enum MeshSource {
 /// A mesh that Gmsh wrote.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GmshConfig {
-    /// The file, MSH 2.2 or 4.1, ASCII. In a scenario relative to its folder, which the loader makes absolute; a node that
+    /// The file, MSH 2.2 or 4.1, ASCII or binary. In a scenario relative to its folder, which the loader makes absolute; a node that
     /// is built without a scenario takes it relative to its working directory.
     pub gmsh: PathBuf,
     /// Length of the file's unit (m), > 0; 1 when absent.

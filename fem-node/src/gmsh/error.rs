@@ -3,8 +3,7 @@
 use thiserror::Error;
 
 /// How to save what can be read.
-pub(super) const SAVE_AS_TEXT: &str =
-    "save it with `gmsh FILE -2 -format msh41` or msh22, without -bin (Mesh.Binary = 0)";
+const SAVE_AGAIN: &str = "save it with `gmsh FILE -2 -format msh41` or msh22";
 
 /// Why a file gives no body.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -14,8 +13,16 @@ pub enum GmshError {
     NoFormat { found: String },
     #[error("it is of version {version}, only 2.2 and 4.1 are read")]
     Version { version: String },
-    #[error("it is binary, only ASCII is read")]
-    Binary,
+    #[error("it is no text and does not say that it is binary")]
+    NoText,
+    #[error("its file type is {found:?}, neither 0 (ASCII) nor 1 (binary)")]
+    FileType { found: String },
+    #[error("it is binary with counts or numbers of {size} bytes, only 8 are read")]
+    DataSize { size: String },
+    #[error("it says that it is binary, but no 1 of 4 bytes follows")]
+    NoOne,
+    #[error("byte {byte}: ${section} should end or go on in another way there")]
+    Misplaced { byte: usize, section: String },
     #[error("it ends inside ${section}: the file is truncated")]
     Truncated { section: String },
     #[error("it has no section ${section}")]
@@ -96,9 +103,11 @@ impl GmshError {
     /// What to do about it.
     pub fn help(&self) -> &'static str {
         match self {
-            GmshError::NoFormat { .. } | GmshError::Version { .. } | GmshError::Binary => {
-                SAVE_AS_TEXT
-            }
+            GmshError::NoFormat { .. }
+            | GmshError::Version { .. }
+            | GmshError::NoText
+            | GmshError::FileType { .. }
+            | GmshError::DataSize { .. } => SAVE_AGAIN,
             GmshError::OtherElement { .. } | GmshError::NoElements => {
                 "recombine the surfaces (`Recombine Surface {:};`, Mesh.RecombineAll = 1, Mesh.SubdivisionAlgorithm = 1 leaves no triangle) and keep Mesh.ElementOrder = 1; a surface must be in a physical group to be saved"
             }
@@ -118,7 +127,9 @@ impl GmshError {
             }
             GmshError::Branch { .. } => "give each branch a physical group of its own",
             GmshError::GroupTwice { .. } => "rename one of them",
-            GmshError::Truncated { .. }
+            GmshError::NoOne
+            | GmshError::Misplaced { .. }
+            | GmshError::Truncated { .. }
             | GmshError::NoSection { .. }
             | GmshError::SecondSection { .. }
             | GmshError::Word { .. }

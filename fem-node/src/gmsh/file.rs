@@ -264,7 +264,9 @@ fn version(lines: &[&str]) -> Result<Version, GmshError> {
     };
     match words.next() {
         Some("0") => Ok(known),
-        _ => Err(GmshError::Binary),
+        other => Err(GmshError::FileType {
+            found: other.unwrap_or_default().chars().take(40).collect(),
+        }),
     }
 }
 

@@ -1,0 +1,330 @@
+//! Binary files, as the text that they stand for.
+//!
+//! Format: Geuzaine and Remacle, Gmsh reference manual. Names of sections and `$PhysicalNames` are text in either form;
+//! `$Nodes`, `$Elements` and (4.1) `$Entities` hold 4-byte whole numbers, in 4.1 8-byte counts and numbers of nodes and
+//! elements, and 8-byte floating-point numbers. Which byte comes first is told by a one behind the format. Numbers are
+//! written so that they read back to the bit, so that there is one reader of what a file says.
+
+use std::fmt::{Display, Write};
+
+use super::GmshError;
+
+/// Bytes of a count or a floating-point number, the only size that is read.
+const WIDE: &str = "8";
+
+/// Whether the second line says that what follows is binary.
+pub(super) fn is_binary(bytes: &[u8]) -> bool {
+    let mut lines = bytes.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+    let mut lines = lines.by_ref().filter(|line| !line.is_empty());
+    let format = (lines.next() == Some(b"$MeshFormat")).then(|| lines.next());
+    let mut words = format.flatten().unwrap_or_default().split(|b| *b == b' ');
+    words.nth(1) == Some(b"1")
+}
+
+/// The text of a binary file.
+pub(super) fn to_text(bytes: &[u8]) -> Result<String, GmshError> {
+    let mut reader = Reader {
+        bytes,
+        at: 0,
+        section: "MeshFormat".into(),
+        big_endian: false,
+        text: String::new(),
+    };
+    let four = reader.format()?;
+    while let Some(name) = reader.next_section()? {
+        match name.as_str() {
+            "Nodes" if four => reader.node_blocks()?,
+            "Nodes" => reader.nodes()?,
+            "Elements" if four => reader.element_blocks()?,
+            "Elements" => reader.elements()?,
+            "Entities" if four => reader.entities()?,
+            "PhysicalNames" => reader.copy()?,
+            _ => reader.leave_out()?,
+        }
+    }
+    Ok(reader.text)
+}
+
+/// What has not been read, and the text of what has.
+struct Reader<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    /// The section that is being read.
+    section: String,
+    big_endian: bool,
+    text: String,
+}
+
+impl Reader<'_> {
+    /// The header; whether it is of version 4.1.
+    fn format(&mut self) -> Result<bool, GmshError> {
+        self.line()?;
+        let format = self.line()?;
+        let mut words = format.split_whitespace();
+        let version = words.next().unwrap_or_default().to_string();
+        let size = words.nth(1).unwrap_or_default();
+        if size != WIDE {
+            return Err(GmshError::DataSize { size: size.into() });
+        }
+        self.big_endian = match self.take()? {
+            [1, 0, 0, 0] => false,
+            [0, 0, 0, 1] => true,
+            _ => return Err(GmshError::NoOne),
+        };
+        self.put(format_args!("$MeshFormat\n{version} 0 {WIDE}\n"));
+        self.end()?;
+        Ok(version == "4.1")
+    }
+
+    /// The name of the next section; what stands between sections is ignored.
+    fn next_section(&mut self) -> Result<Option<String>, GmshError> {
+        while self.at < self.bytes.len() {
+            let line = self.line()?;
+            if let Some(name) = line.trim().strip_prefix('$') {
+                self.section = name.into();
+                return Ok(Some(name.into()));
+            }
+        }
+        Ok(None)
+    }
+
+    fn nodes(&mut self) -> Result<(), GmshError> {
+        let count = self.begin_counted()?;
+        for _ in 0..count {
+            self.integer()?;
+            self.doubles(3)?;
+            self.put("\n");
+        }
+        self.end()
+    }
+
+    fn node_blocks(&mut self) -> Result<(), GmshError> {
+        for _ in 0..self.begin_blocks()? {
+            let dimension = self.integer()?;
+            self.integer()?;
+            let parameters = match self.integer()? {
+                0 => 0,
+                _ => dimension.max(0) as u64,
+            };
+            let count = self.size()?;
+            self.sizes(count)?;
+            for _ in 0..count {
+                self.doubles(3 + parameters)?;
+                self.put("\n");
+            }
+        }
+        self.end()
+    }
+
+    fn elements(&mut self) -> Result<(), GmshError> {
+        let count = self.begin_counted()?;
+        let mut read = 0;
+        while read < count {
+            let [kind, following, tags] = [self.take_int()?, self.take_int()?, self.take_int()?];
+            for _ in 0..following {
+                self.integer()?;
+                self.put(format_args!("{kind} {tags} "));
+                self.integers(tags.max(0) as u64)?;
+                let Some(corners) = corners(kind) else {
+                    return self.give_up();
+                };
+                self.integers(corners)?;
+                self.put("\n");
+            }
+            read += following.max(1) as u64;
+        }
+        self.end()
+    }
+
+    fn element_blocks(&mut self) -> Result<(), GmshError> {
+        for _ in 0..self.begin_blocks()? {
+            self.integers(2)?;
+            let kind = self.integer()?;
+            let count = self.size()?;
+            self.put("\n");
+            for _ in 0..count {
+                self.size()?;
+                let Some(corners) = corners(kind) else {
+                    return self.give_up();
+                };
+                self.sizes(corners)?;
+                self.put("\n");
+            }
+        }
+        self.end()
+    }
+
+    fn entities(&mut self) -> Result<(), GmshError> {
+        self.begin();
+        let counts = [self.size()?, self.size()?, self.size()?, self.size()?];
+        for (dimension, count) in counts.into_iter().enumerate() {
+            for _ in 0..count {
+                self.integer()?;
+                self.doubles(if dimension == 0 { 3 } else { 6 })?;
+                let groups = self.size()?;
+                self.integers(groups)?;
+                if dimension > 0 {
+                    let boundary = self.size()?;
+                    self.integers(boundary)?;
+                }
+                self.put("\n");
+            }
+        }
+        self.end()
+    }
+
+    /// A section that is text in either form.
+    fn copy(&mut self) -> Result<(), GmshError> {
+        self.begin();
+        let end = format!("$End{}", self.section);
+        loop {
+            let line = self.line()?;
+            self.put(format_args!("{line}\n"));
+            if line.trim() == end {
+                return Ok(());
+            }
+        }
+    }
+
+    /// A section that a body does not need.
+    fn leave_out(&mut self) -> Result<(), GmshError> {
+        let end = format!("\n$End{}", self.section);
+        let rest = &self.bytes[self.at.saturating_sub(1)..];
+        let found = rest.windows(end.len()).position(|w| w == end.as_bytes());
+        self.at += found.ok_or_else(|| self.truncated())? + end.len() - 1;
+        Ok(())
+    }
+
+    fn begin(&mut self) {
+        let section = self.section.clone();
+        self.put(format_args!("${section}\n"));
+    }
+
+    /// The section's name and the number of its entries, which 2.2 writes as text.
+    fn begin_counted(&mut self) -> Result<u64, GmshError> {
+        self.begin();
+        let line = self.line()?;
+        self.put(format_args!("{line}\n"));
+        line.trim().parse().map_err(|_| self.misplaced())
+    }
+
+    /// The section's name, the number of its blocks, and three more.
+    fn begin_blocks(&mut self) -> Result<u64, GmshError> {
+        self.begin();
+        let blocks = self.size()?;
+        self.sizes(3)?;
+        Ok(blocks)
+    }
+
+    /// The section must end here.
+    fn end(&mut self) -> Result<(), GmshError> {
+        let end = format!("$End{}", self.section);
+        let blanks = self.bytes[self.at..].iter();
+        self.at += blanks.take_while(|b| b.is_ascii_whitespace()).count();
+        if !self.bytes[self.at..].starts_with(end.as_bytes()) {
+            return Err(match self.at == self.bytes.len() {
+                true => self.truncated(),
+                false => self.misplaced(),
+            });
+        }
+        self.line()?;
+        self.put(format_args!("\n{end}\n"));
+        Ok(())
+    }
+
+    /// Ends the text at an element whose size is not known; whoever reads the text refuses it by its type.
+    fn give_up(&mut self) -> Result<(), GmshError> {
+        self.put("\n$EndElements\n");
+        self.at = self.bytes.len();
+        Ok(())
+    }
+
+    fn line(&mut self) -> Result<String, GmshError> {
+        let rest = &self.bytes[self.at..];
+        let line = rest.split(|b| *b == b'\n').next().unwrap_or_default();
+        if line.len() == rest.len() && rest.is_empty() {
+            return Err(self.truncated());
+        }
+        let text = str::from_utf8(line).map_err(|_| self.misplaced())?;
+        self.at = (self.at + line.len() + 1).min(self.bytes.len());
+        Ok(text.trim_end_matches('\r').into())
+    }
+
+    fn integers(&mut self, count: u64) -> Result<(), GmshError> {
+        (0..count).try_for_each(|_| self.integer().map(|_| ()))
+    }
+
+    fn sizes(&mut self, count: u64) -> Result<(), GmshError> {
+        (0..count).try_for_each(|_| self.size().map(|_| ()))
+    }
+
+    fn doubles(&mut self, count: u64) -> Result<(), GmshError> {
+        for _ in 0..count {
+            let value = f64::from_bits(self.take_wide()?);
+            self.put(format_args!("{value:e} "));
+        }
+        Ok(())
+    }
+
+    fn integer(&mut self) -> Result<i32, GmshError> {
+        let value = self.take_int()?;
+        self.put(format_args!("{value} "));
+        Ok(value)
+    }
+
+    fn size(&mut self) -> Result<u64, GmshError> {
+        let value = self.take_wide()?;
+        self.put(format_args!("{value} "));
+        Ok(value)
+    }
+
+    fn take_int(&mut self) -> Result<i32, GmshError> {
+        let bytes = self.take()?;
+        Ok(match self.big_endian {
+            true => i32::from_be_bytes(bytes),
+            false => i32::from_le_bytes(bytes),
+        })
+    }
+
+    fn take_wide(&mut self) -> Result<u64, GmshError> {
+        let bytes = self.take()?;
+        Ok(match self.big_endian {
+            true => u64::from_be_bytes(bytes),
+            false => u64::from_le_bytes(bytes),
+        })
+    }
+
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], GmshError> {
+        let taken = self.bytes[self.at..].first_chunk();
+        let taken = *taken.ok_or_else(|| self.truncated())?;
+        self.at += N;
+        Ok(taken)
+    }
+
+    fn put(&mut self, what: impl Display) {
+        write!(self.text, "{what}").expect("a string takes what it is given");
+    }
+
+    fn truncated(&self) -> GmshError {
+        GmshError::Truncated {
+            section: self.section.clone(),
+        }
+    }
+
+    fn misplaced(&self) -> GmshError {
+        GmshError::Misplaced {
+            byte: self.at,
+            section: self.section.clone(),
+        }
+    }
+}
+
+/// Nodes of the elements that are read.
+fn corners(kind: i32) -> Option<u64> {
+    match kind {
+        1 => Some(2),
+        3 => Some(4),
+        15 => Some(1),
+        _ => None,
+    }
+}
