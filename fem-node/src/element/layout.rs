@@ -1,0 +1,129 @@
+//! Where the components of nodal fields are stored.
+
+use std::ops::Range;
+
+use crate::mesh::Mesh;
+use crate::pack::LANES;
+
+/// Where the components of the nodes are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Of elements.
+    pub(super) columns: usize,
+    rows: usize,
+    /// Of nodes.
+    pub(super) nodes_in_row: usize,
+    node_rows: usize,
+    stride: usize,
+    /// Whether the last node of each row is the first one.
+    periodic: bool,
+}
+
+impl Layout {
+    pub(super) fn new(mesh: &Mesh) -> Layout {
+        let nodes_in_row = mesh.nodes_in_row();
+        let mut layout = Layout {
+            columns: mesh.columns(),
+            rows: mesh.rows(),
+            nodes_in_row,
+            node_rows: mesh.points().len() / nodes_in_row,
+            stride: nodes_in_row.next_multiple_of(LANES),
+            periodic: mesh.periodic(),
+        };
+        if mesh.cells().is_none() {
+            layout.stride = layout.element_stride();
+        }
+        layout
+    }
+
+    /// Forces on a row of nodes: the last node of a periodic row hands its own to the first, so that each counts once.
+    pub(crate) fn gather(self, force: &mut [f64]) {
+        if !self.periodic {
+            return;
+        }
+        for component in force.chunks_exact_mut(self.stride()) {
+            component[0] += component[self.columns];
+            component[self.columns] = 0.0;
+        }
+    }
+
+    /// Rows of displacements or their rates: the last node of a periodic row moves like the first.
+    pub(crate) fn spread(self, motion: &mut [f64]) {
+        if !self.periodic {
+            return;
+        }
+        for component in motion.chunks_exact_mut(self.stride()) {
+            component[self.columns] = component[0];
+        }
+    }
+
+    /// The component that this one moves with, itself except in the last node of a periodic row.
+    pub(crate) fn tied_to(self, index: usize) -> usize {
+        match self.periodic && index % self.stride() == self.columns {
+            true => index - self.columns,
+            false => index,
+        }
+    }
+
+    /// Elements in a row.
+    pub fn element_columns(self) -> usize {
+        self.columns
+    }
+
+    /// Rows of elements.
+    pub fn element_rows(self) -> usize {
+        self.rows
+    }
+
+    /// Numbers that a row of elements keeps for one component at its corners: room to load and to store a whole pack
+    /// one column to the right of any element.
+    pub(super) fn element_stride(self) -> usize {
+        self.padded_columns() + LANES
+    }
+
+    /// Elements in a row, rounded up to whole packs.
+    pub(super) fn padded_columns(self) -> usize {
+        self.columns.next_multiple_of(LANES)
+    }
+
+    /// Numbers that a row of nodes keeps for one component: all nodes, and in a block room to load a whole pack from
+    /// any of them.
+    pub fn stride(self) -> usize {
+        self.stride
+    }
+
+    /// Numbers in a row of nodes.
+    pub fn row_len(self) -> usize {
+        2 * self.stride()
+    }
+
+    /// Rows of nodes.
+    pub fn node_rows(self) -> usize {
+        self.node_rows
+    }
+
+    /// Numbers in a field.
+    pub fn len(self) -> usize {
+        self.node_rows() * self.row_len()
+    }
+
+    /// Whether the field is empty; it never is.
+    pub fn is_empty(self) -> bool {
+        self.len() == 0
+    }
+
+    /// Place of component 0 (x) or 1 (y) of the node (column, row).
+    pub fn index(self, node: [usize; 2], component: usize) -> usize {
+        node[1] * self.row_len() + component * self.stride() + node[0]
+    }
+
+    /// The row of nodes that holds this place.
+    pub fn row_of(self, index: usize) -> usize {
+        index / self.row_len()
+    }
+
+    /// The places of a row of nodes.
+    pub fn row(self, row: usize) -> Range<usize> {
+        row * self.row_len()..(row + 1) * self.row_len()
+    }
+}
