@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use protocol::ConfigError;
 use serde::Deserialize;
 
-use super::{MeshConfig, positive};
+use super::{not_negative, optional, positive};
 
 /// The mesh: `{ width_m = .., .. }`, a graded block, or `{ gmsh = "rail.msh" }`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -15,6 +15,29 @@ pub enum MeshSource {
     Graded(MeshConfig),
     /// Quadrilaterals from a file.
     Gmsh(GmshConfig),
+}
+
+/// Geometry: a block with a graded structured mesh, fine in the middle of its upper edge.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshConfig {
+    /// Width (m).
+    pub width_m: f64,
+    /// Height at the crown (m).
+    pub height_m: f64,
+    /// Element size in the fine zone (m).
+    pub size_m: f64,
+    /// Width of the fine zone, centred (m); the whole width when absent.
+    pub fine_width_m: Option<f64>,
+    /// Depth of the fine zone (m); the whole height when absent.
+    pub fine_depth_m: Option<f64>,
+    /// Graded columns on each side of the fine zone.
+    pub side_columns: usize,
+    /// Graded rows below the fine zone.
+    pub depth_rows: usize,
+    /// Radius of the upper edge (m); flat when absent or 0.
+    pub crown_radius_m: Option<f64>,
+    /// The left and the right edge are one: a body that goes on for ever in x.
+    pub periodic_x: bool,
 }
 
 /// A mesh that Gmsh wrote.
@@ -61,6 +84,19 @@ impl MeshSource {
             MeshSource::Graded(config) => config.check(),
             MeshSource::Gmsh(config) => positive("mesh.length_unit_m", config.length_unit_m, "m"),
         }
+    }
+}
+
+impl MeshConfig {
+    fn check(&self) -> Result<(), ConfigError> {
+        positive("mesh.width_m", self.width_m, "m")?;
+        positive("mesh.height_m", self.height_m, "m")?;
+        positive("mesh.size_m", self.size_m, "m")?;
+        optional(self.fine_width_m, |w| positive("mesh.fine_width_m", w, "m"))?;
+        optional(self.fine_depth_m, |d| positive("mesh.fine_depth_m", d, "m"))?;
+        optional(self.crown_radius_m, |r| {
+            not_negative("mesh.crown_radius_m", r, "m")
+        })
     }
 }
 

@@ -1,0 +1,110 @@
+//! The material and its numbers.
+
+use protocol::ConfigError;
+use serde::{Deserialize, Serialize};
+
+use super::{not_negative, optional, positive};
+
+/// Constitutive law.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MaterialKind {
+    /// Linear elastic, isotropic.
+    #[default]
+    Elastic,
+    /// Elastic up to von Mises' yield surface, which grows and moves linearly with the plastic strain; plane strain.
+    J2,
+}
+
+/// Constitutive law with its numbers.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialConfig {
+    /// Which law; when absent `j2` beside a `yield_pa`, `elastic` without.
+    pub kind: Option<MaterialKind>,
+    /// Young's modulus (Pa), > 0.
+    pub young_pa: f64,
+    /// Poisson's ratio, in (-1, 0.5).
+    pub poisson: f64,
+    /// Density (kg/m3), > 0.
+    pub density_kg_per_m3: f64,
+    /// Yield stress in uniaxial tension (Pa), > 0; `j2` only.
+    pub yield_pa: Option<f64>,
+    /// Growth H of the yield stress with the equivalent plastic strain (Pa), >= 0; none when absent.
+    pub hardening_pa: Option<f64>,
+    /// Growth of the back stress with the plastic strain in uniaxial tension (Pa), >= 0; none when absent.
+    pub kinematic_hardening_pa: Option<f64>,
+}
+
+impl MaterialConfig {
+    /// A linear elastic material: Young's modulus (Pa), Poisson's ratio, density (kg/m3).
+    pub fn elastic(young_pa: f64, poisson: f64, density_kg_per_m3: f64) -> MaterialConfig {
+        MaterialConfig {
+            kind: None,
+            young_pa,
+            poisson,
+            density_kg_per_m3,
+            yield_pa: None,
+            hardening_pa: None,
+            kinematic_hardening_pa: None,
+        }
+    }
+
+    /// The law that the keys ask for: scripts give `yield_pa` alone.
+    pub fn law(&self) -> MaterialKind {
+        match (self.kind, self.yield_pa) {
+            (Some(kind), _) => kind,
+            (None, Some(_)) => MaterialKind::J2,
+            (None, None) => MaterialKind::Elastic,
+        }
+    }
+
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        positive("material.young_pa", self.young_pa, "Pa")?;
+        positive(
+            "material.density_kg_per_m3",
+            self.density_kg_per_m3,
+            "kg/m3",
+        )?;
+        self.check_hardening()?;
+        if self.poisson > -1.0 && self.poisson < 0.5 {
+            return Ok(());
+        }
+        let problem = format!("must lie between -1 and 0.5, got {}", self.poisson);
+        Err(ConfigError::new("material.poisson", problem)
+            .help("an incompressible body (0.5) transmits pressure infinitely fast, no step could follow it; take 0.49 at most"))
+    }
+
+    fn check_hardening(&self) -> Result<(), ConfigError> {
+        let keys = [
+            ("material.yield_pa", self.yield_pa),
+            ("material.hardening_pa", self.hardening_pa),
+            (
+                "material.kinematic_hardening_pa",
+                self.kinematic_hardening_pa,
+            ),
+        ];
+        let given = keys.into_iter().find(|(_, value)| value.is_some());
+        match (self.law(), given) {
+            (MaterialKind::Elastic, Some((key, _))) => Err(ConfigError::new(
+                key,
+                "has no effect on an elastic material",
+            )
+            .help("give material.yield_pa and leave material.kind out, or remove the key")),
+            (MaterialKind::Elastic, None) => Ok(()),
+            (MaterialKind::J2, _) => {
+                let yield_pa = self.yield_pa.ok_or_else(|| {
+                    ConfigError::new(
+                        "material.yield_pa",
+                        "is required with material.kind = \"j2\"",
+                    )
+                    .help("give the yield stress in uniaxial tension (Pa)")
+                })?;
+                positive("material.yield_pa", yield_pa, "Pa")?;
+                keys[1..].iter().try_for_each(|(key, value)| {
+                    optional(*value, |value| not_negative(key, value, "Pa"))
+                })
+            }
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Step, damping and end of the run.
+
+use std::fmt;
+
+use protocol::ConfigError;
+use serde::Deserialize;
+use serde::de::{self, Deserializer, Visitor};
+
+use super::{not_negative, optional, positive};
+
+/// Time integration.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TimeConfig {
+    /// Step (s), or `"auto"`: `safety` times the stability limit.
+    pub step_s: StepChoice,
+    /// Damping parameter b of the scheme, 0.5 (none) to 1.
+    pub damping: f64,
+    /// Share of the stability limit that `"auto"` takes, in (0, 1]; 0.9 when absent, the usual margin for
+    /// what a linear bound cannot see.
+    pub safety: Option<f64>,
+    /// Damping force per mass and velocity (1/s), >= 0; none when absent.
+    pub mass_damping_per_s: Option<f64>,
+    /// Rayleigh's damping in proportion to the stiffness (s), >= 0, C = mass_damping_per_s M + stiffness_damping_s K: a mode
+    /// omega gets the damping ratio (mass_damping_per_s/omega + stiffness_damping_s omega)/2. It shortens the stable step;
+    /// none when absent.
+    pub stiffness_damping_s: Option<f64>,
+    /// Mass damping on body and wheel until the wheel starts to move sideways (1/s), so that it has stopped bouncing by
+    /// then; none when absent.
+    pub start_mass_damping_per_s: Option<f64>,
+    /// Accept a step above the stability limit, to show what happens then.
+    #[serde(default)]
+    pub unsafe_step: bool,
+    /// End of the run (s); needed where no interface dictates it.
+    pub end_s: Option<f64>,
+}
+
+/// The step as written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StepChoice {
+    /// A share of the stability limit.
+    Auto,
+    /// Given (s).
+    Seconds(f64),
+}
+
+impl TimeConfig {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        if let StepChoice::Seconds(step) = self.step_s {
+            positive("time.step_s", step, "s")?;
+        }
+        if !(0.5..=1.0).contains(&self.damping) {
+            let problem = format!("must lie between 0.5 and 1, got {}", self.damping);
+            return Err(ConfigError::new("time.damping", problem)
+                .help("0.5 adds no damping, 0.75 is the usual choice, below 0.5 the scheme is unstable at any step"));
+        }
+        optional(self.safety, check_safety)?;
+        optional(self.mass_damping_per_s, |rate| {
+            not_negative("time.mass_damping_per_s", rate, "1/s")
+        })?;
+        optional(self.stiffness_damping_s, |time| {
+            not_negative("time.stiffness_damping_s", time, "s")
+        })?;
+        optional(self.end_s, |end| positive("time.end_s", end, "s"))
+    }
+}
+
+impl<'de> Deserialize<'de> for StepChoice {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(StepVisitor)
+    }
+}
+
+/// By hand, because serde's message for an untagged enum does not say what would be right.
+struct StepVisitor;
+
+impl Visitor<'_> for StepVisitor {
+    type Value = StepChoice;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a step in seconds or \"auto\"")
+    }
+
+    fn visit_f64<E: de::Error>(self, value: f64) -> Result<StepChoice, E> {
+        Ok(StepChoice::Seconds(value))
+    }
+
+    fn visit_i64<E: de::Error>(self, value: i64) -> Result<StepChoice, E> {
+        Ok(StepChoice::Seconds(value as f64))
+    }
+
+    fn visit_u64<E: de::Error>(self, value: u64) -> Result<StepChoice, E> {
+        Ok(StepChoice::Seconds(value as f64))
+    }
+
+    fn visit_str<E: de::Error>(self, value: &str) -> Result<StepChoice, E> {
+        match value {
+            "auto" => Ok(StepChoice::Auto),
+            other => Err(E::invalid_value(de::Unexpected::Str(other), &self)),
+        }
+    }
+}
+
+fn check_safety(safety: f64) -> Result<(), ConfigError> {
+    if safety > 0.0 && safety <= 1.0 {
+        return Ok(());
+    }
+    let problem = format!("must lie above 0 and not above 1, got {safety}");
+    Err(ConfigError::new("time.safety", problem)
+        .help("it is the share of the stability limit that `step_s = \"auto\"` takes"))
+}
