@@ -18,7 +18,7 @@ use crate::config::Config;
 use crate::error::FemError;
 use crate::integrate::{Integrator, Load, RowSums, State};
 use crate::model::Model;
-use crate::pack::{LANES, Pack};
+use crate::pack::{LANES, Pack, widest};
 
 /// Passes of which the quietest counts.
 const PASSES: usize = 7;
@@ -196,19 +196,26 @@ fn sum(array: &[f64]) {
 /// Additions and multiplications that all threads together do in a second.
 fn operation_rate(pool: &ThreadPool, threads: usize) -> f64 {
     const ROUNDS: usize = 1_000_000;
+    // Enough that no operation waits for the one before it.
+    const CHAINS: usize = 8;
     let spin = |_: usize| {
-        let mut packs = black_box([Pack::splat(1.0); 4]);
+        let mut packs = black_box([Pack::splat(1.0); CHAINS]);
         let (factor, shift) = (Pack::splat(0.999), Pack::splat(1e-3));
-        for _ in 0..ROUNDS {
-            for pack in &mut packs {
-                *pack = *pack * factor + shift;
-            }
-        }
+        widest(
+            #[inline(always)]
+            || {
+                for _ in 0..ROUNDS {
+                    for pack in &mut packs {
+                        *pack = *pack * factor + shift;
+                    }
+                }
+            },
+        );
         black_box(packs.map(|pack| pack.sum()));
     };
     let time = quietest(|| {
         pool.install(|| (0..threads).into_par_iter().for_each(spin));
-        (threads * ROUNDS * 4 * LANES * 2) as f64
+        (threads * ROUNDS * CHAINS * LANES * 2) as f64
     });
     1.0 / time
 }

@@ -9,6 +9,13 @@ use std::ops::{Add, Div, Mul, Sub};
 /// Numbers in a [`Pack`]: two registers of the baseline x86-64, one of AVX.
 pub(crate) const LANES: usize = 4;
 
+/// Calls `work` where the compiler may use the widest registers that this machine and the build have; `work` must be
+/// inlined. Every operation rounds as it does elsewhere, so the bits are the same.
+#[inline(always)]
+pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(work)
+}
+
 /// `LANES` neighbouring numbers of a row.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Pack(pub [f64; LANES]);
@@ -35,6 +42,7 @@ impl Pack {
     }
 
     /// Sum of the lanes, pairwise.
+    #[inline(always)]
     pub(crate) fn sum(self) -> f64 {
         (self.0[0] + self.0[2]) + (self.0[1] + self.0[3])
     }
@@ -42,7 +50,7 @@ impl Pack {
     /// Square root of each lane.
     #[inline(always)]
     pub(crate) fn sqrt(self) -> Pack {
-        Pack(self.0.map(f64::sqrt))
+        self.zip(self, |a, _| a.sqrt())
     }
 
     /// The larger one, lane by lane.

@@ -25,7 +25,7 @@ use crate::element::{Layout, area, slopes};
 use crate::material::Elastic;
 use crate::material::point::{Gradient, PointLaw};
 use crate::mesh::Mesh;
-use crate::pack::{LANES, Pack};
+use crate::pack::{LANES, Pack, widest};
 
 /// Share of the largest stiffness of the element that resists the hourglass modes.
 const HOURGLASS: f64 = 0.1;
@@ -59,6 +59,14 @@ impl Q4OnePoint {
 
     /// Forces of the elements of a row under the displacements of its corners.
     pub(super) fn row(&self, row: usize, u: CornerRows, out: &mut RowForces) {
+        widest(
+            #[inline(always)]
+            || self.row_inlined(row, u, out),
+        );
+    }
+
+    #[inline(always)]
+    fn row_inlined(&self, row: usize, u: CornerRows, out: &mut RowForces) {
         let padded = self.layout.padded_columns();
         let stride = self.layout.element_stride();
         let numbers = &self.numbers[row * NUMBERS * padded..(row + 1) * NUMBERS * padded];
@@ -95,6 +103,20 @@ impl Q4OnePoint {
         &self,
         law: &PointLaw,
         row: usize,
+        course: Course,
+        out: &mut RowForces,
+    ) -> f64 {
+        widest(
+            #[inline(always)]
+            || self.row_by_inlined(law, row, course, out),
+        )
+    }
+
+    #[inline(always)]
+    fn row_by_inlined(
+        &self,
+        law: &PointLaw,
+        row: usize,
         mut course: Course,
         out: &mut RowForces,
     ) -> f64 {
@@ -105,16 +127,19 @@ impl Q4OnePoint {
         let mut dissipated = Pack::splat(0.0);
         for i in (0..padded).step_by(LANES) {
             let number = |k: usize| self.number(row, k, i);
-            let [x, y] = u.load(stride, i);
-            let gradient = self.gradient(row, i, [&x, &y]);
-            let increment = || {
-                let [dx, dy] = du.load(stride, i);
-                self.gradient(row, i, [&dx, &dy])
-            };
-            let response = law.respond(moduli, gradient, increment, &mut history, i);
+            let corners = u.load(stride, i);
+            let gradient = self.gradient(row, i, &corners);
+            let response = law.respond(
+                moduli,
+                gradient,
+                #[inline(always)]
+                || self.gradient(row, i, &du.load(stride, i)),
+                &mut history,
+                i,
+            );
             let (hx, hy, volume, hourglass) = (number(4), number(5), number(6), number(7));
             dissipated = dissipated + volume * response.dissipated;
-            for (k, corners) in [x, y].into_iter().enumerate() {
+            for (k, corners) in corners.iter().enumerate() {
                 let [along_x, along_y] = gradient[k];
                 let q = hourglass * (corners.hourglass() - hx * along_x - hy * along_y);
                 let sx = volume * response.stress[k][0] - hx * q;
@@ -133,8 +158,7 @@ impl Q4OnePoint {
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let mut sum = Pack::splat(0.0);
         for i in (0..padded).step_by(LANES) {
-            let [x, y] = now.u.load(stride, i);
-            let gradient = self.gradient(row, i, [&x, &y]);
+            let gradient = self.gradient(row, i, &now.u.load(stride, i));
             let energy = law.energy_beyond(moduli, gradient, now.past(0, padded, i));
             sum = sum + self.number(row, 6, i) * energy;
         }
@@ -151,7 +175,7 @@ impl Q4OnePoint {
 
     /// Mean gradient of the displacement.
     #[inline(always)]
-    fn gradient(&self, row: usize, i: usize, [x, y]: [&Corners; 2]) -> Gradient {
+    fn gradient(&self, row: usize, i: usize, [x, y]: &[Corners; 2]) -> Gradient {
         let number = |k: usize| self.number(row, k, i);
         let (bx, by) = ([number(0), number(1)], [number(2), number(3)]);
         let ((xx, xy), (yx, yy)) = (x.gradient(bx, by), y.gradient(bx, by));

@@ -27,7 +27,7 @@ use crate::material::Elastic;
 use crate::material::j2::J2;
 use crate::material::point::{Gradient, PointLaw};
 use crate::mesh::Mesh;
-use crate::pack::{LANES, Pack};
+use crate::pack::{LANES, Pack, widest};
 
 /// Numbers kept for each element: the means of x,xi, y,xi, x,eta, y,eta; the slopes of x and y in xi eta at a Gauss
 /// point; t / 16 J at the four points.
@@ -57,13 +57,18 @@ impl Q4Full {
         let padded = self.layout.padded_columns();
         let stride = self.layout.element_stride();
         let numbers = &self.numbers[row * NUMBERS * padded..(row + 1) * NUMBERS * padded];
-        for i in (0..padded).step_by(LANES) {
-            let modes = u.load(stride, i).map(|corners| Modes::of(&corners));
-            let number = |k: usize| Pack::load(numbers, k * padded + i);
-            let [fx, fy] = integrate(&number, modes, self.moduli);
-            fx.store(out, i);
-            fy.store(out, stride + i);
-        }
+        widest(
+            #[inline(always)]
+            || {
+                for i in (0..padded).step_by(LANES) {
+                    let modes = Modes::both(&u.load(stride, i));
+                    let number = |k: usize| Pack::load(numbers, k * padded + i);
+                    let [fx, fy] = integrate(&number, modes, self.moduli);
+                    fx.store(out, i);
+                    fy.store(out, stride + i);
+                }
+            },
+        );
     }
 }
 
@@ -77,10 +82,20 @@ impl Q4Full {
         out: &mut RowForces,
     ) -> f64 {
         let points = self.points(row);
-        points.forces(law, course, |i, [fx, fy], _| {
-            fx.store(out, i);
-            fy.store(out, self.layout.element_stride() + i);
-        })
+        widest(
+            #[inline(always)]
+            || {
+                points.forces(
+                    law,
+                    course,
+                    #[inline(always)]
+                    |i, [fx, fy], _| {
+                        fx.store(out, i);
+                        fy.store(out, self.layout.element_stride() + i);
+                    },
+                )
+            },
+        )
     }
 
     /// Stored energy less u F / 2 (J) of a row, [`PointLaw::energy_beyond`].
@@ -145,21 +160,25 @@ impl RowPoints<'_> {
         mut store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
     ) -> f64 {
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
-        let [c11, c12, c33] = self.moduli.map(Pack::splat);
+        let [c11, c12, c33] = splat3(self.moduli);
         let scale = Pack::splat(4.0 / self.thickness);
         let quarter = Pack::splat(0.25 * self.thickness);
         let mut dissipated = Pack::splat(0.0);
         for i in (0..padded).step_by(LANES) {
-            let u = course.u.load(stride, i).map(|corners| Modes::of(&corners));
-            let du = course.du.load(stride, i).map(|corners| Modes::of(&corners));
+            let u = Modes::both(&course.u.load(stride, i));
+            let du = Modes::both(&course.du.load(stride, i));
             let mut force = [Modes::default(); 2];
             for point in 0..4 {
                 let place = self.place(point, i);
                 let weight = scale * place.weight;
-                let [xx, yy, xy] = place.strain_over_weight(&u).map(|e| weight * e);
-                let increment = || place.strain_over_weight(&du).map(|e| weight * e);
-                let history = &mut course.point(point, padded);
-                let (less, heat) = plastic.yield_to([xx, yy, xy], increment, history, i);
+                let [xx, yy, xy] = place.strain(weight, &u);
+                let (less, heat) = plastic.yield_to(
+                    [xx, yy, xy],
+                    #[inline(always)]
+                    || place.strain(weight, &du),
+                    &mut course.point(point, padded),
+                    i,
+                );
                 dissipated = dissipated + place.jacobian() * heat;
                 let stress = [
                     (c11 * xx + c12 * yy) - less[0],
@@ -168,7 +187,7 @@ impl RowPoints<'_> {
                 ];
                 place.add_over_quarter(stress, &mut force);
             }
-            store(i, force.map(|force| force.scaled(quarter)), u);
+            store(i, [force[0].scaled(quarter), force[1].scaled(quarter)], u);
         }
         self.thickness * dissipated.sum()
     }
@@ -184,13 +203,13 @@ impl RowPoints<'_> {
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let mut dissipated = Pack::splat(0.0);
         for i in (0..padded).step_by(LANES) {
-            let u = course.u.load(stride, i).map(|corners| Modes::of(&corners));
+            let u = Modes::both(&course.u.load(stride, i));
             let du = course.du;
             let mut force = [Modes::default(); 2];
             for point in 0..4 {
                 let place = self.place(point, i);
                 let increment = || {
-                    let du = du.load(stride, i).map(|corners| Modes::of(&corners));
+                    let du = Modes::both(&du.load(stride, i));
                     place.gradient(&du, self.thickness)
                 };
                 let gradient = place.gradient(&u, self.thickness);
@@ -208,7 +227,7 @@ impl RowPoints<'_> {
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let mut sum = Pack::splat(0.0);
         for i in (0..padded).step_by(LANES) {
-            let u = now.u.load(stride, i).map(|corners| Modes::of(&corners));
+            let u = Modes::both(&now.u.load(stride, i));
             for point in 0..4 {
                 let place = self.place(point, i);
                 let gradient = place.gradient(&u, self.thickness);
@@ -223,22 +242,34 @@ impl RowPoints<'_> {
     /// Points in the order of the weights: (-, -), (+, -), (-, +), (+, +).
     #[inline(always)]
     fn place(&self, point: usize, i: usize) -> Place {
-        let number = |k: usize| Pack::load(self.numbers, k * self.layout.padded_columns() + i);
+        let padded = self.layout.padded_columns();
+        let number = |k: usize| Pack::load(self.numbers, k * padded + i);
         let (upper, right) = (point >= 2, point % 2 == 1);
-        let along = |positive: bool, mean: Pack, slope: Pack| match positive {
-            true => mean + slope,
-            false => mean - slope,
-        };
+        let (bx, by) = (number(4), number(5));
         Place {
-            x_xi: along(upper, number(0), number(4)),
-            y_xi: along(upper, number(1), number(5)),
-            x_eta: along(right, number(2), number(4)),
-            y_eta: along(right, number(3), number(5)),
+            x_xi: along(upper, number(0), bx),
+            y_xi: along(upper, number(1), by),
+            x_eta: along(right, number(2), bx),
+            y_eta: along(right, number(3), by),
             weight: number(6 + point),
             upper,
             right,
         }
     }
+}
+
+/// `mean` with `slope` added or taken off.
+#[inline(always)]
+fn along(positive: bool, mean: Pack, slope: Pack) -> Pack {
+    match positive {
+        true => mean + slope,
+        false => mean - slope,
+    }
+}
+
+#[inline(always)]
+fn splat3([a, b, c]: [f64; 3]) -> [Pack; 3] {
+    [Pack::splat(a), Pack::splat(b), Pack::splat(c)]
 }
 
 impl Place {
@@ -253,40 +284,43 @@ impl Place {
         self.x_xi * self.y_eta - self.x_eta * self.y_xi
     }
 
-    /// Strain (exx, eyy, 2 exy) over 4/t of the weight.
+    /// Strain (exx, eyy, 2 exy), `weight` being 4/t of its own.
     #[inline(always)]
-    fn strain_over_weight(&self, u: &[Modes; 2]) -> [Pack; 3] {
-        let along = |positive: bool, mean: Pack, slope: Pack| match positive {
-            true => mean + slope,
-            false => mean - slope,
-        };
-        let [[x_xi, x_eta], [y_xi, y_eta]] = [0, 1].map(|k| {
-            [
-                along(self.upper, u[k].xi, u[k].hourglass),
-                along(self.right, u[k].eta, u[k].hourglass),
-            ]
-        });
+    fn strain(&self, weight: Pack, [u, v]: &[Modes; 2]) -> [Pack; 3] {
+        let (u_xi, u_eta) = self.slopes(u);
+        let (v_xi, v_eta) = self.slopes(v);
+        let shear =
+            (u_eta * self.x_xi - u_xi * self.x_eta) + (v_xi * self.y_eta - v_eta * self.y_xi);
         [
-            x_xi * self.y_eta - x_eta * self.y_xi,
-            y_eta * self.x_xi - y_xi * self.x_eta,
-            (x_eta * self.x_xi - x_xi * self.x_eta) + (y_xi * self.y_eta - y_eta * self.y_xi),
+            weight * (u_xi * self.y_eta - u_eta * self.y_xi),
+            weight * (v_eta * self.x_xi - v_xi * self.x_eta),
+            weight * shear,
         ]
+    }
+
+    /// Four times the slopes along xi and eta.
+    #[inline(always)]
+    fn slopes(&self, u: &Modes) -> (Pack, Pack) {
+        (
+            along(self.upper, u.xi, u.hourglass),
+            along(self.right, u.eta, u.hourglass),
+        )
     }
 
     /// Adds the forces of a stress (sxx, syy, sxy) over t/4.
     #[inline(always)]
-    fn add_over_quarter(&self, [xx, yy, xy]: [Pack; 3], force: &mut [Modes; 2]) {
-        let signed = |positive: bool, q: Pack, sum: Pack| match positive {
-            true => sum + q,
-            false => sum - q,
-        };
-        for ([sx, sy], force) in [[xx, xy], [xy, yy]].into_iter().zip(force) {
-            let xi = sx * self.y_eta - sy * self.x_eta;
-            let eta = sy * self.x_xi - sx * self.y_xi;
-            force.xi = force.xi + xi;
-            force.eta = force.eta + eta;
-            force.hourglass = signed(self.right, eta, signed(self.upper, xi, force.hourglass));
-        }
+    fn add_over_quarter(&self, [xx, yy, xy]: [Pack; 3], [fx, fy]: &mut [Modes; 2]) {
+        self.push(xx, xy, fx);
+        self.push(xy, yy, fy);
+    }
+
+    /// Adds the forces along one axis of the stresses (sx, sy) that act along it, over t/4.
+    #[inline(always)]
+    fn push(&self, sx: Pack, sy: Pack, force: &mut Modes) {
+        let xi = sx * self.y_eta - sy * self.x_eta;
+        let eta = sy * self.x_xi - sx * self.y_xi;
+        force.add_xi(self.upper, xi);
+        force.add_eta(self.right, eta);
     }
 
     #[inline(always)]
@@ -294,33 +328,19 @@ impl Place {
         let scale = Pack::splat(4.0 / thickness) * self.weight;
         let (x_xi, y_xi) = (scale * self.x_xi, scale * self.y_xi);
         let (x_eta, y_eta) = (scale * self.x_eta, scale * self.y_eta);
-        let along = |positive: bool, mean: Pack, slope: Pack| match positive {
-            true => mean + slope,
-            false => mean - slope,
-        };
-        [0, 1].map(|k| {
-            let xi = along(self.upper, u[k].xi, u[k].hourglass);
-            let eta = along(self.right, u[k].eta, u[k].hourglass);
+        let of = |u: &Modes| {
+            let (xi, eta) = self.slopes(u);
             [xi * y_eta - eta * y_xi, eta * x_xi - xi * x_eta]
-        })
+        };
+        [of(&u[0]), of(&u[1])]
     }
 
     /// Adds the forces of a stress.
     #[inline(always)]
-    fn add(&self, stress: Gradient, thickness: f64, force: &mut [Modes; 2]) {
+    fn add(&self, [x, y]: Gradient, thickness: f64, [fx, fy]: &mut [Modes; 2]) {
         let quarter = Pack::splat(0.25 * thickness);
-        for ([along_x, along_y], force) in stress.into_iter().zip(force) {
-            let (sx, sy) = (quarter * along_x, quarter * along_y);
-            let xi = sx * self.y_eta - sy * self.x_eta;
-            let eta = sy * self.x_xi - sx * self.y_xi;
-            force.xi = force.xi + xi;
-            force.eta = force.eta + eta;
-            let signed = |positive: bool, q: Pack, sum: Pack| match positive {
-                true => sum + q,
-                false => sum - q,
-            };
-            force.hourglass = signed(self.right, eta, signed(self.upper, xi, force.hourglass));
-        }
+        self.push(quarter * x[0], quarter * x[1], fx);
+        self.push(quarter * y[0], quarter * y[1], fy);
     }
 }
 
@@ -342,6 +362,24 @@ impl Modes {
             eta,
             hourglass: Pack::splat(GAUSS) * corners.hourglass(),
         }
+    }
+
+    /// Of both components.
+    #[inline(always)]
+    pub(super) fn both([x, y]: &[Corners; 2]) -> [Modes; 2] {
+        [Modes::of(x), Modes::of(y)]
+    }
+
+    #[inline(always)]
+    fn add_xi(&mut self, upper: bool, xi: Pack) {
+        self.xi = self.xi + xi;
+        self.hourglass = along(upper, self.hourglass, xi);
+    }
+
+    #[inline(always)]
+    fn add_eta(&mut self, right: bool, eta: Pack) {
+        self.eta = self.eta + eta;
+        self.hourglass = along(right, self.hourglass, eta);
     }
 
     #[inline(always)]
@@ -369,19 +407,21 @@ pub(super) fn integrate(
     [x, y]: [Modes; 2],
     moduli: [f64; 3],
 ) -> [Modes; 2] {
-    let [c11, c12, c33] = moduli.map(Pack::splat);
+    let [c11, c12, c33] = splat3(moduli);
     let (bx, by) = (number(4), number(5));
     let zero = Pack::splat(0.0);
-    let mut force = [Modes::default(); 2];
+    let (mut fx, mut fy) = (Modes::default(), Modes::default());
     for upper in [false, true] {
-        let along = |mean: Pack, slope: Pack| if upper { mean + slope } else { mean - slope };
-        let (u_xi, v_xi) = (along(x.xi, x.hourglass), along(y.xi, y.hourglass));
-        let (x_xi, y_xi) = (along(number(0), bx), along(number(1), by));
+        let u_xi = along(upper, x.xi, x.hourglass);
+        let v_xi = along(upper, y.xi, y.hourglass);
+        let x_xi = along(upper, number(0), bx);
+        let y_xi = along(upper, number(1), by);
         let mut row = [zero; 2];
         for right in [false, true] {
-            let along = |mean: Pack, slope: Pack| if right { mean + slope } else { mean - slope };
-            let (u_eta, v_eta) = (along(x.eta, x.hourglass), along(y.eta, y.hourglass));
-            let (x_eta, y_eta) = (along(number(2), bx), along(number(3), by));
+            let u_eta = along(right, x.eta, x.hourglass);
+            let v_eta = along(right, y.eta, y.hourglass);
+            let x_eta = along(right, number(2), bx);
+            let y_eta = along(right, number(3), by);
             let weight = number(6 + 2 * usize::from(upper) + usize::from(right));
 
             let exx = u_xi * y_eta - u_eta * y_xi;
@@ -393,26 +433,13 @@ pub(super) fn integrate(
 
             row[0] = row[0] + (sxx * y_eta - sxy * x_eta);
             row[1] = row[1] + (sxy * y_eta - syy * x_eta);
-            let eta = [sxy * x_xi - sxx * y_xi, syy * x_xi - sxy * y_xi];
-            for (force, eta) in force.iter_mut().zip(eta) {
-                force.eta = force.eta + eta;
-                force.hourglass = if right {
-                    force.hourglass + eta
-                } else {
-                    force.hourglass - eta
-                };
-            }
+            fx.add_eta(right, sxy * x_xi - sxx * y_xi);
+            fy.add_eta(right, syy * x_xi - sxy * y_xi);
         }
-        for (force, xi) in force.iter_mut().zip(row) {
-            force.xi = force.xi + xi;
-            force.hourglass = if upper {
-                force.hourglass + xi
-            } else {
-                force.hourglass - xi
-            };
-        }
+        fx.add_xi(upper, row[0]);
+        fy.add_xi(upper, row[1]);
     }
-    force
+    [fx, fy]
 }
 
 /// See [`NUMBERS`].

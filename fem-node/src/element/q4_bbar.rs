@@ -23,7 +23,7 @@ use crate::element::{GAUSS_POINTS, Layout, area, jacobian, slopes};
 use crate::material::Elastic;
 use crate::material::point::PointLaw;
 use crate::mesh::Mesh;
-use crate::pack::{LANES, Pack};
+use crate::pack::{LANES, Pack, widest};
 
 /// Those of the 2 x 2 element, and t k / area.
 const NUMBERS: usize = q4_2x2::NUMBERS + 1;
@@ -63,15 +63,19 @@ impl Q4MeanDilatation {
         let padded = self.layout.padded_columns();
         let stride = self.layout.element_stride();
         let numbers = &self.numbers[row * NUMBERS * padded..(row + 1) * NUMBERS * padded];
-        for i in (0..padded).step_by(LANES) {
-            let [x, y] = u.load(stride, i).map(|corners| Modes::of(&corners));
-            let number = |k: usize| Pack::load(numbers, k * padded + i);
-            let [mut fx, mut fy] = integrate(&number, [x, y], self.moduli);
-
-            add_mean_pressure(&number, [x, y], [&mut fx, &mut fy]);
-            fx.store(out, i);
-            fy.store(out, stride + i);
-        }
+        widest(
+            #[inline(always)]
+            || {
+                for i in (0..padded).step_by(LANES) {
+                    let [x, y] = Modes::both(&u.load(stride, i));
+                    let number = |k: usize| Pack::load(numbers, k * padded + i);
+                    let [mut fx, mut fy] = integrate(&number, [x, y], self.moduli);
+                    add_mean_pressure(&number, [x, y], [&mut fx, &mut fy]);
+                    fx.store(out, i);
+                    fy.store(out, stride + i);
+                }
+            },
+        );
     }
 }
 
@@ -86,12 +90,22 @@ impl Q4MeanDilatation {
     ) -> f64 {
         let points = self.points(row);
         let padded = self.layout.padded_columns();
-        points.forces(law, course, |i, [mut fx, mut fy], u| {
-            let number = |k: usize| Pack::load(points.numbers, k * padded + i);
-            add_mean_pressure(&number, u, [&mut fx, &mut fy]);
-            fx.store(out, i);
-            fy.store(out, self.layout.element_stride() + i);
-        })
+        widest(
+            #[inline(always)]
+            || {
+                points.forces(
+                    law,
+                    course,
+                    #[inline(always)]
+                    |i, [mut fx, mut fy], u| {
+                        let number = |k: usize| Pack::load(points.numbers, k * padded + i);
+                        add_mean_pressure(&number, u, [&mut fx, &mut fy]);
+                        fx.store(out, i);
+                        fy.store(out, self.layout.element_stride() + i);
+                    },
+                )
+            },
+        )
     }
 
     /// Stored energy less u F / 2 (J) of a row, [`PointLaw::energy_beyond`].

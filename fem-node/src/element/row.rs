@@ -4,7 +4,7 @@
 use crate::element::Layout;
 use crate::material::j2::{HISTORY, Past, PointHistory, past};
 use crate::mesh::Mesh;
-use crate::pack::{LANES, Pack};
+use crate::pack::{LANES, Pack, widest};
 
 /// N numbers of each element, row after row: for each row N arrays of [`Layout::padded_columns`], zero in the padding.
 pub(super) fn row_numbers<const N: usize>(
@@ -54,14 +54,18 @@ impl<'a> CornerRows<'a> {
     /// Both components at the corners of the elements from `i` on.
     #[inline(always)]
     pub(super) fn load(self, stride: usize, i: usize) -> [Corners; 2] {
+        [self.corners(i), self.corners(stride + i)]
+    }
+
+    #[inline(always)]
+    fn corners(self, at: usize) -> Corners {
         let [u1, u2, u3, u4] = self.0;
-        let corners = |at: usize| Corners {
+        Corners {
             u1: Pack::load(u1, at),
             u2: Pack::load(u2, at),
             u3: Pack::load(u3, at),
             u4: Pack::load(u4, at),
-        };
-        [corners(i), corners(stride + i)]
+        }
     }
 }
 
@@ -191,11 +195,17 @@ impl RowForces {
 
     /// The force on a row of nodes: from the elements above it, then from those below it.
     pub(crate) fn assemble(&self, force: &mut [f64]) {
-        for k in (0..force.len()).step_by(LANES) {
-            let above = Pack::load(&self.carried_left, k) + Pack::load(&self.carried_right, k);
-            let below = Pack::load(&self.upper_left, k) + Pack::load(&self.upper_right, k);
-            (above + below).store(force, k);
-        }
+        widest(
+            #[inline(always)]
+            || {
+                for k in (0..force.len()).step_by(LANES) {
+                    let above =
+                        Pack::load(&self.carried_left, k) + Pack::load(&self.carried_right, k);
+                    let below = Pack::load(&self.upper_left, k) + Pack::load(&self.upper_right, k);
+                    (above + below).store(force, k);
+                }
+            },
+        );
     }
 
     /// Goes down by one row: what acted on the lower nodes is carried to them.

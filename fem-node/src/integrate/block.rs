@@ -9,6 +9,7 @@ use super::scratch::{Scratch, copy_neighbours};
 use super::state::State;
 use crate::element::{Body, CornerRows, Course};
 use crate::material::point::PointLaw;
+use crate::pack::widest;
 use crate::wheel::{Wheel, WheelRun};
 
 /// The upper row at the end of a step, before its contact forces are known; every field holds a row of nodes.
@@ -196,9 +197,15 @@ impl Block<'_> {
         let row = local * size..(local + 1) * size;
         self.remember_increment(scheme, row.clone());
         let rates = self.v[row.clone()].iter().zip(&self.a[row.clone()]);
-        for (u, (v, a)) in self.u[row].iter_mut().zip(rates) {
-            *u = scheme.predicted(*u, *v, *a);
-        }
+        let places = self.u[row].iter_mut().zip(rates);
+        widest(
+            #[inline(always)]
+            || {
+                for (u, (v, a)) in places {
+                    *u = scheme.predicted(*u, *v, *a);
+                }
+            },
+        );
     }
 
     /// The increments of the next row, where the points remember.

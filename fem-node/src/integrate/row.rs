@@ -2,7 +2,7 @@
 
 use super::scheme::{Damping, Rule, Scheme};
 use crate::element::Layout;
-use crate::pack::{LANES, Pack};
+use crate::pack::{LANES, Pack, widest};
 
 /// What a row of nodes has moved between energies since the start of the window (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,8 +64,15 @@ pub(super) struct Row<'a> {
 
 impl Row<'_> {
     /// Everything that is left to do once the forces are known.
-    #[inline(always)]
     pub(super) fn finish(&mut self, rule: &Rule, layout: Layout, sums: &mut RowSums) {
+        widest(
+            #[inline(always)]
+            || self.finish_inlined(rule, layout, sums),
+        );
+    }
+
+    #[inline(always)]
+    fn finish_inlined(&mut self, rule: &Rule, layout: Layout, sums: &mut RowSums) {
         let (scheme, damping) = (&rule.scheme, rule.damping);
         self.accelerate(scheme, damping.end);
         layout.spread(self.new_a);
@@ -79,6 +86,7 @@ impl Row<'_> {
     }
 
     /// a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F(u'))
+    #[inline(always)]
     fn accelerate(&mut self, scheme: &Scheme, c: f64) {
         let (h, b) = (scheme.step, scheme.damping);
         let drag = Pack::splat(c / (1.0 + b * h * c));
@@ -92,6 +100,7 @@ impl Row<'_> {
     }
 
     /// du dF - b h^2/2 da M da
+    #[inline(always)]
     fn rotation(&self, scheme: &Scheme) -> f64 {
         let h = Pack::splat(scheme.step);
         let half = Pack::splat(0.5 * scheme.step * scheme.step);
@@ -108,6 +117,7 @@ impl Row<'_> {
     }
 
     /// [(1-b) c v + b c' v'] M du
+    #[inline(always)]
     fn damping(&self, scheme: &Scheme, damping: Damping) -> f64 {
         let h = Pack::splat(scheme.step);
         let half = Pack::splat(0.5 * scheme.step * scheme.step);
@@ -131,6 +141,7 @@ impl Row<'_> {
     }
 
     /// The new fields become the old ones.
+    #[inline(always)]
     fn correct(&mut self, scheme: &Scheme) {
         for k in (0..self.new_a.len()).step_by(LANES) {
             self.new_velocity(scheme, k).store(self.v, k);

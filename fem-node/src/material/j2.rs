@@ -60,12 +60,25 @@ impl PointHistory<'_> {
     fn load(&self, at: usize) -> Past {
         past(self.values, self.stride, at)
     }
+
+    #[inline(always)]
+    fn store(&mut self, at: usize, [pxx, pyy, pxy, a]: Past) {
+        pxx.store(self.values, at);
+        pyy.store(self.values, self.stride + at);
+        pxy.store(self.values, 2 * self.stride + at);
+        a.store(self.values, 3 * self.stride + at);
+    }
 }
 
 /// What the points from `at` on remember.
 #[inline(always)]
 pub(crate) fn past(values: &[f64], stride: usize, at: usize) -> Past {
-    [0, 1, 2, 3].map(|k| Pack::load(values, k * stride + at))
+    [
+        Pack::load(values, at),
+        Pack::load(values, stride + at),
+        Pack::load(values, 2 * stride + at),
+        Pack::load(values, 3 * stride + at),
+    ]
 }
 
 impl J2 {
@@ -111,9 +124,7 @@ impl J2 {
             pxy + Pack::splat(2.0) * f * x[2],
             a + Pack::splat((2.0f64 / 3.0).sqrt()) * g,
         ];
-        for (k, value) in new.into_iter().enumerate() {
-            value.store(history.values, k * history.stride + at);
-        }
+        history.store(at, new);
         let half = Pack::splat(1.0) - Pack::splat(self.mu + self.kinematic / 3.0) * f;
         let de = increment();
         let work = de[0] * x[0] + de[1] * x[1] + de[2] * x[2];
