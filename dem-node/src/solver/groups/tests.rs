@@ -1,0 +1,154 @@
+//! Sweeps in groups against sweeps one by one.
+
+use super::*;
+use crate::sample::grading::Dice;
+use crate::wall::Wall;
+
+const GRAINS: usize = 60;
+const GLUED: usize = 6;
+
+/// Grains that touch at random, a wheel over some, a yielding wall under others; the law is friction 0.3 and
+/// springs. Grain 0 touches all others: more neighbours than there are open groups.
+fn problem() -> Problem {
+    let mut dice = Dice::new(7);
+    let wheel = GRAINS + GLUED;
+    let mut contact = |a: usize, b: usize| {
+        let angle = dice.between(0.0, std::f64::consts::TAU);
+        Contact {
+            a: a as u32,
+            b: b as u32,
+            glued: (GRAINS..wheel).contains(&b) || a >= GRAINS,
+            normal: [angle.cos(), angle.sin()],
+            stretch: dice.between(-0.05, 0.05),
+            bias: [dice.between(-0.3, 0.1), dice.between(-0.1, 0.1)],
+            compliance: [0.2, 0.4],
+            impulse: [dice.between(0.0, 0.1), 0.0],
+            ..Contact::default()
+        }
+    };
+    let mut contacts = Vec::new();
+    for a in 0..GRAINS {
+        let neighbours = if a == 0 { 1..GRAINS } else { a + 1..a + 4 };
+        contacts.extend(neighbours.filter(|b| *b < GRAINS).map(|b| contact(a, b)));
+        if a % 3 == 0 {
+            contacts.push(contact(a, GRAINS + a % GLUED));
+        }
+        if a % 5 == 0 {
+            contacts.push(contact(a, wheel));
+        }
+    }
+    contacts.push(contact(GRAINS + 1, wheel));
+    let mover = |i: usize| Mover {
+        velocity: [0.01 * i as f64, -0.02, 0.03],
+        inverse_mass: if (GRAINS..wheel).contains(&i) {
+            0.0
+        } else {
+            1.0 + 0.1 * (i % 7) as f64
+        },
+    };
+    let at = |i: usize, j: usize| if i == j { 2.0 } else { 0.1 };
+    let components = 0..4 * GLUED * GLUED;
+    let compliance: Vec<f64> = components
+        .map(|k| at(k / (2 * GLUED), k % (2 * GLUED)))
+        .collect();
+    let mut wall = Wall::compliant(GLUED, compliance);
+    wall.start(&[0.05; 2 * GLUED]);
+    let mut problem = Problem {
+        contacts,
+        movers: (0..=wheel).map(mover).collect(),
+        first_glued: GRAINS,
+        wheel: Some(wheel),
+        wall,
+        friction: 0.3,
+        ..Problem::default()
+    };
+    problem.prepare().expect("it is well posed");
+    problem
+}
+
+/// The contacts in the order in which a sweep treats them.
+fn order(sweeper: &Sweeper) -> Vec<u32> {
+    let grouped = sweeper
+        .batches()
+        .flat_map(|batch| batch.members.iter().flatten());
+    let all = sweeper
+        .glued
+        .iter()
+        .chain(grouped)
+        .chain(&sweeper.bonded)
+        .chain(&sweeper.wheel)
+        .chain(&sweeper.armed);
+    all.copied().filter(|index| *index != EMPTY).collect()
+}
+
+#[test]
+fn every_contact_is_swept_once_and_groups_share_no_body() {
+    let problem = problem();
+    let mut sweeper = Sweeper::default();
+    sweeper.load(&problem);
+    let mut all = order(&sweeper);
+    all.sort_unstable();
+    assert!(all.iter().copied().eq(0..problem.contacts.len() as u32));
+    for members in &sweeper.blocks[0].work.members {
+        let mut bodies: Vec<u32> = members
+            .iter()
+            .filter(|index| **index != EMPTY)
+            .map(|index| &problem.contacts[*index as usize])
+            .flat_map(|contact| [contact.a, contact.b])
+            .collect();
+        let count = bodies.len();
+        bodies.sort_unstable();
+        bodies.dedup();
+        assert_eq!(bodies.len(), count);
+    }
+    assert!(sweeper.sorter.taken.iter().all(|taken| *taken == 0));
+}
+
+#[test]
+fn a_sweep_in_groups_is_the_sweep_one_by_one() {
+    for friction in [0.0, 0.3] {
+        let mut fast = problem();
+        fast.friction = friction;
+        fast.contacts.iter_mut().for_each(|c| c.impulse[1] = 0.0);
+        let mut plain = fast.clone();
+        for contact in &mut plain.contacts {
+            let softened = crate::law::Block {
+                nn: contact.block.nn + contact.compliance[0],
+                nt: contact.block.nt,
+                tt: contact.block.tt + contact.compliance[1],
+            };
+            contact.law =
+                crate::law::LocalLaw::new(softened, friction, (0, 0)).expect("well posed");
+        }
+        fast.contacts.clone_from(&plain.contacts);
+        let mut sweeper = Sweeper::default();
+        sweeper.load(&fast);
+        let order = order(&sweeper);
+        for _ in 0..5 {
+            let squares = sweeper.sweep(&mut fast, false);
+            let mut expected = [0.0; 2];
+            let mut contacts = std::mem::take(&mut plain.contacts);
+            for index in &order {
+                relax_one(&mut plain, &mut contacts[*index as usize], &mut expected);
+            }
+            plain.contacts = contacts;
+            for (square, expected) in squares.into_iter().zip(expected) {
+                assert!((square - expected).abs() <= 1e-12 * expected);
+            }
+        }
+        sweeper.store(&mut fast);
+        for (fast, plain) in fast.contacts.iter().zip(&plain.contacts) {
+            for (r, expected) in fast.impulse.into_iter().zip(plain.impulse) {
+                assert!((r - expected).abs() < 1e-13, "{r} instead of {expected}");
+            }
+        }
+        for (fast, plain) in fast.movers.iter().zip(&plain.movers) {
+            for (v, expected) in fast.velocity.into_iter().zip(plain.velocity) {
+                assert!((v - expected).abs() < 1e-12, "{v} instead of {expected}");
+            }
+        }
+        for (v, expected) in fast.wall.velocity.iter().zip(&plain.wall.velocity) {
+            assert!((v - expected).abs() < 1e-12, "{v} instead of {expected}");
+        }
+    }
+}
