@@ -199,17 +199,10 @@ fn operation_rate(pool: &ThreadPool, threads: usize) -> f64 {
     // Enough that no operation waits for the one before it.
     const CHAINS: usize = 8;
     let spin = |_: usize| {
-        let mut packs = black_box([Pack::splat(1.0); CHAINS]);
-        let (factor, shift) = (Pack::splat(0.999), Pack::splat(1e-3));
-        widest(
+        let packs = black_box([Pack::splat(1.0); CHAINS]);
+        let packs = widest(
             #[inline(always)]
-            || {
-                for _ in 0..ROUNDS {
-                    for pack in &mut packs {
-                        *pack = *pack * factor + shift;
-                    }
-                }
-            },
+            || spun(packs, ROUNDS),
         );
         black_box(packs.map(|pack| pack.sum()));
     };
@@ -218,6 +211,18 @@ fn operation_rate(pool: &ThreadPool, threads: usize) -> f64 {
         (threads * ROUNDS * CHAINS * LANES * 2) as f64
     });
     1.0 / time
+}
+
+/// The packs, each multiplied and added to in every round.
+#[inline(always)]
+fn spun<const N: usize>(mut packs: [Pack; N], rounds: usize) -> [Pack; N] {
+    let (factor, shift) = (Pack::splat(0.999), Pack::splat(1e-3));
+    for _ in 0..rounds {
+        for pack in &mut packs {
+            *pack = *pack * factor + shift;
+        }
+    }
+    packs
 }
 
 #[cfg(test)]
