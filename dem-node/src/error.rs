@@ -35,13 +35,15 @@ pub enum DemError {
     )]
     Denominator { a: u32, b: u32, denominator: f64 },
     #[error(
-        "window {window}: the contact solver stands at a true residual of {residual:.2e} after {iterations} iterations, the tolerance is {tolerance:.1e}; raise solver.max_iterations or lower the step"
+        "window {window}: the contact solver stands at a true residual of {residual:.2e} after {iterations} iterations, the tolerance is {tolerance:.1e}; raise solver.max_iterations or lower the step{}",
+        friction_hint(*friction)
     )]
     NotConverged {
         window: u64,
         residual: f64,
         iterations: usize,
         tolerance: f64,
+        friction: f64,
     },
     #[error(
         "the contact impulses left the finite numbers after {iterations} iterations; lower the step or check the wall's compliance"
@@ -66,6 +68,17 @@ pub enum DemError {
         path: String,
         source: std::io::Error,
     },
+}
+
+/// Friction above which sweeps may run in a circle: below it no layer has been seen to.
+const STRONG_FRICTION: f64 = 3.0;
+
+/// What to do about friction that may be the reason.
+fn friction_hint(friction: f64) -> String {
+    if friction < STRONG_FRICTION {
+        return String::new();
+    }
+    format!(", or lower law.friction: at {friction} the solver may run in a circle")
 }
 
 impl From<DemError> for NodeError {

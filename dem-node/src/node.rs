@@ -463,6 +463,7 @@ impl Node for Dem {
                     residual: summary.verdict.residual,
                     iterations: summary.verdict.iterations,
                     tolerance: self.criteria.tolerance,
+                    friction: self.bodies.law.coefficient(),
                 }));
             }
             self.record(start, end, drive_before, &summary);

@@ -4,6 +4,7 @@
 //! v = v_free + M^-1 H r, u = H^T v, and at each contact U = u + (g/h, d_t/h) + r/(k h^2) obeys Signorini-Coulomb.
 
 mod arms;
+mod average;
 mod blocks;
 mod check;
 mod groups;

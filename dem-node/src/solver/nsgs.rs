@@ -3,6 +3,7 @@
 //! Each contact in turn takes the impulse that its own law wants under the velocities of the moment, and changes the
 //! velocities of its two bodies at once. The matrix W is never formed: stored rows cost four times as much.
 
+use super::average::Averager;
 use super::groups::Sweeper;
 use super::{Criteria, Problem, Verdict};
 
@@ -30,10 +31,12 @@ pub fn solve(problem: &mut Problem, criteria: &Criteria) -> Verdict {
 fn iterate(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) -> Verdict {
     let mut bound = criteria.tolerance;
     let mut iterations = 0;
+    let mut averager = Averager::new();
     while iterations < criteria.max_iterations {
-        let [changed, size] = sweeper.sweep(problem, criteria.parallel);
+        let [changed, size] = averager.sweep(problem, sweeper, criteria.parallel);
         let change = problem.relative(changed.sqrt(), size.sqrt());
         iterations += 1;
+        averager.watch(problem, change);
         if change.is_nan() {
             break;
         }
