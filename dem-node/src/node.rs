@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use protocol::{
     Backing, Capabilities, ConfigError, Description, Node, NodeError, Outcome, Setting, Surface,
-    Term, WallAnswer, Window,
+    Term, Tolerance, WallAnswer, Window,
 };
 
 use crate::bodies::Bodies;
@@ -326,6 +326,10 @@ impl Node for Dem {
             ledger: self.ledger_terms(),
             warnings: self.warnings.clone(),
             backing: glued.then(|| self.backing()),
+            tolerance: Some(Tolerance {
+                key: "solver.tolerance".into(),
+                value: self.criteria.tolerance,
+            }),
             ..Description::default()
         }
     }

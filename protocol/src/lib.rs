@@ -31,7 +31,7 @@ pub use frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 pub use link::{Link, LinkError};
 pub use node::{
     Backing, Capabilities, Description, FaultCode, Node, NodeError, Outcome, Phase, Role, Surface,
-    Term, WallAnswer, Window,
+    Term, Tolerance, WallAnswer, Window,
 };
 pub use participate::{ParticipateError, participate};
 pub use serve::{ServeError, serve};

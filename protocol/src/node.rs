@@ -139,6 +139,18 @@ pub struct Description {
     /// Of a solver on a wall: what stands behind its points, for the prediction of stability.
     #[serde(default)]
     pub backing: Option<Backing>,
+    /// Of a solver that iterates: how far.
+    #[serde(default)]
+    pub tolerance: Option<Tolerance>,
+}
+
+/// To what a solver iterates.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tolerance {
+    /// Its key inside `config`.
+    pub key: String,
+    /// A residual over its scale.
+    pub value: f64,
 }
 
 /// What stands behind the points of a coupled set, a point's share of it: as much as tells how strongly the set resists

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use protocol::{Kind, Surface, Window};
+use protocol::{Description, Kind, Surface, Window};
 
 use super::clock::Clock;
 use super::conversation::Conversation;
@@ -10,7 +10,7 @@ use super::group::{Group, Patch, Side};
 use super::handshake::Greeted;
 use super::mapping::Mapping;
 use crate::error::Error;
-use crate::scenario::{Interface, Scenario};
+use crate::scenario::{Interface, Scenario, Scheme};
 
 /// Largest relative difference between the windows of connected interfaces that counts as rounding.
 const SAME_WINDOW: f64 = 1e-9;
@@ -40,7 +40,10 @@ fn join_group(
 ) -> Result<Group, Error> {
     let mut pairs = Vec::new();
     for interface in &interfaces {
-        pairs.push(roles(conversation, interface, greeted)?);
+        let pair = roles(conversation, interface, greeted)?;
+        let wall_name = conversation.peers[pair.wall].name();
+        refuse_finer_than_solver(interface, wall_name, &greeted[pair.wall].description)?;
+        pairs.push(pair);
     }
     refuse_two_roles(conversation, &pairs)?;
     let clock = clock(conversation, &interfaces, &pairs, greeted)?;
@@ -142,6 +145,28 @@ fn roles(
             "interface `{}` joins {} and {}: it takes one participant that advances under forces and one that stands on a compliant wall",
             interface.name, interface.between[0], interface.between[1]
         ))),
+    }
+}
+
+/// A fixed point goes through the answers of the contact solver, and cannot come closer than these are true. The other
+/// schemes close the gap whatever the contact solver left over.
+fn refuse_finer_than_solver(
+    interface: &Interface,
+    wall_name: &str,
+    wall: &Description,
+) -> Result<(), Error> {
+    let through_answers = matches!(
+        interface.scheme,
+        Scheme::FixedPointSerial | Scheme::FixedPointParallel
+    );
+    match &wall.tolerance {
+        Some(own) if through_answers && interface.tolerance_rel < own.value => {
+            Err(Error::Refused(format!(
+                "interface.{}.tolerance_rel is {:e}, below participant.{wall_name}.config.{} of {:e}: a fixed point goes through the solver's answers and cannot be closer than they are; raise the first, lower the second, or take scheme = \"dual-schur\"",
+                interface.name, interface.tolerance_rel, own.key, own.value
+            )))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -394,4 +419,45 @@ fn distinct(numbers: impl Iterator<Item = usize>) -> Vec<usize> {
         }
     }
     seen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn interface(scheme: &str, tolerance_rel: f64) -> Interface {
+        let text = format!(
+            "name = \"base\"\nbetween = [\"a.x\", \"b.y\"]\nscheme = \"{scheme}\"\nsubsteps = 2\ntolerance_rel = {tolerance_rel:e}"
+        );
+        toml::from_str(&text).expect("the keys are valid")
+    }
+
+    #[test]
+    fn a_fixed_point_is_not_asked_for_more_than_the_solver_gives() {
+        let wall = Description {
+            tolerance: Some(protocol::Tolerance {
+                key: "solver.tolerance".into(),
+                value: 1e-4,
+            }),
+            ..Description::default()
+        };
+        let refused = |scheme: &str, tolerance_rel: f64, wall: &Description| {
+            let interface = interface(scheme, tolerance_rel);
+            refuse_finer_than_solver(&interface, "layer", wall).err()
+        };
+        for scheme in ["fixed-point-serial", "fixed-point-parallel"] {
+            let error = refused(scheme, 0.99e-4, &wall)
+                .expect("it is below")
+                .to_string();
+            for said in [
+                "interface.base.tolerance_rel",
+                "participant.layer.config.solver.tolerance",
+            ] {
+                assert!(error.contains(said), "{error}");
+            }
+            assert!(refused(scheme, 1e-4, &wall).is_none());
+            assert!(refused(scheme, 1e-9, &Description::default()).is_none());
+        }
+        assert!(refused("dual-schur", 1e-9, &wall).is_none());
+    }
 }
