@@ -1,4 +1,4 @@
-//! Explicit finite-element dynamics of the first bodies: plane, small strain, one body for each participant.
+//! Explicit finite-element dynamics of the first bodies: plane, elastic or plastic, one body for each participant.
 //!
 //! Modules, in reading order:
 //! - [`config`]: the keys of `[participant.config]`;
