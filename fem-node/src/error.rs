@@ -124,6 +124,18 @@ pub enum FemError {
         iterations: usize,
     },
     #[error(
+        "the static contact has become {half_width_m:.3e} m wide on each side under {load_n:?} N, more than half of wheel.radius_m = {radius_m:?} m, and is solved with the normals of the undeformed edge: raise the radius, or lower wheel.load_n"
+    )]
+    NarrowWheel {
+        radius_m: f64,
+        half_width_m: f64,
+        load_n: f64,
+    },
+    #[error(
+        "in equilibrium a node or the wheel has moved by {displacement_m:.3e} m, the body is {size_m:.3e} m large: check the units of wheel.load_n (N), boundary tractions (Pa), material.young_pa (Pa) and run.thickness_m (m)"
+    )]
+    StaticSize { displacement_m: f64, size_m: f64 },
+    #[error(
         "it cannot be set in motion: that is for a linear body without a wheel, before its first window"
     )]
     InMotion,
@@ -142,7 +154,9 @@ impl From<FemError> for NodeError {
             | FemError::ForceNotFinite { .. }
             | FemError::DivergedColumns { .. }
             | FemError::Contact { .. }
-            | FemError::ContactNotConverged { .. } => NodeError::diverged(message),
+            | FemError::ContactNotConverged { .. }
+            | FemError::NarrowWheel { .. }
+            | FemError::StaticSize { .. } => NodeError::diverged(message),
             FemError::Point { .. }
             | FemError::ForceLength { .. }
             | FemError::NoSteps

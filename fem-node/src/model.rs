@@ -20,6 +20,12 @@ use crate::wheel::Wheel;
 /// Share of the stability limit that `step_s = "auto"` takes by default.
 const SAFETY: f64 = 0.9;
 
+/// Nodal distances that the radius of a round wheel must have: its face is then resolved by several nodes.
+const SPACINGS_MIN: f64 = 4.0;
+
+/// Steps that a period of the sideways motion must have; a sine is drawn within 1.3 % of its amplitude by 20 chords.
+const STEPS_PER_PERIOD: f64 = 20.0;
+
 /// A size that jumps by more than this from one element to the next reflects waves noticeably.
 const RATIO_MAX: f64 = 1.5;
 
@@ -82,7 +88,9 @@ impl Model {
         let stiffness_damping = config.time.stiffness_damping_s.unwrap_or(0.0);
         let step_limit =
             spectrum::damped_step_limit(omega_max, config.time.damping, stiffness_damping);
+        check_limit(config, step_limit)?;
         let step = choose_step(config, step_limit)?;
+        check_wheel(config, &mesh, step)?;
         let scheme = Scheme {
             step,
             damping: config.time.damping,
@@ -178,6 +186,60 @@ pub(crate) fn known_sets(mesh: &Mesh) -> String {
         [] => "the mesh has no named physical group of lines or surfaces".into(),
         sets => format!("its sets are {}", sets.join(", ")),
     }
+}
+
+/// Only a body that is moved everywhere has no limit.
+fn check_limit(config: &Config, limit: f64) -> Result<(), ConfigError> {
+    let moved = config.boundary.driven().next().is_some();
+    if moved || (limit > 0.0 && limit.is_finite()) {
+        return Ok(());
+    }
+    let problem = format!(
+        "gives a body whose stability limit is {limit:e} s: its numbers leave the range of arithmetic"
+    );
+    Err(ConfigError::new("material", problem)
+        .help("check the units of run.thickness_m, mesh and material (SI)"))
+}
+
+/// A round face between two nodes touches neither, and a motion that turns within a few steps is not the one asked for.
+fn check_wheel(config: &Config, mesh: &Mesh, step: f64) -> Result<(), ConfigError> {
+    let Some(wheel) = &config.wheel else {
+        return Ok(());
+    };
+    let spacing = spacing_below_wheel(mesh);
+    if wheel.radius_m > 0.0 && wheel.radius_m < SPACINGS_MIN * spacing {
+        let problem = format!(
+            "{:e} m is less than {SPACINGS_MIN} times the {spacing:.3e} m between the nodes below the wheel, which would fall between them",
+            wheel.radius_m
+        );
+        return Err(ConfigError::new("wheel.radius_m", problem).help(
+            "check the unit (m), enlarge it, refine mesh.size_m, or write 0 for a flat face",
+        ));
+    }
+    let moves = config.analysis == Analysis::Dynamic && wheel.cycles > 0.0;
+    let moves = moves && !config.time.unsafe_step;
+    if moves && wheel.frequency_hz * step * STEPS_PER_PERIOD > 1.0 {
+        let problem = format!(
+            "a period of {:e} s holds fewer than {STEPS_PER_PERIOD} steps of {step:.3e} s",
+            1.0 / wheel.frequency_hz
+        );
+        return Err(ConfigError::new("wheel.frequency_hz", problem)
+            .help("check the unit (1/s), lower it, or shorten time.step_s"));
+    }
+    Ok(())
+}
+
+/// Distance of the two nodes of the upper edge between or at which the wheel comes down (m).
+fn spacing_below_wheel(mesh: &Mesh) -> f64 {
+    let (nodes, _) = mesh.surface(Edge::Top);
+    let points: Vec<[f64; 2]> = nodes.iter().map(|n| mesh.point(n[0], n[1])).collect();
+    let nearest = |pair: &[[f64; 2]]| pair[0][0].abs().max(pair[1][0].abs());
+    points
+        .windows(2)
+        .min_by(|a, b| nearest(a).total_cmp(&nearest(b)))
+        .map_or(0.0, |pair| {
+            (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])
+        })
 }
 
 /// A static start takes the place of the ramp.

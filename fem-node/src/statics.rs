@@ -38,6 +38,9 @@ pub use node::StaticNode;
 /// 0.05 % and those at centroids within 0.02 % from 100 increments on; 5 are 1 % off.
 pub const INCREMENTS: usize = 200;
 
+/// Contact half-width over the radius of a round wheel up to which its undeformed normals are taken.
+const LEAN_MAX: f64 = 0.5;
+
 /// A wheel that is pressed on the upper edge, its load growing from zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loads {
@@ -187,6 +190,28 @@ impl Statics {
             return Ok(());
         }
         self.increments_done += 1;
+        self.load_by_one(model)?;
+        match self.increments_done == self.loading_increments() {
+            true => self.check_size(model),
+            false => Ok(()),
+        }
+    }
+
+    /// A linear body answers any load; one that moves it by more than its size has a wrong unit.
+    fn check_size(&self, model: &Model) -> Result<(), FemError> {
+        let moved = self.state(model).state.u.into_iter().map(f64::abs);
+        let approach = self.contact().map_or(0.0, |contact| contact.approach);
+        let beyond = |u: &f64| u.is_nan() || *u > model.size();
+        match moved.chain([approach]).find(beyond) {
+            None => Ok(()),
+            Some(displacement_m) => Err(FemError::StaticSize {
+                displacement_m,
+                size_m: model.size(),
+            }),
+        }
+    }
+
+    fn load_by_one(&mut self, model: &Model) -> Result<(), FemError> {
         let share = self.increments_done as f64 / self.loading_increments() as f64;
         let Some(loads) = self.loads else {
             self.edge.apply(share);
@@ -236,7 +261,26 @@ impl Statics {
             friction: target.friction,
             violation_n: failure.violation,
             iterations: failure.iterations,
-        })
+        })?;
+        self.check_face()
+    }
+
+    /// The normals are those of the undeformed edge, and a wheel that has sunk in to half of its width moves them.
+    fn check_face(&self) -> Result<(), FemError> {
+        let Some(loads) = self.loads.filter(|loads| loads.radius > 0.0) else {
+            return Ok(());
+        };
+        let contact = self.contact.describe(&self.face);
+        let touching = (0..contact.normals.len()).filter(|k| contact.status[*k] != Status::Open);
+        let lean = |node: usize| contact.normals[node][0].abs();
+        match touching.map(lean).find(|lean| *lean > LEAN_MAX) {
+            None => Ok(()),
+            Some(lean) => Err(FemError::NarrowWheel {
+                radius_m: loads.radius,
+                half_width_m: lean * loads.radius,
+                load_n: loads.load,
+            }),
+        }
     }
 
     /// The wheel and its contact.

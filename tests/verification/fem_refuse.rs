@@ -19,6 +19,14 @@ fn wheel(change: Value) -> Value {
     json!({"contact": {"friction": 0.3}, "wheel": with(plain, change)})
 }
 
+/// The same in a static analysis.
+fn still(change: Value, statics: Value) -> Value {
+    with(
+        wheel(change),
+        json!({"analysis": "static", "statics": statics}),
+    )
+}
+
 #[test]
 fn every_number_out_of_range_is_refused_by_its_key() {
     let cases = [
@@ -113,6 +121,22 @@ fn every_number_out_of_range_is_refused_by_its_key() {
             "wheel.frequency_hz",
             wheel(json!({"cycles": 1.0, "frequency_hz": 0.0})),
         ),
+        ("wheel.radius_m", wheel(json!({"radius_m": 1e-6}))),
+        (
+            "wheel.frequency_hz",
+            wheel(json!({"cycles": 1.0, "frequency_hz": 1e9})),
+        ),
+        (
+            "wheel.cycles",
+            still(json!({"cycles": 1e18, "frequency_hz": 1.0}), json!({})),
+        ),
+        (
+            "statics.increments_per_cycle",
+            still(
+                json!({"cycles": 1.0, "frequency_hz": 1.0}),
+                json!({"increments_per_cycle": 4_000_000_000_u32}),
+            ),
+        ),
         ("contact", with(wheel(json!({})), json!({"contact": null}))),
         (
             "contact.friction",
@@ -153,6 +177,12 @@ fn thickness_belongs_to_the_checks() {
     };
     let error = fem_node::check(&block(), &thin).expect_err("no thickness, no mass");
     assert_eq!(error.key, "thickness_m");
+    let thick = protocol::Setting {
+        thickness_m: 1e300,
+        ..setting(1)
+    };
+    let error = fem_node::check(&block(), &thick).expect_err("its mass is no number");
+    assert!(error.to_string().contains("run.thickness_m"), "{error}");
 }
 
 #[test]

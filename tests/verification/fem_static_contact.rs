@@ -362,3 +362,38 @@ fn a_static_start_under_a_round_wheel_is_close_to_equilibrium() {
         assert!((force / 8000.0 - 1.0).abs() < 1e-2, "{force}");
     }
 }
+
+/// What a static analysis says that must not end well.
+fn refused(change: Value) -> String {
+    let config = with(loaded(small(), 8000.0, 0.3), change);
+    let config: Config = read_config(&config).expect("the keys are valid");
+    let mut node = StaticNode::new(&config, &setting(1)).expect("the body is valid");
+    let increments = node.describe().end_s.expect("it ends") as u32;
+    let error = node.march(&window(0, increments));
+    error.expect_err("it is out of bounds").message
+}
+
+/// A linear body would carry any load; the answer must not pass for one.
+#[test]
+fn a_load_that_moves_the_body_by_its_own_size_is_refused_by_name() {
+    let heavy = json!({"wheel": {"load_n": 1e9}, "statics": {"increment_n": 1e7}});
+    let message = refused(heavy);
+    assert!(message.contains("wheel.load_n"), "{message}");
+    let message = refused(json!({"material": {"young_pa": 1e-300}}));
+    assert!(message.contains("material.young_pa"), "{message}");
+}
+
+#[test]
+fn a_wheel_that_sinks_in_to_half_of_its_width_is_refused_by_name() {
+    let message = refused(json!({"wheel": {"radius_m": 1e-3, "load_n": 40_000.0}}));
+    assert!(message.contains("wheel.radius_m"), "{message}");
+}
+
+#[test]
+fn an_interface_of_a_static_analysis_is_refused_by_name() {
+    let config: Config = read_config(&loaded(small(), 1.0, 0.0)).expect("the keys are valid");
+    let mut node = StaticNode::new(&config, &setting(1)).expect("the body is valid");
+    assert!(node.describe().sets.contains(&"top".to_string()));
+    let error = node.couple("top").expect_err("it takes no steps");
+    assert!(error.message.contains("analysis"), "{error}");
+}

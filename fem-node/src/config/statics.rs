@@ -17,6 +17,9 @@ pub struct StaticsConfig {
     pub increments_per_cycle: Option<u32>,
 }
 
+/// Increments in a cycle of the sideways motion when nothing else is asked for.
+const PER_CYCLE: u32 = 240;
+
 /// More increments than this are taken for a mistyped unit.
 const INCREMENTS_MAX: f64 = 1e6;
 
@@ -28,6 +31,34 @@ impl StaticsConfig {
             Some(increment) => (load / increment - 1e-9).ceil().max(1.0) as usize,
             None => crate::statics::INCREMENTS,
         }
+    }
+
+    /// Increments of this many cycles of the sideways motion.
+    pub fn cycle_increments(&self, cycles: f64) -> f64 {
+        (cycles * f64::from(self.per_cycle())).round()
+    }
+
+    /// Increments in a cycle of the sideways motion.
+    pub fn per_cycle(&self) -> u32 {
+        self.increments_per_cycle.unwrap_or(PER_CYCLE)
+    }
+
+    /// Whether the sideways motion ends in the increments that a user can wait for.
+    pub(super) fn check_cycles(&self, cycles: f64) -> Result<(), ConfigError> {
+        let increments = self.cycle_increments(cycles);
+        if increments <= INCREMENTS_MAX {
+            return Ok(());
+        }
+        let per_cycle = self.per_cycle();
+        let key = match f64::from(per_cycle) > INCREMENTS_MAX / 100.0 {
+            true => "statics.increments_per_cycle",
+            false => "wheel.cycles",
+        };
+        let problem = format!(
+            "{cycles:?} cycles of {per_cycle} increments are {increments:.1e}, more than {INCREMENTS_MAX:.0e}"
+        );
+        Err(ConfigError::new(key, problem)
+            .help("two cycles of 240 increments reach the steady loop"))
     }
 
     pub(super) fn check(&self, load: f64) -> Result<(), ConfigError> {

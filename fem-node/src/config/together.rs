@@ -53,6 +53,10 @@ impl Config {
             ("base", self.base == Base::Free),
         ];
         match refused.into_iter().find(|(_, refused)| *refused) {
+            None if self.analysis == Analysis::Static => {
+                let cycles = self.wheel.map_or(0.0, |wheel| wheel.cycles);
+                self.statics.check_cycles(cycles)
+            }
             None => Ok(()),
             Some((key, _)) => {
                 let problem = "does not go with a static analysis or start, which solve for a supported, linear elastic body";

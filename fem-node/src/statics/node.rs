@@ -11,6 +11,7 @@ use protocol::{
 use super::{Loads, StaticState, Statics, Status};
 use crate::config::Config;
 use crate::error::FemError;
+use crate::interface;
 use crate::model::Model;
 use crate::node::HOLD;
 use crate::probe;
@@ -27,9 +28,6 @@ const WHEEL_SIGNALS: [&str; 6] = [
     "sn_pct",
     "contact_nodes",
 ];
-
-/// Increments in a cycle of the sideways motion when nothing else is asked for.
-const PER_CYCLE: u32 = 240;
 
 /// A body whose loads grow so slowly that it is always in equilibrium. Its time counts increments, 1 s each: those
 /// of the load first, then those of the sideways cycles D = A sin(2 pi c).
@@ -53,7 +51,7 @@ pub struct StaticNode {
 #[derive(Clone, Copy, Debug)]
 struct Cycling {
     amplitude: f64,
-    cycles: f64,
+    increments: u64,
     per_cycle: u32,
 }
 
@@ -79,8 +77,11 @@ impl StaticNode {
             loads,
             cycling: Cycling {
                 amplitude: wheel.map_or(0.0, |wheel| wheel.amplitude_m),
-                cycles: wheel.map_or(0.0, |wheel| wheel.cycles),
-                per_cycle: config.statics.increments_per_cycle.unwrap_or(PER_CYCLE),
+                increments: config
+                    .statics
+                    .cycle_increments(wheel.map_or(0.0, |wheel| wheel.cycles))
+                    as u64,
+                per_cycle: config.statics.per_cycle(),
             },
             done: 0,
             held: None,
@@ -105,7 +106,7 @@ impl StaticNode {
 
     /// Increments of the whole history.
     fn end(&self) -> u64 {
-        self.loading() + self.cycling.increments()
+        self.loading() + self.cycling.increments
     }
 
     fn increment(&mut self) -> Result<(), FemError> {
@@ -206,10 +207,6 @@ impl StaticNode {
 }
 
 impl Cycling {
-    fn increments(&self) -> u64 {
-        (self.cycles * f64::from(self.per_cycle)).round() as u64
-    }
-
     /// D after this many increments (m).
     fn lateral(&self, step: u64) -> f64 {
         let within = step % u64::from(self.per_cycle);
@@ -267,7 +264,8 @@ impl Node for StaticNode {
             step_limit_name: "none: the time of a static analysis counts increments".into(),
             end_s: Some(self.end() as f64),
             phases: phases.into_iter().filter(|p| p.t1_s > p.t0_s).collect(),
-            sets: Vec::new(),
+            // None can be coupled; `couple` says why where an interface names one.
+            sets: interface::sets(&self.model),
             signals: probe::surface_names(&self.model)
                 .iter()
                 .chain(wheel)
