@@ -1,5 +1,7 @@
 //! How long a step may be.
 
+use protocol::ConfigError;
+
 use crate::config::{Config, RadiusLaw, SampleConfig};
 use crate::error::DemError;
 use crate::wheel::Program;
@@ -9,6 +11,9 @@ const CLEAN: f64 = 0.05;
 /// Part of the smallest radius that the wheel may travel in a step.
 const WHEEL_TRAVEL: f64 = 0.01;
 
+/// Steps that a period of the wheel's motion must have; a sine is drawn within 1.3 % of its amplitude by 20 chords.
+const STEPS_PER_PERIOD: f64 = 20.0;
+
 /// The bounds of a scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
@@ -17,6 +22,8 @@ pub struct Bounds {
     pub inertial_time: f64,
     /// Highest sideways speed of the wheel (m/s).
     top_speed: f64,
+    /// Frequency of that motion (1/s), 0 without one.
+    frequency: f64,
     /// Smallest radius (m).
     smallest: f64,
     unsafe_step: bool,
@@ -34,6 +41,10 @@ impl Bounds {
         Bounds {
             inertial_time: 2.0 * mean * (density / config.time.pressure_pa).sqrt(),
             top_speed: wheel.map_or(0.0, |wheel| wheel.top_speed()),
+            frequency: config
+                .wheel
+                .filter(|wheel| wheel.cycles > 0.0)
+                .map_or(0.0, |wheel| wheel.frequency_hz),
             smallest,
             // A prescribed motion has no inertia.
             unsafe_step: config.time.unsafe_step || config.drive.is_some(),
@@ -45,7 +56,7 @@ impl Bounds {
         (!self.unsafe_step).then_some(self.inertial_time)
     }
 
-    /// Refuses a step (s) above t_i and tells which other bounds it breaks.
+    /// Refuses a step (s) above t_i or too long for the motion of the wheel, and tells which other bounds it breaks.
     pub fn assess(&self, step: f64) -> Result<Vec<String>, DemError> {
         if self.limit().is_some_and(|limit| step > limit) {
             return Err(DemError::Step {
@@ -54,6 +65,15 @@ impl Bounds {
                 bound: Bounds::NAME,
                 help: "shorten it, raise mass_scale, or set time.unsafe_step = true",
             });
+        }
+        if !self.unsafe_step && self.frequency * step * STEPS_PER_PERIOD > 1.0 {
+            let problem = format!(
+                "a period of {:e} s holds fewer than {STEPS_PER_PERIOD} steps of {step:e} s",
+                1.0 / self.frequency
+            );
+            return Err(ConfigError::new("wheel.frequency_hz", problem)
+                .help("check the unit (1/s), lower it, or shorten the step")
+                .into());
         }
         let mut warnings = Vec::new();
         let clean = CLEAN * self.inertial_time;

@@ -98,3 +98,41 @@ fn a_word_that_is_none_of_the_choices_is_named() {
     let message = of(changed(layer(), "", "kind", word()));
     told(&message, &["sample.kind: `even`", "layer, disks"]);
 }
+
+#[test]
+fn a_layer_without_free_grains_or_with_too_many_is_refused() {
+    let with = |key: &str, value: f64| of(changed(layer(), "", key, Some(json!(value))));
+    told(
+        &with("thickness_m", 1e-6),
+        &["sample.thickness_m: ", "1e-4"],
+    );
+    told(
+        &with("thickness_m", 10.0),
+        &["sample.thickness_m: ", "grains"],
+    );
+    told(
+        &with("radius_min_m", 1e-9),
+        &["sample.radius_min_m: ", "grains"],
+    );
+}
+
+#[test]
+fn a_wheel_that_no_step_can_follow_or_no_grain_can_carry_is_refused() {
+    let with = |wheel: Value| {
+        let mut all = json!({"load_n": 1.0, "mass_kg": 1e-3, "radius_m": 0.0, "ramp_s": 0.0, "hold_s": 0.0,
+                             "amplitude_m": 0.0, "frequency_hz": 0.0, "cycles": 0.0});
+        for (key, value) in wheel.as_object().into_iter().flatten() {
+            all[key] = value.clone();
+        }
+        let wheel = json!({"wheel": all});
+        refusal(&scene(json!({"kind": "signorini"}), 1e-4, layer(), wheel))
+    };
+    told(
+        &with(json!({"radius_m": 1e-5})),
+        &["wheel.radius_m: ", "4e-4"],
+    );
+    told(
+        &with(json!({"cycles": 1.0, "frequency_hz": 1e9})),
+        &["wheel.frequency_hz: ", "fewer than 20 steps"],
+    );
+}

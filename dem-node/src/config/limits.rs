@@ -9,6 +9,12 @@ use super::{
     SolverKind, TimeConfig, WheelConfig,
 };
 
+/// More grains than this are taken for a mistyped unit: their bed would be pressed for hours.
+const GRAINS_MAX: f64 = 5e5;
+
+/// Largest diameters that the radius of a round wheel on a layer must have, or it falls between the grains.
+const WHEEL_GRAINS: f64 = 2.0;
+
 impl Config {
     /// Refuses values out of range, naming the key, the value and what to do.
     pub fn validate(&self) -> Result<(), ConfigError> {
@@ -60,6 +66,14 @@ impl Config {
                 "a layer needs the wheel that holds it, and there is none",
             )
             .help("add [participant.config.wheel], or sample.lid = true"));
+        }
+        if let (SampleConfig::Layer(layer), Some(wheel)) = (&self.sample, &self.wheel)
+            && wheel.radius_m > 0.0
+        {
+            let least = WHEEL_GRAINS * 2.0 * layer.radius_max_m;
+            at_least("wheel.radius_m", wheel.radius_m, least, "m").map_err(|error| {
+                error.help("a smaller one falls between the grains; write 0 for a flat face")
+            })?;
         }
         if self.wheel.is_some() && self.time.end_s.is_some() {
             return Err(
@@ -113,7 +127,8 @@ impl Config {
 
 impl SolverConfig {
     fn validate(&self) -> Result<(), ConfigError> {
-        within("solver.tolerance", self.tolerance, f64::MIN_POSITIVE, 0.1)?;
+        positive("solver.tolerance", self.tolerance, "")?;
+        within("solver.tolerance", self.tolerance, 0.0, 0.1)?;
         if self.max_iterations == 0 || self.min_iterations > self.max_iterations {
             return Err(ConfigError::new(
                 "solver.max_iterations",
@@ -163,6 +178,14 @@ impl LayerConfig {
             10.0 * self.radius_max_m,
             "m",
         )?;
+        // A layer thinner than a grain consists of glued ones only.
+        at_least(
+            "sample.thickness_m",
+            self.thickness_m,
+            2.0 * self.radius_min_m,
+            "m",
+        )?;
+        self.refuse_a_desert()?;
         at_least("sample.crown_radius_m", self.crown_radius_m, 0.0, "m")?;
         if self.lid && self.crown_radius_m > 0.0 {
             return Err(ConfigError::new(
@@ -191,6 +214,31 @@ impl LayerConfig {
         self.press_pa
             .iter()
             .try_for_each(|pressure| positive("sample.press_pa", *pressure, "Pa"))
+    }
+}
+
+impl LayerConfig {
+    /// About how many grains the bed needs: its area over that of a grain of the mean square radius when equal surfaces are
+    /// wanted, pi r_min r_max.
+    fn refuse_a_desert(&self) -> Result<(), ConfigError> {
+        let depth = self.thickness_m + self.bed_extra_m;
+        let area = std::f64::consts::PI * self.radius_min_m * self.radius_max_m;
+        let grains = 2.0 * self.half_width_m * depth / area;
+        if grains <= GRAINS_MAX {
+            return Ok(());
+        }
+        let key = match self.thickness_m > self.half_width_m {
+            true => "sample.thickness_m",
+            false => "sample.radius_min_m",
+        };
+        let problem = format!(
+            "a bed {:e} m wide and {depth:e} m deep needs about {grains:.1e} grains of {:e} to {:e} m, more than {GRAINS_MAX:.0e}",
+            2.0 * self.half_width_m,
+            self.radius_min_m,
+            self.radius_max_m
+        );
+        Err(ConfigError::new(key, problem)
+            .help("check the units (m): a thinner or narrower layer, or larger grains"))
     }
 }
 
