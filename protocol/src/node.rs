@@ -307,6 +307,21 @@ pub struct Outcome {
     pub warnings: Vec<String>,
 }
 
+impl Outcome {
+    /// Results that are no finite numbers are left out with a warning each: text cannot carry them, and one bad mean must
+    /// not cost a whole run.
+    pub fn without_what_is_no_number(mut self) -> Outcome {
+        let warnings = &mut self.warnings;
+        self.results.retain(|name, value| {
+            if !value.is_finite() {
+                warnings.push(format!("the result {name} is {value} and is left out"));
+            }
+            value.is_finite()
+        });
+        self
+    }
+}
+
 /// What kind of fault ended a participant; its number is the exit code of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -364,5 +379,35 @@ impl NodeError {
 impl From<ConfigError> for NodeError {
     fn from(error: ConfigError) -> NodeError {
         NodeError::configuration(format!("participant.config.{error}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_result_that_is_no_number_costs_itself_and_not_the_run() {
+        let results = [("a_m", 1.0), ("b_n", f64::NAN), ("c_pa", f64::INFINITY)];
+        let outcome = Outcome {
+            steps: 1,
+            work: BTreeMap::new(),
+            results: results.map(|(name, value)| (name.into(), value)).into(),
+            state_hash: String::new(),
+            warnings: Vec::new(),
+        };
+        let sent = outcome.without_what_is_no_number();
+        assert_eq!(sent.results, BTreeMap::from([("a_m".into(), 1.0)]));
+        assert!(
+            sent.warnings[0].contains("b_n is NaN"),
+            "{:?}",
+            sent.warnings
+        );
+        assert!(sent.warnings[1].contains("c_pa"), "{:?}", sent.warnings);
+        let text = serde_json::to_string(&sent).expect("numbers");
+        assert_eq!(
+            serde_json::from_str::<Outcome>(&text).expect("numbers"),
+            sent
+        );
     }
 }

@@ -317,7 +317,7 @@ fn answer(node: &mut dyn Node, request: &Frame) -> Result<Answer, NodeError> {
             node.commit(&window, payload)?,
         )),
         Kind::March => Ok(Answer::Numbers(Kind::Report, node.march(&window)?)),
-        Kind::Finish => Ok(Answer::Outcome(node.finish()?)),
+        Kind::Finish => Ok(Answer::Outcome(node.finish()?.without_what_is_no_number())),
         other => Err(NodeError::protocol(format!(
             "{other:?} is not a request that a participant can answer"
         ))),

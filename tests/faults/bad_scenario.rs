@@ -111,6 +111,21 @@ fn a_window_above_the_inertial_time_is_refused_with_the_bound() {
 }
 
 #[test]
+fn a_run_that_would_never_end_is_refused_with_what_makes_it_long() {
+    let keys = ["steps", "run.end_s", "wheel.cycles"];
+    refused(&["run.end_s=1e30"], 2, &keys);
+}
+
+#[test]
+fn a_static_body_on_an_interface_is_refused_by_its_key() {
+    refused(
+        &["participant.rail.config.analysis=static"],
+        2,
+        &["participant `rail`", "analysis = \"dynamic\""],
+    );
+}
+
+#[test]
 fn an_unknown_set_or_participant_is_named() {
     refused(
         &[r#"interface.layer-base.between=["rail.topp", "third-body.base"]"#],

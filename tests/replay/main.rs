@@ -233,4 +233,13 @@ fn the_command_replays_from_a_checkpoint_and_with_another_parameter() {
     assert!(svg.contains("open loop"));
     let (code, _) = replay(&["--tolerance", "1e-12"]);
     assert_eq!(code, Some(0), "what is equal is within any tolerance");
+    // Nothing departs by more than NaN: every log would pass.
+    for none in ["nan", "inf", "-1"] {
+        let mut command = thirdbody(work.path());
+        command.args(["replay", "out", "--tolerance", none]);
+        let output = command.output().expect("it starts");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.contains("--tolerance"), "{message}");
+    }
 }

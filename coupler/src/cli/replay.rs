@@ -34,7 +34,7 @@ pub struct ReplayArguments {
     from: Option<u64>,
     /// Accept answers that deviate by so much of the largest number of their kind: for solvers that do not repeat
     /// every bit.
-    #[arg(long, value_name = "REL")]
+    #[arg(long, value_name = "REL", allow_negative_numbers = true)]
     tolerance: Option<f64>,
     /// What if a solver had another parameter: participant.third-body.config.law.friction=0.2. Its answers are compared to the
     /// end, in open loop: the other side still says what it said to the logged solver.
@@ -53,6 +53,7 @@ pub struct ReplayArguments {
 
 /// Replays; exit code 7 at the first departure. With `--set` departures are what is looked for, and the code is 0.
 pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
+    check_tolerance(arguments.tolerance)?;
     let log = log_of(&arguments.run)?;
     let mut recording = recording(&log, &[])?;
     let origin = match arguments.from {
@@ -87,6 +88,16 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
     match departs && !how.open_loop {
         true => Ok(DEPARTS),
         false => Ok(0),
+    }
+}
+
+/// Nothing departs by more than NaN or infinity: a replay would find every log equal.
+fn check_tolerance(tolerance: Option<f64>) -> Result<(), Error> {
+    match tolerance {
+        Some(tolerance) if !(0.0..1.0).contains(&tolerance) => Err(Error::Refused(format!(
+            "--tolerance {tolerance}: must be at least 0 and below 1, it is a share of the largest number of a kind"
+        ))),
+        _ => Ok(()),
     }
 }
 

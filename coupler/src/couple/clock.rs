@@ -2,6 +2,11 @@
 
 use protocol::Window;
 
+use crate::error::Error;
+
+/// More steps than this are taken for a mistyped unit: at a tenth of a microsecond a step they last 28 hours.
+const STEPS_MAX: f64 = 1e12;
+
 /// The clock of an interface: windows of `substeps` explicit steps of `step_s`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
@@ -31,8 +36,15 @@ impl Clock {
 
     /// Explicit steps until `end_s`, the last one included whole. The margin keeps an end time that is a multiple of
     /// the step up to rounding from costing one step more.
-    pub fn steps_until(&self, end_s: f64) -> u64 {
-        (end_s / self.step_s - 1e-6).ceil().max(0.0) as u64
+    pub fn steps_until(&self, end_s: f64) -> Result<u64, Error> {
+        let steps = (end_s / self.step_s - 1e-6).ceil();
+        if steps <= STEPS_MAX {
+            return Ok(steps.max(0.0) as u64);
+        }
+        Err(Error::Refused(format!(
+            "the run would take {steps:.1e} steps of {:.3e} s until it ends at {end_s:.3e} s, more than {STEPS_MAX:.0e}: check run.end_s, time.step_s, and the load history (wheel.ramp_s, wheel.hold_s, wheel.cycles, wheel.frequency_hz, or time.end_s)",
+            self.step_s
+        )))
     }
 
     /// Substeps of a full window, or what is left before `end`.
@@ -52,9 +64,22 @@ mod tests {
             substeps: 7,
         };
         assert_eq!(clock.window(5, 35, 7).t1_s, clock.window(6, 42, 7).t0_s);
-        assert_eq!(clock.steps_until(70.0 * clock.step_s), 70);
-        assert_eq!(clock.steps_until(70.5 * clock.step_s), 71);
+        let steps = |end: f64| clock.steps_until(end * clock.step_s).expect("few");
+        assert_eq!([steps(0.0), steps(70.0), steps(70.5)], [0, 70, 71]);
         assert_eq!(clock.substeps_before(0, 71), 7);
         assert_eq!(clock.substeps_before(70, 71), 1);
+    }
+
+    #[test]
+    fn a_run_that_would_never_end_is_refused_with_the_keys_that_make_it_long() {
+        let clock = Clock {
+            step_s: 1e-8,
+            substeps: 1,
+        };
+        assert_eq!(clock.steps_until(1e4).expect("28 hours"), 1_000_000_000_000);
+        for end_s in [1.1e4, 1e30, f64::INFINITY, f64::NAN] {
+            let message = clock.steps_until(end_s).expect_err("too long").to_string();
+            assert!(message.contains("wheel.ramp_s"), "{message}");
+        }
     }
 }

@@ -121,17 +121,16 @@ pub(super) fn courses(
 ) -> Result<Vec<Course>, Error> {
     let end_s = end_s(scenario, greeted)?;
     let rules = scenario.groups();
-    Ok(groups
-        .into_iter()
-        .zip(rules)
-        .map(|(group, members)| Course {
-            end: group.clock.steps_until(end_s),
+    let course = |(group, members): (Group, Vec<usize>)| {
+        Ok(Course {
+            end: group.clock.steps_until(end_s)?,
             coupling: Coupling::new(&scenario.interface[members[0]], group),
             step: 0,
             index: 0,
             rest: None,
         })
-        .collect())
+    };
+    groups.into_iter().zip(rules).map(course).collect()
 }
 
 pub(super) fn describe(course: &Course) -> String {

@@ -95,7 +95,7 @@ struct Seam {
 
 /// Which side takes forces and which stands on the wall, told by what they can do, not by their order.
 fn roles(
-    conversation: &Conversation,
+    conversation: &mut Conversation,
     interface: &Interface,
     greeted: &[Greeted],
 ) -> Result<Pair, Error> {
@@ -122,6 +122,10 @@ fn roles(
             )));
         }
         let capabilities = description.capabilities;
+        if !(capabilities.checkpoint && (capabilities.advance || capabilities.compliant_wall)) {
+            // It can take no part. Its own refusal says which of its keys is why; ours is for one that has none.
+            surface(conversation, peer, set)?;
+        }
         if !capabilities.checkpoint {
             return Err(Error::Refused(format!(
                 "interface `{}`: participant `{name}` cannot repeat a window (no checkpoint), which every scheme here needs",

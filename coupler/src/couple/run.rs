@@ -370,7 +370,7 @@ impl RunSession<'_> {
             step_s,
             substeps: self.loaded.scenario.run.output.alone_steps,
         };
-        let end = clock.steps_until(end_s(&self.loaded.scenario, greeted)?);
+        let end = clock.steps_until(end_s(&self.loaded.scenario, greeted)?)?;
         let scenario = &self.loaded.scenario;
         self.foretell_log(&volume::alone(scenario, description, &clock, end));
         let mut start = 0;
