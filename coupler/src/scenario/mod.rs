@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+mod check;
 pub mod load;
+mod overrides;
 mod paths;
 pub mod source;
 

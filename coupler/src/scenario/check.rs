@@ -1,0 +1,248 @@
+//! Checks of a scenario that need no solver: ranges, names, and who is joined to whom.
+
+use protocol::ConfigError;
+use protocol::setting::nearest;
+
+use super::{Interface, Scenario};
+
+/// Stops at the first that fails.
+pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
+    let run = &scenario.run;
+    plain_name("run.name", &run.name)?;
+    positive("run.thickness_m", run.thickness_m)?;
+    if let Some(end) = run.end_s {
+        positive("run.end_s", end)?;
+    }
+    positive("run.deadlines.setup_s", run.deadlines.setup_s)?;
+    positive("run.deadlines.answer_s", run.deadlines.answer_s)?;
+    positive("run.deadlines.idle_s", run.deadlines.idle_s)?;
+    at_least_one(
+        "run.output.signals_every_windows",
+        run.output.signals_every_windows,
+    )?;
+    at_least_one(
+        "run.output.flush_every_windows",
+        run.output.flush_every_windows,
+    )?;
+    at_least_one("run.output.alone_steps", run.output.alone_steps.into())?;
+    at_least_one("run.checkpoints_kept", run.checkpoints_kept)?;
+    if run.checkpoint_every_windows.is_some_and(|every| every > 0) && !run.output.exchange {
+        return Err(ConfigError::new(
+            "run.checkpoint_every_windows",
+            "a resumed run goes on with the log of the first, and run.output.exchange is false",
+        )
+        .help("let run.output.exchange be true, or write no checkpoints"));
+    }
+    check_participants(scenario)?;
+    match (scenario.participant.len(), scenario.interface.as_slice()) {
+        (1, []) => Ok(()),
+        (count, []) => Err(ConfigError::new(
+            "interface",
+            format!("{count} participants and nothing that joins them"),
+        )
+        .help("add [[interface]], or keep one participant, which then runs alone")),
+        (_, interfaces) => check_interfaces(scenario, interfaces),
+    }
+}
+
+fn check_interfaces(scenario: &Scenario, interfaces: &[Interface]) -> Result<(), ConfigError> {
+    for (index, interface) in interfaces.iter().enumerate() {
+        check_interface(scenario, interface, index)?;
+        for before in &interfaces[..index] {
+            check_two_interfaces(before, interface, index)?;
+        }
+    }
+    for (index, participant) in scenario.participant.iter().enumerate() {
+        let joined = |interface: &Interface| interface.participants().contains(&&*participant.name);
+        if !interfaces.iter().any(joined) {
+            return Err(ConfigError::new(
+                &format!("participant[{index}].name"),
+                format!("no interface joins `{}`", participant.name),
+            )
+            .help("add an [[interface]] with one of its sets, or run it alone"));
+        }
+    }
+    for group in scenario.groups() {
+        for index in &group[1..] {
+            check_one_solution(&interfaces[group[0]], &interfaces[*index], *index)?;
+        }
+    }
+    Ok(())
+}
+
+/// Names and sets belong to one interface.
+fn check_two_interfaces(
+    before: &Interface,
+    interface: &Interface,
+    index: usize,
+) -> Result<(), ConfigError> {
+    if before.name == interface.name {
+        return Err(ConfigError::new(
+            &format!("interface[{index}].name"),
+            format!("the name `{}` is taken", interface.name),
+        ));
+    }
+    match interface
+        .between
+        .iter()
+        .find(|side| before.between.contains(side))
+    {
+        None => Ok(()),
+        Some(set) => Err(ConfigError::new(
+            &format!("interface[{index}].between"),
+            format!(
+                "`{set}` is joined by the interface `{}` already",
+                before.name
+            ),
+        )
+        .help("one interface carries a set: name another set of the participant")),
+    }
+}
+
+/// Connected interfaces are solved together, so that they have one value of each key that says how.
+fn check_one_solution(
+    first: &Interface,
+    interface: &Interface,
+    index: usize,
+) -> Result<(), ConfigError> {
+    let agree = [
+        ("scheme", first.scheme == interface.scheme),
+        ("repeats_max", first.repeats_max == interface.repeats_max),
+        ("compliance", first.compliance == interface.compliance),
+        ("acceleration", first.acceleration == interface.acceleration),
+        ("relaxation", first.relaxation == interface.relaxation),
+        (
+            "on_not_converged",
+            first.on_not_converged == interface.on_not_converged,
+        ),
+    ];
+    match agree.iter().find(|(_, same)| !same) {
+        None => Ok(()),
+        Some((key, _)) => Err(ConfigError::new(
+            &format!("interface[{index}].{key}"),
+            format!(
+                "differs from that of the interface `{}`, which is connected through participants and solved together with `{}`",
+                first.name, interface.name
+            ),
+        )
+        .help("give both the same value")),
+    }
+}
+
+fn check_participants(scenario: &Scenario) -> Result<(), ConfigError> {
+    if scenario.participant.is_empty() {
+        return Err(ConfigError::new(
+            "participant",
+            "a run needs at least one participant",
+        ));
+    }
+    for (index, participant) in scenario.participant.iter().enumerate() {
+        let key = format!("participant[{index}].name");
+        plain_name(&key, &participant.name)?;
+        let twice = scenario.participant[..index]
+            .iter()
+            .any(|p| p.name == participant.name);
+        if twice || participant.name == "coupler" || participant.name == "coordinator" {
+            return Err(ConfigError::new(
+                &key,
+                format!("the name `{}` is taken", participant.name),
+            ));
+        }
+        if participant
+            .command
+            .as_ref()
+            .is_some_and(|command| command.is_empty())
+        {
+            return Err(ConfigError::new(
+                &format!("participant[{index}].command"),
+                "is empty: give the program and its arguments, or leave the key out",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn check_interface(
+    scenario: &Scenario,
+    interface: &Interface,
+    index: usize,
+) -> Result<(), ConfigError> {
+    let key = |name: &str| format!("interface[{index}].{name}");
+    plain_name(&key("name"), &interface.name)?;
+    at_least_one(&key("substeps"), interface.substeps.into())?;
+    at_least_one(&key("repeats_max"), interface.repeats_max.into())?;
+    positive(&key("tolerance_rel"), interface.tolerance_rel)?;
+    positive(&key("relaxation"), interface.relaxation)?;
+    if let Some(bound) = interface.energy_defect_max_rel {
+        positive(&key("energy_defect_max_rel"), bound)?;
+    }
+    if interface.relaxation > 1.0 {
+        return Err(ConfigError::new(
+            &key("relaxation"),
+            format!("must be at most 1, got {}", interface.relaxation),
+        ));
+    }
+    let mut joined = Vec::new();
+    for side in &interface.between {
+        let names: Vec<&str> = scenario
+            .participant
+            .iter()
+            .map(|p| p.name.as_str())
+            .collect();
+        let Some((participant, _)) = side.split_once('.') else {
+            return Err(ConfigError::new(
+                &key("between"),
+                format!("`{side}` must be written participant.set, for instance rail.top"),
+            ));
+        };
+        if !names.contains(&participant) {
+            let error = ConfigError::new(
+                &key("between"),
+                format!("no participant is named `{participant}`"),
+            );
+            return Err(match nearest(participant, &names) {
+                Some(near) => error.help(format!("did you mean `{near}`?")),
+                None => error.help(format!("participants: {}", names.join(", "))),
+            });
+        }
+        joined.push(participant);
+    }
+    if joined[0] == joined[1] {
+        return Err(ConfigError::new(
+            &key("between"),
+            "joins a participant with itself",
+        ));
+    }
+    Ok(())
+}
+
+fn positive(key: &str, value: f64) -> Result<(), ConfigError> {
+    match value > 0.0 && value.is_finite() {
+        true => Ok(()),
+        false => Err(ConfigError::new(
+            key,
+            format!("must be a positive number, got {value}"),
+        )),
+    }
+}
+
+fn at_least_one(key: &str, value: u64) -> Result<(), ConfigError> {
+    match value {
+        0 => Err(ConfigError::new(key, "must be at least 1, got 0")),
+        _ => Ok(()),
+    }
+}
+
+/// A name that can be a file name on any system: letters, digits, `-` and `_`.
+fn plain_name(key: &str, name: &str) -> Result<(), ConfigError> {
+    let plain = name
+        .chars()
+        .all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
+    match plain && !name.is_empty() && name.len() <= 64 {
+        true => Ok(()),
+        false => Err(ConfigError::new(
+            key,
+            format!("`{name}` must be 1 to 64 letters, digits, `-` or `_`: it becomes a file name"),
+        )),
+    }
+}

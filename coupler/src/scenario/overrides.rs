@@ -1,0 +1,61 @@
+//! `KEY=VALUE` of the command line, put into the table of a scenario.
+
+use super::source::segments;
+use crate::error::Error;
+
+/// Applies one `KEY=VALUE`. VALUE is TOML; what does not parse as TOML is a string. Entries of
+/// `[[participant]]` and `[[interface]]` are addressed by name.
+pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<(), Error> {
+    let (key, value) = set.split_once('=').ok_or_else(|| {
+        Error::Refused(format!(
+            "--set {set}: write it as KEY=VALUE, for instance --set run.seed=2"
+        ))
+    })?;
+    let value = parse_value(value.trim());
+    let parts = segments(key.trim());
+    let (last, parents) = parts
+        .split_last()
+        .ok_or_else(|| Error::Refused(format!("--set {set}: the key is empty")))?;
+    let mut current = table;
+    let mut parents = parents.iter();
+    while let Some(part) = parents.next() {
+        let child = current
+            .entry(part.clone())
+            .or_insert_with(|| toml::Value::Table(toml::Table::new()));
+        current = match child {
+            toml::Value::Table(inner) => inner,
+            toml::Value::Array(entries) => {
+                let name = parents.next().ok_or_else(|| {
+                    Error::Refused(format!(
+                        "--set {set}: `{part}` is a list, name one of its entries"
+                    ))
+                })?;
+                entry_by_name(entries, name).ok_or_else(|| {
+                    Error::Refused(format!("--set {set}: no `{part}` is named `{name}`"))
+                })?
+            }
+            _ => {
+                return Err(Error::Refused(format!(
+                    "--set {set}: `{part}` is a value and has no keys of its own"
+                )));
+            }
+        };
+    }
+    current.insert(last.clone(), value);
+    Ok(())
+}
+
+fn parse_value(text: &str) -> toml::Value {
+    format!("value = {text}")
+        .parse::<toml::Table>()
+        .ok()
+        .and_then(|mut table| table.remove("value"))
+        .unwrap_or_else(|| toml::Value::String(text.to_string()))
+}
+
+fn entry_by_name<'a>(entries: &'a mut [toml::Value], name: &str) -> Option<&'a mut toml::Table> {
+    entries
+        .iter_mut()
+        .filter_map(toml::Value::as_table_mut)
+        .find(|table| table.get("name").and_then(toml::Value::as_str) == Some(name))
+}
