@@ -1,13 +1,15 @@
 //! The solver as a participant of a run.
 
 mod checkpoint;
+mod report;
+mod request;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use protocol::{
-    Backing, Capabilities, ConfigError, Description, Node, NodeError, Outcome, Setting, Surface,
-    Term, Tolerance, WallAnswer, Window,
+    Capabilities, ConfigError, Description, Node, NodeError, Outcome, Setting, Surface, Tolerance,
+    WallAnswer, Window,
 };
 
 use crate::bodies::Bodies;
@@ -16,9 +18,8 @@ use crate::bounds::Bounds;
 use crate::config::Config;
 use crate::error::DemError;
 use crate::exchange::{self, Exchange};
-use crate::ledger;
-use crate::pull::{self, Pull};
-use crate::report::{self, BONDS, Journal, Moment, SIGNALS};
+use crate::pull::Pull;
+use crate::report::{Journal, Moment};
 use crate::sample;
 use crate::scaling::Scaling;
 use crate::setup;
@@ -28,6 +29,8 @@ use crate::state::State;
 use crate::step::{Drive, Stepper, Summary};
 use crate::wall::Wall;
 use crate::wheel::Program;
+use report::stored;
+use request::{request, require_numbers};
 
 /// A layer or heap of grains, with its wheel and walls, ready to step.
 pub struct Dem {
@@ -172,99 +175,6 @@ impl Dem {
         self.journal
             .record(self.program.as_ref(), &self.state, summary, &moment);
     }
-
-    fn report(&self, summary: &Summary) -> Vec<f64> {
-        let now = stored(&self.bodies, &self.state);
-        let since = [0, 1, 2, 3].map(|k| now[k] - self.initial_energy[k]);
-        let mut report = report::signals(&self.bodies, &self.state, summary).to_vec();
-        if self.bodies.law.cohesion.is_some() {
-            report.push(bond::count(&self.state.bonds) as f64);
-        }
-        report.extend(self.pull.iter().flat_map(|pull| pull.signals(&self.state)));
-        report.extend(ledger::values(&self.state.accounts, since));
-        if self.bodies.wall_speed() > 0.0 {
-            report.push(self.state.accounts.walls);
-        }
-        report
-    }
-
-    fn ledger_terms(&self) -> Vec<Term> {
-        let mut terms = ledger::terms();
-        if self.bodies.wall_speed() > 0.0 {
-            terms.push(ledger::walls());
-        }
-        terms
-    }
-
-    fn signal_names(&self) -> Vec<String> {
-        let bonds = self.bodies.law.cohesion.map(|_| BONDS);
-        let pulled = self.pull.map(|_| pull::SIGNALS).into_iter().flatten();
-        let names = SIGNALS.into_iter().chain(bonds).chain(pulled);
-        names.map(String::from).collect()
-    }
-
-    fn check_window(&self, window: &Window, free_velocity: &[f64]) -> Result<f64, DemError> {
-        let step = match (self.exchange.is_empty(), self.window) {
-            (false, Some(step)) => step,
-            _ => {
-                return request("a window needs a glued row coupled and the wall announced first");
-            }
-        };
-        let length = window.t1_s - window.t0_s;
-        if (length - step).abs() > 1e-6 * step {
-            return request(format!(
-                "window {} is {length:e} s long, the wall was announced for {step:e} s: announce the wall anew",
-                window.index
-            ));
-        }
-        if free_velocity.len() != 2 * self.exchange.len() {
-            return request(format!(
-                "window {} brings {} velocities for {} glued disks of two components",
-                window.index,
-                free_velocity.len(),
-                self.exchange.len()
-            ));
-        }
-        require_numbers("a velocity of a glued disk", window, free_velocity)?;
-        Ok(step)
-    }
-
-    /// A glued disk's share of all that can move, behind the two grains that it carries on average.
-    fn backing(&self) -> Backing {
-        let grains: f64 = self.bodies.masses.iter().sum();
-        let movable = grains + self.bodies.wheel_mass.unwrap_or(0.0);
-        Backing {
-            glued_mass_kg: 0.0,
-            mass_kg: movable / self.bodies.glued() as f64,
-            stiffness_n_per_m: self.bodies.law.springs.map(|springs| 2.0 * springs.normal),
-            theta: self.theta,
-        }
-    }
-
-    fn refuse_when_coupled(&self) -> Result<(), ConfigError> {
-        if self.theta != 1.0 {
-            return Err(ConfigError::new(
-                "time.theta",
-                format!("a coupled participant needs 1, got {}: the glued velocity is the window's mean and the end velocity only then", self.theta),
-            )
-            .help("remove the key or write theta = 1"));
-        }
-        if self.bodies.period.is_some() {
-            return Err(ConfigError::new(
-                "sample.periodic_x_m",
-                "a coupled base belongs to a body with ends, and a strip that repeats has none",
-            )
-            .help("remove the key, or run the participant alone"));
-        }
-        if self.own_step.is_some() {
-            return Err(ConfigError::new(
-                "time.step_s",
-                "a coupled participant steps by the windows of its interface and has no step of its own",
-            )
-            .help("remove the key"));
-        }
-        Ok(())
-    }
 }
 
 /// The threads of the contact solver, `None` where the calling thread suffices.
@@ -286,21 +196,6 @@ pub(crate) fn in_pool<T: Send>(
         Some(pool) => pool.install(work),
         None => work(),
     }
-}
-
-/// Refuses what is no finite number in a message, before it reaches the state.
-fn require_numbers(what: &str, window: &Window, values: &[f64]) -> Result<(), DemError> {
-    match values.iter().position(|value| !value.is_finite()) {
-        None => Ok(()),
-        Some(index) => request(format!(
-            "window {} brings {} as {what}, component {index}: the other side has diverged",
-            window.index, values[index]
-        )),
-    }
-}
-
-fn request<T>(message: impl Into<String>) -> Result<T, DemError> {
-    Err(DemError::Request(message.into()))
 }
 
 impl Node for Dem {
@@ -492,41 +387,12 @@ impl Node for Dem {
     }
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
-        let mut results = self
-            .journal
-            .results(self.program.as_ref(), &self.bodies, &self.state);
-        if self.solid_fraction > 0.0 {
-            results.insert("solid_fraction".into(), self.solid_fraction);
-        }
-        if self.bodies.law.cohesion.is_some() {
-            let bonds = bond::count(&self.state.bonds);
-            results.insert("bonds".into(), bonds as f64);
-            results.insert("bonds_broken".into(), (self.born - bonds) as f64);
-        }
-        if let Some(limit) = self.bond_step_limit {
-            results.insert("bond_step_limit_s".into(), limit);
-        }
-        if let Some(scaling) = self.scaling {
-            results.insert("inertial_number".into(), scaling.inertial_number);
-            results.insert("inertia_pressure_pa".into(), scaling.pressure);
-        }
-        if let Some(step) = self.window.or(self.own_step) {
-            results.insert(
-                "step_over_inertial_time".into(),
-                step / self.bounds.inertial_time,
-            );
-        }
         Ok(Outcome {
             steps: self.steps,
             work: BTreeMap::from([("contact_iterations".into(), self.contact_iterations)]),
-            results,
+            results: self.results(),
             state_hash: self.state.hash(),
             warnings: self.journal.warnings(&self.bodies),
         })
     }
-}
-
-fn stored(bodies: &Bodies, state: &State) -> [f64; 4] {
-    let [normal, tangential, bonds] = state.springs(bodies);
-    [state.kinetic(bodies), normal, tangential, bonds]
 }

@@ -1,0 +1,92 @@
+//! What the grains say of themselves: signals and energies of a window, results of the run.
+
+use std::collections::BTreeMap;
+
+use protocol::{Backing, Term};
+
+use super::Dem;
+use crate::bodies::Bodies;
+use crate::bond;
+use crate::ledger;
+use crate::pull;
+use crate::report::{self, BONDS, SIGNALS};
+use crate::state::State;
+use crate::step::Summary;
+
+impl Dem {
+    pub(super) fn report(&self, summary: &Summary) -> Vec<f64> {
+        let now = stored(&self.bodies, &self.state);
+        let since = [0, 1, 2, 3].map(|k| now[k] - self.initial_energy[k]);
+        let mut report = report::signals(&self.bodies, &self.state, summary).to_vec();
+        if self.bodies.law.cohesion.is_some() {
+            report.push(bond::count(&self.state.bonds) as f64);
+        }
+        report.extend(self.pull.iter().flat_map(|pull| pull.signals(&self.state)));
+        report.extend(ledger::values(&self.state.accounts, since));
+        if self.bodies.wall_speed() > 0.0 {
+            report.push(self.state.accounts.walls);
+        }
+        report
+    }
+
+    pub(super) fn ledger_terms(&self) -> Vec<Term> {
+        let mut terms = ledger::terms();
+        if self.bodies.wall_speed() > 0.0 {
+            terms.push(ledger::walls());
+        }
+        terms
+    }
+
+    pub(super) fn signal_names(&self) -> Vec<String> {
+        let bonds = self.bodies.law.cohesion.map(|_| BONDS);
+        let pulled = self.pull.map(|_| pull::SIGNALS).into_iter().flatten();
+        let names = SIGNALS.into_iter().chain(bonds).chain(pulled);
+        names.map(String::from).collect()
+    }
+
+    /// A glued disk's share of all that can move, behind the two grains that it carries on average.
+    pub(super) fn backing(&self) -> Backing {
+        let grains: f64 = self.bodies.masses.iter().sum();
+        let movable = grains + self.bodies.wheel_mass.unwrap_or(0.0);
+        Backing {
+            glued_mass_kg: 0.0,
+            mass_kg: movable / self.bodies.glued() as f64,
+            stiffness_n_per_m: self.bodies.law.springs.map(|springs| 2.0 * springs.normal),
+            theta: self.theta,
+        }
+    }
+
+    pub(super) fn results(&self) -> BTreeMap<String, f64> {
+        let mut results = self
+            .journal
+            .results(self.program.as_ref(), &self.bodies, &self.state);
+        if self.solid_fraction > 0.0 {
+            results.insert("solid_fraction".into(), self.solid_fraction);
+        }
+        if self.bodies.law.cohesion.is_some() {
+            let bonds = bond::count(&self.state.bonds);
+            results.insert("bonds".into(), bonds as f64);
+            results.insert("bonds_broken".into(), (self.born - bonds) as f64);
+        }
+        if let Some(limit) = self.bond_step_limit {
+            results.insert("bond_step_limit_s".into(), limit);
+        }
+        if let Some(scaling) = self.scaling {
+            results.insert("inertial_number".into(), scaling.inertial_number);
+            results.insert("inertia_pressure_pa".into(), scaling.pressure);
+        }
+        if let Some(step) = self.window.or(self.own_step) {
+            results.insert(
+                "step_over_inertial_time".into(),
+                step / self.bounds.inertial_time,
+            );
+        }
+        results
+    }
+}
+
+/// Kinetic energy, and what normal springs, tangential springs and bonds hold (J).
+pub(super) fn stored(bodies: &Bodies, state: &State) -> [f64; 4] {
+    let [normal, tangential, bonds] = state.springs(bodies);
+    [state.kinetic(bodies), normal, tangential, bonds]
+}

@@ -1,0 +1,78 @@
+//! What the grains refuse in the requests of a coordinator.
+
+use protocol::{ConfigError, Window};
+
+use super::Dem;
+use crate::error::DemError;
+
+impl Dem {
+    pub(super) fn check_window(
+        &self,
+        window: &Window,
+        free_velocity: &[f64],
+    ) -> Result<f64, DemError> {
+        let step = match (self.exchange.is_empty(), self.window) {
+            (false, Some(step)) => step,
+            _ => {
+                return request("a window needs a glued row coupled and the wall announced first");
+            }
+        };
+        let length = window.t1_s - window.t0_s;
+        if (length - step).abs() > 1e-6 * step {
+            return request(format!(
+                "window {} is {length:e} s long, the wall was announced for {step:e} s: announce the wall anew",
+                window.index
+            ));
+        }
+        if free_velocity.len() != 2 * self.exchange.len() {
+            return request(format!(
+                "window {} brings {} velocities for {} glued disks of two components",
+                window.index,
+                free_velocity.len(),
+                self.exchange.len()
+            ));
+        }
+        require_numbers("a velocity of a glued disk", window, free_velocity)?;
+        Ok(step)
+    }
+
+    pub(super) fn refuse_when_coupled(&self) -> Result<(), ConfigError> {
+        if self.theta != 1.0 {
+            return Err(ConfigError::new(
+                "time.theta",
+                format!("a coupled participant needs 1, got {}: the glued velocity is the window's mean and the end velocity only then", self.theta),
+            )
+            .help("remove the key or write theta = 1"));
+        }
+        if self.bodies.period.is_some() {
+            return Err(ConfigError::new(
+                "sample.periodic_x_m",
+                "a coupled base belongs to a body with ends, and a strip that repeats has none",
+            )
+            .help("remove the key, or run the participant alone"));
+        }
+        if self.own_step.is_some() {
+            return Err(ConfigError::new(
+                "time.step_s",
+                "a coupled participant steps by the windows of its interface and has no step of its own",
+            )
+            .help("remove the key"));
+        }
+        Ok(())
+    }
+}
+
+/// Refuses what is no finite number in a message, before it reaches the state.
+pub(super) fn require_numbers(what: &str, window: &Window, values: &[f64]) -> Result<(), DemError> {
+    match values.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(index) => request(format!(
+            "window {} brings {} as {what}, component {index}: the other side has diverged",
+            window.index, values[index]
+        )),
+    }
+}
+
+pub(super) fn request<T>(message: impl Into<String>) -> Result<T, DemError> {
+    Err(DemError::Request(message.into()))
+}
