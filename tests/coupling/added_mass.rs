@@ -10,47 +10,26 @@
 
 use coupler::error::Error;
 use harness::runs::{Left, run_in_process, run_over_shared_memory};
+use harness::scene::{bar, body, glue, head};
 
 fn scenario(scheme: &str, mass_ratio: f64, substeps: u32, windows: u32) -> String {
     let step_s = 0.9;
     let end_s = f64::from(substeps * windows) * step_s;
-    let mass = 100.0 * mass_ratio;
     // What is predicted to grow is refused unless asked for.
     let naive = scheme.starts_with("staggered");
-    format!(
-        r#"
-[run]
-name = "added-mass"
-thickness_m = 1.0
-[[participant]]
-name = "bar"
-kind = "bar"
-[participant.config]
-elements = 100
-spacing_m = 1.0
-element_mass_kg = 1.0
-element_stiffness_n_per_m = 1.0
-step_s = {step_s}
-damping = 0.5
-left_fixed = true
-[[participant]]
-name = "body"
-kind = "chain"
-[participant.config]
-x_m = 100.0
-glued_mass_kg = {mass}
-velocity_m_per_s = 1.0
-theta = 1.0
-end_s = {end_s}
-[[interface]]
-name = "glue"
-between = ["bar.end", "body.end"]
-scheme = "{scheme}"
-substeps = {substeps}
-tolerance_rel = 1e-9
-unsafe_window = {naive}
-"#
-    )
+    let keys = format!("tolerance_rel = 1e-9\nunsafe_window = {naive}");
+    [
+        head("added-mass", 1.0, ""),
+        bar("bar", 100, step_s, "left_fixed = true"),
+        body(
+            100.0,
+            100.0 * mass_ratio,
+            1.0,
+            &format!("end_s = {end_s:?}"),
+        ),
+        glue(scheme, substeps, &keys),
+    ]
+    .concat()
 }
 
 /// Mean growth of the interface force a window, from the first windows to the last.

@@ -17,45 +17,22 @@ use coupler::rundir::RunDir;
 use coupler::scenario::load::parse;
 use coupler::scenario::source::Source;
 use harness::runs::{Scratch, as_programs, program};
+use harness::scene::{head, interface, plate, strip};
 use nalgebra::DMatrix;
 
 const STEP_S: f64 = 6.0e-8;
 const SUBSTEPS: [u32; 4] = [1, 10, 100, 1000];
 
 fn scenario() -> String {
-    format!(
-        r#"
-[run]
-name = "columns"
-thickness_m = 1e-3
-[[participant]]
-name = "strip"
-kind = "fem"
-[participant.config]
-base = "clamped"
-sides = "free"
-mesh = {{ width_m = 4e-3, height_m = 8e-3, size_m = 0.4e-3 }}
-material = {{ young_pa = 102.5e9, poisson = 0.3, density_kg_per_m3 = 7800.0 }}
-time = {{ step_s = {STEP_S}, damping = 0.5 }}
-[[participant]]
-name = "plate"
-kind = "plate"
-[participant.config]
-points = 23
-width_m = 4e-3
-y_m = 0.0
-thickness_m = 1e-3
-mass_kg = 1e-5
-traction_pa = [0.0, 0.0]
-end_s = 1e-4
-[[interface]]
-name = "glue"
-between = ["strip.top", "plate.row"]
-scheme = "dual-schur"
-substeps = 10
-tolerance_rel = 1e-9
-"#
-    )
+    let time = format!("time = {{ step_s = {STEP_S:?}, damping = 0.5 }}");
+    let sets = ["strip.top", "plate.row"];
+    [
+        head("columns", 1e-3, ""),
+        strip("strip", ["clamped", "free"], 8e-3, &time),
+        plate(23, 0.0, 1e-4),
+        interface("glue", sets, "dual-schur", 10, "tolerance_rel = 1e-9"),
+    ]
+    .concat()
 }
 
 /// The group of a scenario after its handshake, and C (m/N) for each number of substeps.

@@ -16,6 +16,7 @@
 //! than theirs on the wall: -0.991 v0, contact time -1 % (it is counted in windows of 1.8 %), plateau -0.03 %.
 
 use harness::runs::{Left, run_in_process, run_over_shared_memory};
+use harness::scene::{bar, head, interface, participant};
 
 /// Velocity of the bar (m/s).
 const V0: f64 = 1e-3;
@@ -24,27 +25,8 @@ const WAVE_S: f64 = 100.0;
 
 fn scenario(mass_kg: f64, substeps: u32) -> String {
     let density = mass_kg / std::f64::consts::PI;
-    format!(
+    let obstacle = format!(
         r#"
-[run]
-name = "impact"
-thickness_m = 1.0
-end_s = 288.0
-[[participant]]
-name = "bar"
-kind = "bar"
-[participant.config]
-elements = 100
-spacing_m = 1.0
-element_mass_kg = 1.0
-element_stiffness_n_per_m = 1.0
-step_s = 0.9
-damping = 0.5
-velocity_m_per_s = {V0}
-[[participant]]
-name = "obstacle"
-kind = "dem"
-[participant.config]
 density_kg_per_m3 = {density}
 law = {{ kind = "signorini" }}
 solver = {{ kind = "nsgs", tolerance = 1e-12, max_iterations = 1000, min_iterations = 1 }}
@@ -53,14 +35,16 @@ sample = {{ kind = "disks", disks = [
   {{ x_m = 100.0, y_m = 0.0, radius_m = 1.0, glued = true }},
   {{ x_m = 102.0, y_m = 0.0, radius_m = 1.0 }},
 ] }}
-[[interface]]
-name = "end"
-between = ["bar.end", "obstacle.base"]
-scheme = "dual-schur"
-substeps = {substeps}
-tolerance_rel = 1e-12
 "#
-    )
+    );
+    let ends = ["bar.end", "obstacle.base"];
+    [
+        head("impact", 1.0, "end_s = 288.0"),
+        bar("bar", 100, 0.9, &format!("velocity_m_per_s = {V0:?}")),
+        participant("obstacle", "dem", &obstacle),
+        interface("end", ends, "dual-schur", substeps, "tolerance_rel = 1e-12"),
+    ]
+    .concat()
 }
 
 fn inside(mass_kg: f64, substeps: u32) -> Left {

@@ -8,41 +8,16 @@
 
 use coupler::error::Error;
 use harness::runs::{Left, run_in_process};
+use harness::scene::{bar, body, glue, head};
 
 fn scenario(scheme: &str) -> String {
-    format!(
-        r#"
-[run]
-name = "policies"
-thickness_m = 1.0
-[[participant]]
-name = "bar"
-kind = "bar"
-[participant.config]
-elements = 20
-spacing_m = 1.0
-element_mass_kg = 1.0
-element_stiffness_n_per_m = 1.0
-step_s = 0.5
-damping = 0.5
-left_fixed = true
-[[participant]]
-name = "body"
-kind = "chain"
-[participant.config]
-x_m = 20.0
-glued_mass_kg = 20.0
-velocity_m_per_s = 1.0
-theta = 1.0
-end_s = 40.0
-[[interface]]
-name = "glue"
-between = ["bar.end", "body.end"]
-scheme = "{scheme}"
-substeps = 8
-tolerance_rel = 1e-9
-"#
-    )
+    [
+        head("policies", 1.0, ""),
+        bar("bar", 20, 0.5, "left_fixed = true"),
+        body(20.0, 20.0, 1.0, "end_s = 40.0"),
+        glue(scheme, 8, "tolerance_rel = 1e-9"),
+    ]
+    .concat()
 }
 
 fn run(scheme: &str, sets: &[&str]) -> Left {

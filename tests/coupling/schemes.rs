@@ -9,6 +9,7 @@
 
 use coupler::error::Error;
 use harness::runs::{Left, run_in_process, run_over_shared_memory};
+use harness::scene::{bar, body, glue, head};
 
 fn scenario(scheme: &str, substeps: u32, windows: u32, plastic: bool) -> String {
     let step_s = 0.9;
@@ -17,41 +18,18 @@ fn scenario(scheme: &str, substeps: u32, windows: u32, plastic: bool) -> String 
         true => "yield_elongation_m = 0.1\nhardening_ratio = 0.05",
         false => "",
     };
-    format!(
-        r#"
-[run]
-name = "schemes"
-thickness_m = 1.0
-[[participant]]
-name = "bar"
-kind = "bar"
-[participant.config]
-elements = 100
-spacing_m = 1.0
-element_mass_kg = 1.0
-element_stiffness_n_per_m = 1.0
-step_s = {step_s}
-damping = 0.5
-left_fixed = true
-{material}
-[[participant]]
-name = "body"
-kind = "chain"
-[participant.config]
-x_m = 100.0
-glued_mass_kg = 100.0
-velocity_m_per_s = -1.0
-theta = 1.0
-end_s = {end_s}
-[[interface]]
-name = "glue"
-between = ["bar.end", "body.end"]
-scheme = "{scheme}"
-substeps = {substeps}
-tolerance_rel = 1e-9
-repeats_max = 40
-"#
-    )
+    [
+        head("schemes", 1.0, ""),
+        bar(
+            "bar",
+            100,
+            step_s,
+            &format!("left_fixed = true\n{material}"),
+        ),
+        body(100.0, 100.0, -1.0, &format!("end_s = {end_s:?}")),
+        glue(scheme, substeps, "tolerance_rel = 1e-9\nrepeats_max = 40"),
+    ]
+    .concat()
 }
 
 fn run(text: &str, sets: &[&str]) -> Left {
@@ -175,7 +153,7 @@ fn a_plastic_bar_over_shared_memory_gives_the_same_bits() {
 }
 
 #[test]
-fn halved_windows_reach_the_end_on_their_own_columns() {
+fn halved_windows_close_the_gap_and_reach_the_end() {
     let halve = [
         "interface.glue.on_not_converged=halve",
         "interface.glue.repeats_max=2",

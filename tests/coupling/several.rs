@@ -16,75 +16,39 @@
 //! C is block-diagonal and known.
 
 use coupler::error::Error;
+use harness::lattice::Lattice;
 use harness::runs::{Left, run_in_process, run_over_shared_memory};
+use harness::scene::{bar, chain, head, interface};
 
 const END_S: f64 = 180.0;
 
-fn bar(name: &str, x_m: f64, step_s: f64, more: &str) -> String {
-    format!(
-        r#"
-[[participant]]
-name = "{name}"
-kind = "bar"
-[participant.config]
-x_m = {x_m}
-elements = 100
-spacing_m = 1.0
-element_mass_kg = 1.0
-element_stiffness_n_per_m = 1.0
-step_s = {step_s}
-damping = 0.5
-{more}
-"#
-    )
-}
-
-fn chain(name: &str, x_m: f64, theta: f64) -> String {
-    format!(
-        r#"
-[[participant]]
-name = "{name}"
-kind = "chain"
-[participant.config]
-x_m = {x_m}
-spacing_m = 1.0
-glued_mass_kg = 0.0
-far_mass_kg = 0.0
-count = 60
-mass_kg = 1.0
-stiffness_n_per_m = 1.0
-theta = {theta}
-end_s = {END_S}
-"#
-    )
-}
-
-fn interface(name: &str, between: [&str; 2], scheme: &str, substeps: u32) -> String {
-    format!(
-        r#"
-[[interface]]
-name = "{name}"
-between = ["{}", "{}"]
-scheme = "{scheme}"
-substeps = {substeps}
-tolerance_rel = 1e-11
-repeats_max = 60
-"#,
-        between[0], between[1]
-    )
-}
-
 const PULSE: &str = "pulse = { centre_m = 50.0, width_m = 10.0 }";
+
+/// A bar of 100 elements with its left end at `x_m`.
+fn long_bar(name: &str, x_m: f64, step_s: f64, keys: &str) -> String {
+    bar(name, 100, step_s, &format!("x_m = {x_m:?}\n{keys}"))
+}
+
+/// Sixty masses between glued points without mass; the one at the far end has that of the others unless it is glued.
+fn middle(name: &str, x_m: f64, theta: f64, keys: &str) -> String {
+    let keys = format!("glued_mass_kg = 0.0\ntheta = {theta:?}\nend_s = {END_S:?}\n{keys}");
+    chain(name, x_m, 60, &keys)
+}
+
+const FAR: &str = "far_mass_kg = 0.0";
+const TOLERANCE: &str = "tolerance_rel = 1e-11\nrepeats_max = 60";
 
 /// Bar, chain, bar; the steps of both bars and the substeps of both interfaces.
 fn three(scheme: &str, theta: f64, steps_s: [f64; 2], substeps: [u32; 2]) -> String {
+    let lower = ["left.end", "middle.end"];
+    let upper = ["middle.far", "right.start"];
     [
-        "[run]\nname = \"three\"\nthickness_m = 1.0\n".to_string(),
-        bar("left", 0.0, steps_s[0], PULSE),
-        chain("middle", 100.0, theta),
-        bar("right", 160.0, steps_s[1], ""),
-        interface("lower", ["left.end", "middle.end"], scheme, substeps[0]),
-        interface("upper", ["middle.far", "right.start"], scheme, substeps[1]),
+        head("three", 1.0, ""),
+        long_bar("left", 0.0, steps_s[0], PULSE),
+        middle("middle", 100.0, theta, FAR),
+        long_bar("right", 160.0, steps_s[1], ""),
+        interface("lower", lower, scheme, substeps[0], TOLERANCE),
+        interface("upper", upper, scheme, substeps[1], TOLERANCE),
     ]
     .concat()
 }
@@ -95,43 +59,13 @@ fn run(text: &str) -> Left {
 
 /// Displacements of both joints of the whole lattice at these times.
 fn monolithic(times: &[f64]) -> Vec<[f64; 2]> {
-    let nodes = 261;
-    let shape = |i: usize| (i as f64 - 50.0) / 10.0;
-    // The right half of the lattice is at rest to rounding; the chain and the right bar start there exactly.
-    let own = |i: usize| if i <= 100 { 1.0 } else { 0.0 };
-    let mut u: Vec<f64> = (0..nodes)
-        .map(|i| own(i) * (-shape(i).powi(2)).exp())
-        .collect();
-    let mut v: Vec<f64> = (0..nodes)
-        .map(|i| own(i) * 0.2 * shape(i) * (-shape(i).powi(2)).exp())
-        .collect();
-    let acceleration = |u: &[f64]| -> Vec<f64> {
-        (0..nodes)
-            .map(|i| {
-                let left = if i > 0 { u[i - 1] - u[i] } else { 0.0 };
-                let right = if i + 1 < nodes { u[i + 1] - u[i] } else { 0.0 };
-                let half = [0, 100, 160, nodes - 1].contains(&i);
-                (left + right) / if half { 0.5 } else { 1.0 }
-            })
-            .collect()
+    let lattice = Lattice {
+        nodes: 261,
+        halves: &[0, 100, 160, 260],
+        at_rest: 101,
+        step_s: 0.01,
     };
-    let h = 0.01;
-    let mut result = Vec::new();
-    let (mut a, mut step) = (acceleration(&u), 0u64);
-    for time in times {
-        while (step as f64 + 0.5) * h < *time {
-            for i in 0..nodes {
-                u[i] += h * v[i] + 0.5 * h * h * a[i];
-            }
-            let next = acceleration(&u);
-            for i in 0..nodes {
-                v[i] += 0.5 * h * (a[i] + next[i]);
-            }
-            (a, step) = (next, step + 1);
-        }
-        result.push([u[100], u[160]]);
-    }
-    result
+    lattice.displacements([100, 160], times)
 }
 
 /// Relative L2 errors over time of the displacements of both joints.
@@ -257,13 +191,14 @@ fn separate_pairs_do_not_feel_each_other() {
     let pair = |bar_name: &str, chain_name: &str, joint: &str, substeps: u32| {
         let ends = [format!("{bar_name}.end"), format!("{chain_name}.end")];
         let participants = [
-            bar(bar_name, 0.0, 0.9, PULSE),
-            chain(chain_name, 100.0, 1.0).replace("far_mass_kg = 0.0", ""),
+            long_bar(bar_name, 0.0, 0.9, PULSE),
+            middle(chain_name, 100.0, 1.0, ""),
         ];
-        let joined = interface(joint, [&ends[0], &ends[1]], "dual-schur", substeps);
+        let between = [ends[0].as_str(), ends[1].as_str()];
+        let joined = interface(joint, between, "dual-schur", substeps, TOLERANCE);
         (participants.concat(), joined)
     };
-    let head = "[run]\nname = \"pairs\"\nthickness_m = 1.0\n";
+    let head: &str = &head("pairs", 1.0, "");
     let (first, second) = (pair("a", "b", "one", 10), pair("c", "d", "two", 4));
     let alone = run(&[head, &first.0, &first.1].concat());
     let both = run(&[head, &first.0, &second.0, &first.1, &second.1].concat());
@@ -289,13 +224,15 @@ fn separate_pairs_do_not_feel_each_other() {
 /// that each wall feels the other inside it, and repeats are needed.
 #[test]
 fn two_walls_on_one_bar_close_both_gaps() {
+    let above = ["bar.end", "up.end"];
+    let below = ["bar.start", "down.end"];
     let text = [
-        "[run]\nname = \"walls\"\nthickness_m = 1.0\n".to_string(),
-        bar("bar", 0.0, 0.9, "velocity_m_per_s = 1.0").replace("elements = 100", "elements = 4"),
-        chain("up", 4.0, 1.0).replace("far_mass_kg = 0.0", ""),
-        chain("down", 0.0, 1.0).replace("far_mass_kg = 0.0", ""),
-        interface("above", ["bar.end", "up.end"], "dual-schur", 10),
-        interface("below", ["bar.start", "down.end"], "dual-schur", 10),
+        head("walls", 1.0, ""),
+        bar("bar", 4, 0.9, "velocity_m_per_s = 1.0"),
+        middle("up", 4.0, 1.0, ""),
+        middle("down", 0.0, 1.0, ""),
+        interface("above", above, "dual-schur", 10, TOLERANCE),
+        interface("below", below, "dual-schur", 10, TOLERANCE),
     ]
     .concat();
     let left = run(&text);
@@ -379,7 +316,7 @@ fn interfaces_that_contradict_each_other_are_refused_by_key() {
         let error = refusal(&text);
         assert!(error.contains(word), "no {word} in {error}");
     }
-    let lonely = [sound, bar("fourth", 0.0, 0.9, "")].concat();
+    let lonely = [sound, long_bar("fourth", 0.0, 0.9, "")].concat();
     assert!(refusal(&lonely).contains("no interface joins `fourth`"));
 }
 

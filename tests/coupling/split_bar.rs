@@ -14,94 +14,38 @@
 //! lines (dense matrices, another language): 2.077e-2 at theta = 0.5, 2.538e-2 at theta = 1; with a tenth of the step
 //! 6.04e-4 and 2.55e-3. Energy -0.8 % and -81 %.
 
+use harness::lattice::{Lattice, pulse_m, pulse_m_per_s};
 use harness::runs::{Left, run_in_process, run_over_shared_memory};
+use harness::scene::{bar, chain, head, interface};
 
-const SUBSTEPS: f64 = 10.0;
+const SUBSTEPS: u32 = 10;
 /// The step of the case; the critical one is 1 s.
 const STEP_S: f64 = 0.9;
 /// Eighteen windows; the case's 160 s would end with a short one, which the table does not have.
 const END_S: f64 = 162.0;
 
 fn scenario(theta: f64, step_s: f64) -> String {
-    format!(
-        r#"
-[run]
-name = "split-bar"
-thickness_m = 1.0
-[[participant]]
-name = "bar"
-kind = "bar"
-[participant.config]
-elements = 100
-spacing_m = 1.0
-element_mass_kg = 1.0
-element_stiffness_n_per_m = 1.0
-step_s = {step_s}
-damping = 0.5
-pulse = {{ centre_m = 50.0, width_m = 10.0 }}
-[[participant]]
-name = "chain"
-kind = "chain"
-[participant.config]
-x_m = 100.0
-glued_mass_kg = 0.0
-count = 100
-mass_kg = 1.0
-stiffness_n_per_m = 1.0
-theta = {theta}
-end_s = {END_S}
-[[interface]]
-name = "joint"
-between = ["bar.end", "chain.end"]
-scheme = "dual-schur"
-substeps = {SUBSTEPS:.0}
-tolerance_rel = 1e-9
-"#
-    )
+    let pulse = "pulse = { centre_m = 50.0, width_m = 10.0 }";
+    let keys = format!("glued_mass_kg = 0.0\ntheta = {theta:?}\nend_s = {END_S:?}");
+    let (ends, tolerance) = (["bar.end", "chain.end"], "tolerance_rel = 1e-9");
+    [
+        head("split-bar", 1.0, ""),
+        bar("bar", 100, step_s, pulse),
+        chain("chain", 100.0, 100, &keys),
+        interface("joint", ends, "dual-schur", SUBSTEPS, tolerance),
+    ]
+    .concat()
 }
 
 /// Displacement of node 100 of the whole lattice at these times.
 fn monolithic(times: &[f64]) -> Vec<f64> {
-    let nodes = 201;
-    let mut u: Vec<f64> = (0..nodes)
-        .map(|i| (-((i as f64 - 50.0) / 10.0).powi(2)).exp())
-        .collect();
-    let mut v: Vec<f64> = (0..nodes)
-        .map(|i| {
-            let s = (i as f64 - 50.0) / 10.0;
-            0.2 * s * (-s * s).exp()
-        })
-        .collect();
-    let acceleration = |u: &[f64]| -> Vec<f64> {
-        (0..nodes)
-            .map(|i| {
-                let left = if i > 0 { u[i - 1] - u[i] } else { 0.0 };
-                let right = if i + 1 < nodes { u[i + 1] - u[i] } else { 0.0 };
-                // The glued point has no mass: the node at the joint keeps the half of its one element.
-                let mass = if i == 0 || i == 100 { 0.5 } else { 1.0 };
-                (left + right) / mass
-            })
-            .collect()
+    let lattice = Lattice {
+        nodes: 201,
+        halves: &[0, 100],
+        at_rest: 201,
+        step_s: STEP_S / 200.0,
     };
-    let h = STEP_S / 200.0;
-    let mut result = Vec::new();
-    let mut a = acceleration(&u);
-    let mut step = 0u64;
-    for time in times {
-        while (step as f64 + 0.5) * h < *time {
-            for i in 0..nodes {
-                u[i] += h * v[i] + 0.5 * h * h * a[i];
-            }
-            let next = acceleration(&u);
-            for i in 0..nodes {
-                v[i] += 0.5 * h * (a[i] + next[i]);
-            }
-            a = next;
-            step += 1;
-        }
-        result.push(u[100]);
-    }
-    result
+    lattice.displacements([100], times).concat()
 }
 
 fn interface_error(left: &Left) -> f64 {
@@ -126,14 +70,10 @@ fn energy(left: &Left) -> Vec<f64> {
         .collect()
 }
 
-fn pulse(i: usize) -> f64 {
-    (-((i as f64 - 50.0) / 10.0).powi(2)).exp()
-}
-
 /// a.M a of the pulse, for masses of 1 kg.
 fn inertia() -> f64 {
     (1..100)
-        .map(|i| (pulse(i + 1) - 2.0 * pulse(i) + pulse(i - 1)).powi(2))
+        .map(|i| (pulse_m(i + 1) - 2.0 * pulse_m(i) + pulse_m(i - 1)).powi(2))
         .sum()
 }
 
@@ -144,14 +84,9 @@ fn mechanical_j() -> f64 {
 
 /// Energy of the pulse (J) as the bar's ledger counts it, see `harness::bar`.
 fn pulse_energy_j() -> f64 {
-    let u = pulse;
+    let u = pulse_m;
     let strain: f64 = (0..100).map(|i| 0.5 * (u(i + 1) - u(i)).powi(2)).sum();
-    let kinetic: f64 = (0..=100)
-        .map(|i| {
-            let s = (i as f64 - 50.0) / 10.0;
-            0.5 * (0.2 * s * (-s * s).exp()).powi(2)
-        })
-        .sum();
+    let kinetic: f64 = (0..=100).map(|i| 0.5 * pulse_m_per_s(i).powi(2)).sum();
     strain + kinetic - 0.125 * STEP_S * STEP_S * inertia()
 }
 

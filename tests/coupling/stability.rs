@@ -15,6 +15,7 @@ use coupler::couple::predict::wall::{Masses, Wall};
 use coupler::error::Error;
 use coupler::scenario::Scheme;
 use harness::runs::{Left, run_in_process, thirdbody};
+use harness::scene::{bar, glue, head, participant};
 use nalgebra::DVector;
 use protocol::Backing;
 
@@ -52,42 +53,16 @@ fn limits_are_found_where_they_are_foreseen() {
 
 fn scenario(scheme: &str, theta: f64, substeps: u32) -> String {
     let end_s = 30.0 * f64::from(substeps) * 0.7;
-    format!(
-        r#"
-[run]
-name = "stability"
-thickness_m = 1.0
-[[participant]]
-name = "bar"
-kind = "bar"
-[participant.config]
-elements = 10
-spacing_m = 1.0
-element_mass_kg = 1.0
-element_stiffness_n_per_m = 1.0
-step_s = 0.7
-damping = 0.5
-left_fixed = true
-[[participant]]
-name = "body"
-kind = "chain"
-[participant.config]
-x_m = 10.0
-glued_mass_kg = 2.0
-count = 1
-mass_kg = 5.0
-stiffness_n_per_m = 3.0
-velocity_m_per_s = 1.0
-theta = {theta}
-end_s = {end_s}
-[[interface]]
-name = "glue"
-between = ["bar.end", "body.end"]
-scheme = "{scheme}"
-substeps = {substeps}
-tolerance_rel = 1e-11
-"#
-    )
+    let masses = "glued_mass_kg = 2.0\ncount = 1\nmass_kg = 5.0\nstiffness_n_per_m = 3.0";
+    let start = "x_m = 10.0\nvelocity_m_per_s = 1.0";
+    let keys = format!("{start}\n{masses}\ntheta = {theta:?}\nend_s = {end_s:?}");
+    [
+        head("stability", 1.0, ""),
+        bar("bar", 10, 0.7, "left_fixed = true"),
+        participant("body", "chain", &keys),
+        glue(scheme, substeps, "tolerance_rel = 1e-11"),
+    ]
+    .concat()
 }
 
 fn backing(theta: f64) -> Backing {

@@ -3,42 +3,21 @@
 
 use coupler::error::Error;
 use harness::runs::{run_in_process, run_over_shared_memory};
+use harness::scene::{bar, body, glue, head};
 
-const SCENARIO: &str = r#"
-[run]
-name = "starved"
-thickness_m = 1.0
-[[participant]]
-name = "bar"
-kind = "bar"
-[participant.config]
-elements = 10
-spacing_m = 1.0
-element_mass_kg = 1.0
-element_stiffness_n_per_m = 1.0
-step_s = 0.5
-damping = 0.5
-[[participant]]
-name = "body"
-kind = "chain"
-[participant.config]
-x_m = 10.0
-glued_mass_kg = 1.0
-velocity_m_per_s = 1.0
-theta = 1.0
-end_s = 50.0
-starve_from_window = 7
-[[interface]]
-name = "glue"
-between = ["bar.end", "body.end"]
-scheme = "dual-schur"
-substeps = 10
-tolerance_rel = 1e-9
-"#;
+fn scenario() -> String {
+    [
+        head("starved", 1.0, ""),
+        bar("bar", 10, 0.5, ""),
+        body(10.0, 1.0, 1.0, "end_s = 50.0\nstarve_from_window = 7"),
+        glue("dual-schur", 10, "tolerance_rel = 1e-9"),
+    ]
+    .concat()
+}
 
 #[test]
 fn a_starved_contact_solve_ends_the_run_by_name() {
-    let left = run_in_process(SCENARIO, &[]).expect("it is valid");
+    let left = run_in_process(&scenario(), &[]).expect("it is valid");
     let error = left.ended.error.as_ref().expect("window 7 is starved");
     assert!(matches!(error, Error::NotConverged(_)), "{error}");
     let text = error.to_string();
@@ -57,7 +36,7 @@ fn a_starved_contact_solve_ends_the_run_by_name() {
 #[test]
 fn halving_a_solve_that_stays_starved_ends_by_name() {
     let halve = ["interface.glue.on_not_converged=halve"];
-    let left = run_in_process(SCENARIO, &halve).expect("it is valid");
+    let left = run_in_process(&scenario(), &halve).expect("it is valid");
     let text = left
         .ended
         .error
@@ -73,7 +52,7 @@ fn halving_a_solve_that_stays_starved_ends_by_name() {
 
 #[test]
 fn a_starved_solve_is_refused_over_shared_memory_alike() {
-    let left = run_over_shared_memory(SCENARIO, &[]).expect("it is valid");
+    let left = run_over_shared_memory(&scenario(), &[]).expect("it is valid");
     let error = left.ended.error.as_ref().expect("window 7 is starved");
     assert!(matches!(error, Error::NotConverged(_)), "{error}");
     assert_eq!(left.number("windows"), 7.0);
@@ -82,7 +61,7 @@ fn a_starved_solve_is_refused_over_shared_memory_alike() {
 #[test]
 fn accepting_counts_the_windows() {
     let accept = ["interface.glue.on_not_converged=accept"];
-    let left = run_in_process(SCENARIO, &accept)
+    let left = run_in_process(&scenario(), &accept)
         .expect("it is valid")
         .completed();
     assert_eq!(

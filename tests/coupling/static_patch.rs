@@ -16,46 +16,21 @@
 //! everywhere. Tolerance 5e-4, gap 1e-12 node spacings: measured by independent prototypes (1.0001, 1.0002, 3e-17).
 
 use harness::runs::{Left, run_in_process, run_over_shared_memory};
+use harness::scene::{POISSON, YOUNG_PA, head, interface, plate, strip};
 
-const YOUNG_PA: f64 = 102.5e9;
-const POISSON: f64 = 0.3;
 const HEIGHT_M: f64 = 8e-3;
 const PRESSURE_PA: f64 = 500e6;
 
 fn scenario(substeps: u32, points: u32) -> String {
-    format!(
-        r#"
-[run]
-name = "static-patch"
-thickness_m = 1e-3
-[[participant]]
-name = "strip"
-kind = "fem"
-[participant.config]
-base = "clamped"
-sides = "fixed_x"
-mesh = {{ width_m = 4e-3, height_m = {HEIGHT_M}, size_m = 0.4e-3 }}
-material = {{ young_pa = {YOUNG_PA}, poisson = {POISSON}, density_kg_per_m3 = 7800.0 }}
-time = {{ step_s = 6.0e-8, damping = 0.5, mass_damping_per_s = 6e5 }}
-[[participant]]
-name = "plate"
-kind = "plate"
-[participant.config]
-points = {points}
-width_m = 4e-3
-y_m = 0.0
-thickness_m = 1e-3
-mass_kg = 1e-5
-traction_pa = [0.0, -{PRESSURE_PA}]
-end_s = 1.2e-4
-[[interface]]
-name = "glue"
-between = ["strip.top", "plate.row"]
-scheme = "dual-schur"
-substeps = {substeps}
-tolerance_rel = 1e-9
-"#
-    )
+    let time = "time = { step_s = 6.0e-8, damping = 0.5, mass_damping_per_s = 6e5 }";
+    let sets = ["strip.top", "plate.row"];
+    [
+        head("static-patch", 1e-3, ""),
+        strip("strip", ["clamped", "fixed_x"], HEIGHT_M, time),
+        plate(points, -PRESSURE_PA, 1.2e-4),
+        interface("glue", sets, "dual-schur", substeps, "tolerance_rel = 1e-9"),
+    ]
+    .concat()
 }
 
 fn holds(left: &Left, substeps: u32) {

@@ -18,29 +18,18 @@
 //! the static patch; what the disks change of a uniform traction is the mapping's ripple.
 
 use harness::runs::{Left, run_in_process, run_over_shared_memory};
+use harness::scene::{POISSON, SPACING_M, YOUNG_PA, head, interface, participant, strip};
 
 const PRESSURE_PA: f64 = 100e6;
-const YOUNG_PA: f64 = 102.5e9;
-const POISSON: f64 = 0.3;
 const HEIGHT_M: f64 = 2e-3;
-const SPACING_M: f64 = 0.4e-3;
 const STIFFNESS_PA: f64 = 1e11;
 
-fn strip(name: &str, base: &str, step_s: f64, more: &str) -> String {
-    format!(
-        r#"
-[[participant]]
-name = "{name}"
-kind = "fem"
-[participant.config]
-base = "{base}"
-sides = "fixed_x"
-mesh = {{ width_m = 4e-3, height_m = {HEIGHT_M}, size_m = {SPACING_M} }}
-material = {{ young_pa = {YOUNG_PA}, poisson = {POISSON}, density_kg_per_m3 = 7800.0 }}
-time = {{ step_s = {step_s}, damping = 0.5, mass_damping_per_s = 6e5 }}
-{more}
-"#
-    )
+/// A strip between walls, damped, with a step of its own.
+fn damped(name: &str, base: &str, step_s: f64, keys: &str) -> String {
+    let time = format!(
+        "time = {{ step_s = {step_s:?}, damping = 0.5, mass_damping_per_s = 6e5 }}\n{keys}"
+    );
+    strip(name, [base, "fixed_x"], HEIGHT_M, &time)
 }
 
 fn grains() -> String {
@@ -55,12 +44,8 @@ fn grains() -> String {
         format!("{{ x_m = {x:e}, y_m = {y:e}, radius_m = {radius:e}{glued} }}")
     };
     let disks: Vec<String> = (0..30).map(|k| disk(k / 3, k % 3)).collect();
-    format!(
+    let keys = format!(
         r#"
-[[participant]]
-name = "grains"
-kind = "dem"
-[participant.config]
 density_kg_per_m3 = 7800.0
 law = {{ kind = "coulomb", friction = 0.3, contact_stiffness_pa = {STIFFNESS_PA:e}, tangential_stiffness_ratio = 1.0 }}
 solver = {{ kind = "nsgs", tolerance = 1e-10, max_iterations = 100000, min_iterations = 1 }}
@@ -68,31 +53,21 @@ time = {{ pressure_pa = 1e6 }}
 sample = {{ kind = "disks", disks = [{}] }}
 "#,
         disks.join(", ")
-    )
+    );
+    participant("grains", "dem", &keys)
 }
 
 fn scenario() -> String {
     let pressed = format!("boundary = {{ top = {{ pressure_pa = {PRESSURE_PA:e} }} }}");
-    let interface = |name: &str, between: [&str; 2], substeps: u32| {
-        format!(
-            r#"
-[[interface]]
-name = "{name}"
-between = ["{}", "{}"]
-scheme = "dual-schur"
-substeps = {substeps}
-tolerance_rel = 1e-9
-"#,
-            between[0], between[1]
-        )
-    };
+    let (below, above) = (["lower.top", "grains.base"], ["upper.bottom", "grains.lid"]);
+    let tolerance = "tolerance_rel = 1e-9";
     [
-        "[run]\nname = \"two-strips\"\nthickness_m = 1e-3\nend_s = 6e-5\n".to_string(),
-        strip("lower", "clamped", 5e-8, ""),
+        head("two-strips", 1e-3, "end_s = 6e-5"),
+        damped("lower", "clamped", 5e-8, ""),
         grains(),
-        strip("upper", "free", 2.5e-8, &pressed),
-        interface("below", ["lower.top", "grains.base"], 4),
-        interface("above", ["upper.bottom", "grains.lid"], 8),
+        damped("upper", "free", 2.5e-8, &pressed),
+        interface("below", below, "dual-schur", 4, tolerance),
+        interface("above", above, "dual-schur", 8, tolerance),
     ]
     .concat()
 }

@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 
 use coupler::checkpoint::FOLDER;
 use coupler::checkpoint::file::{MAGIC, list};
-use harness::runs::{Scratch, parse_json, program, thirdbody};
+use harness::runs::{Scratch, as_programs, parse_json, program, thirdbody};
+use harness::scene::{bar, body, glue, head};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde_json::Value;
@@ -178,38 +179,23 @@ fn a_checkpoint_of_another_version_or_scenario_is_refused_by_name() {
     );
 }
 
-const FOREIGN: &str = r#"
-[run]
-name = "foreign"
-thickness_m = 1.0
-checkpoint_every_windows = 10
-[[participant]]
-name = "bar"
-kind = "bar"
-command = ["NODE", "bar"]
-config = { elements = 40, spacing_m = 1.0, element_mass_kg = 1.0, element_stiffness_n_per_m = 1.0, step_s = 0.9, damping = 0.5 }
-[[participant]]
-name = "body"
-kind = "chain"
-command = ["NODE", "chain"]
-config = { x_m = 40.0, glued_mass_kg = 40.0, velocity_m_per_s = -1.0, theta = 1.0, end_s = 90.0 }
-[[interface]]
-name = "glue"
-between = ["bar.end", "body.end"]
-scheme = "dual-schur"
-substeps = 3
-tolerance_rel = 1e-9
-"#;
+fn foreign() -> String {
+    as_programs(
+        &[
+            head("foreign", 1.0, "checkpoint_every_windows = 10"),
+            bar("bar", 40, 0.9, ""),
+            body(40.0, 40.0, -1.0, "end_s = 90.0"),
+            glue("dual-schur", 3, "tolerance_rel = 1e-9"),
+        ]
+        .concat(),
+    )
+}
 
 #[test]
 fn foreign_programs_resume_with_leave_only() {
     let work = Scratch::new("foreign-resume");
     let node = program("verification-node").display().to_string();
-    std::fs::write(
-        work.path().join("scene.toml"),
-        FOREIGN.replace("NODE", &node),
-    )
-    .expect("writable");
+    std::fs::write(work.path().join("scene.toml"), foreign()).expect("writable");
     let mut run = thirdbody(work.path());
     run.args(["run", "scene.toml", "--out", "out", "--json"]);
     let whole = completed(&mut run)["hashes"].clone();

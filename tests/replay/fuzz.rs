@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use coupler::log::{self, Entry, LogError, Provenance};
 use harness::runs::{Left, run_in_process};
 
-use crate::SCENARIO;
+use crate::scenario;
 
 /// A log of a plastic bar with repeats and halved windows, as a run wrote it, in several chunks.
 fn real_log() -> (Left, Vec<u8>) {
     let sets = ["run.end_s=90.0", "run.output.flush_every_windows=5"];
-    let left = run_in_process(SCENARIO, &sets)
+    let left = run_in_process(&scenario(), &sets)
         .expect("it is valid")
         .completed();
     let bytes = std::fs::read(left.scratch.path().join("exchange.mcap")).expect("the run wrote it");

@@ -12,49 +12,26 @@ use coupler::replay::departure::Difference;
 use coupler::replay::{Recording, Replayed, coupler as loop_replay, recording, solver};
 use coupler::rundir::RunDir;
 use harness::runs::{Scratch, parse_json, program, run_in_process, thirdbody};
+use harness::scene::{bar, body, glue, head};
 use protocol::{Frame, Kind};
 
 mod several;
 
 /// A plastic bar under a heavy body: repeats, secant updates and halved windows.
-pub(crate) const SCENARIO: &str = r#"
-[run]
-name = "replayed"
-thickness_m = 1.0
-[[participant]]
-name = "bar"
-kind = "bar"
-[participant.config]
-elements = 40
-spacing_m = 1.0
-element_mass_kg = 1.0
-element_stiffness_n_per_m = 1.0
-step_s = 0.9
-damping = 0.5
-left_fixed = true
-yield_elongation_m = 0.1
-hardening_ratio = 0.05
-[[participant]]
-name = "body"
-kind = "chain"
-[participant.config]
-x_m = 40.0
-glued_mass_kg = 40.0
-velocity_m_per_s = -1.0
-theta = 1.0
-end_s = 800.0
-[[interface]]
-name = "glue"
-between = ["bar.end", "body.end"]
-scheme = "dual-schur-secant"
-substeps = 30
-tolerance_rel = 1e-9
-repeats_max = 2
-on_not_converged = "halve"
-"#;
+pub(crate) fn scenario() -> String {
+    let keys = "left_fixed = true\nyield_elongation_m = 0.1\nhardening_ratio = 0.05";
+    let policy = "tolerance_rel = 1e-9\nrepeats_max = 2\non_not_converged = \"halve\"";
+    [
+        head("replayed", 1.0, ""),
+        bar("bar", 40, 0.9, keys),
+        body(40.0, 40.0, -1.0, "end_s = 800.0"),
+        glue("dual-schur-secant", 30, policy),
+    ]
+    .concat()
+}
 
 fn logged() -> (harness::runs::Left, Recording) {
-    let left = run_in_process(SCENARIO, &[])
+    let left = run_in_process(&scenario(), &[])
         .expect("it is valid")
         .completed();
     assert!(left.number("coupling.halved_windows") > 0.0);
@@ -83,19 +60,24 @@ fn replay(recording: &Recording, who: &str) -> Replayed {
     replayed.expect("the participants start")
 }
 
-#[test]
-fn both_solvers_and_the_coupler_repeat_every_bit() {
-    let (_left, recording) = logged();
+/// Each participant and the coupler repeat their messages, and no message of the log belongs to nobody.
+fn repeats_every_bit(recording: &Recording, participants: &[&str]) {
     let mut compared = 0;
-    for who in ["bar", "body"] {
-        let replayed = replay(&recording, who);
+    for who in participants {
+        let replayed = replay(recording, who);
         assert_eq!(replayed.departure, None, "{who}");
         compared += replayed.equal;
     }
-    let coupler = replay(&recording, "coupler");
+    let coupler = replay(recording, "coupler");
     assert_eq!(coupler.departure, None);
     assert_eq!(coupler.equal, compared);
     assert_eq!(2 * compared as usize, recording.messages.len());
+}
+
+#[test]
+fn both_solvers_and_the_coupler_repeat_every_bit() {
+    let (_left, recording) = logged();
+    repeats_every_bit(&recording, &["bar", "body"]);
 }
 
 #[test]

@@ -11,7 +11,7 @@ use coupler::scenario::{Loaded, load};
 use harness::runs::{Scratch, program};
 use serde_json::Value;
 
-use crate::SCENARIO;
+use crate::scenario;
 
 /// Runs in this process, from the start or from where `go_on` is told.
 pub(crate) fn conduct(
@@ -131,7 +131,7 @@ fn a_coupled_run_resumes_from_every_checkpoint() {
 fn a_run_with_secant_updates_resumes_in_the_middle_of_halved_windows() {
     let scratch = Scratch::new("resume-halved-scene");
     let file = scratch.path().join("scenario.toml");
-    std::fs::write(&file, SCENARIO).expect("writable");
+    std::fs::write(&file, scenario()).expect("writable");
     let sets = [
         "run.end_s=150.0",
         "run.checkpoint_every_windows=3",

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 
 use coupler::scenario::Loaded;
 use harness::runs::Scratch;
+use harness::scene::{bar, body, glue, head};
 
 use super::resume::{loaded, resume_from_all, shipped};
 use super::several;
@@ -21,42 +22,15 @@ fn scene(text: &str, sets: &[&str]) -> Loaded {
 }
 
 /// An elastic bar and a body of an eighth of its mass.
-fn bar(scheme: &str) -> String {
-    format!(
-        r#"
-[run]
-name = "schemes"
-thickness_m = 1.0
-[[participant]]
-name = "bar"
-kind = "bar"
-[participant.config]
-elements = 40
-spacing_m = 1.0
-element_mass_kg = 1.0
-element_stiffness_n_per_m = 1.0
-step_s = 0.9
-damping = 0.5
-left_fixed = true
-[[participant]]
-name = "body"
-kind = "chain"
-[participant.config]
-x_m = 40.0
-glued_mass_kg = 5.0
-velocity_m_per_s = -1.0
-theta = 1.0
-end_s = 300.0
-[[interface]]
-name = "glue"
-between = ["bar.end", "body.end"]
-scheme = "{scheme}"
-substeps = 4
-relaxation = 0.1
-tolerance_rel = 1e-9
-repeats_max = 60
-"#
-    )
+fn light(scheme: &str) -> String {
+    let keys = "relaxation = 0.1\ntolerance_rel = 1e-9\nrepeats_max = 60";
+    [
+        head("schemes", 1.0, ""),
+        bar("bar", 40, 0.9, "left_fixed = true"),
+        body(40.0, 5.0, -1.0, "end_s = 300.0"),
+        glue(scheme, 4, keys),
+    ]
+    .concat()
 }
 
 #[test]
@@ -78,7 +52,7 @@ fn every_scheme_resumes() {
         if !acceleration.ends_with("none") {
             sets.push(&acceleration);
         }
-        let (count, _, _) = resume_from_all(&scene(&bar(scheme), &sets), scheme);
+        let (count, _, _) = resume_from_all(&scene(&light(scheme), &sets), scheme);
         assert!(count > 5, "{scheme}: {count}");
     }
 }

@@ -2,13 +2,17 @@
 //!
 //! - [`bar`]: an elastic bar, explicit, the continuum side of the one-dimensional cases;
 //! - [`chain`]: masses and springs, implicit, the side that stands on the wall; one mass is a rigid body;
+//! - [`lattice`]: what bars and chains are pieces of, in one piece;
 //! - [`plate`]: a row of loaded masses on a two-dimensional surface;
+//! - [`scene`]: texts of scenes of these;
 //! - [`runs`]: running a scenario text in-process or over shared memory, and reading what it left.
 
 pub mod bar;
 pub mod chain;
+pub mod lattice;
 pub mod plate;
 pub mod runs;
+pub mod scene;
 
 use coupler::launch::{Registry, Solver};
 

@@ -1,0 +1,90 @@
+//! Texts of scenes: the head, participants one by one, and what joins them; a scene is their [`concat`](slice::concat).
+//!
+//! Bars and chains are made of masses of 1 kg and springs of 1 N/m, 1 m apart, so that waves run at 1 m/s and the
+//! critical step of a bar is 1 s. The last argument of each function are further keys, one on a line.
+
+/// Young's modulus of a strip (Pa).
+pub const YOUNG_PA: f64 = 102.5e9;
+
+/// Poisson's ratio of a strip.
+pub const POISSON: f64 = 0.3;
+
+/// Edge of the square elements of a strip (m).
+pub const SPACING_M: f64 = 0.4e-3;
+
+/// What is common to all participants.
+pub fn head(name: &str, thickness_m: f64, keys: &str) -> String {
+    format!("[run]\nname = \"{name}\"\nthickness_m = {thickness_m:?}\n{keys}\n")
+}
+
+/// A participant of any kind.
+pub fn participant(name: &str, kind: &str, keys: &str) -> String {
+    format!("[[participant]]\nname = \"{name}\"\nkind = \"{kind}\"\n[participant.config]\n{keys}\n")
+}
+
+/// An explicit bar without damping, [`crate::bar`]; its left end is at x = 0 unless `x_m` is among the keys.
+pub fn bar(name: &str, elements: u32, step_s: f64, keys: &str) -> String {
+    let unit = "spacing_m = 1.0\nelement_mass_kg = 1.0\nelement_stiffness_n_per_m = 1.0";
+    let time = format!("step_s = {step_s:?}\ndamping = 0.5");
+    participant(
+        name,
+        "bar",
+        &format!("elements = {elements}\n{unit}\n{time}\n{keys}"),
+    )
+}
+
+/// Free masses behind a glued one at `x_m`, [`crate::chain`]; the keys tell the mass of the glued one.
+pub fn chain(name: &str, x_m: f64, count: u32, keys: &str) -> String {
+    let unit = "spacing_m = 1.0\nmass_kg = 1.0\nstiffness_n_per_m = 1.0";
+    participant(
+        name,
+        "chain",
+        &format!("x_m = {x_m:?}\ncount = {count}\n{unit}\n{keys}"),
+    )
+}
+
+/// A rigid body at `x_m` that moves and is stepped by implicit Euler: a chain of one mass, participant `body`.
+pub fn body(x_m: f64, mass_kg: f64, velocity_m_per_s: f64, keys: &str) -> String {
+    let start = format!("x_m = {x_m:?}\nvelocity_m_per_s = {velocity_m_per_s:?}");
+    participant(
+        "body",
+        "chain",
+        &format!("{start}\nglued_mass_kg = {mass_kg:?}\ntheta = 1.0\n{keys}"),
+    )
+}
+
+/// An elastic strip, 4 mm wide; the keys tell its time step and what acts on it.
+pub fn strip(name: &str, [base, sides]: [&str; 2], height_m: f64, keys: &str) -> String {
+    let held = format!("base = \"{base}\"\nsides = \"{sides}\"");
+    let mesh =
+        format!("mesh = {{ width_m = 4e-3, height_m = {height_m:?}, size_m = {SPACING_M:?} }}");
+    let elastic = format!("young_pa = {YOUNG_PA:?}, poisson = {POISSON:?}");
+    let material = format!("material = {{ {elastic}, density_kg_per_m3 = 7800.0 }}");
+    participant(name, "fem", &format!("{held}\n{mesh}\n{material}\n{keys}"))
+}
+
+/// A row of masses on a strip, 4 mm wide and 1 mm thick, pressed by a traction in y: [`crate::plate`], participant
+/// `plate`.
+pub fn plate(points: u32, traction_pa: f64, end_s: f64) -> String {
+    let row = format!("points = {points}\nwidth_m = 4e-3\ny_m = 0.0\nthickness_m = 1e-3");
+    let load = format!("mass_kg = 1e-5\ntraction_pa = [0.0, {traction_pa:?}]\nend_s = {end_s:?}");
+    participant("plate", "plate", &format!("{row}\n{load}"))
+}
+
+/// What joins two sets.
+pub fn interface(
+    name: &str,
+    between: [&str; 2],
+    scheme: &str,
+    substeps: u32,
+    keys: &str,
+) -> String {
+    format!(
+        "[[interface]]\nname = \"{name}\"\nbetween = {between:?}\nscheme = \"{scheme}\"\nsubsteps = {substeps}\n{keys}\n"
+    )
+}
+
+/// The interface `glue` between the right end of `bar` and `body`.
+pub fn glue(scheme: &str, substeps: u32, keys: &str) -> String {
+    interface("glue", ["bar.end", "body.end"], scheme, substeps, keys)
+}
