@@ -27,131 +27,118 @@ fn still(change: Value, statics: Value) -> Value {
     )
 }
 
+/// One key, told by its path, with a value written as JSON.
+fn change(key: &str, value: &str) -> Value {
+    let value = serde_json::from_str(value).expect("the table holds JSON");
+    key.rsplit('.')
+        .fold(value, |inner, part| json!({ part: inner }))
+}
+
+/// Values that a block without a wheel refuses, whatever its other keys are.
+const OF_A_BLOCK: &[(&str, &str)] = &[
+    ("mesh.size_m", "-1e-4"),
+    ("mesh.size_m", "1e-9"),
+    ("mesh.width_m", "0.0"),
+    ("mesh.height_m", "-1.0"),
+    ("mesh.fine_width_m", "3.1e-3"),
+    ("mesh.fine_depth_m", "0.0"),
+    ("mesh.side_columns", "40"),
+    ("mesh.depth_rows", "1"),
+    ("mesh.crown_radius_m", "1e-3"),
+    ("mesh.crown_radius_m", "-0.3"),
+    ("mesh.sise_m", "1.0"),
+    ("material.young_pa", "0.0"),
+    ("material.poisson", "0.5"),
+    ("material.poisson", "-1.0"),
+    ("material.density_kg_per_m3", "-7800.0"),
+    ("time.damping", "0.49"),
+    ("time.damping", "1.01"),
+    ("time.step_s", "0.0"),
+    ("time.step_s", "1.0"),
+    ("time.step_s", "\"fast\""),
+    ("time.safety", "1.1"),
+    ("time.mass_damping_per_s", "-1.0"),
+    ("time.start_mass_damping_per_s", "3e4"),
+    ("time.stiffness_damping_s", "-1e-9"),
+    ("time.end_s", "0.0"),
+    ("boundary.tpo", r#"{"traction_pa": [0.0, 1.0]}"#),
+    ("start", "\"static\""),
+    ("start", "\"slow\""),
+    ("statics.increment_n", "0.0"),
+    ("statics.increments_per_cycle", "3"),
+    ("element", "\"q5\""),
+];
+
+/// The same of a block under a wheel.
+const OF_A_WHEEL: &[(&str, &str)] = &[
+    ("wheel.width_m", "1.0"),
+    ("wheel.mass_kg", "0.0"),
+    ("wheel.load_n", "-1.0"),
+    ("wheel.radius_m", "-0.4"),
+    ("wheel.radius_m", "1e-6"),
+    ("wheel.amplitude_m", "-1e-5"),
+    ("wheel.ramp_s", "-1e-3"),
+    ("wheel.hold_s", "-1e-3"),
+    ("wheel.cycles", "-1.0"),
+    ("contact", "null"),
+    ("contact.friction", "-0.1"),
+    ("time.end_s", "1e-3"),
+];
+
+fn refused_by_key(key: &str, change: Value) {
+    let error = refused(change);
+    assert_eq!(error.key, key, "{error}");
+}
+
 #[test]
 fn every_number_out_of_range_is_refused_by_its_key() {
+    for (key, value) in OF_A_BLOCK {
+        refused_by_key(key, change(key, value));
+    }
+    for (key, value) in OF_A_WHEEL {
+        refused_by_key(key, with(wheel(json!({})), change(key, value)));
+    }
+}
+
+#[test]
+fn keys_of_a_body_that_contradict_each_other_are_refused() {
+    let damped = |other: Value| with(json!({"time": {"stiffness_damping_s": 1e-9}}), other);
+    let pressed =
+        |ramp_s: f64| json!({"boundary": {"top": {"traction_pa": [0.0, 1.0], "ramp_s": ramp_s}}});
+    let at_rest = with(wheel(json!({})), json!({"start": "static"}));
     let cases = [
-        ("mesh.size_m", json!({"mesh": {"size_m": -1e-4}})),
-        ("mesh.size_m", json!({"mesh": {"size_m": 1e-9}})),
-        ("mesh.width_m", json!({"mesh": {"width_m": 0.0}})),
-        ("mesh.height_m", json!({"mesh": {"height_m": -1.0}})),
         (
-            "mesh.fine_width_m",
-            json!({"mesh": {"fine_width_m": 3.1e-3}}),
-        ),
-        ("mesh.fine_depth_m", json!({"mesh": {"fine_depth_m": 0.0}})),
-        ("mesh.side_columns", json!({"mesh": {"side_columns": 40}})),
-        ("mesh.depth_rows", json!({"mesh": {"depth_rows": 1}})),
-        (
-            "mesh.crown_radius_m",
-            json!({"mesh": {"crown_radius_m": 1e-3}}),
-        ),
-        (
-            "mesh.crown_radius_m",
-            json!({"mesh": {"crown_radius_m": -0.3}}),
-        ),
-        ("material.young_pa", json!({"material": {"young_pa": 0.0}})),
-        ("material.poisson", json!({"material": {"poisson": 0.5}})),
-        ("material.poisson", json!({"material": {"poisson": -1.0}})),
-        (
-            "material.density_kg_per_m3",
-            json!({"material": {"density_kg_per_m3": -7800.0}}),
-        ),
-        ("time.damping", json!({"time": {"damping": 0.49}})),
-        ("time.damping", json!({"time": {"damping": 1.01}})),
-        ("time.step_s", json!({"time": {"step_s": 0.0}})),
-        ("time.step_s", json!({"time": {"step_s": 1.0}})),
-        ("time.step_s", json!({"time": {"step_s": "fast"}})),
-        ("time.safety", json!({"time": {"safety": 1.1}})),
-        (
-            "time.mass_damping_per_s",
-            json!({"time": {"mass_damping_per_s": -1.0}}),
+            "time.stiffness_damping_s",
+            damped(json!({"material": {"yield_pa": 1e8}})),
         ),
         (
             "time.stiffness_damping_s",
-            json!({"time": {"stiffness_damping_s": -1e-9}}),
+            damped(json!({"kinematics": "corotational"})),
         ),
-        (
-            "time.stiffness_damping_s",
-            json!({"time": {"stiffness_damping_s": 1e-9}, "material": {"yield_pa": 1e8}}),
-        ),
-        (
-            "time.stiffness_damping_s",
-            json!({"time": {"stiffness_damping_s": 1e-9}, "kinematics": "corotational"}),
-        ),
-        ("time.end_s", json!({"time": {"end_s": 0.0}})),
-        (
-            "boundary.top.ramp_s",
-            json!({"boundary": {"top": {"traction_pa": [0.0, 1.0], "ramp_s": -1.0}}}),
-        ),
-        (
-            "boundary.tpo",
-            json!({"boundary": {"tpo": {"traction_pa": [0.0, 1.0]}}}),
-        ),
-        (
-            "time.start_mass_damping_per_s",
-            json!({"time": {"start_mass_damping_per_s": 3e4}}),
-        ),
-        ("start", json!({"start": "static"})),
-        ("start", json!({"start": "slow"})),
-        (
-            "statics.increment_n",
-            json!({"statics": {"increment_n": 0.0}}),
-        ),
-        (
-            "statics.increments_per_cycle",
-            json!({"statics": {"increments_per_cycle": 3}}),
-        ),
-        (
-            "boundary.top.ramp_s",
-            with(
-                wheel(json!({})),
-                json!({"start": "static", "boundary": {"top": {"traction_pa": [0.0, 1.0], "ramp_s": 1e-4}}}),
-            ),
-        ),
+        ("boundary.top.ramp_s", pressed(-1.0)),
+        ("boundary.top.ramp_s", with(at_rest, pressed(1e-4))),
         ("wheel", json!({"contact": {"friction": 0.3}})),
-        ("wheel.width_m", wheel(json!({"width_m": 1.0}))),
-        ("wheel.mass_kg", wheel(json!({"mass_kg": 0.0}))),
-        ("wheel.load_n", wheel(json!({"load_n": -1.0}))),
-        ("wheel.radius_m", wheel(json!({"radius_m": -0.4}))),
-        ("wheel.amplitude_m", wheel(json!({"amplitude_m": -1e-5}))),
-        ("wheel.ramp_s", wheel(json!({"ramp_s": -1e-3}))),
-        ("wheel.hold_s", wheel(json!({"hold_s": -1e-3}))),
-        ("wheel.cycles", wheel(json!({"cycles": -1.0}))),
-        (
-            "wheel.frequency_hz",
-            wheel(json!({"cycles": 1.0, "frequency_hz": 0.0})),
-        ),
-        ("wheel.radius_m", wheel(json!({"radius_m": 1e-6}))),
-        (
-            "wheel.frequency_hz",
-            wheel(json!({"cycles": 1.0, "frequency_hz": 1e9})),
-        ),
-        (
-            "wheel.cycles",
-            still(json!({"cycles": 1e18, "frequency_hz": 1.0}), json!({})),
-        ),
-        (
-            "statics.increments_per_cycle",
-            still(
-                json!({"cycles": 1.0, "frequency_hz": 1.0}),
-                json!({"increments_per_cycle": 4_000_000_000_u32}),
-            ),
-        ),
-        ("contact", with(wheel(json!({})), json!({"contact": null}))),
-        (
-            "contact.friction",
-            with(wheel(json!({})), json!({"contact": {"friction": -0.1}})),
-        ),
-        (
-            "time.end_s",
-            with(wheel(json!({})), json!({"time": {"end_s": 1e-3}})),
-        ),
-        ("element", json!({"element": "q5"})),
-        ("mesh.sise_m", json!({"mesh": {"sise_m": 1.0}})),
     ];
     for (key, change) in cases {
-        let error = refused(change);
-        assert_eq!(error.key, key, "{error}");
+        refused_by_key(key, change);
+    }
+}
+
+#[test]
+fn cycles_of_a_wheel_that_cannot_be_followed_are_refused() {
+    let cycles = |cycles: f64, hz: f64| json!({"cycles": cycles, "frequency_hz": hz});
+    let increments = json!({"increments_per_cycle": 4_000_000_000_u32});
+    let cases = [
+        ("wheel.frequency_hz", wheel(cycles(1.0, 0.0))),
+        ("wheel.frequency_hz", wheel(cycles(1.0, 1e9))),
+        ("wheel.cycles", still(cycles(1e18, 1.0), json!({}))),
+        (
+            "statics.increments_per_cycle",
+            still(cycles(1.0, 1.0), increments),
+        ),
+    ];
+    for (key, change) in cases {
+        refused_by_key(key, change);
     }
 }
 
