@@ -24,6 +24,7 @@ mod dem_shear;
 mod dem_solvers;
 mod dem_structure;
 mod dem_support;
+mod dem_viscous;
 mod dem_walls;
 mod dem_wheel;
 mod dem_wheel_curved;

@@ -14,58 +14,71 @@
 //! Tolerances: 1e-6 of forces in shear; 1e-4 in an oblique pull, whose arm lags by a step (1e-5 of the slip); 1e-4 of l w,
 //! for (step/s_0)^2 = 2.5e-5 at second order.
 
+use std::f64::consts::PI;
+
 use dem_node::Dem;
 use serde_json::{Value, json};
 
-use crate::dem_support::{THICKNESS, build, close, march, mass, scene};
+use crate::dem_support::{THICKNESS, build, close, march, scene};
 
-const R: f64 = 0.07e-3;
-const W: f64 = 60.0;
-const CN: f64 = 4e14;
-const CT: f64 = 1.5e14;
+pub const R: f64 = 0.07e-3;
+pub const W: f64 = 60.0;
+pub const CN: f64 = 4e14;
+pub const CT: f64 = 1.5e14;
 /// l of two disks of radius R (m2).
-const AREA: f64 = 0.5 * R * THICKNESS;
+pub const AREA: f64 = 0.5 * R * THICKNESS;
+/// A bond without viscosity does not notice it (m/s).
+const SPEED: f64 = 1.0;
 
 /// The direction of a displacement: cosine along the normal and sine along the contact.
-type Direction = [f64; 2];
-const SHEAR: Direction = [0.0, 1.0];
+pub type Direction = [f64; 2];
+pub const SHEAR: Direction = [0.0, 1.0];
 
 fn stiffness([cos, sin]: Direction) -> f64 {
     CN * cos * cos + CT * sin * sin
 }
 
-fn critical(direction: Direction) -> f64 {
+/// The path to D = w, the turning of an oblique pull left out (m).
+pub fn critical(direction: Direction) -> f64 {
     (W / stiffness(direction)).sqrt()
 }
 
-/// Two disks of relative velocity V along the direction, with m V^2/12 = 1e7 l w; a step moves them by `step` (m).
-fn flywheels([cos, sin]: Direction, step: f64) -> Dem {
-    let speed = (12e7 * W * AREA / mass(R)).sqrt();
+/// Two disks of relative velocity `speed` along a direction, so heavy that m V^2/12 = 1e7 l w; a step moves them by `step` (m).
+pub fn flywheels([cos, sin]: Direction, speed: f64, step: f64, changes: Value) -> Dem {
     let disk = |x: f64, side: f64| -> Value {
         json!({
             "x_m": x, "y_m": 0.0, "radius_m": R,
             "vx_m_per_s": 0.5 * side * speed * cos, "spin_rad_per_s": 0.5 * speed * sin / R,
         })
     };
-    let law = json!({
+    let mut law = json!({
         "kind": "cohesion", "friction": 0.3, "cn_pa_per_m": CN, "ct_pa_per_m": CT, "w_j_per_m2": W,
         "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one", "alert_m": 2e-6,
     });
+    for (key, value) in changes.as_object().into_iter().flatten() {
+        law[key] = value.clone();
+    }
     let sample = json!({"kind": "disks", "disks": [disk(0.0, -1.0), disk(2.0 * R, 1.0)]});
-    build(&scene(law, step / speed, sample, json!({})))
+    let density = 12e7 * W * AREA / (speed * speed * PI * R * R * THICKNESS);
+    let heavy = json!({"density_kg_per_m3": density});
+    build(&scene(law, step / speed, sample, heavy))
+}
+
+/// Opening and slip after a path s: the contact is in the middle of the gap.
+pub fn opened([cos, sin]: Direction, path: f64) -> [f64; 2] {
+    [path * cos, path * sin * (1.0 + path * cos / (4.0 * R))]
 }
 
 /// Follows the closed forms over 30 s_0, 200 steps to s_0, and returns the largest force (N).
 #[track_caller]
 fn follows(direction: Direction, tolerance: f64) -> f64 {
     let (per_critical, s_0) = (200, critical(direction));
-    let mut dem = flywheels(direction, s_0 / f64::from(per_critical));
+    let mut dem = flywheels(direction, SPEED, s_0 / f64::from(per_critical), json!({}));
     let (every, mut largest) = (50, 0.0f64);
     for k in 1..=30 * per_critical / every {
         let report = march(&mut dem, u64::from((k - 1) * every), every);
         let path = s_0 * f64::from(k * every) / f64::from(per_critical);
-        let turned = 1.0 + path * direction[0] / (4.0 * R);
-        let (opening, slip) = (path * direction[0], path * direction[1] * turned);
+        let [opening, slip] = opened(direction, path);
         let bond = dem.state().bonds[0];
         close("opening", bond.opening, opening, 1e-7 * path);
         close("slip", bond.slip.abs(), slip, 0.1 * tolerance * path);
@@ -114,7 +127,8 @@ fn an_oblique_pull_weighs_opening_and_slip_each_with_its_own_stiffness() {
 #[test]
 fn the_work_of_shear_converges_at_first_order() {
     let error = [600, 1200, 2400, 4800].map(|steps: u32| {
-        let mut dem = flywheels(SHEAR, 3.0 * critical(SHEAR) / f64::from(steps));
+        let step = 3.0 * critical(SHEAR) / f64::from(steps);
+        let mut dem = flywheels(SHEAR, SPEED, step, json!({}));
         let report = march(&mut dem, 0, steps);
         let dissipated = report.energy("cohesion") + report.energy("impact");
         let taken = dissipated + report.energy("bonds_elastic");
