@@ -257,6 +257,7 @@ pub struct Loss {
 /// Adhesion falls from a_0 to a_1 at the opening before the step, and from a_1 to a_2 at the one after it:
 /// l D (a_0^2 - a_1^2)/2. Springs driven implicitly lose k (e - e_0)^2 / 2; one that closes or opens in the step is
 /// pushed over the rest of the path as well. A rigid contact loses -r_n u_n in compression and -r_f u_t in slip.
+/// What the normal's turning does to the opening between two steps is a loss of the scheme, see [`ContactStep::turned`].
 pub fn close(law: &Law, bond: &mut Bond, slot: &mut Slot, done: &BondStep) -> Loss {
     let Some(cohesion) = &law.cohesion else {
         return Loss::default();
@@ -272,8 +273,12 @@ pub fn close(law: &Law, bond: &mut Bond, slot: &mut Slot, done: &BondStep) -> Lo
         Some(_) => 0.0,
     };
     let behind = (1.0 - contact.theta) * (r_n * contact.change[0] + r_t * contact.change[1]);
+    let turned = law.springs.map_or(0.0, |s| contact.turned(s.normal))
+        + stored(before, contact.left, bond.slip)
+        - stored(before, contact.gap, bond.slip);
     let mut loss = Loss {
-        impact: stretched(k_n, contact.gap, r_n.min(0.0), h)
+        impact: turned
+            + stretched(k_n, contact.gap, r_n.min(0.0), h)
             + pressed(law, contact.gap, r_n.max(0.0), h, u_n)
             + 0.5 * k_t * (h * u_t).powi(2)
             + behind,
@@ -448,6 +453,7 @@ mod tests {
                 step: STEP,
                 theta: 1.0,
                 gap: -0.3,
+                left: -0.3,
                 spring: [0.0; 2],
                 impulse: [0.0; 2],
                 velocity: [0.0; 2],

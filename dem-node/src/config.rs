@@ -262,6 +262,17 @@ impl SampleConfig {
         };
         ends.map(Period::between)
     }
+
+    /// Where a layer that does not repeat ends on both sides (m).
+    pub fn ends(&self) -> Option<f64> {
+        match self {
+            SampleConfig::Layer(layer) => match layer.periodic_x_m {
+                None => Some(layer.half_width_m),
+                Some(_) => None,
+            },
+            SampleConfig::Disks(_) => None,
+        }
+    }
 }
 
 fn bed_extra() -> f64 {

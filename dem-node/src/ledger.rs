@@ -101,6 +101,8 @@ pub struct ContactStep {
     pub theta: f64,
     /// Gap at detection (m).
     pub gap: f64,
+    /// Gap that the last step left, as its force says (m).
+    pub left: f64,
     /// Elongation of the tangential spring before and after (m).
     pub spring: [f64; 2],
     /// Impulse (N s).
@@ -109,6 +111,17 @@ pub struct ContactStep {
     pub velocity: [f64; 2],
     /// Its change in the step (m/s).
     pub change: [f64; 2],
+}
+
+impl ContactStep {
+    /// What a spring k (N/m) lost since the last step without any work (J).
+    ///
+    /// The work of a step goes along its normal, and disks that pass each other by s turn it: the gap that is then detected
+    /// is about s^2/(2 (r_1 + r_2)) wider than the one that the last force belongs to. A loss of the scheme, of first order
+    /// over a run: 1.8 % of the energy of a wheel that falls on a layer at 10 m/s in steps of 2e-7 s.
+    pub fn turned(&self, k: f64) -> f64 {
+        0.5 * k * (self.left.min(0.0).powi(2) - self.gap.min(0.0).powi(2))
+    }
 }
 
 /// Energy that a contact loses in a step: (impact and numerical, friction) (J).
@@ -134,7 +147,7 @@ pub fn contact_loss(law: &Law, contact: &ContactStep) -> [f64; 2] {
     let tangential = 0.5 * springs.tangential * stretch.powi(2);
     let slip = h * u_t - stretch;
     [
-        normal + tangential + correction[0] + correction[1],
+        contact.turned(springs.normal) + normal + tangential + correction[0] + correction[1],
         -r_t * slip / h,
     ]
 }

@@ -49,6 +49,8 @@ pub struct Dem {
     born: usize,
     bond_step_limit: Option<f64>,
     solid_fraction: f64,
+    /// Where a layer with ends has them (m).
+    half_width: Option<f64>,
     scaling: Option<Scaling>,
     warnings: Vec<String>,
     /// The committed state.
@@ -127,6 +129,7 @@ impl Dem {
             bodies,
             program,
             solid_fraction: sample.solid_fraction,
+            half_width: config.sample.ends(),
             scaling: Scaling::new(config, &bounds, &sample),
             warnings,
             stepper,
@@ -392,7 +395,12 @@ impl Node for Dem {
             work: BTreeMap::from([("contact_iterations".into(), self.contact_iterations)]),
             results: self.results(),
             state_hash: self.state.hash(),
-            warnings: self.journal.warnings(&self.bodies),
+            warnings: self.journal.warnings(
+                self.program.as_ref(),
+                &self.bodies,
+                &self.state,
+                self.half_width,
+            ),
         })
     }
 }

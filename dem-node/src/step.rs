@@ -413,10 +413,27 @@ impl Stepper {
             step: drive.step,
             theta: drive.theta,
             gap: contact.gap,
+            left: self.left_at(bodies, state, contact, slot),
             spring: [slot.spring, stretched],
             impulse: contact.impulse,
             velocity,
             change: [velocity[0] - before[0], velocity[1] - before[1]],
+        }
+    }
+
+    /// The gap, or opening of a bond, that the last step's force and bond say it left (m).
+    fn left_at(&self, bodies: &Bodies, state: &State, contact: &Contact, slot: &Slot) -> f64 {
+        // A yielding wall puts its disks where its own body says, which is not for this ledger to judge.
+        if contact.glued && self.problem.wall.yields() {
+            return contact.gap;
+        }
+        match bodies.law.springs {
+            Some(springs) if slot.force[0] > 0.0 => -slot.force[0] / springs.normal,
+            _ if contact.bond != UNBONDED => {
+                let bond = self.problem.bonds[contact.bond as usize].index;
+                state.bonds[bond as usize].opening.max(0.0)
+            }
+            _ => contact.gap.max(0.0),
         }
     }
 

@@ -60,6 +60,11 @@ impl Wall {
         }
     }
 
+    /// Whether it moves with the forces on it.
+    pub fn yields(&self) -> bool {
+        !self.compliance.is_empty()
+    }
+
     /// Starts a step: the wall moves with a_g, no impulse acts on it.
     pub fn start(&mut self, free_velocity: &[f64]) {
         self.free_velocity.clear();

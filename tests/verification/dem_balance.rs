@@ -1,8 +1,8 @@
 //! Energy and momentum balances of free motion with impacts, friction and spin.
 //!
-//! Rigid contacts: the ledger's terms add up to an identity of the scheme for every theta, so the tolerance is the
-//! rounding of 400 steps. Compliant contacts: the geometry that changes while a contact turns is not in the
-//! formulas; it is of second order in the path per step, below 1e-4 of the energy here.
+//! The ledger's terms add up to an identity of the scheme for every theta, so the tolerance is the rounding of the steps:
+//! 400 with rigid contacts, up to 20 000 with compliant ones. What springs lose while their contacts turn is of first order
+//! in the step: over 1e-3 of the energy in steps of 2e-6 s, a fall on a layer at 10 m/s lost 4.4 %.
 //! An isolated group keeps its momentum, and spin and orbit together their angular momentum, since both disks of a contact
 //! turn about the same point: to rounding, 1e-12.
 
@@ -119,21 +119,18 @@ fn a_free_group_keeps_momentum_and_angular_momentum() {
 
 #[test]
 fn the_ledger_of_compliant_impacts_closes() {
-    for theta in [0.5, 1.0] {
-        let mut config = scene(compliant(), 1e-7, group(), json!({}));
+    for (theta, h) in [(0.5, 1e-7), (1.0, 1e-7), (0.5, 2e-6), (1.0, 2e-6)] {
+        let mut config = scene(compliant(), h, group(), json!({}));
         config["time"]["theta"] = json!(theta);
         let mut dem = build(&config);
         let before = dem.state().kinetic(dem.bodies());
-        let report = march(&mut dem, 0, 20_000);
+        let report = march(&mut dem, 0, (2e-3 / h) as u32);
         assert!(
             report.energy("friction") > 0.01 * before,
             "there must be slip"
         );
-        assert!(
-            report.imbalance(before) < 1e-4,
-            "theta {theta}: {:e}",
-            report.imbalance(before)
-        );
+        let imbalance = report.imbalance(before);
+        assert!(imbalance < 1e-9, "theta {theta}, h {h}: {imbalance:e}");
     }
 }
 

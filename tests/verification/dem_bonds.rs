@@ -199,7 +199,7 @@ fn the_ledger_of_breaking_bonds_closes() {
                 report.energy("cohesion")
             );
             let imbalance = report.imbalance(before);
-            assert!(imbalance < 1e-3, "{what}: {imbalance:e}");
+            assert!(imbalance < 1e-8, "{what}: {imbalance:e}");
         }
     }
 }

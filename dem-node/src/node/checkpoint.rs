@@ -31,6 +31,7 @@ impl Dem {
             participant: _,
             fields: _,
             thickness: _,
+            half_width: _,
             theta: _,
             own_step: _,
             end: _,
