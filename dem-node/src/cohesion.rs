@@ -25,6 +25,8 @@ pub struct Cohesion {
     pub thickness: f64,
     /// Gap below which two grains are bonded at the start (m).
     pub alert: f64,
+    /// Bonds that a grain has at the start, whatever gap they span.
+    pub fewest: usize,
 }
 
 /// What the surface energy weighs at a falling adhesion.
@@ -121,6 +123,7 @@ mod tests {
             h_prime,
             thickness: 1.0,
             alert: 0.1,
+            fewest: 0,
         }
     }
 

@@ -72,6 +72,10 @@ pub struct LawConfig {
     pub h_prime: Option<HPrimeConfig>,
     /// Pairs of grains with a smaller gap are bonded at the start (m).
     pub alert_m: Option<f64>,
+    /// Grains with fewer bonds, 0 to 6, are bonded to their nearest neighbours as well. With 2 no grain can turn about a
+    /// single bond.
+    #[serde(default)]
+    pub bonds_min: u32,
 }
 
 /// The words for `law.h_prime`.

@@ -125,6 +125,7 @@ fn cohesion(config: &LawConfig, thickness: f64) -> Option<Cohesion> {
         },
         thickness,
         alert: config.alert_m?,
+        fewest: config.bonds_min as usize,
     })
 }
 

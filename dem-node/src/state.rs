@@ -92,6 +92,9 @@ impl State {
         list.refresh(bodies, &places, 0.0, &[]);
         state.bonds = bond::make(bodies, &places, &list);
         let places = state.places(bodies);
+        // With the pairs that are bonded further apart than the list reaches.
+        list.expire();
+        list.refresh(bodies, &places, 0.0, &state.bonds);
         let mut bonds = Finder::new(&state.bonds);
         for slot in &mut list.slots {
             if bonds.find((slot.a, slot.b)).is_some() {

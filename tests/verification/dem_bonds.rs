@@ -261,3 +261,83 @@ fn a_long_step_is_reported_against_the_bond_limit() {
     );
     assert_eq!((results["bonds"], results["bonds_broken"]), (1.0, 0.0));
 }
+
+/// A grain on the first of two glued disks, its gap to the second one 30 um, under a wheel that has pressed and moves aside.
+///
+/// ```text
+///   ______ -> wheel
+///    (O)
+///   (G) (G)
+/// ```
+///
+/// The grain's centre stands 0.3 R beside that of the disk below. With one bond it turns about the contact and rolls under the
+/// wheel; with two it stays, and the wheel slides on it with the whole of its friction.
+fn ridden(bonds_min: u32) -> Report {
+    let (x, y) = (0.3 * R, (4.0f64 - 0.09).sqrt() * R);
+    let reach = 2.0 * R + 30e-6;
+    let second = x + (reach * reach - y * y).sqrt();
+    let mut law = compliant();
+    law["w_j_per_m2"] = json!(6e7);
+    law["bonds_min"] = json!(bonds_min);
+    let sample = json!({"kind": "disks", "disks": [
+        {"x_m": x, "y_m": y, "radius_m": R},
+        {"x_m": 0.0, "y_m": 0.0, "radius_m": R, "glued": true},
+        {"x_m": second, "y_m": 0.0, "radius_m": R, "glued": true},
+    ]});
+    let wheel = json!({
+        "load_n": 1.0, "mass_kg": 1e-4, "amplitude_m": 2e-5, "frequency_hz": 300.0, "ramp_s": 2e-4, "hold_s": 2e-4, "cycles": 1.0,
+    });
+    let mut dem = build(&scene(law, 1e-7, sample, json!({"wheel": wheel})));
+    assert_eq!(dem.state().bonds.len(), 1 + (bonds_min / 2) as usize);
+    // To the middle of the first quarter of a cycle.
+    march(&mut dem, 0, 4000 + 4166)
+}
+
+#[test]
+fn a_grain_with_a_single_bond_rolls_and_one_with_two_stays() {
+    let friction = |report: &Report| report.signal("wheel_ft_n") / report.signal("wheel_fn_n");
+    let rolled = friction(&ridden(0));
+    assert!(rolled.abs() < 0.2, "{rolled}");
+    close("friction", friction(&ridden(2)), -0.3, 1e-6);
+}
+
+#[test]
+fn every_grain_of_a_layer_has_the_bonds_that_it_must_have() {
+    let config = |bonds_min: u32| {
+        let mut law = compliant();
+        law["contact_stiffness_pa"] = json!(2.255e11);
+        law["alert_m"] = json!(8e-6);
+        law["bonds_min"] = json!(bonds_min);
+        let sample = json!({
+            "kind": "layer", "thickness_m": 0.3e-3, "half_width_m": 8e-3, "crown_radius_m": 0.3,
+            "radius_min_m": 0.05e-3, "radius_max_m": 0.1e-3, "law": "surface_uniform", "seed": 8,
+        });
+        let wheel = json!({"load_n": 0.0, "mass_kg": 0.01, "ramp_s": 1e-4, "hold_s": 1e-4});
+        let mut config = scene(law, 1e-8, sample, json!({"wheel": wheel}));
+        config["time"]["pressure_pa"] = json!(1e9);
+        config
+    };
+    let least = |dem: &Dem| {
+        let mut bonds = vec![0; dem.bodies().disks()];
+        for bond in &dem.state().bonds {
+            bonds[bond.a as usize] += 1;
+            bonds[bond.b as usize] += 1;
+        }
+        bonds[..dem.bodies().free].iter().copied().min()
+    };
+    let (loose, mut held) = (build(&config(0)), build(&config(2)));
+    assert_eq!((least(&loose), least(&held)), (Some(0), Some(2)));
+    let spans = |dem: &Dem| {
+        dem.state()
+            .bonds
+            .iter()
+            .filter(|b| b.reference > 8e-6)
+            .count()
+    };
+    assert_eq!((spans(&loose), spans(&held)), (0, 4));
+    assert_eq!(held.state().bonds.len(), loose.state().bonds.len() + 4);
+    assert!(held.state().bonds.is_sorted_by_key(|b| (b.a, b.b)));
+    // They are in the contact problem from the first step on, at rest.
+    let report = march(&mut held, 0, 50);
+    close("speed", report.signal("speed_max_m_per_s"), 0.0, 1e-9);
+}

@@ -98,6 +98,7 @@ impl LawConfig {
         for ((key, value), unit) in [(ct, "Pa/m"), (b, "Pa m s")] {
             at_least(key, given(key, value)?, 0.0, unit)?;
         }
+        within("law.bonds_min", f64::from(self.bonds_min), 0.0, 6.0)?;
         match self.h_prime {
             Some(_) => Ok(()),
             None => Err(ConfigError::new(
@@ -113,7 +114,13 @@ impl LawConfig {
         let given = numbers
             .filter(|(_, value)| value.is_some())
             .map(|(key, _)| key);
-        match given.chain(self.h_prime.map(|_| "law.h_prime")).next() {
+        let fewest = (self.bonds_min > 0).then_some("law.bonds_min");
+        let others = self
+            .h_prime
+            .map(|_| "law.h_prime")
+            .into_iter()
+            .chain(fewest);
+        match given.chain(others).next() {
             None => Ok(()),
             Some(key) => Err(ConfigError::new(
                 key,
