@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::follow::Ramp;
 use crate::integrate::{Integrator, Load, RowSums, State};
 use crate::model::Model;
 
@@ -20,6 +21,28 @@ pub(crate) fn compliance(model: &Model, components: &[usize], substeps: u32) -> 
         .map_init(
             || ColumnRun::new(model),
             |run, component| run.column(model, components, *component, substeps),
+        )
+        .collect();
+    columns.concat()
+}
+
+/// D (kg/s), square, column after column: column j holds the forces on all `components` at the end of `substeps` steps from
+/// rest in which the velocity of component j grows in a straight line to one and the others are held. With the
+/// acceleration 1/H and the modes of the body with held components, of frequency omega and participation L,
+///
+/// ```text
+/// H D = M_i + H^2/2 K_i + sum L L^T (1 - cos(omega H))
+/// ```
+///
+/// M_i being the lumped masses of the components and K_i their static stiffness: it is never less than M_i, so that D has
+/// an inverse for any H. A component that cannot move has zeros in its row and column. As for [`compliance`], of linear
+/// elasticity, and shared among the threads.
+pub(crate) fn impedance(model: &Model, components: &[usize], substeps: u32) -> Vec<f64> {
+    let columns: Vec<Vec<f64>> = components
+        .par_iter()
+        .map_init(
+            || ColumnRun::new(model),
+            |run, component| run.reactions(model, components, *component, substeps),
         )
         .collect();
     columns.concat()
@@ -71,5 +94,39 @@ impl ColumnRun {
                 .step_rows(body, &mut self.state, &self.load, &mut self.sums, reached);
         }
         all.iter().map(|index| self.state.u[*index]).collect()
+    }
+
+    fn reactions(
+        &mut self,
+        model: &Model,
+        all: &[usize],
+        component: usize,
+        substeps: u32,
+    ) -> Vec<f64> {
+        let body = &model.body;
+        if body.inverse_mass[component] == 0.0 {
+            return vec![0.0; all.len()];
+        }
+        let layout = body.layout();
+        self.load.clear();
+        self.state.restore(&self.rest);
+        self.state.a.fill(0.0);
+        let speed = |index: &usize| if *index == component { 1.0 } else { 0.0 };
+        let follow: Vec<(usize, f64)> = all.iter().map(|index| (*index, speed(index))).collect();
+        let window_s = model.scheme.step * f64::from(substeps);
+        let mut ramp = Ramp::start(body, &mut self.state, &follow, window_s);
+        let source = layout.row_of(component);
+        for step in 1..=substeps as usize {
+            let reached = [
+                source.saturating_sub(step),
+                (source + step + 1).min(layout.node_rows()),
+            ];
+            let rule = self.integrator.rule();
+            self.integrator
+                .step_rows(body, &mut self.state, &self.load, &mut self.sums, reached);
+            let share = step as f64 / f64::from(substeps);
+            ramp.step(body, &rule, &mut self.state, &mut self.sums[0], share);
+        }
+        ramp.force
     }
 }

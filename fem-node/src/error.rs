@@ -34,10 +34,11 @@ pub enum FemError {
     )]
     Point { point: usize, count: usize },
     #[error(
-        "window {window}: the interface force holds {given} numbers, {expected} were agreed on"
+        "window {window}: the interface {what} holds {given} numbers, {expected} were agreed on"
     )]
-    ForceLength {
+    GivenLength {
         window: u64,
+        what: &'static str,
         given: usize,
         expected: usize,
     },
@@ -61,14 +62,16 @@ pub enum FemError {
         limit_s: f64,
     },
     #[error(
-        "window {window}, iteration {iteration}: the {component} component of the force on exchanged point {point} is {force:?} N, no number that a body can follow: the other participant or the coupler diverged; lower the window or the step there"
+        "window {window}, iteration {iteration}: the {component} component of the {what} on exchanged point {point} is {number:?} {unit}, no number that a body can follow: the other participant or the coupler diverged; lower the window or the step there"
     )]
-    ForceNotFinite {
+    GivenNotFinite {
         window: u64,
         iteration: u32,
         point: usize,
         component: char,
-        force: f64,
+        what: &'static str,
+        number: f64,
+        unit: &'static str,
     },
     #[error(
         "window {window}, iteration {iteration}, step {step}, t = {time_s:.6e} s: the body moves with {kinetic_j:.3e} J, more than ten times the {supplied_j:.3e} J that all forces supplied, the solution diverged; its step is {step_s:.4e} s, the stability limit {limit_s:.4e} s: lower time.step_s, the window, or the load"
@@ -84,9 +87,10 @@ pub enum FemError {
         limit_s: f64,
     },
     #[error(
-        "the columns of its compliance over {substeps} steps left the finite numbers; its step is {step_s:.4e} s, the stability limit {limit_s:.4e} s: lower time.step_s"
+        "the columns of its {what} over {substeps} steps left the finite numbers; its step is {step_s:.4e} s, the stability limit {limit_s:.4e} s: lower time.step_s"
     )]
     DivergedColumns {
+        what: &'static str,
         substeps: u32,
         step_s: f64,
         limit_s: f64,
@@ -104,6 +108,10 @@ pub enum FemError {
         "its set `{set}` cannot be coupled: the body carries a wheel of its own on its upper edge; remove [participant.config.wheel], or give the wheel to the other participant"
     )]
     CoupledWithWheel { set: String },
+    #[error(
+        "it cannot follow a velocity on its coupled set: its material is more than linear, or it carries a wheel of its own; give it an elastic small-strain material, or join it by scheme = \"dual-schur-secant\""
+    )]
+    CannotFollow,
     #[error(
         "a static analysis cannot be coupled through its set `{set}`: write analysis = \"dynamic\", or remove the [[interface]]"
     )]
@@ -151,14 +159,14 @@ impl From<FemError> for NodeError {
         match error {
             FemError::Diverged { .. }
             | FemError::Overdrawn { .. }
-            | FemError::ForceNotFinite { .. }
+            | FemError::GivenNotFinite { .. }
             | FemError::DivergedColumns { .. }
             | FemError::Contact { .. }
             | FemError::ContactNotConverged { .. }
             | FemError::NarrowWheel { .. }
             | FemError::StaticSize { .. } => NodeError::diverged(message),
             FemError::Point { .. }
-            | FemError::ForceLength { .. }
+            | FemError::GivenLength { .. }
             | FemError::NoSteps
             | FemError::InMotion
             | FemError::NotAdvanced { .. }
@@ -172,6 +180,7 @@ impl From<FemError> for NodeError {
             | FemError::CoupledWithWheel { .. }
             | FemError::Factor { .. }
             | FemError::CoupledStatics { .. }
+            | FemError::CannotFollow
             | FemError::Write { .. }
             | FemError::SnapshotName { .. } => NodeError::configuration(message),
         }

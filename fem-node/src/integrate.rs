@@ -71,12 +71,12 @@ pub(crate) use block::UpperRow;
 pub(crate) use load::Load;
 pub(crate) use row::RowSums;
 pub(crate) use scheme::Damping;
+pub(crate) use scheme::Rule;
 pub use scheme::Scheme;
 pub use state::State;
 
 use block::split;
 use scattered::Scattered;
-use scheme::Rule;
 use scratch::{Memory, Scratch};
 
 /// Below this number of elements for each thread, waking the threads costs more than they save: with 2 820 each,
@@ -124,6 +124,14 @@ impl Integrator {
         self
     }
 
+    /// How the step to come is done.
+    pub(crate) fn rule(&self) -> Rule {
+        Rule {
+            scheme: self.scheme,
+            damping: self.damping,
+        }
+    }
+
     /// Blocks of rows that are stepped at the same time.
     pub(crate) fn blocks(&self) -> usize {
         self.scratch.len()
@@ -167,10 +175,7 @@ impl Integrator {
         if self.scheme.stiffness_damping > 0.0 {
             state.resistance.resize(body.layout().len(), 0.0);
         }
-        let rule = Rule {
-            scheme: self.scheme,
-            damping: self.damping,
-        };
+        let rule = self.rule();
         if let Some(scattered) = &mut self.scattered {
             return scattered.step(body, &rule, (state, load, &mut sums[0]), wheel);
         }

@@ -15,8 +15,26 @@ pub(crate) struct Interface {
     nodes: Vec<[usize; 2]>,
     /// Exchanged components in the order (x0, y0, x1, y1, ...), as places in the fields.
     components: Vec<usize>,
-    /// Columns of C by number of steps, for the present selection.
-    columns: BTreeMap<u32, Vec<f64>>,
+    /// Square matrices by their kind and number of steps, column after column, for the present selection.
+    condensed: BTreeMap<(Condensed, u32), Vec<f64>>,
+}
+
+/// What is condensed onto the exchanged components.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Condensed {
+    /// C (m/N) of a constant force.
+    Compliance,
+    /// D (kg/s) of a velocity that grows in a straight line.
+    Impedance,
+}
+
+impl Condensed {
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Condensed::Compliance => "compliance",
+            Condensed::Impedance => "impedance",
+        }
+    }
 }
 
 impl Interface {
@@ -72,20 +90,21 @@ impl Interface {
         &self.components
     }
 
-    /// The columns for this number of steps, computed at the first request.
-    pub(crate) fn columns(
+    /// The matrix for this number of steps, computed at the first request.
+    pub(crate) fn condensed(
         &mut self,
+        what: Condensed,
         substeps: u32,
         compute: impl FnOnce(&[usize]) -> Vec<f64>,
     ) -> &[f64] {
-        self.columns
-            .entry(substeps)
+        self.condensed
+            .entry((what, substeps))
             .or_insert_with(|| compute(&self.components))
     }
 
-    /// Whether the columns for this number of steps are known.
-    pub(crate) fn knows(&self, substeps: u32) -> bool {
-        self.columns.contains_key(&substeps)
+    /// Whether the matrix for this number of steps is known.
+    pub(crate) fn knows(&self, what: Condensed, substeps: u32) -> bool {
+        self.condensed.contains_key(&(what, substeps))
     }
 
     fn exchange(&mut self, model: &Model, nodes: Vec<[usize; 2]>) {
@@ -94,7 +113,7 @@ impl Interface {
             .iter()
             .flat_map(|node| [0, 1].map(|k| layout.index(*node, k)));
         self.components = places.collect();
-        self.columns.clear();
+        self.condensed.clear();
     }
 }
 

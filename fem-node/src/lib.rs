@@ -52,6 +52,7 @@ pub mod wheel;
 
 mod compliance;
 mod error;
+mod follow;
 mod interface;
 mod pack;
 mod vtu;

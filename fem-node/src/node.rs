@@ -6,14 +6,16 @@ mod report;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use protocol::{Capabilities, Description, Node, NodeError, Outcome, Setting, Surface, Window};
+use protocol::{
+    Capabilities, Description, Followed, Node, NodeError, Outcome, Setting, Surface, Window,
+};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::compliance::compliance;
+use crate::compliance::{compliance, impedance};
 use crate::config::{Config, Start};
 use crate::error::FemError;
 use crate::integrate::{Integrator, State};
-use crate::interface::{self, Interface};
+use crate::interface::{self, Condensed, Interface};
 use crate::ledger::Ledger;
 use crate::model::{self, Model};
 use crate::probe::{self, Held, PressureMaxima};
@@ -121,35 +123,84 @@ impl FemNode {
     }
 
     fn try_advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, FemError> {
+        let interface = self.paired(window, Given::Force, force)?;
+        self.try_window(
+            window,
+            Request {
+                interface,
+                ..Request::default()
+            },
+        )?;
+        Ok(self.increments())
+    }
+
+    fn try_follow(&mut self, window: &Window, velocity: &[f64]) -> Result<Followed, FemError> {
+        self.may_follow()?;
+        let follow = self.paired(window, Given::Velocity, velocity)?;
+        self.try_window(
+            window,
+            Request {
+                follow,
+                ..Request::default()
+            },
+        )?;
+        let (force, work) = self.run.reaction().unwrap_or_default();
+        Ok(Followed {
+            force: force.to_vec(),
+            work: work.to_vec(),
+            increment: self.increments(),
+        })
+    }
+
+    /// A velocity is followed by a body that is linear and bears no wheel of its own.
+    fn may_follow(&self) -> Result<(), FemError> {
+        match (&self.wheel, &self.model.law) {
+            (None, None) => Ok(()),
+            _ => Err(FemError::CannotFollow),
+        }
+    }
+
+    /// The exchanged components, each with its number of a request.
+    fn paired(
+        &mut self,
+        window: &Window,
+        given: Given,
+        numbers: &[f64],
+    ) -> Result<Vec<(usize, f64)>, FemError> {
         self.pending = None;
         let components = self.interface.components();
-        if force.len() != components.len() {
-            return Err(FemError::ForceLength {
+        if numbers.len() != components.len() {
+            return Err(FemError::GivenLength {
                 window: window.index,
-                given: force.len(),
+                what: given.word(),
+                given: numbers.len(),
                 expected: components.len(),
             });
         }
-        if window.substeps == 0 {
-            return Err(FemError::NoSteps);
-        }
-        if let Some(at) = force.iter().position(|f| !f.is_finite()) {
-            return Err(FemError::ForceNotFinite {
+        if let Some(at) = numbers.iter().position(|number| !number.is_finite()) {
+            return Err(FemError::GivenNotFinite {
                 window: window.index,
                 iteration: window.iteration,
                 point: at / 2,
                 component: if at % 2 == 0 { 'x' } else { 'y' },
-                force: force[at],
+                what: given.word(),
+                number: numbers[at],
+                unit: given.unit(),
             });
+        }
+        let numbers = numbers.iter().copied();
+        Ok(components.iter().copied().zip(numbers).collect())
+    }
+
+    /// Runs a window from the committed state; `request` tells under what.
+    fn try_window(&mut self, window: &Window, request: Request) -> Result<(), FemError> {
+        if window.substeps == 0 {
+            return Err(FemError::NoSteps);
         }
         let request = Request {
             start: self.steps,
             substeps: window.substeps,
-            interface: components
-                .iter()
-                .copied()
-                .zip(force.iter().copied())
-                .collect(),
+            ..request
         };
         let (model, integrator) = (&self.model, &mut self.integrator);
         let committed = (&self.committed, self.wheel.as_ref());
@@ -166,7 +217,7 @@ impl FemNode {
             return Err(failed);
         }
         self.pending = Some((window.index, request));
-        Ok(self.increments())
+        Ok(())
     }
 
     /// Displacement increments of the exchanged components over the last window.
@@ -237,20 +288,35 @@ impl FemNode {
     }
 
     fn try_columns(&mut self, substeps: u32) -> Result<Vec<f64>, FemError> {
+        self.condensed(Condensed::Compliance, substeps)
+    }
+
+    fn try_impedance(&mut self, substeps: u32) -> Result<Vec<f64>, FemError> {
+        self.may_follow()?;
+        self.condensed(Condensed::Impedance, substeps)
+    }
+
+    /// What a window of `substeps` comes to, seen from the exchanged components; computed once.
+    fn condensed(&mut self, what: Condensed, substeps: u32) -> Result<Vec<f64>, FemError> {
         if substeps == 0 {
             return Err(FemError::NoSteps);
         }
-        if !self.interface.knows(substeps) {
+        if !self.interface.knows(what, substeps) {
             self.column_steps += u64::from(substeps) * self.interface.components().len() as u64;
         }
         let (model, pool) = (&self.model, &self.pool);
-        let columns = self.interface.columns(substeps, |components| {
-            pool.install(|| compliance(model, components, substeps))
+        let compute = match what {
+            Condensed::Compliance => compliance,
+            Condensed::Impedance => impedance,
+        };
+        let columns = self.interface.condensed(what, substeps, |components| {
+            pool.install(|| compute(model, components, substeps))
         });
         if columns.iter().all(|c| c.is_finite()) {
             return Ok(columns.to_vec());
         }
         Err(FemError::DivergedColumns {
+            what: what.word(),
             substeps,
             step_s: self.model.scheme.step,
             limit_s: self.model.step_limit,
@@ -269,6 +335,7 @@ impl Node for FemNode {
                 advance: self.wheel.is_none(),
                 columns: self.wheel.is_none(),
                 compliant_wall: false,
+                follow: self.may_follow().is_ok(),
                 alone: true,
                 resume: true,
             },
@@ -310,6 +377,14 @@ impl Node for FemNode {
         Ok(self.try_advance(window, force)?)
     }
 
+    fn impedance(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
+        Ok(self.try_impedance(substeps)?)
+    }
+
+    fn follow(&mut self, window: &Window, velocity: &[f64]) -> Result<Followed, NodeError> {
+        Ok(self.try_follow(window, velocity)?)
+    }
+
     fn commit(&mut self, window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
         Ok(self.try_commit(window, displacement)?)
     }
@@ -347,6 +422,29 @@ impl Node for FemNode {
             state_hash: self.state_hash(),
             warnings: Vec::new(),
         })
+    }
+}
+
+/// What a request gives for each exchanged component.
+#[derive(Clone, Copy)]
+enum Given {
+    Force,
+    Velocity,
+}
+
+impl Given {
+    fn word(self) -> &'static str {
+        match self {
+            Given::Force => "force",
+            Given::Velocity => "velocity",
+        }
+    }
+
+    fn unit(self) -> &'static str {
+        match self {
+            Given::Force => "N",
+            Given::Velocity => "m/s",
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::boundary::Traction;
 use crate::element::Body;
+use crate::follow::Ramp;
 use crate::integrate::{Damping, Integrator, Load, RowSums, State, UpperRow};
 use crate::ledger::Ledger;
 use crate::model::Model;
@@ -37,6 +38,8 @@ pub(crate) struct Request {
     pub(crate) substeps: u32,
     /// Interface force by component (N), held constant.
     pub(crate) interface: Vec<(usize, f64)>,
+    /// Velocity by component (m/s) that is reached at the end of the window, in a straight line.
+    pub(crate) follow: Vec<(usize, f64)>,
 }
 
 /// The state that a window leads to, kept apart from the committed one until it is accepted.
@@ -62,6 +65,8 @@ pub(crate) struct WindowRun {
     sums: Vec<RowSums>,
     applied_work: f64,
     drive_work: f64,
+    /// Of a window along a given velocity.
+    ramp: Option<Ramp>,
     /// a M a at the start of the window, under its own force (W).
     start_product: f64,
 }
@@ -83,6 +88,7 @@ impl WindowRun {
             sums: vec![RowSums::default(); body.layout().node_rows()],
             applied_work: 0.0,
             drive_work: 0.0,
+            ramp: None,
             start_product: 0.0,
         }
     }
@@ -102,6 +108,10 @@ impl WindowRun {
         self.drive_work = 0.0;
         self.held = None;
         self.begin(model, committed, request);
+        let window_s = model.scheme.step * f64::from(request.substeps);
+        let follows = !request.follow.is_empty();
+        self.ramp =
+            follows.then(|| Ramp::start(&model.body, &mut self.state, &request.follow, window_s));
         self.start_product = inertia_product(&model.body, &self.state.a);
         self.hold(model, request.start);
         let displacements = |state: &State| {
@@ -127,6 +137,11 @@ impl WindowRun {
                 &mut self.sums,
                 wheel,
             );
+            if let Some(ramp) = &mut self.ramp {
+                let share = f64::from(k + 1) / f64::from(request.substeps);
+                let (state, sums) = (&mut self.state, &mut self.sums[0]);
+                ramp.step(&model.body, &integrator.rule(), state, sums, share);
+            }
             self.drive_work += self.driven(model, step, &reactions);
             let after = displacements(&self.state);
             self.applied_work += applied_work(model, step, &last, &after);
@@ -152,11 +167,12 @@ impl WindowRun {
         let moved = |index: usize| self.state.u[index] - start.u[index];
         let forces = request.interface.iter();
         let interface: f64 = forces.map(|(index, force)| force * moved(*index)).sum();
+        let followed = self.ramp.as_ref().map_or(0.0, Ramp::total_work);
         let wheel = self.wheel.as_ref().map_or(0.0, |run| {
             run.state.energies.load + run.state.energies.drive
         });
         let body = before.interface_work + before.applied_work + before.drive_work;
-        let work = body + interface + self.applied_work + self.drive_work + wheel;
+        let work = body + interface + followed + self.applied_work + self.drive_work + wheel;
         self.supplied = self.supplied.max(work);
         let supplied = self.supplied + self.start_strain + self.start_kinetic;
         let kinetic = 0.5 * inertia_product(&model.body, &self.state.v);
@@ -259,7 +275,9 @@ impl WindowRun {
         let beyond = |law| model.body.energy_beyond(law, u, history);
         let beyond = model.law.as_ref().map_or(0.0, beyond);
         Ledger {
-            interface_work: before.interface_work + work.sum::<f64>(),
+            interface_work: before.interface_work
+                + work.sum::<f64>()
+                + self.ramp.as_ref().map_or(0.0, Ramp::total_work),
             applied_work: before.applied_work + self.applied_work,
             strain: strain_energy(&self.state) + beyond - self.start_strain,
             kinetic: 0.5 * inertia_product(&model.body, &self.state.v),
@@ -315,6 +333,12 @@ impl WindowRun {
                 self.state.force[*index] + resistance - self.load.at(*index)
             })
             .collect()
+    }
+
+    /// Of a window along a given velocity: the forces (N) on its components at the end, and their works (J).
+    pub(crate) fn reaction(&self) -> Option<(&[f64], &[f64])> {
+        let ramp = self.ramp.as_ref()?;
+        Some((&ramp.force, &ramp.work))
     }
 
     /// The displacement that is farthest from zero, not a number if any is not.

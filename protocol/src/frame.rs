@@ -61,10 +61,18 @@ pub enum Kind {
     Restore = 24,
     /// Answer to `Restore`.
     Restored = 25,
+    /// Request: the impedance of `substeps` own steps; no payload.
+    Resist = 26,
+    /// Answer to `Resist`: the square matrix D (kg/s), column after column.
+    Impedance = 27,
+    /// Request: velocity (m/s) at the end of the window, reached in a straight line from its start.
+    Follow = 28,
+    /// Answer to `Follow`: force (N) at the end of the window, then displacement increments (m), then work (J).
+    Reaction = 29,
 }
 
 impl Kind {
-    const ALL: [Kind; 25] = [
+    const ALL: [Kind; 29] = [
         Kind::Hello,
         Kind::Welcome,
         Kind::Couple,
@@ -90,6 +98,10 @@ impl Kind {
         Kind::State,
         Kind::Restore,
         Kind::Restored,
+        Kind::Resist,
+        Kind::Impedance,
+        Kind::Follow,
+        Kind::Reaction,
     ];
 
     /// The kind with this number, if there is one.

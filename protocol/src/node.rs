@@ -46,6 +46,21 @@ pub trait Node: Send {
         ))
     }
 
+    /// Impedance D (kg/s) of a window of `substeps` own steps: column j holds the reactions of all exchanged components
+    /// at the end of a run from rest in which the velocity of component j grows in a straight line to one and all others
+    /// are held. A component that cannot move has zeros in its row and column. Square, column after column.
+    fn impedance(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
+        let _ = substeps;
+        Err(NodeError::unsupported("columns of its impedance"))
+    }
+
+    /// Runs a window in which the velocity of each exchanged component goes in a straight line from what it is to
+    /// `velocity` (m/s), and returns what it takes.
+    fn follow(&mut self, window: &Window, velocity: &[f64]) -> Result<Followed, NodeError> {
+        let _ = (window, velocity);
+        Err(NodeError::unsupported("a window along a given velocity"))
+    }
+
     /// Solves a window with glued points that obey v_g = a_g + W_g p, `free_velocity` being a_g (m/s).
     fn solve(&mut self, window: &Window, free_velocity: &[f64]) -> Result<WallAnswer, NodeError> {
         let _ = (window, free_velocity);
@@ -178,6 +193,9 @@ pub struct Capabilities {
     pub columns: bool,
     /// [`Node::wall`] and [`Node::solve`].
     pub compliant_wall: bool,
+    /// [`Node::follow`] and [`Node::impedance`]; false for a program that does not know them.
+    #[serde(default)]
+    pub follow: bool,
     /// [`Node::march`].
     pub alone: bool,
     /// [`Node::checkpoint`] and [`Node::restore`]; false for a program that does not know them.
@@ -289,6 +307,17 @@ pub struct WallAnswer {
     pub residual: f64,
     /// Whether the residual is within the node's own tolerance.
     pub converged: bool,
+}
+
+/// What a node answers that followed a velocity.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Followed {
+    /// Force on the node at the end of the window that this took (N), by component; zero where it cannot move.
+    pub force: Vec<f64>,
+    /// Displacement increments over the window (m).
+    pub increment: Vec<f64>,
+    /// Work of the forces over the window (J), by component: they are not constant in it.
+    pub work: Vec<f64>,
 }
 
 /// What came out of a run, seen by one node.

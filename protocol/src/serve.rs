@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 use crate::link::{Link, LinkError};
-use crate::node::{Description, Node, NodeError, Outcome, WallAnswer, Window};
+use crate::node::{Description, Followed, Node, NodeError, Outcome, WallAnswer, Window};
 use crate::setting::Session;
 
 /// The coordinator's greeting.
@@ -293,6 +293,19 @@ fn answer(node: &mut dyn Node, request: &Frame) -> Result<Answer, NodeError> {
             Kind::Motion,
             node.advance(&window, payload)?,
         )),
+        Kind::Resist => Ok(Answer::Numbers(
+            Kind::Impedance,
+            node.impedance(request.header.substeps)?,
+        )),
+        Kind::Follow => {
+            let Followed {
+                force,
+                increment,
+                work,
+            } = node.follow(&window, payload)?;
+            let numbers = [force, increment, work].concat();
+            Ok(Answer::Numbers(Kind::Reaction, numbers))
+        }
         Kind::Solve => Ok(Answer::Numbers(
             Kind::Force,
             pack_wall_answer(node.solve(&window, payload)?),

@@ -8,6 +8,7 @@ mod fem_cylinder;
 mod fem_dispersion;
 mod fem_energy;
 mod fem_fields;
+mod fem_follow;
 mod fem_gmsh_binary;
 mod fem_gmsh_contact;
 mod fem_gmsh_patch;

@@ -271,6 +271,7 @@ fn summary_of(run: &Path) -> Value {
 fn drifts(replayed: &Replayed) -> Value {
     let kinds = [
         ("motion", Kind::Motion),
+        ("reaction", Kind::Reaction),
         ("force", Kind::Force),
         ("report", Kind::Report),
     ];

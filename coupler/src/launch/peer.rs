@@ -287,10 +287,12 @@ impl Drop for Peer {
 fn asked(frame: &Frame) -> String {
     let header = &frame.header;
     match Kind::from_number(header.kind) {
-        Some(kind @ (Kind::Advance | Kind::Solve | Kind::Commit | Kind::March)) => format!(
-            "in window {}, iteration {} ({kind:?}, t = {:.6e} s)",
-            header.window, header.iteration, header.t0_s
-        ),
+        Some(kind @ (Kind::Advance | Kind::Follow | Kind::Solve | Kind::Commit | Kind::March)) => {
+            format!(
+                "in window {}, iteration {} ({kind:?}, t = {:.6e} s)",
+                header.window, header.iteration, header.t0_s
+            )
+        }
         Some(Kind::Hello) => "during its set-up".into(),
         Some(kind) => format!("at the handshake ({kind:?})"),
         None => "outside the protocol".into(),

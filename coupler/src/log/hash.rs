@@ -73,6 +73,8 @@ fn is_handshake(kind: u32) -> bool {
                 | Kind::Select
                 | Kind::Columns
                 | Kind::Compliance
+                | Kind::Resist
+                | Kind::Impedance
                 | Kind::Wall
                 | Kind::Ready
         )

@@ -10,8 +10,9 @@ use crate::error::Error;
 use crate::report::curves::{Curve, plot};
 
 /// What is drawn: kinds of answers, and their colours.
-const DRAWN: [(Kind, &str, RGBColor); 3] = [
+const DRAWN: [(Kind, &str, RGBColor); 4] = [
     (Kind::Motion, "motion", RGBColor(31, 90, 160)),
+    (Kind::Reaction, "reaction", RGBColor(110, 60, 160)),
     (Kind::Force, "force", RGBColor(190, 50, 40)),
     (Kind::Report, "report", RGBColor(150, 150, 150)),
 ];

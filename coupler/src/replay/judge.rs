@@ -62,6 +62,10 @@ fn blocks(frame: &Frame) -> Vec<Range<usize>> {
             let points = (length - 3) / 2;
             vec![0..points, points..2 * points, length - 1..length]
         }
+        Ok(Kind::Reaction) => {
+            let part = length / 3;
+            vec![0..part, part..2 * part, 2 * part..length]
+        }
         _ => std::iter::once(0..length).collect(),
     }
 }

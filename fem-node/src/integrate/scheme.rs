@@ -51,14 +51,14 @@ impl Damping {
         }
     }
 
-    pub(super) fn acts(self) -> bool {
+    pub(crate) fn acts(self) -> bool {
         self.start > 0.0 || self.end > 0.0
     }
 }
 
 /// How a step is done.
 #[derive(Clone, Copy)]
-pub(super) struct Rule {
-    pub(super) scheme: Scheme,
-    pub(super) damping: Damping,
+pub(crate) struct Rule {
+    pub(crate) scheme: Scheme,
+    pub(crate) damping: Damping,
 }

@@ -60,7 +60,7 @@ impl Flight {
         let request = Request {
             start: self.steps,
             substeps: 1,
-            interface: Vec::new(),
+            ..Request::default()
         };
         let start = (&self.state, Some(&self.wheel));
         self.run.run(
