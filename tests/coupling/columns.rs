@@ -11,7 +11,7 @@ use coupler::couple::group::Group;
 use coupler::couple::handshake;
 use coupler::couple::join::join;
 use coupler::couple::run::fresh_run_id;
-use coupler::couple::scheme::compliance::columns;
+use coupler::couple::scheme::source::columns;
 use coupler::launch::{Launcher, Watch};
 use coupler::rundir::RunDir;
 use coupler::scenario::load::parse;

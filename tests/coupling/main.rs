@@ -15,3 +15,4 @@ mod stability;
 mod starved;
 mod static_patch;
 mod two_strips;
+mod velocity;

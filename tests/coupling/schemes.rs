@@ -11,7 +11,7 @@ use coupler::error::Error;
 use harness::runs::{Left, run_in_process, run_over_shared_memory};
 use harness::scene::{bar, body, glue, head};
 
-fn scenario(scheme: &str, substeps: u32, windows: u32, plastic: bool) -> String {
+pub(super) fn scenario(scheme: &str, substeps: u32, windows: u32, plastic: bool) -> String {
     let step_s = 0.9;
     let end_s = f64::from(substeps * windows) * step_s;
     let material = match plastic {

@@ -39,7 +39,7 @@ const FAR: &str = "far_mass_kg = 0.0";
 const TOLERANCE: &str = "tolerance_rel = 1e-11\nrepeats_max = 60";
 
 /// Bar, chain, bar; the steps of both bars and the substeps of both interfaces.
-fn three(scheme: &str, theta: f64, steps_s: [f64; 2], substeps: [u32; 2]) -> String {
+pub(super) fn three(scheme: &str, theta: f64, steps_s: [f64; 2], substeps: [u32; 2]) -> String {
     let lower = ["left.end", "middle.end"];
     let upper = ["middle.far", "right.start"];
     [
@@ -53,7 +53,7 @@ fn three(scheme: &str, theta: f64, steps_s: [f64; 2], substeps: [u32; 2]) -> Str
     .concat()
 }
 
-fn run(text: &str) -> Left {
+pub(super) fn run(text: &str) -> Left {
     run_in_process(text, &[]).expect("it is valid").completed()
 }
 
@@ -69,7 +69,7 @@ fn monolithic(times: &[f64]) -> Vec<[f64; 2]> {
 }
 
 /// Relative L2 errors over time of the displacements of both joints.
-fn errors(left: &Left) -> [f64; 2] {
+pub(super) fn errors(left: &Left) -> [f64; 2] {
     let exact = monolithic(&left.signals["t_s"]);
     let found = [&left.signals["left.u_m"], &left.signals["right.start_u_m"]];
     [0, 1].map(|joint| {
@@ -220,21 +220,26 @@ fn separate_pairs_do_not_feel_each_other() {
     assert!(both.signals["t_s"].windows(2).all(|pair| pair[1] > pair[0]));
 }
 
-/// One bar with a chain glued to each end: two walls on one continuum. The bar is shorter than a wave runs in a window, so
-/// that each wall feels the other inside it, and repeats are needed.
-#[test]
-fn two_walls_on_one_bar_close_both_gaps() {
+/// A short bar with a chain glued to each end.
+pub(super) fn two_walls(scheme: &str) -> String {
     let above = ["bar.end", "up.end"];
     let below = ["bar.start", "down.end"];
-    let text = [
+    [
         head("walls", 1.0, ""),
         bar("bar", 4, 0.9, "velocity_m_per_s = 1.0"),
         middle("up", 4.0, 1.0, ""),
         middle("down", 0.0, 1.0, ""),
-        interface("above", above, "dual-schur", 10, TOLERANCE),
-        interface("below", below, "dual-schur", 10, TOLERANCE),
+        interface("above", above, scheme, 10, TOLERANCE),
+        interface("below", below, scheme, 10, TOLERANCE),
     ]
-    .concat();
+    .concat()
+}
+
+/// One bar with a chain glued to each end: two walls on one continuum. The bar is shorter than a wave runs in a window, so
+/// that each wall feels the other inside it, and repeats are needed.
+#[test]
+fn two_walls_on_one_bar_close_both_gaps() {
+    let text = two_walls("dual-schur");
     let left = run(&text);
     let repeats = left.number("repeats_mean");
     println!("{repeats:.1} repeats a window");

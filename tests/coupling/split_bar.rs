@@ -20,11 +20,11 @@ use harness::scene::{bar, chain, head, interface};
 
 const SUBSTEPS: u32 = 10;
 /// The step of the case; the critical one is 1 s.
-const STEP_S: f64 = 0.9;
+pub(super) const STEP_S: f64 = 0.9;
 /// Eighteen windows; the case's 160 s would end with a short one, which the table does not have.
 const END_S: f64 = 162.0;
 
-fn scenario(theta: f64, step_s: f64) -> String {
+pub(super) fn scenario(theta: f64, step_s: f64) -> String {
     let pulse = "pulse = { centre_m = 50.0, width_m = 10.0 }";
     let keys = format!("glued_mass_kg = 0.0\ntheta = {theta:?}\nend_s = {END_S:?}");
     let (ends, tolerance) = (["bar.end", "chain.end"], "tolerance_rel = 1e-9");
@@ -48,7 +48,7 @@ fn monolithic(times: &[f64]) -> Vec<f64> {
     lattice.displacements([100], times).concat()
 }
 
-fn interface_error(left: &Left) -> f64 {
+pub(super) fn interface_error(left: &Left) -> f64 {
     let times = &left.signals["t_s"];
     let exact = monolithic(times);
     let found = &left.signals["bar.u_m"];
@@ -78,7 +78,7 @@ fn inertia() -> f64 {
 }
 
 /// Kinetic and strain energy of the pulse (J).
-fn mechanical_j() -> f64 {
+pub(super) fn mechanical_j() -> f64 {
     pulse_energy_j() + 0.125 * STEP_S * STEP_S * inertia()
 }
 

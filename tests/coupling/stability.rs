@@ -24,7 +24,7 @@ fn the_default_is_stable_in_every_cell_and_what_is_predicted_stable_is() {
     let cells = map(&Axes::reduced());
     let found = findings(&cells, 23).expect("the coupler runs");
     println!("{}", found.table());
-    assert_eq!(found.cells, 504);
+    assert_eq!(found.cells, 576);
     assert_eq!(found.unstable_default, 0);
     assert_eq!(found.missed, 0);
     assert_eq!(found.cried_wolf, 0);
@@ -81,6 +81,7 @@ fn the_window_matrix_is_the_coupler() {
         ("dual-schur", Tie::Exact),
         ("staggered-serial", Tie::LateForce),
         ("staggered-parallel", Tie::LateBoth),
+        ("velocity", Tie::Velocity),
     ];
     for (scheme, tie) in schemes {
         for (theta, substeps) in [(0.5, 3), (1.0, 1), (1.0, 25)] {
@@ -130,6 +131,7 @@ fn apart(left: &Left, tie: Tie, theta: f64, substeps: u32) -> f64 {
         },
         lambda: 0.0,
         motion: 0.0,
+        place: 0.0,
     };
     let (mut largest, mut apart) = (0.0f64, 0.0f64);
     let forces = &left.signals["interface_fx_n"];

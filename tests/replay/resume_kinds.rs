@@ -42,6 +42,7 @@ fn every_scheme_resumes() {
         ("fixed-point-serial", "aitken"),
         ("fixed-point-serial", "iqn-ils"),
         ("fixed-point-parallel", "iqn-ils"),
+        ("velocity", "none"),
     ];
     for (scheme, acceleration) in cases {
         let acceleration = format!("interface.glue.acceleration={acceleration}");

@@ -3,9 +3,11 @@
 //! The interfaces are its right end node, set `end`, and its left one, set `start`; component 1 is not moved and has no
 //! compliance.
 
+mod follow;
+
 use protocol::{
-    Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface, Term, Window,
-    read_config,
+    Capabilities, Description, Followed, Node, NodeError, Outcome, Role, Session, Surface, Term,
+    Window, read_config,
 };
 use serde::{Deserialize, Serialize};
 
@@ -124,6 +126,16 @@ impl Bar {
         };
         bar.energy_0_j = bar.energy_j(&bar.committed);
         bar
+    }
+
+    /// The same without yielding: columns are those of the elastic body, since a unit force would make a soft bar yield.
+    fn elastic(&self) -> Bar {
+        let mut elastic = Bar::new(Config {
+            yield_elongation_m: None,
+            ..self.config.clone()
+        });
+        elastic.coupled.clone_from(&self.coupled);
+        elastic
     }
 
     fn at_rest(&self) -> State {
@@ -273,6 +285,7 @@ impl Node for Bar {
                 checkpoint: true,
                 advance: true,
                 columns: true,
+                follow: c.grouping == Grouping::Synchronised,
                 resume: true,
                 ..Capabilities::default()
             },
@@ -331,12 +344,7 @@ impl Node for Bar {
     }
 
     fn columns(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
-        // Columns are those of the elastic body: a unit force would make a soft bar yield.
-        let mut elastic = Bar::new(Config {
-            yield_elongation_m: None,
-            ..self.config.clone()
-        });
-        elastic.coupled.clone_from(&self.coupled);
+        let elastic = self.elastic();
         let size = 2 * self.coupled.len();
         let mut matrix = vec![0.0; size * size];
         for column in (0..size).step_by(2) {
@@ -367,6 +375,26 @@ impl Node for Bar {
             increment[0] = f64::NAN;
         }
         Ok(increment)
+    }
+
+    fn impedance(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
+        Ok(self.resists(substeps))
+    }
+
+    fn follow(&mut self, window: &Window, velocity: &[f64]) -> Result<Followed, NodeError> {
+        let mut state = self.committed.clone();
+        let mut followed = self.lead(&mut state, velocity, window.substeps);
+        self.steps += u64::from(window.substeps);
+        for (i, node) in self.coupled.iter().enumerate() {
+            followed.increment[2 * i] = state.u[*node] - self.committed.u[*node];
+        }
+        state.interface_work_j += followed.work.iter().sum::<f64>();
+        self.trial = state;
+        let most = self.config.nan_above_substeps.unwrap_or(u32::MAX);
+        if window.substeps > most {
+            followed.force[0] = f64::NAN;
+        }
+        Ok(followed)
     }
 
     fn commit(&mut self, _window: &Window, _displacement: &[f64]) -> Result<Vec<f64>, NodeError> {

@@ -43,6 +43,8 @@ fn join_group(
         let pair = roles(conversation, interface, greeted)?;
         let wall_name = conversation.peers[pair.wall].name();
         refuse_finer_than_solver(interface, wall_name, &greeted[pair.wall].description)?;
+        let continuum_name = conversation.peers[pair.continuum].name();
+        refuse_without_follow(interface, continuum_name, &greeted[pair.continuum])?;
         pairs.push(pair);
     }
     refuse_two_roles(conversation, &pairs)?;
@@ -170,6 +172,21 @@ fn refuse_finer_than_solver(
                 interface.name, interface.tolerance_rel, own.key, own.value
             )))
         }
+        _ => Ok(()),
+    }
+}
+
+/// Along a velocity only goes who can.
+fn refuse_without_follow(
+    interface: &Interface,
+    name: &str,
+    continuum: &Greeted,
+) -> Result<(), Error> {
+    match continuum.description.capabilities.follow {
+        false if interface.scheme == Scheme::Velocity => Err(Error::Refused(format!(
+            "interface.{}.scheme = \"velocity\" prescribes the velocity of participant `{name}`, which cannot follow one: a shipped continuum can if its material is elastic and small-strain; take scheme = \"dual-schur\", or \"dual-schur-secant\" for a continuum that is not linear",
+            interface.name
+        ))),
         _ => Ok(()),
     }
 }

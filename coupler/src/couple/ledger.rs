@@ -39,7 +39,7 @@ pub struct WindowEntry<'a> {
     /// Motion of the points that the nodes dictate, N du (m).
     pub point_motion: &'a [f64],
     /// Work on the nodes of a force that is not that of the grains in this window, (lambda - N^T F_g).du: what a scheme
-    /// makes or loses that uses a force one window late (J).
+    /// makes or loses that uses a force one window late, or one that is not constant in it (J).
     pub late_work_j: f64,
     /// Motion of the points in the contact solve, H v_g (m).
     pub wall_motion: &'a [f64],

@@ -27,7 +27,8 @@ impl Runs {
             | Scheme::DualSchurSecant
             | Scheme::DualSchurCheap
             | Scheme::FixedPointSerial
-            | Scheme::FixedPointParallel => Runs {
+            | Scheme::FixedPointParallel
+            | Scheme::Velocity => Runs {
                 continuum: 2,
                 wall: 1,
             },
@@ -51,11 +52,10 @@ pub fn coupled(scenario: &Scenario, greeted: &[Greeted], courses: &[Course]) -> 
             let (name, peer) = told(side);
             let mut both = Both::of(&mut volume, scenario, name);
             let size = 2 * side.places.len();
-            both.turn(windows * runs.continuum, size, size);
+            both.turn(windows * runs.continuum, size, size * answers(rules));
             both.turn(windows, 0, report(&greeted[peer].description));
-            if asks_columns(rules) {
-                both.turn(1, 0, size * size);
-            }
+            let capabilities = greeted[peer].description.capabilities;
+            both.turn(matrices(rules, capabilities.columns), 0, size * size);
         }
         for side in &group.walls {
             let (name, peer) = told(side);
@@ -118,11 +118,23 @@ fn report(description: &Description) -> usize {
     description.signals.len() + description.ledger.len()
 }
 
-fn asks_columns(rules: &Interface) -> bool {
+/// Square matrices that a continuum is asked for.
+fn matrices(rules: &Interface, gives_columns: bool) -> u64 {
     match rules.scheme {
         Scheme::DualSchur | Scheme::DualSchurSecant | Scheme::DualSchurCheap => {
-            rules.compliance == CompliancePrior::Columns
+            u64::from(rules.compliance == CompliancePrior::Columns)
         }
-        _ => false,
+        // Its impedance, and the columns for what is foreseen.
+        Scheme::Velocity => 1 + u64::from(gives_columns),
+        _ => 0,
+    }
+}
+
+/// Numbers that a continuum answers for each component.
+fn answers(rules: &Interface) -> usize {
+    match rules.scheme {
+        // Force, increment and work.
+        Scheme::Velocity => 3,
+        _ => 1,
     }
 }

@@ -3,7 +3,7 @@
 use protocol::ConfigError;
 use protocol::setting::nearest;
 
-use super::{Interface, Scenario};
+use super::{CompliancePrior, Interface, Scenario, Scheme};
 
 /// Stops at the first that fails.
 pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
@@ -181,6 +181,13 @@ fn check_interface(
             &key("relaxation"),
             format!("must be at most 1, got {}", interface.relaxation),
         ));
+    }
+    if interface.scheme == Scheme::Velocity && interface.compliance == CompliancePrior::Mass {
+        return Err(ConfigError::new(
+            &key("compliance"),
+            "scheme = \"velocity\" goes by the impedance that the continuum tells, not by masses",
+        )
+        .help("remove the key, or take scheme = \"dual-schur-secant\""));
     }
     let mut joined = Vec::new();
     for side in &interface.between {

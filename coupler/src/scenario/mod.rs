@@ -276,6 +276,9 @@ pub enum Scheme {
     FixedPointSerial,
     /// The same with both sides at once, each with the other's last answer.
     FixedPointParallel,
+    /// One straight line of velocities a window, equal velocities at its end: dissipative, for slow and quasi-static
+    /// motion of a linear continuum.
+    Velocity,
 }
 
 /// Where the compliance of a dual Schur scheme comes from.

@@ -63,7 +63,7 @@ pub fn limits(substeps: &[u32], cfls: &[f64]) -> Result<Vec<Limit>, Error> {
                 limits.push(mass_limit(scheme, *m, *cfl)?);
             }
         }
-        for scheme in [Scheme::DualSchur, Scheme::DualSchurSecant] {
+        for scheme in [Scheme::DualSchur, Scheme::DualSchurSecant, Scheme::Velocity] {
             limits.push(step_limit(scheme, *m)?);
         }
     }

@@ -50,6 +50,7 @@ impl Axes {
                 Scheme::StaggeredParallel,
                 Scheme::FixedPointSerial,
                 Scheme::FixedPointParallel,
+                Scheme::Velocity,
             ],
             thetas: vec![0.5, 0.55, 0.7, 1.0],
             mass_ratios: vec![1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3],
@@ -247,6 +248,7 @@ fn forces(trial: &Trial, response: &Response, windows: usize) -> Vec<f64> {
         masses: BodyNode::start(),
         lambda: 0.0,
         motion: 0.0,
+        place: 0.0,
     };
     let window = |index: usize| {
         joint = Operator {

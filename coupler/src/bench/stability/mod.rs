@@ -39,7 +39,7 @@ pub struct Findings {
     pub cells: usize,
     /// Cells that grow.
     pub unstable: usize,
-    /// Those among them of the dual Schur schemes at theta = 1, where they are offered.
+    /// Those among them of the dual Schur and velocity schemes at theta = 1, where they are offered.
     pub unstable_default: usize,
     /// Cells that were predicted to be stable and grow.
     pub missed: usize,
@@ -81,11 +81,11 @@ pub fn bench(folder: &Path) -> Result<Findings, Error> {
 pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
     let grows = |cell: &Cell| cell.growth > 1.0 + NEUTRAL;
     let offered = |cell: &Cell| {
-        let dual_schur = matches!(
+        let monolithic = matches!(
             cell.trial.scheme,
-            Scheme::DualSchur | Scheme::DualSchurSecant | Scheme::DualSchurCheap
+            Scheme::DualSchur | Scheme::DualSchurSecant | Scheme::DualSchurCheap | Scheme::Velocity
         );
-        dual_schur && cell.trial.backing.theta == 1.0
+        monolithic && cell.trial.backing.theta == 1.0
     };
     let count = |which: &dyn Fn(&Cell) -> bool| cells.iter().filter(|cell| which(cell)).count();
     let sample: Vec<&Cell> = cells.iter().step_by(every).collect();
@@ -123,7 +123,7 @@ impl Findings {
         format!(
             "cells                                        {}\n\
              unstable                                     {}\n\
-             unstable, dual Schur schemes at theta = 1    {}\n\
+             unstable, dual Schur, velocity at theta = 1  {}\n\
              predicted stable, but unstable               {}\n\
              predicted unstable, but stable               {}\n\
              cells run through the real coupler           {}\n\

@@ -3,10 +3,11 @@
 
 use nalgebra::{DMatrix, DVector};
 use protocol::{
-    Backing, Capabilities, Description, Node, NodeError, Outcome, Surface, WallAnswer, Window,
+    Backing, Capabilities, Description, Followed, Node, NodeError, Outcome, Surface, WallAnswer,
+    Window,
 };
 
-use crate::couple::predict::response::Response;
+use crate::couple::predict::response::{Lead, Response, matrix_power};
 use crate::couple::predict::wall::{Masses, Motion, Wall};
 
 /// An elastic bar of unit elements, held at its far end, coupled at the other; explicit steps without damping.
@@ -17,6 +18,9 @@ pub struct Bar {
     /// Step (s), 1 being the stability limit.
     pub step_s: f64,
 }
+
+/// The end node has the half mass of its one element.
+const END_MASS_KG: f64 = 0.5;
 
 /// Displacements (m) and velocities (m/s) of the free nodes.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,22 +56,40 @@ impl Bar {
                 step[(row, column)] = *value;
             }
         }
-        let mut window = DMatrix::identity(size, size);
-        let mut exponent = substeps;
-        while exponent > 0 {
-            if exponent & 1 == 1 {
-                window = &step * window;
-            }
-            step = &step * &step;
-            exponent >>= 1;
-        }
+        let window = matrix_power(&step, substeps);
         let mut place = DVector::zeros(2 * n);
         place[n - 1] = 1.0;
         Response {
             carry: window.view((0, 0), (2 * n, 2 * n)).into_owned(),
             push: window.column(2 * n).rows(0, 2 * n).into_owned(),
             place,
+            lead: self.lead(substeps),
         }
+    }
+
+    /// The same along a velocity: one step for each unit state and for a unit acceleration of the end.
+    fn lead(&self, substeps: u32) -> Lead {
+        let n = self.elements;
+        let size = 2 * n + 1;
+        let mut step = DMatrix::identity(size, size);
+        for column in 0..size {
+            let unit = |index: usize| if index == column { 1.0 } else { 0.0 };
+            let mut state = State {
+                u: (0..n).map(unit).collect(),
+                v: (n..2 * n).map(unit).collect(),
+            };
+            self.led(&mut state, unit(2 * n), 1);
+            let moved = state.u.iter().chain(&state.v);
+            for (row, value) in moved.enumerate() {
+                step[(row, column)] = *value;
+            }
+        }
+        let mut pull = DVector::zeros(2 * n);
+        pull[n - 1] = 1.0;
+        if n > 1 {
+            pull[n - 2] = -1.0;
+        }
+        Lead::new(step, substeps, END_MASS_KG, pull)
     }
 
     fn accelerations(&self, u: &[f64], force: f64) -> Vec<f64> {
@@ -77,21 +99,45 @@ impl Bar {
                 let left = if i > 0 { u[i - 1] } else { 0.0 };
                 match i + 1 < n {
                     true => left + u[i + 1] - 2.0 * u[i],
-                    // The end node has the half mass of its one element.
-                    false => 2.0 * (left - u[i] + force),
+                    false => (left - u[i] + force) / END_MASS_KG,
                 }
             })
             .collect()
     }
 
+    /// Steps under a constant force on the end.
     fn run(&self, state: &mut State, force: f64, substeps: u32) {
+        self.steps(state, substeps, |u| self.accelerations(u, force));
+    }
+
+    /// Steps with a constant acceleration of the end; returns the force that this takes after them (N), and its work (J).
+    fn led(&self, state: &mut State, acceleration: f64, substeps: u32) -> (f64, f64) {
+        let end = self.elements - 1;
+        let (mut force, mut place, mut work) = (0.0, state.u[end], 0.0);
+        self.steps(state, substeps, |u| {
+            let mut a = self.accelerations(u, 0.0);
+            let new = END_MASS_KG * (acceleration - a[end]);
+            work += 0.5 * (force + new) * (u[end] - place);
+            (force, place) = (new, u[end]);
+            a[end] = acceleration;
+            a
+        });
+        (force, work)
+    }
+
+    fn steps(
+        &self,
+        state: &mut State,
+        substeps: u32,
+        mut accelerations: impl FnMut(&[f64]) -> Vec<f64>,
+    ) {
         let h = self.step_s;
-        let mut a = self.accelerations(&state.u, force);
+        let mut a = accelerations(&state.u);
         for _ in 0..substeps {
             for (u, (v, a)) in state.u.iter_mut().zip(state.v.iter().zip(&a)) {
                 *u += h * v + 0.5 * h * h * a;
             }
-            let next = self.accelerations(&state.u, force);
+            let next = accelerations(&state.u);
             for (v, (old, new)) in state.v.iter_mut().zip(a.iter().zip(&next)) {
                 *v += 0.5 * h * (old + new);
             }
@@ -143,6 +189,7 @@ impl Node for BarNode {
                 checkpoint: true,
                 advance: true,
                 columns: true,
+                follow: true,
                 ..Capabilities::default()
             },
             step_s: Some(self.bar.step_s),
@@ -155,7 +202,7 @@ impl Node for BarNode {
     }
 
     fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
-        end_of(set, 0.5)
+        end_of(set, END_MASS_KG)
     }
 
     fn select(&mut self, _points: &[usize]) -> Result<(), NodeError> {
@@ -173,6 +220,27 @@ impl Node for BarNode {
         self.bar.run(&mut self.trial, force[0], window.substeps);
         let end = self.bar.elements - 1;
         Ok(vec![self.trial.u[end] - self.committed.u[end], 0.0])
+    }
+
+    fn impedance(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
+        let mut state = BarNode::new(self.bar).committed;
+        let window_s = self.bar.step_s * f64::from(substeps);
+        let (force, _) = self.bar.led(&mut state, 1.0 / window_s, substeps);
+        Ok(vec![force, 0.0, 0.0, 0.0])
+    }
+
+    fn follow(&mut self, window: &Window, velocity: &[f64]) -> Result<Followed, NodeError> {
+        self.trial.clone_from(&self.committed);
+        let end = self.bar.elements - 1;
+        let window_s = self.bar.step_s * f64::from(window.substeps);
+        let acceleration = (velocity[0] - self.committed.v[end]) / window_s;
+        let (force, work) = self.bar.led(&mut self.trial, acceleration, window.substeps);
+        let increment = self.trial.u[end] - self.committed.u[end];
+        Ok(Followed {
+            force: vec![force, 0.0],
+            increment: vec![increment, 0.0],
+            work: vec![work, 0.0],
+        })
     }
 
     fn commit(&mut self, _window: &Window, _displacement: &[f64]) -> Result<Vec<f64>, NodeError> {

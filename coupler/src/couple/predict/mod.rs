@@ -267,7 +267,7 @@ impl Foreseen {
 
     /// How many times as much could stand on the wall; nothing where that does not matter.
     fn added_mass_margin(&self) -> Option<f64> {
-        let late = tie(self.choice.scheme) != Tie::Exact;
+        let late = matches!(tie(self.choice.scheme), Tie::LateForce | Tie::LateBoth);
         if contraction(self.choice, self.added_mass(1.0)).is_none() && !late {
             return None;
         }
@@ -326,5 +326,6 @@ pub fn tie(scheme: Scheme) -> Tie {
         | Scheme::FixedPointParallel => Tie::Exact,
         Scheme::StaggeredSerial => Tie::LateForce,
         Scheme::StaggeredParallel => Tie::LateBoth,
+        Scheme::Velocity => Tie::Velocity,
     }
 }

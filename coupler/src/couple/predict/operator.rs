@@ -19,6 +19,8 @@ pub enum Tie {
     LateForce,
     /// Force and motion act one window late.
     LateBoth,
+    /// The velocity goes in a straight line to one at which the force at the end is that of the wall.
+    Velocity,
 }
 
 /// Both sides and what the coupler keeps between windows.
@@ -32,6 +34,8 @@ pub struct Joint {
     pub lambda: f64,
     /// Motion of the interface in the last window (m).
     pub motion: f64,
+    /// Where the wall takes the interface to be (m).
+    pub place: f64,
 }
 
 /// A continuum and a wall, joined.
@@ -50,7 +54,9 @@ pub struct Operator<'a> {
 impl Operator<'_> {
     /// One window.
     pub fn advance(&self, start: &Joint) -> Joint {
-        let Response { carry, push, place } = self.response;
+        let Response {
+            carry, push, place, ..
+        } = self.response;
         let (h, c) = (self.window_s, self.response.compliance());
         let coasted = carry * &start.continuum;
         let q_0 = place.dot(&start.continuum);
@@ -71,24 +77,50 @@ impl Operator<'_> {
             },
             Tie::LateForce => rigid(free + c * start.lambda),
             Tie::LateBoth => rigid(start.motion),
+            Tie::Velocity => return self.led(start),
         };
         let solved = self.wall.window(&start.masses, q_0, motion);
         let acting = match self.tie {
             Tie::Exact | Tie::Believed(_) => solved.force,
-            Tie::LateForce | Tie::LateBoth => start.lambda,
+            Tie::LateForce | Tie::LateBoth | Tie::Velocity => start.lambda,
         };
+        let continuum = coasted + push * acting;
         Joint {
-            continuum: coasted + push * acting,
+            place: place.dot(&continuum),
+            continuum,
             masses: solved.masses,
             lambda: solved.force,
             motion: free + c * acting,
         }
     }
 
+    /// One window along a straight line of velocities: with the acceleration a the continuum answers
+    /// lambda_0 + S a = lambda_0 + (S / H) (v - v_0).
+    fn led(&self, start: &Joint) -> Joint {
+        let (h, lead) = (self.window_s, &self.response.lead);
+        let v_0 = self.response.speed(&start.continuum);
+        let (_, lambda_0) = lead.window(&start.continuum, 0.0);
+        let (_, resists) = lead.window(&DVector::zeros(start.continuum.len()), 1.0);
+        let motion = Motion {
+            free: v_0 - h * lambda_0 / resists,
+            compliance: 1.0 / resists,
+        };
+        let solved = self.wall.window(&start.masses, start.place, motion);
+        let v = solved.masses.glued_velocity;
+        let (continuum, _) = lead.window(&start.continuum, (v - v_0) / h);
+        Joint {
+            continuum,
+            masses: solved.masses,
+            lambda: solved.force,
+            motion: h * v,
+            place: start.place + h * v,
+        }
+    }
+
     /// The largest factor by which a window multiplies a disturbance in the long run: the spectral radius.
     pub fn growth(&self) -> f64 {
         let inner = self.response.push.len();
-        let size = inner + 5;
+        let size = inner + 6;
         let mut matrix = DMatrix::zeros(size, size);
         for column in 0..size {
             let mut unit = DVector::zeros(size);
@@ -108,6 +140,7 @@ fn pack(joint: &Joint) -> DVector<f64> {
         masses.velocity,
         joint.lambda,
         joint.motion,
+        joint.place,
     ];
     DVector::from_iterator(
         joint.continuum.len() + rest.len(),
@@ -116,7 +149,7 @@ fn pack(joint: &Joint) -> DVector<f64> {
 }
 
 fn unpack(packed: &DVector<f64>) -> Joint {
-    let inner = packed.len() - 5;
+    let inner = packed.len() - 6;
     Joint {
         continuum: packed.rows(0, inner).into_owned(),
         masses: Masses {
@@ -126,6 +159,7 @@ fn unpack(packed: &DVector<f64>) -> Joint {
         },
         lambda: packed[inner + 3],
         motion: packed[inner + 4],
+        place: packed[inner + 5],
     }
 }
 

@@ -1,5 +1,7 @@
 //! One window of a continuum in one interface motion.
 
+use std::sync::OnceLock;
+
 use nalgebra::{DMatrix, DVector, Matrix3};
 
 /// x' = A x + B lambda over one window, and the interface displacement R x; x holds displacements and velocities.
@@ -12,6 +14,8 @@ pub struct Response {
     pub push: DVector<f64>,
     /// R.
     pub place: DVector<f64>,
+    /// The same with a velocity that is given instead of a force.
+    pub lead: Lead,
 }
 
 impl Response {
@@ -19,6 +23,63 @@ impl Response {
     pub fn compliance(&self) -> f64 {
         self.place.dot(&self.push)
     }
+
+    /// Velocity of the interface (m/s).
+    pub fn speed(&self, state: &DVector<f64>) -> f64 {
+        let half = state.len() / 2;
+        self.place.rows(0, half).dot(&state.rows(half, half))
+    }
+}
+
+/// A window in which the interface has a constant acceleration a: x' = A x + B a, and the force that this takes at the end,
+/// mass a + pull.x'. The whole window is made when it is first asked for: few schemes do.
+#[derive(Clone, Debug)]
+pub struct Lead {
+    step: DMatrix<f64>,
+    substeps: u32,
+    /// Mass of the interface itself (kg).
+    mass: f64,
+    /// Internal force of the interface (N/m).
+    pull: DVector<f64>,
+    window: OnceLock<DMatrix<f64>>,
+}
+
+impl Lead {
+    /// Of one step as a matrix over (x, a), `substeps` of which are a window.
+    pub fn new(step: DMatrix<f64>, substeps: u32, mass: f64, pull: DVector<f64>) -> Lead {
+        Lead {
+            step,
+            substeps,
+            mass,
+            pull,
+            window: OnceLock::new(),
+        }
+    }
+
+    /// The state at the end of a window and the force there (N).
+    pub fn window(&self, start: &DVector<f64>, acceleration: f64) -> (DVector<f64>, f64) {
+        let whole = || matrix_power(&self.step, self.substeps);
+        let window = self.window.get_or_init(whole);
+        let inner = start.len();
+        let state = window.view((0, 0), (inner, inner)) * start
+            + window.column(inner).rows(0, inner) * acceleration;
+        let force = self.mass * acceleration + self.pull.dot(&state);
+        (state, force)
+    }
+}
+
+/// A matrix to a whole power, by squaring.
+pub fn matrix_power(base: &DMatrix<f64>, mut exponent: u32) -> DMatrix<f64> {
+    let mut base = base.clone();
+    let mut result = DMatrix::identity(base.nrows(), base.ncols());
+    while exponent > 0 {
+        if exponent & 1 == 1 {
+            result = &base * result;
+        }
+        base = &base * &base;
+        exponent >>= 1;
+    }
+    result
 }
 
 /// A uniform elastic bar, held at its far end and coupled at the other: lumped masses, explicit steps.
@@ -92,7 +153,49 @@ impl Bar {
             }
             place[j] = 1.0;
         }
-        Response { carry, push, place }
+        Response {
+            carry,
+            push,
+            place,
+            lead: self.lead(step, substeps),
+        }
+    }
+
+    /// The interface is the sum q of the modes; the force for q'' = a is f = (a + sum omega_j^2 u_j) / (n share), of which
+    /// every mode takes the n-th part.
+    fn lead(
+        &self,
+        Step {
+            step_s: h,
+            damping: b,
+        }: Step,
+        substeps: u32,
+    ) -> Lead {
+        let n = self.elements;
+        let modes = n as f64;
+        let squares: Vec<f64> = (0..n)
+            .map(|j| {
+                let angle = (2 * j + 1) as f64 * std::f64::consts::PI / (4 * n) as f64;
+                (self.omega_max * angle.sin()).powi(2)
+            })
+            .collect();
+        // Accelerations over (u, v, a).
+        let mut a = DMatrix::zeros(n, 2 * n + 1);
+        for j in 0..n {
+            for (k, square) in squares.iter().enumerate() {
+                a[(j, k)] = square / modes;
+            }
+            a[(j, j)] -= squares[j];
+            a[(j, 2 * n)] = 1.0 / modes;
+        }
+        let mass = 1.0 / (modes * self.share);
+        let pull = (0..2 * n).map(|j| squares.get(j).map_or(0.0, |square| mass * square));
+        Lead::new(
+            led_step(&a, (h, b)),
+            substeps,
+            mass,
+            DVector::from_iterator(2 * n, pull),
+        )
     }
 
     /// One step of one mode on (u, v, lambda): u += h v + h^2/2 a, v += h ((1 - b) a + b a').
@@ -113,6 +216,20 @@ impl Bar {
             moved[0], moved[1], moved[2], sped[0], sped[1], sped[2], 0.0, 0.0, 1.0,
         ])
     }
+}
+
+/// u' = u + h v + h^2/2 a, v' = v + h ((1 - b) a + b a') as a matrix over (u, v, acceleration of the interface), from the
+/// accelerations a over the same.
+pub fn led_step(a: &DMatrix<f64>, (h, b): (f64, f64)) -> DMatrix<f64> {
+    let (n, size) = a.shape();
+    let mut step = DMatrix::identity(size, size);
+    let moved = step.rows(0, n) + step.rows(n, n) * h + a * (0.5 * h * h);
+    step.rows_mut(0, n).copy_from(&moved);
+    let before = a.clone();
+    let after = a * &step;
+    let sped = step.rows(n, n) + before * (h * (1.0 - b)) + (after * (h * b));
+    step.rows_mut(n, n).copy_from(&sped);
+    step
 }
 
 fn power(mut base: Matrix3<f64>, mut exponent: u32) -> Matrix3<f64> {

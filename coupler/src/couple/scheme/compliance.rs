@@ -6,16 +6,16 @@ use nalgebra::{DMatrix, DVector};
 use protocol::{Kind, Window};
 use serde::{Deserialize, Serialize};
 
+use super::source::Source;
 use crate::couple::conversation::Conversation;
 use crate::couple::group::{Group, Side};
 use crate::error::Error;
-use crate::scenario::CompliancePrior;
 
 /// C (m/N) of the exchanged nodes by substeps: block-diagonal, one block a continuum. A window of other length has
 /// another C.
 #[derive(Clone, Debug)]
 pub struct Compliance {
-    prior: CompliancePrior,
+    source: Source,
     /// Factor on what the prior gives.
     factor: f64,
     by_substeps: BTreeMap<u32, Vec<DMatrix<f64>>>,
@@ -46,9 +46,9 @@ const EXPLAINED: f64 = 1e-10;
 
 impl Compliance {
     /// Starts without any matrix; each is made when its number of substeps first comes up.
-    pub fn new(prior: CompliancePrior, factor: f64) -> Compliance {
+    pub fn new(source: Source, factor: f64) -> Compliance {
         Compliance {
-            prior,
+            source,
             factor,
             by_substeps: BTreeMap::new(),
             told: None,
@@ -57,7 +57,7 @@ impl Compliance {
 
     pub(super) fn state(&self) -> ComplianceState {
         let Compliance {
-            prior: _,
+            source: _,
             factor: _,
             by_substeps,
             told,
@@ -126,7 +126,8 @@ impl Compliance {
         if !self.by_substeps.contains_key(&window.substeps) {
             let mut blocks = Vec::new();
             for side in &group.continua {
-                blocks.push(self.fresh(conversation, group, side, window)?);
+                let matrix = self.source.matrix(conversation, group, side, window)?;
+                blocks.push(matrix * self.factor);
             }
             self.by_substeps.insert(window.substeps, blocks);
         }
@@ -152,20 +153,6 @@ impl Compliance {
             }
         }
     }
-
-    fn fresh(
-        &self,
-        conversation: &mut Conversation,
-        group: &Group,
-        side: &Side,
-        window: &Window,
-    ) -> Result<DMatrix<f64>, Error> {
-        let matrix = match self.prior {
-            CompliancePrior::Columns => columns(conversation, side, window.substeps)?,
-            CompliancePrior::Mass => mass_only(group, side, window),
-        };
-        Ok(matrix * self.factor)
-    }
 }
 
 /// Symmetric rank-two update of C itself by the pair s (N), y (m) of one window, so that C s = y afterwards:
@@ -183,33 +170,6 @@ fn update(matrix: &mut DMatrix<f64>, s: &[f64], y: &[f64]) -> bool {
     matrix.ger(1.0 / curvature, &y, &y, 1.0);
     matrix.ger(-1.0 / energy, &carried, &carried, 1.0);
     true
-}
-
-/// Exact columns, asked of the continuum.
-pub fn columns(
-    conversation: &mut Conversation,
-    side: &Side,
-    substeps: u32,
-) -> Result<DMatrix<f64>, Error> {
-    let size = 2 * side.places.len();
-    let opening = Window {
-        substeps: substeps * side.steps,
-        ..Window::default()
-    };
-    let kinds = (Kind::Columns, Kind::Compliance);
-    let numbers = conversation.ask_exactly(side.peer, kinds, &opening, Vec::new(), size * size)?;
-    Ok(DMatrix::from_vec(size, size, numbers))
-}
-
-/// H^2 / (2 m sqrt(substeps)) on the diagonal: a free node that drags along what a wave reaches in the window.
-pub fn mass_only(group: &Group, side: &Side, window: &Window) -> DMatrix<f64> {
-    let window_s = group.window_s(window);
-    let own_steps = f64::from(window.substeps * side.steps);
-    let scale = window_s * window_s / (2.0 * own_steps.sqrt());
-    let mass = &group.nodes.mass_kg[side.places.clone()];
-    DMatrix::from_diagonal(&DVector::from_fn(2 * mass.len(), |i, _| {
-        scale / mass[i / 2]
-    }))
 }
 
 /// Tells each wall its window and W_g = sum over the continua of N C N^T / H^2, N being its own rows; without C it
@@ -252,7 +212,7 @@ mod tests {
 
     #[test]
     fn the_update_explains_the_pair_and_stays_symmetric_positive() {
-        let mut compliance = Compliance::new(CompliancePrior::Mass, 1.0);
+        let mut compliance = Compliance::new(Source::Mass, 1.0);
         compliance
             .by_substeps
             .insert(5, vec![DMatrix::identity(4, 4) * 0.3]);
@@ -274,7 +234,7 @@ mod tests {
 
     #[test]
     fn a_pair_without_positive_curvature_changes_nothing() {
-        let mut compliance = Compliance::new(CompliancePrior::Mass, 1.0);
+        let mut compliance = Compliance::new(Source::Mass, 1.0);
         let identity = vec![DMatrix::identity(2, 2)];
         compliance.by_substeps.insert(1, identity.clone());
         compliance.update(1, &[1.0, 0.0], &[-1.0, 0.0]);

@@ -9,7 +9,8 @@
 
 use protocol::Window;
 
-use super::{Coupling, Solved};
+use super::Coupling;
+use super::outcome::{Solved, work};
 use crate::couple::conversation::Conversation;
 use crate::error::Error;
 use crate::scenario::Scheme;
@@ -55,8 +56,10 @@ impl Coupling {
             };
             return Ok(Solved {
                 window,
+                wanted: increment.clone(),
+                work: work(&lambda, &increment),
                 increment,
-                used: lambda.clone(),
+                velocity: None,
                 lambda,
                 answer,
                 faults,
@@ -76,7 +79,12 @@ impl Coupling {
     }
 
     /// N (du - C lambda) / H: how the glued points would move without the contact forces of their own wall (m/s).
-    fn free_velocity(&self, window: &Window, increment: &[f64], lambda: &[f64]) -> Vec<f64> {
+    pub(super) fn free_velocity(
+        &self,
+        window: &Window,
+        increment: &[f64],
+        lambda: &[f64],
+    ) -> Vec<f64> {
         let window_s = self.group.window_s(window);
         let mut velocity = Vec::with_capacity(2 * self.group.points.len());
         for (wall, side) in self.group.walls.iter().enumerate() {

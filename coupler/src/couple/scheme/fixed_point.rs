@@ -6,8 +6,9 @@
 
 use protocol::Window;
 
+use super::Coupling;
 use super::acceleration::Accelerator;
-use super::{Answer, Coupling, Solved};
+use super::outcome::{Answer, Solved, work};
 use crate::couple::conversation::Conversation;
 use crate::error::Error;
 use crate::scenario::Scheme;
@@ -43,8 +44,10 @@ impl Coupling {
     fn naive(&self, window: Window, increment: Vec<f64>, answer: Answer) -> Solved {
         Solved {
             window,
+            wanted: increment.clone(),
+            work: work(&self.lambda, &increment),
             increment,
-            used: self.lambda.clone(),
+            velocity: None,
             lambda: self.group.mapping.force(&answer.force),
             faults: self.starved(&window, &answer),
             answer,
@@ -91,8 +94,10 @@ impl Coupling {
             };
             return Ok(Solved {
                 window,
+                wanted: moved.clone(),
+                work: work(&lambda, &moved),
                 increment: moved,
-                used: lambda.clone(),
+                velocity: None,
                 lambda,
                 answer,
                 faults,

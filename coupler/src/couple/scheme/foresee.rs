@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use protocol::Backing;
 
 use super::Coupling;
-use super::compliance;
+use super::source;
 use crate::couple::conversation::Conversation;
 use crate::couple::group::Patch;
 use crate::couple::handshake::Greeted;
@@ -84,8 +84,8 @@ impl Coupling {
         for side in &self.group.continua {
             let asked = greeted[side.peer].description.capabilities.columns;
             blocks.push(match asked {
-                true => compliance::columns(conversation, side, window.substeps)?,
-                false => compliance::mass_only(&self.group, side, &window),
+                true => source::columns(conversation, side, window.substeps)?,
+                false => source::mass_only(&self.group, side, &window),
             });
         }
         Ok(blocks)

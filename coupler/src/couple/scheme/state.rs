@@ -15,15 +15,17 @@ pub struct CouplingState {
     rigid_wall: Option<u32>,
     last_motion: Vec<f64>,
     lambda: Vec<f64>,
+    velocity: Vec<f64>,
     displacement: Vec<f64>,
     ledgers: Vec<InterfaceLedger>,
 }
 
 impl CouplingState {
-    fn lengths(&self) -> [usize; 4] {
+    fn lengths(&self) -> [usize; 5] {
         [
             self.last_motion.len(),
             self.lambda.len(),
+            self.velocity.len(),
             self.displacement.len(),
             self.ledgers.len(),
         ]
@@ -41,6 +43,7 @@ impl Coupling {
             rigid_wall,
             last_motion,
             lambda,
+            velocity,
             displacement,
             ledgers,
         } = self;
@@ -49,6 +52,7 @@ impl Coupling {
             rigid_wall: *rigid_wall,
             last_motion: last_motion.clone(),
             lambda: lambda.clone(),
+            velocity: velocity.clone(),
             displacement: displacement.clone(),
             ledgers: ledgers.clone(),
         }
@@ -69,6 +73,7 @@ impl Coupling {
             rigid_wall,
             last_motion,
             lambda,
+            velocity,
             displacement,
             ledgers,
         } = state.clone();
@@ -76,6 +81,7 @@ impl Coupling {
         self.rigid_wall = rigid_wall;
         self.last_motion = last_motion;
         self.lambda = lambda;
+        self.velocity = velocity;
         self.displacement = displacement;
         self.ledgers = ledgers;
         Ok(())
