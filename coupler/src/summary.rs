@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use protocol::serve::Farewell;
 use serde_json::{Map, Value, json};
 
-use crate::couple::conversation::Closed;
+use crate::couple::minutes::Closed;
 use crate::couple::handshake::Greeted;
 use crate::couple::ledger::{EnergyLedger, InterfaceLedger, ratio, total_balance_rel};
 use crate::couple::scheme::Coupling;

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::couple::run::fresh_run_id;
 use crate::error::Error;
-use crate::log::{Entry, LogStats, Provenance, Recorder, read};
+use crate::log::{Entry, Exchange, LogStats, Provenance, Recorder, read};
 use crate::rundir::Scratch;
 
 /// Doubles written for each row, 64 MB.
@@ -99,9 +99,15 @@ fn write(path: &Path, frames: &[Frame], messages: usize) -> Result<LogStats, Err
     for message in 0..messages {
         let mut frame = frames[message % frames.len()].clone();
         frame.header.window = (message / PER_WINDOW) as u64;
-        recorder.record("layer-base", "rail", "coupler", &frame)?;
+        let window = frame.header.window;
+        recorder.record(Exchange {
+            interface: "layer-base".into(),
+            sender: "rail".into(),
+            receiver: "coupler".into(),
+            frame,
+        })?;
         if (message + 1) % PER_WINDOW == 0 {
-            recorder.end_window(frame.header.window)?;
+            recorder.end_window(window)?;
         }
     }
     Ok(recorder.finish()?)

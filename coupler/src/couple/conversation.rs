@@ -1,15 +1,15 @@
-//! Requests and answers between the coordinator and its participants, recorded and hashed as they pass.
+//! Requests and answers between the coordinator and its participants, all of them written down.
 
 use std::collections::VecDeque;
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 use protocol::{Frame, Header, Kind, PROTOCOL_VERSION, Window};
 
 use crate::error::Error;
 use crate::launch::peer::Patience;
 use crate::launch::{Peer, Watch};
-use crate::log::{Entry, Exchange, ExchangeHasher, LogStats, Recorder, recover};
+use super::minutes::{Closed, Minutes};
+use crate::log::{Entry, Exchange, Recorder, recover};
 use crate::replay::Departure;
 use crate::scenario::{Deadlines, Label};
 
@@ -25,27 +25,12 @@ pub struct Conversation {
     /// Signals that end the run.
     pub watch: Watch,
     deadlines: Deadlines,
-    recorder: Option<Recorder>,
-    hasher: ExchangeHasher,
-    hash_wall: Duration,
+    minutes: Minutes,
     /// Requests that were sent before their turn, one a peer at most.
     ahead: Vec<Option<Frame>>,
     /// Whether requests may be sent before their turn.
     pipelined: bool,
-    /// Blocks that ended.
-    blocks: u64,
     keeping: Keeping,
-}
-
-/// What a conversation leaves.
-#[derive(Clone, Debug)]
-pub struct Closed {
-    /// `hashes.exchange`.
-    pub hash: String,
-    /// Wall-clock time that it took.
-    pub hash_wall: Duration,
-    /// The log, if there is one.
-    pub log: Option<LogStats>,
 }
 
 /// What becomes of what passes.
@@ -76,10 +61,7 @@ impl Conversation {
             labels,
             watch,
             deadlines: deadlines.clone(),
-            recorder,
-            hasher: ExchangeHasher::new(),
-            hash_wall: Duration::ZERO,
-            blocks: 0,
+            minutes: Minutes::new(recorder),
             keeping: Keeping::Record,
         }
     }
@@ -91,24 +73,21 @@ impl Conversation {
         for entry in recover(log)? {
             match entry? {
                 Entry::Exchange(message) => {
-                    self.record(
-                        (&message.interface, &message.sender, &message.receiver),
-                        &message.frame,
-                    )?;
-                    if self.blocks == 0 {
-                        first.push(message);
+                    if self.minutes.blocks() == 0 {
+                        first.push(message.clone());
                     }
+                    self.minutes.add(message)?;
                 }
                 Entry::WindowEnd(window) => self.end_window(window)?,
             }
-            if self.blocks == blocks {
+            if self.minutes.blocks() == blocks {
                 return Ok(first);
             }
         }
         Err(Error::Refused(format!(
             "{}: {} of {blocks} blocks can be read",
             log.display(),
-            self.blocks
+            self.minutes.blocks()
         )))
     }
 
@@ -127,10 +106,7 @@ impl Conversation {
 
     /// Sees that the log is on the disk up to the last block; returns how many there are.
     pub fn sync_log(&mut self) -> Result<u64, Error> {
-        if let Some(recorder) = &mut self.recorder {
-            recorder.sync()?;
-        }
-        Ok(self.blocks)
+        self.minutes.sync()
     }
 
     /// From now on [`Conversation::foretell`] sends at once.
@@ -294,27 +270,12 @@ impl Conversation {
                 ))),
             };
         }
-        self.blocks += 1;
-        let start = Instant::now();
-        self.hasher.end_window();
-        self.hash_wall += start.elapsed();
-        if let Some(recorder) = &mut self.recorder {
-            recorder.end_window(window)?;
-        }
-        Ok(())
+        self.minutes.end_window(window)
     }
 
     /// Closes the log, also after an error.
     pub fn close(&mut self) -> Result<Closed, Error> {
-        let start = Instant::now();
-        let hash = std::mem::replace(&mut self.hasher, ExchangeHasher::new()).finish();
-        let hash_wall = self.hash_wall + start.elapsed();
-        let log = self.recorder.take().map(Recorder::finish).transpose()?;
-        Ok(Closed {
-            hash,
-            hash_wall,
-            log,
-        })
+        self.minutes.close()
     }
 
     fn header(&self, peer: usize, kind: Kind, window: &Window) -> Header {
@@ -364,38 +325,27 @@ impl Conversation {
         Ok(())
     }
 
-    /// Hashes and records a frame from a peer, or to it.
+    /// Writes down a frame from a peer, or to it.
     fn keep(&mut self, peer: usize, answer: bool, frame: &Frame) -> Result<(), Error> {
-        if !Kind::from_number(frame.header.kind).is_some_and(Kind::is_exchange) {
+        let exchanged = Kind::from_number(frame.header.kind).is_some_and(Kind::is_exchange);
+        if !exchanged || matches!(self.keeping, Keeping::Nothing) {
             return Ok(());
         }
         let name = self.peers[peer].name().to_string();
         let (sender, receiver) = match answer {
-            true => (name.as_str(), COUPLER),
-            false => (COUPLER, name.as_str()),
+            true => (name, COUPLER.to_string()),
+            false => (COUPLER.to_string(), name),
         };
         match &mut self.keeping {
             Keeping::Nothing => Ok(()),
-            Keeping::Rehearse(expected) => rehearsed(expected.pop_front(), sender, frame),
-            Keeping::Record => {
-                let interface = self.labels[peer].name.clone();
-                self.record((&interface, sender, receiver), frame)
-            }
+            Keeping::Rehearse(expected) => rehearsed(expected.pop_front(), &sender, frame),
+            Keeping::Record => self.minutes.add(Exchange {
+                interface: self.labels[peer].name.clone(),
+                sender,
+                receiver,
+                frame: frame.clone(),
+            }),
         }
-    }
-
-    fn record(
-        &mut self,
-        (interface, sender, receiver): (&str, &str, &str),
-        frame: &Frame,
-    ) -> Result<(), Error> {
-        let start = Instant::now();
-        self.hasher.add(interface, sender, frame);
-        self.hash_wall += start.elapsed();
-        if let Some(recorder) = &mut self.recorder {
-            recorder.record(interface, sender, receiver, frame)?;
-        }
-        Ok(())
     }
 
     /// Set-ups take longer than answers.

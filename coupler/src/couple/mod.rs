@@ -20,6 +20,7 @@ pub mod handshake;
 pub mod join;
 pub mod ledger;
 pub mod mapping;
+pub mod minutes;
 mod outputs;
 pub mod predict;
 pub mod run;

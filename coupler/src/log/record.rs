@@ -12,12 +12,15 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
 use prost::Message;
 use protocol::link::shm::MAX_DOUBLES;
-use protocol::{Frame, Kind};
+use protocol::Kind;
 
-use super::{FORMAT, LogError, Provenance, proto};
+use super::{Exchange, FORMAT, LogError, Provenance, proto};
 
-/// Messages that may wait for the writer. More would only hide for longer that the disk is too slow.
-const WAITING: usize = 64;
+/// Batches that may wait for the writer. More would only hide for longer that the disk is too slow.
+const WAITING: usize = 16;
+
+/// A batch is handed over beyond this size, whatever the windows do.
+const BATCH_BYTES: usize = 1 << 20;
 
 /// A disk that takes nothing for so long is broken (s).
 const PATIENCE_S: u64 = 60;
@@ -51,18 +54,24 @@ pub struct LogStats {
     pub writer_wall: Duration,
 }
 
-/// Writes an exchange log. Frames are handed to a thread that compresses and writes them; when it falls behind,
-/// [`Recorder::record`] waits. Nothing is left out.
+/// Writes an exchange log. Frames are handed to a thread that compresses and writes them, those of a window at once: to
+/// wake that thread for each would cost more than to write it. When it falls behind, the recorder waits. Nothing is left
+/// out.
 pub struct Recorder {
     path: PathBuf,
     jobs: Option<Sender<Job>>,
     outcome: Receiver<Result<LogStats, LogError>>,
     caller_wall: Duration,
+    batch: Vec<Exchange>,
+    batch_bytes: usize,
 }
 
 enum Job {
-    Exchange(Stream, Frame),
-    WindowEnd(u64),
+    Write {
+        exchanges: Vec<Exchange>,
+        /// The window that they end.
+        window: Option<u64>,
+    },
     Sync(Sender<()>),
 }
 
@@ -98,45 +107,48 @@ impl Recorder {
             jobs: Some(jobs),
             outcome,
             caller_wall: Duration::ZERO,
+            batch: Vec::new(),
+            batch_bytes: 0,
         })
     }
 
-    /// Records a frame that went from `sender` to `receiver`. An error may be about an earlier frame.
-    pub fn record(
-        &mut self,
-        interface: &str,
-        sender: &str,
-        receiver: &str,
-        frame: &Frame,
-    ) -> Result<(), LogError> {
-        if frame.payload.len() > MAX_DOUBLES {
+    /// Records a frame that passed. An error may be about an earlier one.
+    pub fn record(&mut self, exchange: Exchange) -> Result<(), LogError> {
+        let doubles = exchange.frame.payload.len();
+        if doubles > MAX_DOUBLES {
             return Err(LogError::TooLong {
-                doubles: frame.payload.len(),
+                doubles,
                 capacity: MAX_DOUBLES,
             });
         }
-        let start = Instant::now();
-        let stream = Stream {
-            interface: interface.into(),
-            sender: sender.into(),
-            receiver: receiver.into(),
-            kind: frame.header.kind,
-        };
-        let handed = self.hand_over(Job::Exchange(stream, frame.clone()));
-        self.caller_wall += start.elapsed();
-        handed
+        self.batch.push(exchange);
+        self.batch_bytes += 8 * doubles;
+        match self.batch_bytes < BATCH_BYTES {
+            true => Ok(()),
+            false => self.hand_batch_over(None),
+        }
     }
 
     /// The window stands.
     pub fn end_window(&mut self, window: u64) -> Result<(), LogError> {
+        self.hand_batch_over(Some(window))
+    }
+
+    fn hand_batch_over(&mut self, window: Option<u64>) -> Result<(), LogError> {
+        if self.batch.is_empty() && window.is_none() {
+            return Ok(());
+        }
         let start = Instant::now();
-        let handed = self.hand_over(Job::WindowEnd(window));
+        self.batch_bytes = 0;
+        let exchanges = std::mem::take(&mut self.batch);
+        let handed = self.hand_over(Job::Write { exchanges, window });
         self.caller_wall += start.elapsed();
         handed
     }
 
     /// Returns when all that was recorded is on the disk.
     pub fn sync(&mut self) -> Result<(), LogError> {
+        self.hand_batch_over(None)?;
         let (done, waiting) = bounded(1);
         self.hand_over(Job::Sync(done))?;
         match waiting.recv_timeout(Duration::from_secs(PATIENCE_S)) {
@@ -174,11 +186,25 @@ impl Recorder {
         }
     }
 
-    /// Tells the thread that nothing follows, and waits for what it says.
+    /// Hands over what is left of a window that did not end, tells the thread that nothing follows, and waits for what it
+    /// says.
     fn close(&mut self) -> Result<LogStats, LogError> {
-        if self.jobs.take().is_none() {
+        let Some(jobs) = self.jobs.take() else {
             return Err(self.closed());
+        };
+        if !self.batch.is_empty() {
+            let exchanges = std::mem::take(&mut self.batch);
+            let last = Job::Write {
+                exchanges,
+                window: None,
+            };
+            // A thread that has ended says below what went wrong, one that takes nothing never will.
+            let sent = jobs.send_timeout(last, Duration::from_secs(PATIENCE_S));
+            if matches!(sent, Err(SendTimeoutError::Timeout(_))) {
+                return Err(self.stalled());
+            }
         }
+        drop(jobs);
         match self.outcome.recv_timeout(Duration::from_secs(PATIENCE_S)) {
             Ok(outcome) => outcome,
             Err(RecvTimeoutError::Timeout) => Err(self.stalled()),
@@ -266,8 +292,7 @@ impl LogWriter {
         for job in jobs {
             let start = Instant::now();
             let written = match job {
-                Job::Exchange(stream, frame) => self.write(stream, frame),
-                Job::WindowEnd(window) => self.end_window(window),
+                Job::Write { exchanges, window } => self.write_batch(exchanges, window),
                 Job::Sync(done) => self.sync(&done),
             };
             written.map_err(|error| LogError::write(&self.path, &error))?;
@@ -276,7 +301,25 @@ impl LogWriter {
         self.finish()
     }
 
-    fn write(&mut self, stream: Stream, frame: Frame) -> Result<(), McapError> {
+    fn write_batch(
+        &mut self,
+        exchanges: Vec<Exchange>,
+        window: Option<u64>,
+    ) -> Result<(), McapError> {
+        for exchange in exchanges {
+            self.write(exchange)?;
+        }
+        window.map_or(Ok(()), |window| self.end_window(window))
+    }
+
+    fn write(&mut self, exchange: Exchange) -> Result<(), McapError> {
+        let frame = exchange.frame;
+        let stream = Stream {
+            interface: exchange.interface,
+            sender: exchange.sender,
+            receiver: exchange.receiver,
+            kind: frame.header.kind,
+        };
         let channel_id = self.channel(&stream)?;
         let header = frame.header;
         // Not a number becomes 0 here; the exact time is in the message.

@@ -96,7 +96,7 @@ fn story(windows: u64) -> Vec<Entry> {
 
 fn put(recorder: &mut Recorder, entry: &Entry) -> Result<(), LogError> {
     match entry {
-        Entry::Exchange(e) => recorder.record(&e.interface, &e.sender, &e.receiver, &e.frame),
+        Entry::Exchange(e) => recorder.record(e.clone()),
         Entry::WindowEnd(window) => recorder.end_window(*window),
     }
 }
@@ -215,11 +215,9 @@ fn a_payload_that_shrinks_to_nothing_comes_back() {
 fn a_message_beyond_the_cap_is_refused() {
     let scratch = Scratch::new();
     let mut recorder = Recorder::create(&scratch.0, &origin(), 1).expect("it is created");
-    let frame = Frame {
-        payload: vec![0.0; MAX_DOUBLES + 1],
-        ..Frame::default()
-    };
-    let refused = recorder.record("i", "a", "b", &frame);
+    let mut long = exchange("rail", Kind::Motion, 0, Vec::new());
+    long.frame.payload = vec![0.0; MAX_DOUBLES + 1];
+    let refused = recorder.record(long);
     assert!(matches!(refused, Err(LogError::TooLong { .. })));
     recorder.finish().expect("the log goes on without it");
 }

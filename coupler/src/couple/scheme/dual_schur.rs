@@ -27,11 +27,14 @@ impl Coupling {
             _ => self.rules.repeats_max,
         };
         let mut lambda = self.lambda.clone();
-        let mut increment = self.advance(conversation, &window, &lambda)?;
+        self.compliance
+            .prepare(conversation, &self.group, &window)?;
+        self.tell_continua(conversation, &window, &lambda)?;
+        // While the continua are at work.
+        let mut carried = self.carried(&window, &lambda);
+        let mut increment = self.hear_continua(conversation, &window)?;
         loop {
-            self.compliance
-                .prepare(conversation, &self.group, &window)?;
-            let free = self.free_velocity(&window, &increment, &lambda);
+            let free = self.free_velocity(&window, &increment, &carried);
             let answer = self.solve(conversation, &window, free)?;
             let starved = self.starved(&window, &answer);
             let next = self.group.mapping.force(&answer.force);
@@ -46,6 +49,9 @@ impl Coupling {
             let open = self.open(&window, &increment, &answer, self.advice());
             let last = window.iteration >= repeats || !starved.is_empty();
             if !open.is_empty() && !last {
+                self.compliance
+                    .prepare(conversation, &self.group, &window)?;
+                carried = self.carried(&window, &lambda);
                 continue;
             }
             let faults = match self.rules.scheme {
@@ -78,21 +84,28 @@ impl Coupling {
         }
     }
 
+    /// C lambda (m) of the forces that each wall bears.
+    pub(super) fn carried(&self, window: &Window, lambda: &[f64]) -> Vec<Vec<f64>> {
+        let of = |wall| {
+            let own = self.group.borne_by(wall, lambda);
+            self.compliance.times(window.substeps, &own)
+        };
+        (0..self.group.walls.len()).map(of).collect()
+    }
+
     /// N (du - C lambda) / H: how the glued points would move without the contact forces of their own wall (m/s).
     pub(super) fn free_velocity(
         &self,
         window: &Window,
         increment: &[f64],
-        lambda: &[f64],
+        carried: &[Vec<f64>],
     ) -> Vec<f64> {
         let window_s = self.group.window_s(window);
         let mut velocity = Vec::with_capacity(2 * self.group.points.len());
-        for (wall, side) in self.group.walls.iter().enumerate() {
-            let own = self.group.borne_by(wall, lambda);
-            let carried = self.compliance.times(window.substeps, &own);
+        for (side, carried) in self.group.walls.iter().zip(carried) {
             let free: Vec<f64> = increment
                 .iter()
-                .zip(&carried)
+                .zip(carried)
                 .map(|(du, c)| du - c)
                 .collect();
             let motion = self.group.mapping.motion(&free);

@@ -74,19 +74,17 @@ impl Coupling {
         window: &Window,
         next: Option<Window>,
     ) -> Result<(), Error> {
-        let place = self.group.mapping.motion(&self.displacement);
+        let next = next.filter(|_| self.begins_with_continua());
         for side in &self.group.continua {
             conversation.tell(side.peer, Kind::Commit, &side.window(window), Vec::new())?;
+            if let Some(next) = &next {
+                let force = side.of(&self.lambda).to_vec();
+                conversation.foretell(side.peer, Kind::Advance, &side.window(next), force)?;
+            }
         }
-        for side in &self.group.walls {
-            conversation.tell(side.peer, Kind::Commit, window, side.of(&place).to_vec())?;
-        }
-        let Some(next) = next.filter(|_| self.begins_with_continua()) else {
-            return Ok(());
-        };
-        self.group.continua.iter().try_for_each(|side| {
-            let force = side.of(&self.lambda).to_vec();
-            conversation.foretell(side.peer, Kind::Advance, &side.window(&next), force)
+        let place = self.group.mapping.motion(&self.displacement);
+        self.group.walls.iter().try_for_each(|side| {
+            conversation.tell(side.peer, Kind::Commit, window, side.of(&place).to_vec())
         })
     }
 

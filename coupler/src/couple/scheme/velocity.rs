@@ -48,7 +48,8 @@ impl Coupling {
         loop {
             self.compliance
                 .prepare(conversation, &self.group, &window)?;
-            let free = self.free_velocity(&window, &motion(&velocity, window_s), &reaction.force);
+            let carried = self.carried(&window, &reaction.force);
+            let free = self.free_velocity(&window, &motion(&velocity, window_s), &carried);
             let answer = self.solve(conversation, &window, free)?;
             let starved = self.starved(&window, &answer);
             let force = self.group.mapping.force(&answer.force);
