@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use protocol::serve::Farewell;
 use serde_json::{Map, Value, json};
 
-use crate::couple::minutes::Closed;
 use crate::couple::handshake::Greeted;
 use crate::couple::ledger::{EnergyLedger, InterfaceLedger, ratio, total_balance_rel};
+use crate::couple::minutes::Closed;
 use crate::couple::scheme::Coupling;
 use crate::error::Error;
 use crate::log::LogStats;

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use protocol::{Frame, Header, Kind, PROTOCOL_VERSION, Window};
 
+use super::minutes::{Closed, Minutes};
 use crate::error::Error;
 use crate::launch::peer::Patience;
 use crate::launch::{Peer, Watch};
-use super::minutes::{Closed, Minutes};
 use crate::log::{Entry, Exchange, Recorder, recover};
 use crate::replay::Departure;
 use crate::scenario::{Deadlines, Label};

@@ -11,8 +11,8 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, SendTimeoutError, Sender, bo
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
 use prost::Message;
-use protocol::link::shm::MAX_DOUBLES;
 use protocol::Kind;
+use protocol::link::shm::MAX_DOUBLES;
 
 use super::{Exchange, FORMAT, LogError, Provenance, proto};
 

@@ -7,7 +7,8 @@
 //! with 64 MiB of `/dev/shm` is enough. Letting iceoryx2 grow its data segment instead was rejected: it
 //! loses the sample when the sender leaves before the receiver has mapped the new segment.
 //!
-//! A waiting end polls for a while and then sleeps on an iceoryx2 event. The event is a hint: sleep is cut
+//! A waiting end polls for a while and then sleeps on an iceoryx2 event; where its waits are regular it is awake when
+//! the answer comes. The event is a hint: sleep is cut
 //! into slices after each of which the end looks again, so a lost wake-up costs a slice and nothing hangs.
 //!
 //! The signal handlers of the process stay as they are: those of iceoryx2 come only with waits that are not
@@ -16,7 +17,7 @@
 use std::fmt::Display;
 use std::path::Path;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use iceoryx2::node::Node;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
@@ -31,10 +32,12 @@ use crate::link::{Link, LinkError};
 
 mod clock;
 mod place;
+mod rhythm;
 mod sweep;
 
 use clock::Clock;
 use place::{Broom, Place};
+use rhythm::{Plan, Rhythm};
 pub use sweep::{run_prefix, run_root, sweep, sweep_dead};
 
 /// The most doubles that one frame can hold: 1 GiB, a square matrix of 11 585 rows.
@@ -55,7 +58,7 @@ type EventService = event::PortFactory<Iox>;
 pub enum WaitMode {
     /// Polls for a while, giving way to other threads, and then sleeps.
     Poll,
-    /// Sleeps almost at once: right when processes share cores.
+    /// Sleeps almost at once, or naps through what it foresees of the wait: right when processes share cores.
     Event,
     /// `Poll` if every process of the run can have a core to itself, `Event` otherwise.
     Auto {
@@ -86,6 +89,8 @@ pub struct ShmLink {
     outbound: DataService,
     inbound: DataService,
     polling_time: Duration,
+    /// Only of an end that sleeps.
+    rhythm: Option<Rhythm>,
     /// Both ports of the other end were seen: from now on their absence means that it left.
     connected: bool,
     /// A frame was cut off half-way, the other end would take the next one for its rest.
@@ -232,9 +237,15 @@ impl Link for ShmLink {
 
     fn receive(&mut self, patience: Duration) -> Result<Option<Frame>, LinkError> {
         let clock = Clock::new(patience);
+        let rhythm = self.rhythm.as_mut();
+        let (since, plan) =
+            rhythm.map_or_else(|| (Instant::now(), Plan::default()), Rhythm::waiting);
         loop {
             if let Some(frame) = self.take()? {
                 self.connected = true;
+                if let Some(rhythm) = &mut self.rhythm {
+                    rhythm.arrived(&frame.header);
+                }
                 return Ok(Some(frame));
             }
             if self.has_left() {
@@ -245,7 +256,10 @@ impl Link for ShmLink {
             if left.is_zero() {
                 return Ok(None);
             }
-            if clock.elapsed() < self.polling_time {
+            let waited = since.elapsed();
+            if waited < plan.nap {
+                thread::sleep((plan.nap - waited).min(left));
+            } else if waited < plan.awake.max(self.polling_time) {
                 thread::yield_now();
             } else {
                 self.sleep(left)?;

@@ -16,6 +16,7 @@ use iceoryx2::service::builder::publish_subscribe::{
 };
 
 use super::clock::Clock;
+use super::rhythm::Rhythm;
 use super::{DataService, EventService, Iox, SAMPLE_DOUBLES, ShmLink, failed, sweep};
 use crate::frame::Header;
 use crate::link::LinkError;
@@ -198,6 +199,7 @@ impl Place {
         polls: bool,
     ) -> Result<ShmLink, LinkError> {
         let [wakes_other, wakes_us] = &events;
+        let rhythm = (!polls).then(Rhythm::new);
         Ok(ShmLink {
             listener: wakes_us.listener_builder().create().map_err(failed)?,
             notifier: wakes_other.notifier_builder().create().map_err(failed)?,
@@ -216,6 +218,7 @@ impl Place {
                 true => POLLING,
                 false => PEEKING,
             },
+            rhythm,
             connected: false,
             cut: false,
             arriving: Vec::new(),
