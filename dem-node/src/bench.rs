@@ -362,14 +362,15 @@ fn quietest(mut work: impl FnMut()) -> f64 {
 /// data at hand. Both rates are measured here and now, on buffers of the problem's own size.
 fn bound(problem: &Problem, algorithm: Algorithm, friction: Friction) -> f64 {
     let frictional = matches!(friction, Friction::Coulomb { .. });
-    // Per contact: its stored numbers, and its share of the records of the bodies (32 bytes each, read and written).
+    // Per contact: its stored numbers, read and written, and its share of the records of the bodies, read and written
+    // (32 bytes each, with the conjugate gradient 88).
     let contacts = problem.contacts.len() as f64;
-    let records = 64.0 * problem.movers.len() as f64 / contacts;
+    let records = problem.movers.len() as f64 / contacts;
     let (bytes, operations) = match (algorithm, frictional) {
-        (Algorithm::Nsgs, false) => (48.0 + 8.0 + records, 30.0),
-        (Algorithm::Nsgs, true) => (72.0 + 16.0 + records, 62.0),
-        (Algorithm::Pcg, false) => (224.0 + 4.0 * records, 50.0),
-        (Algorithm::Pcg, true) => (400.0 + 4.0 * records, 100.0),
+        (Algorithm::Nsgs, false) => (48.0 + 8.0 + 64.0 * records, 30.0),
+        (Algorithm::Nsgs, true) => (72.0 + 16.0 + 64.0 * records, 62.0),
+        (Algorithm::Pcg, false) => (72.0 + 24.0 + 176.0 * records, 45.0),
+        (Algorithm::Pcg, true) => (136.0 + 48.0 + 176.0 * records, 100.0),
     };
     let numbers = (bytes * contacts / 8.0) as usize;
     (bytes * byte_time(numbers)).max(operations * operation_time()) * 1e9

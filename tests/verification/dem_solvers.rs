@@ -149,6 +149,42 @@ fn any_number_of_threads_leaves_the_same_bits() {
     }
 }
 
+/// The grid with its lowest row glued, under a wheel that is pressed down and moved sideways.
+fn layer() -> (Value, Value) {
+    let mut sample = grid(90, 45);
+    let disks = sample["disks"].as_array_mut().expect("they are a list");
+    for disk in disks.iter_mut().step_by(45) {
+        *disk = json!({"x_m": disk["x_m"], "y_m": disk["y_m"], "radius_m": R, "glued": true});
+    }
+    let wheel = json!({
+        "load_n": 5e4, "mass_kg": 1.0, "amplitude_m": 1e-5, "frequency_hz": 500.0,
+        "ramp_s": 0.0, "hold_s": 0.0, "cycles": 1.0,
+    });
+    (sample, wheel)
+}
+
+#[test]
+fn a_layer_under_its_wheel_has_the_same_bits_in_any_number_of_threads() {
+    for (kind, law) in combinations() {
+        let (sample, wheel) = layer();
+        let overrides = json!({"wheel": wheel, "solver": solver(kind, 1e-2)});
+        let config = scene(law.clone(), 1e-5, sample, overrides);
+        let (dem, one) = run(&config, 1, 2);
+        let slots = &dem.state().list.slots;
+        assert!(slots.len() > 2 * 4096, "one block only");
+        let wheel = 90 * 45;
+        let pressed = |slot: &&dem_node::detect::Slot| slot.b == wheel && slot.force[0] > 0.0;
+        assert!(
+            slots.iter().filter(pressed).count() > 10,
+            "the wheel is in the air"
+        );
+        for threads in [2, 4] {
+            let bits = run(&config, threads, 2).1;
+            assert_eq!(bits, one, "{kind}, {law}, {threads} threads");
+        }
+    }
+}
+
 /// Bonds between grains that nearly touch; the heap below is closed up to make some.
 fn bonds(friction: f64, shear: f64, more: Value) -> Value {
     let mut law = json!({

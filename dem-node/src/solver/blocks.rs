@@ -58,13 +58,32 @@ impl Cut {
     }
 }
 
+/// What belongs to consecutive bodies and can be cut where these are.
+pub trait Items: Send + Sized {
+    /// The part of the first `count` bodies, and the rest.
+    fn cut(self, count: usize) -> (Self, Self);
+}
+
+impl<T: Send> Items for &mut [T] {
+    fn cut(self, count: usize) -> (Self, Self) {
+        self.split_at_mut(count)
+    }
+}
+
+impl<A: Items, B: Items> Items for (A, B) {
+    fn cut(self, count: usize) -> (Self, Self) {
+        let ((a, a_rest), (b, b_rest)) = (self.0.cut(count), self.1.cut(count));
+        ((a, b), (a_rest, b_rest))
+    }
+}
+
 /// Work on each block with the items of its bodies; `items` are those of all of them. Halves of halves, side by side
 /// where `parallel`.
-pub fn each<T: Send, B: Send>(
+pub fn each<T: Send, I: Items>(
     blocks: &mut [Block<T>],
-    items: &mut [B],
+    items: I,
     parallel: bool,
-    work: &(impl Fn(&mut Block<T>, &mut [B]) + Sync),
+    work: &(impl Fn(&mut Block<T>, I) + Sync),
 ) {
     if let [block] = blocks {
         return work(block, items);
@@ -73,9 +92,9 @@ pub fn each<T: Send, B: Send>(
     let (Some(first), Some(cut)) = (left.first(), right.first()) else {
         return;
     };
-    let (low, high) = items.split_at_mut(cut.bodies.start - first.bodies.start);
-    let mut lower = || each(left, low, parallel, work);
-    let mut upper = || each(right, high, parallel, work);
+    let (low, high) = items.cut(cut.bodies.start - first.bodies.start);
+    let lower = || each(left, low, parallel, work);
+    let upper = || each(right, high, parallel, work);
     if parallel {
         rayon::join(lower, upper);
     } else {

@@ -266,7 +266,7 @@ impl Sweeper {
         let friction = (problem.friction > 0.0).then_some(problem.friction);
         let sweep =
             |block: &mut Block<Batch>, movers: &mut [Mover]| block.work.sweep(movers, friction);
-        blocks::each(&mut self.blocks, &mut problem.movers, parallel, &sweep);
+        blocks::each(&mut self.blocks, &mut problem.movers[..], parallel, &sweep);
         self.across.sweep(&mut problem.movers, friction);
         for batch in self.batches() {
             for (sum, lanes) in squares.iter_mut().zip(&batch.squares) {

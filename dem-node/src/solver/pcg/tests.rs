@@ -1,0 +1,226 @@
+//! The solver against its four equations as they stand, and against itself in several threads.
+
+use super::plain::Plain;
+use crate::bond::{Bond, BondContact};
+use crate::cohesion::{Cohesion, HPrime};
+use crate::law::{Friction, Law, Penetration};
+use crate::sample::grading::Dice;
+use crate::solver::blocks::Cut;
+use crate::solver::{Algorithm, Contact, Criteria, Mover, Problem, UNARMED, UNBONDED};
+use crate::wall::Wall;
+
+const GLUED: usize = 6;
+
+/// What a problem has beside grains.
+#[derive(Clone, Copy, Debug)]
+struct Scene {
+    grains: usize,
+    friction: f64,
+    springs: bool,
+    /// A wheel over some grains, and a yielding wall under others.
+    special: bool,
+    /// Every third contact of two grains has a bond; where there is friction, springs must be.
+    bonds: bool,
+}
+
+/// Grains in columns that touch at random angles.
+fn problem(scene: Scene) -> Problem {
+    let grains = scene.grains;
+    let (column, wheel) = ((grains as f64).sqrt() as usize, grains + GLUED);
+    let mut dice = Dice::new(7);
+    let mut problem = Problem {
+        movers: (0..=wheel).map(|i| mover(i, grains)).collect(),
+        first_glued: grains,
+        wheel: Some(wheel),
+        wall: yielding(),
+        friction: scene.friction,
+        ..Problem::default()
+    };
+    for a in 0..grains {
+        for b in [a + 1, a + column, a + column + 1] {
+            if b < grains {
+                let mut contact = touch(&mut dice, [a, b], &scene);
+                if scene.bonds && (a + b) % 3 == 0 {
+                    contact.bond = problem.bonds.len() as u32;
+                    contact.bias[0] = dice.between(-0.2, 0.2);
+                    contact.compliance[1] = 0.0;
+                    problem.bonds.push(bond(&scene, problem.bonds.len()));
+                }
+                problem.contacts.push(contact);
+            }
+        }
+        if scene.special && a % column == 0 {
+            let disk = grains + a / column % GLUED;
+            problem.contacts.push(touch(&mut dice, [a, disk], &scene));
+        }
+        if scene.special && a % column == 3 {
+            problem.contacts.push(touch(&mut dice, [a, wheel], &scene));
+        }
+    }
+    if scene.special {
+        let pair = [grains + 1, wheel];
+        problem.contacts.push(touch(&mut dice, pair, &scene));
+    }
+    problem.prepare().expect("it is well posed");
+    problem
+}
+
+fn touch(dice: &mut Dice, [a, b]: [usize; 2], scene: &Scene) -> Contact {
+    let angle = dice.between(0.0, std::f64::consts::TAU);
+    let glued = scene.grains..scene.grains + GLUED;
+    Contact {
+        a: a as u32,
+        b: b as u32,
+        glued: glued.contains(&a) || glued.contains(&b),
+        normal: [angle.cos(), angle.sin()],
+        stretch: dice.between(-0.05, 0.05),
+        bias: [dice.between(-0.3, 0.1), dice.between(-0.1, 0.1)],
+        compliance: if scene.springs { [0.2, 0.4] } else { [0.0; 2] },
+        impulse: [dice.between(0.0, 0.1), 0.0],
+        bond: UNBONDED,
+        arms: UNARMED,
+        ..Contact::default()
+    }
+}
+
+fn mover(i: usize, grains: usize) -> Mover {
+    let glued = (grains..grains + GLUED).contains(&i);
+    Mover {
+        velocity: [0.01 * (i % 13) as f64, -0.02, 0.03],
+        inverse_mass: if glued {
+            0.0
+        } else {
+            1.0 + 0.1 * (i % 7) as f64
+        },
+    }
+}
+
+fn yielding() -> Wall {
+    let diagonal = 2 * GLUED + 1;
+    let at = |k: usize| if k.is_multiple_of(diagonal) { 2.0 } else { 0.1 };
+    let mut wall = Wall::compliant(GLUED, (0..4 * GLUED * GLUED).map(at).collect());
+    wall.start(&[0.05; 2 * GLUED]);
+    wall
+}
+
+fn bond(scene: &Scene, index: usize) -> BondContact {
+    let law = Law {
+        friction: Friction::Coulomb {
+            coefficient: scene.friction,
+        },
+        springs: None,
+        cohesion: Some(Cohesion {
+            normal: 4.0,
+            tangential: if index.is_multiple_of(5) { 0.0 } else { 2.0 },
+            energy: 1.0,
+            viscosity: 0.0,
+            power: 1.0,
+            h_prime: HPrime::Adhesion,
+            thickness: 1.0,
+            alert: 0.1,
+            fewest: 0,
+        }),
+        restitution: None,
+        penetration: Penetration::Gap,
+    };
+    let bond = Bond {
+        area: 1.0,
+        adhesion: 0.9,
+        slip: 0.1,
+        ..Bond::default()
+    };
+    BondContact::new(&law, &bond, index, 0.5)
+}
+
+fn scenes(grains: usize) -> Vec<Scene> {
+    let mut scenes = Vec::new();
+    for (friction, springs, bonds) in [
+        (0.0, false, false),
+        (0.0, true, false),
+        (0.3, false, false),
+        (0.3, true, false),
+        (0.0, false, true),
+        (0.3, true, true),
+    ] {
+        for special in [false, true] {
+            scenes.push(Scene {
+                grains,
+                friction,
+                springs,
+                special,
+                bonds,
+            });
+        }
+    }
+    scenes
+}
+
+fn exactly(iterations: usize, parallel: bool) -> Criteria {
+    Criteria {
+        algorithm: Algorithm::Pcg,
+        tolerance: 0.0,
+        min_iterations: iterations,
+        max_iterations: iterations,
+        parallel,
+    }
+}
+
+/// Iterations as they stand and as they are made differ by rounding only, for as long as rounding has not grown to a
+/// contact that slides here and sticks there.
+#[test]
+fn every_iteration_is_that_of_the_equations() {
+    for scene in scenes(400).into_iter().chain(scenes(3200)) {
+        let start = problem(scene);
+        let mut plain = Plain::new(&start);
+        for iterations in 1..=12 {
+            plain.step();
+            let mut fast = start.clone();
+            super::solve(&mut fast, &exactly(iterations, false));
+            let near = |what: &str, value: f64, expected: f64| {
+                assert!(
+                    (value - expected).abs() < 1e-10,
+                    "{scene:?}, iteration {iterations}, {what}: {value} instead of {expected}"
+                );
+            };
+            for (contact, expected) in fast.contacts.iter().zip(&plain.impulses) {
+                near("r_n", contact.impulse[0], expected[0]);
+                near("r_t", contact.impulse[1], expected[1]);
+            }
+            let (bodies, wall) = plain.speeds();
+            for (mover, expected) in fast.movers[..scene.grains].iter().zip(&bodies) {
+                (0..3).for_each(|axis| near("v", mover.velocity[axis], expected[axis]));
+            }
+            let wheel = scene.grains + GLUED;
+            near("wheel", fast.movers[wheel].velocity[1], bodies[wheel][1]);
+            for (v, expected) in fast.wall.velocity.iter().zip(&wall) {
+                near("wall", *v, *expected);
+            }
+        }
+    }
+}
+
+#[test]
+fn any_number_of_threads_leaves_the_same_bits() {
+    for scene in scenes(12_000) {
+        let start = problem(scene);
+        let cut = Cut::new(&start);
+        assert!(
+            cut.common(0, scene.grains as u32 / 2).is_none(),
+            "one block"
+        );
+        let bits = |threads: usize| {
+            let mut problem = start.clone();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let pool = pool.expect("threads can be started");
+            pool.install(|| super::solve(&mut problem, &exactly(40, threads > 1)));
+            let impulses = problem.contacts.iter().flat_map(|c| c.impulse);
+            let velocities = problem.movers.iter().flat_map(|m| m.velocity);
+            let all = impulses.chain(velocities).chain(problem.wall.velocity);
+            all.map(f64::to_bits).collect::<Vec<u64>>()
+        };
+        let one = bits(1);
+        for threads in [2, 4] {
+            assert!(bits(threads) == one, "{scene:?}, {threads} threads");
+        }
+    }
+}
