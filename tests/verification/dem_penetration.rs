@@ -7,8 +7,15 @@
 //! Exact: the repair of positions is the displacement of least w.M w / 2, so two free disks of masses m_a, m_b that overlap
 //! by g part by g m_b/(m_a + m_b) and g m_a/(m_a + m_b), their centre of mass stays, and no velocity appears; the repair of
 //! velocities leaves the kinetic energy m_eff (g/h)^2 / 2. A millionth of a radius stays. Budget of rigid contacts: a mean
-//! overlap of 1e-3 r (`dem.md`, from the measurements of penetration_drift.csv: IQS 1.2e-2 and 7e-2 r at the steps and
-//! tolerances where the repair of g/h left 1e-4 and 7e-4).
+//! overlap of 1e-3 r, from `reference/penetration_drift.csv`: the project's own trials with 2 000 disks under the rail's mean
+//! load of 123 N/mm, mean overlap after 0.4 ms.
+//!
+//! The table says neither how its disks were packed nor what its solver's tolerance measured, so that a strip of our own, as
+//! large and without friction, meets it within a factor of 2 where overlaps come from the solver: IQS 6.5e-2, 6.5e-3 and
+//! 7.0e-3 r for its 7.0e-2, 1.2e-2 and 1.25e-2. Its rows of a mass scaled 1000-fold, 1.4e-3 r whatever the tolerance, are
+//! the overlaps of its packing, which IQS keeps; ours has none, and 6e-5 r after the load.
+
+use std::sync::LazyLock;
 
 use protocol::Node;
 use serde_json::{Value, json};
@@ -177,4 +184,66 @@ fn a_rebound_does_not_notice_the_repair() {
     let (speed, deepest) = run("projection");
     close("speed", speed, 0.7, 1e-12);
     assert!(deepest < 2e-6 * R, "{deepest:e}");
+}
+
+/// A strip of 1 866 disks, 10.8 x 3.3 mm, pressed and released: its disks one by one, since to press it takes longer than a run.
+static STRIP: LazyLock<Value> = LazyLock::new(|| {
+    let ends = [-5.4e-3, 5.4e-3];
+    let recipe = json!({
+        "kind": "layer", "thickness_m": 3.3e-3, "half_width_m": 5.4e-3, "crown_radius_m": 0.0, "radius_min_m": 0.05e-3,
+        "radius_max_m": 0.1e-3, "law": "surface_uniform", "periodic_x_m": ends,
+    });
+    let pressed = build(&loaded("iqs", 1e-6, 1e-3, 1.0, &recipe));
+    let (state, bodies) = (pressed.state(), pressed.bodies());
+    let disk = |(i, [x, y]): (usize, &[f64; 2])| json!({"x_m": x, "y_m": y, "radius_m": bodies.radii[i], "glued": i >= bodies.free});
+    let disks: Vec<Value> = state.centres.iter().enumerate().map(disk).collect();
+    json!({"kind": "disks", "disks": disks, "periodic_x_m": ends})
+});
+
+/// A sample under 123 N/mm, which grow in the first 0.1 ms of 0.4 ms.
+fn loaded(penetration: &str, h: f64, tolerance: f64, mass_scale: f64, sample: &Value) -> Value {
+    let overrides = json!({
+        "mass_scale": mass_scale,
+        "solver": {"kind": "pcg", "tolerance": tolerance, "max_iterations": 5000, "min_iterations": 1},
+        "time": {"step_s": h, "pressure_pa": 1.23e8},
+        "wheel": {"load_n": 123e3 * 10.8e-3, "mass_kg": 0.01, "ramp_s": 1e-4, "hold_s": 3e-4},
+    });
+    scene(law(penetration), h, sample.clone(), overrides)
+}
+
+/// Mean overlap over the mean radius after 0.4 ms.
+fn under_load(config: &Value) -> f64 {
+    let h = config["time"]["step_s"].as_f64().expect("it has a step");
+    let report = march(&mut build(config), 0, (4e-4 / h).round() as u32);
+    report.signal("overlap_mean_rel")
+}
+
+#[test]
+fn overlaps_under_the_mean_load_are_those_of_the_table() {
+    let text = include_str!("reference/penetration_drift.csv");
+    let mut compared = 0;
+    for row in text.lines().filter(|line| line.starts_with("IQS")) {
+        let numbers: Vec<f64> = row
+            .split(',')
+            .skip(1)
+            .map(|n| n.parse().expect("a number"))
+            .collect();
+        let [h, tolerance, mass_scale, expected] = numbers[..4] else {
+            panic!("{row}");
+        };
+        if mass_scale == 1.0 {
+            let ratio = under_load(&loaded("iqs", h, tolerance, 1.0, &STRIP)) / expected;
+            assert!((0.5..2.0).contains(&ratio), "{row}: {ratio} of it");
+            compared += 1;
+        }
+    }
+    assert_eq!(compared, 3);
+}
+
+#[test]
+fn a_repair_keeps_the_budget_under_the_mean_load() {
+    let mean = under_load(&loaded("split", 1e-6, 1e-3, 1.0, &STRIP));
+    assert!(mean < 1e-3, "split: {mean:e}");
+    let scaled = under_load(&loaded("iqs", 1e-6, 1e-3, 1000.0, &STRIP));
+    assert!(scaled < 1e-3, "mass scaled: {scaled:e}");
 }
