@@ -338,7 +338,7 @@ pub fn close(law: &Law, bond: &mut Bond, slot: &mut Slot, done: &BondStep) -> Lo
             - stored(after, opening, slip),
     };
     (bond.opening, bond.slip, bond.adhesion) = (opening, slip, after);
-    slot.force = [r_n / h, r_t / h];
+    (slot.force, slot.left) = ([r_n / h, r_t / h], opening);
     if after < BROKEN {
         loss.cohesion += break_bond(law, cohesion, bond, slot, before);
     }
@@ -379,6 +379,7 @@ fn break_bond(
         return left;
     };
     let gap = bond.opening + bond.reference;
+    slot.left = gap;
     let [_, k_t] = cohesion.stiffness(bond.area, before);
     let press = springs.normal * (-gap).max(0.0);
     let limit = mu * press / springs.tangential;

@@ -21,6 +21,8 @@ pub struct Slot {
     pub force: [f64; 2],
     /// Elongation of the tangential spring (m).
     pub spring: f64,
+    /// Gap, or opening of the bond, that the last step left along its normal (m); 0 without contact.
+    pub left: f64,
 }
 
 /// The Verlet list: all pairs that were closer than `reach` when it was built.
@@ -94,7 +96,7 @@ impl VerletList {
         let new = &mut self.slots[place];
         // One that is loaded already is a contact of its own: the other side of a concave corner.
         if new.force == [0.0; 2] {
-            (new.force, new.spring) = (old.force, old.spring);
+            (new.force, new.spring, new.left) = (old.force, old.spring, old.left);
         }
     }
 
@@ -132,6 +134,7 @@ impl VerletList {
             visit(slot.force[0]);
             visit(slot.force[1]);
             visit(slot.spring);
+            visit(slot.left);
         }
     }
 }

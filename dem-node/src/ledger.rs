@@ -101,7 +101,7 @@ pub struct ContactStep {
     pub theta: f64,
     /// Gap at detection (m).
     pub gap: f64,
-    /// Gap that the last step left, as its force says (m).
+    /// Gap that the last step left along its normal (m).
     pub left: f64,
     /// Elongation of the tangential spring before and after (m).
     pub spring: [f64; 2],
@@ -117,7 +117,7 @@ impl ContactStep {
     /// What a spring k (N/m) lost since the last step without any work (J).
     ///
     /// The work of a step goes along its normal, and disks that pass each other by s turn it: the gap that is then detected
-    /// is about s^2/(2 (r_1 + r_2)) wider than the one that the last force belongs to. A loss of the scheme, of first order
+    /// is about s^2/(2 (r_1 + r_2)) wider than the one that the last step left. A loss of the scheme, of first order
     /// over a run: 1.8 % of the energy of a wheel that falls on a layer at 10 m/s in steps of 2e-7 s.
     pub fn turned(&self, k: f64) -> f64 {
         0.5 * k * (self.left.min(0.0).powi(2) - self.gap.min(0.0).powi(2))

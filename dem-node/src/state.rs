@@ -103,6 +103,7 @@ impl State {
             let gap = proximity(bodies, &places, slot.a as usize, slot.b as usize).gap;
             if let (Some(springs), true) = (bodies.law.springs, gap < 0.0) {
                 slot.force[0] = -gap * springs.normal;
+                slot.left = gap;
             }
         }
         state.list = list;

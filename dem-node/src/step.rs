@@ -178,7 +178,7 @@ impl Stepper {
                 self.admit(bodies, state, drive.step, candidate, bond.is_some())
             else {
                 // A contact that a rebound has opened leaves the problem: it must not keep its force.
-                list.slots[index].force = [0.0; 2];
+                (list.slots[index].force, list.slots[index].left) = ([0.0; 2], 0.0);
                 continue;
             };
             if let Some((place, bond)) = bond {
@@ -349,6 +349,7 @@ impl Stepper {
                 state.accounts.friction += friction;
                 state.list.slots[slot].force = [done.impulse[0] / h, done.impulse[1] / h];
                 state.list.slots[slot].spring = done.spring[1];
+                state.list.slots[slot].left = done.gap + h * done.velocity[0];
             } else {
                 self.close_bond(bodies, state, contact.bond as usize, slot, &done);
             }
@@ -409,31 +410,20 @@ impl Stepper {
             .law
             .springs
             .map_or(0.0, |s| -contact.impulse[1] / (drive.step * s.tangential));
+        // A yielding wall puts its disks where its own body says, which is not for this ledger to judge.
+        let left = match contact.glued && self.problem.wall.yields() {
+            true => contact.gap,
+            false => slot.left,
+        };
         ContactStep {
             step: drive.step,
             theta: drive.theta,
             gap: contact.gap,
-            left: self.left_at(bodies, state, contact, slot),
+            left,
             spring: [slot.spring, stretched],
             impulse: contact.impulse,
             velocity,
             change: [velocity[0] - before[0], velocity[1] - before[1]],
-        }
-    }
-
-    /// The gap, or opening of a bond, that the last step's force and bond say it left (m).
-    fn left_at(&self, bodies: &Bodies, state: &State, contact: &Contact, slot: &Slot) -> f64 {
-        // A yielding wall puts its disks where its own body says, which is not for this ledger to judge.
-        if contact.glued && self.problem.wall.yields() {
-            return contact.gap;
-        }
-        match bodies.law.springs {
-            Some(springs) if slot.force[0] > 0.0 => -slot.force[0] / springs.normal,
-            _ if contact.bond != UNBONDED => {
-                let bond = self.problem.bonds[contact.bond as usize].index;
-                state.bonds[bond as usize].opening.max(0.0)
-            }
-            _ => contact.gap.max(0.0),
         }
     }
 
