@@ -5,7 +5,8 @@
 //! of one window of both; a sample of cells is run through the real coupler as well, and has to give the same forces.
 //! Fixed-point schemes have the constant relaxation 0.5: the others find their own.
 //!
-//! - [`nodes`]: the two sides;
+//! - `bar`: the continuum;
+//! - [`nodes`]: the two sides as participants;
 //! - [`trial`]: the real coupler on them;
 //! - [`map`](mod@map): growth in every cell;
 //! - [`limits`](mod@limits): where growth begins, foreseen and found;
@@ -18,6 +19,7 @@ use crate::error::Error;
 use crate::scenario::Scheme;
 use map::{Axes, Cell};
 
+mod bar;
 pub mod limits;
 pub mod map;
 pub mod nodes;
