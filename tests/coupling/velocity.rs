@@ -282,6 +282,13 @@ fn what_cannot_follow_is_refused_by_name() {
     for said in ["interface.glue.scheme", "`bar`", "dual-schur"] {
         assert!(error.to_string().contains(said), "no {said} in {error}");
     }
+    let strip = by_velocity(&static_patch::scenario(10, 23));
+    let plastic = ["participant.strip.config.material.yield_pa=1e8"];
+    let left = run_in_process(&strip, &plastic).expect("it is valid");
+    let error = left.ended.error.expect("a plastic strip cannot follow");
+    for said in ["interface.glue.scheme", "`strip`", "dual-schur-secant"] {
+        assert!(error.to_string().contains(said), "no {said} in {error}");
+    }
     let masses = run_in_process(&text, &["interface.glue.compliance=mass"]);
     let error = masses.err().expect("it asks for the impedance").to_string();
     for said in ["compliance", "velocity"] {

@@ -37,6 +37,15 @@ fn threads_and_transport_change_no_bit() {
 }
 
 #[test]
+fn nor_do_they_along_a_given_velocity() {
+    let velocity = "interface.layer-base.scheme=velocity";
+    let first = run(&[velocity], "1");
+    assert_ne!(first, run(&[], "1"), "another scheme");
+    assert_eq!(first, run(&[velocity], "2"), "two threads");
+    assert_eq!(first, run(&[velocity, "run.transport=channel"], "1"));
+}
+
+#[test]
 fn another_seed_and_one_ulp_of_load_change_both_hashes() {
     let first = run(&[], "1");
     let ulp = f64::from_bits(8000f64.to_bits() + 1);

@@ -37,7 +37,8 @@ fn foreseen_over_actual(sets: &[&str]) -> f64 {
 
 #[test]
 fn the_size_of_the_log_is_foreseen() {
-    let cases: [&[&str]; 3] = [
+    let cases: [&[&str]; 4] = [
+        &["run.end_s=6e-4", "interface.layer-base.scheme=velocity"],
         &["run.end_s=9e-4", "run.output.flush_every_windows=1"],
         &["run.end_s=6e-4", "interface.layer-base.substeps=3"],
         &[

@@ -83,6 +83,18 @@ fn a_plastic_rail_resumes() {
     assert!(flow_j.is_some_and(|flow_j| flow_j > 0.0), "{flow_j:?}");
 }
 
+#[test]
+fn a_rail_along_given_velocities_resumes() {
+    let sets = [
+        "run.end_s=4e-4",
+        "run.checkpoint_every_windows=250",
+        "run.checkpoints_kept=100",
+        "interface.layer-base.scheme=velocity",
+    ];
+    let (count, _, _) = resume_from_all(&loaded(&shipped("quick"), &sets), "resume-velocity");
+    assert!(count >= 2, "{count}");
+}
+
 /// Disks on a floor, alone; `sample` are further keys of the sample.
 fn heap(disks: &str, sample: &str) -> Loaded {
     let text = format!(
