@@ -105,6 +105,10 @@ impl Stepper {
         law: &Cohesion,
     ) -> Result<Verdict, DemError> {
         let mut verdict = self.problem.solve(criteria)?;
+        // Where no solution came of it, and yet the window may be accepted, bonds are as strong as they were solved for.
+        self.adhesion.clear();
+        let solved = self.problem.bonds.iter().map(|bond| bond.adhesion[1]);
+        self.adhesion.extend(solved);
         while verdict.converged && self.lower_adhesion(bodies, state, drive.step, criteria, law) {
             self.problem.wall.start(drive.free_velocity);
             self.free_movers(bodies, state, drive);

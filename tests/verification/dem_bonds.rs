@@ -7,6 +7,7 @@
 //! turning point of weak bonds is 1/(1 - E) times as sensitive; centres that slide 1 um past each other turn by 0.4 %.
 
 use dem_node::Dem;
+use protocol::{Node, Window};
 use serde_json::{Value, json};
 
 use crate::dem_support::{Report, THICKNESS, build, close, march, mass, scene};
@@ -340,4 +341,37 @@ fn every_grain_of_a_layer_has_the_bonds_that_it_must_have() {
     // They are in the contact problem from the first step on, at rest.
     let report = march(&mut held, 0, 50);
     close("speed", report.signal("speed_max_m_per_s"), 0.0, 1e-9);
+}
+
+/// Under the policy `accept` a window stands whose contact solve was starved, here the very first one: no solution has said
+/// how far adhesion falls.
+#[test]
+fn a_starved_window_that_is_accepted_leaves_the_bonds_as_they_were() {
+    let disks: Vec<Value> = (0..5)
+        .map(|i| json!({"x_m": 0.0, "y_m": 2.0 * R * f64::from(i), "radius_m": R, "glued": i == 0, "vy_m_per_s": 3.0}))
+        .collect();
+    let mut config = scene(
+        rigid(),
+        1e-7,
+        json!({"kind": "disks", "disks": disks}),
+        json!({}),
+    );
+    config["solver"] =
+        json!({"kind": "nsgs", "tolerance": 1e-10, "max_iterations": 1, "min_iterations": 1});
+    config["time"] = json!({"pressure_pa": 1e6});
+    let mut dem = build(&config);
+    dem.couple("base").expect("one disk is glued");
+    dem.wall(1e-7, &[0.0; 4]).expect("2 x 2 numbers");
+    let window = Window {
+        substeps: 1,
+        t1_s: 1e-7,
+        ..Window::default()
+    };
+    let answer = dem
+        .solve(&window, &[0.0; 2])
+        .expect("an answer, not a solution");
+    assert!(!answer.converged, "{answer:?}");
+    dem.commit(&window, &[0.0; 2]).expect("it was accepted");
+    let adhesion: Vec<f64> = dem.state().bonds.iter().map(|b| b.adhesion).collect();
+    assert_eq!(adhesion, [1.0; 4]);
 }
