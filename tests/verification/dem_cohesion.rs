@@ -239,6 +239,14 @@ fn what_a_drive_or_a_bond_cannot_do_is_refused_by_name() {
         ["drive", "glued = true"],
     );
     says(
+        refused(|c| c["law"]["bonds_min"] = json!(7)),
+        ["law.bonds_min", "7"],
+    );
+    says(
+        refused(|c| c["law"] = json!({"kind": "coulomb", "friction": 0.3, "bonds_min": 2})),
+        ["law.bonds_min", "cohesion"],
+    );
+    says(
         refused(|c| c["law"]["kind"] = json!("coulomb")),
         ["law.cn_pa_per_m", "cohesion"],
     );
