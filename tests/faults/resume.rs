@@ -112,6 +112,23 @@ fn an_interrupted_run_resumes_from_the_window_that_it_ended_with() {
     assert_eq!(hashes(&resume(work.path(), "out", "again", &[])), whole);
 }
 
+/// The resumed run becomes the latest as soon as it begins, and still has to find the one that it goes on with.
+#[test]
+fn the_latest_run_resumes_by_that_name() {
+    let work = Scratch::new("resume-latest");
+    let whole = completed(&mut short_quick(work.path(), &OFTEN))["hashes"].clone();
+    let runs = work.path().join("runs");
+    std::fs::create_dir(&runs).expect("writable");
+    std::os::unix::fs::symlink("../out", runs.join("latest")).expect("writable");
+    let output = thirdbody(work.path())
+        .args(["resume", "runs/latest", "--json"])
+        .output()
+        .expect("the program starts");
+    assert_eq!(hashes(&output), whole);
+    let latest = runs.join("latest").canonicalize().expect("it exists");
+    assert_eq!(latest.parent(), runs.canonicalize().ok().as_deref());
+}
+
 #[test]
 fn a_damaged_checkpoint_is_named_and_the_one_before_it_is_taken() {
     let work = Scratch::new("damaged-checkpoint");

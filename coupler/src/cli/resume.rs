@@ -34,7 +34,7 @@ pub struct ResumeArguments {
 
 /// Goes on; the exit code is the run's.
 pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
-    let run = &arguments.run;
+    let run = &resolved(&arguments.run);
     if !run.join("scenario.toml").is_file() {
         return Err(Error::Refused(format!(
             "{}: no run directory with a scenario.toml",
@@ -64,6 +64,18 @@ pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
         origin.as_ref(),
     )?;
     conclude(ended, arguments.json)
+}
+
+/// What the path stands for now: runs/latest points to the resumed run as soon as that begins.
+fn resolved(run: &Path) -> PathBuf {
+    let Ok(whole) = run.canonicalize() else {
+        return run.into();
+    };
+    let here = std::env::current_dir().and_then(|here| here.canonicalize());
+    match here.map(|here| whole.strip_prefix(here).map(Path::to_path_buf)) {
+        Ok(Ok(below)) => below,
+        _ => whole,
+    }
 }
 
 fn tell(run: &Path, taken: Option<&Path>, passed_over: &[Unusable]) {
