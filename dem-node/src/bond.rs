@@ -4,11 +4,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::cohesion::Cohesion;
-use crate::detect::{Slot, VerletList};
+use crate::detect::Slot;
 use crate::error::DemError;
-use crate::geometry::{Places, proximity};
 use crate::law::{Block, Law, LocalLaw};
 use crate::ledger::ContactStep;
+
+mod birth;
+
+pub use birth::make;
 
 /// A bond below this adhesion is broken. With h' = 1 and b = 0 that is an opening of 100 delta_0, where 1e-6 of the
 /// strength and 5e-5 of w are left.
@@ -68,67 +71,6 @@ impl Bond {
             self.slip,
         ]
     }
-}
-
-/// Bonds all pairs of grains, glued disks included, that are nearer than the alert distance of the law, and then the grains
-/// to which that leaves too few bonds to their nearest neighbours.
-///
-/// A grain that carried nothing in the pressed bed may end up with one bond. It stands on it as on a pin, and rolls under
-/// the wheel instead of sliding: one such grain under 184 of 8 000 N made the friction loop 7 % larger.
-pub fn make(bodies: &Bodies, places: &Places, list: &VerletList) -> Vec<Bond> {
-    let Some(law) = &bodies.law.cohesion else {
-        return Vec::new();
-    };
-    let grains = list
-        .slots
-        .iter()
-        .filter(|s| (s.b as usize) < bodies.disks());
-    let bond = |slot: &Slot| {
-        let gap = proximity(bodies, places, slot.a as usize, slot.b as usize).gap;
-        (gap < law.alert).then(|| Bond::new(bodies, law, [slot.a, slot.b], gap))
-    };
-    let mut bonds = grains.filter_map(bond).collect();
-    if law.fewest > 0 {
-        hold_loose_grains(bodies, places, law, &mut bonds);
-    }
-    bonds
-}
-
-fn hold_loose_grains(bodies: &Bodies, places: &Places, law: &Cohesion, bonds: &mut Vec<Bond>) {
-    let mut count = vec![0; bodies.disks()];
-    for bond in bonds.iter() {
-        count[bond.a as usize] += 1;
-        count[bond.b as usize] += 1;
-    }
-    for grain in 0..bodies.free {
-        let missing = law.fewest.saturating_sub(count[grain]);
-        if missing == 0 {
-            continue;
-        }
-        for (pair, gap) in nearest(bodies, places, bonds, grain as u32, missing) {
-            pair.iter().for_each(|disk| count[*disk as usize] += 1);
-            bonds.push(Bond::new(bodies, law, pair, gap));
-        }
-    }
-    bonds.sort_by_key(|bond| (bond.a, bond.b));
-}
-
-/// The pairs of smallest gap (m) that a grain makes with disks to which it has no bond, so many of them.
-fn nearest(
-    bodies: &Bodies,
-    places: &Places,
-    bonds: &[Bond],
-    grain: u32,
-    count: usize,
-) -> Vec<([u32; 2], f64)> {
-    let gap = |[a, b]: [u32; 2]| proximity(bodies, places, a as usize, b as usize).gap;
-    let others = (0..bodies.disks() as u32).filter(|disk| *disk != grain);
-    let pairs = others.map(|disk| [grain.min(disk), grain.max(disk)]);
-    let mut pairs: Vec<_> = pairs.map(|pair| (pair, gap(pair))).collect();
-    pairs.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let bonded = |pair: [u32; 2]| bonds.iter().any(|bond| [bond.a, bond.b] == pair);
-    let free = pairs.into_iter().filter(|(pair, _)| !bonded(*pair));
-    free.take(count).collect()
 }
 
 /// Bonds that hold.
