@@ -96,20 +96,22 @@ fn frames(doubles: usize) -> Vec<Frame> {
 
 fn write(path: &Path, frames: &[Frame], messages: usize) -> Result<LogStats, Error> {
     let mut recorder = Recorder::create(path, &Provenance::default(), FLUSH_EVERY)?;
+    let mut said = Vec::new();
     for message in 0..messages {
         let mut frame = frames[message % frames.len()].clone();
-        frame.header.window = (message / PER_WINDOW) as u64;
-        let window = frame.header.window;
-        recorder.record(Exchange {
+        let window = (message / PER_WINDOW) as u64;
+        frame.header.window = window;
+        said.push(Exchange {
             interface: "layer-base".into(),
             sender: "rail".into(),
             receiver: "coupler".into(),
             frame,
-        })?;
-        if (message + 1) % PER_WINDOW == 0 {
-            recorder.end_window(window)?;
+        });
+        if said.len() == PER_WINDOW {
+            recorder.record(std::mem::take(&mut said), Some(window))?;
         }
     }
+    recorder.record(said, None)?;
     Ok(recorder.finish()?)
 }
 

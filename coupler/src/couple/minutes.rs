@@ -52,23 +52,18 @@ impl Minutes {
         self.waiting.push(exchange);
         match self.waiting_doubles < WAITING_DOUBLES {
             true => Ok(()),
-            false => self.write_down(),
+            false => self.write_down(None),
         }
     }
 
     pub(super) fn end_window(&mut self, window: u64) -> Result<(), Error> {
-        self.write_down()?;
         self.blocks += 1;
-        self.hashed(ExchangeHasher::end_window);
-        if let Some(recorder) = &mut self.recorder {
-            recorder.end_window(window)?;
-        }
-        Ok(())
+        self.write_down(Some(window))
     }
 
     /// Sees that the log is on the disk; returns how many blocks it holds.
     pub(super) fn sync(&mut self) -> Result<u64, Error> {
-        self.write_down()?;
+        self.write_down(None)?;
         if let Some(recorder) = &mut self.recorder {
             recorder.sync()?;
         }
@@ -77,7 +72,7 @@ impl Minutes {
 
     /// Completes both; what was said in a window that did not end is in them.
     pub(super) fn close(&mut self) -> Result<Closed, Error> {
-        let written = self.write_down();
+        let written = self.write_down(None);
         let start = Instant::now();
         let hash = std::mem::take(&mut self.hasher).finish();
         let hash_wall = self.hash_wall + start.elapsed();
@@ -90,25 +85,22 @@ impl Minutes {
         })
     }
 
-    fn write_down(&mut self) -> Result<(), Error> {
+    /// Hashes and logs what waits, and the end of a window if it is one.
+    fn write_down(&mut self, window: Option<u64>) -> Result<(), Error> {
         self.waiting_doubles = 0;
         let waiting = std::mem::take(&mut self.waiting);
-        self.hashed(|hasher| {
-            for exchange in &waiting {
-                hasher.add(&exchange.interface, &exchange.sender, &exchange.frame);
-            }
-        });
-        if let Some(recorder) = &mut self.recorder {
-            for exchange in waiting {
-                recorder.record(exchange)?;
-            }
-        }
-        Ok(())
-    }
-
-    fn hashed(&mut self, hash: impl FnOnce(&mut ExchangeHasher)) {
         let start = Instant::now();
-        hash(&mut self.hasher);
+        for exchange in &waiting {
+            let (interface, sender) = (&exchange.interface, &exchange.sender);
+            self.hasher.add(interface, sender, &exchange.frame);
+        }
+        if window.is_some() {
+            self.hasher.end_window();
+        }
         self.hash_wall += start.elapsed();
+        match &mut self.recorder {
+            Some(recorder) => Ok(recorder.record(waiting, window)?),
+            None => Ok(()),
+        }
     }
 }

@@ -19,9 +19,6 @@ use super::{Exchange, FORMAT, LogError, Provenance, proto};
 /// Batches that may wait for the writer. More would only hide for longer that the disk is too slow.
 const WAITING: usize = 16;
 
-/// A batch is handed over beyond this size, whatever the windows do.
-const BATCH_BYTES: usize = 1 << 20;
-
 /// A disk that takes nothing for so long is broken (s).
 const PATIENCE_S: u64 = 60;
 
@@ -54,7 +51,7 @@ pub struct LogStats {
     pub writer_wall: Duration,
 }
 
-/// Writes an exchange log. Frames are handed to a thread that compresses and writes them, those of a window at once: to
+/// Writes an exchange log. Frames are handed to a thread that compresses and writes them, best those of a window at once: to
 /// wake that thread for each would cost more than to write it. When it falls behind, the recorder waits. Nothing is left
 /// out.
 pub struct Recorder {
@@ -62,8 +59,6 @@ pub struct Recorder {
     jobs: Option<Sender<Job>>,
     outcome: Receiver<Result<LogStats, LogError>>,
     caller_wall: Duration,
-    batch: Vec<Exchange>,
-    batch_bytes: usize,
 }
 
 enum Job {
@@ -107,48 +102,34 @@ impl Recorder {
             jobs: Some(jobs),
             outcome,
             caller_wall: Duration::ZERO,
-            batch: Vec::new(),
-            batch_bytes: 0,
         })
     }
 
-    /// Records a frame that passed. An error may be about an earlier one.
-    pub fn record(&mut self, exchange: Exchange) -> Result<(), LogError> {
-        let doubles = exchange.frame.payload.len();
-        if doubles > MAX_DOUBLES {
-            return Err(LogError::TooLong {
-                doubles,
-                capacity: MAX_DOUBLES,
-            });
-        }
-        self.batch.push(exchange);
-        self.batch_bytes += 8 * doubles;
-        match self.batch_bytes < BATCH_BYTES {
-            true => Ok(()),
-            false => self.hand_batch_over(None),
-        }
-    }
-
-    /// The window stands.
-    pub fn end_window(&mut self, window: u64) -> Result<(), LogError> {
-        self.hand_batch_over(Some(window))
-    }
-
-    fn hand_batch_over(&mut self, window: Option<u64>) -> Result<(), LogError> {
-        if self.batch.is_empty() && window.is_none() {
+    /// Records frames that passed, and the end of the window that they end. An error may be about earlier ones.
+    pub fn record(
+        &mut self,
+        mut exchanges: Vec<Exchange>,
+        window: Option<u64>,
+    ) -> Result<(), LogError> {
+        if exchanges.is_empty() && window.is_none() {
             return Ok(());
         }
         let start = Instant::now();
-        self.batch_bytes = 0;
-        let exchanges = std::mem::take(&mut self.batch);
+        let doubles = |exchange: &Exchange| exchange.frame.payload.len();
+        let long = exchanges.iter().position(|e| doubles(e) > MAX_DOUBLES);
+        let refused = long.map(|at| LogError::TooLong {
+            doubles: doubles(&exchanges[at]),
+            capacity: MAX_DOUBLES,
+        });
+        exchanges.truncate(long.unwrap_or(exchanges.len()));
+        let window = window.filter(|_| refused.is_none());
         let handed = self.hand_over(Job::Write { exchanges, window });
         self.caller_wall += start.elapsed();
-        handed
+        handed.and(refused.map_or(Ok(()), Err))
     }
 
     /// Returns when all that was recorded is on the disk.
     pub fn sync(&mut self) -> Result<(), LogError> {
-        self.hand_batch_over(None)?;
         let (done, waiting) = bounded(1);
         self.hand_over(Job::Sync(done))?;
         match waiting.recv_timeout(Duration::from_secs(PATIENCE_S)) {
@@ -186,25 +167,11 @@ impl Recorder {
         }
     }
 
-    /// Hands over what is left of a window that did not end, tells the thread that nothing follows, and waits for what it
-    /// says.
+    /// Tells the thread that nothing follows, and waits for what it says.
     fn close(&mut self) -> Result<LogStats, LogError> {
-        let Some(jobs) = self.jobs.take() else {
+        if self.jobs.take().is_none() {
             return Err(self.closed());
-        };
-        if !self.batch.is_empty() {
-            let exchanges = std::mem::take(&mut self.batch);
-            let last = Job::Write {
-                exchanges,
-                window: None,
-            };
-            // A thread that has ended says below what went wrong, one that takes nothing never will.
-            let sent = jobs.send_timeout(last, Duration::from_secs(PATIENCE_S));
-            if matches!(sent, Err(SendTimeoutError::Timeout(_))) {
-                return Err(self.stalled());
-            }
         }
-        drop(jobs);
         match self.outcome.recv_timeout(Duration::from_secs(PATIENCE_S)) {
             Ok(outcome) => outcome,
             Err(RecvTimeoutError::Timeout) => Err(self.stalled()),

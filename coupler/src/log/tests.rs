@@ -96,8 +96,8 @@ fn story(windows: u64) -> Vec<Entry> {
 
 fn put(recorder: &mut Recorder, entry: &Entry) -> Result<(), LogError> {
     match entry {
-        Entry::Exchange(e) => recorder.record(e.clone()),
-        Entry::WindowEnd(window) => recorder.end_window(*window),
+        Entry::Exchange(e) => recorder.record(vec![e.clone()], None),
+        Entry::WindowEnd(window) => recorder.record(Vec::new(), Some(*window)),
     }
 }
 
@@ -217,7 +217,7 @@ fn a_message_beyond_the_cap_is_refused() {
     let mut recorder = Recorder::create(&scratch.0, &origin(), 1).expect("it is created");
     let mut long = exchange("rail", Kind::Motion, 0, Vec::new());
     long.frame.payload = vec![0.0; MAX_DOUBLES + 1];
-    let refused = recorder.record(long);
+    let refused = recorder.record(vec![long], None);
     assert!(matches!(refused, Err(LogError::TooLong { .. })));
     recorder.finish().expect("the log goes on without it");
 }
