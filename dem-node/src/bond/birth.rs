@@ -57,12 +57,21 @@ fn nearest(
     grain: u32,
     count: usize,
 ) -> Vec<([u32; 2], f64)> {
+    let pair = |other: u32| [grain.min(other), grain.max(other)];
     let gap = |[a, b]: [u32; 2]| proximity(bodies, places, a as usize, b as usize).gap;
-    let others = (0..bodies.disks() as u32).filter(|disk| *disk != grain);
-    let pairs = others.map(|disk| [grain.min(disk), grain.max(disk)]);
-    let mut pairs: Vec<_> = pairs.map(|pair| (pair, gap(pair))).collect();
-    pairs.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let bonded = |pair: [u32; 2]| bonds.iter().any(|bond| [bond.a, bond.b] == pair);
-    let free = pairs.into_iter().filter(|(pair, _)| !bonded(*pair));
-    free.take(count).collect()
+    let own = bonds
+        .iter()
+        .filter(|bond| bond.a == grain || bond.b == grain);
+    let bonded: Vec<[u32; 2]> = own.map(|bond| [bond.a, bond.b]).collect();
+    let mut pairs: Vec<_> = (0..bodies.disks() as u32)
+        .filter(|other| *other != grain && !bonded.contains(&pair(*other)))
+        .map(|other| (pair(other), gap(pair(other))))
+        .collect();
+    let order = |a: &([u32; 2], f64), b: &([u32; 2], f64)| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0));
+    if count < pairs.len() {
+        pairs.select_nth_unstable_by(count, order);
+        pairs.truncate(count);
+    }
+    pairs.sort_by(order);
+    pairs
 }
