@@ -16,14 +16,9 @@ use crate::model::Model;
 ///
 /// The columns are independent, so they are what the threads share; each is computed by one of them.
 pub(crate) fn compliance(model: &Model, components: &[usize], substeps: u32) -> Vec<f64> {
-    let columns: Vec<Vec<f64>> = components
-        .par_iter()
-        .map_init(
-            || ColumnRun::new(model),
-            |run, component| run.column(model, components, *component, substeps),
-        )
-        .collect();
-    columns.concat()
+    each_column(model, components, |run, component| {
+        run.column(model, components, component, substeps)
+    })
 }
 
 /// D (kg/s), square, column after column: column j holds the forces on all `components` at the end of `substeps` steps from
@@ -38,14 +33,26 @@ pub(crate) fn compliance(model: &Model, components: &[usize], substeps: u32) -> 
 /// an inverse for any H. A component that cannot move has zeros in its row and column. As for [`compliance`], of linear
 /// elasticity, and shared among the threads.
 pub(crate) fn impedance(model: &Model, components: &[usize], substeps: u32) -> Vec<f64> {
+    each_column(model, components, |run, component| {
+        run.reactions(model, components, component, substeps)
+    })
+}
+
+fn each_column(
+    model: &Model,
+    components: &[usize],
+    column: impl Fn(&mut ColumnRun, usize) -> Vec<f64> + Sync,
+) -> Vec<f64> {
     let columns: Vec<Vec<f64>> = components
         .par_iter()
-        .map_init(
-            || ColumnRun::new(model),
-            |run, component| run.reactions(model, components, *component, substeps),
-        )
+        .map_init(|| ColumnRun::new(model), |run, at| column(run, *at))
         .collect();
     columns.concat()
+}
+
+/// Rows that have moved: a step carries the motion from one row to the next, and what it has not reached is at rest.
+fn reached(source: usize, step: usize, rows: usize) -> [usize; 2] {
+    [source.saturating_sub(step), (source + step + 1).min(rows)]
 }
 
 /// Room for one column at a time.
@@ -84,11 +91,7 @@ impl ColumnRun {
             .accelerate(&model.body, model.scheme.mass_damping, &self.load);
         let source = layout.row_of(component);
         for step in 1..=substeps as usize {
-            // A step carries the motion from one row to the next; what it has not reached is at rest.
-            let reached = [
-                source.saturating_sub(step),
-                (source + step + 1).min(layout.node_rows()),
-            ];
+            let reached = reached(source, step, layout.node_rows());
             let body = &model.body;
             self.integrator
                 .step_rows(body, &mut self.state, &self.load, &mut self.sums, reached);
@@ -117,10 +120,7 @@ impl ColumnRun {
         let mut ramp = Ramp::start(body, &mut self.state, &follow, window_s);
         let source = layout.row_of(component);
         for step in 1..=substeps as usize {
-            let reached = [
-                source.saturating_sub(step),
-                (source + step + 1).min(layout.node_rows()),
-            ];
+            let reached = reached(source, step, layout.node_rows());
             let rule = self.integrator.rule();
             self.integrator
                 .step_rows(body, &mut self.state, &self.load, &mut self.sums, reached);
