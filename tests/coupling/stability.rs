@@ -108,6 +108,21 @@ fn a_single_node_with_a_hundred_thousand_substeps_follows_the_matrix() {
     assert!(left.number("coupling.gap_max_rel") <= 1e-9);
 }
 
+/// Masses in motion meet a bar of ten elements at rest.
+pub(crate) fn masses_in_motion() -> Joint {
+    Joint {
+        continuum: DVector::zeros(20),
+        masses: Masses {
+            glued_velocity: 1.0,
+            place: 0.0,
+            velocity: 1.0,
+        },
+        lambda: 0.0,
+        motion: 0.0,
+        place: 0.0,
+    }
+}
+
 /// Largest difference of an interface force from that of the matrix, over the largest so far.
 fn apart(left: &Left, tie: Tie, theta: f64, substeps: u32) -> f64 {
     let bar = Bar {
@@ -122,17 +137,7 @@ fn apart(left: &Left, tie: Tie, theta: f64, substeps: u32) -> f64 {
         window_s,
         tie,
     };
-    let mut joint = Joint {
-        continuum: DVector::zeros(20),
-        masses: Masses {
-            glued_velocity: 1.0,
-            place: 0.0,
-            velocity: 1.0,
-        },
-        lambda: 0.0,
-        motion: 0.0,
-        place: 0.0,
-    };
+    let mut joint = masses_in_motion();
     let (mut largest, mut apart) = (0.0f64, 0.0f64);
     let forces = &left.signals["interface_fx_n"];
     assert_eq!(forces.len(), 30);

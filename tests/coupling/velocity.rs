@@ -11,7 +11,7 @@
 //! between two windows.
 
 use coupler::bench::stability::nodes::Bar;
-use coupler::couple::predict::operator::{Joint, Operator, Tie};
+use coupler::couple::predict::operator::{Operator, Tie};
 use coupler::couple::predict::wall::{Masses, Wall};
 use coupler::error::Error;
 use harness::runs::{Left, run_in_process, run_over_shared_memory};
@@ -19,6 +19,7 @@ use nalgebra::DVector;
 use protocol::Backing;
 
 use super::split_bar::{STEP_S, interface_error, mechanical_j};
+use super::stability::masses_in_motion;
 use super::{schemes, several, split_bar, static_patch};
 
 fn by_velocity(text: &str) -> String {
@@ -113,17 +114,7 @@ fn rises(cfl: f64, substeps: u32, backing: Backing) -> f64 {
         window_s,
         tie: Tie::Velocity,
     };
-    let mut joint = Joint {
-        continuum: DVector::zeros(20),
-        masses: Masses {
-            glued_velocity: 1.0,
-            place: 0.0,
-            velocity: 1.0,
-        },
-        lambda: 0.0,
-        motion: 0.0,
-        place: 0.0,
-    };
+    let mut joint = masses_in_motion();
     let (mut last, mut a_last, mut rise, mut largest) = (None, 0.0, 0.0f64, 0.0f64);
     for _ in 0..200 {
         let before = joint;

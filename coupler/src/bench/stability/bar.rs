@@ -36,20 +36,7 @@ impl Bar {
     /// The window of `substeps` steps as a matrix: one step for each unit state, then squared up.
     pub fn response(&self, substeps: u32) -> Response {
         let n = self.elements;
-        let size = 2 * n + 1;
-        let mut step = DMatrix::identity(size, size);
-        for column in 0..size {
-            let unit = |index: usize| if index == column { 1.0 } else { 0.0 };
-            let mut state = State {
-                u: (0..n).map(unit).collect(),
-                v: (n..2 * n).map(unit).collect(),
-            };
-            self.run(&mut state, unit(2 * n), 1);
-            let moved = state.u.iter().chain(&state.v);
-            for (row, value) in moved.enumerate() {
-                step[(row, column)] = *value;
-            }
-        }
+        let step = self.step_matrix(|state, force| self.run(state, force, 1));
         let window = matrix_power(&step, substeps);
         let mut place = DVector::zeros(2 * n);
         place[n - 1] = 1.0;
@@ -64,6 +51,20 @@ impl Bar {
     /// The same along a velocity: one step for each unit state and for a unit acceleration of the end.
     fn lead(&self, substeps: u32) -> Lead {
         let n = self.elements;
+        let step = self.step_matrix(|state, acceleration| {
+            self.led(state, acceleration, 1);
+        });
+        let mut pull = DVector::zeros(2 * n);
+        pull[n - 1] = 1.0;
+        if n > 1 {
+            pull[n - 2] = -1.0;
+        }
+        Lead::new(step, substeps, END_MASS_KG, pull)
+    }
+
+    /// One step as a matrix: done for each unit state, and for a unit of what acts on the end.
+    fn step_matrix(&self, act: impl Fn(&mut State, f64)) -> DMatrix<f64> {
+        let n = self.elements;
         let size = 2 * n + 1;
         let mut step = DMatrix::identity(size, size);
         for column in 0..size {
@@ -72,18 +73,13 @@ impl Bar {
                 u: (0..n).map(unit).collect(),
                 v: (n..2 * n).map(unit).collect(),
             };
-            self.led(&mut state, unit(2 * n), 1);
+            act(&mut state, unit(2 * n));
             let moved = state.u.iter().chain(&state.v);
             for (row, value) in moved.enumerate() {
                 step[(row, column)] = *value;
             }
         }
-        let mut pull = DVector::zeros(2 * n);
-        pull[n - 1] = 1.0;
-        if n > 1 {
-            pull[n - 2] = -1.0;
-        }
-        Lead::new(step, substeps, END_MASS_KG, pull)
+        step
     }
 
     fn accelerations(&self, u: &[f64], force: f64) -> Vec<f64> {
