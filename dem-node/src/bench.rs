@@ -369,8 +369,8 @@ fn bound(problem: &Problem, algorithm: Algorithm, friction: Friction) -> f64 {
     let (bytes, operations) = match (algorithm, frictional) {
         (Algorithm::Nsgs, false) => (48.0 + 8.0 + 64.0 * records, 30.0),
         (Algorithm::Nsgs, true) => (72.0 + 16.0 + 64.0 * records, 62.0),
-        (Algorithm::Pcg, false) => (72.0 + 24.0 + 176.0 * records, 45.0),
-        (Algorithm::Pcg, true) => (136.0 + 48.0 + 176.0 * records, 100.0),
+        (Algorithm::Pcg, false) => (64.0 + 24.0 + 176.0 * records, 45.0),
+        (Algorithm::Pcg, true) => (112.0 + 48.0 + 176.0 * records, 100.0),
     };
     let numbers = (bytes * contacts / 8.0) as usize;
     (bytes * byte_time(numbers)).max(operations * operation_time()) * 1e9

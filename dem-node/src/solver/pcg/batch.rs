@@ -1,7 +1,7 @@
 //! Contacts that are treated one after the other, and the passes over them.
 
 use super::body::{Body, Loss};
-use super::group::{Grip, Kind, LaneSums, Line, Motion, Place, compliance};
+use super::group::{Grip, Kind, LaneSums, Motion, Place, Weight, bias, compliance};
 use super::lanes::{LANES, Lanes};
 use super::side::Sides;
 use crate::solver::Problem;
@@ -16,7 +16,9 @@ pub struct Batch {
     /// Where they are.
     pub places: Vec<Place>,
     grips: Vec<Grip>,
-    lines: [Vec<Line>; 2],
+    weights: [Vec<Weight>; 2],
+    /// b without the velocities of the bodies (m/s); none along the tangent where all of it is 0.
+    biases: [Vec<Lanes>; 2],
     motions: [Vec<Motion>; 2],
     /// C (1/kg), where anything is soft.
     springs: [Vec<Lanes>; 2],
@@ -44,7 +46,8 @@ impl Batch {
         renew(&mut self.places, groups);
         renew(&mut self.grips, some(K::FRICTION));
         for axis in 0..2 {
-            renew(&mut self.lines[axis], some(axis < axes));
+            renew(&mut self.weights[axis], some(axis < axes));
+            renew(&mut self.biases[axis], some(axis < axes));
             renew(&mut self.motions[axis], some(axis < axes));
             renew(&mut self.springs[axis], some(K::SOFT && axis < axes));
         }
@@ -59,7 +62,8 @@ impl Batch {
             let [nx, ny] = &mut place.normal;
             [nx.0[k], ny.0[k]] = contact.normal;
             for axis in 0..axes {
-                self.lines[axis][g].set(k, contact, bond, axis);
+                self.weights[axis][g].set(k, contact, bond, axis);
+                self.biases[axis][g].0[k] = bias(contact, bond, axis);
                 self.motions[axis][g].impulse.0[k] = contact.impulse[axis];
                 if K::SOFT {
                     self.springs[axis][g].0[k] = compliance(contact, bond, axis);
@@ -71,6 +75,9 @@ impl Batch {
             if K::BONDS {
                 self.sides[g].set(k, contact, bond);
             }
+        }
+        if !self.biases[1].iter().any(|bias| bias.any()) {
+            self.biases[1].clear();
         }
     }
 
@@ -159,21 +166,19 @@ impl Batch {
         u: Lanes,
     ) -> ([Lanes; 2], Lanes) {
         let r = self.motions[0][g].impulse;
-        let line = &mut self.lines[0][g];
-        let mut u = u + line.bias;
+        let weight = &mut self.weights[0][g];
+        let mut u = u + self.biases[0][g];
         let [mut c, mut before] = [Lanes::default(); 2];
         if K::SOFT {
             let compliance = &mut self.springs[0][g];
             before = *compliance;
             if K::BONDS {
-                self.sides[g].take(r, u, compliance, &mut line.inverse);
+                self.sides[g].take(r, u, compliance, &mut weight.inverse);
             }
             c = *compliance;
             u = u + c * r;
         }
-        let Line {
-            diagonal, inverse, ..
-        } = *line;
+        let (diagonal, inverse) = (weight.diagonal.wide(), weight.inverse.wide());
         let bounds = self.bounds::<K>(g);
         let back = -u * inverse;
         let sums = &mut self.sums;
@@ -196,12 +201,10 @@ impl Batch {
     fn measure_tangent<K: Kind>(&mut self, g: usize, mut cone: Lanes, u: Lanes) -> [Lanes; 2] {
         let r = self.motions[1][g].impulse;
         let limit = self.grips[g].limit;
-        let Line {
-            bias,
-            diagonal,
-            inverse,
-        } = self.lines[1][g];
-        let mut u = u + bias;
+        let weight = &self.weights[1][g];
+        let (diagonal, inverse) = (weight.diagonal.wide(), weight.inverse.wide());
+        let bias = self.biases[1].get(g);
+        let mut u = bias.map_or(u, |bias| u + *bias);
         let mut c = Lanes::default();
         if K::SOFT {
             c = self.springs[1][g];

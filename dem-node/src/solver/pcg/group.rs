@@ -1,7 +1,7 @@
 //! Four contacts side by side, as the passes over them load them.
 
 use super::body::Body;
-use super::lanes::{LANES, Lanes};
+use super::lanes::{LANES, Lanes, Short};
 use crate::bond::BondContact;
 use crate::solver::Contact;
 
@@ -36,15 +36,13 @@ pub struct Grip {
     pub limit: Lanes,
 }
 
-/// What stays of one component during a solve.
+/// What weighs one component. Any positive number would do in place of D, and seven digits of it do.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Line {
-    /// b without the velocities of the bodies (m/s).
-    pub bias: Lanes,
+pub struct Weight {
     /// Diagonal of W with springs (1/kg), by which residuals are scaled.
-    pub diagonal: Lanes,
+    pub diagonal: Short,
     /// 1/D (kg), 0 where nothing moves along this axis.
-    pub inverse: Lanes,
+    pub inverse: Short,
 }
 
 /// What moves.
@@ -92,19 +90,27 @@ pub fn compliance(contact: &Contact, bond: Option<&BondContact>, axis: usize) ->
     }
 }
 
-impl Line {
+/// b without the velocities of the bodies (m/s).
+pub fn bias(contact: &Contact, bond: Option<&BondContact>, axis: usize) -> f64 {
+    match bond {
+        Some(bond) if axis == 1 => bond.slip(),
+        _ => contact.bias[axis],
+    }
+}
+
+impl Weight {
     /// Fills a lane.
     pub fn set(&mut self, k: usize, contact: &Contact, bond: Option<&BondContact>, axis: usize) {
         let block = [contact.block.nn, contact.block.tt][axis];
-        self.bias.0[k] = match bond {
-            Some(bond) if axis == 1 => bond.slip(),
-            _ => contact.bias[axis],
-        };
-        self.diagonal.0[k] = block + contact.compliance[axis];
-        let d = block + compliance(contact, bond, axis);
-        // Where nothing moves along an axis, no impulse is looked for.
-        self.inverse.0[k] = if d > 0.0 { 1.0 / d } else { 0.0 };
+        self.diagonal.0[k] = (block + contact.compliance[axis]) as f32;
+        self.inverse.0[k] = inverse(block + compliance(contact, bond, axis));
     }
+}
+
+/// 1/D to seven digits. Where nothing moves along an axis, no impulse is looked for.
+#[inline(always)]
+pub fn inverse(d: f64) -> f32 {
+    if d > 0.0 { (1.0 / d) as f32 } else { 0.0 }
 }
 
 impl Grip {

@@ -13,6 +13,19 @@ pub const LANES: usize = 4;
 #[repr(align(32))]
 pub struct Lanes(pub [f64; LANES]);
 
+/// A number of each contact of a group where seven digits are enough: half the bytes.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(16))]
+pub struct Short(pub [f32; LANES]);
+
+impl Short {
+    /// All digits.
+    #[inline(always)]
+    pub fn wide(self) -> Lanes {
+        Lanes(self.0.map(f64::from))
+    }
+}
+
 /// Calls `work` where the compiler may use the widest registers that this machine and the build have; `work` must be
 /// inlined. Every operation rounds as it does elsewhere, so the bits are the same.
 #[inline(always)]

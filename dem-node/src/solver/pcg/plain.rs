@@ -1,6 +1,7 @@
 //! The four equations as they stand: u, q and every velocity formed anew, contact after contact, nothing left out.
 
 use super::INNER;
+use super::group::inverse;
 use crate::solver::Problem;
 
 /// A number of each component of all contacts.
@@ -118,9 +119,7 @@ impl<'a> Plain<'a> {
             for axis in 0..2 {
                 let full = u[axis] + self.compliance(i, axis) * r[axis];
                 self.velocities[i][axis] = full;
-                let d = [contact.block.nn, contact.block.tt][axis] + self.compliance(i, axis);
-                let back = if d > 0.0 { -full / d } else { 0.0 };
-                self.pushes[i][axis] = left(back, r[axis], self.bounds(i, axis));
+                self.pushes[i][axis] = left(self.wanted(i, axis), r[axis], self.bounds(i, axis));
             }
         }
     }
@@ -174,11 +173,7 @@ impl<'a> Plain<'a> {
     fn wanted(&self, i: usize, axis: usize) -> f64 {
         let block = self.problem.contacts[i].block;
         let d = [block.nn, block.tt][axis] + self.compliance(i, axis);
-        if d > 0.0 {
-            -self.velocities[i][axis] / d
-        } else {
-            0.0
-        }
+        -self.velocities[i][axis] * f64::from(inverse(d))
     }
 
     fn bounds(&self, i: usize, axis: usize) -> [f64; 2] {

@@ -1,6 +1,6 @@
 //! The two branches of a bond's normal law.
 
-use super::lanes::{LANES, Lanes};
+use super::lanes::{LANES, Lanes, Short};
 use crate::bond::BondContact;
 use crate::solver::Contact;
 
@@ -45,7 +45,7 @@ impl Sides {
         impulse: Lanes,
         velocity: Lanes,
         compliance: &mut Lanes,
-        inverse: &mut Lanes,
+        inverse: &mut Short,
     ) {
         let [low, high] = &mut self.bounds;
         for k in (0..LANES).filter(|k| self.bonded[*k]) {
@@ -58,7 +58,7 @@ impl Sides {
                 (low.0[k], high.0[k]) = (0.0, f64::INFINITY);
                 self.spring[k]
             };
-            inverse.0[k] = 1.0 / (self.block[k] + compliance.0[k]);
+            inverse.0[k] = super::group::inverse(self.block[k] + compliance.0[k]);
         }
     }
 
