@@ -1,5 +1,7 @@
 //! The glued disks that a coupler moves: which rows are coupled, and in which order their disks are exchanged.
 
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
 use std::ops::Range;
 
 use protocol::{NodeError, Surface};
@@ -41,6 +43,16 @@ pub fn sets(bodies: &Bodies) -> Vec<String> {
         .into_iter()
         .filter(|row| !row.disks(bodies).is_empty());
     filled.map(|row| row.name().to_string()).collect()
+}
+
+/// Masses of the glued disks of each set (kg), pi r^2 times `mass_per_area` (kg/m2). No equation here holds them.
+pub fn masses(bodies: &Bodies, mass_per_area: f64) -> BTreeMap<String, Vec<f64>> {
+    let rows = Row::ALL.into_iter().map(|row| {
+        let radii = &bodies.radii[bodies.free..][row.disks(bodies)];
+        let masses = radii.iter().map(|r| mass_per_area * PI * r * r);
+        (row.name().to_string(), masses.collect::<Vec<f64>>())
+    });
+    rows.filter(|(_, masses)| !masses.is_empty()).collect()
 }
 
 /// Glued disks in the order in which a coupler knows them; a row that no interface couples stays where it is.

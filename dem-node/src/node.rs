@@ -37,6 +37,8 @@ pub struct Dem {
     participant: String,
     fields: Option<PathBuf>,
     thickness: f64,
+    /// Of a disk, scaled (kg/m2).
+    mass_per_area: f64,
     theta: f64,
     own_step: Option<f64>,
     end: Option<f64>,
@@ -111,6 +113,7 @@ impl Dem {
             participant: setting.participant.clone(),
             fields: setting.fields.clone(),
             thickness: setting.thickness_m,
+            mass_per_area: config.mass_scale * config.density_kg_per_m3 * setting.thickness_m,
             theta: config.time.theta,
             own_step: pull.map(|p| p.step()).or(config.time.step_s),
             end: program
@@ -228,6 +231,7 @@ impl Node for Dem {
                 key: "solver.tolerance".into(),
                 value: self.criteria.tolerance,
             }),
+            point_mass_kg: exchange::masses(&self.bodies, self.mass_per_area),
             ..Description::default()
         }
     }

@@ -157,6 +157,11 @@ pub struct Description {
     /// Of a solver that iterates: how far.
     #[serde(default)]
     pub tolerance: Option<Tolerance>,
+    /// Of a solver on a wall: the masses of the points of a set (kg), in the order of its [`Surface`], by the name of the set.
+    /// They are in none of its equations, so that points without mass there may weigh something here: a coupler needs that
+    /// to push them by a force. A set that is missing has told of none.
+    #[serde(default)]
+    pub point_mass_kg: BTreeMap<String, Vec<f64>>,
 }
 
 /// To what a solver iterates.

@@ -35,6 +35,9 @@ pub struct Config {
     pub step_s: f64,
     /// Newmark's gamma, 0.5 to 1.
     pub damping: f64,
+    /// Mass on the right end besides its own (kg).
+    #[serde(default)]
+    pub end_mass_kg: f64,
     /// Whether the left end is held.
     #[serde(default)]
     pub left_fixed: bool,
@@ -106,7 +109,7 @@ impl Bar {
         let nodes = config.elements + 1;
         let mut mass = vec![config.element_mass_kg; nodes];
         mass[0] *= 0.5;
-        mass[nodes - 1] *= 0.5;
+        mass[nodes - 1] = 0.5 * mass[nodes - 1] + config.end_mass_kg;
         let (u, v) = initial(&config);
         let state = State {
             u,

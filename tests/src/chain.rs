@@ -44,6 +44,9 @@ pub struct Config {
     /// Answer NaN in windows longer than this (s), to see what comes of it.
     #[serde(default)]
     pub nan_above_window_s: Option<f64>,
+    /// Masses of the glued points that are not in the equations here (kg), told at the greeting.
+    #[serde(default)]
+    pub point_mass_kg: Option<f64>,
     /// From this window on, claim that the contact solve was starved (to see it refused).
     #[serde(default)]
     pub starve_from_window: Option<u64>,
@@ -203,6 +206,10 @@ impl Node for Chain {
                 stiffness_n_per_m: (self.config.count > 0).then_some(self.config.stiffness_n_per_m),
                 theta: self.config.theta,
             }),
+            point_mass_kg: match self.config.point_mass_kg {
+                Some(mass) => ["end", "far"].map(|set| (set.into(), vec![mass])).into(),
+                None => Default::default(),
+            },
             sets: vec!["end".into(), "far".into()],
             signals: ["q_m", "v_m_per_s", "far_m", "momentum_kg_m_per_s"]
                 .map(String::from)

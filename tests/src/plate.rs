@@ -23,6 +23,9 @@ pub struct Config {
     pub thickness_m: f64,
     /// Mass of the whole row (kg).
     pub mass_kg: f64,
+    /// Masses of the points that are not in the equations here (kg), told at the greeting.
+    #[serde(default)]
+    pub point_mass_kg: Vec<f64>,
     /// Traction on the row (Pa).
     pub traction_pa: [f64; 2],
     /// End of the run (s).
@@ -87,6 +90,10 @@ impl Node for Plate {
                 ..Capabilities::default()
             },
             end_s: Some(self.config.end_s),
+            point_mass_kg: match self.config.point_mass_kg.as_slice() {
+                [] => Default::default(),
+                masses => [("row".into(), masses.to_vec())].into(),
+            },
             sets: vec!["row".into()],
             signals: vec!["fx_n".into(), "fy_n".into()],
             ledger: [

@@ -34,6 +34,13 @@ fn grain_on_glued(law: Value) -> Value {
     config
 }
 
+/// A grain that nothing is glued beside.
+fn loose() -> Value {
+    let disks = json!([{"x_m": 0.0, "y_m": RADIUS, "radius_m": RADIUS}]);
+    let sample = json!({"kind": "disks", "disks": disks});
+    scene(json!({"kind": "signorini"}), H, sample, json!({}))
+}
+
 fn window(index: u64) -> Window {
     Window {
         index,
@@ -289,6 +296,35 @@ fn a_grain_between_base_and_lid_is_squeezed_as_computed_by_hand() {
     );
     close("v of the lid", answer.velocity[1], a_l + w_l * r_2, 1e-12);
     close("v of the base", answer.velocity[3], a_b - w_b * r_1, 1e-12);
+}
+
+/// Glued disks are told of by m = rho pi r^2 b times the factor on the inertia of the grains, row by row and by
+/// ascending x; their surface has none.
+#[test]
+fn glued_disks_tell_masses_that_their_surface_has_not() {
+    let mut config = grain_on_glued(json!({"kind": "signorini"}));
+    config["mass_scale"] = json!(50.0);
+    let rows = [(-3.0, 0.5, false), (3.0, 0.8, true), (6.0, 0.6, true)];
+    let disks = config["sample"]["disks"].as_array_mut().expect("a list");
+    for (x, radius, lid) in rows {
+        disks.push(
+            json!({"x_m": x * RADIUS, "y_m": 5.0 * RADIUS, "radius_m": radius * RADIUS, "glued": true, "lid": lid}),
+        );
+    }
+    let mut dem = build(&config);
+    let told = dem.describe().point_mass_kg;
+    let expected = [("base", vec![0.5, 1.0]), ("lid", vec![0.8, 0.6])];
+    assert_eq!(told.len(), 2);
+    for (set, radii) in expected {
+        assert_eq!(told[set].len(), radii.len());
+        for (told, radius) in told[set].iter().zip(radii) {
+            let expected = 50.0 * mass(radius * RADIUS);
+            close(set, *told, expected, 1e-12 * expected);
+        }
+        let surface = dem.couple(set).expect("it is glued");
+        assert!(surface.mass_kg.iter().all(|mass| *mass == 0.0));
+    }
+    assert!(build(&loose()).describe().point_mass_kg.is_empty());
 }
 
 #[test]

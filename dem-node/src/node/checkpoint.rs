@@ -31,6 +31,7 @@ impl Dem {
             participant: _,
             fields: _,
             thickness: _,
+            mass_per_area: _,
             half_width: _,
             theta: _,
             own_step: _,
