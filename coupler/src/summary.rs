@@ -107,12 +107,14 @@ impl Summary {
             .insert("interface_points".into(), points as f64);
     }
 
-    /// The latest energies of all participants.
+    /// The latest energies of all participants; points with masses of their own count as one more.
     pub fn energies(&mut self, energies: &[EnergyLedger]) {
         for (participant, energy) in self.participants.iter_mut().zip(energies) {
             participant.energy = Some(energy.clone());
         }
-        let balance = total_balance_rel(energies);
+        let points = self.coupling.as_ref().and_then(InterfaceLedger::points);
+        let all: Vec<EnergyLedger> = energies.iter().cloned().chain(points).collect();
+        let balance = total_balance_rel(&all);
         self.results.insert("energy_balance_rel".into(), balance);
     }
 
@@ -220,7 +222,7 @@ impl Summary {
 }
 
 fn interface_value(ledger: &InterfaceLedger) -> Value {
-    json!({
+    let mut value = json!({
         "gap_max_rel": ledger.gap_max_rel,
         "energy_defect_rel": ledger.energy_defect_rel(),
         "force_residual_rel": ledger.force_residual_rel(),
@@ -228,7 +230,13 @@ fn interface_value(ledger: &InterfaceLedger) -> Value {
         "halved_windows": ledger.halved,
         "contact_iterations": ledger.contact_iterations,
         "contact_residual_max": ledger.contact_residual_max,
-    })
+    });
+    if let Some(points) = ledger.points() {
+        for (term, joules) in points.terms.iter().zip(&points.values) {
+            value[format!("points_{}_j", term.name)] = json!(joules);
+        }
+    }
+    value
 }
 
 impl ParticipantSummary {

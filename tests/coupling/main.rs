@@ -8,6 +8,7 @@ mod main_job;
 mod mapping;
 mod one_loop;
 mod policies;
+mod roles;
 mod schemes;
 mod several;
 mod split_bar;

@@ -1,5 +1,7 @@
 //! From the interfaces of a scenario to groups that are ready for their first window.
 
+mod swapped;
+
 use std::ops::Range;
 
 use protocol::{Description, Kind, Surface, Window};
@@ -10,7 +12,8 @@ use super::group::{Group, Patch, Side};
 use super::handshake::Greeted;
 use super::mapping::Mapping;
 use crate::error::Error;
-use crate::scenario::{Interface, Scenario, Scheme};
+use crate::scenario::{Dirichlet, Interface, Scenario, Scheme};
+use swapped::{point_masses, refuse_massless};
 
 /// Largest relative difference between the windows of connected interfaces that counts as rounding.
 const SAME_WINDOW: f64 = 1e-9;
@@ -51,7 +54,7 @@ fn join_group(
     let clock = clock(conversation, &interfaces, &pairs, greeted)?;
     let mut seams = Vec::new();
     for (interface, pair) in interfaces.iter().zip(pairs) {
-        seams.push(seam(conversation, interface, pair)?);
+        seams.push(seam(conversation, interface, pair, greeted)?);
     }
     for peer in distinct(seams.iter().map(|seam| seam.pair.continuum)) {
         let own = seams.iter().filter(|seam| seam.pair.continuum == peer);
@@ -182,12 +185,17 @@ fn refuse_without_follow(
     name: &str,
     continuum: &Greeted,
 ) -> Result<(), Error> {
+    let key = match (interface.scheme, interface.dirichlet) {
+        (Scheme::Velocity, _) => "scheme = \"velocity\"",
+        (_, Dirichlet::Continuum) => "dirichlet = \"continuum\"",
+        (_, Dirichlet::Wall) => return Ok(()),
+    };
     match continuum.description.capabilities.follow {
-        false if interface.scheme == Scheme::Velocity => Err(Error::Refused(format!(
-            "interface.{}.scheme = \"velocity\" prescribes the velocity of participant `{name}`, which cannot follow one: a shipped continuum can if its material is elastic and small-strain; take scheme = \"dual-schur\", or \"dual-schur-secant\" for a continuum that is not linear",
+        true => Ok(()),
+        false => Err(Error::Refused(format!(
+            "interface.{}.{key} prescribes the velocity of participant `{name}`, which cannot follow one: a shipped continuum can if its material is elastic and small-strain; take scheme = \"dual-schur\", or \"dual-schur-secant\" for a continuum that is not linear",
             interface.name
         ))),
-        _ => Ok(()),
     }
 }
 
@@ -268,16 +276,29 @@ fn greatest_common_divisor(a: u32, b: u32) -> u32 {
     }
 }
 
-fn seam(conversation: &mut Conversation, interface: &Interface, pair: Pair) -> Result<Seam, Error> {
+fn seam(
+    conversation: &mut Conversation,
+    interface: &Interface,
+    pair: Pair,
+    greeted: &[Greeted],
+) -> Result<Seam, Error> {
     let all_nodes = surface(conversation, pair.continuum, &pair.continuum_set)?;
-    let points = surface(conversation, pair.wall, &pair.wall_set)?;
+    let mut points = surface(conversation, pair.wall, &pair.wall_set)?;
+    if interface.dirichlet == Dirichlet::Continuum {
+        let name = conversation.peers[pair.wall].name();
+        let wall = &greeted[pair.wall].description;
+        points.mass_kg = point_masses(interface, (name, &pair.wall_set), wall, points.len())?;
+    }
     let mapping = map(interface, &all_nodes, &points)?;
     let active = mapping.active();
+    let mapping = mapping.restricted(&active);
+    let nodes = pick(&all_nodes, &active);
+    refuse_massless(interface, &mapping, &nodes, &points)?;
     Ok(Seam {
         pair,
         offered: all_nodes.len(),
-        mapping: mapping.restricted(&active),
-        nodes: pick(&all_nodes, &active),
+        mapping,
+        nodes,
         points,
         active,
     })

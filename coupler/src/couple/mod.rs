@@ -2,7 +2,7 @@
 //!
 //! - [`conversation`]: requests and answers, recorded and hashed;
 //! - [`handshake`]: who takes part; [`greeting`]: the same without a run;
-//! - [`mapping`]: glued points as weighted means of surface nodes;
+//! - [`mapping`]: glued points as weighted means of surface nodes, and `nodal_mass`: what they weigh on these;
 //! - [`clock`]: windows in integer steps;
 //! - [`group`]: interfaces that are solved together, and [`join`]: what they exchange, and on which bounds;
 //! - [`scheme`]: one window of a group by each coupling scheme;
@@ -21,6 +21,7 @@ pub mod join;
 pub mod ledger;
 pub mod mapping;
 pub mod minutes;
+mod nodal_mass;
 mod outputs;
 pub mod predict;
 pub mod run;

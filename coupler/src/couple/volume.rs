@@ -8,7 +8,7 @@ use super::course::Course;
 use super::group::Side;
 use super::handshake::Greeted;
 use crate::log::Volume;
-use crate::scenario::{CompliancePrior, Interface, Scenario, Scheme};
+use crate::scenario::{CompliancePrior, Dirichlet, Interface, Scenario, Scheme};
 
 /// Runs of each kind of solver in a window that is repeated once, the least of a scheme that repeats.
 struct Runs {
@@ -17,8 +17,16 @@ struct Runs {
 }
 
 impl Runs {
-    fn of(scheme: Scheme) -> Runs {
-        match scheme {
+    fn of(rules: &Interface) -> Runs {
+        match rules.scheme {
+            Scheme::FixedPointSerial | Scheme::FixedPointParallel
+                if rules.dirichlet == Dirichlet::Continuum =>
+            {
+                Runs {
+                    continuum: 2,
+                    wall: 2,
+                }
+            }
             Scheme::StaggeredSerial | Scheme::StaggeredParallel => Runs {
                 continuum: 1,
                 wall: 1,
@@ -42,7 +50,7 @@ pub fn coupled(scenario: &Scenario, greeted: &[Greeted], courses: &[Course]) -> 
     let mut volume = Volume::default();
     for (course, members) in courses.iter().zip(scenario.groups()) {
         let rules = &scenario.interface[members[0]];
-        let runs = Runs::of(rules.scheme);
+        let runs = Runs::of(rules);
         let clock = course.coupling.group().clock;
         let windows = course.end.div_ceil(clock.substeps.into());
         volume.add_windows(windows);
@@ -126,15 +134,17 @@ fn matrices(rules: &Interface, gives_columns: bool) -> u64 {
         }
         // Its impedance, and the columns for what is foreseen.
         Scheme::Velocity => 1 + u64::from(gives_columns),
+        // Its impedance: what it tells of stability, and what can move at all.
+        _ if rules.dirichlet == Dirichlet::Continuum => 2,
         _ => 0,
     }
 }
 
 /// Numbers that a continuum answers for each component.
 fn answers(rules: &Interface) -> usize {
-    match rules.scheme {
+    match (rules.scheme, rules.dirichlet) {
         // Force, increment and work.
-        Scheme::Velocity => 3,
+        (Scheme::Velocity, _) | (_, Dirichlet::Continuum) => 3,
         _ => 1,
     }
 }

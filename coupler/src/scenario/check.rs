@@ -3,7 +3,7 @@
 use protocol::ConfigError;
 use protocol::setting::nearest;
 
-use super::{CompliancePrior, Interface, Scenario, Scheme};
+use super::{CompliancePrior, Dirichlet, Interface, Scenario, Scheme};
 
 /// Stops at the first that fails.
 pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
@@ -107,6 +107,7 @@ fn check_one_solution(
 ) -> Result<(), ConfigError> {
     let agree = [
         ("scheme", first.scheme == interface.scheme),
+        ("dirichlet", first.dirichlet == interface.dirichlet),
         ("repeats_max", first.repeats_max == interface.repeats_max),
         ("compliance", first.compliance == interface.compliance),
         ("acceleration", first.acceleration == interface.acceleration),
@@ -188,6 +189,13 @@ fn check_interface(
             "scheme = \"velocity\" goes by the impedance that the continuum tells, not by masses",
         )
         .help("remove the key, or take scheme = \"dual-schur-secant\""));
+    }
+    if interface.dirichlet == Dirichlet::Continuum && !interface.scheme.has_roles() {
+        return Err(ConfigError::new(
+            &key("dirichlet"),
+            "the scheme gives both sides force and motion at once, so that neither follows the other",
+        )
+        .help("remove the key, or take scheme = \"fixed-point-serial\""));
     }
     let mut joined = Vec::new();
     for side in &interface.between {

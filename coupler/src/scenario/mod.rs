@@ -200,6 +200,10 @@ pub struct Interface {
     pub between: [String; 2],
     /// How the two sides are joined.
     pub scheme: Scheme,
+    /// Which side takes motion and answers force (the other takes force and answers motion), in a scheme that sends one each
+    /// way.
+    #[serde(default)]
+    pub dirichlet: Dirichlet,
     /// Explicit steps in a window, at least 1.
     pub substeps: u32,
     /// How nodes and glued disks are related.
@@ -279,6 +283,34 @@ pub enum Scheme {
     /// One straight line of velocities a window, equal velocities at its end: dissipative, for slow and quasi-static
     /// motion of a linear continuum.
     Velocity,
+}
+
+impl Scheme {
+    /// Whether it sends motion one way and force the other.
+    pub fn has_roles(self) -> bool {
+        match self {
+            Scheme::StaggeredSerial
+            | Scheme::StaggeredParallel
+            | Scheme::FixedPointSerial
+            | Scheme::FixedPointParallel => true,
+            Scheme::DualSchur
+            | Scheme::DualSchurSecant
+            | Scheme::DualSchurCheap
+            | Scheme::Velocity => false,
+        }
+    }
+}
+
+/// The side that takes motion and answers force.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Dirichlet {
+    /// The solver on the wall follows the continuum.
+    #[default]
+    Wall,
+    /// The continuum follows the wall, whose points move by the forces on them and by masses of their own: for a wall that is
+    /// heavy beside what the continuum moves in a window.
+    Continuum,
 }
 
 /// Where the compliance of a dual Schur scheme comes from.

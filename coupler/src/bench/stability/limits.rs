@@ -2,10 +2,10 @@
 
 use super::map::{backing, bar, choice, facts};
 use super::nodes::Bar;
-use super::trial::{Trial, word};
-use crate::couple::predict::explain;
+use super::trial::{Trial, Way, word};
+use crate::couple::predict::{NEUTRAL, explain};
 use crate::error::Error;
-use crate::scenario::Scheme;
+use crate::scenario::{Dirichlet, Scheme};
 
 /// What is bisected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,7 +20,7 @@ pub enum Axis {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
     /// The scheme.
-    pub scheme: Scheme,
+    pub way: Way,
     /// What was varied.
     pub axis: Axis,
     /// Steps in a window.
@@ -60,7 +60,8 @@ pub fn limits(substeps: &[u32], cfls: &[f64]) -> Result<Vec<Limit>, Error> {
                 Scheme::StaggeredParallel,
                 Scheme::FixedPointSerial,
             ] {
-                limits.push(mass_limit(scheme, *m, *cfl)?);
+                limits.push(mass_limit(scheme.into(), *m, *cfl)?);
+                limits.push(mass_limit(Way::swapped(scheme), *m, *cfl)?);
             }
         }
         for scheme in [Scheme::DualSchur, Scheme::DualSchurSecant, Scheme::Velocity] {
@@ -70,27 +71,29 @@ pub fn limits(substeps: &[u32], cfls: &[f64]) -> Result<Vec<Limit>, Error> {
     Ok(limits)
 }
 
-fn trial(scheme: Scheme, substeps: u32, cfl: f64, mass_ratio: f64) -> Trial {
+fn trial(way: Way, substeps: u32, cfl: f64, mass_ratio: f64) -> Trial {
     Trial {
         bar: bar(cfl),
         substeps,
-        scheme,
+        way,
         backing: backing(mass_ratio, f64::INFINITY, 1.0),
     }
 }
 
-fn mass_limit(scheme: Scheme, substeps: u32, cfl: f64) -> Result<Limit, Error> {
+/// Heavy masses make schemes grow in which the wall follows, light ones those in which the continuum does.
+fn mass_limit(way: Way, substeps: u32, cfl: f64) -> Result<Limit, Error> {
+    let at_low_end = way.dirichlet == Dirichlet::Wall;
     let foreseen = |mass_ratio: f64| -> Result<bool, Error> {
-        let trial = trial(scheme, substeps, cfl, mass_ratio);
-        let compliance = trial.bar.response(substeps).compliance();
-        let prediction = explain(&facts(&trial, compliance), choice(scheme));
-        Ok(prediction
-            .growth
-            .is_some_and(|growth| growth < level(scheme)))
+        let trial = trial(way, substeps, cfl, mass_ratio);
+        let response = trial.bar.response(substeps);
+        let growth = explain(&facts(&trial, &response), choice(way)).growth;
+        Ok(growth.is_some_and(|growth| growth <= level(way.scheme)) == at_low_end)
     };
-    let found = |mass_ratio: f64| stands(&trial(scheme, substeps, cfl, mass_ratio));
+    let found = |mass_ratio: f64| -> Result<bool, Error> {
+        Ok(stands(&trial(way, substeps, cfl, mass_ratio))? == at_low_end)
+    };
     Ok(Limit {
-        scheme,
+        way,
         axis: Axis::MassRatio,
         substeps,
         cfl,
@@ -100,9 +103,10 @@ fn mass_limit(scheme: Scheme, substeps: u32, cfl: f64) -> Result<Limit, Error> {
 }
 
 fn step_limit(scheme: Scheme, substeps: u32) -> Result<Limit, Error> {
-    let found = |cfl: f64| stands(&trial(scheme, substeps, cfl, 1.0));
+    let way = Way::from(scheme);
+    let found = |cfl: f64| stands(&trial(way, substeps, cfl, 1.0));
     Ok(Limit {
-        scheme,
+        way,
         axis: Axis::Cfl,
         substeps,
         cfl: 0.5,
@@ -114,14 +118,14 @@ fn step_limit(scheme: Scheme, substeps: u32) -> Result<Limit, Error> {
 /// Repeats that do not contract never end; windows may grow by what a run can show.
 fn level(scheme: Scheme) -> f64 {
     match scheme {
-        Scheme::FixedPointSerial | Scheme::FixedPointParallel => 1.0,
+        Scheme::FixedPointSerial | Scheme::FixedPointParallel => 1.0 + NEUTRAL,
         _ => GROWTH,
     }
 }
 
 /// Whether a real run grows by less than the limit a window, from its third quarter to its last.
 fn stands(trial: &Trial) -> Result<bool, Error> {
-    let fixed_point = level(trial.scheme) == 1.0;
+    let fixed_point = level(trial.way.scheme) < GROWTH;
     let windows = if fixed_point { 3 } else { WINDOWS };
     let run = trial.run(windows, GAP_M)?;
     if run.error.is_some() || fixed_point {
@@ -153,7 +157,7 @@ fn bisect(
 /// The limits as CSV.
 pub fn csv(limits: &[Limit]) -> String {
     let mut text = String::from(
-        "scheme,axis,substeps,cfl,theta,stiffness_ratio,predicted,measured,difference_rel\n",
+        "scheme,axis,substeps,cfl,theta,stiffness_ratio,predicted,measured,difference_rel,dirichlet\n",
     );
     for limit in limits {
         let axis = match limit.axis {
@@ -161,13 +165,14 @@ pub fn csv(limits: &[Limit]) -> String {
             Axis::Cfl => "cfl",
         };
         text.push_str(&format!(
-            "{},{axis},{},{},1,inf,{:.6e},{:.6e},{:.3e}\n",
-            word(limit.scheme),
+            "{},{axis},{},{},1,inf,{:.6e},{:.6e},{:.3e},{}\n",
+            word(limit.way.scheme),
             limit.substeps,
             limit.cfl,
             limit.predicted,
             limit.measured,
-            limit.difference_rel()
+            limit.difference_rel(),
+            word(limit.way.dirichlet)
         ));
     }
     text

@@ -5,14 +5,14 @@ use std::thread;
 use protocol::Backing;
 
 use super::nodes::{Bar, BodyNode};
-use super::trial::{Trial, word};
+use super::trial::{Trial, Way, word};
 use crate::couple::predict::operator::{Joint, Operator, Tie};
 use crate::couple::predict::response::Response;
-use crate::couple::predict::wall::Wall;
+use crate::couple::predict::wall::{Masses, Wall};
 use crate::couple::predict::{Choice, Facts, growth, predict, tie};
 use crate::couple::scheme::CHEAP_FACTOR;
 use crate::error::Error;
-use crate::scenario::{Acceleration, Scheme};
+use crate::scenario::{Acceleration, Dirichlet, Scheme};
 use nalgebra::DVector;
 
 /// Part of the largest force to which a fixed point is repeated.
@@ -24,8 +24,8 @@ pub const ELEMENTS: usize = 10;
 /// The grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axes {
-    /// Schemes.
-    pub schemes: Vec<Scheme>,
+    /// Schemes, those with roles in both of them.
+    pub ways: Vec<Way>,
     /// Theta of the masses on the wall.
     pub thetas: Vec<f64>,
     /// Mass on the wall over that of the bar.
@@ -42,15 +42,19 @@ impl Axes {
     /// The whole map.
     pub fn full() -> Axes {
         Axes {
-            schemes: vec![
-                Scheme::DualSchur,
-                Scheme::DualSchurSecant,
-                Scheme::DualSchurCheap,
-                Scheme::StaggeredSerial,
-                Scheme::StaggeredParallel,
-                Scheme::FixedPointSerial,
-                Scheme::FixedPointParallel,
-                Scheme::Velocity,
+            ways: vec![
+                Scheme::DualSchur.into(),
+                Scheme::DualSchurSecant.into(),
+                Scheme::DualSchurCheap.into(),
+                Scheme::StaggeredSerial.into(),
+                Scheme::StaggeredParallel.into(),
+                Scheme::FixedPointSerial.into(),
+                Scheme::FixedPointParallel.into(),
+                Scheme::Velocity.into(),
+                Way::swapped(Scheme::StaggeredSerial),
+                Way::swapped(Scheme::StaggeredParallel),
+                Way::swapped(Scheme::FixedPointSerial),
+                Way::swapped(Scheme::FixedPointParallel),
             ],
             thetas: vec![0.5, 0.55, 0.7, 1.0],
             mass_ratios: vec![1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3],
@@ -120,7 +124,7 @@ pub fn bar(cfl: f64) -> Bar {
 impl Axes {
     fn lengths(&self) -> [usize; 6] {
         [
-            self.schemes.len(),
+            self.ways.len(),
             self.thetas.len(),
             self.mass_ratios.len(),
             self.substeps.len(),
@@ -145,12 +149,12 @@ impl Axes {
     }
 
     fn cell(&self, place: &[usize; 6], response: &Response) -> Cell {
-        let [scheme, theta, mass, substeps, cfl, stiffness] = *place;
+        let [way, theta, mass, substeps, cfl, stiffness] = *place;
         let mass_ratio = self.mass_ratios[mass];
         let trial = Trial {
             bar: bar(self.cfls[cfl]),
             substeps: self.substeps[substeps],
-            scheme: self.schemes[scheme],
+            way: self.ways[way],
             backing: backing(
                 mass_ratio,
                 self.stiffness_ratios[stiffness],
@@ -176,9 +180,10 @@ pub fn backing(mass_ratio: f64, stiffness_ratio: f64, theta: f64) -> Backing {
     }
 }
 
-pub(super) fn choice(scheme: Scheme) -> Choice {
+pub(super) fn choice(way: Way) -> Choice {
     Choice {
-        scheme,
+        scheme: way.scheme,
+        dirichlet: way.dirichlet,
         acceleration: Acceleration::Constant,
         relaxation: Trial::RELAXATION,
     }
@@ -187,27 +192,31 @@ pub(super) fn choice(scheme: Scheme) -> Choice {
 /// Growth under the window matrix of the bar itself.
 fn measured(trial: &Trial, response: &Response) -> f64 {
     let window_s = trial.bar.step_s * f64::from(trial.substeps);
-    let wall = Wall::new(&trial.backing, window_s);
-    growth(choice(trial.scheme), response, &wall, window_s)
+    let wall = Wall::new(&trial.whole(), window_s);
+    growth(choice(trial.way), response, &wall, window_s)
 }
 
-/// What the coupler says after the handshake: it knows the bar by four numbers.
-pub(super) fn facts(trial: &Trial, compliance: f64) -> Facts {
+/// What the coupler knows after the handshake: the bar by four numbers.
+pub(super) fn facts(trial: &Trial, response: &Response) -> Facts {
+    let window_s = trial.bar.step_s * f64::from(trial.substeps);
     Facts {
         step_s: trial.bar.step_s,
         substeps: trial.substeps,
         step_limit: Some((Bar::LIMIT_S, "stability limit".into())),
         first_period_s: Some(trial.bar.first_period_s()),
         window_limit: None,
-        compliance,
+        compliance: match trial.way.dirichlet {
+            Dirichlet::Wall => response.compliance(),
+            Dirichlet::Continuum => response.led_compliance(window_s),
+        },
         definite: true,
-        backing: Some(trial.backing),
+        backing: Some(trial.whole()),
     }
 }
 
 fn predicted(trial: &Trial, response: &Response) -> bool {
-    let facts = facts(trial, response.compliance());
-    predict(&facts, choice(trial.scheme)).stable() == Some(true)
+    let facts = facts(trial, response);
+    predict(&facts, choice(trial.way)).stable() == Some(true)
 }
 
 /// How far the real coupler's forces are from those of the window matrix, over the largest so far, in the first windows
@@ -218,12 +227,12 @@ pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
     let expected = forces(trial, &response, windows);
     let largest = |part: &[f64]| part.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
     let repeated = matches!(
-        trial.scheme,
+        trial.way.scheme,
         Scheme::FixedPointSerial | Scheme::FixedPointParallel
     );
     // A fixed point is as exact as its gap; the others end after one repeat whatever the gap.
     let gap_m = match repeated {
-        true => REPEATED * response.compliance() * largest(&expected),
+        true => REPEATED * facts(trial, &response).compliance * largest(&expected),
         false => 1e-6,
     };
     let run = trial.run(windows as u64, gap_m)?;
@@ -243,9 +252,22 @@ pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
 /// Force (N) in each of the first windows under the window matrix.
 fn forces(trial: &Trial, response: &Response, windows: usize) -> Vec<f64> {
     let window_s = trial.bar.step_s * f64::from(trial.substeps);
+    let (start, whole) = (BodyNode::start(), trial.whole());
+    // The point is at rest at the start, what is glued to it is not.
+    let moving = match trial.backing.stiffness_n_per_m {
+        Some(_) => trial.backing.glued_mass_kg,
+        None => trial.backing.glued_mass_kg + trial.backing.mass_kg,
+    };
+    let glued = moving + trial.point_mass_kg();
     let mut joint = Joint {
         continuum: DVector::zeros(2 * ELEMENTS),
-        masses: BodyNode::start(),
+        masses: Masses {
+            glued_velocity: match glued > 0.0 {
+                true => start.glued_velocity * moving / glued,
+                false => start.glued_velocity,
+            },
+            ..start
+        },
         lambda: 0.0,
         motion: 0.0,
         place: 0.0,
@@ -253,12 +275,12 @@ fn forces(trial: &Trial, response: &Response, windows: usize) -> Vec<f64> {
     let window = |index: usize| {
         joint = Operator {
             response,
-            wall: Wall::new(&trial.backing, window_s),
+            wall: Wall::new(&whole, window_s),
             window_s,
-            tie: match trial.scheme {
+            tie: match trial.way.scheme {
                 // It has not learnt anything yet.
                 Scheme::DualSchurCheap if index == 0 => Tie::Believed(CHEAP_FACTOR),
-                scheme => tie(scheme),
+                _ => tie(choice(trial.way)),
             },
         }
         .advance(&joint);
@@ -270,20 +292,21 @@ fn forces(trial: &Trial, response: &Response, windows: usize) -> Vec<f64> {
 /// The map as CSV.
 pub fn csv(cells: &[Cell]) -> String {
     let mut text = String::from(
-        "scheme,theta,mass_ratio,substeps,cfl,stiffness_ratio,growth,predicted_stable\n",
+        "scheme,theta,mass_ratio,substeps,cfl,stiffness_ratio,growth,predicted_stable,dirichlet\n",
     );
     for cell in cells {
         let backing = &cell.trial.backing;
         text.push_str(&format!(
-            "{},{},{},{},{},{},{:.12e},{}\n",
-            word(cell.trial.scheme),
+            "{},{},{},{},{},{},{:.12e},{},{}\n",
+            word(cell.trial.way.scheme),
             backing.theta,
             cell.mass_ratio,
             cell.trial.substeps,
             cell.trial.bar.step_s,
             backing.stiffness_n_per_m.unwrap_or(f64::INFINITY),
             cell.growth,
-            cell.predicted_stable
+            cell.predicted_stable,
+            word(cell.trial.way.dirichlet)
         ));
     }
     text

@@ -119,6 +119,8 @@ impl Node for BarNode {
 /// The masses as a participant; they start with 1 m/s.
 pub struct BodyNode {
     backing: Backing,
+    /// Mass of the point (kg) that is not in the equations here.
+    point_mass_kg: f64,
     window_s: f64,
     compliance: f64,
     place: f64,
@@ -128,10 +130,11 @@ pub struct BodyNode {
 
 impl BodyNode {
     /// Masses on their way.
-    pub fn new(backing: Backing) -> BodyNode {
+    pub fn new(backing: Backing, point_mass_kg: f64) -> BodyNode {
         let start = BodyNode::start();
         BodyNode {
             backing,
+            point_mass_kg,
             window_s: 0.0,
             compliance: 0.0,
             place: 0.0,
@@ -160,6 +163,7 @@ impl Node for BodyNode {
                 ..Capabilities::default()
             },
             backing: Some(self.backing),
+            point_mass_kg: [("end".into(), vec![self.point_mass_kg])].into(),
             sets: vec!["end".into()],
             ..Description::default()
         }

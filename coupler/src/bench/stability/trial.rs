@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::launch::{Life, Peer, Watch};
 use crate::scenario::load::parse;
 use crate::scenario::source::Source;
-use crate::scenario::{Loaded, Scheme};
+use crate::scenario::{Dirichlet, Loaded, Scheme};
 
 /// One set-up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,9 +24,38 @@ pub struct Trial {
     /// Steps in a window.
     pub substeps: u32,
     /// The scheme; a fixed point has the constant relaxation [`Trial::RELAXATION`].
-    pub scheme: Scheme,
+    pub way: Way,
     /// The masses on the wall.
     pub backing: Backing,
+}
+
+/// A scheme with its roles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Way {
+    /// The scheme.
+    pub scheme: Scheme,
+    /// Which side takes the motion.
+    pub dirichlet: Dirichlet,
+}
+
+impl Way {
+    /// A scheme in which the continuum follows.
+    pub fn swapped(scheme: Scheme) -> Way {
+        Way {
+            scheme,
+            dirichlet: Dirichlet::Continuum,
+        }
+    }
+}
+
+/// A scheme in which the wall follows, if any side does.
+impl From<Scheme> for Way {
+    fn from(scheme: Scheme) -> Way {
+        Way {
+            scheme,
+            dirichlet: Dirichlet::Wall,
+        }
+    }
 }
 
 /// What a trial came to.
@@ -41,16 +70,34 @@ pub struct Run {
 impl Trial {
     /// Constant relaxation of the fixed-point schemes.
     pub const RELAXATION: f64 = 0.5;
+    /// Mass of the point itself over the mass behind it, which it tells where it is pushed by forces.
+    pub const POINT: f64 = 0.01;
+
+    /// Mass of the point (kg), where it has any.
+    pub fn point_mass_kg(&self) -> f64 {
+        match self.way.dirichlet {
+            Dirichlet::Wall => 0.0,
+            Dirichlet::Continuum => Trial::POINT * self.backing.mass_kg,
+        }
+    }
+
+    /// The masses on the wall with that of the point.
+    pub fn whole(&self) -> Backing {
+        Backing {
+            glued_mass_kg: self.backing.glued_mass_kg + self.point_mass_kg(),
+            ..self.backing
+        }
+    }
 
     /// Runs windows of the real coupler from masses that start with 1 m/s, to a gap (m).
     pub fn run(&self, windows: u64, gap_m: f64) -> Result<Run, Error> {
         let loaded = self.loaded(gap_m)?;
         let bar = self.bar;
-        let backing = self.backing;
+        let (backing, point_mass_kg) = (self.backing, self.point_mass_kg());
         let peers = vec![
             participant("bar", &loaded.hash, move || Box::new(BarNode::new(bar)))?,
             participant("body", &loaded.hash, move || {
-                Box::new(BodyNode::new(backing))
+                Box::new(BodyNode::new(backing, point_mass_kg))
             })?,
         ];
         let deadlines = &loaded.scenario.run.deadlines;
@@ -82,7 +129,7 @@ impl Trial {
     }
 
     fn loaded(&self, gap_m: f64) -> Result<Loaded, Error> {
-        let scheme = word(self.scheme);
+        let (scheme, dirichlet) = (word(self.way.scheme), word(self.way.dirichlet));
         let (substeps, relaxation) = (self.substeps, Trial::RELAXATION);
         let text = format!(
             r#"
@@ -92,6 +139,7 @@ participant = [{{ name = "bar", kind = "bar" }}, {{ name = "body", kind = "body"
 name = "glue"
 between = ["bar.end", "body.end"]
 scheme = "{scheme}"
+dirichlet = "{dirichlet}"
 substeps = {substeps}
 tolerance_rel = {gap_m:e}
 repeats_max = 4000
@@ -108,10 +156,10 @@ unsafe_window = true
     }
 }
 
-/// The word of a scheme in a scenario.
-pub fn word(scheme: Scheme) -> String {
-    let word = serde_json::to_value(scheme).expect("schemes are words");
-    word.as_str().expect("schemes are words").to_string()
+/// The word of a choice in a scenario.
+pub fn word(choice: impl serde::Serialize) -> String {
+    let word = serde_json::to_value(choice).expect("choices are words");
+    word.as_str().expect("choices are words").to_string()
 }
 
 const RUN_ID: u64 = 1;

@@ -11,12 +11,14 @@
 //! number that counts is C S, the wall's mass over the mass that the continuum moves in a window. A fixed point with
 //! relaxation omega contracts by |1 - omega (1 + C S)| a repeat, so it converges for omega < 2 / (1 + C S) (Causin,
 //! Gerbeau and Nobile 2005, relaxed Dirichlet-Neumann iterations); without repeats the force comes back C S times as
-//! large one window later, and the limit is that of the window's matrix.
+//! large one window later, and the limit is that of the window's matrix. With `dirichlet = "continuum"` it is the
+//! motion that comes back, 1 / (C S) times as large: omega < 2 / (1 + 1 / (C S)), where C is H over the impedance of
+//! the *stiffest* motion and S holds the masses of the points.
 
 use protocol::Backing;
 
 use crate::error::Error;
-use crate::scenario::{Acceleration, Interface, Scheme};
+use crate::scenario::{Acceleration, Dirichlet, Interface, Scheme};
 use operator::{Operator, Tie};
 use response::{Bar, Response, Step};
 use wall::Wall;
@@ -41,11 +43,12 @@ pub struct Facts {
     pub first_period_s: Option<f64>,
     /// The longest window that the wall's solver accepts (s), and its name.
     pub window_limit: Option<(f64, String)>,
-    /// Compliance of the softest motion of the interface over a window (m/N).
+    /// Compliance of the interface over a window (m/N): that of its softest motion or, where the continuum takes the motion,
+    /// H over the impedance of its stiffest one.
     pub compliance: f64,
     /// Whether no motion of the interface has a negative compliance.
     pub definite: bool,
-    /// What stands behind a point of the wall.
+    /// What stands behind a point of the wall; where the continuum takes the motion, with the point's own mass.
     pub backing: Option<Backing>,
 }
 
@@ -54,6 +57,8 @@ pub struct Facts {
 pub struct Choice {
     /// The scheme.
     pub scheme: Scheme,
+    /// Which side takes the motion.
+    pub dirichlet: Dirichlet,
     /// How a fixed point is accelerated.
     pub acceleration: Acceleration,
     /// Its relaxation.
@@ -64,6 +69,7 @@ impl From<&Interface> for Choice {
     fn from(interface: &Interface) -> Choice {
         Choice {
             scheme: interface.scheme,
+            dirichlet: interface.dirichlet,
             acceleration: interface.acceleration,
             relaxation: interface.relaxation,
         }
@@ -168,8 +174,12 @@ impl Prediction {
             format!(" ({}, margin {:.3})", bound.name, bound.margin)
         });
         let growth = self.growth.unwrap_or(1.0);
+        let other_way = match interface.dirichlet {
+            Dirichlet::Wall => "",
+            Dirichlet::Continuum => ", dirichlet = \"wall\"",
+        };
         Err(Error::Refused(format!(
-            "interface `{name}`: scheme {:?} with {} substeps is predicted to be unstable{bound}: a disturbance grows {growth:.3}-fold a window; take scheme = \"dual-schur\" or fewer substeps, or set interface.{name}.unsafe_window = true to see it fail",
+            "interface `{name}`: scheme {:?} with {} substeps is predicted to be unstable{bound}: a disturbance grows {growth:.3}-fold a window; take scheme = \"dual-schur\"{other_way} or fewer substeps, or set interface.{name}.unsafe_window = true to see it fail",
             interface.scheme, interface.substeps
         )))
     }
@@ -225,7 +235,11 @@ impl Foreseen {
             .step_limit
             .as_ref()
             .map_or(facts.step_s, |(limit, _)| *limit);
-        let bar = Bar::equivalent(
+        let equivalent = match choice.dirichlet {
+            Dirichlet::Wall => Bar::equivalent,
+            Dirichlet::Continuum => Bar::equivalent_led,
+        };
+        let bar = equivalent(
             step,
             facts.substeps,
             limit_s,
@@ -253,7 +267,12 @@ impl Foreseen {
 
     /// C S.
     fn added_mass(&self, factor: f64) -> f64 {
-        self.response.compliance() * self.wall(factor).stiffness()
+        added_mass(
+            self.choice.dirichlet,
+            &self.response,
+            &self.wall(factor),
+            self.window_s,
+        )
     }
 
     fn growth(&self, factor: f64) -> f64 {
@@ -265,13 +284,18 @@ impl Foreseen {
         )
     }
 
-    /// How many times as much could stand on the wall; nothing where that does not matter.
+    /// How many times as much could stand on the wall, or how many times less where the continuum takes the motion;
+    /// nothing where that does not matter.
     fn added_mass_margin(&self) -> Option<f64> {
-        let late = matches!(tie(self.choice.scheme), Tie::LateForce | Tie::LateBoth);
+        let late = !matches!(tie(self.choice), Tie::Exact | Tie::Velocity);
         if contraction(self.choice, self.added_mass(1.0)).is_none() && !late {
             return None;
         }
-        let stable = |exponent: f64| self.growth(10f64.powf(exponent)) <= 1.0 + NEUTRAL;
+        let more = match self.choice.dirichlet {
+            Dirichlet::Wall => 1.0,
+            Dirichlet::Continuum => -1.0,
+        };
+        let stable = |exponent: f64| self.growth(10f64.powf(more * exponent)) <= 1.0 + NEUTRAL;
         let (mut low, mut high) = (-9.0, 9.0);
         match (stable(low), stable(high)) {
             (false, _) => return Some(0.0),
@@ -291,41 +315,58 @@ impl Foreseen {
 
 /// Growth of a disturbance a window, or a repeat where the repeats of a window do not converge.
 pub fn growth(choice: Choice, response: &Response, wall: &Wall, window_s: f64) -> f64 {
-    match contraction(choice, response.compliance() * wall.stiffness()) {
+    let added_mass = added_mass(choice.dirichlet, response, wall, window_s);
+    match contraction(choice, added_mass) {
         Some(repeats) if repeats >= 1.0 => repeats,
         _ => Operator {
             response,
             wall: *wall,
             window_s,
-            tie: tie(choice.scheme),
+            tie: tie(choice),
         }
         .growth(),
     }
 }
 
-/// |1 - omega (1 + C S)| of a fixed point with constant relaxation. The others find their own: one unknown takes them
-/// two answers.
+/// C S.
+fn added_mass(dirichlet: Dirichlet, response: &Response, wall: &Wall, window_s: f64) -> f64 {
+    let compliance = match dirichlet {
+        Dirichlet::Wall => response.compliance(),
+        Dirichlet::Continuum => response.led_compliance(window_s),
+    };
+    compliance * wall.stiffness()
+}
+
+/// |1 - omega (1 + C S)| of a fixed point with constant relaxation, |1 - omega (1 + 1 / (C S))| where the continuum takes
+/// the motion. The others find their own: one unknown takes them two answers.
 fn contraction(choice: Choice, added_mass: f64) -> Option<f64> {
     let constant = choice.acceleration == Acceleration::Constant;
+    let comes_back = match choice.dirichlet {
+        Dirichlet::Wall => added_mass,
+        Dirichlet::Continuum => 1.0 / added_mass,
+    };
     match choice.scheme {
         Scheme::FixedPointSerial | Scheme::FixedPointParallel if constant => {
-            Some((1.0 - choice.relaxation * (1.0 + added_mass)).abs())
+            Some((1.0 - choice.relaxation * (1.0 + comes_back)).abs())
         }
         _ => None,
     }
 }
 
 /// What a scheme comes to for two linear sides. `dual-schur-cheap` starts on a compliance that is too soft and has learnt the
-/// true one of a single motion after its first window.
-pub fn tie(scheme: Scheme) -> Tie {
-    match scheme {
-        Scheme::DualSchur
-        | Scheme::DualSchurSecant
-        | Scheme::DualSchurCheap
-        | Scheme::FixedPointSerial
-        | Scheme::FixedPointParallel => Tie::Exact,
-        Scheme::StaggeredSerial => Tie::LateForce,
-        Scheme::StaggeredParallel => Tie::LateBoth,
-        Scheme::Velocity => Tie::Velocity,
+/// true one of a single motion after its first window. Where the continuum takes the motion its velocity goes in a straight
+/// line.
+pub fn tie(choice: Choice) -> Tie {
+    match (choice.scheme, choice.dirichlet) {
+        (Scheme::DualSchur | Scheme::DualSchurSecant | Scheme::DualSchurCheap, _) => Tie::Exact,
+        (Scheme::Velocity, _) => Tie::Velocity,
+        (Scheme::FixedPointSerial | Scheme::FixedPointParallel, Dirichlet::Wall) => Tie::Exact,
+        (Scheme::FixedPointSerial | Scheme::FixedPointParallel, Dirichlet::Continuum) => {
+            Tie::Velocity
+        }
+        (Scheme::StaggeredSerial, Dirichlet::Wall) => Tie::LateForce,
+        (Scheme::StaggeredParallel, Dirichlet::Wall) => Tie::LateBoth,
+        (Scheme::StaggeredSerial, Dirichlet::Continuum) => Tie::LateVelocity,
+        (Scheme::StaggeredParallel, Dirichlet::Continuum) => Tie::LateVelocityAndForce,
     }
 }

@@ -21,6 +21,10 @@ pub enum Tie {
     LateBoth,
     /// The velocity goes in a straight line to one at which the force at the end is that of the wall.
     Velocity,
+    /// The continuum follows the velocity of the wall one window late, the wall takes the force of that.
+    LateVelocity,
+    /// Velocity and force reach the other side one window late.
+    LateVelocityAndForce,
 }
 
 /// Both sides and what the coupler keeps between windows.
@@ -78,11 +82,12 @@ impl Operator<'_> {
             Tie::LateForce => rigid(free + c * start.lambda),
             Tie::LateBoth => rigid(start.motion),
             Tie::Velocity => return self.led(start),
+            Tie::LateVelocity | Tie::LateVelocityAndForce => return self.pushed(start),
         };
         let solved = self.wall.window(&start.masses, q_0, motion);
         let acting = match self.tie {
             Tie::Exact | Tie::Believed(_) => solved.force,
-            Tie::LateForce | Tie::LateBoth | Tie::Velocity => start.lambda,
+            _ => start.lambda,
         };
         let continuum = coasted + push * acting;
         Joint {
@@ -114,6 +119,26 @@ impl Operator<'_> {
             lambda: solved.force,
             motion: h * v,
             place: start.place + h * v,
+        }
+    }
+
+    /// One window in which the continuum goes to the velocity that the wall had, and the wall bears its force.
+    fn pushed(&self, start: &Joint) -> Joint {
+        let (h, lead) = (self.window_s, &self.response.lead);
+        let v_0 = self.response.speed(&start.continuum);
+        let (continuum, lambda) = lead.window(&start.continuum, (start.motion / h - v_0) / h);
+        let borne = match self.tie {
+            Tie::LateVelocityAndForce => start.lambda,
+            _ => lambda,
+        };
+        let solved = self.wall.pushed(&start.masses, start.place, h * borne);
+        let motion = h * solved.masses.glued_velocity;
+        Joint {
+            continuum,
+            masses: solved.masses,
+            lambda,
+            motion,
+            place: start.place + motion,
         }
     }
 

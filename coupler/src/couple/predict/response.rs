@@ -24,6 +24,13 @@ impl Response {
         self.place.dot(&self.push)
     }
 
+    /// H D^-1 (m/N) with the force D v at the end of a window in which the velocity goes from rest to v.
+    pub fn led_compliance(&self, window_s: f64) -> f64 {
+        let rest = DVector::zeros(self.push.len());
+        let (_, resists) = self.lead.window(&rest, 1.0);
+        window_s * window_s / resists
+    }
+
     /// Velocity of the interface (m/s).
     pub fn speed(&self, state: &DVector<f64>) -> f64 {
         let half = state.len() / 2;
@@ -133,6 +140,23 @@ impl Bar {
         Bar {
             share: compliance / unit.response(step, substeps).compliance(),
             ..unit
+        }
+    }
+
+    /// The same with another compliance: that over a window in which it follows a velocity.
+    pub fn equivalent_led(
+        step: Step,
+        substeps: u32,
+        limit_s: f64,
+        period_s: Option<f64>,
+        compliance: f64,
+    ) -> Bar {
+        let bar = Bar::equivalent(step, substeps, limit_s, period_s, compliance);
+        let window_s = step.step_s * f64::from(substeps);
+        let own = bar.response(step, substeps).led_compliance(window_s);
+        Bar {
+            share: bar.share * compliance / own,
+            ..bar
         }
     }
 
@@ -281,6 +305,10 @@ mod tests {
             let compliance = bar.response(step, substeps).compliance();
             let found = Bar::equivalent(step, substeps, 1.0, Some(period), compliance);
             assert_eq!(found.elements, 10);
+            assert!((found.share / bar.share - 1.0).abs() < 1e-9);
+            let window_s = step.step_s * f64::from(substeps);
+            let led = bar.response(step, substeps).led_compliance(window_s);
+            let found = Bar::equivalent_led(step, substeps, 1.0, Some(period), led);
             assert!((found.share / bar.share - 1.0).abs() < 1e-9);
         }
     }

@@ -31,6 +31,19 @@ pub struct Motion {
     pub compliance: f64,
 }
 
+/// What a window leaves the glued mass to obey, inertia v_g + p = drive, and where the masses are without it.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    /// Spring against the start (m).
+    stretch: f64,
+    /// m + (theta H)^2 k (kg).
+    moved: f64,
+    /// A (kg).
+    inertia: f64,
+    /// R (N s).
+    drive: f64,
+}
+
 /// The masses and their window, of length H.
 #[derive(Clone, Copy, Debug)]
 pub struct Wall {
@@ -61,15 +74,35 @@ impl Wall {
     ///
     /// Without v the glued mass obeys A v_g + p = R; so solved, a wall that moves as it is told moves exactly so.
     pub fn window(&self, start: &Masses, q_0: f64, motion: Motion) -> Solved {
+        let known = self.known(start, q_0);
+        let p =
+            (known.drive - known.inertia * motion.free) / (1.0 + known.inertia * motion.compliance);
+        self.solved(start, &known, (motion.free + motion.compliance * p, p))
+    }
+
+    /// The same for a wall that bears this impulse (N s) and moves as it may.
+    pub fn pushed(&self, start: &Masses, q_0: f64, p: f64) -> Solved {
+        let known = self.known(start, q_0);
+        self.solved(start, &known, ((known.drive - p) / known.inertia, p))
+    }
+
+    fn known(&self, start: &Masses, q_0: f64) -> Known {
         let (h, theta, k, m) = (self.window_s, self.theta, self.spring, self.mass);
-        let known = start.place + theta * (1.0 - theta) * h * start.velocity - q_0;
+        let stretch = start.place + theta * (1.0 - theta) * h * start.velocity - q_0;
         let moved = m + theta * theta * h * h * k;
-        let inertia = self.glued + theta * h * h * k * m / moved;
-        let drive = self.glued * start.glued_velocity
-            + h * k * (known + theta * theta * h * start.velocity) * m / moved;
-        let p = (drive - inertia * motion.free) / (1.0 + inertia * motion.compliance);
-        let v_g = motion.free + motion.compliance * p;
-        let v = (m * start.velocity - h * k * known + theta * h * h * k * v_g) / moved;
+        Known {
+            stretch,
+            moved,
+            inertia: self.glued + theta * h * h * k * m / moved,
+            drive: self.glued * start.glued_velocity
+                + h * k * (stretch + theta * theta * h * start.velocity) * m / moved,
+        }
+    }
+
+    fn solved(&self, start: &Masses, known: &Known, (v_g, p): (f64, f64)) -> Solved {
+        let (h, theta, k, m) = (self.window_s, self.theta, self.spring, self.mass);
+        let v =
+            (m * start.velocity - h * k * known.stretch + theta * h * h * k * v_g) / known.moved;
         // Without a spring the free mass is nobody's; at rest it does not drift.
         let follows = if k > 0.0 { 1.0 } else { 0.0 };
         Solved {
@@ -95,6 +128,31 @@ impl Wall {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What a wall bears that moved in some way moves it in that way.
+    #[test]
+    fn pushed_by_what_it_bore_it_moves_alike() {
+        let backing = Backing {
+            glued_mass_kg: 0.5,
+            mass_kg: 2.0,
+            stiffness_n_per_m: Some(8.0),
+            theta: 0.6,
+        };
+        let start = Masses {
+            glued_velocity: 1.0,
+            place: 0.1,
+            velocity: -2.0,
+        };
+        let motion = Motion {
+            free: 0.3,
+            compliance: 0.4,
+        };
+        let wall = Wall::new(&backing, 0.5);
+        let moved = wall.window(&start, 0.2, motion);
+        let pushed = wall.pushed(&start, 0.2, moved.force * 0.5);
+        let apart = moved.masses.glued_velocity - pushed.masses.glued_velocity;
+        assert!(apart.abs() < 1e-14, "{apart:e}");
+    }
 
     #[test]
     fn a_rigid_mass_resists_with_its_inertia() {

@@ -106,6 +106,14 @@ impl Compliance {
         product
     }
 
+    /// Which components a force moves in windows of these substeps.
+    pub fn moves(&self, substeps: u32) -> Vec<bool> {
+        let blocks = self.by_substeps[&substeps].iter();
+        blocks
+            .flat_map(|block| (0..block.nrows()).map(|i| block[(i, i)] != 0.0))
+            .collect()
+    }
+
     /// C (m/N) for windows of these substeps, once it is known; one block a continuum.
     pub fn blocks(&self, substeps: u32) -> &[DMatrix<f64>] {
         &self.by_substeps[&substeps]

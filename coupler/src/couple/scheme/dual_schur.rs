@@ -66,6 +66,7 @@ impl Coupling {
                 work: work(&lambda, &increment),
                 increment,
                 velocity: None,
+                inertia: Vec::new(),
                 lambda,
                 answer,
                 faults,

@@ -8,9 +8,10 @@ use super::source;
 use crate::couple::conversation::Conversation;
 use crate::couple::group::Patch;
 use crate::couple::handshake::Greeted;
+use crate::couple::nodal_mass::{both_components, nodal_mass};
 use crate::couple::predict::{Choice, Facts, Prediction, explain};
 use crate::error::Error;
-use crate::scenario::{CompliancePrior, Scheme};
+use crate::scenario::{CompliancePrior, Dirichlet, Scheme};
 
 /// A compliance may be this much negative over its largest value: what rounding leaves of columns that are not quite
 /// symmetric.
@@ -47,20 +48,67 @@ impl Coupling {
             let limit = limit.filter(positive);
             limit.map(|limit| (limit, name.to_string()))
         };
-        let own = group.mapping.block(&patch.points, &side.places);
+        let (compliance, point_mass_kg) = match self.rules.dirichlet {
+            Dirichlet::Wall => {
+                let own = group.mapping.block(&patch.points, &side.places);
+                (largest_eigenvalue(&own.condense(block)), 0.0)
+            }
+            Dirichlet::Continuum => {
+                let masses = &group.points.mass_kg[patch.points.clone()];
+                let mean = masses.iter().sum::<f64>() / masses.len() as f64;
+                (self.stiffest(patch, block, mean), mean)
+            }
+        };
+        let with_points = |backing: Backing| Backing {
+            glued_mass_kg: backing.glued_mass_kg + point_mass_kg,
+            ..backing
+        };
         Facts {
             step_s: group.clock.step_s / f64::from(side.steps),
             substeps: group.clock.substeps * side.steps,
             step_limit: limit(continuum.step_limit_s, &continuum.step_limit_name),
             first_period_s: continuum.first_period_s.filter(positive),
             window_limit: limit(wall.step_limit_s, &wall.step_limit_name),
-            compliance: largest_eigenvalue(&own.condense(block)),
+            compliance,
             definite: definite(block),
-            backing: wall.backing.filter(sensible),
+            backing: wall.backing.map(with_points).filter(sensible),
         }
     }
 
-    /// C (m/N) of each continuum in a full window.
+    /// H D^-1 (m/N) of the stiffest motion of an interface against the points of its wall, `block` being the impedance D of
+    /// its continuum: the smallest eigenvalue of H D^-1 N^T w N. A point that is lighter than the mean resists in
+    /// proportion, w = m / mean; a heavier one, behind which there may be no more than behind the others, counts as one of
+    /// them. Several interfaces of a continuum can add up to the sum of their impedances at most.
+    fn stiffest(&self, patch: &Patch, block: &DMatrix<f64>, mean_kg: f64) -> f64 {
+        let group = &self.group;
+        let side = &group.continua[patch.continuum];
+        let first = 2 * (patch.nodes.start - side.places.start);
+        let size = 2 * patch.nodes.len();
+        let own = block.view((first, first), (size, size));
+        let weights: Vec<f64> = group
+            .points
+            .mass_kg
+            .iter()
+            .map(|m| (m / mean_kg).min(1.0))
+            .collect();
+        let resists = both_components(&nodal_mass(&group.mapping, &weights, &patch.nodes));
+        let Some(factor) = resists.cholesky() else {
+            return 0.0;
+        };
+        let lower = factor.l();
+        let half = lower.solve_lower_triangular(&own.into_owned());
+        let whole = half.and_then(|half| lower.solve_lower_triangular(&half.transpose()));
+        let together = group
+            .patches
+            .iter()
+            .filter(|other| other.continuum == patch.continuum);
+        let window_s = group.clock.window_s();
+        whole.map_or(0.0, |whole| {
+            window_s / (largest_eigenvalue(&whole) * together.count() as f64)
+        })
+    }
+
+    /// C (m/N) of each continuum in a full window, or where it follows a velocity its impedance (kg/s).
     fn blocks(
         &mut self,
         conversation: &mut Conversation,
@@ -83,9 +131,12 @@ impl Coupling {
         let mut blocks = Vec::new();
         for side in &self.group.continua {
             let asked = greeted[side.peer].description.capabilities.columns;
-            blocks.push(match asked {
-                true => source::columns(conversation, side, window.substeps)?,
-                false => source::mass_only(&self.group, side, &window),
+            blocks.push(match (self.rules.dirichlet, asked) {
+                (Dirichlet::Continuum, _) => {
+                    source::impedance(conversation, side, window.substeps)?
+                }
+                (_, true) => source::columns(conversation, side, window.substeps)?,
+                (_, false) => source::mass_only(&self.group, side, &window),
             });
         }
         Ok(blocks)

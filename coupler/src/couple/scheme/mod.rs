@@ -5,6 +5,7 @@
 //! - `dual_schur`: one force a window, equal displacements at its end;
 //! - `fixed_point`: motion one way, force the other, repeated or not;
 //! - `velocity`: one straight line of velocities a window, equal velocities at its end;
+//! - `swapped`: motion and force the other way round, for a heavy wall;
 //! - `exchange`: what is said to all sides, and what they answer;
 //! - `judge`: whether a window may stand;
 //! - `stand`: what becomes of one that does;
@@ -19,7 +20,7 @@ use super::conversation::Conversation;
 use super::group::Group;
 use super::ledger::InterfaceLedger;
 use crate::error::Error;
-use crate::scenario::{CompliancePrior, Interface, Policy, Scheme};
+use crate::scenario::{CompliancePrior, Dirichlet, Interface, Policy, Scheme};
 use compliance::Compliance;
 use outcome::Solved;
 use source::Source;
@@ -35,6 +36,7 @@ mod outcome;
 pub mod source;
 mod stand;
 mod state;
+mod swapped;
 mod velocity;
 
 pub use outcome::{Attempt, InterfaceSignals, Standing};
@@ -71,10 +73,11 @@ impl Coupling {
             Scheme::DualSchurCheap => CHEAP_FACTOR,
             _ => 1.0,
         };
-        let source = match (rules.scheme, rules.compliance) {
-            (Scheme::Velocity, _) => Source::Impedance,
-            (_, CompliancePrior::Columns) => Source::Columns,
-            (_, CompliancePrior::Mass) => Source::Mass,
+        let source = match (rules.scheme, rules.dirichlet, rules.compliance) {
+            (_, Dirichlet::Continuum, _) => Source::Points,
+            (Scheme::Velocity, _, _) => Source::Impedance,
+            (_, _, CompliancePrior::Columns) => Source::Columns,
+            (_, _, CompliancePrior::Mass) => Source::Mass,
         };
         Coupling {
             rules: rules.clone(),
@@ -127,7 +130,14 @@ impl Coupling {
     }
 
     fn solved(&mut self, conversation: &mut Conversation, window: Window) -> Result<Solved, Error> {
+        let swapped = self.rules.dirichlet == Dirichlet::Continuum;
         match self.rules.scheme {
+            Scheme::StaggeredSerial | Scheme::StaggeredParallel if swapped => {
+                self.swapped_staggered(conversation, window)
+            }
+            Scheme::FixedPointSerial | Scheme::FixedPointParallel if swapped => {
+                self.swapped_fixed_point(conversation, window)
+            }
             Scheme::DualSchur | Scheme::DualSchurSecant | Scheme::DualSchurCheap => {
                 self.dual_schur(conversation, window)
             }

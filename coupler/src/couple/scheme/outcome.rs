@@ -63,6 +63,8 @@ pub(super) struct Solved {
     pub(super) work: Vec<f64>,
     /// Velocity of the nodes at the end (m/s), where the scheme prescribes it.
     pub(super) velocity: Option<Vec<f64>>,
+    /// What of the forces on the points their own masses take (N), where they have any.
+    pub(super) inertia: Vec<f64>,
     /// Force that the answers give, of the window as far as it is known (N).
     pub(super) lambda: Vec<f64>,
     pub(super) answer: Answer,

@@ -5,6 +5,7 @@ use protocol::{Kind, Window};
 
 use crate::couple::conversation::Conversation;
 use crate::couple::group::{Group, Side};
+use crate::couple::nodal_mass::{both_components, nodal_mass};
 use crate::error::Error;
 
 /// Where a matrix comes from that is not known yet.
@@ -17,6 +18,9 @@ pub enum Source {
     /// H D^-1 with the continuum's own impedance D: what a change of the force at the end of a window adds to H v there,
     /// when the velocity goes in a straight line.
     Impedance,
+    /// H^2 M_n^-1 with the masses of the points on the nodes, for what can move of the continuum: a line of nodes that moves
+    /// by them alone.
+    Points,
 }
 
 impl Source {
@@ -38,6 +42,10 @@ impl Source {
                     Error::Refused(format!("participant `{name}`: its impedance over {} steps has no inverse, as that of every explicit body below its stability limit has; lower its time.step_s, or take scheme = \"dual-schur\"", window.substeps * side.steps))
                 })?;
                 Ok(yields * group.window_s(window))
+            }
+            Source::Points => {
+                let resists = impedance(conversation, side, window.substeps)?;
+                points_only(group, side, window, &resists)
             }
         }
     }
@@ -113,6 +121,25 @@ pub fn mass_only(group: &Group, side: &Side, window: &Window) -> DMatrix<f64> {
     DMatrix::from_diagonal(&DVector::from_fn(2 * mass.len(), |i, _| {
         scale / mass[i / 2]
     }))
+}
+
+/// H^2 M_n^-1 on the components that have an impedance; zero for the others.
+fn points_only(
+    group: &Group,
+    side: &Side,
+    window: &Window,
+    impedance: &DMatrix<f64>,
+) -> Result<DMatrix<f64>, Error> {
+    let masses = nodal_mass(&group.mapping, &group.points.mass_kg, &side.places);
+    let mut resists = both_components(&masses);
+    for i in (0..resists.nrows()).filter(|i| impedance[(*i, *i)] == 0.0) {
+        resists.row_mut(i).fill(0.0);
+        resists.column_mut(i).fill(0.0);
+    }
+    let yields = inverse_of_what_moves(&resists).ok_or_else(|| {
+        Error::Refused("the masses of the glued points on the surface nodes have no inverse".into())
+    })?;
+    Ok(yields * group.window_s(window).powi(2))
 }
 
 #[cfg(test)]

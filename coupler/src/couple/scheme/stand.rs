@@ -6,7 +6,7 @@ use super::Coupling;
 use super::outcome::{Answer, InterfaceSignals, Solved, Standing};
 use crate::couple::conversation::Conversation;
 use crate::couple::group::Patch;
-use crate::couple::ledger::{WindowEntry, total};
+use crate::couple::ledger::{PointMotion, WindowEntry, total};
 use crate::error::Error;
 
 impl Coupling {
@@ -51,6 +51,14 @@ impl Coupling {
         for (patch, ledger) in self.group.patches.iter().zip(&mut self.ledgers) {
             let entry = entry(patch, solved, &given, point_motion, &wall_motion);
             ledger.add(&entry);
+            if !solved.inertia.is_empty() {
+                ledger.carry(&PointMotion {
+                    mass_kg: &self.group.points.mass_kg[patch.points.clone()],
+                    velocity: patch.of_points(&solved.answer.velocity),
+                    inertia: patch.of_points(&solved.inertia),
+                    window_s: self.group.window_s(&solved.window),
+                });
+            }
             ledger.repeats += u64::from(solved.window.iteration);
             let residual = solved.answer.solves[patch.wall].residual;
             ledger.contact_residual_max = ledger.contact_residual_max.max(residual);

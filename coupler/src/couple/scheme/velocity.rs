@@ -29,11 +29,11 @@ use crate::couple::conversation::Conversation;
 use crate::error::Error;
 
 /// What the continua answer that followed a velocity, by component.
-struct Reaction {
+pub(super) struct Reaction {
     /// At the end of the window (N).
-    force: Vec<f64>,
+    pub(super) force: Vec<f64>,
     /// Over the window (J).
-    work: Vec<f64>,
+    pub(super) work: Vec<f64>,
 }
 
 impl Coupling {
@@ -73,6 +73,7 @@ impl Coupling {
                 wanted,
                 work: reaction.work,
                 velocity: Some(velocity),
+                inertia: Vec::new(),
                 lambda: force,
                 answer,
                 faults: match starved.is_empty() {
@@ -91,19 +92,37 @@ impl Coupling {
     }
 
     /// All continua at once, along straight lines of velocities.
-    fn follow(
+    pub(super) fn follow(
         &self,
         conversation: &mut Conversation,
         window: &Window,
         velocity: &[f64],
     ) -> Result<Reaction, Error> {
-        for side in &self.group.continua {
+        self.tell_velocity(conversation, window, velocity)?;
+        self.hear_reaction(conversation, window)
+    }
+
+    pub(super) fn tell_velocity(
+        &self,
+        conversation: &mut Conversation,
+        window: &Window,
+        velocity: &[f64],
+    ) -> Result<(), Error> {
+        self.group.continua.iter().try_for_each(|side| {
             let own = side.of(velocity).to_vec();
-            conversation.tell(side.peer, Kind::Follow, &side.window(window), own)?;
-        }
+            conversation.tell(side.peer, Kind::Follow, &side.window(window), own)
+        })
+    }
+
+    pub(super) fn hear_reaction(
+        &self,
+        conversation: &mut Conversation,
+        window: &Window,
+    ) -> Result<Reaction, Error> {
+        let components = 2 * self.group.nodes.len();
         let mut reaction = Reaction {
-            force: Vec::with_capacity(velocity.len()),
-            work: Vec::with_capacity(velocity.len()),
+            force: Vec::with_capacity(components),
+            work: Vec::with_capacity(components),
         };
         let mut fault = None;
         for side in &self.group.continua {
@@ -126,6 +145,6 @@ impl Coupling {
 const ADVICE: &str = "the continuum does not answer by its own impedance, as a nonlinear one does not, or bears several walls that feel each other; raise repeats_max, take scheme = \"dual-schur-secant\", lower substeps, or let on_not_converged = \"halve\" the window";
 
 /// H v (m).
-fn motion(velocity: &[f64], window_s: f64) -> Vec<f64> {
+pub(super) fn motion(velocity: &[f64], window_s: f64) -> Vec<f64> {
     velocity.iter().map(|v| v * window_s).collect()
 }
