@@ -9,6 +9,7 @@ mod mapping;
 mod one_loop;
 mod policies;
 mod roles;
+mod roles_layer;
 mod schemes;
 mod several;
 mod split_bar;

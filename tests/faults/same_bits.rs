@@ -46,6 +46,20 @@ fn nor_do_they_along_a_given_velocity() {
 }
 
 #[test]
+fn nor_do_they_where_the_rail_follows_the_grains() {
+    let sets = [
+        "interface.layer-base.scheme=fixed-point-serial",
+        "interface.layer-base.dirichlet=continuum",
+        "interface.layer-base.tolerance_rel=1e-4",
+    ];
+    let first = run(&sets, "1");
+    assert_ne!(first, run(&[], "1"), "another scheme");
+    assert_eq!(first, run(&sets, "2"), "two threads");
+    let inside = [sets.as_slice(), &["run.transport=channel"]].concat();
+    assert_eq!(first, run(&inside, "1"), "in one process");
+}
+
+#[test]
 fn another_seed_and_one_ulp_of_load_change_both_hashes() {
     let first = run(&[], "1");
     let ulp = f64::from_bits(8000f64.to_bits() + 1);

@@ -96,6 +96,21 @@ fn both_sides_of_a_velocity_and_the_coupler_repeat_every_bit() {
 }
 
 #[test]
+fn a_bar_that_follows_its_wall_and_the_coupler_repeat_every_bit() {
+    for scheme in ["fixed-point-serial", "fixed-point-parallel"] {
+        let scheme = format!("interface.glue.scheme={scheme}");
+        let (_left, recording) = logged_with(&[
+            &scheme,
+            "interface.glue.dirichlet=continuum",
+            "interface.glue.repeats_max=100",
+            "participant.body.config.point_mass_kg=1.0",
+            "participant.bar.config.nan_above_substeps=15",
+        ]);
+        repeats_every_bit(&recording, &["bar", "body"]);
+    }
+}
+
+#[test]
 fn one_flipped_bit_of_an_answer_is_named_exactly() {
     let (_left, mut recording) = logged();
     let index = recording

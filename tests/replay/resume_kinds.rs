@@ -59,6 +59,45 @@ fn every_scheme_resumes() {
 }
 
 #[test]
+fn swapped_roles_resume() {
+    let schemes = [
+        "staggered-serial",
+        "staggered-parallel",
+        "fixed-point-serial",
+        "fixed-point-parallel",
+    ];
+    for scheme in schemes {
+        let sets = [
+            "run.checkpoint_every_windows=11",
+            "interface.glue.unsafe_window=true",
+            "interface.glue.dirichlet=continuum",
+            "participant.body.config.point_mass_kg=1.0",
+        ];
+        let (count, _, summary) = resume_from_all(&scene(&light(scheme), &sets), scheme);
+        assert!(count > 5, "{scheme}: {count}");
+        let kinetic_j = summary["coupling"]["points_kinetic_j"].as_f64();
+        assert!(
+            kinetic_j.is_some_and(|energy| energy > 0.0),
+            "{kinetic_j:?}"
+        );
+    }
+}
+
+#[test]
+fn a_rail_that_follows_its_grains_resumes() {
+    let sets = [
+        "run.end_s=4e-4",
+        "run.checkpoint_every_windows=250",
+        "run.checkpoints_kept=100",
+        "interface.layer-base.scheme=fixed-point-serial",
+        "interface.layer-base.dirichlet=continuum",
+        "interface.layer-base.tolerance_rel=1e-4",
+    ];
+    let (count, _, _) = resume_from_all(&loaded(&shipped("quick"), &sets), "resume-swapped");
+    assert!(count >= 2, "{count}");
+}
+
+#[test]
 fn connected_and_separate_interfaces_resume() {
     let sets = ["run.checkpoint_every_windows=5"];
     let scene = scene(&several::scenario(), &sets);

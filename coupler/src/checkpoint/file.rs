@@ -11,7 +11,7 @@ use super::{About, Checkpoint};
 use crate::error::Error;
 
 /// First bytes of the file: name and version of its format.
-pub const MAGIC: &[u8] = b"thirdbody.checkpoint/1\n";
+pub const MAGIC: &[u8] = b"thirdbody.checkpoint/2\n";
 
 const HASH_BYTES: usize = blake3::OUT_LEN;
 const ENDING: &str = "checkpoint";

@@ -1,0 +1,91 @@
+//! A rail that follows a bonded layer of grains (`dirichlet = "continuum"`).
+//!
+//! Problem: `scenarios/extremes/coupled`, a short rail under a small layer and a wheel whose load comes in 0.1 ms, with bonds
+//! as in `wheel-rail-coupled`. The glued grains weigh on the rail's surface what grains of their size weigh in the layer.
+//!
+//! Exact answer: the window equations are those of scheme `velocity` with that mass on top. A mass added to a system in motion
+//! changes its frequencies by at most half of its ratio to the mass that moves there without it (Rayleigh's quotient), so that
+//! over less than one swing, as here, motions differ by no more than that ratio; a quarter of the mass is that much less.
+
+use coupler::scenario::load::parse;
+use coupler::scenario::source::Source;
+use harness::runs::{Left, run_in_process};
+use protocol::{PROTOCOL_VERSION, Session, Setting, Transport};
+
+const SCENE: &str = include_str!("../../scenarios/extremes/coupled/scenario.toml");
+const BONDED: &str = "participant.third-body.config.law={ kind = \"cohesion\", friction = 0.3, contact_stiffness_pa = 2.255e11, tangential_stiffness_ratio = 0.5, cn_pa_per_m = 6.4e15, ct_pa_per_m = 2.56e15, w_j_per_m2 = 15625.0, b_pa_m_s = 0.0, p = 1.0, h_prime = \"one\", alert_m = 8e-6, bonds_min = 2 }";
+const FINE: &str = "participant.third-body.config.solver.tolerance=1e-8";
+
+fn run(mass_scale: f64, sets: &[&str]) -> Left {
+    let scale = format!("participant.third-body.config.mass_scale={mass_scale:?}");
+    let closed = "interface.layer-base.tolerance_rel=1e-7";
+    let all = [&[BONDED, FINE, &scale, closed], sets].concat();
+    run_in_process(SCENE, &all)
+        .expect("it is valid")
+        .completed()
+}
+
+/// Masses of the glued grains over those of free grains and wheel.
+fn added(mass_scale: f64) -> f64 {
+    let source = Source {
+        name: "coupled".into(),
+        text: SCENE.into(),
+        overrides: vec![
+            BONDED.into(),
+            format!("participant.third-body.config.mass_scale={mass_scale:?}"),
+        ],
+    };
+    let loaded = parse(source).expect("it is valid");
+    let layer = &loaded.scenario.participant[1];
+    let session = Session {
+        protocol: PROTOCOL_VERSION,
+        run_id: 1,
+        scenario_hash: String::new(),
+        coordinator_pid: std::process::id(),
+        setting: Setting {
+            participant: layer.name.clone(),
+            seed: loaded.scenario.run.seed,
+            thickness_m: loaded.scenario.run.thickness_m,
+            threads: 1,
+            fields: None,
+        },
+        transport: Transport::Channel,
+        idle_deadline_s: 1.0,
+        config: serde_json::to_value(&layer.config).expect("it is a table"),
+    };
+    let told = dem_node::build(&session)
+        .expect("it can be built")
+        .describe();
+    let glued = &told.point_mass_kg["base"];
+    let behind = told.backing.expect("it stands on glued grains").mass_kg;
+    glued.iter().sum::<f64>() / (behind * glued.len() as f64)
+}
+
+#[test]
+fn a_rail_that_follows_a_bonded_layer_moves_as_by_velocity_but_for_the_added_mass() {
+    let swapped = [
+        "interface.layer-base.scheme=fixed-point-serial",
+        "interface.layer-base.dirichlet=continuum",
+        "interface.layer-base.repeats_max=60",
+    ];
+    let apart = |mass_scale: f64| {
+        let left = run(mass_scale, &swapped);
+        let velocity = run(mass_scale, &["interface.layer-base.scheme=velocity"]);
+        assert_eq!(left.number("coupling.not_converged_windows"), 0.0);
+        assert!(left.number("coupling.gap_max_rel") <= 1e-7);
+        assert!(left.number("coupling.force_residual_rel") <= 1e-9);
+        let y = [&left, &velocity].map(|left| &left.signals["third-body.wheel_y_m"]);
+        let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+        let range = largest(&mut y[1].iter().map(|y_1| (y_1 - y[1][0]).abs()));
+        let distance = largest(&mut y[0].iter().zip(y[1]).map(|(a, b)| (a - b).abs())) / range;
+        println!(
+            "masses x {mass_scale}: {:.1} repeats, wheel {distance:.4} of its way apart, {:.4} of the mass added",
+            left.number("repeats_mean"),
+            added(mass_scale)
+        );
+        assert!(distance <= added(mass_scale), "{distance}");
+        distance
+    };
+    let (whole, quarter) = (apart(1000.0), apart(250.0));
+    assert!(quarter <= 0.45 * whole, "{quarter} and {whole}");
+}
