@@ -185,6 +185,10 @@ pub struct Backing {
     pub stiffness_n_per_m: Option<f64>,
     /// Of the time scheme: the velocity of a window is theta times that at its end plus 1 - theta times that at its start.
     pub theta: f64,
+    /// Whether a point can lose touch with what stands behind it, and then resists by its own mass alone; false for a program
+    /// that does not know this.
+    #[serde(default)]
+    pub may_part: bool,
 }
 
 /// What a node can be asked.

@@ -89,3 +89,54 @@ fn a_rail_that_follows_a_bonded_layer_moves_as_by_velocity_but_for_the_added_mas
     let (whole, quarter) = (apart(1000.0), apart(250.0));
     assert!(quarter <= 0.45 * whole, "{quarter} and {whole}");
 }
+
+/// Of loose grains only the glued ones themselves are sure to resist: the stiffest motion of the rail against their masses
+/// decides. A tolerance of 5 % around the limit: the map's.
+#[test]
+fn constant_relaxation_ends_where_it_is_foreseen_to() {
+    let run = |mass_scale: f64, insist: bool| {
+        let scale = format!("participant.third-body.config.mass_scale={mass_scale:?}");
+        let insist = format!("interface.layer-base.unsafe_window={insist}");
+        let sets = [
+            "interface.layer-base.scheme=fixed-point-serial",
+            "interface.layer-base.dirichlet=continuum",
+            "interface.layer-base.acceleration=constant",
+            "interface.layer-base.repeats_max=4000",
+            "interface.layer-base.tolerance_rel=1e-6",
+            "participant.third-body.config.solver.tolerance=1e-6",
+            "participant.third-body.config.wheel.ramp_s=0.02e-3",
+            "participant.third-body.config.wheel.hold_s=0.01e-3",
+            &scale,
+            &insist,
+        ];
+        run_in_process(SCENE, &sets).expect("it is valid")
+    };
+    let log = |left: &Left| {
+        std::fs::read_to_string(left.scratch.path().join("logs/coordinator.log"))
+            .expect("every run has one")
+    };
+    let margin = |left: &Left| -> f64 {
+        let log = log(left);
+        let line = log
+            .lines()
+            .find(|line| line.ends_with("added mass (stability)"));
+        let margin = line.and_then(|line| line.split("margin").nth(1)?.split_whitespace().next());
+        margin
+            .expect("it is written down")
+            .parse()
+            .expect("it is a number")
+    };
+    let limit = 1000.0 / margin(&run(1000.0, false));
+    println!("masses x {limit:.0} are foreseen to be the least");
+    run(1.05 * limit, false).completed();
+    let refused = run(0.95 * limit, false)
+        .ended
+        .error
+        .expect("it is foreseen");
+    assert_eq!(refused.exit_code(), 2, "{refused}");
+    let found = run(0.95 * limit, true)
+        .ended
+        .error
+        .expect("it does not contract");
+    assert_eq!(found.exit_code(), 3, "{found}");
+}

@@ -71,6 +71,7 @@ fn backing(theta: f64) -> Backing {
         mass_kg: 5.0,
         stiffness_n_per_m: Some(3.0),
         theta,
+        may_part: false,
     }
 }
 

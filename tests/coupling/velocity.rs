@@ -156,12 +156,14 @@ fn the_differentiated_energy_of_both_sides_does_not_rise() {
                     mass_kg: 10.0 * ratio,
                     stiffness_n_per_m: Some(1.0),
                     theta: 1.0,
+                    may_part: false,
                 };
                 let rigid = Backing {
                     glued_mass_kg: 10.0 * ratio,
                     mass_kg: 0.0,
                     stiffness_n_per_m: None,
                     theta: 1.0,
+                    may_part: false,
                 };
                 for backing in [springy, rigid] {
                     let rise = rises(cfl, substeps, backing);

@@ -186,13 +186,13 @@ fn a_checkpoint_of_another_version_or_scenario_is_refused_by_name() {
     std::fs::write(out.join("scenario.toml"), text).expect("writable");
     for path in checkpoints(&out) {
         let mut bytes = std::fs::read(&path).expect("it was written");
-        bytes[MAGIC.len() - 2] = b'2';
+        bytes[MAGIC.len() - 2] = b'9';
         std::fs::write(&path, bytes).expect("writable");
     }
     fails(
         &resume(work.path(), "out", "newer", &[]),
         2,
-        &["thirdbody.checkpoint/2"],
+        &["thirdbody.checkpoint/9"],
     );
 }
 

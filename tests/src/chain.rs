@@ -205,6 +205,7 @@ impl Node for Chain {
                 mass_kg: self.config.mass_kg * self.config.count as f64,
                 stiffness_n_per_m: (self.config.count > 0).then_some(self.config.stiffness_n_per_m),
                 theta: self.config.theta,
+                may_part: false,
             }),
             point_mass_kg: match self.config.point_mass_kg {
                 Some(mass) => ["end", "far"].map(|set| (set.into(), vec![mass])).into(),

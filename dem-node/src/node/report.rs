@@ -53,6 +53,7 @@ impl Dem {
             mass_kg: movable / self.bodies.glued() as f64,
             stiffness_n_per_m: self.bodies.law.springs.map(|springs| 2.0 * springs.normal),
             theta: self.theta,
+            may_part: true,
         }
     }
 

@@ -177,6 +177,7 @@ pub fn backing(mass_ratio: f64, stiffness_ratio: f64, theta: f64) -> Backing {
         mass_kg: mass_ratio * ELEMENTS as f64,
         stiffness_n_per_m: stiffness_ratio.is_finite().then_some(stiffness_ratio),
         theta,
+        may_part: false,
     }
 }
 

@@ -261,6 +261,7 @@ impl Foreseen {
             mass_kg: factor * self.backing.mass_kg,
             stiffness_n_per_m: self.backing.stiffness_n_per_m.map(|k| factor * k),
             theta: self.backing.theta,
+            may_part: self.backing.may_part,
         };
         Wall::new(&backing, self.window_s)
     }

@@ -137,6 +137,7 @@ mod tests {
             mass_kg: 2.0,
             stiffness_n_per_m: Some(8.0),
             theta: 0.6,
+            may_part: false,
         };
         let start = Masses {
             glued_velocity: 1.0,
@@ -161,6 +162,7 @@ mod tests {
             mass_kg: 2.0,
             stiffness_n_per_m: None,
             theta: 1.0,
+            may_part: false,
         };
         assert!((Wall::new(&backing, 0.5).stiffness() - 12.0).abs() < 1e-12);
     }
@@ -173,6 +175,7 @@ mod tests {
             mass_kg: 2.0,
             stiffness_n_per_m: Some(8.0),
             theta: 1.0,
+            may_part: false,
         };
         assert!((Wall::new(&backing, 0.5).stiffness() - 4.0).abs() < 1e-12);
     }

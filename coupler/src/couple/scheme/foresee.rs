@@ -56,12 +56,14 @@ impl Coupling {
             Dirichlet::Continuum => {
                 let masses = &group.points.mass_kg[patch.points.clone()];
                 let mean = masses.iter().sum::<f64>() / masses.len() as f64;
-                (self.stiffest(patch, block, mean), mean)
+                let parts = wall.backing.is_some_and(|backing| backing.may_part);
+                let most = if parts { f64::INFINITY } else { 1.0 };
+                (self.stiffest(patch, block, (mean, most)), mean)
             }
         };
-        let with_points = |backing: Backing| Backing {
-            glued_mass_kg: backing.glued_mass_kg + point_mass_kg,
-            ..backing
+        let with_points = |backing: Backing| match self.rules.dirichlet {
+            Dirichlet::Wall => backing,
+            Dirichlet::Continuum => pushed(backing, point_mass_kg),
         };
         Facts {
             step_s: group.clock.step_s / f64::from(side.steps),
@@ -77,9 +79,9 @@ impl Coupling {
 
     /// H D^-1 (m/N) of the stiffest motion of an interface against the points of its wall, `block` being the impedance D of
     /// its continuum: the smallest eigenvalue of H D^-1 N^T w N. A point that is lighter than the mean resists in
-    /// proportion, w = m / mean; a heavier one, behind which there may be no more than behind the others, counts as one of
-    /// them. Several interfaces of a continuum can add up to the sum of their impedances at most.
-    fn stiffest(&self, patch: &Patch, block: &DMatrix<f64>, mean_kg: f64) -> f64 {
+    /// proportion, w = m / mean, and so does a heavier one, but for at most `most`: behind it there may be no more than
+    /// behind the others. Several interfaces of a continuum can add up to the sum of their impedances at most.
+    fn stiffest(&self, patch: &Patch, block: &DMatrix<f64>, (mean_kg, most): (f64, f64)) -> f64 {
         let group = &self.group;
         let side = &group.continua[patch.continuum];
         let first = 2 * (patch.nodes.start - side.places.start);
@@ -89,7 +91,7 @@ impl Coupling {
             .points
             .mass_kg
             .iter()
-            .map(|m| (m / mean_kg).min(1.0))
+            .map(|m| (m / mean_kg).min(most))
             .collect();
         let resists = both_components(&nodal_mass(&group.mapping, &weights, &patch.nodes));
         let Some(factor) = resists.cholesky() else {
@@ -140,6 +142,22 @@ impl Coupling {
             });
         }
         Ok(blocks)
+    }
+}
+
+/// What a point resists by that is pushed: its own mass and, unless it may lose touch with that, what stands behind it.
+fn pushed(backing: Backing, point_mass_kg: f64) -> Backing {
+    let touched = Backing {
+        glued_mass_kg: backing.glued_mass_kg + point_mass_kg,
+        ..backing
+    };
+    match backing.may_part {
+        false => touched,
+        true => Backing {
+            mass_kg: 0.0,
+            stiffness_n_per_m: None,
+            ..touched
+        },
     }
 }
 
