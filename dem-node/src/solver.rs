@@ -8,6 +8,7 @@ mod average;
 mod blocks;
 mod check;
 mod groups;
+mod lanes;
 mod nsgs;
 mod pcg;
 

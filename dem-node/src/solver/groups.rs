@@ -10,6 +10,7 @@ mod sorter;
 mod tests;
 
 use super::blocks::{self, Block, Cut};
+use super::lanes::{self, widest};
 use super::{Contact, Mover, Problem, project};
 use sorter::Sorter;
 
@@ -18,6 +19,9 @@ const LANES: usize = 8;
 /// A lane without contact.
 const EMPTY: u32 = u32::MAX;
 
+/// A number of each contact of a group.
+type Lanes = lanes::Lanes<LANES>;
+
 /// Eight contacts side by side.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
@@ -25,17 +29,17 @@ struct Group {
     /// Bodies, counted from the first of the block.
     a: [u32; LANES],
     b: [u32; LANES],
-    normal: [[f64; LANES]; 2],
-    bias: [[f64; LANES]; 2],
+    normal: [Lanes; 2],
+    bias: [Lanes; 2],
     /// Lever of spin over the radius.
-    lever: [f64; LANES],
+    lever: Lanes,
     /// 1/(W_nn + c_n) and 1/(W_tt + c_t); 0 in a lane without contact.
-    inverse: [[f64; LANES]; 2],
-    impulse: [[f64; LANES]; 2],
+    inverse: [Lanes; 2],
+    impulse: [Lanes; 2],
 }
 
 /// Squares of a sweep, lane by lane: ||W dr||^2 and ||W r||^2.
-type Squares = [[f64; LANES]; 2];
+type Squares = [Lanes; 2];
 
 impl Group {
     /// A lane without contact gets no impulse: it adds zeros to the first body of the block.
@@ -43,11 +47,11 @@ impl Group {
         let mut group = Group {
             a: [0; LANES],
             b: [0; LANES],
-            normal: [[0.0; LANES]; 2],
-            bias: [[0.0; LANES]; 2],
-            lever: [0.0; LANES],
-            inverse: [[0.0; LANES]; 2],
-            impulse: [[0.0; LANES]; 2],
+            normal: [Lanes::default(); 2],
+            bias: [Lanes::default(); 2],
+            lever: Lanes::default(),
+            inverse: [Lanes::default(); 2],
+            impulse: [Lanes::default(); 2],
         };
         for (k, member) in members.iter().enumerate() {
             if *member == EMPTY {
@@ -56,13 +60,13 @@ impl Group {
             let contact = &contacts[*member as usize];
             (group.a[k], group.b[k]) = (contact.a - first, contact.b - first);
             for axis in 0..2 {
-                group.normal[axis][k] = contact.normal[axis];
-                group.bias[axis][k] = contact.bias[axis];
-                group.impulse[axis][k] = contact.impulse[axis];
+                group.normal[axis].0[k] = contact.normal[axis];
+                group.bias[axis].0[k] = contact.bias[axis];
+                group.impulse[axis].0[k] = contact.impulse[axis];
             }
-            group.lever[k] = contact.lever();
-            group.inverse[0][k] = 1.0 / (contact.block.nn + contact.compliance[0]);
-            group.inverse[1][k] = 1.0 / (contact.block.tt + contact.compliance[1]);
+            group.lever.0[k] = contact.lever();
+            group.inverse[0].0[k] = 1.0 / (contact.block.nn + contact.compliance[0]);
+            group.inverse[1].0[k] = 1.0 / (contact.block.tt + contact.compliance[1]);
         }
         group
     }
@@ -77,8 +81,7 @@ impl Group {
         friction: f64,
         squares: &mut Squares,
     ) {
-        let (mut dx, mut dy, mut ds, mut w) =
-            ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        let [mut dx, mut dy, mut ds, mut w] = [[0.0; LANES]; 4];
         for k in 0..LANES {
             let (a, b) = (&movers[self.a[k] as usize], &movers[self.b[k] as usize]);
             dx[k] = a.velocity[0] - b.velocity[0];
@@ -86,56 +89,56 @@ impl Group {
             ds[k] = a.velocity[2] + b.velocity[2];
             w[k] = a.inverse_mass + b.inverse_mass;
         }
-        let (mut px, mut py, mut turn) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        for k in 0..LANES {
-            let (nx, ny) = (self.normal[0][k], self.normal[1][k]);
-            let old_n = self.impulse[0][k];
-            let b_n = nx * dx[k] + ny * dy[k] + self.bias[0][k] - w[k] * old_n;
-            // Written so that a NaN stays one.
-            let r_n = if b_n >= 0.0 {
-                0.0
-            } else {
-                -b_n * self.inverse[0][k]
-            };
-            let step_n = r_n - old_n;
-            self.impulse[0][k] = r_n;
-            px[k] = step_n * nx;
-            py[k] = step_n * ny;
-            squares[0][k] += (w[k] * step_n) * (w[k] * step_n);
-            squares[1][k] += (w[k] * r_n) * (w[k] * r_n);
-            if FRICTION {
-                let lever = self.lever[k];
-                let w_t = (1.0 + 2.0 * lever * lever) * w[k];
-                let old_t = self.impulse[1][k];
-                let b_t = nx * dy[k] - ny * dx[k] - lever * ds[k] + self.bias[1][k] - w_t * old_t;
-                let stick = -b_t * self.inverse[1][k];
-                let limit = friction * r_n;
-                let low = if stick < -limit { -limit } else { stick };
-                let r_t = if low > limit { limit } else { low };
-                let step_t = r_t - old_t;
-                self.impulse[1][k] = r_t;
-                px[k] -= step_t * ny;
-                py[k] += step_t * nx;
-                turn[k] = 2.0 * lever * step_t;
-                squares[0][k] += (w_t * step_t) * (w_t * step_t);
-                squares[1][k] += (w_t * r_t) * (w_t * r_t);
-            }
+        let [dx, dy, ds, w] = [dx, dy, ds, w].map(lanes::Lanes);
+        let ([nx, ny], [old_n, old_t]) = (self.normal, self.impulse);
+        let b_n = nx * dx + ny * dy + self.bias[0] - w * old_n;
+        // Written so that a NaN stays one.
+        let r_n = b_n.zip(
+            -b_n * self.inverse[0],
+            |b, r| if b >= 0.0 { 0.0 } else { r },
+        );
+        let step_n = r_n - old_n;
+        let (mut px, mut py, mut turn) = (step_n * nx, step_n * ny, Lanes::default());
+        note(squares, w, [step_n, r_n]);
+        self.impulse[0] = r_n;
+        if FRICTION {
+            let (one, two) = (Lanes::splat(1.0), Lanes::splat(2.0));
+            let lever = self.lever;
+            let w_t = (one + two * lever * lever) * w;
+            let b_t = nx * dy - ny * dx - lever * ds + self.bias[1] - w_t * old_t;
+            let limit = Lanes::splat(friction) * r_n;
+            let r_t = (-b_t * self.inverse[1]).clamp(-limit, limit);
+            let step_t = r_t - old_t;
+            px = px - step_t * ny;
+            py = py + step_t * nx;
+            turn = two * lever * step_t;
+            note(squares, w_t, [step_t, r_t]);
+            self.impulse[1] = r_t;
         }
         for k in 0..LANES {
+            let (px, py, turn) = (px.0[k], py.0[k], turn.0[k]);
             let a = &mut movers[self.a[k] as usize];
-            a.velocity[0] += a.inverse_mass * px[k];
-            a.velocity[1] += a.inverse_mass * py[k];
+            a.velocity[0] += a.inverse_mass * px;
+            a.velocity[1] += a.inverse_mass * py;
             if FRICTION {
-                a.velocity[2] -= a.inverse_mass * turn[k];
+                a.velocity[2] -= a.inverse_mass * turn;
             }
             let b = &mut movers[self.b[k] as usize];
-            b.velocity[0] -= b.inverse_mass * px[k];
-            b.velocity[1] -= b.inverse_mass * py[k];
+            b.velocity[0] -= b.inverse_mass * px;
+            b.velocity[1] -= b.inverse_mass * py;
             if FRICTION {
-                b.velocity[2] -= b.inverse_mass * turn[k];
+                b.velocity[2] -= b.inverse_mass * turn;
             }
         }
     }
+}
+
+/// Adds the squares of W dr and W r.
+#[inline(always)]
+fn note(squares: &mut Squares, w: Lanes, [step, r]: [Lanes; 2]) {
+    let [change, size] = [w * step, w * r];
+    squares[0] = squares[0] + change * change;
+    squares[1] = squares[1] + size * size;
 }
 
 /// Groups that are swept one after the other.
@@ -167,27 +170,33 @@ impl Batch {
 
     /// `movers` are those of the bodies from the first on.
     fn sweep(&mut self, movers: &mut [Mover], friction: Option<f64>) {
+        self.squares = match friction {
+            Some(friction) => widest(
+                #[inline(always)]
+                || self.relax::<true>(movers, friction),
+            ),
+            None => widest(
+                #[inline(always)]
+                || self.relax::<false>(movers, 0.0),
+            ),
+        };
+    }
+
+    #[inline(always)]
+    fn relax<const FRICTION: bool>(&mut self, movers: &mut [Mover], friction: f64) -> Squares {
         let mut squares = Squares::default();
-        match friction {
-            Some(friction) => {
-                for group in &mut self.groups {
-                    group.relax::<true>(movers, friction, &mut squares);
-                }
-            }
-            None => {
-                for group in &mut self.groups {
-                    group.relax::<false>(movers, 0.0, &mut squares);
-                }
-            }
+        for group in &mut self.groups {
+            group.relax::<FRICTION>(movers, friction, &mut squares);
         }
-        self.squares = squares;
+        squares
     }
 
     fn store(&self, contacts: &mut [Contact]) {
         for (group, members) in self.groups.iter().zip(&self.members) {
             for (k, member) in members.iter().enumerate() {
                 if *member != EMPTY {
-                    contacts[*member as usize].impulse = [group.impulse[0][k], group.impulse[1][k]];
+                    contacts[*member as usize].impulse =
+                        [group.impulse[0].0[k], group.impulse[1].0[k]];
                 }
             }
         }
@@ -270,7 +279,7 @@ impl Sweeper {
         self.across.sweep(&mut problem.movers, friction);
         for batch in self.batches() {
             for (sum, lanes) in squares.iter_mut().zip(&batch.squares) {
-                *sum += lanes.iter().sum::<f64>();
+                *sum += lanes.sum();
             }
         }
         let mut contacts = std::mem::take(&mut problem.contacts);

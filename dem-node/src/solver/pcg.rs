@@ -31,7 +31,6 @@
 mod batch;
 mod body;
 mod group;
-mod lanes;
 #[cfg(test)]
 mod plain;
 mod side;

@@ -2,7 +2,7 @@
 
 use super::body::{Body, Loss};
 use super::group::{Grip, Kind, LaneSums, Motion, Place, Weight, bias, compliance};
-use super::lanes::{LANES, Lanes};
+use super::group::{LANES, Lanes};
 use super::side::Sides;
 use crate::solver::Problem;
 

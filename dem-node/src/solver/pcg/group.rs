@@ -1,9 +1,27 @@
 //! Four contacts side by side, as the passes over them load them.
 
 use super::body::Body;
-use super::lanes::{LANES, Lanes, Short};
 use crate::bond::BondContact;
-use crate::solver::Contact;
+use crate::solver::{Contact, lanes};
+
+/// Contacts in a group.
+pub const LANES: usize = 4;
+
+/// A number of each contact of a group.
+pub type Lanes = lanes::Lanes<LANES>;
+
+/// A number of each contact of a group where seven digits are enough: half the bytes.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(16))]
+pub struct Short(pub [f32; LANES]);
+
+impl Short {
+    /// All digits.
+    #[inline(always)]
+    pub fn wide(self) -> Lanes {
+        lanes::Lanes(self.0.map(f64::from))
+    }
+}
 
 /// What the passes are compiled for: each leaves out what its problem has not.
 pub trait Kind: Sync {
@@ -175,9 +193,9 @@ impl Place {
             dy[k] = a[1] - b[1];
             ds[k] = a[2] + b[2];
         }
-        let ([nx, ny], dx, dy) = (self.normal, Lanes(dx), Lanes(dy));
+        let ([nx, ny], dx, dy) = (self.normal, lanes::Lanes(dx), lanes::Lanes(dy));
         let tangential = if K::FRICTION {
-            nx * dy - ny * dx - lever * Lanes(ds)
+            nx * dy - ny * dx - lever * lanes::Lanes(ds)
         } else {
             Lanes::default()
         };

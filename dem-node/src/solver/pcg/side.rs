@@ -1,6 +1,6 @@
 //! The two branches of a bond's normal law.
 
-use super::lanes::{LANES, Lanes, Short};
+use super::group::{LANES, Lanes, Short};
 use crate::bond::BondContact;
 use crate::solver::Contact;
 

@@ -6,11 +6,12 @@
 use super::batch::Batch;
 use super::body::{Body, Momentum, Products};
 use super::group::Kind;
-use super::lanes::{Lanes, widest};
+use super::group::Lanes;
 use super::special::Special;
 use super::wave::{Pass, Wave};
 use crate::solver::Problem;
 use crate::solver::blocks::{self, Block, Cut};
+use crate::solver::lanes::widest;
 
 /// Buffers of the solver.
 #[derive(Clone, Debug, Default)]
@@ -97,13 +98,22 @@ impl Vectors {
 
     /// One pass over all contacts.
     pub fn run<K: Kind>(&mut self, problem: &Problem, pass: Pass, parallel: bool) -> Sums {
-        widest(|| self.begin::<K>(problem, pass));
+        widest(
+            #[inline(always)]
+            || self.begin::<K>(problem, pass),
+        );
         let work = |block: &mut Block<Wave>, (bodies, momenta): (&mut [Body], &mut [Momentum])| {
-            widest(|| block.work.run::<K>(pass, bodies, momenta));
+            widest(
+                #[inline(always)]
+                || block.work.run::<K>(pass, bodies, momenta),
+            );
         };
         let items = (&mut self.bodies[..], &mut self.momenta[..]);
         blocks::each(&mut self.blocks, items, parallel, &work);
-        widest(|| self.end::<K>(problem))
+        widest(
+            #[inline(always)]
+            || self.end::<K>(problem),
+        )
     }
 
     #[inline(always)]

@@ -9,7 +9,7 @@ use std::ops::Range;
 use super::batch::Batch;
 use super::body::{Body, Momentum, Products};
 use super::group::Kind;
-use super::lanes::LANES;
+use super::group::LANES;
 
 /// Groups of a chunk.
 const CHUNK: usize = 32;

@@ -1,43 +1,34 @@
-//! Four numbers side by side.
+//! Numbers side by side, one of each contact of a group.
 //!
 //! The compiler turns loops over many arrays into vector code only when it can prove that they do not overlap, and gives
 //! up. Numbers that are loaded by value, and stored at the end, leave nothing to prove.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// Contacts in a group.
-pub const LANES: usize = 4;
-
-/// A number of each contact of a group.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// A number of each of N contacts.
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
-pub struct Lanes(pub [f64; LANES]);
+pub struct Lanes<const N: usize>(pub [f64; N]);
 
-/// A number of each contact of a group where seven digits are enough: half the bytes.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(align(16))]
-pub struct Short(pub [f32; LANES]);
-
-impl Short {
-    /// All digits.
-    #[inline(always)]
-    pub fn wide(self) -> Lanes {
-        Lanes(self.0.map(f64::from))
+impl<const N: usize> Default for Lanes<N> {
+    fn default() -> Self {
+        Lanes([0.0; N])
     }
 }
 
-/// Calls `work` where the compiler may use the widest registers that this machine and the build have; `work` must be
-/// inlined. Every operation rounds as it does elsewhere, so the bits are the same.
+/// Calls `work` where the compiler may use the widest registers that this machine and the build have. `work` must be marked
+/// `#[inline(always)]`, as must all that it calls: what is not is compiled for the narrow ones after all. Every operation
+/// rounds as it does elsewhere, so the bits are the same.
 #[inline(always)]
 pub fn widest<R>(work: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(work)
 }
 
-impl Lanes {
+impl<const N: usize> Lanes<N> {
     /// The same number in every lane.
     #[inline(always)]
-    pub fn splat(value: f64) -> Lanes {
-        Lanes([value; LANES])
+    pub fn splat(value: f64) -> Self {
+        Lanes([value; N])
     }
 
     /// Sum of the lanes.
@@ -48,20 +39,19 @@ impl Lanes {
     /// Whether a lane is not the number 0.
     #[inline(always)]
     pub fn any(self) -> bool {
-        let bits = self.0.map(f64::to_bits);
-        (bits[0] | bits[1]) | (bits[2] | bits[3]) != 0
+        self.0.iter().fold(0, |bits, x| bits | x.to_bits()) != 0
     }
 
     /// Within bounds, lane by lane; written so that a NaN stays one.
     #[inline(always)]
-    pub fn clamp(self, low: Lanes, high: Lanes) -> Lanes {
+    pub fn clamp(self, low: Self, high: Self) -> Self {
         self.zip(low, |x, low| if x < low { low } else { x })
             .least(high)
     }
 
     /// The smaller one, lane by lane; a NaN of `self` stays one.
     #[inline(always)]
-    pub fn least(self, other: Lanes) -> Lanes {
+    pub fn least(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { b } else { a })
     }
 
@@ -69,7 +59,7 @@ impl Lanes {
     ///
     /// Without short cuts: whether a contact slides cannot be foretold, and a wrong guess costs as much as the arithmetic.
     #[inline(always)]
-    pub fn held(self, impulse: Lanes, low: Lanes, high: Lanes) -> Lanes {
+    pub fn held(self, impulse: Self, low: Self, high: Self) -> Self {
         let infinity = f64::INFINITY;
         let down = impulse.zip(low, |r, low| if r <= low { 0.0 } else { -infinity });
         let up = impulse.zip(high, |r, high| if r >= high { 0.0 } else { infinity });
@@ -78,7 +68,7 @@ impl Lanes {
 
     /// Both, lane by lane.
     #[inline(always)]
-    pub fn zip(self, other: Lanes, combine: impl Fn(f64, f64) -> f64) -> Lanes {
+    pub fn zip(self, other: Self, combine: impl Fn(f64, f64) -> f64) -> Self {
         let mut lanes = self.0;
         for (lane, right) in lanes.iter_mut().zip(other.0) {
             *lane = combine(*lane, right);
@@ -87,34 +77,34 @@ impl Lanes {
     }
 }
 
-impl Add for Lanes {
-    type Output = Lanes;
+impl<const N: usize> Add for Lanes<N> {
+    type Output = Self;
     #[inline(always)]
-    fn add(self, other: Lanes) -> Lanes {
+    fn add(self, other: Self) -> Self {
         self.zip(other, |a, b| a + b)
     }
 }
 
-impl Sub for Lanes {
-    type Output = Lanes;
+impl<const N: usize> Sub for Lanes<N> {
+    type Output = Self;
     #[inline(always)]
-    fn sub(self, other: Lanes) -> Lanes {
+    fn sub(self, other: Self) -> Self {
         self.zip(other, |a, b| a - b)
     }
 }
 
-impl Mul for Lanes {
-    type Output = Lanes;
+impl<const N: usize> Mul for Lanes<N> {
+    type Output = Self;
     #[inline(always)]
-    fn mul(self, other: Lanes) -> Lanes {
+    fn mul(self, other: Self) -> Self {
         self.zip(other, |a, b| a * b)
     }
 }
 
-impl Neg for Lanes {
-    type Output = Lanes;
+impl<const N: usize> Neg for Lanes<N> {
+    type Output = Self;
     #[inline(always)]
-    fn neg(self) -> Lanes {
+    fn neg(self) -> Self {
         Lanes(self.0.map(|a| -a))
     }
 }
