@@ -140,3 +140,41 @@ fn constant_relaxation_ends_where_it_is_foreseen_to() {
         .expect("it does not contract");
     assert_eq!(found.exit_code(), 3, "{found}");
 }
+
+/// Both strips of `two-rails` follow the layer between them, which is heavier than what they move in a window: as followers of
+/// the strips its grains do not reach the fixed point.
+#[test]
+fn two_bodies_follow_the_layer_between_them() {
+    let scene = include_str!("../../scenarios/two-rails/scenario.toml");
+    let run = |scheme: &str, dirichlet: &str| {
+        let keys = |name: &str| {
+            let of = |key: &str| format!("interface.{name}.{key}");
+            [
+                of(&format!("scheme={scheme}")),
+                of(&format!("dirichlet={dirichlet}")),
+                of("tolerance_rel=1e-6"),
+                of("repeats_max=60"),
+            ]
+        };
+        let mut sets = [keys("below"), keys("above")].concat();
+        sets.push("participant.third-body.config.solver.tolerance=1e-6".into());
+        let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+        run_in_process(scene, &sets).expect("it is valid")
+    };
+    let left = run("fixed-point-serial", "continuum").completed();
+    let repeats = left.number("repeats_mean");
+    println!("{repeats:.2} repeats");
+    assert!(repeats <= 6.0, "{repeats}");
+    for name in ["below", "above"] {
+        let number = |key: &str| left.number(&format!("interfaces.{name}.{key}"));
+        assert!(number("gap_max_rel") <= 1e-6);
+        assert!(number("force_residual_rel") <= 1e-9);
+        assert!(number("points_kinetic_j") > 0.0);
+    }
+    let velocity = run("velocity", "wall").completed();
+    let balance = [&left, &velocity].map(|left| left.number("results.energy_balance_rel"));
+    assert!(balance[0] <= 1.5 * balance[1], "{balance:?}");
+    let other = run("fixed-point-serial", "wall");
+    let error = other.ended.error.expect("the layer is too heavy to follow");
+    assert_eq!(error.exit_code(), 3, "{error}");
+}

@@ -203,6 +203,19 @@ fn check_says_which_bound_decides() {
     let naive = check(&["--set", "interface.layer-base.scheme=staggered-serial"]);
     assert!(naive.contains("predicted: UNSTABLE"), "{naive}");
     assert!(naive.contains("added mass decides"), "{naive}");
+    let swapped = check(&[
+        "--set",
+        "interface.layer-base.scheme=fixed-point-serial",
+        "--set",
+        "interface.layer-base.dirichlet=continuum",
+        "--set",
+        "interface.layer-base.acceleration=constant",
+        "--set",
+        "interface.layer-base.tolerance_rel=1e-4",
+    ]);
+    for word in ["predicted: stable", "added mass", "the wall resists"] {
+        assert!(swapped.contains(word), "no {word} in {swapped}");
+    }
     assert!(!check(&["--no-start"]).contains("predicted"));
 }
 

@@ -1,4 +1,5 @@
-//! Motion one way, force the other: the continuum takes forces (Neumann side), the wall takes motion (Dirichlet side).
+//! Motion one way, force the other: the continuum takes forces (Neumann side), the wall takes motion (Dirichlet side). The
+//! other way round is [`super::swapped`].
 //!
 //! Done once a window these are the naive staggered schemes; repeated with relaxation or quasi-Newton updates of the force
 //! they are the black-box schemes for a solver that cannot stand on a compliant wall. A rigid confined layer must never
