@@ -37,7 +37,7 @@ mod sweep;
 
 use clock::Clock;
 use place::{Broom, Place};
-use rhythm::{Plan, Rhythm};
+use rhythm::Rhythm;
 pub use sweep::{run_prefix, run_root, sweep, sweep_dead};
 
 /// The most doubles that one frame can hold: 1 GiB, a square matrix of 11 585 rows.
@@ -58,7 +58,7 @@ type EventService = event::PortFactory<Iox>;
 pub enum WaitMode {
     /// Polls for a while, giving way to other threads, and then sleeps.
     Poll,
-    /// Sleeps almost at once, or naps through what it foresees of the wait: right when processes share cores.
+    /// Sleeps almost at once, or gives way for as long as the wait is foreseen to last: right when processes share cores.
     Event,
     /// `Poll` if every process of the run can have a core to itself, `Event` otherwise.
     Auto {
@@ -238,8 +238,9 @@ impl Link for ShmLink {
     fn receive(&mut self, patience: Duration) -> Result<Option<Frame>, LinkError> {
         let clock = Clock::new(patience);
         let rhythm = self.rhythm.as_mut();
-        let (since, plan) =
-            rhythm.map_or_else(|| (Instant::now(), Plan::default()), Rhythm::waiting);
+        let (since, foreseen) =
+            rhythm.map_or_else(|| (Instant::now(), Duration::ZERO), Rhythm::waiting);
+        let awake = foreseen.max(self.polling_time);
         loop {
             if let Some(frame) = self.take()? {
                 self.connected = true;
@@ -256,10 +257,7 @@ impl Link for ShmLink {
             if left.is_zero() {
                 return Ok(None);
             }
-            let waited = since.elapsed();
-            if waited < plan.nap {
-                thread::sleep((plan.nap - waited).min(left));
-            } else if waited < plan.awake.max(self.polling_time) {
+            if since.elapsed() < awake {
                 thread::yield_now();
             } else {
                 self.sleep(left)?;

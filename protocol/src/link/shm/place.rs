@@ -199,7 +199,7 @@ impl Place {
         polls: bool,
     ) -> Result<ShmLink, LinkError> {
         let [wakes_other, wakes_us] = &events;
-        let rhythm = (!polls).then(Rhythm::new);
+        let rhythm = (!polls).then(Rhythm::default);
         Ok(ShmLink {
             listener: wakes_us.listener_builder().create().map_err(failed)?,
             notifier: wakes_other.notifier_builder().create().map_err(failed)?,

@@ -1,9 +1,9 @@
 //! How long the next wait will last, as the last ones tell.
 //!
 //! To wake a sleeping thread costs its waker and itself some 20 us each where cores are virtual, several times a window. The
-//! answers of a solver take about the same time in each window, so an end that sleeps can be awake when its answer comes:
-//! it naps for less than the shortest of the last waits of this kind, then looks for a little while, giving way to all who
-//! compute, and only then sleeps until it is woken. Short waits are spent awake.
+//! answers of a solver take about the same time in each window, so an end that sleeps stays awake, giving way to all who
+//! compute, for a little longer than the longest of the last waits of this kind, and only then sleeps until it is woken.
+//! Where the wait is long, a wake-up costs nothing against it: then it sleeps at once.
 
 use std::time::{Duration, Instant};
 
@@ -12,19 +12,11 @@ use crate::frame::Header;
 /// Waits of one kind that are remembered.
 const REMEMBERED: usize = 8;
 
-/// Waits below this are not napped through.
-const SHORT: Duration = Duration::from_micros(120);
+/// Part of the longest wait by which the next may be longer.
+const LATE: f64 = 0.25;
 
-/// Longest nap: what comes sooner than foreseen has to wait for its end.
+/// Longest wait that is spent awake.
 const LONG: Duration = Duration::from_millis(10);
-
-/// A nap ends earlier than the shortest wait by this part of it, and by the time that waking up takes.
-const EARLY: f64 = 0.15;
-const WAKING: Duration = Duration::from_micros(20);
-
-/// How late a nap may end (ns).
-#[cfg(target_os = "linux")]
-const TIMER_SLACK_NS: core::ffi::c_ulong = 1_000;
 
 /// When a wait begins: kind and repeat of the frame that arrived last.
 type Occasion = (u32, u32);
@@ -38,26 +30,11 @@ pub(super) struct Rhythm {
     since: Option<Instant>,
 }
 
-/// How to wait: nap until `nap` has passed since the start, then look until `awake` has.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Plan {
-    pub(super) nap: Duration,
-    pub(super) awake: Duration,
-}
-
 impl Rhythm {
-    /// For an end that waits on this thread.
-    pub(super) fn new() -> Rhythm {
-        // Else naps end up to 50 us late; where this is refused, so be it.
-        #[cfg(target_os = "linux")]
-        let _ = nix::sys::prctl::set_timerslack(TIMER_SLACK_NS);
-        Rhythm::default()
-    }
-
-    /// The end waits, perhaps still. Returns since when, and how it may.
-    pub(super) fn waiting(&mut self) -> (Instant, Plan) {
+    /// The end waits, perhaps still. Returns since when, and for how long it stays awake.
+    pub(super) fn waiting(&mut self) -> (Instant, Duration) {
         let since = *self.since.get_or_insert_with(Instant::now);
-        (since, self.plan(self.occasion))
+        (since, self.awake(self.occasion))
     }
 
     /// What it waited for is there; all repeats after the first count as one.
@@ -68,24 +45,13 @@ impl Rhythm {
         self.occasion = (header.kind, header.iteration.min(2));
     }
 
-    /// How to wait this time; nothing is planned until enough waits are known.
-    fn plan(&self, occasion: Occasion) -> Plan {
-        let Some((_, waits)) = self.waits.iter().find(|(known, _)| *known == occasion) else {
-            return Plan::default();
-        };
-        let shortest = waits.iter().min().copied().unwrap_or_default();
-        if waits.len() < REMEMBERED {
-            return Plan::default();
-        }
-        let early = shortest.mul_f64(EARLY) + WAKING;
-        let nap = match shortest < SHORT {
-            true => Duration::ZERO,
-            false => (shortest - early).min(LONG),
-        };
-        Plan {
-            nap,
-            awake: (shortest + 2 * early).min(LONG),
-        }
+    /// How long to stay awake this time; nothing is planned until enough waits are known.
+    fn awake(&self, occasion: Occasion) -> Duration {
+        let known = self.waits.iter().find(|(known, _)| *known == occasion);
+        let full = known.filter(|(_, waits)| waits.len() == REMEMBERED);
+        let longest = full.and_then(|(_, waits)| waits.iter().max());
+        let awake = longest.map_or(Duration::ZERO, |longest| longest.mul_f64(1.0 + LATE));
+        if awake > LONG { Duration::ZERO } else { awake }
     }
 
     fn add(&mut self, occasion: Occasion, wait: Duration) {
@@ -117,37 +83,24 @@ mod tests {
     }
 
     #[test]
-    fn regular_waits_are_napped_through_and_end_awake() {
-        let plan = of(&[500, 510, 520, 500, 505, 500, 530, 500]).plan(FORCE);
-        assert_eq!(plan.nap, Duration::from_micros(405));
-        assert_eq!(plan.awake, Duration::from_micros(690));
-    }
-
-    #[test]
-    fn the_shortest_of_the_last_waits_decides_until_it_is_forgotten() {
-        let mut rhythm = of(&[500, 500, 500, 140, 500, 500, 500, 500]);
-        assert_eq!(rhythm.plan(FORCE).nap, Duration::from_micros(99));
+    fn the_longest_of_the_last_waits_decides_until_it_is_forgotten() {
+        let mut rhythm = of(&[500, 500, 500, 800, 500, 500, 500, 500]);
+        assert_eq!(rhythm.awake(FORCE), Duration::from_micros(1000));
         for _ in 0..4 {
-            rhythm.add(FORCE, Duration::from_micros(500));
+            rhythm.add(FORCE, Duration::from_micros(400));
         }
-        assert_eq!(rhythm.plan(FORCE).nap, Duration::from_micros(405));
-    }
-
-    #[test]
-    fn short_waits_are_spent_awake() {
-        let plan = of(&[50; 8]).plan(FORCE);
-        assert_eq!(plan.nap, Duration::ZERO);
-        assert_eq!(plan.awake, Duration::from_micros(105));
+        assert_eq!(rhythm.awake(FORCE), Duration::from_micros(625));
     }
 
     #[test]
     fn few_waits_and_other_occasions_are_not_foreseen() {
-        assert_eq!(of(&[500; 7]).plan(FORCE), Plan::default());
-        assert_eq!(of(&[500; 8]).plan((11, 0)), Plan::default());
+        assert_eq!(of(&[500; 7]).awake(FORCE), Duration::ZERO);
+        assert_eq!(of(&[500; 8]).awake((11, 0)), Duration::ZERO);
     }
 
     #[test]
-    fn no_nap_is_longer_than_its_bound() {
-        assert!(of(&[5_000_000; 8]).plan(FORCE).nap <= LONG);
+    fn long_waits_are_slept_through() {
+        assert_eq!(of(&[9_000; 8]).awake(FORCE), Duration::ZERO);
+        assert_eq!(of(&[5_000_000; 8]).awake(FORCE), Duration::ZERO);
     }
 }
