@@ -183,6 +183,23 @@ impl Dem {
     }
 }
 
+/// A step, in the threads of the pool where the contacts of the step before are enough for them: to wake them costs as much
+/// as some thousand contacts.
+fn advance(
+    pool: Option<&rayon::ThreadPool>,
+    stepper: &mut Stepper,
+    (bodies, state): (&Bodies, &mut State),
+    drive: &Drive,
+    criteria: Criteria,
+) -> Result<Summary, DemError> {
+    let pool = pool.filter(|_| stepper.problem.is_cut());
+    let criteria = Criteria {
+        parallel: pool.is_some(),
+        ..criteria
+    };
+    in_pool(pool, || stepper.advance(bodies, state, drive, &criteria))
+}
+
 /// The threads of the contact solver, `None` where the calling thread suffices.
 pub(crate) fn pool(threads: usize) -> Result<Option<rayon::ThreadPool>, DemError> {
     if threads <= 1 {
@@ -284,9 +301,13 @@ impl Node for Dem {
         };
         self.trial.clone_from(&self.state);
         let (stepper, state) = (&mut self.stepper, &mut self.trial);
-        let summary = in_pool(self.pool.as_ref(), || {
-            stepper.advance(&self.bodies, state, &drive, &self.criteria)
-        })?;
+        let summary = advance(
+            self.pool.as_ref(),
+            stepper,
+            (&self.bodies, state),
+            &drive,
+            self.criteria,
+        )?;
         self.count(&summary);
         self.pending = Some(Pending {
             window: *window,
@@ -359,9 +380,13 @@ impl Node for Dem {
             };
             let drive_before = self.state.accounts.drive;
             let (stepper, state) = (&mut self.stepper, &mut self.state);
-            summary = in_pool(self.pool.as_ref(), || {
-                stepper.advance(&self.bodies, state, &drive, &self.criteria)
-            })?;
+            summary = advance(
+                self.pool.as_ref(),
+                stepper,
+                (&self.bodies, state),
+                &drive,
+                self.criteria,
+            )?;
             self.count(&summary);
             if !summary.verdict.converged {
                 return Err(NodeError::from(DemError::NotConverged {

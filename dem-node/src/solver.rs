@@ -262,6 +262,11 @@ impl Problem {
         self.project(contact, a, b)
     }
 
+    /// Whether it is large enough for several threads.
+    pub fn is_cut(&self) -> bool {
+        blocks::Cut::new(self).several()
+    }
+
     /// Relative velocity (u_n, u_t) of the contact points if the bodies had these velocities (m/s).
     #[inline(always)]
     pub fn project(&self, contact: &Contact, a: [f64; 3], b: [f64; 3]) -> [f64; 2] {

@@ -42,6 +42,11 @@ impl Cut {
         }
     }
 
+    /// Whether there is anything to treat side by side.
+    pub fn several(&self) -> bool {
+        self.count > 1
+    }
+
     /// The block that both bodies are in.
     pub fn common(&self, a: u32, b: u32) -> Option<usize> {
         let block = a as usize / self.per_block;
