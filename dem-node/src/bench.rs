@@ -25,6 +25,8 @@ const TURNS: Duration = Duration::from_secs(1);
 /// Iterations that a timing leaves out, and those that it counts.
 const WARM: usize = 20;
 const TIMED: usize = 80;
+/// Solves of each length before it is another one's turn.
+const TURN: usize = 4;
 /// Load steps with and without a first guess.
 const STEPS: usize = 3;
 /// Where a search for a tolerance ends.
@@ -214,9 +216,12 @@ fn times(cold: &Problem, algorithm: Algorithm) -> Result<[Times; 2], DemError> {
                     Ok::<_, DemError>(start.elapsed().as_secs_f64())
                 })
             };
-            least.once = least.once.min(solve(1)?);
-            least.short = least.short.min(solve(WARM)?);
-            least.long = least.long.min(solve(WARM + TIMED)?);
+            // A system that is asked for a second core finds one within milliseconds: the first solves are for that.
+            for _ in 0..TURN {
+                least.long = least.long.min(solve(WARM + TIMED)?);
+                least.short = least.short.min(solve(WARM)?);
+                least.once = least.once.min(solve(1)?);
+            }
             let compute = node::in_pool(pool.as_ref(), || machine::compute(threads));
             least.compute = least.compute.min(compute);
         }

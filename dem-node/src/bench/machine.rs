@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 /// Fewest passes of each timing; the quietest counts.
-pub const PASSES: usize = 10;
+pub const PASSES: usize = 5;
 /// How long passes of a few milliseconds go on.
 const A_WHILE: Duration = Duration::from_millis(250);
 /// Rounds of the loop that only computes.
