@@ -50,8 +50,8 @@ use wave::Pass;
 /// Part of the true residual below which the box problem is solved well enough to take its thresholds anew. At 10 000
 /// disks 0.1 costs a fifth more iterations, and 1, anew in every iteration, five times as many.
 const INNER: f64 = 0.5;
-/// What seven digits of D may hide of the true residual.
-const HIDDEN: f64 = 2.0 * f32::EPSILON as f64;
+/// Least and largest part of a bound that was reached in vain to ask for next.
+const TIGHTER: [f64; 2] = [0.1, 0.9];
 /// Part of w.(W + C) w below which what is left of it in p.(W + C) p is rounding.
 const CANCELLED: f64 = 1e-12;
 
@@ -82,34 +82,59 @@ impl Kind for Bonded {
     const BONDS: bool = true;
 }
 
+/// How a row of iterations ended.
+struct Row {
+    iterations: usize,
+    /// Whether the residual, as the passes see it, is within the bound.
+    reached: bool,
+}
+
 /// Iterates until the true residual is within the tolerance.
+///
+/// The passes see it with seven digits of D, and a bond on the side of its impulse, where [`Problem::residual`] looks at both.
+/// Where they are satisfied and it is not, iterations begin anew with a tighter bound.
 pub fn solve(problem: &mut Problem, criteria: &Criteria) -> Verdict {
     let mut vectors = std::mem::take(&mut problem.conjugate);
     let soft = problem.contacts.iter().any(|c| c.compliance != [0.0; 2]);
-    let solve = match (problem.friction > 0.0, soft) {
+    let iterate = match (problem.friction > 0.0, soft) {
         _ if !problem.bonds.is_empty() => iterate::<Bonded>,
         (true, true) => iterate::<Rough<true>>,
         (true, false) => iterate::<Rough<false>>,
         (false, true) => iterate::<Smooth<true>>,
         (false, false) => iterate::<Smooth<false>>,
     };
-    let iterations = solve(&mut vectors, problem, criteria);
-    vectors.store(problem);
+    let mut asked = *criteria;
+    let mut iterations = 0;
+    let verdict = loop {
+        let row = iterate(&mut vectors, problem, &asked);
+        vectors.store(problem);
+        iterations += row.iterations;
+        let verdict = problem.verdict(iterations, criteria);
+        if verdict.converged || !row.reached {
+            break verdict;
+        }
+        asked.tolerance *= (criteria.tolerance / verdict.residual).clamp(TIGHTER[0], TIGHTER[1]);
+        asked.max_iterations -= row.iterations;
+        asked.min_iterations = 0;
+    };
     problem.conjugate = vectors;
-    problem.verdict(iterations, criteria)
+    verdict
 }
 
-/// Returns the number of iterations.
-fn iterate<K: Kind>(vectors: &mut Vectors, problem: &Problem, criteria: &Criteria) -> usize {
+fn iterate<K: Kind>(vectors: &mut Vectors, problem: &Problem, criteria: &Criteria) -> Row {
     vectors.load::<K>(problem);
     let mut run = |pass: Pass| vectors.run::<K>(problem, pass, criteria.parallel);
+    let ended = |iterations: usize, reached: bool| Row {
+        iterations,
+        reached,
+    };
     let mut sums = run(Pass::Look);
     // p.(W + C) p of the last direction: the first has none before it.
     let mut curvature = f64::INFINITY;
     for iteration in 0..criteria.max_iterations {
         let residual = problem.relative(sums.defect.sqrt(), sums.size.sqrt());
-        if residual * (1.0 + HIDDEN) <= criteria.tolerance && iteration >= criteria.min_iterations {
-            return iteration;
+        if residual <= criteria.tolerance && iteration >= criteria.min_iterations {
+            return ended(iteration, true);
         }
         let mut beta = -sums.products.wp / curvature;
         if K::FRICTION && sums.held.sqrt() <= INNER * sums.defect.sqrt() {
@@ -117,7 +142,7 @@ fn iterate<K: Kind>(vectors: &mut Vectors, problem: &Problem, criteria: &Criteri
             beta = 0.0;
         }
         let Some(direction) = Direction::choose(&sums, beta) else {
-            return iteration + 1;
+            return ended(iteration + 1, false);
         };
         curvature = direction.curvature;
         sums = run(Pass::Step {
@@ -125,7 +150,7 @@ fn iterate<K: Kind>(vectors: &mut Vectors, problem: &Problem, criteria: &Criteri
             beta: direction.beta,
         });
     }
-    criteria.max_iterations
+    ended(criteria.max_iterations, false)
 }
 
 /// p = w + beta z.

@@ -224,3 +224,26 @@ fn any_number_of_threads_leaves_the_same_bits() {
         }
     }
 }
+
+/// The passes see a residual with seven digits of D and on one side of each bond: a tolerance just below one that an
+/// iteration has must not be taken for reached.
+#[test]
+fn what_is_accepted_is_within_the_tolerance() {
+    for scene in scenes(400) {
+        let start = problem(scene);
+        for iterations in 1..=20 {
+            let reached = super::solve(&mut start.clone(), &exactly(iterations, false));
+            let criteria = Criteria {
+                tolerance: reached.residual * (1.0 - 1e-9),
+                max_iterations: 20_000,
+                ..exactly(1, false)
+            };
+            let verdict = super::solve(&mut start.clone(), &criteria);
+            assert!(
+                verdict.converged,
+                "{scene:?}: {verdict:?} for {:e}",
+                criteria.tolerance
+            );
+        }
+    }
+}
