@@ -21,7 +21,7 @@ use pack::Pack;
 
 const FRICTION: f64 = 0.3;
 /// How long one thread, two threads and the loop that only computes take turns at least.
-const TURNS: Duration = Duration::from_secs(1);
+const TURNS: Duration = Duration::from_secs(3);
 /// Iterations that a timing leaves out, and those that it counts.
 const WARM: usize = 20;
 const TIMED: usize = 80;

@@ -8,7 +8,7 @@ mod average;
 mod blocks;
 mod check;
 mod groups;
-mod lanes;
+pub(crate) mod lanes;
 mod nsgs;
 mod pcg;
 

@@ -3,12 +3,15 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
+use crate::solver::lanes::{Lanes, widest};
+
 /// Fewest passes of each timing; the quietest counts.
 pub const PASSES: usize = 5;
 /// How long passes of a few milliseconds go on.
 const A_WHILE: Duration = Duration::from_millis(250);
-/// Rounds of the loop that only computes.
+/// Rounds of the loop that only computes, and its chains.
 const ROUNDS: usize = 1 << 20;
+const CHAINS: usize = 10;
 
 /// The time of the quietest of several passes (s).
 pub fn quietest(mut work: impl FnMut()) -> f64 {
@@ -38,32 +41,33 @@ pub fn byte_time(numbers: usize) -> f64 {
     time / (rounds * numbers * 8) as f64
 }
 
-/// Time of a multiplication or addition in independent lanes (s).
-pub fn operation_time() -> f64 {
-    const ROUNDS: usize = 1 << 18;
-    let mut lanes = black_box([1.0f64; 16]);
-    let time = quietest(|| {
-        for _ in 0..ROUNDS {
-            for x in &mut lanes {
-                *x = *x * 0.999 + 0.001;
+/// Multiplications and additions alone, in the widest registers and in as many independent chains as keep all arithmetic
+/// units of a core busy: with fewer, two threads that share a core would seem to have one each.
+fn arithmetic(rounds: usize) {
+    widest(
+        #[inline(always)]
+        || {
+            let (factor, term) = (Lanes::<4>::splat(0.999), Lanes::splat(0.001));
+            let mut chains = black_box([Lanes::splat(1.0); CHAINS]);
+            for _ in 0..rounds {
+                for x in &mut chains {
+                    *x = *x * factor + term;
+                }
             }
-        }
-        black_box(&lanes);
-    });
-    time / (ROUNDS * 32) as f64
+            black_box(&chains);
+        },
+    );
+}
+
+/// Time of a multiplication or addition (s).
+pub fn operation_time() -> f64 {
+    let time = quietest(|| arithmetic(ROUNDS));
+    time / (ROUNDS * CHAINS * 4 * 2) as f64
 }
 
 /// Time of work that needs neither memory nor anything of another thread, shared out to so many (s).
 pub fn compute(threads: usize) -> f64 {
-    let share = || {
-        let mut lanes = black_box([1.0f64; 16]);
-        for _ in 0..ROUNDS / threads {
-            for x in &mut lanes {
-                *x = *x * 0.999 + 0.001;
-            }
-        }
-        black_box(&lanes);
-    };
+    let share = || arithmetic(ROUNDS / threads);
     let start = Instant::now();
     match threads {
         1 => share(),
