@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use crate::error::DemError;
 use crate::law::Friction;
-use crate::node;
+use crate::node::crew;
 use crate::solver::{Algorithm, Criteria, Problem};
 use machine::{PASSES, byte_time, operation_time, peak_rss};
 use pack::Pack;
@@ -125,10 +125,10 @@ impl Pack {
         let row = |threads: usize, time: &Times| -> Result<BenchRow, DemError> {
             let criteria =
                 |tolerance: f64| criteria(algorithm, tolerance, MOST_ITERATIONS, threads);
-            let pool = node::pool(threads)?;
+            let pool = crew::pool(threads)?;
             let reach = |tolerance: f64| -> Result<Option<usize>, DemError> {
                 let mut problem = cold.clone();
-                let verdict = node::in_pool(pool.as_ref(), || problem.solve(&criteria(tolerance)))?;
+                let verdict = crew::in_pool(pool.as_ref(), || problem.solve(&criteria(tolerance)))?;
                 Ok(verdict.converged.then_some(verdict.iterations))
             };
             let repeated = |warm: bool| match threads {
@@ -195,7 +195,7 @@ impl Times {
 /// The times of one thread and of two, which take turns: a machine that others use too is not the same a second later.
 /// A solve begins from the cold step each time, but in the buffers of the one before, as in a run.
 fn times(cold: &Problem, algorithm: Algorithm) -> Result<[Times; 2], DemError> {
-    let pools = [node::pool(1)?, node::pool(2)?];
+    let pools = [crew::pool(1)?, crew::pool(2)?];
     let mut times = [Times::NONE; 2];
     let mut problems = [cold.clone(), cold.clone()];
     let start = Instant::now();
@@ -210,7 +210,7 @@ fn times(cold: &Problem, algorithm: Algorithm) -> Result<[Times; 2], DemError> {
                 problem.movers.clone_from(&cold.movers);
                 problem.wall.clone_from(&cold.wall);
                 let criteria = criteria(algorithm, 0.0, iterations, threads);
-                node::in_pool(pool.as_ref(), || {
+                crew::in_pool(pool.as_ref(), || {
                     let start = Instant::now();
                     problem.solve(&criteria)?;
                     Ok::<_, DemError>(start.elapsed().as_secs_f64())
@@ -222,7 +222,7 @@ fn times(cold: &Problem, algorithm: Algorithm) -> Result<[Times; 2], DemError> {
                 least.short = least.short.min(solve(WARM)?);
                 least.once = least.once.min(solve(1)?);
             }
-            let compute = node::in_pool(pool.as_ref(), || machine::compute(threads));
+            let compute = crew::in_pool(pool.as_ref(), || machine::compute(threads));
             least.compute = least.compute.min(compute);
         }
         passes += 1;

@@ -1,6 +1,7 @@
 //! The solver as a participant of a run.
 
 mod checkpoint;
+pub(crate) mod crew;
 mod report;
 mod request;
 
@@ -24,11 +25,11 @@ use crate::sample;
 use crate::scaling::Scaling;
 use crate::setup;
 use crate::snapshot;
-use crate::solver::Criteria;
 use crate::state::State;
 use crate::step::{Drive, Stepper, Summary};
 use crate::wall::Wall;
 use crate::wheel::Program;
+use crew::Crew;
 use report::stored;
 use request::{request, require_numbers};
 
@@ -43,7 +44,7 @@ pub struct Dem {
     own_step: Option<f64>,
     end: Option<f64>,
     bounds: Bounds,
-    criteria: Criteria,
+    crew: Crew,
     bodies: Bodies,
     program: Option<Program>,
     pull: Option<Pull>,
@@ -60,8 +61,6 @@ pub struct Dem {
     /// The state at the end of the window being solved.
     trial: State,
     stepper: Stepper,
-    /// Threads of the contact solver; `None` for one.
-    pool: Option<rayon::ThreadPool>,
     exchange: Exchange,
     /// Length of the announced windows (s).
     window: Option<f64>,
@@ -108,7 +107,6 @@ impl Dem {
         let program = config.wheel.as_ref().map(Program::new);
         let mut stepper = Stepper::default();
         stepper.problem.wall = Wall::fixed(bodies.glued());
-        let pool = pool(setting.threads)?;
         Ok(Dem {
             participant: setting.participant.clone(),
             fields: setting.fields.clone(),
@@ -121,7 +119,7 @@ impl Dem {
                 .or(pull.map(|p| p.end()))
                 .or(config.time.end_s),
             bounds,
-            criteria: setup::criteria(config, pool.is_some()),
+            crew: Crew::new(setup::criteria(config), setting.threads)?,
             initial_energy: stored(&bodies, &state),
             born: bond::count(&state.bonds),
             bond_step_limit: bond::step_limit(&bodies, &state.bonds),
@@ -136,7 +134,6 @@ impl Dem {
             scaling: Scaling::new(config, &bounds, &sample),
             warnings,
             stepper,
-            pool,
             exchange: Exchange::default(),
             window: None,
             pending: None,
@@ -183,44 +180,6 @@ impl Dem {
     }
 }
 
-/// A step, in the threads of the pool where the contacts of the step before are enough for them: to wake them costs as much
-/// as some thousand contacts.
-fn advance(
-    pool: Option<&rayon::ThreadPool>,
-    stepper: &mut Stepper,
-    (bodies, state): (&Bodies, &mut State),
-    drive: &Drive,
-    criteria: Criteria,
-) -> Result<Summary, DemError> {
-    let pool = pool.filter(|_| stepper.problem.is_cut());
-    let criteria = Criteria {
-        parallel: pool.is_some(),
-        ..criteria
-    };
-    in_pool(pool, || stepper.advance(bodies, state, drive, &criteria))
-}
-
-/// The threads of the contact solver, `None` where the calling thread suffices.
-pub(crate) fn pool(threads: usize) -> Result<Option<rayon::ThreadPool>, DemError> {
-    if threads <= 1 {
-        return Ok(None);
-    }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map(Some)
-        .map_err(|error| DemError::Threads { threads, error })
-}
-
-/// Runs work where a solver may use the threads of the pool.
-pub(crate) fn in_pool<T: Send>(
-    pool: Option<&rayon::ThreadPool>,
-    work: impl FnOnce() -> T + Send,
-) -> T {
-    match pool {
-        Some(pool) => pool.install(work),
-        None => work(),
-    }
-}
-
 impl Node for Dem {
     fn describe(&self) -> Description {
         let glued = self.bodies.glued() > 0;
@@ -246,7 +205,7 @@ impl Node for Dem {
             backing: glued.then(|| self.backing()),
             tolerance: Some(Tolerance {
                 key: "solver.tolerance".into(),
-                value: self.criteria.tolerance,
+                value: self.crew.criteria.tolerance,
             }),
             point_mass_kg: exchange::masses(&self.bodies, self.mass_per_area),
             ..Description::default()
@@ -301,13 +260,7 @@ impl Node for Dem {
         };
         self.trial.clone_from(&self.state);
         let (stepper, state) = (&mut self.stepper, &mut self.trial);
-        let summary = advance(
-            self.pool.as_ref(),
-            stepper,
-            (&self.bodies, state),
-            &drive,
-            self.criteria,
-        )?;
+        let summary = self.crew.advance(stepper, &self.bodies, state, &drive)?;
         self.count(&summary);
         self.pending = Some(Pending {
             window: *window,
@@ -380,20 +333,14 @@ impl Node for Dem {
             };
             let drive_before = self.state.accounts.drive;
             let (stepper, state) = (&mut self.stepper, &mut self.state);
-            summary = advance(
-                self.pool.as_ref(),
-                stepper,
-                (&self.bodies, state),
-                &drive,
-                self.criteria,
-            )?;
+            summary = self.crew.advance(stepper, &self.bodies, state, &drive)?;
             self.count(&summary);
             if !summary.verdict.converged {
                 return Err(NodeError::from(DemError::NotConverged {
                     window: window.index,
                     residual: summary.verdict.residual,
                     iterations: summary.verdict.iterations,
-                    tolerance: self.criteria.tolerance,
+                    tolerance: self.crew.criteria.tolerance,
                     friction: self.bodies.law.coefficient(),
                 }));
             }

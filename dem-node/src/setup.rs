@@ -23,8 +23,8 @@ const RIGID_OVERLAP: f64 = 0.01;
 pub(crate) const ALERT: f64 = 0.02;
 pub(crate) const SKIN: f64 = 0.2;
 
-/// When the contact solver may stop.
-pub fn criteria(config: &Config, parallel: bool) -> Criteria {
+/// When the contact solver, in the calling thread, may stop.
+pub fn criteria(config: &Config) -> Criteria {
     Criteria {
         algorithm: match config.solver.kind {
             SolverKind::Nsgs => Algorithm::Nsgs,
@@ -33,7 +33,7 @@ pub fn criteria(config: &Config, parallel: bool) -> Criteria {
         tolerance: config.solver.tolerance,
         min_iterations: config.solver.min_iterations,
         max_iterations: config.solver.max_iterations,
-        parallel,
+        parallel: false,
     }
 }
 

@@ -20,9 +20,9 @@
 
 use coupler::couple::mapping::Mapping;
 use coupler::scenario::MappingKind;
-use harness::runs::run_in_process;
+use harness::runs::{node, run_in_process};
 use nalgebra::DMatrix;
-use protocol::{Node, PROTOCOL_VERSION, Session, Setting, Surface, Transport, Window};
+use protocol::{Surface, Window};
 use serde_json::{Value, json};
 
 const STEP_S: f64 = 6.0e-8;
@@ -75,28 +75,6 @@ fn coupled(substeps: u32) -> Vec<f64> {
     left.signals["strip.surface_mean_uy_m"].clone()
 }
 
-fn node(kind: &str, config: Value) -> Box<dyn Node> {
-    let registry = harness::registry();
-    let solver = registry.get(kind).expect("it is registered");
-    let session = Session {
-        protocol: PROTOCOL_VERSION,
-        run_id: 1,
-        scenario_hash: String::new(),
-        coordinator_pid: std::process::id(),
-        setting: Setting {
-            participant: kind.into(),
-            seed: 0,
-            thickness_m: THICKNESS_M,
-            threads: 1,
-            fields: None,
-        },
-        transport: Transport::Channel,
-        idle_deadline_s: 60.0,
-        config,
-    };
-    (solver.build)(&session).expect("it is valid")
-}
-
 fn places(surface: &Surface) -> Vec<[f64; 2]> {
     let both = surface.x_m.iter().zip(&surface.y_m);
     both.map(|(x, y)| [*x, *y]).collect()
@@ -104,7 +82,8 @@ fn places(surface: &Surface) -> Vec<[f64; 2]> {
 
 /// The same as [`coupled`] with one step a window, in one loop over both solvers.
 fn in_one_loop() -> Vec<f64> {
-    let (mut strip, mut plate) = (node("fem", strip()), node("plate", plate()));
+    let build = |kind: &str, config: Value| node(kind, (0, THICKNESS_M), config);
+    let (mut strip, mut plate) = (build("fem", strip()), build("plate", plate()));
     let signals = strip.describe().signals;
     let mean = signals.iter().position(|name| name == "surface_mean_uy_m");
     let mean = mean.expect("the strip reports it");

@@ -9,7 +9,7 @@
 //! that of the other roles does below omega (1 + C S) = 2.
 
 use coupler::error::Error;
-use harness::runs::{Left, run_in_process, run_over_shared_memory};
+use harness::runs::{Left, run_both_ways, run_in_process};
 use harness::scene::{bar, body, glue, head};
 
 use super::{schemes, several, static_patch};
@@ -233,13 +233,7 @@ fn shared_memory_gives_the_same_bits() {
     ] {
         let text = with_chain(scheme, 0.0, 3.0, 1.0, "");
         let sets = [SWAPPED, "interface.glue.unsafe_window=true"];
-        let inside = run(&text, &sets).completed();
-        let outside = run_over_shared_memory(&text, &sets).expect("it is valid");
-        let outside = outside.completed();
-        assert_eq!(inside.signals, outside.signals);
-        for hash in ["hashes.state", "hashes.exchange"] {
-            assert_eq!(inside.text(hash), outside.text(hash));
-        }
+        run_both_ways(&text, &sets);
     }
 }
 

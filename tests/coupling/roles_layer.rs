@@ -9,8 +9,7 @@
 
 use coupler::scenario::load::parse;
 use coupler::scenario::source::Source;
-use harness::runs::{Left, run_in_process};
-use protocol::{PROTOCOL_VERSION, Session, Setting, Transport};
+use harness::runs::{Left, node, run_in_process};
 
 const SCENE: &str = include_str!("../../scenarios/extremes/coupled/scenario.toml");
 const BONDED: &str = "participant.third-body.config.law={ kind = \"cohesion\", friction = 0.3, contact_stiffness_pa = 2.255e11, tangential_stiffness_ratio = 0.5, cn_pa_per_m = 6.4e15, ct_pa_per_m = 2.56e15, w_j_per_m2 = 15625.0, b_pa_m_s = 0.0, p = 1.0, h_prime = \"one\", alert_m = 8e-6, bonds_min = 2 }";
@@ -37,25 +36,9 @@ fn added(mass_scale: f64) -> f64 {
     };
     let loaded = parse(source).expect("it is valid");
     let layer = &loaded.scenario.participant[1];
-    let session = Session {
-        protocol: PROTOCOL_VERSION,
-        run_id: 1,
-        scenario_hash: String::new(),
-        coordinator_pid: std::process::id(),
-        setting: Setting {
-            participant: layer.name.clone(),
-            seed: loaded.scenario.run.seed,
-            thickness_m: loaded.scenario.run.thickness_m,
-            threads: 1,
-            fields: None,
-        },
-        transport: Transport::Channel,
-        idle_deadline_s: 1.0,
-        config: serde_json::to_value(&layer.config).expect("it is a table"),
-    };
-    let told = dem_node::build(&session)
-        .expect("it can be built")
-        .describe();
+    let config = serde_json::to_value(&layer.config).expect("it is a table");
+    let rules = &loaded.scenario.run;
+    let told = node("dem", (rules.seed, rules.thickness_m), config).describe();
     let glued = &told.point_mass_kg["base"];
     let behind = told.backing.expect("it stands on glued grains").mass_kg;
     glued.iter().sum::<f64>() / (behind * glued.len() as f64)

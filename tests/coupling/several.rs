@@ -17,7 +17,7 @@
 
 use coupler::error::Error;
 use harness::lattice::Lattice;
-use harness::runs::{Left, run_in_process, run_over_shared_memory};
+use harness::runs::{Left, run_both_ways, run_in_process};
 use harness::scene::{bar, chain, head, interface};
 
 const END_S: f64 = 180.0;
@@ -155,15 +155,7 @@ fn connected_bars_may_have_steps_of_their_own() {
 
 #[test]
 fn shared_memory_gives_the_same_bits() {
-    let text = three("dual-schur", 1.0, [0.9, 0.9], [10, 10]);
-    let inside = run(&text);
-    let outside = run_over_shared_memory(&text, &[])
-        .expect("it is valid")
-        .completed();
-    assert_eq!(inside.signals, outside.signals);
-    for hash in ["hashes.state", "hashes.exchange"] {
-        assert_eq!(inside.text(hash), outside.text(hash));
-    }
+    run_both_ways(&three("dual-schur", 1.0, [0.9, 0.9], [10, 10]), &[]);
 }
 
 #[test]

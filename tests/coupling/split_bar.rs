@@ -15,7 +15,7 @@
 //! 6.04e-4 and 2.55e-3. Energy -0.8 % and -81 %.
 
 use harness::lattice::{Lattice, pulse_m, pulse_m_per_s};
-use harness::runs::{Left, run_in_process, run_over_shared_memory};
+use harness::runs::{Left, run_both_ways, run_in_process};
 use harness::scene::{bar, chain, head, interface};
 
 const SUBSTEPS: u32 = 10;
@@ -145,12 +145,5 @@ fn a_tenth_of_the_step_brings_the_error_down_with_it() {
 
 #[test]
 fn shared_memory_gives_the_same_bits() {
-    let inside = run_in_process(&scenario(1.0, STEP_S), &[])
-        .expect("it is valid")
-        .completed();
-    let outside = run_over_shared_memory(&scenario(1.0, STEP_S), &[])
-        .expect("it is valid")
-        .completed();
-    assert_eq!(inside.signals, outside.signals);
-    assert_eq!(inside.text("hashes.state"), outside.text("hashes.state"));
+    run_both_ways(&scenario(1.0, STEP_S), &[]);
 }

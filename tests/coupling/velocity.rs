@@ -14,7 +14,7 @@ use coupler::bench::stability::nodes::Bar;
 use coupler::couple::predict::operator::{Operator, Tie};
 use coupler::couple::predict::wall::{Masses, Wall};
 use coupler::error::Error;
-use harness::runs::{Left, run_in_process, run_over_shared_memory};
+use harness::runs::{Left, run_both_ways, run_in_process};
 use nalgebra::DVector;
 use protocol::Backing;
 
@@ -180,14 +180,7 @@ fn the_differentiated_energy_of_both_sides_does_not_rise() {
 
 #[test]
 fn shared_memory_gives_the_same_bits() {
-    let text = by_velocity(&split_bar::scenario(1.0, STEP_S));
-    let inside = run_in_process(&text, &[]).expect("it is valid").completed();
-    let outside = run_over_shared_memory(&text, &[]).expect("it is valid");
-    let outside = outside.completed();
-    assert_eq!(inside.signals, outside.signals);
-    for hash in ["hashes.state", "hashes.exchange"] {
-        assert_eq!(inside.text(hash), outside.text(hash));
-    }
+    run_both_ways(&by_velocity(&split_bar::scenario(1.0, STEP_S)), &[]);
 }
 
 #[test]

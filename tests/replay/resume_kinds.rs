@@ -21,6 +21,16 @@ fn scene(text: &str, sets: &[&str]) -> Loaded {
     loaded(&file, &[sets, &kept].concat())
 }
 
+/// The beginning of `quick`, with checkpoints on the way.
+fn short_quick(sets: &[&str]) -> Loaded {
+    let short = [
+        "run.end_s=4e-4",
+        "run.checkpoint_every_windows=250",
+        "run.checkpoints_kept=100",
+    ];
+    loaded(&shipped("quick"), &[&short, sets].concat())
+}
+
 /// An elastic bar and a body of an eighth of its mass.
 fn light(scheme: &str) -> String {
     let keys = "relaxation = 0.1\ntolerance_rel = 1e-9\nrepeats_max = 60";
@@ -86,14 +96,11 @@ fn swapped_roles_resume() {
 #[test]
 fn a_rail_that_follows_its_grains_resumes() {
     let sets = [
-        "run.end_s=4e-4",
-        "run.checkpoint_every_windows=250",
-        "run.checkpoints_kept=100",
         "interface.layer-base.scheme=fixed-point-serial",
         "interface.layer-base.dirichlet=continuum",
         "interface.layer-base.tolerance_rel=1e-4",
     ];
-    let (count, _, _) = resume_from_all(&loaded(&shipped("quick"), &sets), "resume-swapped");
+    let (count, _, _) = resume_from_all(&short_quick(&sets), "resume-swapped");
     assert!(count >= 2, "{count}");
 }
 
@@ -108,15 +115,12 @@ fn connected_and_separate_interfaces_resume() {
 #[test]
 fn a_plastic_rail_resumes() {
     let sets = [
-        "run.end_s=4e-4",
-        "run.checkpoint_every_windows=250",
-        "run.checkpoints_kept=100",
         "participant.rail.config.material.kind=j2",
         "participant.rail.config.material.yield_pa=2e7",
         "interface.layer-base.scheme=dual-schur-secant",
         "interface.layer-base.on_not_converged=halve",
     ];
-    let (count, _, summary) = resume_from_all(&loaded(&shipped("quick"), &sets), "resume-plastic");
+    let (count, _, summary) = resume_from_all(&short_quick(&sets), "resume-plastic");
     assert!(count >= 2, "{count}");
     let flow_j = summary["participants"]["rail"]["energy"]["plastic_j"].as_f64();
     assert!(flow_j.is_some_and(|flow_j| flow_j > 0.0), "{flow_j:?}");
@@ -124,13 +128,8 @@ fn a_plastic_rail_resumes() {
 
 #[test]
 fn a_rail_along_given_velocities_resumes() {
-    let sets = [
-        "run.end_s=4e-4",
-        "run.checkpoint_every_windows=250",
-        "run.checkpoints_kept=100",
-        "interface.layer-base.scheme=velocity",
-    ];
-    let (count, _, _) = resume_from_all(&loaded(&shipped("quick"), &sets), "resume-velocity");
+    let scene = short_quick(&["interface.layer-base.scheme=velocity"]);
+    let (count, _, _) = resume_from_all(&scene, "resume-velocity");
     assert!(count >= 2, "{count}");
 }
 

@@ -11,6 +11,7 @@ use coupler::launch::Watch;
 use coupler::report::curves::read_csv;
 use coupler::scenario::load::parse;
 use coupler::scenario::source::Source;
+use protocol::{Node, PROTOCOL_VERSION, Session, Setting, Transport};
 use serde_json::Value;
 
 /// A folder of its own below the system's temporary one, removed when dropped.
@@ -98,6 +99,41 @@ pub fn run_in_process(text: &str, overrides: &[&str]) -> Result<Left, Error> {
 /// Runs a scenario text over shared memory: verification solvers as foreign programs, shipped ones by `thirdbody`.
 pub fn run_over_shared_memory(text: &str, overrides: &[&str]) -> Result<Left, Error> {
     run_text(&as_programs(text), overrides)
+}
+
+/// Runs a scenario text in-process and over shared memory, to the same bits; returns what the second left.
+pub fn run_both_ways(text: &str, overrides: &[&str]) -> Left {
+    let inside = run_in_process(text, overrides).expect("it is valid");
+    let outside = run_over_shared_memory(text, overrides).expect("it is valid");
+    let (inside, outside) = (inside.completed(), outside.completed());
+    assert_eq!(inside.signals, outside.signals);
+    for hash in ["hashes.state", "hashes.exchange"] {
+        assert_eq!(inside.text(hash), outside.text(hash));
+    }
+    outside
+}
+
+/// A solver by itself, as a run with this seed and this thickness (m) builds it.
+pub fn node(kind: &str, (seed, thickness_m): (u64, f64), config: Value) -> Box<dyn Node> {
+    let registry = crate::registry();
+    let solver = registry.get(kind).expect("it is registered");
+    let session = Session {
+        protocol: PROTOCOL_VERSION,
+        run_id: 1,
+        scenario_hash: String::new(),
+        coordinator_pid: std::process::id(),
+        setting: Setting {
+            participant: kind.into(),
+            seed,
+            thickness_m,
+            threads: 1,
+            fields: None,
+        },
+        transport: Transport::Channel,
+        idle_deadline_s: 60.0,
+        config,
+    };
+    (solver.build)(&session).expect("it is valid")
 }
 
 /// A scenario text with the verification solvers as foreign programs.

@@ -37,7 +37,7 @@ impl Dem {
             own_step: _,
             end: _,
             bounds: _,
-            criteria: _,
+            crew: _,
             bodies: _,
             program: _,
             pull: _,
@@ -46,7 +46,6 @@ impl Dem {
             solid_fraction: _,
             scaling: _,
             warnings: _,
-            pool: _,
             exchange: _,
             initial_energy: _,
             // Announced anew by the coupler:

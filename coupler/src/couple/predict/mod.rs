@@ -235,22 +235,23 @@ impl Foreseen {
             .step_limit
             .as_ref()
             .map_or(facts.step_s, |(limit, _)| *limit);
-        let equivalent = match choice.dirichlet {
-            Dirichlet::Wall => Bar::equivalent,
-            Dirichlet::Continuum => Bar::equivalent_led,
+        let window_s = facts.step_s * f64::from(facts.substeps);
+        let compliance = |response: &Response| match choice.dirichlet {
+            Dirichlet::Wall => response.compliance(),
+            Dirichlet::Continuum => response.led_compliance(window_s),
         };
-        let bar = equivalent(
+        let bar = Bar::equivalent(
             step,
             facts.substeps,
             limit_s,
             facts.first_period_s,
-            facts.compliance,
+            (facts.compliance, compliance),
         );
         Foreseen {
             choice,
             response: bar.response(step, facts.substeps),
             backing,
-            window_s: facts.step_s * f64::from(facts.substeps),
+            window_s,
         }
     }
 

@@ -118,13 +118,13 @@ const ELEMENTS_MAX: usize = 40;
 impl Bar {
     /// The bar that answers as a continuum does, as far as a handshake tells: with the highest frequency of its step limit (the
     /// one of an undamped step, 2/omega_max, which errs to the stiff side), its first period, and its compliance
-    /// (m/N) over a window of `substeps`.
+    /// (m/N) over a window of `substeps`, which `measure` reads off a response.
     pub fn equivalent(
         step: Step,
         substeps: u32,
         limit_s: f64,
         period_s: Option<f64>,
-        compliance: f64,
+        (compliance, measure): (f64, impl Fn(&Response) -> f64),
     ) -> Bar {
         let omega_max = 2.0 / limit_s;
         // Without a period: a bar that no wave returns from within two windows.
@@ -138,25 +138,8 @@ impl Bar {
             share: 1.0,
         };
         Bar {
-            share: compliance / unit.response(step, substeps).compliance(),
+            share: compliance / measure(&unit.response(step, substeps)),
             ..unit
-        }
-    }
-
-    /// The same with another compliance: that over a window in which it follows a velocity.
-    pub fn equivalent_led(
-        step: Step,
-        substeps: u32,
-        limit_s: f64,
-        period_s: Option<f64>,
-        compliance: f64,
-    ) -> Bar {
-        let bar = Bar::equivalent(step, substeps, limit_s, period_s, compliance);
-        let window_s = step.step_s * f64::from(substeps);
-        let own = bar.response(step, substeps).led_compliance(window_s);
-        Bar {
-            share: bar.share * compliance / own,
-            ..bar
         }
     }
 
@@ -302,13 +285,14 @@ mod tests {
         };
         let period = 2.0 * std::f64::consts::PI / (2.0 * (std::f64::consts::PI / 40.0).sin());
         for substeps in [1, 7, 1000] {
-            let compliance = bar.response(step, substeps).compliance();
-            let found = Bar::equivalent(step, substeps, 1.0, Some(period), compliance);
+            let window_s = step.step_s * f64::from(substeps);
+            let own = bar.response(step, substeps);
+            let free = |response: &Response| response.compliance();
+            let found = Bar::equivalent(step, substeps, 1.0, Some(period), (free(&own), free));
             assert_eq!(found.elements, 10);
             assert!((found.share / bar.share - 1.0).abs() < 1e-9);
-            let window_s = step.step_s * f64::from(substeps);
-            let led = bar.response(step, substeps).led_compliance(window_s);
-            let found = Bar::equivalent_led(step, substeps, 1.0, Some(period), led);
+            let led = |response: &Response| response.led_compliance(window_s);
+            let found = Bar::equivalent(step, substeps, 1.0, Some(period), (led(&own), led));
             assert!((found.share / bar.share - 1.0).abs() < 1e-9);
         }
     }

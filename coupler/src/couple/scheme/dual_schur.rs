@@ -7,7 +7,7 @@
 //! they were in the run before: that is block Jacobi on a positive definite system of two blocks, which the same test
 //! ends.
 
-use protocol::Window;
+use protocol::{Kind, Window};
 
 use super::Coupling;
 use super::outcome::{Solved, work};
@@ -29,7 +29,7 @@ impl Coupling {
         let mut lambda = self.lambda.clone();
         self.compliance
             .prepare(conversation, &self.group, &window)?;
-        self.tell_continua(conversation, &window, &lambda)?;
+        self.tell_continua(conversation, &window, Kind::Advance, &lambda)?;
         // While the continua are at work.
         let mut carried = self.carried(&window, &lambda);
         let mut increment = self.hear_continua(conversation, &window)?;

@@ -17,19 +17,21 @@ impl Coupling {
         window: &Window,
         lambda: &[f64],
     ) -> Result<Vec<f64>, Error> {
-        self.tell_continua(conversation, window, lambda)?;
+        self.tell_continua(conversation, window, Kind::Advance, lambda)?;
         self.hear_continua(conversation, window)
     }
 
+    /// To each continuum its part of forces (N) or velocities (m/s).
     pub(super) fn tell_continua(
         &self,
         conversation: &mut Conversation,
         window: &Window,
-        lambda: &[f64],
+        kind: Kind,
+        numbers: &[f64],
     ) -> Result<(), Error> {
         self.group.continua.iter().try_for_each(|side| {
-            let force = side.of(lambda).to_vec();
-            conversation.tell(side.peer, Kind::Advance, &side.window(window), force)
+            let own = side.of(numbers).to_vec();
+            conversation.tell(side.peer, kind, &side.window(window), own)
         })
     }
 

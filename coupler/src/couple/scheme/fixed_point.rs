@@ -5,7 +5,7 @@
 //! they are the black-box schemes for a solver that cannot stand on a compliant wall. A rigid confined layer must never
 //! be the plain Dirichlet side: its force is not a function of the motion.
 
-use protocol::Window;
+use protocol::{Kind, Window};
 
 use super::Coupling;
 use super::acceleration::Accelerator;
@@ -128,7 +128,7 @@ impl Coupling {
         lambda: &[f64],
         motion: &[f64],
     ) -> Result<(Vec<f64>, Answer), Error> {
-        self.tell_continua(conversation, window, lambda)?;
+        self.tell_continua(conversation, window, Kind::Advance, lambda)?;
         let answer = self.solve_rigid(conversation, window, motion);
         let increment = self.hear_continua(conversation, window);
         Ok((increment?, answer?))

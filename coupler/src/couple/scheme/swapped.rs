@@ -21,7 +21,7 @@
 //!
 //! The points' own inertia counts to the wall: what the nodes are given is F_g - M_p (v_g - N v_0) / H.
 
-use protocol::Window;
+use protocol::{Kind, Window};
 
 use super::Coupling;
 use super::acceleration::Accelerator;
@@ -140,7 +140,7 @@ impl Coupling {
         window: &Window,
         velocity: &[f64],
     ) -> Result<(Reaction, Pushed), Error> {
-        self.tell_velocity(conversation, window, velocity)?;
+        self.tell_continua(conversation, window, Kind::Follow, velocity)?;
         let pushed = self.push(conversation, window, &self.lambda.clone());
         let reaction = self.hear_reaction(conversation, window);
         Ok((reaction?, pushed?))

@@ -98,20 +98,8 @@ impl Coupling {
         window: &Window,
         velocity: &[f64],
     ) -> Result<Reaction, Error> {
-        self.tell_velocity(conversation, window, velocity)?;
+        self.tell_continua(conversation, window, Kind::Follow, velocity)?;
         self.hear_reaction(conversation, window)
-    }
-
-    pub(super) fn tell_velocity(
-        &self,
-        conversation: &mut Conversation,
-        window: &Window,
-        velocity: &[f64],
-    ) -> Result<(), Error> {
-        self.group.continua.iter().try_for_each(|side| {
-            let own = side.of(velocity).to_vec();
-            conversation.tell(side.peer, Kind::Follow, &side.window(window), own)
-        })
     }
 
     pub(super) fn hear_reaction(
