@@ -44,7 +44,7 @@
 //!     participant: "grains".into(), seed: 1, thickness_m: 1e-3, threads: 1, fields: None,
 //! };
 //! let mut grains = dem_node::Dem::new(&config, &setting)?;
-//! grains.march(&Window { substeps: 1000, ..Window::default() })?;
+//! grains.advance_alone(&Window { substeps: 1000, ..Window::default() })?;
 //! let height = grains.state().centres[0][1];
 //! assert!((height - 1e-3).abs() < 1e-12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

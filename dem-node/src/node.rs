@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use protocol::{
-    Capabilities, ConfigError, Description, Node, NodeError, Outcome, Setting, Surface, Tolerance,
-    WallAnswer, Window,
+    BoundaryAnswer, Capabilities, ConfigError, Description, Node, NodeError, Outcome, Setting,
+    Surface, Tolerance, Window,
 };
 
 use crate::bodies::Bodies;
@@ -187,8 +187,8 @@ impl Node for Dem {
             kind: "dem".into(),
             software: concat!("thirdbody dem-node ", env!("CARGO_PKG_VERSION")).into(),
             capabilities: Capabilities {
-                checkpoint: true,
-                compliant_wall: glued,
+                rollback: true,
+                compliant_boundary: glued,
                 alone: self.own_step.is_some(),
                 resume: true,
                 ..Capabilities::default()
@@ -202,7 +202,7 @@ impl Node for Dem {
             signals: self.signal_names(),
             ledger: self.ledger_terms(),
             warnings: self.warnings.clone(),
-            backing: glued.then(|| self.backing()),
+            boundary_inertia: glued.then(|| self.boundary_inertia()),
             tolerance: Some(Tolerance {
                 key: "solver.tolerance".into(),
                 value: self.crew.criteria.tolerance,
@@ -231,7 +231,7 @@ impl Node for Dem {
         )))
     }
 
-    fn wall(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
+    fn set_boundary(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
         if !(window_s > 0.0 && window_s.is_finite()) {
             return Ok(request(format!(
                 "windows of {window_s} s cannot be solved"
@@ -251,7 +251,11 @@ impl Node for Dem {
         Ok(())
     }
 
-    fn solve(&mut self, window: &Window, free_velocity: &[f64]) -> Result<WallAnswer, NodeError> {
+    fn solve(
+        &mut self,
+        window: &Window,
+        free_velocity: &[f64],
+    ) -> Result<BoundaryAnswer, NodeError> {
         let step = self.check_window(window, free_velocity)?;
         let free_velocity = self.exchange.scatter(free_velocity, self.bodies.glued());
         let drive = Drive {
@@ -267,7 +271,7 @@ impl Node for Dem {
             summary,
         });
         let wall = &self.stepper.problem.wall;
-        Ok(WallAnswer {
+        Ok(BoundaryAnswer {
             force: self
                 .exchange
                 .gather(&wall.impulse)
@@ -312,7 +316,7 @@ impl Node for Dem {
         Ok(self.report(&pending.summary))
     }
 
-    fn march(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+    fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
         let step = self.own_step.ok_or_else(|| {
             ConfigError::new(
                 "time.step_s",

@@ -28,7 +28,7 @@
 //! });
 //! let setting = Setting { participant: "rail".into(), seed: 0, thickness_m: 1e-3, threads: 1, fields: None };
 //! let mut rail = fem_node::FemNode::new(&protocol::read_config(&config)?, &setting)?;
-//! let report = rail.march(&Window { substeps: 10, ..Window::default() })?;
+//! let report = rail.advance_alone(&Window { substeps: 10, ..Window::default() })?;
 //! assert!(report[0] < 0.0, "the surface sinks");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

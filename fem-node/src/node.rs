@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use protocol::{
-    Capabilities, Description, Followed, Node, NodeError, Outcome, Setting, Surface, Window,
+    Capabilities, Description, Node, NodeError, Outcome, Reaction, Setting, Surface, Window,
 };
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -161,11 +161,11 @@ impl Node for FemNode {
             kind: "fem".into(),
             software: format!("fem-node {}", env!("CARGO_PKG_VERSION")),
             capabilities: Capabilities {
-                checkpoint: true,
+                rollback: true,
                 advance: self.wheel.is_none(),
                 columns: self.wheel.is_none(),
-                compliant_wall: false,
-                follow: self.may_follow().is_ok(),
+                compliant_boundary: false,
+                prescribed_velocity: self.may_follow().is_ok(),
                 alone: true,
                 resume: true,
             },
@@ -211,7 +211,11 @@ impl Node for FemNode {
         Ok(self.try_impedance(substeps)?)
     }
 
-    fn follow(&mut self, window: &Window, velocity: &[f64]) -> Result<Followed, NodeError> {
+    fn prescribe_velocity(
+        &mut self,
+        window: &Window,
+        velocity: &[f64],
+    ) -> Result<Reaction, NodeError> {
         Ok(self.try_follow(window, velocity)?)
     }
 
@@ -219,7 +223,7 @@ impl Node for FemNode {
         Ok(self.try_commit(window, displacement)?)
     }
 
-    fn march(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+    fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
         let none = vec![0.0; self.interface.components().len()];
         self.advance(window, &none)?;
         self.commit(window, &[])

@@ -1,5 +1,7 @@
 //! The frame: a header of fixed layout and a payload of doubles.
 
+use std::fmt;
+
 use iceoryx2::prelude::ZeroCopySend;
 use thiserror::Error;
 use xxhash_rust::xxh3::xxh3_64;
@@ -7,8 +9,8 @@ use xxhash_rust::xxh3::xxh3_64;
 /// Version of the frames and of the conversation. Participants of another version are refused at the handshake.
 pub const PROTOCOL_VERSION: u32 = 1;
 
-/// What a frame says. Requests travel from the coordinator to a participant, each has one answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+/// The subject of a frame. Requests travel from the coordinator to a participant, each has one answer.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u32)]
 pub enum Kind {
     /// Request, text: the [`crate::serve::Hello`] of the coordinator.
@@ -26,8 +28,8 @@ pub enum Kind {
     /// Answer to `Columns`: the square matrix C (m/N), column after column.
     Compliance = 7,
     /// Request: window length (s), then the square matrix W_g (1/kg), column after column.
-    Wall = 8,
-    /// Answer to requests that give nothing back (`Select`, `Wall`).
+    CompliantBoundary = 8,
+    /// Answer to requests that give nothing back (`Select`, `CompliantBoundary`).
     Ready = 9,
     /// Request: interface force (N), held constant over the window.
     Advance = 10,
@@ -39,10 +41,10 @@ pub enum Kind {
     Force = 13,
     /// Request: the window stands. Payload: total displacements (m) of the exchanged points, or nothing.
     Commit = 14,
-    /// Answer to `Commit` and `March`: signals, then ledger terms, in the order of the description.
+    /// Answer to `Commit` and `AdvanceAlone`: signals, then ledger terms, in the order of the description.
     Report = 15,
     /// Request: advance alone by `substeps` own steps, without any interface.
-    March = 16,
+    AdvanceAlone = 16,
     /// Request: the run has ended; say what came out.
     Finish = 17,
     /// Answer to `Finish`, text: the [`crate::Outcome`].
@@ -62,51 +64,60 @@ pub enum Kind {
     /// Answer to `Restore`.
     Restored = 25,
     /// Request: the impedance of `substeps` own steps; no payload.
-    Resist = 26,
-    /// Answer to `Resist`: the square matrix D (kg/s), column after column.
+    ImpedanceColumns = 26,
+    /// Answer to `ImpedanceColumns`: the square matrix D (kg/s), column after column.
     Impedance = 27,
     /// Request: velocity (m/s) at the end of the window, reached in a straight line from its start.
-    Follow = 28,
-    /// Answer to `Follow`: force (N) at the end of the window, then displacement increments (m), then work (J).
+    PrescribeVelocity = 28,
+    /// Answer to `PrescribeVelocity`: force (N) at the end of the window, then displacement increments (m), then work (J).
     Reaction = 29,
 }
 
 impl Kind {
-    const ALL: [Kind; 29] = [
-        Kind::Hello,
-        Kind::Welcome,
-        Kind::Couple,
-        Kind::Surface,
-        Kind::Select,
-        Kind::Columns,
-        Kind::Compliance,
-        Kind::Wall,
-        Kind::Ready,
-        Kind::Advance,
-        Kind::Motion,
-        Kind::Solve,
-        Kind::Force,
-        Kind::Commit,
-        Kind::Report,
-        Kind::March,
-        Kind::Finish,
-        Kind::Finished,
-        Kind::Fault,
-        Kind::Snapshot,
-        Kind::Saved,
-        Kind::Checkpoint,
-        Kind::State,
-        Kind::Restore,
-        Kind::Restored,
-        Kind::Resist,
-        Kind::Impedance,
-        Kind::Follow,
-        Kind::Reaction,
+    /// The words by which logs, topics, exports and messages name the kinds. They stay when a variant is renamed.
+    pub const WORDS: [(Kind, &'static str); 29] = [
+        (Kind::Hello, "Hello"),
+        (Kind::Welcome, "Welcome"),
+        (Kind::Couple, "Couple"),
+        (Kind::Surface, "Surface"),
+        (Kind::Select, "Select"),
+        (Kind::Columns, "Columns"),
+        (Kind::Compliance, "Compliance"),
+        (Kind::CompliantBoundary, "Wall"),
+        (Kind::Ready, "Ready"),
+        (Kind::Advance, "Advance"),
+        (Kind::Motion, "Motion"),
+        (Kind::Solve, "Solve"),
+        (Kind::Force, "Force"),
+        (Kind::Commit, "Commit"),
+        (Kind::Report, "Report"),
+        (Kind::AdvanceAlone, "March"),
+        (Kind::Finish, "Finish"),
+        (Kind::Finished, "Finished"),
+        (Kind::Fault, "Fault"),
+        (Kind::Snapshot, "Snapshot"),
+        (Kind::Saved, "Saved"),
+        (Kind::Checkpoint, "Checkpoint"),
+        (Kind::State, "State"),
+        (Kind::Restore, "Restore"),
+        (Kind::Restored, "Restored"),
+        (Kind::ImpedanceColumns, "Resist"),
+        (Kind::Impedance, "Impedance"),
+        (Kind::PrescribeVelocity, "Follow"),
+        (Kind::Reaction, "Reaction"),
     ];
 
     /// The kind with this number, if there is one.
     pub fn from_number(number: u32) -> Option<Kind> {
-        Self::ALL.into_iter().find(|kind| *kind as u32 == number)
+        let mut known = Self::WORDS.into_iter().map(|(kind, _)| kind);
+        known.find(|kind| *kind as u32 == number)
+    }
+
+    /// The word for it in [`Kind::WORDS`].
+    pub fn word(self) -> &'static str {
+        let mut known = Self::WORDS.into_iter();
+        let found = known.find(|(kind, _)| *kind == self);
+        found.expect("a test compares the table with the enum").1
     }
 
     /// Whether the frame carries interface data: it is logged, replayed and part of `hashes.exchange`.
@@ -126,6 +137,12 @@ impl Kind {
                 | Kind::Restore
                 | Kind::Restored
         )
+    }
+}
+
+impl fmt::Debug for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.word())
     }
 }
 
@@ -311,7 +328,8 @@ mod tests {
 
     #[test]
     fn every_kind_is_found_by_its_number() {
-        for kind in Kind::ALL {
+        for (kind, word) in Kind::WORDS {
+            assert_eq!(kind.word(), word);
             assert_eq!(Kind::from_number(kind as u32), Some(kind));
         }
         assert_eq!(Kind::from_number(0), None);

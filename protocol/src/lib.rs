@@ -30,8 +30,8 @@ pub mod setting;
 pub use frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 pub use link::{Link, LinkError};
 pub use node::{
-    Backing, Capabilities, Description, FaultCode, Followed, Node, NodeError, Outcome, Phase, Role,
-    Surface, Term, Tolerance, WallAnswer, Window,
+    BoundaryAnswer, BoundaryInertia, Capabilities, Description, FaultCode, Node, NodeError,
+    Outcome, Phase, Reaction, Role, Surface, Term, Tolerance, Window,
 };
 pub use participate::{ParticipateError, participate};
 pub use serve::{ServeError, serve};

@@ -33,7 +33,7 @@ pub trait Node: Send {
 
     /// Announces windows of length `window_s` (s) and the compliance W_g (1/kg) of the wall that carries the
     /// glued points: v_g = a_g + W_g p, with p the impulses (N s) on them. Square, column after column.
-    fn wall(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
+    fn set_boundary(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
         let _ = (window_s, compliance);
         Err(NodeError::unsupported("a compliant wall"))
     }
@@ -56,13 +56,21 @@ pub trait Node: Send {
 
     /// Runs a window in which the velocity of each exchanged component goes in a straight line from what it is to
     /// `velocity` (m/s), and returns what it takes.
-    fn follow(&mut self, window: &Window, velocity: &[f64]) -> Result<Followed, NodeError> {
+    fn prescribe_velocity(
+        &mut self,
+        window: &Window,
+        velocity: &[f64],
+    ) -> Result<Reaction, NodeError> {
         let _ = (window, velocity);
         Err(NodeError::unsupported("a window along a given velocity"))
     }
 
     /// Solves a window with glued points that obey v_g = a_g + W_g p, `free_velocity` being a_g (m/s).
-    fn solve(&mut self, window: &Window, free_velocity: &[f64]) -> Result<WallAnswer, NodeError> {
+    fn solve(
+        &mut self,
+        window: &Window,
+        free_velocity: &[f64],
+    ) -> Result<BoundaryAnswer, NodeError> {
         let _ = (window, free_velocity);
         Err(NodeError::unsupported("a window on a compliant wall"))
     }
@@ -74,7 +82,7 @@ pub trait Node: Send {
 
     /// Advances alone by [`Window::substeps`] own steps, without interface, and commits. Returns what
     /// [`Node::commit`] returns.
-    fn march(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+    fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
         let _ = window;
         Err(NodeError::unsupported("running without an interface"))
     }
@@ -152,8 +160,8 @@ pub struct Description {
     #[serde(default)]
     pub first_period_s: Option<f64>,
     /// Of a solver on a wall: what stands behind its points, for the prediction of stability.
-    #[serde(default)]
-    pub backing: Option<Backing>,
+    #[serde(default, rename = "backing")]
+    pub boundary_inertia: Option<BoundaryInertia>,
     /// Of a solver that iterates: how far.
     #[serde(default)]
     pub tolerance: Option<Tolerance>,
@@ -176,7 +184,7 @@ pub struct Tolerance {
 /// What stands behind the points of a coupled set, a point's share of it: as much as tells how strongly the set resists
 /// a motion that is imposed on it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Backing {
+pub struct BoundaryInertia {
     /// Mass of a point itself (kg); zero for glued disks.
     pub glued_mass_kg: f64,
     /// Mass that can move behind it (kg).
@@ -194,18 +202,19 @@ pub struct Backing {
 /// What a node can be asked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Capabilities {
-    /// Requests between two commits restart from the last committed state.
-    pub checkpoint: bool,
+    /// A window can be repeated: requests between two commits restart from the last committed state.
+    #[serde(rename = "checkpoint")]
+    pub rollback: bool,
     /// [`Node::advance`].
     pub advance: bool,
     /// [`Node::columns`].
     pub columns: bool,
-    /// [`Node::wall`] and [`Node::solve`].
-    pub compliant_wall: bool,
-    /// [`Node::follow`] and [`Node::impedance`]; false for a program that does not know them.
-    #[serde(default)]
-    pub follow: bool,
-    /// [`Node::march`].
+    /// [`Node::set_boundary`] and [`Node::solve`].
+    pub compliant_boundary: bool,
+    /// [`Node::prescribe_velocity`] and [`Node::impedance`]; false for a program that does not know them.
+    #[serde(default, rename = "follow")]
+    pub prescribed_velocity: bool,
+    /// [`Node::advance_alone`].
     pub alone: bool,
     /// [`Node::checkpoint`] and [`Node::restore`]; false for a program that does not know them.
     #[serde(default)]
@@ -305,7 +314,7 @@ impl Surface {
 
 /// What a node on a compliant wall answers.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct WallAnswer {
+pub struct BoundaryAnswer {
     /// Force of the node on the wall at each glued point (N), mean over the window.
     pub force: Vec<f64>,
     /// Velocity of each glued point at the end of the window (m/s).
@@ -320,7 +329,7 @@ pub struct WallAnswer {
 
 /// What a node answers that followed a velocity.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Followed {
+pub struct Reaction {
     /// Force on the node at the end of the window that this took (N), by component; zero where it cannot move.
     pub force: Vec<f64>,
     /// Displacement increments over the window (m).
@@ -348,7 +357,7 @@ pub struct Outcome {
 impl Outcome {
     /// Results that are no finite numbers are left out with a warning each: text cannot carry them, and one bad mean must
     /// not cost a whole run.
-    pub fn without_what_is_no_number(mut self) -> Outcome {
+    pub fn with_finite_results(mut self) -> Outcome {
         let warnings = &mut self.warnings;
         self.results.retain(|name, value| {
             if !value.is_finite() {
@@ -434,7 +443,7 @@ mod tests {
             state_hash: String::new(),
             warnings: Vec::new(),
         };
-        let sent = outcome.without_what_is_no_number();
+        let sent = outcome.with_finite_results();
         assert_eq!(sent.results, BTreeMap::from([("a_m".into(), 1.0)]));
         assert!(
             sent.warnings[0].contains("b_n is NaN"),

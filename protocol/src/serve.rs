@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 use crate::link::{Link, LinkError};
-use crate::node::{Description, Followed, Node, NodeError, Outcome, WallAnswer, Window};
+use crate::node::{BoundaryAnswer, Description, Node, NodeError, Outcome, Reaction, Window};
 use crate::setting::Session;
 
 /// The coordinator's greeting.
@@ -282,33 +282,33 @@ fn answer(node: &mut dyn Node, request: &Frame) -> Result<Answer, NodeError> {
             Kind::Compliance,
             node.columns(request.header.substeps)?,
         )),
-        Kind::Wall => {
+        Kind::CompliantBoundary => {
             let (window_s, compliance) = payload
                 .split_first()
                 .ok_or_else(|| NodeError::protocol("the wall request is empty"))?;
-            node.wall(*window_s, compliance)?;
+            node.set_boundary(*window_s, compliance)?;
             Ok(Answer::Numbers(Kind::Ready, Vec::new()))
         }
         Kind::Advance => Ok(Answer::Numbers(
             Kind::Motion,
             node.advance(&window, payload)?,
         )),
-        Kind::Resist => Ok(Answer::Numbers(
+        Kind::ImpedanceColumns => Ok(Answer::Numbers(
             Kind::Impedance,
             node.impedance(request.header.substeps)?,
         )),
-        Kind::Follow => {
-            let Followed {
+        Kind::PrescribeVelocity => {
+            let Reaction {
                 force,
                 increment,
                 work,
-            } = node.follow(&window, payload)?;
+            } = node.prescribe_velocity(&window, payload)?;
             let numbers = [force, increment, work].concat();
             Ok(Answer::Numbers(Kind::Reaction, numbers))
         }
         Kind::Solve => Ok(Answer::Numbers(
             Kind::Force,
-            pack_wall_answer(node.solve(&window, payload)?),
+            pack_boundary_answer(node.solve(&window, payload)?),
         )),
         Kind::Snapshot => {
             let name = request
@@ -329,8 +329,8 @@ fn answer(node: &mut dyn Node, request: &Frame) -> Result<Answer, NodeError> {
             Kind::Report,
             node.commit(&window, payload)?,
         )),
-        Kind::March => Ok(Answer::Numbers(Kind::Report, node.march(&window)?)),
-        Kind::Finish => Ok(Answer::Outcome(node.finish()?.without_what_is_no_number())),
+        Kind::AdvanceAlone => Ok(Answer::Numbers(Kind::Report, node.advance_alone(&window)?)),
+        Kind::Finish => Ok(Answer::Outcome(node.finish()?.with_finite_results())),
         other => Err(NodeError::protocol(format!(
             "{other:?} is not a request that a participant can answer"
         ))),
@@ -360,7 +360,7 @@ pub fn window_of(header: &Header) -> Window {
     }
 }
 
-fn pack_wall_answer(answer: WallAnswer) -> Vec<f64> {
+fn pack_boundary_answer(answer: BoundaryAnswer) -> Vec<f64> {
     let mut payload = answer.force;
     payload.extend_from_slice(&answer.velocity);
     payload.push(answer.iterations as f64);
@@ -369,12 +369,12 @@ fn pack_wall_answer(answer: WallAnswer) -> Vec<f64> {
     payload
 }
 
-/// The [`WallAnswer`] that a `Force` frame carries for `components` interface components, if its length fits.
-pub fn unpack_wall_answer(payload: &[f64], components: usize) -> Option<WallAnswer> {
+/// The [`BoundaryAnswer`] that a `Force` frame carries for `components` interface components, if its length fits.
+pub fn unpack_boundary_answer(payload: &[f64], components: usize) -> Option<BoundaryAnswer> {
     if payload.len() != 2 * components + 3 {
         return None;
     }
-    Some(WallAnswer {
+    Some(BoundaryAnswer {
         force: payload[..components].to_vec(),
         velocity: payload[components..2 * components].to_vec(),
         iterations: payload[2 * components] as u64,

@@ -94,7 +94,9 @@ fn in_one_loop() -> Vec<f64> {
     let size = 2 * nodes.len();
     let c = DMatrix::from_vec(size, size, strip.columns(1).expect("it is stable"));
     let wall = mapping.condense(&c) / (STEP_S * STEP_S);
-    plate.wall(STEP_S, wall.as_slice()).expect("it fits");
+    plate
+        .set_boundary(STEP_S, wall.as_slice())
+        .expect("it fits");
     let mut displacement = vec![0.0; size];
     let step = |index: u32| {
         let window = Window {

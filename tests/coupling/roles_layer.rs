@@ -40,7 +40,10 @@ fn added(mass_scale: f64) -> f64 {
     let rules = &loaded.scenario.run;
     let told = node("dem", (rules.seed, rules.thickness_m), config).describe();
     let glued = &told.point_mass_kg["base"];
-    let behind = told.backing.expect("it stands on glued grains").mass_kg;
+    let behind = told
+        .boundary_inertia
+        .expect("it stands on glued grains")
+        .mass_kg;
     glued.iter().sum::<f64>() / (behind * glued.len() as f64)
 }
 

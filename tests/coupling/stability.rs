@@ -17,7 +17,7 @@ use coupler::scenario::Scheme;
 use harness::runs::{Left, run_in_process, thirdbody};
 use harness::scene::{bar, glue, head, participant};
 use nalgebra::DVector;
-use protocol::Backing;
+use protocol::BoundaryInertia;
 
 #[test]
 fn the_default_is_stable_in_every_cell_and_what_is_predicted_stable_is() {
@@ -65,8 +65,8 @@ fn scenario(scheme: &str, theta: f64, substeps: u32) -> String {
     .concat()
 }
 
-fn backing(theta: f64) -> Backing {
-    Backing {
+fn boundary_inertia(theta: f64) -> BoundaryInertia {
+    BoundaryInertia {
         glued_mass_kg: 2.0,
         mass_kg: 5.0,
         stiffness_n_per_m: Some(3.0),
@@ -134,7 +134,7 @@ fn apart(left: &Left, tie: Tie, theta: f64, substeps: u32) -> f64 {
     let window_s = 0.7 * f64::from(substeps);
     let operator = Operator {
         response: &response,
-        wall: Wall::new(&backing(theta), window_s),
+        wall: Wall::new(&boundary_inertia(theta), window_s),
         window_s,
         tie,
     };

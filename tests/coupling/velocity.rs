@@ -16,7 +16,7 @@ use coupler::couple::predict::wall::{Masses, Wall};
 use coupler::error::Error;
 use harness::runs::{Left, run_both_ways, run_in_process};
 use nalgebra::DVector;
-use protocol::Backing;
+use protocol::BoundaryInertia;
 
 use super::split_bar::{STEP_S, interface_error, mechanical_j};
 use super::stability::masses_in_motion;
@@ -101,7 +101,7 @@ fn differentiated(bar: &Bar, state: &DVector<f64>, a_end: f64) -> [f64; 2] {
 
 /// Largest rise of the differentiated energy of both sides in a window, over its largest value, less what the corrected
 /// part jumps by where the line of velocities bends. Masses in motion meet a bar at rest.
-fn rises(cfl: f64, substeps: u32, backing: Backing) -> f64 {
+fn rises(cfl: f64, substeps: u32, boundary_inertia: BoundaryInertia) -> f64 {
     let bar = Bar {
         elements: 10,
         step_s: cfl,
@@ -110,7 +110,7 @@ fn rises(cfl: f64, substeps: u32, backing: Backing) -> f64 {
     let window_s = cfl * f64::from(substeps);
     let operator = Operator {
         response: &response,
-        wall: Wall::new(&backing, window_s),
+        wall: Wall::new(&boundary_inertia, window_s),
         window_s,
         tie: Tie::Velocity,
     };
@@ -119,7 +119,7 @@ fn rises(cfl: f64, substeps: u32, backing: Backing) -> f64 {
     for _ in 0..200 {
         let before = joint;
         joint = operator.advance(&before);
-        let wall = wall_part(&backing, [&before.masses, &joint.masses], window_s);
+        let wall = wall_part(&boundary_inertia, [&before.masses, &joint.masses], window_s);
         let speeds = [&before, &joint].map(|joint| response.speed(&joint.continuum));
         let a_end = (speeds[1] - speeds[0]) / window_s;
         let jump = [a_end, a_last].map(|a| differentiated(&bar, &before.continuum, a)[1]);
@@ -135,13 +135,17 @@ fn rises(cfl: f64, substeps: u32, backing: Backing) -> f64 {
 }
 
 /// m a^2 / 2 of the masses and k (v - v_g)^2 / 2 of the spring, a being the mean acceleration of the window.
-fn wall_part(backing: &Backing, [before, after]: [&Masses; 2], window_s: f64) -> f64 {
+fn wall_part(
+    boundary_inertia: &BoundaryInertia,
+    [before, after]: [&Masses; 2],
+    window_s: f64,
+) -> f64 {
     let a_glued = (after.glued_velocity - before.glued_velocity) / window_s;
     let a_free = (after.velocity - before.velocity) / window_s;
-    let glued = 0.5 * backing.glued_mass_kg * a_glued * a_glued;
-    let free = backing.stiffness_n_per_m.map_or(0.0, |k| {
+    let glued = 0.5 * boundary_inertia.glued_mass_kg * a_glued * a_glued;
+    let free = boundary_inertia.stiffness_n_per_m.map_or(0.0, |k| {
         let apart = after.velocity - after.glued_velocity;
-        0.5 * backing.mass_kg * a_free * a_free + 0.5 * k * apart * apart
+        0.5 * boundary_inertia.mass_kg * a_free * a_free + 0.5 * k * apart * apart
     });
     glued + free
 }
@@ -151,26 +155,26 @@ fn the_differentiated_energy_of_both_sides_does_not_rise() {
     for cfl in [0.1, 0.5, 0.9] {
         for substeps in [1, 3, 10, 100] {
             for ratio in [1e-2, 1.0, 1e2] {
-                let springy = Backing {
+                let springy = BoundaryInertia {
                     glued_mass_kg: 0.0,
                     mass_kg: 10.0 * ratio,
                     stiffness_n_per_m: Some(1.0),
                     theta: 1.0,
                     may_part: false,
                 };
-                let rigid = Backing {
+                let rigid = BoundaryInertia {
                     glued_mass_kg: 10.0 * ratio,
                     mass_kg: 0.0,
                     stiffness_n_per_m: None,
                     theta: 1.0,
                     may_part: false,
                 };
-                for backing in [springy, rigid] {
-                    let rise = rises(cfl, substeps, backing);
+                for boundary_inertia in [springy, rigid] {
+                    let rise = rises(cfl, substeps, boundary_inertia);
                     println!("{cfl} {substeps} {ratio}: {rise:.2e}");
                     assert!(
                         rise <= 1e-9,
-                        "CFL {cfl}, m {substeps}, {backing:?}: {rise:e}"
+                        "CFL {cfl}, m {substeps}, {boundary_inertia:?}: {rise:e}"
                     );
                 }
             }

@@ -6,7 +6,7 @@
 mod follow;
 
 use protocol::{
-    Capabilities, Description, Followed, Node, NodeError, Outcome, Role, Session, Surface, Term,
+    Capabilities, Description, Node, NodeError, Outcome, Reaction, Role, Session, Surface, Term,
     Window, read_config,
 };
 use serde::{Deserialize, Serialize};
@@ -285,10 +285,10 @@ impl Node for Bar {
             kind: "bar".into(),
             software: "verification bar".into(),
             capabilities: Capabilities {
-                checkpoint: true,
+                rollback: true,
                 advance: true,
                 columns: true,
-                follow: c.grouping == Grouping::Synchronised,
+                prescribed_velocity: c.grouping == Grouping::Synchronised,
                 resume: true,
                 ..Capabilities::default()
             },
@@ -384,7 +384,11 @@ impl Node for Bar {
         Ok(self.resists(substeps))
     }
 
-    fn follow(&mut self, window: &Window, velocity: &[f64]) -> Result<Followed, NodeError> {
+    fn prescribe_velocity(
+        &mut self,
+        window: &Window,
+        velocity: &[f64],
+    ) -> Result<Reaction, NodeError> {
         let mut state = self.committed.clone();
         let mut followed = self.lead(&mut state, velocity, window.substeps);
         self.steps += u64::from(window.substeps);

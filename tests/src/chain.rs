@@ -7,8 +7,8 @@
 
 use nalgebra::{DMatrix, DVector};
 use protocol::{
-    Backing, Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface, Term,
-    WallAnswer, Window, read_config,
+    BoundaryAnswer, BoundaryInertia, Capabilities, Description, Node, NodeError, Outcome, Role,
+    Session, Surface, Term, Window, read_config,
 };
 use serde::{Deserialize, Serialize};
 
@@ -194,13 +194,13 @@ impl Node for Chain {
             kind: "chain".into(),
             software: "verification chain".into(),
             capabilities: Capabilities {
-                checkpoint: true,
-                compliant_wall: true,
+                rollback: true,
+                compliant_boundary: true,
                 resume: true,
                 ..Capabilities::default()
             },
             end_s: Some(self.config.end_s),
-            backing: Some(Backing {
+            boundary_inertia: Some(BoundaryInertia {
                 glued_mass_kg: self.config.glued_mass_kg,
                 mass_kg: self.config.mass_kg * self.config.count as f64,
                 stiffness_n_per_m: (self.config.count > 0).then_some(self.config.stiffness_n_per_m),
@@ -243,14 +243,18 @@ impl Node for Chain {
         Ok(())
     }
 
-    fn wall(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
+    fn set_boundary(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
         let size = 2 * self.glued.len();
         self.window_s = window_s;
         self.wall = DMatrix::from_column_slice(size, size, compliance);
         Ok(())
     }
 
-    fn solve(&mut self, window: &Window, free_velocity: &[f64]) -> Result<WallAnswer, NodeError> {
+    fn solve(
+        &mut self,
+        window: &Window,
+        free_velocity: &[f64],
+    ) -> Result<BoundaryAnswer, NodeError> {
         let (velocity, impulse) = self.step(free_velocity);
         let mut state = self.committed.clone();
         for (i, v) in velocity.iter().enumerate() {
@@ -258,7 +262,7 @@ impl Node for Chain {
             state.q[i] += time_s * v + besides;
         }
         state.v.clone_from(&velocity);
-        let mut answer = WallAnswer {
+        let mut answer = BoundaryAnswer {
             force: vec![0.0; free_velocity.len()],
             velocity: free_velocity.to_vec(),
             iterations: 1,

@@ -4,8 +4,8 @@
 
 use nalgebra::{DMatrix, DVector};
 use protocol::{
-    Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface, Term, WallAnswer,
-    Window, read_config,
+    BoundaryAnswer, Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface,
+    Term, Window, read_config,
 };
 use serde::Deserialize;
 
@@ -85,8 +85,8 @@ impl Node for Plate {
             kind: "plate".into(),
             software: "verification plate".into(),
             capabilities: Capabilities {
-                checkpoint: true,
-                compliant_wall: true,
+                rollback: true,
+                compliant_boundary: true,
                 ..Capabilities::default()
             },
             end_s: Some(self.config.end_s),
@@ -129,14 +129,18 @@ impl Node for Plate {
         Ok(())
     }
 
-    fn wall(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
+    fn set_boundary(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
         self.window_s = window_s;
         let size = 2 * self.config.points;
         self.wall = DMatrix::from_column_slice(size, size, compliance);
         Ok(())
     }
 
-    fn solve(&mut self, _window: &Window, free_velocity: &[f64]) -> Result<WallAnswer, NodeError> {
+    fn solve(
+        &mut self,
+        _window: &Window,
+        free_velocity: &[f64],
+    ) -> Result<BoundaryAnswer, NodeError> {
         let m = self.point_mass_kg();
         let size = self.velocity.len();
         // (1 + W m) v = a_g + W (m v_0 + H f)
@@ -146,7 +150,7 @@ impl Node for Plate {
         let velocity = matrix.lu().solve(&right).expect("the wall is positive");
         self.force = (&drive - &velocity * m) / self.window_s;
         self.trial = velocity;
-        Ok(WallAnswer {
+        Ok(BoundaryAnswer {
             force: self.force.as_slice().to_vec(),
             velocity: self.trial.as_slice().to_vec(),
             iterations: 1,

@@ -361,7 +361,7 @@ fn a_starved_window_that_is_accepted_leaves_the_bonds_as_they_were() {
     config["time"] = json!({"pressure_pa": 1e6});
     let mut dem = build(&config);
     dem.couple("base").expect("one disk is glued");
-    dem.wall(1e-7, &[0.0; 4]).expect("2 x 2 numbers");
+    dem.set_boundary(1e-7, &[0.0; 4]).expect("2 x 2 numbers");
     let window = Window {
         substeps: 1,
         t1_s: 1e-7,

@@ -94,9 +94,12 @@ fn windows_are_held_to_the_same_bounds() {
         .push(json!({"x_m": 5e-3, "y_m": 0.0, "radius_m": 1e-3, "glued": true}));
     let mut dem = build(&config);
     dem.couple("base").expect("it is glued");
-    let error = dem.wall(1.01 * T_I, &[0.0; 4]).expect_err("too long");
+    let error = dem
+        .set_boundary(1.01 * T_I, &[0.0; 4])
+        .expect_err("too long");
     assert!(error.message.contains("inertial time"), "{error}");
-    dem.wall(0.06 * T_I, &[0.0; 4]).expect("only a warning");
+    dem.set_boundary(0.06 * T_I, &[0.0; 4])
+        .expect("only a warning");
     assert_eq!(dem.describe().warnings.len(), 1);
 }
 

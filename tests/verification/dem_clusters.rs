@@ -324,7 +324,7 @@ fn a_bar_that_jams_is_an_error_by_name() {
     let run = |friction: f64| {
         let law = json!({"kind": "coulomb", "friction": friction});
         let mut dem = build(&dumbbell(a, angle, 0.1, law, json!({})));
-        dem.march(&protocol::Window {
+        dem.advance_alone(&protocol::Window {
             substeps: 1,
             ..Default::default()
         })

@@ -87,7 +87,7 @@ fn forces_of_the_last_window_are_the_first_guess_whatever_its_length() {
     let mut start = 0.0;
     let mut sweeps = Vec::new();
     for (index, length) in [1e-4, 1e-4, 0.5e-4].into_iter().enumerate() {
-        dem.wall(length, &[0.0; 4]).expect("a rigid wall");
+        dem.set_boundary(length, &[0.0; 4]).expect("a rigid wall");
         let window = Window {
             index: index as u64,
             t0_s: start,
@@ -112,7 +112,7 @@ fn residual_after(n: usize, sweeps: usize) -> f64 {
         n,
         json!({"kind": "nsgs", "tolerance": 1e-12, "max_iterations": sweeps, "min_iterations": sweeps}),
     );
-    dem.wall(1e-4, &[0.0; 4]).expect("a rigid wall");
+    dem.set_boundary(1e-4, &[0.0; 4]).expect("a rigid wall");
     let window = Window {
         t1_s: 1e-4,
         substeps: 1,

@@ -40,7 +40,7 @@ fn top_heavy(kind: &str, ratio: f64, iterations: usize) -> Result<[f64; 2], prot
     config["solver"] =
         json!({"kind": kind, "tolerance": 1e-9, "max_iterations": iterations, "min_iterations": 1});
     let mut dem = build(&config);
-    dem.march(&Window {
+    dem.advance_alone(&Window {
         substeps: 3,
         ..Window::default()
     })?;
@@ -348,9 +348,12 @@ fn not_a_number_in_a_message_is_an_error_value() {
     config["time"] = json!({"pressure_pa": 1.0});
     let mut dem = build(&config);
     dem.couple("base").expect("there is a glued disk");
-    let error = dem.wall(1e-5, &[f64::NAN; 4]).expect_err("no compliance");
+    let error = dem
+        .set_boundary(1e-5, &[f64::NAN; 4])
+        .expect_err("no compliance");
     assert!(error.message.contains("compliance"), "{error}");
-    dem.wall(1e-5, &[1.0, 0.0, 0.0, 1.0]).expect("a wall");
+    dem.set_boundary(1e-5, &[1.0, 0.0, 0.0, 1.0])
+        .expect("a wall");
     let window = Window {
         t1_s: 1e-5,
         substeps: 1,

@@ -55,7 +55,7 @@ fn window(index: u64) -> Window {
 fn one_window(law: Value, w_g: [f64; 3], a_g: [f64; 2]) -> (Vec<f64>, Vec<f64>) {
     let mut dem = build(&grain_on_glued(law));
     dem.couple("base").expect("it is glued");
-    dem.wall(H, &[w_g[0], w_g[1], w_g[1], w_g[2]])
+    dem.set_boundary(H, &[w_g[0], w_g[1], w_g[1], w_g[2]])
         .expect("2 x 2 numbers");
     let answer = dem.solve(&window(0), &a_g).expect("it can be solved");
     // One contact whose 2x2 block is right is solved in one sweep; the second finds nothing to change.
@@ -143,7 +143,7 @@ fn an_impulse_on_one_glued_disk_moves_the_other() {
     w_g[5] = 1.0 / m;
     (w_g[7], w_g[13]) = (0.25 / m, 0.25 / m);
     w_g[15] = 1.0 / m;
-    dem.wall(H, &w_g).expect("4 x 4 numbers");
+    dem.set_boundary(H, &w_g).expect("4 x 4 numbers");
     let answer = dem.solve(&window(0), &[0.0; 4]).expect("it can be solved");
     let r = H * G / (2.0 / m);
     close("v_g of the loaded disk", answer.velocity[1], -r / m, 1e-15);
@@ -160,7 +160,7 @@ fn a_window_can_be_repeated_without_a_trace() {
     let run = |repeats: &[[f64; 2]]| {
         let mut dem = build(&grain_on_glued(law.clone()));
         dem.couple("base").expect("it is glued");
-        dem.wall(H, &[1.0 / m, 0.2 / m, 0.2 / m, 1.0 / m])
+        dem.set_boundary(H, &[1.0 / m, 0.2 / m, 0.2 / m, 1.0 / m])
             .expect("2 x 2 numbers");
         let mut reports = Vec::new();
         for index in 0..20 {
@@ -181,7 +181,7 @@ fn a_window_can_be_repeated_without_a_trace() {
 fn commit_places_the_glued_disks_at_the_displacement_it_is_given() {
     let mut dem = build(&grain_on_glued(json!({"kind": "signorini"})));
     dem.couple("base").expect("it is glued");
-    dem.wall(H, &[0.0; 4]).expect("2 x 2 numbers");
+    dem.set_boundary(H, &[0.0; 4]).expect("2 x 2 numbers");
     dem.solve(&window(0), &[0.0; 2]).expect("it can be solved");
     dem.commit(&window(0), &[1e-6, -2e-6])
         .expect("it was solved");
@@ -204,13 +204,13 @@ fn a_starved_solver_says_so_when_coupled_and_stops_when_alone() {
         json!({"kind": "nsgs", "tolerance": 1e-4, "max_iterations": 3, "min_iterations": 1});
     let mut dem = build(&config);
     dem.couple("base").expect("it is glued");
-    dem.wall(H, &[0.0; 4]).expect("2 x 2 numbers");
+    dem.set_boundary(H, &[0.0; 4]).expect("2 x 2 numbers");
     let answer = dem.solve(&window(0), &[0.0; 2]).expect("an answer");
     assert!(!answer.converged && answer.residual > 1e-2, "{answer:?}");
     assert_eq!(answer.iterations, 3);
 
     config["time"]["step_s"] = json!(H);
-    let error = build(&config).march(&Window {
+    let error = build(&config).advance_alone(&Window {
         substeps: 1,
         ..Window::default()
     });
@@ -227,10 +227,10 @@ fn a_wall_that_moves_against_its_force_is_refused() {
     let mut dem = build(&grain_on_glued(json!({"kind": "signorini"})));
     dem.couple("base").expect("it is glued");
     let error = dem
-        .wall(H, &[1.0, 0.0, 0.0, -1.0])
+        .set_boundary(H, &[1.0, 0.0, 0.0, -1.0])
         .expect_err("the diagonal is negative");
     assert!(error.message.contains("diagonal"), "{error}");
-    let coupled = dem.wall(H, &[1.0, 9e9, 9e9, 1.0]);
+    let coupled = dem.set_boundary(H, &[1.0, 9e9, 9e9, 1.0]);
     coupled.expect("it is seen when contacts meet it");
     let error = dem
         .solve(&window(0), &[0.0; 2])
@@ -282,7 +282,7 @@ fn a_grain_between_base_and_lid_is_squeezed_as_computed_by_hand() {
     dem.couple("base").expect("it is glued");
     let mut compliance = [0.0; 16];
     (compliance[5], compliance[15]) = (w_l, w_b);
-    dem.wall(H, &compliance).expect("4 x 4 numbers");
+    dem.set_boundary(H, &compliance).expect("4 x 4 numbers");
     let answer = dem
         .solve(&window(0), &[0.0, a_l, 0.0, a_b])
         .expect("it can be solved");
@@ -336,7 +336,7 @@ fn a_lid_that_nothing_couples_stays_where_it_is() {
     disks.push(lid);
     let mut dem = build(&config);
     dem.couple("base").expect("it is glued");
-    dem.wall(H, &[0.0; 4]).expect("2 x 2 numbers");
+    dem.set_boundary(H, &[0.0; 4]).expect("2 x 2 numbers");
     // The base pushes the grain against a lid that does not yield: nothing of it can move.
     let free = dem
         .solve(&window(0), &[0.0, 0.0])

@@ -65,7 +65,7 @@ fn half_plane(surface: &Surface) -> Vec<f64> {
 /// The whole run; `visit` sees each window's end, forces on the wall and report.
 fn run(dem: &mut Dem, surface: &Surface, mut visit: impl FnMut(f64, &[f64], &Report)) {
     let compliance: Vec<f64> = half_plane(surface).iter().map(|c| c / (H * H)).collect();
-    dem.wall(H, &compliance).expect("it is a wall");
+    dem.set_boundary(H, &compliance).expect("it is a wall");
     let mut u = vec![0.0; 2 * surface.len()];
     let description = dem.describe();
     let windows = (description.end_s.expect("the wheel has an end") / H).ceil() as u64;
@@ -168,7 +168,7 @@ fn equal_runs_leave_equal_bits() {
         let mut dem = layer();
         let surface = dem.couple("base").expect("it is glued");
         let compliance: Vec<f64> = half_plane(&surface).iter().map(|c| c / (H * H)).collect();
-        dem.wall(H, &compliance).expect("it is a wall");
+        dem.set_boundary(H, &compliance).expect("it is a wall");
         let mut u = vec![0.0; 2 * surface.len()];
         for index in 0..100 {
             advance(&mut dem, index, &mut u);

@@ -54,7 +54,7 @@ fn a_session_becomes_a_participant_that_describes_itself() {
     let node = build(&session(vice(), None)).expect("it can be built");
     let description = node.describe();
     assert_eq!(description.kind, "dem");
-    assert!(description.capabilities.checkpoint && description.capabilities.compliant_wall);
+    assert!(description.capabilities.rollback && description.capabilities.compliant_boundary);
     assert!(description.capabilities.alone && !description.capabilities.advance);
     assert_eq!(description.sets, ["base"]);
     close(
@@ -120,7 +120,7 @@ fn a_snapshot_holds_the_pressure_of_a_disk_in_a_vice() {
     let folder = std::env::temp_dir().join(format!("dem-snapshot-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder for temporary files");
     let mut node = build(&session(vice(), Some(&folder))).expect("it can be built");
-    node.march(&Window {
+    node.advance_alone(&Window {
         substeps: 20,
         ..Window::default()
     })

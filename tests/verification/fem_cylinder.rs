@@ -82,7 +82,7 @@ fn lame_errors(along: usize) -> [f64; 3] {
     let config = with(config, json!({"analysis": "static"}));
     let config: Config = read_config(&config).expect("valid");
     let mut node = StaticNode::new(&config, &setting(1)).expect("it is held");
-    node.march(&window(0, 1)).expect("it is linear");
+    node.advance_alone(&window(0, 1)).expect("it is linear");
     let a2 = p * INNER * INNER / (OUTER * OUTER - INNER * INNER);
     let b2 = OUTER * OUTER;
     let u = |r: f64| (1.0 + nu) / YOUNG * ((1.0 - 2.0 * nu) * a2 * r + a2 * b2 / r);
@@ -143,7 +143,7 @@ fn hill_ratio(along: usize, front: f64) -> (f64, f64) {
     );
     let mut node = node(&config);
     let steps = (16.0 * period / node.model().scheme.step) as u32;
-    node.march(&window(0, steps)).expect("stable");
+    node.advance_alone(&window(0, steps)).expect("stable");
     let results = node.finish().expect("it ends").results;
     let exact = k2 * front * front * (1.0 - nu * nu) / (YOUNG * OUTER);
     let (model, state) = (node.model(), node.state());

@@ -144,7 +144,7 @@ fn measured(wave: Wave, periods: usize, b: f64) -> (Factor, Factor) {
     let (mut length, mut turned) = (re.hypot(im), 0.0);
     let (first, mut angle) = (length, im.atan2(re));
     for index in 0..u64::from(STEPS) {
-        node.march(&window(index, 1)).expect("stable");
+        node.advance_alone(&window(index, 1)).expect("stable");
         let [re, im] = projected(&node, wave, periods);
         let now = im.atan2(re);
         turned += (angle - now).rem_euclid(TAU);

@@ -38,7 +38,7 @@ fn numbers(text: &str, name: &str) -> Vec<f64> {
 fn a_snapshot_holds_every_node_and_element() {
     let folder = std::env::temp_dir().join(format!("fem-fields-{}", std::process::id()));
     let mut node = loaded(Some(folder.join("fields")));
-    node.march(&window(0, 20)).expect("stable");
+    node.advance_alone(&window(0, 20)).expect("stable");
     node.snapshot("hold").expect("written");
     let text = std::fs::read_to_string(folder.join("fields/rail-hold.vtu")).expect("it exists");
     std::fs::remove_dir_all(&folder).expect("it exists");
@@ -70,7 +70,7 @@ fn contacts_of_the_upper_edge_are_shown() {
         ..setting(1)
     };
     let mut node = FemNode::new(&config, &setting).expect("valid");
-    node.march(&window(0, 100)).expect("stable");
+    node.advance_alone(&window(0, 100)).expect("stable");
     node.snapshot("pressed").expect("written");
     let text = std::fs::read_to_string(folder.join("rail-pressed.vtu")).expect("it exists");
     std::fs::remove_dir_all(&folder).expect("it exists");
@@ -90,12 +90,12 @@ fn a_name_that_leaves_the_folder_is_refused() {
 fn reported_pressures_are_those_of_the_hold() {
     let (mut held, mut unheld) = (loaded(None), loaded(None));
     for node in [&mut held, &mut unheld] {
-        node.march(&window(0, 20)).expect("stable");
+        node.advance_alone(&window(0, 20)).expect("stable");
     }
     let at_hold = unheld.finish().expect("it ends").results;
     held.snapshot("hold").expect("nothing to write");
     for node in [&mut held, &mut unheld] {
-        node.march(&window(1, 20)).expect("stable");
+        node.advance_alone(&window(1, 20)).expect("stable");
     }
     assert_eq!(held.finish().expect("it ends").results, at_hold);
     assert_ne!(unheld.finish().expect("it ends").results, at_hold);

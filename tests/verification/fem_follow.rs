@@ -111,10 +111,15 @@ fn a_window_is_affine_in_the_velocity_with_the_impedance_as_slope() {
     let pushed = numbers(1).iter().map(|f| 1e3 * f).collect::<Vec<f64>>();
     node.advance(&window(0, 7), &pushed).expect("stable");
     node.commit(&window(0, 7), &[]).expect("advanced");
-    node.follow(&window(1, 9), &numbers(4)).expect("stable");
+    node.prescribe_velocity(&window(1, 9), &numbers(4))
+        .expect("stable");
     node.commit(&window(1, 9), &[]).expect("followed");
-    let held = node.follow(&window(2, 25), &[0.0; 8]).expect("stable");
-    let led = node.follow(&window(2, 25), &numbers(9)).expect("stable");
+    let held = node
+        .prescribe_velocity(&window(2, 25), &[0.0; 8])
+        .expect("stable");
+    let led = node
+        .prescribe_velocity(&window(2, 25), &numbers(9))
+        .expect("stable");
     let d = DMatrix::from_column_slice(8, 8, &node.impedance(25).expect("stable"));
     let expected = DVector::from_vec(held.force) + d * DVector::from_vec(numbers(9));
     let error = (DVector::from_vec(led.force) - &expected).amax();
@@ -128,7 +133,9 @@ fn a_window_is_affine_in_the_velocity_with_the_impedance_as_slope() {
         );
     }
     node.commit(&window(2, 25), &[]).expect("followed");
-    let still = node.follow(&window(3, 1), &numbers(9)).expect("stable");
+    let still = node
+        .prescribe_velocity(&window(3, 1), &numbers(9))
+        .expect("stable");
     let exact: Vec<f64> = numbers(9).iter().map(|v| v * window_s / 25.0).collect();
     for (moved, exact) in still.increment.iter().zip(exact) {
         assert!(
@@ -148,7 +155,9 @@ fn closure(config: &Value) -> f64 {
         let velocity: Vec<f64> = (0..2 * points as u64)
             .map(|k| ((index * 37 + k * 11) % 101) as f64 / 101.0 - 0.5)
             .collect();
-        let followed = node.follow(&window(index, 10), &velocity).expect("stable");
+        let followed = node
+            .prescribe_velocity(&window(index, 10), &velocity)
+            .expect("stable");
         told += followed.work.iter().sum::<f64>();
         let report = node.commit(&window(index, 10), &[]).expect("followed");
         let terms = || {
@@ -192,9 +201,12 @@ fn repeats_and_threads_do_not_change_a_bit() {
         for index in 0..4 {
             let velocity: Vec<f64> = (0..60).map(|k| ((index + 7 * k) as f64).sin()).collect();
             if repeats {
-                node.follow(&window(index, 9), &[1.0; 60]).expect("stable");
+                node.prescribe_velocity(&window(index, 9), &[1.0; 60])
+                    .expect("stable");
             }
-            let followed = node.follow(&window(index, 9), &velocity).expect("stable");
+            let followed = node
+                .prescribe_velocity(&window(index, 9), &velocity)
+                .expect("stable");
             answers.extend([followed.force, followed.increment, followed.work]);
             answers.push(node.commit(&window(index, 9), &[]).expect("followed"));
         }
@@ -209,11 +221,13 @@ fn repeats_and_threads_do_not_change_a_bit() {
 fn what_cannot_be_followed_is_refused_by_name() {
     let plastic = with(block(), json!({"material": {"yield_pa": 1e8}}));
     let mut plastic = node(&plastic);
-    assert!(!plastic.describe().capabilities.follow);
+    assert!(!plastic.describe().capabilities.prescribed_velocity);
     plastic.couple("top").expect("a set");
     let refused = [
         plastic.impedance(3).err(),
-        plastic.follow(&window(0, 3), &[0.0; 2 * POINTS]).err(),
+        plastic
+            .prescribe_velocity(&window(0, 3), &[0.0; 2 * POINTS])
+            .err(),
     ];
     for error in refused {
         let error = error.expect("a plastic body is refused");
@@ -221,18 +235,18 @@ fn what_cannot_be_followed_is_refused_by_name() {
         assert!(error.message.contains("dual-schur-secant"), "{error}");
     }
     let mut elastic = node(&block());
-    assert!(elastic.describe().capabilities.follow);
+    assert!(elastic.describe().capabilities.prescribed_velocity);
     elastic.couple("top").expect("a set");
     let mut velocity = [0.0; 2 * POINTS];
-    let short = elastic.follow(&window(0, 3), &velocity[1..]);
+    let short = elastic.prescribe_velocity(&window(0, 3), &velocity[1..]);
     assert!(short.expect_err("one is missing").message.contains("25"));
     velocity[7] = f64::NAN;
     let nowhere = elastic
-        .follow(&window(0, 3), &velocity)
+        .prescribe_velocity(&window(0, 3), &velocity)
         .expect_err("no number");
     for said in ["y component", "velocity", "point 3"] {
         assert!(nowhere.message.contains(said), "{nowhere}");
     }
-    let none = elastic.follow(&window(0, 0), &[0.0; 2 * POINTS]);
+    let none = elastic.prescribe_velocity(&window(0, 0), &[0.0; 2 * POINTS]);
     assert!(none.is_err(), "no steps");
 }

@@ -57,7 +57,7 @@ fn marched(
     order: Option<&[[f64; 2]]>,
 ) -> (Vec<f64>, Vec<f64>, FemNode) {
     let mut node = node(config);
-    let report = node.march(&window(0, steps)).expect("stable");
+    let report = node.advance_alone(&window(0, steps)).expect("stable");
     let own: Vec<[f64; 2]> = node.model().mesh.points().to_vec();
     let u = displacements(node.model(), &node.state().u, order.unwrap_or(&own));
     (u, report, node)
@@ -147,7 +147,7 @@ fn the_equilibrium_under_the_wheel_is_the_same_from_a_file() {
     let held = |config: &Value| {
         let read: Config = read_config(config).expect("valid");
         let mut node = StaticNode::new(&read, &setting(1)).expect("held");
-        node.march(&window(0, 20)).expect("it converges");
+        node.advance_alone(&window(0, 20)).expect("it converges");
         node
     };
     let block = held(&config);
@@ -180,7 +180,7 @@ fn threads_do_not_change_a_bit_of_a_body_from_a_file() {
     let [(_file, config), _] = written(&config);
     let state = |threads: usize| {
         let mut node = node_on(&config, threads);
-        let report = node.march(&window(0, 60)).expect("stable");
+        let report = node.advance_alone(&window(0, 60)).expect("stable");
         (report, node.state().clone())
     };
     let one = state(1);

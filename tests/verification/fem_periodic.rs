@@ -44,7 +44,7 @@ fn a_translation_stretches_nothing() {
         free.set_in_motion(|_| [[1e-6, -2e-6], [3.0, -1.0]])
             .expect("at rest");
         let start = free.state().u.clone();
-        let report = free.march(&window(0, 50)).expect("stable");
+        let report = free.advance_alone(&window(0, 50)).expect("stable");
         let time = 50.0 * free.model().scheme.step;
         let layout = free.model().body.layout();
         let moved = |n: [usize; 2], k: usize| {
@@ -69,7 +69,7 @@ fn a_wave_runs_across_the_seam_unchanged() {
         let z = exact(wave, PERIODS, strip.model().scheme.step, 0.5);
         // Three periods in the strip: every front passes the seam more than twice.
         let steps = (8.0 * std::f64::consts::TAU / z.phase).round() as u32;
-        strip.march(&window(0, steps)).expect("stable");
+        strip.advance_alone(&window(0, steps)).expect("stable");
         let (mesh, layout) = (&strip.model().mesh, strip.model().body.layout());
         let component = usize::from(matches!(wave, Wave::S));
         for i in 0..=mesh.columns() {
@@ -91,10 +91,10 @@ fn no_energy_is_lost_at_the_seam() {
             let ledger = node.ledger();
             ledger.kinetic + ledger.strain + ledger.numerical
         };
-        strip.march(&window(0, 1)).expect("stable");
+        strip.advance_alone(&window(0, 1)).expect("stable");
         let start = energy(&strip);
         let kinetic = strip.ledger().kinetic;
-        strip.march(&window(1, 500)).expect("stable");
+        strip.advance_alone(&window(1, 500)).expect("stable");
         let defect = (energy(&strip) - start) / kinetic;
         assert!(defect.abs() <= 1e-10, "b = {b}: {defect:e}");
     }
@@ -122,7 +122,7 @@ fn the_step_limit_is_that_of_the_closed_body() {
         force[1] = -1.0;
         body.advance(&window(0, 1), &force).expect("one step");
         body.commit(&window(0, 1), &[]).expect("one step");
-        (1..400).try_for_each(|index| body.march(&window(index, 1)).map(|_| ()))
+        (1..400).try_for_each(|index| body.advance_alone(&window(index, 1)).map(|_| ()))
     };
     run(0.999).expect("it is stable");
     let fault = run(1.01).expect_err("it is unstable");
@@ -182,7 +182,7 @@ fn a_falling_wheel_finds_no_seam() {
     let wheel = json!({"wheel": {"load_n": 600.0, "mass_kg": 0.01, "ramp_s": 1e-5, "hold_s": 1e-5},
                        "contact": {"friction": 0.3}});
     let mut body = node(&with(flat(), wheel));
-    body.march(&window(0, 400)).expect("stable");
+    body.advance_alone(&window(0, 400)).expect("stable");
     let layout = body.model().body.layout();
     for row in 0..8 {
         let uy = |i: usize| body.state().u[layout.index([i, row], 1)];
@@ -202,7 +202,7 @@ fn threads_do_not_change_a_bit() {
     );
     let run = |threads: usize| {
         let mut body = node_on(&config, threads);
-        body.march(&window(0, 60)).expect("stable");
+        body.advance_alone(&window(0, 60)).expect("stable");
         (body.state().clone(), *body.ledger())
     };
     let one = run(1);

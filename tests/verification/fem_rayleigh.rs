@@ -27,7 +27,7 @@ fn oscillation(wave: Wave, periods: usize, time: Value, stride: u32) -> [f64; 2]
     let component = usize::from(matches!(wave, Wave::S));
     let mut amplitudes = Vec::new();
     for index in 0..5 {
-        strip.march(&window(index, stride)).expect("stable");
+        strip.advance_alone(&window(index, stride)).expect("stable");
         let (mesh, layout) = (&strip.model().mesh, strip.model().body.layout());
         let u = |i: usize| strip.state().u[layout.index([i, 0], component)];
         let projected = (0..mesh.columns()).map(|i| u(i) * shape(mesh.point(i, 0)[0]));
@@ -102,7 +102,7 @@ fn kicked(b: f64, ratio: f64, more: f64, share: f64) -> Result<f64, protocol::No
     body.commit(&window(0, 1), &[])?;
     // The more the fastest mode is damped, the slower it grows beyond the limit.
     for index in 1..if share >= 1.0 { 1000 } else { 100 } {
-        body.march(&window(index, 10))?;
+        body.advance_alone(&window(index, 10))?;
     }
     Ok(body
         .state()
@@ -157,7 +157,7 @@ fn what_it_dissipates_has_its_own_place_in_the_ledger() {
         );
         let mut body = node(&config);
         for index in 0..40 {
-            let report = body.march(&window(index, 13)).expect("stable");
+            let report = body.advance_alone(&window(index, 13)).expect("stable");
             let defect = balance(&body, &report);
             assert!(defect <= 1e-10, "b = {b}: {defect:e}");
             assert!(reported(&body, &report, "stiffness_damping") > 0.0);

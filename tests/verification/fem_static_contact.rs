@@ -40,7 +40,8 @@ pub fn solved(config: &Value) -> StaticNode {
     let config: Config = read_config(config).expect("the keys are valid");
     let mut node = StaticNode::new(&config, &setting(1)).expect("the body is valid");
     let increments = node.describe().end_s.expect("it ends") as u32;
-    node.march(&window(0, increments)).expect("it converges");
+    node.advance_alone(&window(0, increments))
+        .expect("it converges");
     node
 }
 
@@ -235,7 +236,7 @@ fn the_stick_zone_shrinks_as_cattaneo_and_mindlin_say() {
     let mut checked = 0;
     for index in 0..increments {
         let report = node
-            .march(&window(u64::from(index), 1))
+            .advance_alone(&window(u64::from(index), 1))
             .expect("it converges");
         let names = node.describe().signals;
         let value = |name: &str| report[names.iter().position(|n| n == name).expect("known")];
@@ -326,7 +327,7 @@ fn a_static_start_stays_in_equilibrium() {
         let mut node = crate::fem_bodies::node(&with(statics, moving));
         let phases = node.describe().phases;
         assert_eq!((phases[0].name.as_str(), phases[0].t0_s), ("hold", 0.0));
-        let report = node.march(&window(0, 300)).expect("it is stable");
+        let report = node.advance_alone(&window(0, 300)).expect("it is stable");
         let value = |name: &str| crate::fem_bodies::reported(&node, &report, name);
         assert!(
             (value("wheel_fn_n") / 8000.0 - 1.0).abs() < 1e-8,
@@ -357,7 +358,7 @@ fn a_static_start_under_a_round_wheel_is_close_to_equilibrium() {
     });
     let mut node = crate::fem_bodies::node(&with(loaded(small(), 8000.0, 0.3), moving));
     for index in 0..20 {
-        let report = node.march(&window(index, 5)).expect("it is stable");
+        let report = node.advance_alone(&window(index, 5)).expect("it is stable");
         let force = crate::fem_bodies::reported(&node, &report, "wheel_fn_n");
         assert!((force / 8000.0 - 1.0).abs() < 1e-2, "{force}");
     }
@@ -369,7 +370,7 @@ fn refused(change: Value) -> String {
     let config: Config = read_config(&config).expect("the keys are valid");
     let mut node = StaticNode::new(&config, &setting(1)).expect("the body is valid");
     let increments = node.describe().end_s.expect("it ends") as u32;
-    let error = node.march(&window(0, increments));
+    let error = node.advance_alone(&window(0, increments));
     error.expect_err("it is out of bounds").message
 }
 

@@ -49,7 +49,7 @@ fn kicked(damping: f64, mass_damping: f64, share: f64) -> Result<f64, protocol::
     node.advance(&window(0, 1), &force)?;
     node.commit(&window(0, 1), &[])?;
     for index in 1..400 {
-        node.march(&window(index, 1))?;
+        node.advance_alone(&window(index, 1))?;
     }
     Ok(node
         .state()
@@ -89,7 +89,7 @@ fn found(damping: f64, substeps: u32) -> u64 {
     node.advance(&window(0, 1), &force).expect("one step");
     node.commit(&window(0, 1), &[]).expect("one step");
     let fault = (1..1000)
-        .find_map(|index| node.march(&window(index, substeps)).err())
+        .find_map(|index| node.advance_alone(&window(index, substeps)).err())
         .expect("it is unstable");
     assert_eq!(fault.code, FaultCode::Diverged);
     let (_, after) = fault.message.split_once("step ").expect("it says when");

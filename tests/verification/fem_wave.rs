@@ -20,7 +20,7 @@ fn surface(steps: u64, ramp: f64) -> (Vec<f64>, f64) {
     let mut node = node(&with(strip(2e-4, HEIGHT, 1e-4), load));
     let step = node.model().scheme.step;
     let march = |index| {
-        let report = node.march(&window(index, 1)).expect("stable");
+        let report = node.advance_alone(&window(index, 1)).expect("stable");
         reported(&node, &report, "surface_mean_uy_m")
     };
     ((0..steps).map(march).collect(), step)

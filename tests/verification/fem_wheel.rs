@@ -46,7 +46,7 @@ pub fn run(node: &mut FemNode, mut each: impl FnMut(&FemNode, &[f64])) {
     let step = description.step_s.expect("it steps by itself");
     let end = description.end_s.expect("its wheel has a history");
     for index in 0..(end / step / 25.0).ceil() as u64 {
-        let report = node.march(&window(index, 25)).expect("stable");
+        let report = node.advance_alone(&window(index, 25)).expect("stable");
         each(node, &report);
     }
 }
@@ -240,7 +240,7 @@ fn threads_do_not_change_a_bit() {
     let run = |threads: usize| {
         let mut rail = node_on(&config, threads);
         for index in 0..10 {
-            rail.march(&window(index, 30)).expect("stable");
+            rail.advance_alone(&window(index, 30)).expect("stable");
         }
         rail.finish().expect("it ends")
     };
@@ -257,7 +257,7 @@ fn windows_of_any_length_lead_to_the_same_bits() {
     let run = |length: u32| {
         let mut rail = node(&wheel_rail(0.1));
         for index in 0..6000 / u64::from(length) {
-            rail.march(&window(index, length)).expect("stable");
+            rail.advance_alone(&window(index, length)).expect("stable");
         }
         let outcome = rail.finish().expect("it ends");
         (rail.state().u.clone(), outcome.results["p_max_gauss_pa"])

@@ -14,7 +14,7 @@ use crate::fem_wheel::{balance, run, wheel_rail};
 fn refused(config: &Value) -> NodeError {
     let mut rail = node(config);
     (0..200)
-        .find_map(|index| rail.march(&window(index, 100)).err())
+        .find_map(|index| rail.advance_alone(&window(index, 100)).err())
         .expect("it cannot go on for ever")
 }
 
@@ -120,7 +120,7 @@ fn the_wheel_does_not_lower_the_stability_limit() {
     assert_eq!(beyond.expect_err("it is unstable").key, "time.step_s");
 
     let mut unsafe_rail = node(&at(1.01, json!({"time": {"unsafe_step": true}})));
-    let found = (0..400).find_map(|index| unsafe_rail.march(&window(index, 100)).err());
+    let found = (0..400).find_map(|index| unsafe_rail.advance_alone(&window(index, 100)).err());
     assert_eq!(found.expect("it is unstable").code, FaultCode::Diverged);
 }
 

@@ -129,11 +129,11 @@ fn roles(
             )));
         }
         let capabilities = description.capabilities;
-        if !(capabilities.checkpoint && (capabilities.advance || capabilities.compliant_wall)) {
+        if !(capabilities.rollback && (capabilities.advance || capabilities.compliant_boundary)) {
             // It can take no part. Its own refusal says which of its keys is why; ours is for one that has none.
             surface(conversation, peer, set)?;
         }
-        if !capabilities.checkpoint {
+        if !capabilities.rollback {
             return Err(Error::Refused(format!(
                 "interface `{}`: participant `{name}` cannot repeat a window (no checkpoint), which every scheme here needs",
                 interface.name
@@ -141,7 +141,7 @@ fn roles(
         }
         if capabilities.advance && continuum.is_none() {
             continuum = Some((peer, set.to_string()));
-        } else if capabilities.compliant_wall && wall.is_none() {
+        } else if capabilities.compliant_boundary && wall.is_none() {
             wall = Some((peer, set.to_string()));
         }
     }

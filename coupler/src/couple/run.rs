@@ -382,7 +382,8 @@ impl RunSession<'_> {
         for index in start..end.div_ceil(clock.substeps.into()) {
             let step = index * u64::from(clock.substeps);
             let window = clock.window(index, step, clock.substeps_before(step, end));
-            let report = conversation.ask(0, Kind::March, Kind::Report, &window, Vec::new())?;
+            let report =
+                conversation.ask(0, Kind::AdvanceAlone, Kind::Report, &window, Vec::new())?;
             conversation.end_window(index)?;
             outputs.add_alone(conversation, &window, report)?;
             self.summary.windows = index + 1;

@@ -287,7 +287,13 @@ impl Drop for Peer {
 fn asked(frame: &Frame) -> String {
     let header = &frame.header;
     match Kind::from_number(header.kind) {
-        Some(kind @ (Kind::Advance | Kind::Follow | Kind::Solve | Kind::Commit | Kind::March)) => {
+        Some(
+            kind @ (Kind::Advance
+            | Kind::PrescribeVelocity
+            | Kind::Solve
+            | Kind::Commit
+            | Kind::AdvanceAlone),
+        ) => {
             format!(
                 "in window {}, iteration {} ({kind:?}, t = {:.6e} s)",
                 header.window, header.iteration, header.t0_s

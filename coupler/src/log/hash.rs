@@ -73,9 +73,9 @@ fn is_handshake(kind: u32) -> bool {
                 | Kind::Select
                 | Kind::Columns
                 | Kind::Compliance
-                | Kind::Resist
+                | Kind::ImpedanceColumns
                 | Kind::Impedance
-                | Kind::Wall
+                | Kind::CompliantBoundary
                 | Kind::Ready
         )
     )

@@ -48,7 +48,7 @@ pub struct WindowStats {
 impl WindowStats {
     /// A window ends with a commit, or is done alone: with a march.
     fn see(&mut self, frame: &Frame) {
-        if let Ok(Kind::Commit | Kind::March) = frame.kind() {
+        if let Ok(Kind::Commit | Kind::AdvanceAlone) = frame.kind() {
             let header = &frame.header;
             self.open = Some((header.iteration, header.substeps, header.t1_s));
         }

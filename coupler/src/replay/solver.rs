@@ -102,7 +102,9 @@ fn index_of(scenario: &Scenario, name: &str) -> Result<usize, Error> {
 /// What of the past a solver has to be told before its state is given back: what is coupled, and the last wall.
 fn handshake_turns(past: Vec<Turn>) -> Vec<Turn> {
     let kind = |turn: &Turn| turn.request.kind();
-    let wall = past.iter().rposition(|turn| kind(turn) == Ok(Kind::Wall));
+    let wall = past
+        .iter()
+        .rposition(|turn| kind(turn) == Ok(Kind::CompliantBoundary));
     let mut all = past.into_iter().enumerate().collect::<Vec<_>>();
     all.retain(|(index, turn)| {
         matches!(kind(turn), Ok(Kind::Couple | Kind::Select)) || Some(*index) == wall

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use protocol::{Backing, Term};
+use protocol::{BoundaryInertia, Term};
 
 use super::Dem;
 use crate::bodies::Bodies;
@@ -45,10 +45,10 @@ impl Dem {
     }
 
     /// A glued disk's share of all that can move, behind the two grains that it carries on average.
-    pub(super) fn backing(&self) -> Backing {
+    pub(super) fn boundary_inertia(&self) -> BoundaryInertia {
         let grains: f64 = self.bodies.masses.iter().sum();
         let movable = grains + self.bodies.wheel_mass.unwrap_or(0.0);
-        Backing {
+        BoundaryInertia {
             glued_mass_kg: 0.0,
             mass_kg: movable / self.bodies.glued() as f64,
             stiffness_n_per_m: self.bodies.law.springs.map(|springs| 2.0 * springs.normal),

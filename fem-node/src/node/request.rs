@@ -1,6 +1,6 @@
 //! Windows and matrices that a coupler asks for.
 
-use protocol::{Followed, Window};
+use protocol::{Reaction, Window};
 
 use super::FemNode;
 use crate::compliance::{compliance, impedance};
@@ -29,7 +29,7 @@ impl FemNode {
         &mut self,
         window: &Window,
         velocity: &[f64],
-    ) -> Result<Followed, FemError> {
+    ) -> Result<Reaction, FemError> {
         self.may_follow()?;
         let follow = self.paired(window, Given::Velocity, velocity)?;
         self.try_window(
@@ -40,7 +40,7 @@ impl FemNode {
             },
         )?;
         let (force, work) = self.run.reaction().unwrap_or_default();
-        Ok(Followed {
+        Ok(Reaction {
             force: force.to_vec(),
             work: work.to_vec(),
             increment: self.increments(),

@@ -293,7 +293,7 @@ impl Node for StaticNode {
         .into())
     }
 
-    fn march(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+    fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
         for _ in 0..window.substeps {
             self.increment()?;
         }

@@ -1,7 +1,7 @@
 //! The bar along given velocities of its coupled nodes: their acceleration is the constant a_s = (v_end - v_0) / H, and
 //! the force that this takes is M (a_s - a), a being the acceleration without it.
 
-use protocol::Followed;
+use protocol::Reaction;
 
 use super::{Bar, State};
 
@@ -27,7 +27,7 @@ impl Bar {
 
     /// Steps in which the velocity of each coupled node goes in a straight line to `velocity`; the increments are left to
     /// the caller.
-    pub(super) fn lead(&self, state: &mut State, velocity: &[f64], substeps: u32) -> Followed {
+    pub(super) fn lead(&self, state: &mut State, velocity: &[f64], substeps: u32) -> Reaction {
         let (h, b) = (self.config.step_s, self.config.damping);
         let window_s = h * f64::from(substeps);
         let ends = self.coupled.iter().zip(velocity.iter().step_by(2));
@@ -57,7 +57,7 @@ impl Bar {
         for (i, force) in force.iter().enumerate() {
             both[2 * i] = *force;
         }
-        Followed {
+        Reaction {
             force: both,
             increment: vec![0.0; size],
             work,

@@ -1,6 +1,6 @@
 //! Where each scheme begins to grow: foreseen from the handshake, and found by running the real coupler.
 
-use super::map::{backing, bar, choice, facts};
+use super::map::{bar, boundary_inertia, choice, facts};
 use super::nodes::Bar;
 use super::trial::{Trial, Way, word};
 use crate::couple::predict::{NEUTRAL, explain};
@@ -76,7 +76,7 @@ fn trial(way: Way, substeps: u32, cfl: f64, mass_ratio: f64) -> Trial {
         bar: bar(cfl),
         substeps,
         way,
-        backing: backing(mass_ratio, f64::INFINITY, 1.0),
+        boundary_inertia: boundary_inertia(mass_ratio, f64::INFINITY, 1.0),
     }
 }
 

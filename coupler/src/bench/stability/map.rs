@@ -2,7 +2,7 @@
 
 use std::thread;
 
-use protocol::Backing;
+use protocol::BoundaryInertia;
 
 use super::nodes::{Bar, BodyNode};
 use super::trial::{Trial, Way, word};
@@ -155,7 +155,7 @@ impl Axes {
             bar: bar(self.cfls[cfl]),
             substeps: self.substeps[substeps],
             way: self.ways[way],
-            backing: backing(
+            boundary_inertia: boundary_inertia(
                 mass_ratio,
                 self.stiffness_ratios[stiffness],
                 self.thetas[theta],
@@ -171,8 +171,8 @@ impl Axes {
 }
 
 /// A mass behind a massless glued point, as grains stand on glued disks.
-pub fn backing(mass_ratio: f64, stiffness_ratio: f64, theta: f64) -> Backing {
-    Backing {
+pub fn boundary_inertia(mass_ratio: f64, stiffness_ratio: f64, theta: f64) -> BoundaryInertia {
+    BoundaryInertia {
         glued_mass_kg: 0.0,
         mass_kg: mass_ratio * ELEMENTS as f64,
         stiffness_n_per_m: stiffness_ratio.is_finite().then_some(stiffness_ratio),
@@ -211,7 +211,7 @@ pub(super) fn facts(trial: &Trial, response: &Response) -> Facts {
             Dirichlet::Continuum => response.led_compliance(window_s),
         },
         definite: true,
-        backing: Some(trial.whole()),
+        boundary_inertia: Some(trial.whole()),
     }
 }
 
@@ -255,9 +255,9 @@ fn forces(trial: &Trial, response: &Response, windows: usize) -> Vec<f64> {
     let window_s = trial.bar.step_s * f64::from(trial.substeps);
     let (start, whole) = (BodyNode::start(), trial.whole());
     // The point is at rest at the start, what is glued to it is not.
-    let moving = match trial.backing.stiffness_n_per_m {
-        Some(_) => trial.backing.glued_mass_kg,
-        None => trial.backing.glued_mass_kg + trial.backing.mass_kg,
+    let moving = match trial.boundary_inertia.stiffness_n_per_m {
+        Some(_) => trial.boundary_inertia.glued_mass_kg,
+        None => trial.boundary_inertia.glued_mass_kg + trial.boundary_inertia.mass_kg,
     };
     let glued = moving + trial.point_mass_kg();
     let mut joint = Joint {
@@ -296,15 +296,15 @@ pub fn csv(cells: &[Cell]) -> String {
         "scheme,theta,mass_ratio,substeps,cfl,stiffness_ratio,growth,predicted_stable,dirichlet\n",
     );
     for cell in cells {
-        let backing = &cell.trial.backing;
+        let boundary_inertia = &cell.trial.boundary_inertia;
         text.push_str(&format!(
             "{},{},{},{},{},{},{:.12e},{},{}\n",
             word(cell.trial.way.scheme),
-            backing.theta,
+            boundary_inertia.theta,
             cell.mass_ratio,
             cell.trial.substeps,
             cell.trial.bar.step_s,
-            backing.stiffness_n_per_m.unwrap_or(f64::INFINITY),
+            boundary_inertia.stiffness_n_per_m.unwrap_or(f64::INFINITY),
             cell.growth,
             cell.predicted_stable,
             word(cell.trial.way.dirichlet)

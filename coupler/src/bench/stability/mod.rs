@@ -88,7 +88,7 @@ pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
             cell.trial.way.scheme,
             Scheme::DualSchur | Scheme::DualSchurSecant | Scheme::DualSchurCheap | Scheme::Velocity
         );
-        monolithic && cell.trial.backing.theta == 1.0
+        monolithic && cell.trial.boundary_inertia.theta == 1.0
     };
     let count = |which: &dyn Fn(&Cell) -> bool| cells.iter().filter(|cell| which(cell)).count();
     let sample: Vec<&Cell> = cells.iter().step_by(every).collect();

@@ -1,8 +1,8 @@
 //! The two sides of the bench as participants of the real coupler: the bar, and masses on the wall.
 
 use protocol::{
-    Backing, Capabilities, Description, Followed, Node, NodeError, Outcome, Surface, WallAnswer,
-    Window,
+    BoundaryAnswer, BoundaryInertia, Capabilities, Description, Node, NodeError, Outcome, Reaction,
+    Surface, Window,
 };
 
 pub use super::bar::Bar;
@@ -49,10 +49,10 @@ impl Node for BarNode {
         Description {
             kind: "bar".into(),
             capabilities: Capabilities {
-                checkpoint: true,
+                rollback: true,
                 advance: true,
                 columns: true,
-                follow: true,
+                prescribed_velocity: true,
                 ..Capabilities::default()
             },
             step_s: Some(self.bar.step_s),
@@ -92,14 +92,18 @@ impl Node for BarNode {
         Ok(vec![force, 0.0, 0.0, 0.0])
     }
 
-    fn follow(&mut self, window: &Window, velocity: &[f64]) -> Result<Followed, NodeError> {
+    fn prescribe_velocity(
+        &mut self,
+        window: &Window,
+        velocity: &[f64],
+    ) -> Result<Reaction, NodeError> {
         self.trial.clone_from(&self.committed);
         let end = self.bar.elements - 1;
         let window_s = self.bar.step_s * f64::from(window.substeps);
         let acceleration = (velocity[0] - self.committed.v[end]) / window_s;
         let (force, work) = self.bar.led(&mut self.trial, acceleration, window.substeps);
         let increment = self.trial.u[end] - self.committed.u[end];
-        Ok(Followed {
+        Ok(Reaction {
             force: vec![force, 0.0],
             increment: vec![increment, 0.0],
             work: vec![work, 0.0],
@@ -118,7 +122,7 @@ impl Node for BarNode {
 
 /// The masses as a participant; they start with 1 m/s.
 pub struct BodyNode {
-    backing: Backing,
+    boundary_inertia: BoundaryInertia,
     /// Mass of the point (kg) that is not in the equations here.
     point_mass_kg: f64,
     window_s: f64,
@@ -130,10 +134,10 @@ pub struct BodyNode {
 
 impl BodyNode {
     /// Masses on their way.
-    pub fn new(backing: Backing, point_mass_kg: f64) -> BodyNode {
+    pub fn new(boundary_inertia: BoundaryInertia, point_mass_kg: f64) -> BodyNode {
         let start = BodyNode::start();
         BodyNode {
-            backing,
+            boundary_inertia,
             point_mass_kg,
             window_s: 0.0,
             compliance: 0.0,
@@ -158,11 +162,11 @@ impl Node for BodyNode {
         Description {
             kind: "body".into(),
             capabilities: Capabilities {
-                checkpoint: true,
-                compliant_wall: true,
+                rollback: true,
+                compliant_boundary: true,
                 ..Capabilities::default()
             },
-            backing: Some(self.backing),
+            boundary_inertia: Some(self.boundary_inertia),
             point_mass_kg: [("end".into(), vec![self.point_mass_kg])].into(),
             sets: vec!["end".into()],
             ..Description::default()
@@ -177,20 +181,24 @@ impl Node for BodyNode {
         Ok(())
     }
 
-    fn wall(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
+    fn set_boundary(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
         (self.window_s, self.compliance) = (window_s, compliance[0]);
         Ok(())
     }
 
-    fn solve(&mut self, _window: &Window, free_velocity: &[f64]) -> Result<WallAnswer, NodeError> {
+    fn solve(
+        &mut self,
+        _window: &Window,
+        free_velocity: &[f64],
+    ) -> Result<BoundaryAnswer, NodeError> {
         let motion = Motion {
             free: free_velocity[0],
             compliance: self.compliance,
         };
-        let wall = Wall::new(&self.backing, self.window_s);
+        let wall = Wall::new(&self.boundary_inertia, self.window_s);
         let solved = wall.window(&self.committed, self.place, motion);
         self.trial = solved.masses;
-        Ok(WallAnswer {
+        Ok(BoundaryAnswer {
             force: vec![solved.force, 0.0],
             velocity: vec![solved.masses.glued_velocity, free_velocity[1]],
             iterations: 1,

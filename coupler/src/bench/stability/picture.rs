@@ -49,7 +49,7 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
                 for (j, substeps) in axes.substeps.iter().enumerate() {
                     let here = |cell: &&Cell| {
                         cell.trial.way == *way
-                            && cell.trial.backing.theta == *theta
+                            && cell.trial.boundary_inertia.theta == *theta
                             && cell.mass_ratio == *mass_ratio
                             && cell.trial.substeps == *substeps
                     };

@@ -3,7 +3,9 @@
 use std::thread;
 
 use protocol::link::channel;
-use protocol::{Backing, Node, NodeError, PROTOCOL_VERSION, Session, Setting, Transport, serve};
+use protocol::{
+    BoundaryInertia, Node, NodeError, PROTOCOL_VERSION, Session, Setting, Transport, serve,
+};
 
 use super::nodes::{Bar, BarNode, BodyNode};
 use crate::couple::conversation::Conversation;
@@ -26,7 +28,7 @@ pub struct Trial {
     /// The scheme; a fixed point has the constant relaxation [`Trial::RELAXATION`].
     pub way: Way,
     /// The masses on the wall.
-    pub backing: Backing,
+    pub boundary_inertia: BoundaryInertia,
 }
 
 /// A scheme with its roles.
@@ -77,15 +79,15 @@ impl Trial {
     pub fn point_mass_kg(&self) -> f64 {
         match self.way.dirichlet {
             Dirichlet::Wall => 0.0,
-            Dirichlet::Continuum => Trial::POINT * self.backing.mass_kg,
+            Dirichlet::Continuum => Trial::POINT * self.boundary_inertia.mass_kg,
         }
     }
 
     /// The masses on the wall with that of the point.
-    pub fn whole(&self) -> Backing {
-        Backing {
-            glued_mass_kg: self.backing.glued_mass_kg + self.point_mass_kg(),
-            ..self.backing
+    pub fn whole(&self) -> BoundaryInertia {
+        BoundaryInertia {
+            glued_mass_kg: self.boundary_inertia.glued_mass_kg + self.point_mass_kg(),
+            ..self.boundary_inertia
         }
     }
 
@@ -93,11 +95,11 @@ impl Trial {
     pub fn run(&self, windows: u64, gap_m: f64) -> Result<Run, Error> {
         let loaded = self.loaded(gap_m)?;
         let bar = self.bar;
-        let (backing, point_mass_kg) = (self.backing, self.point_mass_kg());
+        let (boundary_inertia, point_mass_kg) = (self.boundary_inertia, self.point_mass_kg());
         let peers = vec![
             participant("bar", &loaded.hash, move || Box::new(BarNode::new(bar)))?,
             participant("body", &loaded.hash, move || {
-                Box::new(BodyNode::new(backing, point_mass_kg))
+                Box::new(BodyNode::new(boundary_inertia, point_mass_kg))
             })?,
         ];
         let deadlines = &loaded.scenario.run.deadlines;

@@ -39,7 +39,7 @@ pub(super) fn refuse_without_follow(
         (_, Dirichlet::Continuum) => "dirichlet = \"continuum\"",
         (_, Dirichlet::Wall) => return Ok(()),
     };
-    match continuum.description.capabilities.follow {
+    match continuum.description.capabilities.prescribed_velocity {
         true => Ok(()),
         false => Err(Error::Refused(format!(
             "interface.{}.{key} prescribes the velocity of participant `{name}`, which cannot follow one: a shipped continuum can if its material is elastic and small-strain; take scheme = \"dual-schur\", or \"dual-schur-secant\" for a continuum that is not linear",

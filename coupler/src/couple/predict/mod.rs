@@ -15,7 +15,7 @@
 //! motion that comes back, 1 / (C S) times as large: omega < 2 / (1 + 1 / (C S)), where C is H over the impedance of
 //! the *stiffest* motion and S holds the masses of the points.
 
-use protocol::Backing;
+use protocol::BoundaryInertia;
 
 use crate::error::Error;
 use crate::scenario::{Acceleration, Dirichlet, Interface, Scheme};
@@ -49,7 +49,7 @@ pub struct Facts {
     /// Whether no motion of the interface has a negative compliance.
     pub definite: bool,
     /// What stands behind a point of the wall; where the continuum takes the motion, with the point's own mass.
-    pub backing: Option<Backing>,
+    pub boundary_inertia: Option<BoundaryInertia>,
 }
 
 /// How a scheme uses what comes back.
@@ -102,7 +102,9 @@ pub struct Prediction {
 /// Foresees how a scheme will do, and how much more could stand on the wall.
 pub fn explain(facts: &Facts, choice: Choice) -> Prediction {
     let mut prediction = predict(facts, choice);
-    let joined = facts.backing.map(|b| Foreseen::new(facts, choice, b));
+    let joined = facts
+        .boundary_inertia
+        .map(|b| Foreseen::new(facts, choice, b));
     if let Some(margin) = joined.and_then(|joined| joined.added_mass_margin()) {
         prediction.bounds.push(Bound {
             name: "added mass".into(),
@@ -137,8 +139,8 @@ pub fn predict(facts: &Facts, choice: Choice) -> Prediction {
         add("compliance that is nowhere negative", 0.0, true);
     }
     let joined = facts
-        .backing
-        .map(|backing| Foreseen::new(facts, choice, backing));
+        .boundary_inertia
+        .map(|boundary_inertia| Foreseen::new(facts, choice, boundary_inertia));
     Prediction {
         bounds,
         growth: joined.as_ref().map(|joined| joined.growth(1.0)),
@@ -220,12 +222,12 @@ impl Prediction {
 struct Foreseen {
     choice: Choice,
     response: Response,
-    backing: Backing,
+    boundary_inertia: BoundaryInertia,
     window_s: f64,
 }
 
 impl Foreseen {
-    fn new(facts: &Facts, choice: Choice, backing: Backing) -> Foreseen {
+    fn new(facts: &Facts, choice: Choice, boundary_inertia: BoundaryInertia) -> Foreseen {
         // An undamped step keeps what a damped one would lose: it errs to the unstable side.
         let step = Step {
             step_s: facts.step_s,
@@ -250,21 +252,21 @@ impl Foreseen {
         Foreseen {
             choice,
             response: bar.response(step, facts.substeps),
-            backing,
+            boundary_inertia,
             window_s,
         }
     }
 
     /// The wall with all that stands on it this many times as large.
     fn wall(&self, factor: f64) -> Wall {
-        let backing = Backing {
-            glued_mass_kg: factor * self.backing.glued_mass_kg,
-            mass_kg: factor * self.backing.mass_kg,
-            stiffness_n_per_m: self.backing.stiffness_n_per_m.map(|k| factor * k),
-            theta: self.backing.theta,
-            may_part: self.backing.may_part,
+        let boundary_inertia = BoundaryInertia {
+            glued_mass_kg: factor * self.boundary_inertia.glued_mass_kg,
+            mass_kg: factor * self.boundary_inertia.mass_kg,
+            stiffness_n_per_m: self.boundary_inertia.stiffness_n_per_m.map(|k| factor * k),
+            theta: self.boundary_inertia.theta,
+            may_part: self.boundary_inertia.may_part,
         };
-        Wall::new(&backing, self.window_s)
+        Wall::new(&boundary_inertia, self.window_s)
     }
 
     /// C S.

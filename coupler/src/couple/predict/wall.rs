@@ -1,6 +1,6 @@
 //! What stands on a wall, in one interface motion: a glued mass, and a free one behind a spring.
 
-use protocol::Backing;
+use protocol::BoundaryInertia;
 
 /// State of the masses at the start of a window; the glued one is where the interface is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -56,14 +56,15 @@ pub struct Wall {
 
 impl Wall {
     /// What stands behind a point, as its solver told at the handshake.
-    pub fn new(backing: &Backing, window_s: f64) -> Wall {
-        let rigid = backing.stiffness_n_per_m.is_none();
+    pub fn new(boundary_inertia: &BoundaryInertia, window_s: f64) -> Wall {
+        let rigid = boundary_inertia.stiffness_n_per_m.is_none();
         Wall {
-            glued: backing.glued_mass_kg + if rigid { backing.mass_kg } else { 0.0 },
+            glued: boundary_inertia.glued_mass_kg
+                + if rigid { boundary_inertia.mass_kg } else { 0.0 },
             // Without a spring nothing is behind it, and any mass does.
-            mass: if rigid { 1.0 } else { backing.mass_kg },
-            spring: backing.stiffness_n_per_m.unwrap_or(0.0),
-            theta: backing.theta,
+            mass: if rigid { 1.0 } else { boundary_inertia.mass_kg },
+            spring: boundary_inertia.stiffness_n_per_m.unwrap_or(0.0),
+            theta: boundary_inertia.theta,
             window_s,
         }
     }
@@ -132,7 +133,7 @@ mod tests {
     /// What a wall bears that moved in some way moves it in that way.
     #[test]
     fn pushed_by_what_it_bore_it_moves_alike() {
-        let backing = Backing {
+        let boundary_inertia = BoundaryInertia {
             glued_mass_kg: 0.5,
             mass_kg: 2.0,
             stiffness_n_per_m: Some(8.0),
@@ -148,7 +149,7 @@ mod tests {
             free: 0.3,
             compliance: 0.4,
         };
-        let wall = Wall::new(&backing, 0.5);
+        let wall = Wall::new(&boundary_inertia, 0.5);
         let moved = wall.window(&start, 0.2, motion);
         let pushed = wall.pushed(&start, 0.2, moved.force * 0.5);
         let apart = moved.masses.glued_velocity - pushed.masses.glued_velocity;
@@ -157,26 +158,26 @@ mod tests {
 
     #[test]
     fn a_rigid_mass_resists_with_its_inertia() {
-        let backing = Backing {
+        let boundary_inertia = BoundaryInertia {
             glued_mass_kg: 1.0,
             mass_kg: 2.0,
             stiffness_n_per_m: None,
             theta: 1.0,
             may_part: false,
         };
-        assert!((Wall::new(&backing, 0.5).stiffness() - 12.0).abs() < 1e-12);
+        assert!((Wall::new(&boundary_inertia, 0.5).stiffness() - 12.0).abs() < 1e-12);
     }
 
     /// Implicit Euler: spring and inertia in series, k (m/H^2) / (k + m/H^2).
     #[test]
     fn a_mass_behind_a_spring_resists_with_both_in_series() {
-        let backing = Backing {
+        let boundary_inertia = BoundaryInertia {
             glued_mass_kg: 0.0,
             mass_kg: 2.0,
             stiffness_n_per_m: Some(8.0),
             theta: 1.0,
             may_part: false,
         };
-        assert!((Wall::new(&backing, 0.5).stiffness() - 4.0).abs() < 1e-12);
+        assert!((Wall::new(&boundary_inertia, 0.5).stiffness() - 4.0).abs() < 1e-12);
     }
 }

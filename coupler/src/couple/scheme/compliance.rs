@@ -197,7 +197,13 @@ pub fn tell_walls(
         let mut payload = Vec::with_capacity(1 + matrix.len());
         payload.push(window_s);
         payload.extend_from_slice(matrix.as_slice());
-        conversation.ask(wall.peer, Kind::Wall, Kind::Ready, window, payload)?;
+        conversation.ask(
+            wall.peer,
+            Kind::CompliantBoundary,
+            Kind::Ready,
+            window,
+            payload,
+        )?;
     }
     Ok(())
 }

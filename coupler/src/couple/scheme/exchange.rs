@@ -1,7 +1,7 @@
 //! What the coupler says to the continua and the walls in a window, and what they answer.
 
-use protocol::serve::unpack_wall_answer;
-use protocol::{Kind, WallAnswer, Window};
+use protocol::serve::unpack_boundary_answer;
+use protocol::{BoundaryAnswer, Kind, Window};
 
 use super::Coupling;
 use super::compliance::tell_walls;
@@ -111,8 +111,8 @@ fn hear_wall(
     peer: usize,
     window: &Window,
     components: usize,
-) -> Result<WallAnswer, Error> {
+) -> Result<BoundaryAnswer, Error> {
     let due = 2 * components + 3;
     let numbers = conversation.hear_exactly(peer, Kind::Force, window, due)?;
-    Ok(unpack_wall_answer(&numbers, components).expect("the length was checked"))
+    Ok(unpack_boundary_answer(&numbers, components).expect("the length was checked"))
 }

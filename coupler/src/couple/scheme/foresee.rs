@@ -1,7 +1,7 @@
 //! What the handshake tells of the scheme's stability, before the first window.
 
 use nalgebra::{DMatrix, DVector};
-use protocol::Backing;
+use protocol::BoundaryInertia;
 
 use super::Coupling;
 use super::source;
@@ -56,14 +56,16 @@ impl Coupling {
             Dirichlet::Continuum => {
                 let masses = &group.points.mass_kg[patch.points.clone()];
                 let mean = masses.iter().sum::<f64>() / masses.len() as f64;
-                let parts = wall.backing.is_some_and(|backing| backing.may_part);
+                let parts = wall
+                    .boundary_inertia
+                    .is_some_and(|boundary_inertia| boundary_inertia.may_part);
                 let most = if parts { f64::INFINITY } else { 1.0 };
                 (self.stiffest(patch, block, (mean, most)), mean)
             }
         };
-        let with_points = |backing: Backing| match self.rules.dirichlet {
-            Dirichlet::Wall => backing,
-            Dirichlet::Continuum => pushed(backing, point_mass_kg),
+        let with_points = |boundary_inertia: BoundaryInertia| match self.rules.dirichlet {
+            Dirichlet::Wall => boundary_inertia,
+            Dirichlet::Continuum => pushed(boundary_inertia, point_mass_kg),
         };
         Facts {
             step_s: group.clock.step_s / f64::from(side.steps),
@@ -73,7 +75,7 @@ impl Coupling {
             window_limit: limit(wall.step_limit_s, &wall.step_limit_name),
             compliance,
             definite: definite(block),
-            backing: wall.backing.map(with_points).filter(sensible),
+            boundary_inertia: wall.boundary_inertia.map(with_points).filter(sensible),
         }
     }
 
@@ -146,14 +148,14 @@ impl Coupling {
 }
 
 /// What a point resists by that is pushed: its own mass and, unless it may lose touch with that, what stands behind it.
-fn pushed(backing: Backing, point_mass_kg: f64) -> Backing {
-    let touched = Backing {
-        glued_mass_kg: backing.glued_mass_kg + point_mass_kg,
-        ..backing
+fn pushed(boundary_inertia: BoundaryInertia, point_mass_kg: f64) -> BoundaryInertia {
+    let touched = BoundaryInertia {
+        glued_mass_kg: boundary_inertia.glued_mass_kg + point_mass_kg,
+        ..boundary_inertia
     };
-    match backing.may_part {
+    match boundary_inertia.may_part {
         false => touched,
-        true => Backing {
+        true => BoundaryInertia {
             mass_kg: 0.0,
             stiffness_n_per_m: None,
             ..touched
@@ -162,14 +164,16 @@ fn pushed(backing: Backing, point_mass_kg: f64) -> Backing {
 }
 
 /// Whether masses and springs are such as there are.
-fn sensible(backing: &Backing) -> bool {
-    let masses = [backing.glued_mass_kg, backing.mass_kg];
-    let resists = match backing.stiffness_n_per_m {
-        Some(stiffness) => stiffness > 0.0 && stiffness.is_finite() && backing.mass_kg > 0.0,
+fn sensible(boundary_inertia: &BoundaryInertia) -> bool {
+    let masses = [boundary_inertia.glued_mass_kg, boundary_inertia.mass_kg];
+    let resists = match boundary_inertia.stiffness_n_per_m {
+        Some(stiffness) => {
+            stiffness > 0.0 && stiffness.is_finite() && boundary_inertia.mass_kg > 0.0
+        }
         None => masses[0] + masses[1] > 0.0,
     };
     let known = masses.iter().all(|mass| *mass >= 0.0 && mass.is_finite());
-    resists && known && (0.5..=1.0).contains(&backing.theta)
+    resists && known && (0.5..=1.0).contains(&boundary_inertia.theta)
 }
 
 /// By power iteration: the matrix is symmetric but for rounding.

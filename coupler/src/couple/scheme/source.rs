@@ -74,7 +74,7 @@ pub fn impedance(
     asked(
         conversation,
         side,
-        (Kind::Resist, Kind::Impedance),
+        (Kind::ImpedanceColumns, Kind::Impedance),
         substeps,
     )
 }

@@ -140,7 +140,7 @@ impl Coupling {
         window: &Window,
         velocity: &[f64],
     ) -> Result<(Reaction, Pushed), Error> {
-        self.tell_continua(conversation, window, Kind::Follow, velocity)?;
+        self.tell_continua(conversation, window, Kind::PrescribeVelocity, velocity)?;
         let pushed = self.push(conversation, window, &self.lambda.clone());
         let reaction = self.hear_reaction(conversation, window);
         Ok((reaction?, pushed?))

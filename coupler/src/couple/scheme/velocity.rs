@@ -98,7 +98,7 @@ impl Coupling {
         window: &Window,
         velocity: &[f64],
     ) -> Result<Reaction, Error> {
-        self.tell_continua(conversation, window, Kind::Follow, velocity)?;
+        self.tell_continua(conversation, window, Kind::PrescribeVelocity, velocity)?;
         self.hear_reaction(conversation, window)
     }
 
