@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use coupler::launch::{Registry, Solver};
+use coupler::participants::{Registry, Solver};
 
 fn main() -> ExitCode {
     let registry = Registry {

@@ -8,7 +8,6 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use serde_json::json;
 
-use crate::checkpoint::Origin;
 use crate::error::Error;
 use crate::scenario::Loaded;
 
@@ -138,8 +137,16 @@ fn point_latest(id: &str) {
     }
 }
 
+/// The checkpoint that a run goes on from.
+pub struct Resumed<'a> {
+    /// Its file.
+    pub checkpoint: &'a Path,
+    /// Windows that were done.
+    pub window: u64,
+}
+
 /// The manifest: what ran, where, from which build.
-pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, origin: Option<&Origin>) -> String {
+pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, resumed: Option<Resumed>) -> String {
     let host = nix::unistd::gethostname()
         .ok()
         .and_then(|name| name.into_string().ok())
@@ -157,10 +164,10 @@ pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, origin: Option<&Or
         "cores": std::thread::available_parallelism().map_or(1, usize::from),
         "host": host,
     });
-    if let Some(origin) = origin {
+    if let Some(resumed) = resumed {
         value["resumed"] = json!({
-            "checkpoint": origin.path,
-            "window": origin.checkpoint.position.windows,
+            "checkpoint": resumed.checkpoint,
+            "window": resumed.window,
         });
     }
     serde_json::to_string_pretty(&value).expect("JSON values always serialise")

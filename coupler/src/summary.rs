@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use protocol::serve::Farewell;
 use serde_json::{Map, Value, json};
 
-use crate::couple::handshake::Greeted;
-use crate::couple::ledger::{EnergyLedger, InterfaceLedger, ratio, total_balance_rel};
-use crate::couple::minutes::Closed;
-use crate::couple::scheme::Coupling;
 use crate::error::Error;
 use crate::log::LogStats;
+use crate::participants::handshake::Greeted;
+use crate::participants::journal::Closed;
 use crate::scenario::Scenario;
+use crate::scheme::coupling::Coupling;
+use crate::scheme::ledger::{EnergyLedger, InterfaceLedger, ratio, total_balance_rel};
 
 /// What a run came to. Fields that never came about (a run that ended early) are left out of the file.
 #[derive(Clone, Debug, Default)]
@@ -136,7 +136,7 @@ impl Summary {
         self.coupling_wall_s = Some((costs.talk_wall_s - solving).max(0.0));
     }
 
-    /// What the conversation left, so long (s) after the start of the run.
+    /// The finished journal, so long (s) after the start of the run.
     pub fn close(&mut self, closed: &Closed, wall_s: f64) {
         self.exchange_hash = Some(closed.hash.clone());
         self.log = closed.log;

@@ -6,16 +6,15 @@
 //! Exact answer: C = sum phi phi^T (1 - cos(omega H)) / omega^2 for synchronised steps, hence symmetric and positive
 //! definite whatever the window, and C(1) = h^2 / 2 M^-1. Tolerance 1e-12 relative: rounding of 1 000 steps.
 
-use coupler::couple::conversation::Conversation;
-use coupler::couple::group::Group;
-use coupler::couple::handshake;
-use coupler::couple::join::join;
-use coupler::couple::run::fresh_run_id;
-use coupler::couple::scheme::source::columns;
-use coupler::launch::{Launcher, Watch};
+use coupler::participants::remote::Remote;
+use coupler::participants::{Launcher, Peers, Watch, handshake};
+use coupler::run::session::fresh_run_id;
 use coupler::rundir::RunDir;
 use coupler::scenario::load::parse;
 use coupler::scenario::source::Source;
+use coupler::scheme::group::Group;
+use coupler::scheme::join::join;
+use coupler::scheme::participants::Participants;
 use harness::runs::{Scratch, as_programs, program};
 use harness::scene::{head, interface, plate, strip};
 use nalgebra::DMatrix;
@@ -61,19 +60,20 @@ fn asked(text: String, transport: &str) -> (Group, Vec<DMatrix<f64>>) {
         let started = launcher.start(participant, &memory);
         started.expect("it starts")
     });
-    let mut conversation = Conversation::new(
+    let mut peers = Peers::new(
         peers.collect(),
         run_id,
         scenario.labels(),
         &scenario.run.deadlines,
         Watch::default(),
-        None,
     );
-    let greeted = handshake::greet(&mut conversation, &loaded, run_id).expect("they answer");
-    let mut groups = join(&mut conversation, scenario, &greeted).expect("they fit");
+    let greeted = handshake::greet(&mut peers, &loaded, run_id).expect("they answer");
+    let remote = &mut Remote::new(&mut peers, &greeted);
+    let mut groups = join(remote, scenario).expect("they fit");
     let group = groups.remove(0);
-    let side = &group.continua[0];
-    let matrices = SUBSTEPS.map(|m| columns(&mut conversation, side, m).expect("it is stable"));
+    let side = &group.force_driven[0];
+    let n = 2 * side.range.len();
+    let matrices = SUBSTEPS.map(|m| remote.compliance(side.peer, m, n).expect("it is stable"));
     (group, matrices.to_vec())
 }
 

@@ -7,8 +7,8 @@
 //! of a uniform pressure, by independent prototypes on 121 nodes: mortar 0.05, linear 0.30, nearest 0.76.
 
 use coupler::bench::mapping::{Row, row};
-use coupler::couple::mapping::{Mapping, MappingError};
 use coupler::scenario::MappingKind;
+use coupler::scheme::mapping::{Mapping, MappingError};
 
 #[test]
 fn forces_moments_and_power_are_kept_from_ten_to_ten_thousand_nodes() {

@@ -11,10 +11,10 @@
 //! between two windows.
 
 use coupler::bench::stability::nodes::Bar;
-use coupler::couple::predict::operator::{Operator, Tie};
-use coupler::couple::predict::wall::{Masses, Wall};
 use coupler::error::Error;
+use coupler::scheme::predict::sprung_mass::{Masses, SprungMass};
 use harness::runs::{Left, run_both_ways, run_in_process};
+use harness::window_matrix::{Operator, TransmissionCondition};
 use nalgebra::DVector;
 use protocol::BoundaryInertia;
 
@@ -110,9 +110,9 @@ fn rises(cfl: f64, substeps: u32, boundary_inertia: BoundaryInertia) -> f64 {
     let window_s = cfl * f64::from(substeps);
     let operator = Operator {
         response: &response,
-        wall: Wall::new(&boundary_inertia, window_s),
+        wall: SprungMass::new(&boundary_inertia, window_s),
         window_s,
-        tie: Tie::Velocity,
+        condition: TransmissionCondition::Velocity,
     };
     let mut joint = masses_in_motion();
     let (mut last, mut a_last, mut rise, mut largest) = (None, 0.0, 0.0f64, 0.0f64);

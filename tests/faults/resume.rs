@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 use std::time::{Duration, Instant};
 
-use coupler::checkpoint::FOLDER;
-use coupler::checkpoint::file::{MAGIC, list};
+use coupler::run::checkpoint::FOLDER;
+use coupler::run::checkpoint::file::{MAGIC, list};
 use harness::runs::{Scratch, as_programs, parse_json, program, thirdbody};
 use harness::scene::{bar, body, glue, head};
 use nix::sys::signal::{Signal, kill};

@@ -7,8 +7,8 @@ mod resume_kinds;
 
 use std::path::Path;
 
-use coupler::launch::{Launcher, Watch};
-use coupler::replay::departure::Difference;
+use coupler::log::mismatch::Difference;
+use coupler::participants::{Launcher, Watch};
 use coupler::replay::{Recording, Replayed, coupler as loop_replay, recording, solver};
 use coupler::rundir::RunDir;
 use harness::runs::{Scratch, parse_json, program, run_in_process, thirdbody};
@@ -69,11 +69,11 @@ fn repeats_every_bit(recording: &Recording, participants: &[&str]) {
     let mut compared = 0;
     for who in participants {
         let replayed = replay(recording, who);
-        assert_eq!(replayed.departure, None, "{who}");
+        assert_eq!(replayed.mismatch, None, "{who}");
         compared += replayed.equal;
     }
     let coupler = replay(recording, "coupler");
-    assert_eq!(coupler.departure, None);
+    assert_eq!(coupler.mismatch, None);
     assert_eq!(coupler.equal, compared);
     assert_eq!(2 * compared as usize, recording.messages.len());
 }
@@ -124,19 +124,19 @@ fn one_flipped_bit_of_an_answer_is_named_exactly() {
     payload[0] = f64::from_bits(payload[0].to_bits() ^ 1);
     *frame = Frame::new(frame.header, payload);
 
-    let departure = replay(&recording, "bar")
-        .departure
+    let mismatch = replay(&recording, "bar")
+        .mismatch
         .expect("a bit was flipped");
     assert_eq!(
         (
-            departure.sender.as_str(),
-            departure.window,
-            departure.iteration
+            mismatch.sender.as_str(),
+            mismatch.window,
+            mismatch.iteration
         ),
         ("bar", window, iteration)
     );
     assert!(matches!(
-        departure.difference,
+        mismatch.difference,
         Difference::Number {
             entry: 0,
             ulps: 1,
@@ -144,7 +144,7 @@ fn one_flipped_bit_of_an_answer_is_named_exactly() {
         }
     ));
     assert_eq!(
-        replay(&recording, "body").departure,
+        replay(&recording, "body").mismatch,
         None,
         "the other side was not touched"
     );
@@ -156,11 +156,9 @@ fn a_changed_solver_departs_at_its_first_other_answer() {
     recording.loaded.scenario.participant[0]
         .config
         .insert("hardening_ratio".into(), toml::Value::Float(0.06));
-    let departure = replay(&recording, "bar")
-        .departure
-        .expect("it hardens more");
-    assert_eq!(departure.sender, "bar");
-    assert_eq!(departure.kind, "Motion");
+    let mismatch = replay(&recording, "bar").mismatch.expect("it hardens more");
+    assert_eq!(mismatch.sender, "bar");
+    assert_eq!(mismatch.kind, "Motion");
 }
 
 /// The log of a run whose coordinator was killed: what was flushed is replayed.

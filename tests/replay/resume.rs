@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use coupler::checkpoint::file::{list, read};
-use coupler::checkpoint::{FOLDER, find, keeper};
-use coupler::couple::run::{Ended, Options, go_on, run};
-use coupler::launch::Watch;
+use coupler::participants::Watch;
 use coupler::replay::recording;
+use coupler::run::checkpoint::file::{list, read};
+use coupler::run::checkpoint::{FOLDER, find, keeper};
+use coupler::run::session::{Ended, Options, go_on, run};
 use coupler::scenario::{Loaded, load};
 use harness::runs::{Scratch, program};
 use serde_json::Value;
@@ -105,7 +105,7 @@ pub(crate) fn resume_from_all(loaded: &Loaded, name: &str) -> (usize, usize, Val
     let mut halved = 0;
     for (index, checkpoint) in found.iter().enumerate() {
         let (_, state) = read(&checkpoint.path, &keeper::about(loaded)).expect("it is whole");
-        halved += usize::from(state.position.courses.iter().any(|c| c.rest.is_some()));
+        halved += usize::from(state.position.groups.iter().any(|c| c.rest.is_some()));
         let out = scratch
             .path()
             .join(format!("resumed-{}", checkpoint.window));

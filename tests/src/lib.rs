@@ -5,6 +5,7 @@
 //! - [`lattice`]: what bars and chains are pieces of, in one piece;
 //! - [`plate`]: a row of loaded masses on a two-dimensional surface;
 //! - [`scene`]: texts of scenes of these;
+//! - [`window_matrix`]: one window of each scheme as a matrix, the reference of the schemes themselves;
 //! - [`runs`]: running a scenario text in-process or over shared memory, and reading what it left.
 
 pub mod bar;
@@ -13,8 +14,9 @@ pub mod lattice;
 pub mod plate;
 pub mod runs;
 pub mod scene;
+pub mod window_matrix;
 
-use coupler::launch::{Registry, Solver};
+use coupler::participants::{Registry, Solver};
 
 /// The verification solvers with the shipped ones.
 pub fn registry() -> Registry {

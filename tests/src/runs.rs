@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use coupler::couple::run::{Ended, Options, run};
 use coupler::error::Error;
-use coupler::launch::Watch;
+use coupler::participants::Watch;
 use coupler::report::curves::read_csv;
+use coupler::run::session::{Ended, Options, run};
 use coupler::scenario::load::parse;
 use coupler::scenario::source::Source;
 use protocol::{Node, PROTOCOL_VERSION, Session, Setting, Transport};

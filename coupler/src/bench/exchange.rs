@@ -11,7 +11,7 @@ use protocol::{Frame, Header, Kind, Link, PROTOCOL_VERSION, Session, Setting, Tr
 use serde_json::json;
 
 use crate::error::Error;
-use crate::launch::process;
+use crate::participants::process;
 
 /// Frames that pass before counting starts.
 const WARM_UP: usize = 500;

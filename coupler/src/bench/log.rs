@@ -6,9 +6,9 @@ use std::time::Instant;
 use protocol::{Frame, Header, Kind};
 use serde::Serialize;
 
-use crate::couple::run::fresh_run_id;
 use crate::error::Error;
 use crate::log::{Entry, Exchange, LogStats, Provenance, Recorder, read};
+use crate::run::session::fresh_run_id;
 use crate::rundir::Scratch;
 
 /// Doubles written for each row, 64 MB.

@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::couple::mapping::Mapping;
 use crate::error::Error;
 use crate::scenario::MappingKind;
+use crate::scheme::mapping::Mapping;
 
 /// One kind of mapping on one line.
 #[derive(Clone, Debug, PartialEq, Serialize)]

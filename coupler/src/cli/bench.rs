@@ -7,7 +7,7 @@ use clap::Subcommand;
 use super::{CHECK_FAILED, VerbResult, print};
 use crate::bench::{exchange, log, mapping, stability};
 use crate::error::Error;
-use crate::launch::Registry;
+use crate::participants::Registry;
 
 /// Arguments of `bench`.
 #[derive(Debug, clap::Args)]

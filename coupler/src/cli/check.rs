@@ -1,9 +1,9 @@
 //! `thirdbody check`: everything that can be said before a run.
 
 use super::{ScenarioArguments, VerbResult, own_program, print};
-use crate::couple::greeting::Greeting;
-use crate::couple::run::check as check_scenario;
-use crate::launch::Registry;
+use crate::participants::Registry;
+use crate::run::forecast::Forecast;
+use crate::run::session::check as check_scenario;
 use crate::scenario::{Loaded, Participant, load};
 
 /// Arguments of `check`.
@@ -40,13 +40,13 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
         ));
         return Ok(0);
     }
-    let greeting = Greeting {
+    let forecast = Forecast {
         loaded: &loaded,
         registry,
         program: own_program()?,
         threads: arguments.scenario.threads(),
     };
-    for line in greeting.foresee()? {
+    for line in forecast.lines()? {
         print(&line);
     }
     Ok(0)
@@ -74,7 +74,7 @@ fn describe(loaded: &Loaded) -> String {
             interface.name,
             interface.between[0],
             interface.between[1],
-            interface.scheme,
+            interface.scheme.word(),
             interface.substeps,
             interface.tolerance_rel
         ));

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::{VerbResult, log_of, print};
-use crate::checkpoint::{FOLDER, file};
 use crate::error::Error;
 use crate::log::{LogError, LogSummary, summarize};
+use crate::run::checkpoint::{FOLDER, file};
 
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::error::Error;
-use crate::launch::Registry;
+use crate::participants::Registry;
 use crate::scenario::Scenario;
 
 pub mod bench;

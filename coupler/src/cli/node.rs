@@ -9,7 +9,7 @@ use protocol::participate::{follow, read_session};
 
 use super::VerbResult;
 use crate::error::Error;
-use crate::launch::Registry;
+use crate::participants::Registry;
 
 /// Arguments of `node`.
 #[derive(Debug, clap::Args)]

@@ -6,12 +6,12 @@ use protocol::Kind;
 use serde_json::{Value, json};
 
 use super::{VerbResult, log_of, own_program, print, refuse_commands};
-use crate::checkpoint::{Origin, find};
-use crate::couple::run::fresh_run_id;
 use crate::error::Error;
-use crate::launch::{Launcher, Registry, Watch};
+use crate::participants::{Launcher, Registry, Watch};
 use crate::replay::solver::How;
 use crate::replay::{Recording, Replayed, coupler, drift, recording, solver};
+use crate::run::checkpoint::{RestartPoint, find};
+use crate::run::session::fresh_run_id;
 use crate::rundir::{RunDir, Scratch};
 use crate::scenario::{Participant, TransportKind};
 
@@ -84,7 +84,7 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
         true => print(&json(arguments, &recording, &results, &how).to_string()),
         false => print(&table(&recording, &results, &how)),
     }
-    let departs = results.iter().any(|replayed| replayed.departure.is_some());
+    let departs = results.iter().any(|replayed| replayed.mismatch.is_some());
     match departs && !how.open_loop {
         true => Ok(DEPARTS),
         false => Ok(0),
@@ -105,7 +105,7 @@ fn nearest(
     arguments: &ReplayArguments,
     recording: &Recording,
     window: u64,
-) -> Result<Origin, Error> {
+) -> Result<RestartPoint, Error> {
     let (origin, passed_over) = find(&arguments.run, &recording.loaded, Some(window))?;
     for unusable in passed_over {
         eprintln!("warning: {unusable}; the one before it is taken");
@@ -207,9 +207,9 @@ fn table(recording: &Recording, results: &[Replayed], how: &How) -> String {
         Some(tolerance) => format!("identical within {tolerance:e}"),
     };
     for replayed in results {
-        let found = match &replayed.departure {
+        let found = match &replayed.mismatch {
             None => found.clone(),
-            Some(departure) => departure.to_string(),
+            Some(mismatch) => mismatch.to_string(),
         };
         lines.push(format!(
             "{}: {} messages equal, up to window {}: {found}",
@@ -236,7 +236,7 @@ fn json(
             "who": replayed.who,
             "equal_messages": replayed.equal,
             "last_window": replayed.last_window,
-            "departure": replayed.departure.as_ref().map(ToString::to_string),
+            "departure": replayed.mismatch.as_ref().map(ToString::to_string),
             "wall_s": replayed.wall_s,
             "solve_wall_s": replayed.solve_wall_s,
             "run_solve_wall_s": summary["participants"][&replayed.who]["solve_wall_s"],

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::run::{conclude, listen};
 use super::{VerbResult, own_program, refuse_commands};
-use crate::checkpoint::{Unusable, find};
-use crate::couple::run::{Options, go_on};
 use crate::error::Error;
-use crate::launch::Registry;
+use crate::participants::Registry;
+use crate::run::checkpoint::{Unusable, find};
+use crate::run::session::{Options, go_on};
 use crate::scenario::load;
 
 /// Arguments of `resume`.

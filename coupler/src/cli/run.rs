@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use super::{ScenarioArguments, VerbResult, own_program, print, print_error};
-use crate::couple::run::{Ended, Options, run as run_scenario};
 use crate::error::Error;
-use crate::launch::{Registry, Watch};
+use crate::participants::{Registry, Watch};
+use crate::run::session::{Ended, Options, run as run_scenario};
 use crate::scenario::load;
 
 /// Arguments of `run`.

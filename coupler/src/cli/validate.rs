@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 
 use super::{CHECK_FAILED, VerbResult, own_program, print};
-use crate::launch::{Registry, Watch};
+use crate::participants::{Registry, Watch};
 use crate::validate::run_suite;
 use crate::validate::suite::{Row, Runs};
 

@@ -19,6 +19,7 @@ use thiserror::Error as ThisError;
 
 pub mod export;
 pub mod hash;
+pub mod mismatch;
 pub mod proto;
 pub mod read;
 pub mod record;
@@ -26,10 +27,14 @@ pub mod summary;
 pub mod volume;
 
 pub use hash::ExchangeHasher;
+pub use mismatch::Mismatch;
 pub use read::{Entry, Exchange, LogFile, read, recover};
 pub use record::{LogStats, Recorder};
 pub use summary::{LogSummary, NonFinite, Stream, WindowStats, summarize};
 pub use volume::Volume;
+
+/// Name under which the coupler's own frames are logged.
+pub const COUPLER: &str = "coupler";
 
 /// The name and version of this format, in the metadata of every log.
 pub const FORMAT: &str = "thirdbody.exchange/1";

@@ -6,8 +6,9 @@ use std::time::{Duration, Instant};
 use protocol::{Phase, Window};
 use serde::{Deserialize, Serialize};
 
-use crate::couple::scheme::{Coupling, InterfaceSignals, Standing};
 use crate::scenario::Interface;
+use crate::scheme::coupling::Coupling;
+use crate::scheme::window::{AcceptedWindow, InterfaceSignals};
 
 pub mod collection;
 pub mod profile;
@@ -69,13 +70,13 @@ impl HoldMeans {
         }
     }
 
-    /// Adds a window that stands.
-    pub fn add(&mut self, window: &Window, standing: &Standing) {
+    /// Adds an accepted window.
+    pub fn add(&mut self, window: &Window, accepted: &AcceptedWindow) {
         let Some((start, end)) = self.span else {
             return;
         };
         if window.t0_s >= start && window.t1_s <= end * (1.0 + 1e-9) {
-            for (interface, seen) in &standing.signals {
+            for (interface, seen) in &accepted.signals {
                 let mean = &mut self.interfaces[*interface];
                 mean.windows += 1;
                 mean.force_sum_n += seen.pressing_n;

@@ -4,10 +4,10 @@ use std::fmt::Write;
 
 use serde::{Deserialize, Serialize};
 
-use crate::couple::group::Patch;
-use crate::couple::scheme::Coupling;
 use crate::error::Error;
 use crate::rundir::RunDir;
+use crate::scheme::coupling::Coupling;
+use crate::scheme::group::Patch;
 
 /// Traction at the exchanged nodes, sorted by place.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -32,8 +32,8 @@ impl Traction {
         let take = |value: &dyn Fn(usize) -> f64| order.iter().map(|i| value(*i)).collect();
         Traction {
             x_m: take(&|i| nodes.x_m[i]),
-            normal_n: take(&|i| -patch.outward_y * coupling.lambda[2 * i + 1]),
-            shear_n: take(&|i| coupling.lambda[2 * i]),
+            normal_n: take(&|i| -patch.outward_y * coupling.state.lambda[2 * i + 1]),
+            shear_n: take(&|i| coupling.state.lambda[2 * i]),
             area_m2: take(&|i| nodes.length_m[i] * thickness_m),
             thickness_m,
         }

@@ -7,10 +7,10 @@ use std::path::Path;
 
 use protocol::Description;
 
-use crate::couple::scheme::InterfaceSignals;
 use crate::error::Error;
 use crate::rundir::RunDir;
 use crate::scenario::Interface;
+use crate::scheme::window::InterfaceSignals;
 
 /// The open file.
 pub struct SignalsFile {

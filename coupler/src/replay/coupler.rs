@@ -5,12 +5,16 @@ use std::time::Instant;
 
 use super::tape::{Seen, TapeLink, turns};
 use super::{Recording, Replayed};
-use crate::checkpoint::Origin;
-use crate::couple::conversation::{COUPLER, Conversation};
-use crate::couple::course::windows;
-use crate::couple::handshake::{self, Greeted};
 use crate::error::Error;
-use crate::launch::{Launcher, Life, Peer, Watch};
+use crate::log::COUPLER;
+use crate::participants::handshake::{self, Greeted};
+use crate::participants::remote::Remote;
+use crate::participants::{Launcher, Life, Peer, Peers, Watch};
+use crate::run::checkpoint::RestartPoint;
+use crate::run::time_loop::{each_window, groups_at_start};
+use crate::scenario::Scenario;
+use crate::scheme::join::join;
+use crate::scheme::predict::inputs::foresee;
 
 /// Runs the coupling loop against tapes, from the start or from a checkpoint. What participants say of themselves is not part of the log, so each
 /// is started once for its greeting.
@@ -18,7 +22,7 @@ pub fn replay(
     recording: &Recording,
     launcher: &Launcher,
     watch: &Watch,
-    from: Option<&Origin>,
+    from: Option<&RestartPoint>,
 ) -> Result<Replayed, Error> {
     let greeted = greetings(recording, launcher, watch)?;
     let scenario = &recording.loaded.scenario;
@@ -38,17 +42,15 @@ pub fn replay(
         peers.push(Peer::new(&participant.name, Box::new(link), Life::Tape));
         tapes.push(seen);
     }
-    let deadlines = &scenario.run.deadlines;
-    let mut conversation = Conversation::new(
+    let mut peers = Peers::new(
         peers,
         launcher.run_id,
         scenario.labels(),
-        deadlines,
+        &scenario.run.deadlines,
         watch.clone(),
-        None,
     );
     let start = Instant::now();
-    let result = windows(&mut conversation, scenario, &greeted, from);
+    let result = windows(&mut peers, scenario, &greeted, from);
     let mut replayed = Replayed::of(COUPLER);
     replayed.wall_s = start.elapsed().as_secs_f64();
     let mut ended = false;
@@ -59,13 +61,13 @@ pub fn replay(
         replayed.equal += seen.equal;
         replayed.last_window = replayed.last_window.max(seen.last_window);
         ended |= seen.ended;
-        if replayed.departure.is_none() {
-            replayed.departure.clone_from(&seen.departure);
+        if replayed.mismatch.is_none() {
+            replayed.mismatch.clone_from(&seen.mismatch);
         }
     }
     match result {
         // The lost peer is the tape: at its end, or where the coupler departed from it.
-        Err(Error::PeerLost { .. }) if ended || replayed.departure.is_some() => Ok(replayed),
+        Err(Error::PeerLost { .. }) if ended || replayed.mismatch.is_some() => Ok(replayed),
         Err(error) => Err(error),
         Ok(()) => Ok(replayed),
     }
@@ -83,14 +85,37 @@ fn greetings(
         .iter()
         .map(|participant| launcher.start(participant, &memory))
         .collect();
-    let deadlines = &scenario.run.deadlines;
-    let mut conversation = Conversation::new(
+    let mut peers = Peers::new(
         peers?,
         launcher.run_id,
         scenario.labels(),
-        deadlines,
+        &scenario.run.deadlines,
         watch.clone(),
-        None,
     );
-    handshake::greet(&mut conversation, &recording.loaded, launcher.run_id)
+    handshake::greet(&mut peers, &recording.loaded, launcher.run_id)
+}
+
+/// The whole coupled exchange without outputs.
+fn windows(
+    peers: &mut Peers,
+    scenario: &Scenario,
+    greeted: &[Greeted],
+    from: Option<&RestartPoint>,
+) -> Result<(), Error> {
+    if scenario.interface.is_empty() {
+        return Err(Error::Refused(
+            "a solver that ran alone has no coupler to replay".into(),
+        ));
+    }
+    let remote = &mut Remote::new(peers, greeted);
+    let mut groups = groups_at_start(scenario, greeted, join(remote, scenario)?)?;
+    match from {
+        Some(restart) => restart.place(&mut groups)?,
+        None => {
+            for group in &mut groups {
+                foresee(&mut group.coupling, remote)?;
+            }
+        }
+    }
+    each_window(peers, greeted, &mut groups, |_, _, _| Ok(()))
 }

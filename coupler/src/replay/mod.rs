@@ -4,26 +4,23 @@
 //! included; the coupler is run against tapes of both participants, and every request of its is compared.
 //!
 //! - [`tape`]: the logged conversation with one participant, also as a link;
-//! - [`departure`]: where two streams part; [`judge`]: how far; [`mod@drift`]: how that grows;
+//! - [`judge`]: the size of a mismatch; [`mod@drift`]: its growth;
 //! - [`solver`], [`coupler`]: the two kinds of replay.
 
 use std::path::Path;
 
-use crate::checkpoint::Origin;
 use crate::error::Error;
-use crate::log::{Entry, Exchange, recover};
+use crate::log::{Entry, Exchange, Mismatch, recover};
+use crate::run::checkpoint::RestartPoint;
 use crate::scenario::Loaded;
 use crate::scenario::load::parse;
 use crate::scenario::source::Source;
 
 pub mod coupler;
-pub mod departure;
 pub mod drift;
 pub mod judge;
 pub mod solver;
 pub mod tape;
-
-pub use departure::Departure;
 
 /// A log in memory, with the scenario that made it.
 pub struct Recording {
@@ -44,7 +41,7 @@ impl Recording {
     }
 
     /// Messages that had passed when a checkpoint was written; none for a replay from the start.
-    pub fn messages_before(&self, origin: Option<&Origin>) -> usize {
+    pub fn messages_before(&self, origin: Option<&RestartPoint>) -> usize {
         let blocks = origin.map_or(0, |origin| origin.checkpoint.log_blocks as usize);
         let last = blocks.checked_sub(1).and_then(|last| self.ends.get(last));
         last.copied().unwrap_or(0)
@@ -77,7 +74,7 @@ pub struct Replayed {
     /// The last window with an equal message.
     pub last_window: u64,
     /// The first that was not.
-    pub departure: Option<Departure>,
+    pub mismatch: Option<Mismatch>,
     /// Wall-clock time (s) from the first message to the last, without the start of solvers and the reading of the log.
     pub wall_s: f64,
     /// The part of it that the solver was at work (s), as it says itself; none for the coupler, nor after a departure.

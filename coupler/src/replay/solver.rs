@@ -5,22 +5,20 @@ use std::time::Instant;
 use protocol::serve::Farewell;
 use protocol::{Frame, Header, Kind, Window};
 
-use super::departure::Departure;
 use super::judge::Ruler;
 use super::tape::{Turn, turns};
 use super::{Drift, Recording, Replayed};
-use crate::checkpoint::Origin;
-use crate::couple::conversation::Conversation;
-use crate::couple::handshake;
 use crate::error::Error;
-use crate::launch::{Launcher, Watch};
+use crate::log::Mismatch;
+use crate::participants::{Communicator, Launcher, Peers, Watch, handshake};
+use crate::run::checkpoint::RestartPoint;
 use crate::scenario::Scenario;
 
 /// How a solver is replayed.
 #[derive(Clone, Copy, Default)]
 pub struct How<'a> {
     /// Begin after this checkpoint instead of at the start.
-    pub from: Option<&'a Origin>,
+    pub from: Option<&'a RestartPoint>,
     /// Accept answers that deviate by so much, see [`Ruler`]; every bit counts when absent.
     pub tolerance_rel: Option<f64>,
     /// Go on after a departure, and tell how the answers drift: the other side still says what it said to the logged
@@ -40,15 +38,16 @@ pub fn replay(
     let index = index_of(scenario, name)?;
     let memory = launcher.shared_memory();
     let peer = launcher.start(&scenario.participant[index], &memory)?;
-    let mut conversation = Conversation::new(
+    let mut peers = Peers::new(
         vec![peer],
         launcher.run_id,
         vec![scenario.label(name)],
         &scenario.run.deadlines,
         watch.clone(),
-        None,
     );
-    handshake::greet(&mut conversation, &recording.loaded, launcher.run_id)?;
+    peers.pipelined = true;
+    let communicator: &mut dyn Communicator = &mut peers;
+    handshake::greet(communicator, &recording.loaded, launcher.run_id)?;
     let mut comparison = Comparison {
         replayed: Replayed::of(name),
         ruler: Ruler::default(),
@@ -60,19 +59,19 @@ pub fn replay(
     let start = Instant::now();
     if let Some(origin) = how.from {
         for turn in handshake_turns(turns(&recording.messages[..past], name)) {
-            comparison.ask(&mut conversation, &turn, None)?;
+            comparison.ask(communicator, &turn, None)?;
         }
-        origin.restore_one(&mut conversation, index)?;
+        origin.restore_node(communicator, 0, index)?;
     }
     for (place, turn) in later.iter().enumerate() {
-        if !comparison.ask(&mut conversation, turn, later.get(place + 1))? {
+        if !comparison.ask(communicator, turn, later.get(place + 1))? {
             comparison.replayed.wall_s = start.elapsed().as_secs_f64();
             return Ok(comparison.replayed);
         }
     }
     comparison.replayed.wall_s = start.elapsed().as_secs_f64();
-    conversation.tell(0, Kind::Finish, &Window::default(), Vec::new())?;
-    let outcome = conversation.hear(0, Kind::Finished)?;
+    communicator.tell(0, Kind::Finish, &Window::default(), Vec::new())?;
+    let outcome = communicator.receive(0, Kind::Finished)?;
     comparison.replayed.solve_wall_s = solve_wall_s(&outcome);
     Ok(comparison.replayed)
 }
@@ -122,26 +121,26 @@ impl Comparison<'_> {
     /// Asks again and compares, the turn after it on its way already; false when nothing more is to be asked.
     fn ask(
         &mut self,
-        conversation: &mut Conversation,
+        communicator: &mut dyn Communicator,
         turn: &Turn,
         next: Option<&Turn>,
     ) -> Result<bool, Error> {
         let Some(answer) = &turn.answer else {
             return Ok(false);
         };
-        let ours = ask_again(conversation, turn, answer, next)?;
-        let departure = self.compare(answer, &ours);
-        if departure.is_none() {
+        let ours = ask_again(communicator, turn, answer, next)?;
+        let mismatch = self.compare(answer, &ours);
+        if mismatch.is_none() {
             self.replayed.equal += 1;
             self.replayed.last_window = answer.header.window;
-        } else if self.replayed.departure.is_none() {
-            self.replayed.departure = departure;
+        } else if self.replayed.mismatch.is_none() {
+            self.replayed.mismatch = mismatch;
         }
-        Ok(self.how.open_loop || self.replayed.departure.is_none())
+        Ok(self.how.open_loop || self.replayed.mismatch.is_none())
     }
 
-    fn compare(&mut self, logged: &Frame, ours: &Frame) -> Option<Departure> {
-        let exact = Departure::between(&self.replayed.who, logged, ours);
+    fn compare(&mut self, logged: &Frame, ours: &Frame) -> Option<Mismatch> {
+        let exact = Mismatch::between(&self.replayed.who, logged, ours);
         if logged.payload.len() != ours.payload.len() {
             return exact;
         }
@@ -155,25 +154,29 @@ impl Comparison<'_> {
         }
         match self.how.tolerance_rel {
             Some(tolerance) if deviation.rel <= tolerance => None,
-            Some(_) => exact.map(|departure| departure.at_entry(logged, ours, deviation.entry)),
+            Some(_) => exact.map(|mismatch| mismatch.at_entry(logged, ours, deviation.entry)),
             None => exact,
         }
     }
 }
 
 fn ask_again(
-    conversation: &mut Conversation,
+    communicator: &mut dyn Communicator,
     turn: &Turn,
     answer: &Frame,
     next: Option<&Turn>,
 ) -> Result<Frame, Error> {
-    let header: Header = turn.request.header;
-    conversation.repeat(0, header, turn.request.payload.clone())?;
+    let run_id = communicator.peers().run_id();
+    let ours = |frame: &Frame| Header {
+        run_id,
+        ..frame.header
+    };
+    communicator.send(0, ours(&turn.request), turn.request.payload.clone())?;
     if let Some(next) = next.filter(|next| next.answer.is_some()) {
-        conversation.repeat_ahead(0, next.request.header, next.request.payload.clone())?;
+        communicator.send_early(0, ours(&next.request), next.request.payload.clone())?;
     }
     let kind = answer
         .kind()
         .map_err(|error| Error::Refused(format!("the log: {error}")))?;
-    conversation.hear(0, kind)
+    communicator.receive(0, kind)
 }

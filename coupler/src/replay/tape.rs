@@ -7,9 +7,7 @@ use std::time::Duration;
 use protocol::serve::Farewell;
 use protocol::{Frame, Header, Kind, Link, LinkError};
 
-use super::departure::Departure;
-use crate::couple::conversation::COUPLER;
-use crate::log::Exchange;
+use crate::log::{COUPLER, Exchange, Mismatch};
 
 /// A request and its answer.
 #[derive(Clone, Debug)]
@@ -46,7 +44,7 @@ pub struct Seen {
     /// Window of the last of them.
     pub last_window: u64,
     /// The first request that was not.
-    pub departure: Option<Departure>,
+    pub mismatch: Option<Mismatch>,
     /// Whether the tape ran out.
     pub ended: bool,
 }
@@ -81,8 +79,8 @@ impl TapeLink {
             seen.ended = true;
             return Err(LinkError::Closed);
         };
-        if let Some(departure) = Departure::between(COUPLER, &logged, request) {
-            seen.departure = Some(departure);
+        if let Some(mismatch) = Mismatch::between(COUPLER, &logged, request) {
+            seen.mismatch = Some(mismatch);
             return Err(LinkError::Closed);
         }
         seen.equal += 1;

@@ -3,7 +3,7 @@
 use protocol::ConfigError;
 use protocol::setting::nearest;
 
-use super::{CompliancePrior, Dirichlet, Interface, Scenario, Scheme};
+use super::{CompliancePrior, Dirichlet, Interface, Scenario, SchemeWord};
 
 /// Stops at the first that fails.
 pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
@@ -105,13 +105,14 @@ fn check_one_solution(
     interface: &Interface,
     index: usize,
 ) -> Result<(), ConfigError> {
+    let (ours, theirs) = (interface.given, first.given);
     let agree = [
-        ("scheme", first.scheme == interface.scheme),
-        ("dirichlet", first.dirichlet == interface.dirichlet),
-        ("repeats_max", first.repeats_max == interface.repeats_max),
-        ("compliance", first.compliance == interface.compliance),
-        ("acceleration", first.acceleration == interface.acceleration),
-        ("relaxation", first.relaxation == interface.relaxation),
+        ("scheme", ours.scheme == theirs.scheme),
+        ("dirichlet", ours.dirichlet() == theirs.dirichlet()),
+        ("repeats_max", ours.repeats_max() == theirs.repeats_max()),
+        ("compliance", ours.compliance() == theirs.compliance()),
+        ("acceleration", ours.acceleration() == theirs.acceleration()),
+        ("relaxation", ours.relaxation() == theirs.relaxation()),
         (
             "on_not_converged",
             first.on_not_converged == interface.on_not_converged,
@@ -171,26 +172,33 @@ fn check_interface(
     let key = |name: &str| format!("interface[{index}].{name}");
     plain_name(&key("name"), &interface.name)?;
     at_least_one(&key("substeps"), interface.substeps.into())?;
-    at_least_one(&key("repeats_max"), interface.repeats_max.into())?;
+    let given = interface.given;
+    if let Some(repeats) = given.repeats_max {
+        at_least_one(&key("repeats_max"), repeats.into())?;
+    }
     positive(&key("tolerance_rel"), interface.tolerance_rel)?;
-    positive(&key("relaxation"), interface.relaxation)?;
+    if let Some(relaxation) = given.relaxation {
+        positive(&key("relaxation"), relaxation)?;
+    }
     if let Some(bound) = interface.energy_defect_max_rel {
         positive(&key("energy_defect_max_rel"), bound)?;
     }
-    if interface.relaxation > 1.0 {
+    if let Some(relaxation) = given.relaxation.filter(|relaxation| *relaxation > 1.0) {
         return Err(ConfigError::new(
             &key("relaxation"),
-            format!("must be at most 1, got {}", interface.relaxation),
+            format!("must be at most 1, got {relaxation}"),
         ));
     }
-    if interface.scheme == Scheme::Velocity && interface.compliance == CompliancePrior::Mass {
+    if given.scheme == SchemeWord::Velocity && given.compliance == Some(CompliancePrior::Mass) {
         return Err(ConfigError::new(
             &key("compliance"),
             "scheme = \"velocity\" goes by the impedance that the continuum tells, not by masses",
         )
         .help("remove the key, or take scheme = \"dual-schur-secant\""));
     }
-    if interface.dirichlet == Dirichlet::Continuum && !interface.scheme.has_roles() {
+    if given.dirichlet == Some(Dirichlet::Continuum)
+        && interface.scheme.dirichlet() != Dirichlet::Continuum
+    {
         return Err(ConfigError::new(
             &key("dirichlet"),
             "the scheme gives both sides force and motion at once, so that neither follows the other",

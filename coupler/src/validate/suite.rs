@@ -7,9 +7,9 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::case::{Case, Number, read};
-use crate::couple::run::{Ended, Options, fresh_run_id, run};
 use crate::error::Error;
-use crate::launch::{Registry, Watch};
+use crate::participants::{Registry, Watch};
+use crate::run::session::{Ended, Options, fresh_run_id, run};
 use crate::rundir::Scratch;
 use crate::scenario::load;
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::couple::predict::response::{Lead, Response, matrix_power};
+use crate::scheme::predict::response::{PrescribedResponse, Response, matrix_power};
 
 /// An elastic bar of unit elements, held at its far end, coupled at the other; explicit steps without damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,22 +44,22 @@ impl Bar {
             carry: window.view((0, 0), (2 * n, 2 * n)).into_owned(),
             push: window.column(2 * n).rows(0, 2 * n).into_owned(),
             place,
-            lead: self.lead(substeps),
+            prescribed: self.prescribed(substeps),
         }
     }
 
     /// The same along a velocity: one step for each unit state and for a unit acceleration of the end.
-    fn lead(&self, substeps: u32) -> Lead {
+    fn prescribed(&self, substeps: u32) -> PrescribedResponse {
         let n = self.elements;
         let step = self.step_matrix(|state, acceleration| {
-            self.led(state, acceleration, 1);
+            self.run_prescribed(state, acceleration, 1);
         });
         let mut pull = DVector::zeros(2 * n);
         pull[n - 1] = 1.0;
         if n > 1 {
             pull[n - 2] = -1.0;
         }
-        Lead::new(step, substeps, END_MASS_KG, pull)
+        PrescribedResponse::new(step, substeps, END_MASS_KG, pull)
     }
 
     /// One step as a matrix: done for each unit state, and for a unit of what acts on the end.
@@ -87,9 +87,10 @@ impl Bar {
         (0..n)
             .map(|i| {
                 let left = if i > 0 { u[i - 1] } else { 0.0 };
-                match i + 1 < n {
-                    true => left + u[i + 1] - 2.0 * u[i],
-                    false => (left - u[i] + force) / END_MASS_KG,
+                if i + 1 < n {
+                    left + u[i + 1] - 2.0 * u[i]
+                } else {
+                    (left - u[i] + force) / END_MASS_KG
                 }
             })
             .collect()
@@ -101,7 +102,12 @@ impl Bar {
     }
 
     /// Steps with a constant acceleration of the end; returns the force that this takes after them (N), and its work (J).
-    pub(super) fn led(&self, state: &mut State, acceleration: f64, substeps: u32) -> (f64, f64) {
+    pub(super) fn run_prescribed(
+        &self,
+        state: &mut State,
+        acceleration: f64,
+        substeps: u32,
+    ) -> (f64, f64) {
         let end = self.elements - 1;
         let (mut force, mut place, mut work) = (0.0, state.u[end], 0.0);
         self.steps(state, substeps, |u| {

@@ -1,13 +1,13 @@
 //! Where each scheme begins to grow: foreseen from the handshake, and found by running the real coupler.
 
-use super::map::{bar, boundary_inertia, choice, facts};
+use super::map::{bar, boundary_inertia, inputs};
 use super::nodes::Bar;
-use super::trial::{Trial, Way, word};
-use crate::couple::predict::{NEUTRAL, explain};
+use super::trial::{Trial, scheme, word};
 use crate::error::Error;
-use crate::scenario::{Dirichlet, Scheme};
+use crate::scenario::{Dirichlet, Scheme, SchemeWord};
+use crate::scheme::predict::prediction::{NEUTRAL, explain};
 
-/// What is bisected.
+/// The bisected quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
     /// Mass on the wall over that of the bar.
@@ -20,8 +20,8 @@ pub enum Axis {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
     /// The scheme.
-    pub way: Way,
-    /// What was varied.
+    pub scheme: Scheme,
+    /// The varied quantity.
     pub axis: Axis,
     /// Steps in a window.
     pub substeps: u32,
@@ -55,77 +55,81 @@ pub fn limits(substeps: &[u32], cfls: &[f64]) -> Result<Vec<Limit>, Error> {
     let mut limits = Vec::new();
     for m in substeps {
         for cfl in cfls {
-            for scheme in [
-                Scheme::StaggeredSerial,
-                Scheme::StaggeredParallel,
-                Scheme::FixedPointSerial,
+            for word in [
+                SchemeWord::StaggeredSerial,
+                SchemeWord::StaggeredParallel,
+                SchemeWord::FixedPointSerial,
             ] {
-                limits.push(mass_limit(scheme.into(), *m, *cfl)?);
-                limits.push(mass_limit(Way::swapped(scheme), *m, *cfl)?);
+                for dirichlet in [Dirichlet::Wall, Dirichlet::Continuum] {
+                    limits.push(mass_limit(scheme(word, dirichlet), *m, *cfl)?);
+                }
             }
         }
-        for scheme in [Scheme::DualSchur, Scheme::DualSchurSecant, Scheme::Velocity] {
-            limits.push(step_limit(scheme, *m)?);
+        for word in [
+            SchemeWord::DualSchur,
+            SchemeWord::DualSchurSecant,
+            SchemeWord::Velocity,
+        ] {
+            limits.push(step_limit(scheme(word, Dirichlet::Wall), *m)?);
         }
     }
     Ok(limits)
 }
 
-fn trial(way: Way, substeps: u32, cfl: f64, mass_ratio: f64) -> Trial {
+fn trial(scheme: Scheme, substeps: u32, cfl: f64, mass_ratio: f64) -> Trial {
     Trial {
         bar: bar(cfl),
         substeps,
-        way,
+        scheme,
         boundary_inertia: boundary_inertia(mass_ratio, f64::INFINITY, 1.0),
     }
 }
 
 /// Heavy masses make schemes grow in which the wall follows, light ones those in which the continuum does.
-fn mass_limit(way: Way, substeps: u32, cfl: f64) -> Result<Limit, Error> {
-    let at_low_end = way.dirichlet == Dirichlet::Wall;
+fn mass_limit(scheme: Scheme, substeps: u32, cfl: f64) -> Result<Limit, Error> {
+    let at_low_end = scheme.dirichlet() == Dirichlet::Wall;
+    let response = bar(cfl).response(substeps);
     let foreseen = |mass_ratio: f64| -> Result<bool, Error> {
-        let trial = trial(way, substeps, cfl, mass_ratio);
-        let response = trial.bar.response(substeps);
-        let growth = explain(&facts(&trial, &response), choice(way)).growth;
-        Ok(growth.is_some_and(|growth| growth <= level(way.scheme)) == at_low_end)
+        let trial = trial(scheme, substeps, cfl, mass_ratio);
+        let growth = explain(&inputs(&trial, &response), &scheme)?.growth;
+        Ok(growth.is_some_and(|growth| growth <= level(&scheme)) == at_low_end)
     };
     let found = |mass_ratio: f64| -> Result<bool, Error> {
-        Ok(stands(&trial(way, substeps, cfl, mass_ratio))? == at_low_end)
+        Ok(stands(&trial(scheme, substeps, cfl, mass_ratio))? == at_low_end)
     };
     Ok(Limit {
-        way,
+        scheme,
         axis: Axis::MassRatio,
         substeps,
         cfl,
-        predicted: bisect((1e-4, 1e4), foreseen)?,
-        measured: bisect((1e-4, 1e4), found)?,
+        predicted: bisect(1e-4, 1e4, foreseen)?,
+        measured: bisect(1e-4, 1e4, found)?,
     })
 }
 
 fn step_limit(scheme: Scheme, substeps: u32) -> Result<Limit, Error> {
-    let way = Way::from(scheme);
-    let found = |cfl: f64| stands(&trial(way, substeps, cfl, 1.0));
+    let found = |cfl: f64| stands(&trial(scheme, substeps, cfl, 1.0));
     Ok(Limit {
-        way,
+        scheme,
         axis: Axis::Cfl,
         substeps,
         cfl: 0.5,
         predicted: Bar::LIMIT_S,
-        measured: bisect((0.5, 2.0), found)?,
+        measured: bisect(0.5, 2.0, found)?,
     })
 }
 
-/// Repeats that do not contract never end; windows may grow by what a run can show.
-fn level(scheme: Scheme) -> f64 {
+/// Repeats that do not contract never end; windows may grow by the little that a run can show.
+fn level(scheme: &Scheme) -> f64 {
     match scheme {
-        Scheme::FixedPointSerial | Scheme::FixedPointParallel => 1.0 + NEUTRAL,
+        Scheme::FixedPoint { .. } => 1.0 + NEUTRAL,
         _ => GROWTH,
     }
 }
 
 /// Whether a real run grows by less than the limit a window, from its third quarter to its last.
 fn stands(trial: &Trial) -> Result<bool, Error> {
-    let fixed_point = level(trial.way.scheme) < GROWTH;
+    let fixed_point = level(&trial.scheme) < GROWTH;
     let windows = if fixed_point { 3 } else { WINDOWS };
     let run = trial.run(windows, GAP_M)?;
     if run.error.is_some() || fixed_point {
@@ -139,16 +143,14 @@ fn stands(trial: &Trial) -> Result<bool, Error> {
 }
 
 /// The last place, in logarithms, where a property that holds at the low end still holds.
-fn bisect(
-    (low, high): (f64, f64),
-    holds: impl Fn(f64) -> Result<bool, Error>,
-) -> Result<f64, Error> {
+fn bisect(low: f64, high: f64, holds: impl Fn(f64) -> Result<bool, Error>) -> Result<f64, Error> {
     let (mut low, mut high) = (low.ln(), high.ln());
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
-        match holds(middle.exp())? {
-            true => low = middle,
-            false => high = middle,
+        if holds(middle.exp())? {
+            low = middle;
+        } else {
+            high = middle;
         }
     }
     Ok((0.5 * (low + high)).exp())
@@ -166,13 +168,13 @@ pub fn csv(limits: &[Limit]) -> String {
         };
         text.push_str(&format!(
             "{},{axis},{},{},1,inf,{:.6e},{:.6e},{:.3e},{}\n",
-            word(limit.way.scheme),
+            word(limit.scheme.word()),
             limit.substeps,
             limit.cfl,
             limit.predicted,
             limit.measured,
             limit.difference_rel(),
-            word(limit.way.dirichlet)
+            word(limit.scheme.dirichlet())
         ));
     }
     text

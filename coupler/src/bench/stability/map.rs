@@ -5,14 +5,14 @@ use std::thread;
 use protocol::BoundaryInertia;
 
 use super::nodes::{Bar, BodyNode};
-use super::trial::{Trial, Way, word};
-use crate::couple::predict::operator::{Joint, Operator, Tie};
-use crate::couple::predict::response::Response;
-use crate::couple::predict::wall::{Masses, Wall};
-use crate::couple::predict::{Choice, Facts, growth, predict, tie};
-use crate::couple::scheme::CHEAP_FACTOR;
+use super::trial::{Trial, scheme, word};
 use crate::error::Error;
-use crate::scenario::{Acceleration, Dirichlet, Scheme};
+use crate::scenario::{Dirichlet, Policy, Scheme, SchemeWord};
+use crate::scheme::coupling::Coupling;
+use crate::scheme::predict::growth::{converged, growth};
+use crate::scheme::predict::linear_pair::{LinearModel, LinearPair, PairState};
+use crate::scheme::predict::prediction::{StabilityInputs, compliance, predict};
+use crate::scheme::predict::response::Response;
 use nalgebra::DVector;
 
 /// Part of the largest force to which a fixed point is repeated.
@@ -25,7 +25,7 @@ pub const ELEMENTS: usize = 10;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axes {
     /// Schemes, those with roles in both of them.
-    pub ways: Vec<Way>,
+    pub schemes: Vec<Scheme>,
     /// Theta of the masses on the wall.
     pub thetas: Vec<f64>,
     /// Mass on the wall over that of the bar.
@@ -38,24 +38,29 @@ pub struct Axes {
     pub stiffness_ratios: Vec<f64>,
 }
 
+/// All schemes, those with roles in both of them.
+const ALL: [(SchemeWord, Dirichlet); 12] = [
+    (SchemeWord::DualSchur, Dirichlet::Wall),
+    (SchemeWord::DualSchurSecant, Dirichlet::Wall),
+    (SchemeWord::DualSchurCheap, Dirichlet::Wall),
+    (SchemeWord::StaggeredSerial, Dirichlet::Wall),
+    (SchemeWord::StaggeredParallel, Dirichlet::Wall),
+    (SchemeWord::FixedPointSerial, Dirichlet::Wall),
+    (SchemeWord::FixedPointParallel, Dirichlet::Wall),
+    (SchemeWord::Velocity, Dirichlet::Wall),
+    (SchemeWord::StaggeredSerial, Dirichlet::Continuum),
+    (SchemeWord::StaggeredParallel, Dirichlet::Continuum),
+    (SchemeWord::FixedPointSerial, Dirichlet::Continuum),
+    (SchemeWord::FixedPointParallel, Dirichlet::Continuum),
+];
+
 impl Axes {
     /// The whole map.
     pub fn full() -> Axes {
         Axes {
-            ways: vec![
-                Scheme::DualSchur.into(),
-                Scheme::DualSchurSecant.into(),
-                Scheme::DualSchurCheap.into(),
-                Scheme::StaggeredSerial.into(),
-                Scheme::StaggeredParallel.into(),
-                Scheme::FixedPointSerial.into(),
-                Scheme::FixedPointParallel.into(),
-                Scheme::Velocity.into(),
-                Way::swapped(Scheme::StaggeredSerial),
-                Way::swapped(Scheme::StaggeredParallel),
-                Way::swapped(Scheme::FixedPointSerial),
-                Way::swapped(Scheme::FixedPointParallel),
-            ],
+            schemes: ALL
+                .map(|(word, dirichlet)| scheme(word, dirichlet))
+                .to_vec(),
             thetas: vec![0.5, 0.55, 0.7, 1.0],
             mass_ratios: vec![1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3],
             substeps: vec![1, 3, 10, 30, 100, 1_000, 10_000],
@@ -91,7 +96,7 @@ pub struct Cell {
 }
 
 /// All cells, in the order of the axes: scheme, theta, mass ratio, substeps, CFL, stiffness ratio.
-pub fn map(axes: &Axes) -> Vec<Cell> {
+pub fn map(axes: &Axes) -> Result<Vec<Cell>, Error> {
     let bars: Vec<Vec<Response>> = axes
         .substeps
         .iter()
@@ -104,12 +109,12 @@ pub fn map(axes: &Axes) -> Vec<Cell> {
     thread::scope(|scope| {
         let threads: Vec<_> = places
             .chunks(share)
-            .map(|part| scope.spawn(move || part.iter().map(cell).collect::<Vec<_>>()))
+            .map(|part| scope.spawn(move || part.iter().map(cell).collect::<Result<Vec<_>, _>>()))
             .collect();
-        threads
+        let parts = threads
             .into_iter()
-            .flat_map(|thread| thread.join().expect("the map does not panic"))
-            .collect()
+            .map(|thread| thread.join().expect("the map does not panic"));
+        Ok(parts.collect::<Result<Vec<_>, Error>>()?.concat())
     })
 }
 
@@ -124,7 +129,7 @@ pub fn bar(cfl: f64) -> Bar {
 impl Axes {
     fn lengths(&self) -> [usize; 6] {
         [
-            self.ways.len(),
+            self.schemes.len(),
             self.thetas.len(),
             self.mass_ratios.len(),
             self.substeps.len(),
@@ -148,25 +153,26 @@ impl Axes {
         place
     }
 
-    fn cell(&self, place: &[usize; 6], response: &Response) -> Cell {
-        let [way, theta, mass, substeps, cfl, stiffness] = *place;
+    fn cell(&self, place: &[usize; 6], response: &Response) -> Result<Cell, Error> {
+        let [scheme, theta, mass, substeps, cfl, stiffness] = *place;
         let mass_ratio = self.mass_ratios[mass];
         let trial = Trial {
             bar: bar(self.cfls[cfl]),
             substeps: self.substeps[substeps],
-            way: self.ways[way],
+            scheme: self.schemes[scheme],
             boundary_inertia: boundary_inertia(
                 mass_ratio,
                 self.stiffness_ratios[stiffness],
                 self.thetas[theta],
             ),
         };
-        Cell {
+        let predicted = predict(&inputs(&trial, response), &trial.scheme)?;
+        Ok(Cell {
             trial,
             mass_ratio,
-            growth: measured(&trial, response),
-            predicted_stable: predicted(&trial, response),
-        }
+            growth: growth(&trial.scheme, model(&trial, response))?,
+            predicted_stable: predicted.stable() == Some(true),
+        })
     }
 }
 
@@ -181,68 +187,51 @@ pub fn boundary_inertia(mass_ratio: f64, stiffness_ratio: f64, theta: f64) -> Bo
     }
 }
 
-pub(super) fn choice(way: Way) -> Choice {
-    Choice {
-        scheme: way.scheme,
-        dirichlet: way.dirichlet,
-        acceleration: Acceleration::Constant,
-        relaxation: Trial::RELAXATION,
+/// The bar itself with the masses of a trial.
+pub fn model<'a>(trial: &Trial, response: &'a Response) -> LinearModel<'a> {
+    LinearModel {
+        response,
+        inertia: trial.boundary_inertia,
+        point_mass_kg: trial.point_mass_kg(),
+        window_s: trial.bar.step_s * f64::from(trial.substeps),
     }
 }
 
-/// Growth under the window matrix of the bar itself.
-fn measured(trial: &Trial, response: &Response) -> f64 {
+/// The knowledge of the coupler after the handshake: the bar by four numbers.
+pub(super) fn inputs(trial: &Trial, response: &Response) -> StabilityInputs {
     let window_s = trial.bar.step_s * f64::from(trial.substeps);
-    let wall = Wall::new(&trial.whole(), window_s);
-    growth(choice(trial.way), response, &wall, window_s)
-}
-
-/// What the coupler knows after the handshake: the bar by four numbers.
-pub(super) fn facts(trial: &Trial, response: &Response) -> Facts {
-    let window_s = trial.bar.step_s * f64::from(trial.substeps);
-    Facts {
+    StabilityInputs {
         step_s: trial.bar.step_s,
         substeps: trial.substeps,
         step_limit: Some((Bar::LIMIT_S, "stability limit".into())),
         first_period_s: Some(trial.bar.first_period_s()),
         window_limit: None,
-        compliance: match trial.way.dirichlet {
-            Dirichlet::Wall => response.compliance(),
-            Dirichlet::Continuum => response.led_compliance(window_s),
-        },
+        compliance: compliance(&trial.scheme, response, window_s),
         definite: true,
-        boundary_inertia: Some(trial.whole()),
+        boundary_inertia: Some(trial.boundary_inertia),
+        point_mass_kg: trial.point_mass_kg(),
     }
 }
 
-fn predicted(trial: &Trial, response: &Response) -> bool {
-    let facts = facts(trial, response);
-    predict(&facts, choice(trial.way)).stable() == Some(true)
-}
-
-/// How far the real coupler's forces are from those of the window matrix, over the largest so far, in the first windows
+/// Distance of the forces of a stepped bar from those of the linear model, over the largest so far, in the first windows
 /// of a cell; infinite where only one of the two finds that a fixed point does not converge.
 pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
     let trial = &cell.trial;
     let response = trial.bar.response(trial.substeps);
-    let expected = forces(trial, &response, windows);
+    let expected = forces(trial, &response, windows)?;
     let largest = |part: &[f64]| part.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
-    let repeated = matches!(
-        trial.way.scheme,
-        Scheme::FixedPointSerial | Scheme::FixedPointParallel
-    );
+    let repeated = matches!(trial.scheme, Scheme::FixedPoint { .. });
     // A fixed point is as exact as its gap; the others end after one repeat whatever the gap.
-    let gap_m = match repeated {
-        true => REPEATED * facts(trial, &response).compliance * largest(&expected),
-        false => 1e-6,
+    let gap_m = if repeated {
+        REPEATED * inputs(trial, &response).compliance * largest(&expected)
+    } else {
+        1e-6
     };
     let run = trial.run(windows as u64, gap_m)?;
     let repelling = repeated && cell.growth >= 1.0 + 1e-6;
     if repelling || run.error.is_some() {
-        return Ok(match repelling == run.error.is_some() {
-            true => 0.0,
-            false => f64::INFINITY,
-        });
+        let agree = repelling == run.error.is_some();
+        return Ok(if agree { 0.0 } else { f64::INFINITY });
     }
     let apart = run.forces.iter().zip(&expected).enumerate();
     Ok(apart.fold(0.0, |most: f64, (index, (force, expected))| {
@@ -250,44 +239,23 @@ pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
     }))
 }
 
-/// Force (N) in each of the first windows under the window matrix.
-fn forces(trial: &Trial, response: &Response, windows: usize) -> Vec<f64> {
-    let window_s = trial.bar.step_s * f64::from(trial.substeps);
-    let (start, whole) = (BodyNode::start(), trial.whole());
-    // The point is at rest at the start, what is glued to it is not.
-    let moving = match trial.boundary_inertia.stiffness_n_per_m {
-        Some(_) => trial.boundary_inertia.glued_mass_kg,
-        None => trial.boundary_inertia.glued_mass_kg + trial.boundary_inertia.mass_kg,
-    };
-    let glued = moving + trial.point_mass_kg();
-    let mut joint = Joint {
+/// Force (N) in each of the first windows of the linear model, from masses that start with 1 m/s.
+pub fn forces(trial: &Trial, response: &Response, windows: usize) -> Result<Vec<f64>, Error> {
+    let model = model(trial, response);
+    let group = model.group(1e-12 * model.window_s);
+    let clock = group.clock;
+    let mut coupling = Coupling::new("model", converged(&trial.scheme), Policy::Accept, group);
+    let start = PairState {
         continuum: DVector::zeros(2 * ELEMENTS),
-        masses: Masses {
-            glued_velocity: match glued > 0.0 {
-                true => start.glued_velocity * moving / glued,
-                false => start.glued_velocity,
-            },
-            ..start
-        },
-        lambda: 0.0,
-        motion: 0.0,
+        masses: BodyNode::start(),
         place: 0.0,
     };
-    let window = |index: usize| {
-        joint = Operator {
-            response,
-            wall: Wall::new(&whole, window_s),
-            window_s,
-            tie: match trial.way.scheme {
-                // It has not learnt anything yet.
-                Scheme::DualSchurCheap if index == 0 => Tie::Believed(CHEAP_FACTOR),
-                _ => tie(choice(trial.way)),
-            },
-        }
-        .advance(&joint);
-        joint.lambda
+    let mut pair = LinearPair::new(model, start);
+    let mut window = |index: u64| {
+        coupling.window(&mut pair, clock.window(index, index, 1), |_| None)?;
+        Ok(coupling.state.lambda[0])
     };
-    (0..windows).map(window).collect()
+    (0..windows as u64).map(&mut window).collect()
 }
 
 /// The map as CSV.
@@ -296,18 +264,18 @@ pub fn csv(cells: &[Cell]) -> String {
         "scheme,theta,mass_ratio,substeps,cfl,stiffness_ratio,growth,predicted_stable,dirichlet\n",
     );
     for cell in cells {
-        let boundary_inertia = &cell.trial.boundary_inertia;
+        let inertia = &cell.trial.boundary_inertia;
         text.push_str(&format!(
             "{},{},{},{},{},{},{:.12e},{},{}\n",
-            word(cell.trial.way.scheme),
-            boundary_inertia.theta,
+            word(cell.trial.scheme.word()),
+            inertia.theta,
             cell.mass_ratio,
             cell.trial.substeps,
             cell.trial.bar.step_s,
-            boundary_inertia.stiffness_n_per_m.unwrap_or(f64::INFINITY),
+            inertia.stiffness_n_per_m.unwrap_or(f64::INFINITY),
             cell.growth,
             cell.predicted_stable,
-            word(cell.trial.way.dirichlet)
+            word(cell.trial.scheme.dirichlet())
         ));
     }
     text

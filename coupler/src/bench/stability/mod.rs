@@ -2,22 +2,23 @@
 //!
 //! An elastic bar of ten elements, held at its far end so that every wave comes back, is stepped explicitly; on its other
 //! end stands a mass behind a spring (or glued itself), stepped implicitly once a window. Growth is the spectral radius
-//! of one window of both; a sample of cells is run through the real coupler as well, and has to give the same forces.
+//! of one window of both, found by the scheme on the bar's window as matrices; a sample of cells is run step by step as well, and
+//! has to give the same forces.
 //! Fixed-point schemes have the constant relaxation 0.5: the others find their own. Where the continuum follows the wall, the
 //! point on it weighs 1 % of the mass behind it.
 //!
 //! - `bar`: the continuum;
 //! - [`nodes`]: the two sides as participants;
-//! - [`trial`]: the real coupler on them;
+//! - [`trial`]: the coupler on them;
 //! - [`map`](mod@map): growth in every cell;
 //! - [`limits`](mod@limits): where growth begins, foreseen and found;
 //! - [`picture`]: the map drawn.
 
 use std::path::Path;
 
-use crate::couple::predict::NEUTRAL;
 use crate::error::Error;
 use crate::scenario::Scheme;
+use crate::scheme::predict::prediction::NEUTRAL;
 use map::{Axes, Cell};
 
 mod bar;
@@ -63,7 +64,7 @@ pub fn bench(folder: &Path) -> Result<Findings, Error> {
     // Before the minutes of work: a folder that cannot be written is told at once.
     std::fs::create_dir_all(folder).map_err(Error::io(folder.display().to_string()))?;
     let axes = Axes::full();
-    let cells = map::map(&axes);
+    let cells = map::map(&axes)?;
     let limits = limits::limits(&[1, 3, 10, 100], &[0.5, 0.9])?;
     let write = |name: &str, text: String| {
         let path = folder.join(name);
@@ -85,8 +86,8 @@ pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
     let grows = |cell: &Cell| cell.growth > 1.0 + NEUTRAL;
     let offered = |cell: &Cell| {
         let monolithic = matches!(
-            cell.trial.way.scheme,
-            Scheme::DualSchur | Scheme::DualSchurSecant | Scheme::DualSchurCheap | Scheme::Velocity
+            cell.trial.scheme,
+            Scheme::DualSchur { .. } | Scheme::Velocity { .. }
         );
         monolithic && cell.trial.boundary_inertia.theta == 1.0
     };
@@ -96,7 +97,7 @@ pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
     for cell in &sample {
         let here = map::departure(cell, SAMPLE_WINDOWS)?;
         if here > DEPARTURE {
-            eprintln!("the coupler departs from the window matrix by {here:e}: {cell:?}");
+            eprintln!("the stepped bar departs from its linear model by {here:e}: {cell:?}");
         }
         departure = departure.max(here);
     }

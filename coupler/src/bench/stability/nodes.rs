@@ -7,7 +7,7 @@ use protocol::{
 
 pub use super::bar::Bar;
 use super::bar::{END_MASS_KG, State};
-use crate::couple::predict::wall::{Masses, Motion, Wall};
+use crate::scheme::predict::sprung_mass::{Masses, Motion, SprungMass};
 
 /// The bar as a participant.
 pub struct BarNode {
@@ -88,7 +88,9 @@ impl Node for BarNode {
     fn impedance(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
         let mut state = BarNode::new(self.bar).committed;
         let window_s = self.bar.step_s * f64::from(substeps);
-        let (force, _) = self.bar.led(&mut state, 1.0 / window_s, substeps);
+        let (force, _) = self
+            .bar
+            .run_prescribed(&mut state, 1.0 / window_s, substeps);
         Ok(vec![force, 0.0, 0.0, 0.0])
     }
 
@@ -101,7 +103,9 @@ impl Node for BarNode {
         let end = self.bar.elements - 1;
         let window_s = self.bar.step_s * f64::from(window.substeps);
         let acceleration = (velocity[0] - self.committed.v[end]) / window_s;
-        let (force, work) = self.bar.led(&mut self.trial, acceleration, window.substeps);
+        let (force, work) = self
+            .bar
+            .run_prescribed(&mut self.trial, acceleration, window.substeps);
         let increment = self.trial.u[end] - self.committed.u[end];
         Ok(Reaction {
             force: vec![force, 0.0],
@@ -195,8 +199,8 @@ impl Node for BodyNode {
             free: free_velocity[0],
             compliance: self.compliance,
         };
-        let wall = Wall::new(&self.boundary_inertia, self.window_s);
-        let solved = wall.window(&self.committed, self.place, motion);
+        let mass = SprungMass::new(&self.boundary_inertia, self.window_s);
+        let solved = mass.window(&self.committed, self.place, motion);
         self.trial = solved.masses;
         Ok(BoundaryAnswer {
             force: vec![solved.force, 0.0],

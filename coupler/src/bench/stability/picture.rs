@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use super::map::{Axes, Cell};
-use super::trial::{Way, word};
-use crate::couple::predict::NEUTRAL;
-use crate::scenario::Dirichlet;
+use super::trial::word;
+use crate::scenario::{Dirichlet, Scheme};
+use crate::scheme::predict::prediction::NEUTRAL;
 
 const BOX: f64 = 26.0;
 const GAP: f64 = 34.0;
@@ -19,7 +19,7 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
         BOX * axes.substeps.len() as f64,
     ];
     let width = LEFT + axes.thetas.len() as f64 * (panel[0] + GAP) + 10.0;
-    let height = TOP + axes.ways.len() as f64 * (panel[1] + GAP) + 46.0;
+    let height = TOP + axes.schemes.len() as f64 * (panel[1] + GAP) + 46.0;
     let mut svg = format!(
         r##"<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0}" height="{height:.0}" font-family="sans-serif" font-size="13"><rect width="100%" height="100%" fill="#ffffff"/>"##
     );
@@ -29,12 +29,12 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
     let axes_named =
         "right: mass ratio 1e-3 to 1e3; up: substeps 1 to 10 000; swapped: the bar follows";
     label(&mut svg, (LEFT, 36.0), axes_named, "start");
-    for (row, way) in axes.ways.iter().enumerate() {
+    for (row, scheme) in axes.schemes.iter().enumerate() {
         let top = TOP + row as f64 * (panel[1] + GAP);
         label(
             &mut svg,
             (LEFT - 16.0, top + 0.5 * panel[1]),
-            &name(*way),
+            &name(scheme),
             "end",
         );
         for (column, theta) in axes.thetas.iter().enumerate() {
@@ -48,7 +48,7 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
             for (i, mass_ratio) in axes.mass_ratios.iter().enumerate() {
                 for (j, substeps) in axes.substeps.iter().enumerate() {
                     let here = |cell: &&Cell| {
-                        cell.trial.way == *way
+                        cell.trial.scheme == *scheme
                             && cell.trial.boundary_inertia.theta == *theta
                             && cell.mass_ratio == *mass_ratio
                             && cell.trial.substeps == *substeps
@@ -68,11 +68,11 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
     svg
 }
 
-fn name(way: Way) -> String {
-    let scheme = word(way.scheme);
-    match way.dirichlet {
-        Dirichlet::Wall => scheme,
-        Dirichlet::Continuum => format!("{scheme}, swapped"),
+fn name(scheme: &Scheme) -> String {
+    let word = word(scheme.word());
+    match scheme.dirichlet() {
+        Dirichlet::Wall => word,
+        Dirichlet::Continuum => format!("{word}, swapped"),
     }
 }
 

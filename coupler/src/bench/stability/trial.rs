@@ -1,22 +1,15 @@
-//! The real coupler on the bar and the masses, over channels.
+//! The real coupler on the bar and the masses, both in memory.
 
-use std::thread;
-
-use protocol::link::channel;
-use protocol::{
-    BoundaryInertia, Node, NodeError, PROTOCOL_VERSION, Session, Setting, Transport, serve,
-};
+use protocol::BoundaryInertia;
 
 use super::nodes::{Bar, BarNode, BodyNode};
-use crate::couple::conversation::Conversation;
-use crate::couple::handshake;
-use crate::couple::join::join;
-use crate::couple::scheme::{Attempt, Coupling};
 use crate::error::Error;
-use crate::launch::{Life, Peer, Watch};
+use crate::participants::in_memory::InMemory;
 use crate::scenario::load::parse;
 use crate::scenario::source::Source;
-use crate::scenario::{Dirichlet, Loaded, Scheme};
+use crate::scenario::{Acceleration, Dirichlet, Policy, Scenario, Scheme, SchemeKeys, SchemeWord};
+use crate::scheme::coupling::Coupling;
+use crate::scheme::join::join;
 
 /// One set-up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,92 +18,57 @@ pub struct Trial {
     pub bar: Bar,
     /// Steps in a window.
     pub substeps: u32,
-    /// The scheme; a fixed point has the constant relaxation [`Trial::RELAXATION`].
-    pub way: Way,
+    /// The scheme; a fixed point has the constant relaxation [`RELAXATION`].
+    pub scheme: Scheme,
     /// The masses on the wall.
     pub boundary_inertia: BoundaryInertia,
 }
 
-/// A scheme with its roles.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Way {
-    /// The scheme.
-    pub scheme: Scheme,
-    /// Which side takes the motion.
-    pub dirichlet: Dirichlet,
-}
+/// Constant relaxation of the fixed-point schemes.
+pub const RELAXATION: f64 = 0.5;
+/// Mass of the point itself over the mass behind it, which it tells where it is pushed by forces.
+const POINT: f64 = 0.01;
 
-impl Way {
-    /// A scheme in which the continuum follows.
-    pub fn swapped(scheme: Scheme) -> Way {
-        Way {
-            scheme,
-            dirichlet: Dirichlet::Continuum,
-        }
+/// A scheme of the bench, in which this side takes the motion.
+pub fn scheme(word: SchemeWord, dirichlet: Dirichlet) -> Scheme {
+    SchemeKeys {
+        dirichlet: Some(dirichlet),
+        acceleration: Some(Acceleration::Constant),
+        relaxation: Some(RELAXATION),
+        repeats_max: Some(4000),
+        ..SchemeKeys::of(word)
     }
+    .scheme()
 }
 
-/// A scheme in which the wall follows, if any side does.
-impl From<Scheme> for Way {
-    fn from(scheme: Scheme) -> Way {
-        Way {
-            scheme,
-            dirichlet: Dirichlet::Wall,
-        }
-    }
-}
-
-/// What a trial came to.
+/// Outcome of a trial.
 #[derive(Debug)]
 pub struct Run {
-    /// Interface force (N) in each window that stands.
+    /// Interface force (N) in each accepted window.
     pub forces: Vec<f64>,
-    /// Why it ended early, if it did.
+    /// Reason of an early end.
     pub error: Option<Error>,
 }
 
 impl Trial {
-    /// Constant relaxation of the fixed-point schemes.
-    pub const RELAXATION: f64 = 0.5;
-    /// Mass of the point itself over the mass behind it, which it tells where it is pushed by forces.
-    pub const POINT: f64 = 0.01;
-
     /// Mass of the point (kg), where it has any.
     pub fn point_mass_kg(&self) -> f64 {
-        match self.way.dirichlet {
+        match self.scheme.dirichlet() {
             Dirichlet::Wall => 0.0,
-            Dirichlet::Continuum => Trial::POINT * self.boundary_inertia.mass_kg,
-        }
-    }
-
-    /// The masses on the wall with that of the point.
-    pub fn whole(&self) -> BoundaryInertia {
-        BoundaryInertia {
-            glued_mass_kg: self.boundary_inertia.glued_mass_kg + self.point_mass_kg(),
-            ..self.boundary_inertia
+            Dirichlet::Continuum => POINT * self.boundary_inertia.mass_kg,
         }
     }
 
     /// Runs windows of the real coupler from masses that start with 1 m/s, to a gap (m).
     pub fn run(&self, windows: u64, gap_m: f64) -> Result<Run, Error> {
-        let loaded = self.loaded(gap_m)?;
-        let bar = self.bar;
-        let (boundary_inertia, point_mass_kg) = (self.boundary_inertia, self.point_mass_kg());
-        let peers = vec![
-            participant("bar", &loaded.hash, move || Box::new(BarNode::new(bar)))?,
-            participant("body", &loaded.hash, move || {
-                Box::new(BodyNode::new(boundary_inertia, point_mass_kg))
-            })?,
-        ];
-        let deadlines = &loaded.scenario.run.deadlines;
-        let labels = loaded.scenario.labels();
-        let mut conversation =
-            Conversation::new(peers, RUN_ID, labels, deadlines, Watch::default(), None);
-        let greeted = handshake::greet(&mut conversation, &loaded, RUN_ID)?;
-        let mut groups = join(&mut conversation, &loaded.scenario, &greeted)?;
-        let group = groups.remove(0);
+        let body = BodyNode::new(self.boundary_inertia, self.point_mass_kg());
+        let mut participants = InMemory::new(vec![
+            ("bar".into(), Box::new(BarNode::new(self.bar))),
+            ("body".into(), Box::new(body)),
+        ]);
+        let group = join(&mut participants, &self.scenario(gap_m)?)?.remove(0);
         let clock = group.clock;
-        let mut coupling = Coupling::new(&loaded.scenario.interface[0], group);
+        let mut coupling = Coupling::new("glue", self.scheme, Policy::Stop, group);
         let mut run = Run {
             forces: Vec::new(),
             error: None,
@@ -118,9 +76,8 @@ impl Trial {
         for index in 0..windows {
             let step = index * u64::from(self.substeps);
             let window = clock.window(index, step, self.substeps);
-            match coupling.window(&mut conversation, window, |_| None) {
-                Ok(Attempt::Standing(_)) => run.forces.push(coupling.lambda[0]),
-                Ok(Attempt::Halve) => unreachable!("the scenario stops where it does not converge"),
+            match coupling.window(&mut participants, window, |_| None) {
+                Ok(_) => run.forces.push(coupling.state.lambda[0]),
                 Err(error) => {
                     run.error = Some(error);
                     break;
@@ -130,9 +87,9 @@ impl Trial {
         Ok(run)
     }
 
-    fn loaded(&self, gap_m: f64) -> Result<Loaded, Error> {
-        let (scheme, dirichlet) = (word(self.way.scheme), word(self.way.dirichlet));
-        let (substeps, relaxation) = (self.substeps, Trial::RELAXATION);
+    fn scenario(&self, gap_m: f64) -> Result<Scenario, Error> {
+        let (scheme, dirichlet) = (word(self.scheme.word()), word(self.scheme.dirichlet()));
+        let substeps = self.substeps;
         let text = format!(
             r#"
 run = {{ name = "stability", thickness_m = 1.0 }}
@@ -144,17 +101,14 @@ scheme = "{scheme}"
 dirichlet = "{dirichlet}"
 substeps = {substeps}
 tolerance_rel = {gap_m:e}
-repeats_max = 4000
-acceleration = "constant"
-relaxation = {relaxation}
-unsafe_window = true
 "#
         );
-        parse(Source {
+        let source = Source {
             name: "bench stability".into(),
             text,
             overrides: Vec::new(),
-        })
+        };
+        Ok(parse(source)?.scenario)
     }
 }
 
@@ -162,35 +116,4 @@ unsafe_window = true
 pub fn word(choice: impl serde::Serialize) -> String {
     let word = serde_json::to_value(choice).expect("choices are words");
     word.as_str().expect("choices are words").to_string()
-}
-
-const RUN_ID: u64 = 1;
-
-fn participant<F>(name: &str, scenario_hash: &str, node: F) -> Result<Peer, Error>
-where
-    F: FnOnce() -> Box<dyn Node> + Send + 'static,
-{
-    let session = Session {
-        protocol: PROTOCOL_VERSION,
-        run_id: RUN_ID,
-        scenario_hash: scenario_hash.to_string(),
-        coordinator_pid: std::process::id(),
-        setting: Setting {
-            participant: name.into(),
-            seed: 0,
-            thickness_m: 1.0,
-            threads: 1,
-            fields: None,
-        },
-        transport: Transport::Channel,
-        idle_deadline_s: 60.0,
-        config: serde_json::Value::Null,
-    };
-    let (ours, mut theirs) = channel::pair();
-    let build = move |_: &Session| -> Result<Box<dyn Node>, NodeError> { Ok(node()) };
-    let thread = thread::Builder::new()
-        .name(name.to_string())
-        .spawn(move || serve(&session, &mut theirs, build).map_err(|error| error.to_string()))
-        .map_err(Error::io(format!("starting participant `{name}`")))?;
-    Ok(Peer::new(name, Box::new(ours), Life::Thread(thread)))
 }

@@ -1,0 +1,183 @@
+//! The first difference between two streams of frames.
+
+use std::fmt;
+
+use protocol::{Frame, Kind};
+
+/// The first difference between a message and its logged twin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mismatch {
+    /// Its sender.
+    pub sender: String,
+    /// Window.
+    pub window: u64,
+    /// Repeat of the window.
+    pub iteration: u32,
+    /// Kind of the message.
+    pub kind: String,
+    /// The difference.
+    pub difference: Difference,
+}
+
+/// The difference.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Difference {
+    /// Another message, window or length altogether.
+    Message {
+        /// In the log.
+        logged: String,
+        /// In the replay.
+        ours: String,
+    },
+    /// One number.
+    Number {
+        /// Entry of the payload.
+        entry: usize,
+        /// In the log.
+        logged: f64,
+        /// In the replay.
+        ours: f64,
+        /// Representable numbers between the two.
+        ulps: u64,
+    },
+}
+
+impl Mismatch {
+    /// Compares a message with its logged twin, bit for bit; run ids may differ.
+    pub fn between(sender: &str, logged: &Frame, ours: &Frame) -> Option<Mismatch> {
+        let at = |difference| {
+            Some(Mismatch {
+                sender: sender.to_string(),
+                window: logged.header.window,
+                iteration: logged.header.iteration,
+                kind: kind(logged),
+                difference,
+            })
+        };
+        if describe(logged) != describe(ours) {
+            return at(Difference::Message {
+                logged: describe(logged),
+                ours: describe(ours),
+            });
+        }
+        let pairs = logged.payload.iter().zip(&ours.payload);
+        let entry = pairs
+            .clone()
+            .position(|(a, b)| a.to_bits() != b.to_bits())?;
+        let (logged, ours) = (logged.payload[entry], ours.payload[entry]);
+        at(Difference::Number {
+            entry,
+            logged,
+            ours,
+            ulps: ulps(logged, ours),
+        })
+    }
+
+    /// The same, naming another entry of the payload.
+    pub fn at_entry(self, logged: &Frame, ours: &Frame, entry: usize) -> Mismatch {
+        let (logged, ours) = (logged.payload[entry], ours.payload[entry]);
+        Mismatch {
+            difference: Difference::Number {
+                entry,
+                logged,
+                ours,
+                ulps: ulps(logged, ours),
+            },
+            ..self
+        }
+    }
+}
+
+impl fmt::Display for Mismatch {
+    fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        write!(
+            out,
+            "`{}` departs in window {}, iteration {}, {}: ",
+            self.sender, self.window, self.iteration, self.kind
+        )?;
+        match &self.difference {
+            Difference::Message { logged, ours } => {
+                write!(out, "the log has {logged}, the replay {ours}")
+            }
+            Difference::Number {
+                entry,
+                logged,
+                ours,
+                ulps,
+            } => write!(
+                out,
+                "entry {entry} (point {}, {}): the log has {logged:e}, the replay {ours:e}, {ulps} ulps apart",
+                entry / 2,
+                if entry % 2 == 0 { "x" } else { "y" }
+            ),
+        }
+    }
+}
+
+fn kind(frame: &Frame) -> String {
+    Kind::from_number(frame.header.kind).map_or_else(
+        || format!("kind {}", frame.header.kind),
+        |kind| format!("{kind:?}"),
+    )
+}
+
+/// Everything of a frame but run, checksum and numbers.
+fn describe(frame: &Frame) -> String {
+    let header = &frame.header;
+    format!(
+        "{} of {} doubles for window {}, iteration {}, steps {} + {}",
+        kind(frame),
+        frame.payload.len(),
+        header.window,
+        header.iteration,
+        header.step,
+        header.substeps
+    )
+}
+
+/// Representable numbers between two; the most there can be when one is not a number.
+fn ulps(a: f64, b: f64) -> u64 {
+    if a.is_nan() || b.is_nan() {
+        return u64::MAX;
+    }
+    let ordered = |x: f64| {
+        let bits = x.to_bits() as i64;
+        if bits < 0 {
+            i64::MIN.wrapping_sub(bits)
+        } else {
+            bits
+        }
+    };
+    ordered(a).abs_diff(ordered(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use protocol::Header;
+
+    #[test]
+    fn one_bit_is_found_and_counted() {
+        let logged = Frame::new(Header::of(Kind::Motion), vec![1.0, 2.0, 3.0]);
+        let ours = Frame::new(
+            Header::of(Kind::Motion),
+            vec![1.0, 2.0, f64::from_bits(3f64.to_bits() + 2)],
+        );
+        let found = Mismatch::between("rail", &logged, &ours).expect("they differ");
+        assert!(matches!(
+            found.difference,
+            Difference::Number {
+                entry: 2,
+                ulps: 2,
+                ..
+            }
+        ));
+        assert_eq!(Mismatch::between("rail", &logged, &logged), None);
+    }
+
+    #[test]
+    fn ulps_cross_zero() {
+        assert_eq!(ulps(0.0, -0.0), 0);
+        assert_eq!(ulps(f64::from_bits(1), -f64::from_bits(1)), 2);
+    }
+}

@@ -1,0 +1,27 @@
+//! Participants: their start, their life, and the ways to speak to them.
+//!
+//! - [`registry`]: the solvers that the binary ships; [`watch`]: signals that end a run;
+//! - [`process`], [`peer`], [`launch`]: one participant, its connection and its life, and its start;
+//! - [`communicator`]: requests and answers of all of them; [`journal`], [`recorded`]: the same written down; [`rehearsed`]: the
+//!   same compared with a log;
+//! - [`handshake`]: the greeting;
+//! - [`remote`], [`in_memory`]: the two sides of the port that schemes speak to.
+
+pub mod communicator;
+pub mod handshake;
+pub mod in_memory;
+pub mod journal;
+pub mod launch;
+pub mod peer;
+pub mod process;
+pub mod recorded;
+pub mod registry;
+pub mod rehearsed;
+pub mod remote;
+pub mod watch;
+
+pub use communicator::{Communicator, Peers};
+pub use launch::Launcher;
+pub use peer::{Life, Peer};
+pub use registry::{Registry, Solver};
+pub use watch::Watch;

@@ -1,0 +1,295 @@
+//! One participant, seen from the coordinator: its connection and its life.
+
+use std::process::Child;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use protocol::{FaultCode, Frame, Header, Kind, Link, LinkError, NodeError, PROTOCOL_VERSION};
+
+use super::process;
+use super::watch::Watch;
+use crate::error::Error;
+
+/// How often a wait looks up from the connection to see whether the peer still lives.
+const SLICE: Duration = Duration::from_millis(50);
+
+/// The life at the other end of a connection.
+pub enum Life {
+    /// In a process of its own.
+    Process(Child),
+    /// In a thread of the coordinator.
+    Thread(JoinHandle<Result<(), String>>),
+    /// In a log.
+    Tape,
+}
+
+/// A wait: its deadline with the key that sets it, and the signals that end it.
+pub struct Wait<'a> {
+    /// Deadline (s).
+    pub seconds: f64,
+    /// Key below `run.deadlines`.
+    pub key: &'static str,
+    /// Signals.
+    pub watch: &'a Watch,
+}
+
+/// One participant.
+pub struct Peer {
+    name: String,
+    link: Option<Box<dyn Link>>,
+    life: Option<Life>,
+    /// The last request, for messages.
+    asked: String,
+    /// A request that was sent before its turn.
+    early: Option<Frame>,
+}
+
+impl Peer {
+    /// Joins a connection with the life at its other end.
+    pub fn new(name: &str, link: Box<dyn Link>, life: Life) -> Peer {
+        Peer {
+            name: name.to_string(),
+            link: Some(link),
+            life: Some(life),
+            asked: "during its launch".into(),
+            early: None,
+        }
+    }
+
+    /// Name in the scenario.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its process, if it has one of its own.
+    pub fn pid(&self) -> Option<u32> {
+        match &self.life {
+            Some(Life::Process(child)) => Some(child.id()),
+            _ => None,
+        }
+    }
+
+    /// Sends a request whose turn has come and returns its frame. One that was sent early is taken as it is, so that it is made,
+    /// and its payload summed up, once.
+    pub fn send(&mut self, header: Header, payload: Vec<f64>, wait: &Wait) -> Result<Frame, Error> {
+        if let Some(sent) = self.early.take() {
+            if says(&sent, &header, &payload) {
+                self.asked = asked(&sent);
+                return Ok(sent);
+            }
+            self.discard(&sent, wait)?;
+        }
+        let frame = Frame::new(header, payload);
+        self.asked = asked(&frame);
+        self.transmit(&frame, wait)?;
+        Ok(frame)
+    }
+
+    /// Sends a request that will be the next while the answer to the one before is still to come: the peer then need not sleep in
+    /// between. One at most is under way.
+    pub fn send_early(
+        &mut self,
+        header: Header,
+        payload: Vec<f64>,
+        wait: &Wait,
+    ) -> Result<(), Error> {
+        if self.early.is_none() {
+            let frame = Frame::new(header, payload);
+            self.transmit(&frame, wait)?;
+            self.early = Some(frame);
+        }
+        Ok(())
+    }
+
+    /// Waits for the answer to a request that something else came before: a checkpoint, fields, the end. Only windows
+    /// are begun early, and a window that is not accepted changes nothing.
+    fn discard(&mut self, sent: &Frame, wait: &Wait) -> Result<(), Error> {
+        self.asked = asked(sent);
+        self.receive(Kind::Motion, wait).map(|_| ())
+    }
+
+    fn transmit(&mut self, frame: &Frame, wait: &Wait) -> Result<(), Error> {
+        let start = Instant::now();
+        loop {
+            wait.watch.check()?;
+            match self.link_mut()?.send(frame, SLICE) {
+                Ok(()) => return Ok(()),
+                Err(LinkError::Full { .. }) => self.still_alive(start, wait)?,
+                Err(error) => return Err(self.broken(error)),
+            }
+        }
+    }
+
+    /// Waits for the answer to the last request.
+    pub fn receive(&mut self, expected: Kind, wait: &Wait) -> Result<Frame, Error> {
+        let start = Instant::now();
+        loop {
+            wait.watch.check()?;
+            match self.link_mut()?.receive(SLICE) {
+                Ok(Some(frame)) => return self.accept(frame, expected),
+                Ok(None) => self.still_alive(start, wait)?,
+                Err(error) => return Err(self.broken(error)),
+            }
+        }
+    }
+
+    fn accept(&mut self, frame: Frame, expected: Kind) -> Result<Frame, Error> {
+        if frame.header.protocol != PROTOCOL_VERSION {
+            return Err(Error::Refused(format!(
+                "participant `{}` speaks protocol version {}, the coordinator speaks {PROTOCOL_VERSION}: build both from the same release",
+                self.name, frame.header.protocol
+            )));
+        }
+        frame
+            .verify()
+            .map_err(|error| self.protocol_error(error.to_string()))?;
+        match frame
+            .kind()
+            .map_err(|error| self.protocol_error(error.to_string()))?
+        {
+            Kind::Fault => Err(self.fault(&frame)),
+            kind if kind == expected => Ok(frame),
+            kind => {
+                Err(self.protocol_error(format!("answered {kind:?} where {expected:?} was due")))
+            }
+        }
+    }
+
+    fn fault(&self, frame: &Frame) -> Error {
+        let said = frame
+            .text()
+            .ok()
+            .and_then(|text| serde_json::from_str::<NodeError>(&text).ok());
+        let Some(error) = said else {
+            return self.protocol_error("reported a fault that cannot be read".into());
+        };
+        let message = format!(
+            "participant `{}` {}: {}",
+            self.name, self.asked, error.message
+        );
+        match error.code {
+            FaultCode::Configuration => Error::Refused(message),
+            FaultCode::Diverged => Error::Diverged(message),
+            FaultCode::Protocol => self.protocol_error(error.message),
+        }
+    }
+
+    /// The error of an answer that does not belong here.
+    pub fn protocol_error(&self, why: String) -> Error {
+        Error::Protocol {
+            peer: self.name.clone(),
+            phase: self.asked.clone(),
+            why,
+        }
+    }
+
+    fn link_mut(&mut self) -> Result<&mut Box<dyn Link>, Error> {
+        let name = &self.name;
+        self.link.as_mut().ok_or_else(|| Error::PeerLost {
+            peer: name.clone(),
+            phase: "after its end".into(),
+            why: "the connection is closed".into(),
+        })
+    }
+
+    /// Tells a peer that died from one that is silent, and a silent one from one that is stopped.
+    fn still_alive(&mut self, start: Instant, wait: &Wait) -> Result<(), Error> {
+        let lost = |peer: &Peer, why: String| Error::PeerLost {
+            peer: peer.name.clone(),
+            phase: peer.asked.clone(),
+            why,
+        };
+        let state = match &mut self.life {
+            Some(Life::Process(child)) => match child.try_wait() {
+                Ok(Some(status)) => {
+                    return Err(lost(self, format!("its process ended with {status}")));
+                }
+                _ if process::is_stopped(child.id()) => {
+                    format!(
+                        "process {} is alive but stopped (SIGSTOP or a debugger)",
+                        child.id()
+                    )
+                }
+                _ => format!("process {} is alive but silent", child.id()),
+            },
+            Some(Life::Thread(thread)) if thread.is_finished() => {
+                return Err(lost(self, "its thread ended".into()));
+            }
+            Some(Life::Tape) => "the log holds no answer".into(),
+            _ => "its thread is alive but silent".into(),
+        };
+        if start.elapsed().as_secs_f64() < wait.seconds {
+            return Ok(());
+        }
+        Err(Error::Deadline {
+            peer: self.name.clone(),
+            phase: self.asked.clone(),
+            seconds: wait.seconds,
+            state,
+            key: wait.key,
+        })
+    }
+
+    fn broken(&mut self, error: LinkError) -> Error {
+        match error {
+            LinkError::Closed => Error::PeerLost {
+                peer: self.name.clone(),
+                phase: self.asked.clone(),
+                why: "it closed the connection".into(),
+            },
+            other => self.protocol_error(other.to_string()),
+        }
+    }
+
+    /// Closes the connection and sees that nothing of the participant is left running.
+    pub fn end(&mut self) {
+        self.link = None;
+        match self.life.take() {
+            Some(Life::Process(mut child)) => process::end(&mut child),
+            Some(Life::Thread(thread)) => {
+                let _ = thread.join();
+            }
+            Some(Life::Tape) | None => {}
+        }
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+/// Whether a frame says this to the last bit. Equal payloads have equal counts and checksums, which the header of a
+/// frame still to be made lacks.
+fn says(frame: &Frame, header: &Header, payload: &[f64]) -> bool {
+    let header = Header {
+        count: frame.header.count,
+        checksum: frame.header.checksum,
+        ..*header
+    };
+    let bits = |value: &f64| value.to_bits();
+    frame.header == header && frame.payload.iter().map(bits).eq(payload.iter().map(bits))
+}
+
+/// The request and its time, as messages say it.
+fn asked(frame: &Frame) -> String {
+    let header = &frame.header;
+    match Kind::from_number(header.kind) {
+        Some(
+            kind @ (Kind::Advance
+            | Kind::PrescribeVelocity
+            | Kind::Solve
+            | Kind::Commit
+            | Kind::AdvanceAlone),
+        ) => {
+            format!(
+                "in window {}, iteration {} ({kind:?}, t = {:.6e} s)",
+                header.window, header.iteration, header.t0_s
+            )
+        }
+        Some(Kind::Hello) => "during its set-up".into(),
+        Some(kind) => format!("at the handshake ({kind:?})"),
+        None => "outside the protocol".into(),
+    }
+}

@@ -1,0 +1,181 @@
+//! Participants behind a communicator: every request of the port is a frame, every answer is checked.
+
+use nalgebra::DMatrix;
+use protocol::serve::unpack_boundary_answer;
+use protocol::{BoundaryAnswer, Description, Kind, Reaction, Surface, Window};
+
+use super::communicator::Communicator;
+use super::handshake::Greeted;
+use crate::error::Error;
+use crate::scheme::participants::Participants;
+
+/// The participants of a run as schemes see them.
+pub struct Remote<'a> {
+    communicator: &'a mut dyn Communicator,
+    greeted: &'a [Greeted],
+}
+
+impl<'a> Remote<'a> {
+    /// Participants that answered the greeting, in the order of the scenario.
+    pub fn new(communicator: &'a mut dyn Communicator, greeted: &'a [Greeted]) -> Remote<'a> {
+        Remote {
+            communicator,
+            greeted,
+        }
+    }
+
+    /// A matrix (n x n, column-major) of a window of `substeps` own steps.
+    fn columns(
+        &mut self,
+        peer: usize,
+        (kind, answer): (Kind, Kind),
+        substeps: u32,
+        n: usize,
+    ) -> Result<DMatrix<f64>, Error> {
+        let window = Window {
+            substeps,
+            ..Window::default()
+        };
+        self.communicator.tell(peer, kind, &window, Vec::new())?;
+        let numbers = self
+            .communicator
+            .hear_exactly(peer, answer, &window, n * n)?;
+        Ok(DMatrix::from_vec(n, n, numbers))
+    }
+}
+
+impl Participants for Remote<'_> {
+    fn count(&self) -> usize {
+        self.greeted.len()
+    }
+
+    fn name(&self, peer: usize) -> &str {
+        self.communicator.peers().name(peer)
+    }
+
+    fn description(&self, peer: usize) -> &Description {
+        &self.greeted[peer].description
+    }
+
+    fn couple(&mut self, peer: usize, set: &str) -> Result<Surface, Error> {
+        self.communicator.tell_text(peer, Kind::Couple, set)?;
+        let frame = self.communicator.receive(peer, Kind::Surface)?;
+        let surface = Surface::from_rows(&frame.payload);
+        surface.ok_or_else(|| {
+            let peers = self.communicator.peers();
+            peers.protocol_error(peer, "sent an incomplete surface")
+        })
+    }
+
+    fn select(&mut self, peer: usize, points: &[usize]) -> Result<(), Error> {
+        let indices = points.iter().map(|index| *index as f64).collect();
+        let kinds = (Kind::Select, Kind::Ready);
+        let answer = self
+            .communicator
+            .ask(peer, kinds, &Window::default(), indices);
+        answer.map(|_| ())
+    }
+
+    fn compliance(&mut self, peer: usize, substeps: u32, n: usize) -> Result<DMatrix<f64>, Error> {
+        self.columns(peer, (Kind::Columns, Kind::Compliance), substeps, n)
+    }
+
+    fn impedance(&mut self, peer: usize, substeps: u32, n: usize) -> Result<DMatrix<f64>, Error> {
+        self.columns(peer, (Kind::ImpedanceColumns, Kind::Impedance), substeps, n)
+    }
+
+    fn set_boundary(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        window_s: f64,
+        compliance: &DMatrix<f64>,
+    ) -> Result<(), Error> {
+        let mut payload = Vec::with_capacity(1 + compliance.len());
+        payload.push(window_s);
+        payload.extend_from_slice(compliance.as_slice());
+        let kinds = (Kind::CompliantBoundary, Kind::Ready);
+        let answer = self.communicator.ask(peer, kinds, window, payload);
+        answer.map(|_| ())
+    }
+
+    fn begin_advance(&mut self, peer: usize, window: &Window, force: &[f64]) -> Result<(), Error> {
+        self.communicator
+            .tell(peer, Kind::Advance, window, force.to_vec())
+    }
+
+    fn finish_advance(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<Vec<f64>, Error> {
+        self.communicator
+            .hear_exactly(peer, Kind::Motion, window, n)
+    }
+
+    fn begin_prescribed_velocity(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        velocity: &[f64],
+    ) -> Result<(), Error> {
+        self.communicator
+            .tell(peer, Kind::PrescribeVelocity, window, velocity.to_vec())
+    }
+
+    fn finish_prescribed_velocity(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<Reaction, Error> {
+        let numbers = self
+            .communicator
+            .hear_exactly(peer, Kind::Reaction, window, 3 * n)?;
+        Ok(Reaction {
+            force: numbers[..n].to_vec(),
+            increment: numbers[n..2 * n].to_vec(),
+            work: numbers[2 * n..].to_vec(),
+        })
+    }
+
+    fn begin_solve(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        free_velocity: &[f64],
+    ) -> Result<(), Error> {
+        self.communicator
+            .tell(peer, Kind::Solve, window, free_velocity.to_vec())
+    }
+
+    fn finish_solve(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<BoundaryAnswer, Error> {
+        let numbers = self
+            .communicator
+            .hear_exactly(peer, Kind::Force, window, 2 * n + 3)?;
+        Ok(unpack_boundary_answer(&numbers, n).expect("the length was checked"))
+    }
+
+    fn accept(&mut self, peer: usize, window: &Window, displacement: &[f64]) -> Result<(), Error> {
+        self.communicator
+            .tell(peer, Kind::Commit, window, displacement.to_vec())
+    }
+
+    fn begin_early(&mut self, peer: usize, window: &Window, force: &[f64]) -> Result<(), Error> {
+        let header = self
+            .communicator
+            .peers()
+            .header(peer, Kind::Advance, window);
+        self.communicator.send_early(peer, header, force.to_vec())
+    }
+
+    fn report(&mut self, peer: usize) -> Result<Vec<f64>, Error> {
+        Ok(self.communicator.receive(peer, Kind::Report)?.payload)
+    }
+}

@@ -1,0 +1,134 @@
+//! Writing checkpoints while a run goes on.
+
+use std::fs;
+use std::path::PathBuf;
+
+use protocol::{Kind, PROTOCOL_VERSION, Window};
+
+use super::content::{About, Checkpoint, EVERY_WINDOWS, FOLDER};
+use super::file::{encode, list, path, write_whole};
+use crate::error::Error;
+use crate::participants::Communicator;
+use crate::participants::handshake::Greeted;
+use crate::participants::recorded::Recorded;
+use crate::run::position::Position;
+use crate::rundir::RunDir;
+use crate::scenario::Loaded;
+
+/// Knows when a checkpoint is due, and writes it.
+pub struct Keeper {
+    folder: PathBuf,
+    about: About,
+    /// Windows between two; `None` for a run that is not to be resumed.
+    every: Option<u64>,
+    kept: usize,
+}
+
+/// The author and subject of a checkpoint of this scenario by this build; participants are known after their greeting.
+pub fn about(loaded: &Loaded) -> About {
+    About {
+        software: concat!("thirdbody ", env!("CARGO_PKG_VERSION")).into(),
+        protocol: PROTOCOL_VERSION,
+        scenario_hash: loaded.hash.clone(),
+        participants: Vec::new(),
+    }
+}
+
+/// The name and the software of each participant.
+pub fn participants(loaded: &Loaded, greeted: &[Greeted]) -> Vec<(String, String)> {
+    let names = loaded.scenario.participant.iter();
+    names
+        .zip(greeted)
+        .map(|(participant, greeted)| {
+            let software = greeted.description.software.clone();
+            (participant.name.clone(), software)
+        })
+        .collect()
+}
+
+impl Keeper {
+    /// For a run of these participants. A cadence that the scenario asks for needs participants that can be
+    /// resumed; without one, a run of others simply has no checkpoints.
+    pub fn new(rundir: &RunDir, loaded: &Loaded, greeted: &[Greeted]) -> Result<Keeper, Error> {
+        let run = &loaded.scenario.run;
+        let unable = loaded.scenario.participant.iter().zip(greeted);
+        let unable = unable
+            .filter(|(_, greeted)| !greeted.description.capabilities.resume)
+            .map(|(participant, _)| format!("`{}`", participant.name))
+            .collect::<Vec<_>>()
+            .join(" and ");
+        let every = match (run.checkpoint_every_windows, unable.is_empty()) {
+            (Some(0), _) => None,
+            (Some(every), true) => Some(every),
+            (Some(_), false) => {
+                return Err(Error::Refused(format!(
+                    "run.checkpoint_every_windows: participant {unable} cannot write a checkpoint (capability `resume`); set it to 0, or leave the key out"
+                )));
+            }
+            (None, true) if run.output.exchange => Some(EVERY_WINDOWS),
+            (None, true) => None,
+            (None, false) => {
+                rundir.note(&format!(
+                    "no checkpoints: participant {unable} cannot write one"
+                ));
+                None
+            }
+        };
+        Ok(Keeper {
+            folder: rundir.path().join(FOLDER),
+            about: About {
+                participants: participants(loaded, greeted),
+                ..about(loaded)
+            },
+            every,
+            kept: run.checkpoints_kept as usize,
+        })
+    }
+
+    /// Whether it writes checkpoints at all.
+    pub fn writes(&self) -> bool {
+        self.every.is_some()
+    }
+
+    /// Whether a checkpoint is to be written here: at its cadence, and when the run is interrupted. At its end a run
+    /// needs none.
+    pub fn due(&self, at: &Position, interrupted: bool) -> bool {
+        let due = |every| interrupted || at.windows.is_multiple_of(every);
+        !at.over && self.every.is_some_and(due)
+    }
+
+    /// Asks all participants for their states and writes them with what `rest` adds; then the oldest goes.
+    pub fn write(
+        &self,
+        communicator: &mut Recorded,
+        rest: impl FnOnce(Vec<Vec<u8>>, u64) -> Checkpoint,
+    ) -> Result<(), Error> {
+        let nodes = ask(communicator)?;
+        let log_blocks = communicator.journal.sync()?;
+        let checkpoint = rest(nodes, log_blocks);
+        let bytes = encode(&self.about, &checkpoint)?;
+        fs::create_dir_all(&self.folder).map_err(Error::io(self.folder.display().to_string()))?;
+        write_whole(&path(&self.folder, checkpoint.position.windows), &bytes)?;
+        let all = list(&self.folder);
+        for old in &all[..all.len().saturating_sub(self.kept)] {
+            fs::remove_file(&old.path).map_err(Error::io(old.path.display().to_string()))?;
+        }
+        Ok(())
+    }
+}
+
+fn ask(communicator: &mut dyn Communicator) -> Result<Vec<Vec<u8>>, Error> {
+    let count = communicator.peers().count();
+    for peer in 0..count {
+        communicator.tell(peer, Kind::Checkpoint, &Window::default(), Vec::new())?;
+    }
+    (0..count)
+        .map(|peer| {
+            let frame = communicator.receive(peer, Kind::State)?;
+            frame.bytes().map_err(|error| {
+                let peers = communicator.peers();
+                peers.protocol_error(peer, error.to_string())
+            })
+        })
+        .collect()
+}

@@ -1,0 +1,14 @@
+//! Runs, from the launch to the farewells.
+//!
+//! - [`position`], [`time_loop`]: the loop over all windows;
+//! - [`log_volume`]: the length of the log, foreseen;
+//! - [`checkpoint`]: going on after a run was cut off; [`outputs`]: everything that is written while windows pass;
+//! - [`session`]: a whole run; [`forecast`]: its handshake alone, for `check`.
+
+pub mod checkpoint;
+pub mod forecast;
+pub mod log_volume;
+mod outputs;
+pub mod position;
+pub mod session;
+pub mod time_loop;

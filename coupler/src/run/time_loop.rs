@@ -1,0 +1,187 @@
+//! The time loop: groups of interfaces on their way through time, window by window.
+
+use protocol::Window;
+
+use super::position::{GroupPosition, Position};
+use crate::error::Error;
+use crate::participants::Communicator;
+use crate::participants::handshake::Greeted;
+use crate::participants::remote::Remote;
+use crate::scenario::Scenario;
+use crate::scheme::clock::Clock;
+use crate::scheme::coupling::Coupling;
+use crate::scheme::group::Group;
+use crate::scheme::participants::Participants;
+use crate::scheme::window::{AcceptedWindow, Attempt};
+
+/// A group of interfaces on its way through time.
+pub struct GroupRun {
+    /// Its coupling.
+    pub coupling: Coupling,
+    /// Steps of its clock to do.
+    pub end: u64,
+    at: GroupPosition,
+}
+
+/// All groups at their start.
+pub fn groups_at_start(
+    scenario: &Scenario,
+    greeted: &[Greeted],
+    groups: Vec<Group>,
+) -> Result<Vec<GroupRun>, Error> {
+    let end_s = end_s(scenario, greeted)?;
+    let rules = scenario.groups();
+    let start = |(group, members): (Group, Vec<usize>)| {
+        // Connected interfaces agree on scheme and policy.
+        let first = &scenario.interface[members[0]];
+        Ok(GroupRun {
+            end: group.clock.steps_until(end_s)?,
+            coupling: Coupling::new(&first.name, first.scheme, first.on_not_converged, group),
+            at: GroupPosition::default(),
+        })
+    };
+    groups.into_iter().zip(rules).map(start).collect()
+}
+
+/// `run.end_s`, or the end of the longest load history.
+pub fn end_s(scenario: &Scenario, greeted: &[Greeted]) -> Result<f64, Error> {
+    let ends = greeted
+        .iter()
+        .filter_map(|greeted| greeted.description.end_s);
+    let longest = ends.reduce(f64::max);
+    scenario.run.end_s.or(longest).ok_or_else(|| {
+        Error::Refused("no participant has a load history that ends: give run.end_s".into())
+    })
+}
+
+/// Runs all windows of all groups until their end, in the order in which the windows end; windows are halved where the
+/// scheme asks for it. `seen` is told of each accepted window, and once, without one, when a window failed.
+pub fn each_window<C, F>(
+    communicator: &mut C,
+    greeted: &[Greeted],
+    groups: &mut [GroupRun],
+    mut seen: F,
+) -> Result<(), Error>
+where
+    C: Communicator,
+    F: FnMut(&mut C, &[GroupRun], Option<(&Window, &AcceptedWindow)>) -> Result<(), Error>,
+{
+    while let Some((index, window)) = earliest(groups) {
+        let done = groups[index].advance(&mut Remote::new(communicator, greeted), window);
+        let ended = done.and_then(|done| {
+            communicator.end_window(done.0.index)?;
+            Ok(done)
+        });
+        match ended {
+            Ok((window, accepted)) => seen(communicator, groups, Some((&window, &accepted)))?,
+            Err(error) => {
+                seen(communicator, groups, None)?;
+                return Err(error);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The group whose next window ends first, of equal ones the first.
+fn earliest(groups: &[GroupRun]) -> Option<(usize, Window)> {
+    let next = groups.iter().enumerate();
+    next.filter_map(|(index, group)| group.next().map(|window| (index, window)))
+        .min_by(|(_, a), (_, b)| a.t1_s.total_cmp(&b.t1_s))
+}
+
+/// Time up to which all groups have come (s).
+pub fn reached_s(groups: &[GroupRun]) -> f64 {
+    groups
+        .iter()
+        .map(GroupRun::reached_s)
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// The position of all groups together.
+pub fn position(groups: &[GroupRun]) -> Position {
+    Position {
+        windows: groups.iter().map(|group| group.at.window).sum(),
+        t_s: reached_s(groups),
+        groups: groups.iter().map(|group| group.at).collect(),
+        over: groups.iter().all(|group| group.next().is_none()),
+    }
+}
+
+impl GroupRun {
+    /// Steps of its clock that are done.
+    pub fn steps_done(&self) -> u64 {
+        self.at.step
+    }
+
+    /// Puts it where a checkpoint left off.
+    pub fn go_to(&mut self, at: GroupPosition) {
+        self.at = at;
+    }
+
+    /// Time that it has come to (s).
+    pub fn reached_s(&self) -> f64 {
+        self.at.step as f64 * self.coupling.group().clock.step_s
+    }
+
+    /// The next window, unless all are done.
+    pub fn next(&self) -> Option<Window> {
+        window_from(&self.coupling.group().clock, &self.at, self.end)
+    }
+
+    /// Does its next window, or as much of it as converges.
+    fn advance(
+        &mut self,
+        participants: &mut dyn Participants,
+        mut window: Window,
+    ) -> Result<(Window, AcceptedWindow), Error> {
+        self.at.rest = None;
+        let clock = self.coupling.group().clock;
+        let accepted = loop {
+            let (end, rest) = (self.end, self.at.rest);
+            let following = |done: &Window| {
+                let after = GroupPosition {
+                    window: done.index + 1,
+                    step: done.step + u64::from(done.substeps),
+                    rest,
+                };
+                window_from(&clock, &after, end)
+            };
+            match self.coupling.window(participants, window, following)? {
+                Attempt::Accepted(accepted) => break accepted,
+                Attempt::Halve => {
+                    self.at.rest = Some(self.at.rest.unwrap_or(0) + window.substeps / 2);
+                    let half = window.substeps.div_ceil(2);
+                    window = clock.window(self.at.window, self.at.step, half);
+                }
+            }
+        };
+        self.at.window += 1;
+        self.at.step += u64::from(window.substeps);
+        Ok((window, accepted))
+    }
+}
+
+/// The window that begins here: the rest of a halved one, else a full one or the part that is left before the end.
+fn window_from(clock: &Clock, at: &GroupPosition, end: u64) -> Option<Window> {
+    let substeps = || clock.substeps_before(at.step, end);
+    (at.step < end).then(|| {
+        let substeps = at.rest.unwrap_or_else(substeps);
+        clock.window(at.window, at.step, substeps)
+    })
+}
+
+/// A line for the log of a run.
+pub fn describe(group: &GroupRun) -> String {
+    let joined = group.coupling.group();
+    let clock = joined.clock;
+    format!(
+        "{} windows of {:.4e} s ({} steps of {:.4e} s), {} nodes, {} glued points",
+        group.end.div_ceil(clock.substeps.into()),
+        clock.window_s(),
+        clock.substeps,
+        clock.step_s,
+        joined.nodes.len(),
+        joined.points.len()
+    )
+}

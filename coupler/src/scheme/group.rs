@@ -1,0 +1,130 @@
+//! Interfaces that are solved together: all that are connected through a participant.
+//!
+//! A participant on several interfaces exchanges the points of all of them at once, one set after the other in the
+//! order of the scenario. The compliance of the group is block-diagonal, one block a force-driven participant; a motion-driven
+//! one with several glued rows stands on all of its continua, so that one contact solve a window sees every row.
+
+use std::ops::Range;
+
+use protocol::{Surface, Window};
+
+use super::clock::Clock;
+use super::mapping::Mapping;
+
+/// Connected interfaces, ready for their first window.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// The interfaces, in the order of the scenario.
+    pub patches: Vec<Patch>,
+    /// Participants that take forces and answer motion, in the order in which the interfaces name them: the continua.
+    pub force_driven: Vec<Side>,
+    /// Participants that take the motion of their boundary and answer force, in the same order: the walls.
+    pub motion_driven: Vec<Side>,
+    /// Exchanged surface nodes, one force-driven participant after the other.
+    pub nodes: Surface,
+    /// Glued points, one motion-driven participant after the other.
+    pub points: Surface,
+    /// From exchanged nodes to glued points.
+    pub mapping: Mapping,
+    /// Windows in integer steps. With several force-driven participants its step is the longest that is a whole number of steps of each.
+    pub clock: Clock,
+}
+
+/// One interface inside its group.
+#[derive(Clone, Debug)]
+pub struct Patch {
+    /// Its index in the scenario.
+    pub index: usize,
+    /// Its name.
+    pub name: String,
+    /// Its continuum, as an index into [`Group::force_driven`].
+    pub force_driven: usize,
+    /// Its wall, as an index into [`Group::motion_driven`].
+    pub motion_driven: usize,
+    /// Its nodes among the group's.
+    pub nodes: Range<usize>,
+    /// Its points among the group's.
+    pub points: Range<usize>,
+    /// 1 where the wall lies above the continuum, -1 where it hangs below: the side of the continuum's outward normal.
+    pub outward_y: f64,
+    /// Mean spacing of its exchanged nodes (m).
+    pub spacing_m: f64,
+    /// Largest gap that counts as closed, over the spacing.
+    pub tolerance_rel: f64,
+    /// Largest energy defect over the energy, if it is judged.
+    pub energy_defect_max_rel: Option<f64>,
+}
+
+/// A participant of the group.
+#[derive(Clone, Debug)]
+pub struct Side {
+    /// Index of the participant.
+    pub peer: usize,
+    /// Its nodes or points among the group's.
+    pub range: Range<usize>,
+    /// Own steps in a step of the group's clock; 1 for a motion-driven one, which steps by windows.
+    pub steps: u32,
+}
+
+impl Group {
+    /// Length of a window (s).
+    pub fn window_s(&self, window: &Window) -> f64 {
+        self.clock.step_s * f64::from(window.substeps)
+    }
+
+    /// Nodal forces (N) that the points of one motion-driven participant exert; zero on the nodes of the others.
+    pub fn borne_by(&self, wall: usize, force: &[f64]) -> Vec<f64> {
+        let mut own = vec![0.0; force.len()];
+        for patch in self
+            .patches
+            .iter()
+            .filter(|patch| patch.motion_driven == wall)
+        {
+            let range = components(&patch.nodes);
+            own[range.clone()].copy_from_slice(&force[range]);
+        }
+        own
+    }
+
+    /// The interface that speaks for a motion-driven participant: its first.
+    pub fn first_of(&self, wall: usize) -> usize {
+        let found = self
+            .patches
+            .iter()
+            .position(|patch| patch.motion_driven == wall);
+        found.expect("it is in the group because of an interface")
+    }
+}
+
+impl Side {
+    /// The components of its nodes or points in a vector of the group.
+    pub fn of<'a>(&self, vector: &'a [f64]) -> &'a [f64] {
+        &vector[components(&self.range)]
+    }
+
+    /// The window, counted in its own steps.
+    pub fn window(&self, window: &Window) -> Window {
+        Window {
+            step: window.step * u64::from(self.steps),
+            substeps: window.substeps * self.steps,
+            ..*window
+        }
+    }
+}
+
+impl Patch {
+    /// The components of its points in a vector of the group.
+    pub fn of_points<'a>(&self, vector: &'a [f64]) -> &'a [f64] {
+        &vector[components(&self.points)]
+    }
+
+    /// The components of its nodes in a vector of the group.
+    pub fn of_nodes<'a>(&self, vector: &'a [f64]) -> &'a [f64] {
+        &vector[components(&self.nodes)]
+    }
+}
+
+/// Two components a place.
+pub fn components(range: &Range<usize>) -> Range<usize> {
+    2 * range.start..2 * range.end
+}

@@ -1,0 +1,86 @@
+//! Refusals of schemes that do not suit the two sides that they join.
+
+use protocol::Description;
+
+use crate::error::Error;
+use crate::scenario::{Dirichlet, Interface, Scheme};
+
+/// A fixed point goes through the answers of the contact solver, and cannot come closer than these are true. The other
+/// schemes close the gap whatever the contact solver left over.
+pub(super) fn refuse_finer_than_solver(
+    interface: &Interface,
+    wall_name: &str,
+    wall: &Description,
+) -> Result<(), Error> {
+    let through_answers = matches!(interface.scheme, Scheme::FixedPoint { .. });
+    match &wall.tolerance {
+        Some(own) if through_answers && interface.tolerance_rel < own.value => {
+            Err(Error::Refused(format!(
+                "interface.{}.tolerance_rel is {:e}, below participant.{wall_name}.config.{} of {:e}: a fixed point goes through the solver's answers and cannot be closer than they are; raise the first, lower the second, or take scheme = \"dual-schur\"",
+                interface.name, interface.tolerance_rel, own.key, own.value
+            )))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a continuum whose velocity cannot be prescribed where the scheme does.
+pub(super) fn refuse_without_prescribed_velocity(
+    interface: &Interface,
+    name: &str,
+    continuum: &Description,
+) -> Result<(), Error> {
+    let key = match interface.scheme {
+        Scheme::Velocity { .. } => "scheme = \"velocity\"",
+        _ if interface.scheme.dirichlet() == Dirichlet::Continuum => "dirichlet = \"continuum\"",
+        _ => return Ok(()),
+    };
+    if continuum.capabilities.prescribed_velocity {
+        return Ok(());
+    }
+    Err(Error::Refused(format!(
+        "interface.{}.{key} prescribes the velocity of participant `{name}`, which cannot follow one: a shipped continuum can if its material is elastic and small-strain; take scheme = \"dual-schur\", or \"dual-schur-secant\" for a continuum that is not linear",
+        interface.name
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn interface(scheme: &str, tolerance_rel: f64) -> Interface {
+        let text = format!(
+            "name = \"base\"\nbetween = [\"a.x\", \"b.y\"]\nscheme = \"{scheme}\"\nsubsteps = 2\ntolerance_rel = {tolerance_rel:e}"
+        );
+        toml::from_str(&text).expect("the keys are valid")
+    }
+
+    #[test]
+    fn a_fixed_point_is_not_asked_for_more_than_the_solver_gives() {
+        let wall = Description {
+            tolerance: Some(protocol::Tolerance {
+                key: "solver.tolerance".into(),
+                value: 1e-4,
+            }),
+            ..Description::default()
+        };
+        let refused = |scheme: &str, tolerance_rel: f64, wall: &Description| {
+            let interface = interface(scheme, tolerance_rel);
+            refuse_finer_than_solver(&interface, "layer", wall).err()
+        };
+        for scheme in ["fixed-point-serial", "fixed-point-parallel"] {
+            let error = refused(scheme, 0.99e-4, &wall)
+                .expect("it is below")
+                .to_string();
+            for said in [
+                "interface.base.tolerance_rel",
+                "participant.layer.config.solver.tolerance",
+            ] {
+                assert!(error.contains(said), "{error}");
+            }
+            assert!(refused(scheme, 1e-4, &wall).is_none());
+            assert!(refused(scheme, 1e-9, &Description::default()).is_none());
+        }
+        assert!(refused("dual-schur", 1e-9, &wall).is_none());
+    }
+}

@@ -1,0 +1,33 @@
+//! Errors of mappings.
+
+use thiserror::Error;
+
+/// Reason why two sets of points cannot be related.
+#[derive(Debug, Error, PartialEq)]
+#[allow(missing_docs)]
+pub enum MappingError {
+    #[error("one side of the interface has no points")]
+    Empty,
+    #[error(
+        "surface nodes {first} and {second} share the place ({x_m:.6e}, {y_m:.6e}) m along the surface"
+    )]
+    RepeatedNode {
+        first: usize,
+        second: usize,
+        x_m: f64,
+        y_m: f64,
+    },
+    #[error(
+        "glued points {first} and {second} share the place ({x_m:.6e}, {y_m:.6e}) m along the surface"
+    )]
+    RepeatedPoint {
+        first: usize,
+        second: usize,
+        x_m: f64,
+        y_m: f64,
+    },
+    #[error(
+        "glued point {point} at ({x_m:.6e}, {y_m:.6e}) m lies beyond the ends of the surface line"
+    )]
+    Beyond { point: usize, x_m: f64, y_m: f64 },
+}

@@ -1,0 +1,98 @@
+//! The port through which schemes speak to the participants of a run.
+//!
+//! A participant goes by its index in the scenario. The force-driven one takes forces and answers motion, the motion-driven
+//! one solves its contacts on a boundary whose motion it is told. Requests that begin and finish let several participants work
+//! at the same time: between the two a scheme may begin others. Vectors hold two components a point, `(x0, y0, x1, y1, ...)`.
+
+use nalgebra::DMatrix;
+use protocol::{BoundaryAnswer, Description, Reaction, Surface, Window};
+
+use crate::error::Error;
+
+/// The participants of a run, wherever they live.
+///
+/// Between two [`Participants::accept`] every request starts again from the last accepted state.
+pub trait Participants {
+    /// Participants of the run.
+    fn count(&self) -> usize;
+
+    /// Name in the scenario, for messages.
+    fn name(&self, peer: usize) -> &str;
+
+    /// Its description at the handshake.
+    fn description(&self, peer: usize) -> &Description;
+
+    /// Couples a named set and returns its points.
+    fn couple(&mut self, peer: usize, set: &str) -> Result<Surface, Error>;
+
+    /// Restricts the exchange to these points of all coupled sets.
+    fn select(&mut self, peer: usize, points: &[usize]) -> Result<(), Error>;
+
+    /// Condensed compliance C (m/N), n x n, of a window of `substeps` own steps, n being its exchanged components.
+    fn compliance(&mut self, peer: usize, substeps: u32, n: usize) -> Result<DMatrix<f64>, Error>;
+
+    /// Impedance D (kg/s), n x n, of such a window.
+    fn impedance(&mut self, peer: usize, substeps: u32, n: usize) -> Result<DMatrix<f64>, Error>;
+
+    /// Announces windows of the length H (s) of this one, and the compliance W_g (1/kg), n x n, of the boundary in it:
+    /// v_g = a_g + W_g p. Zero for a boundary that moves exactly as it is told.
+    fn set_boundary(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        window_s: f64,
+        compliance: &DMatrix<f64>,
+    ) -> Result<(), Error>;
+
+    /// Begins a window under a constant force (N).
+    fn begin_advance(&mut self, peer: usize, window: &Window, force: &[f64]) -> Result<(), Error>;
+
+    /// Displacement increments (m) of the window begun, `n` components.
+    fn finish_advance(&mut self, peer: usize, window: &Window, n: usize)
+    -> Result<Vec<f64>, Error>;
+
+    /// Begins a window in which the velocity goes in a straight line to this one (m/s).
+    fn begin_prescribed_velocity(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        velocity: &[f64],
+    ) -> Result<(), Error>;
+
+    /// Reaction of the window begun, `n` components.
+    fn finish_prescribed_velocity(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<Reaction, Error>;
+
+    /// Begins a contact solve on the boundary with this free velocity a_g (m/s).
+    fn begin_solve(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        free_velocity: &[f64],
+    ) -> Result<(), Error>;
+
+    /// Answer of the solve begun, `n` components.
+    fn finish_solve(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<BoundaryAnswer, Error>;
+
+    /// Makes the last answer for this window the state; `displacement` (m) is that of the boundary, empty for a force-driven
+    /// participant.
+    fn accept(&mut self, peer: usize, window: &Window, displacement: &[f64]) -> Result<(), Error>;
+
+    /// Lets the participant begin an advance that will be asked for next, as soon as it has accepted.
+    fn begin_early(&mut self, peer: usize, window: &Window, force: &[f64]) -> Result<(), Error> {
+        let _ = (peer, window, force);
+        Ok(())
+    }
+
+    /// The report of an accepted window: signals, then energies (J).
+    fn report(&mut self, peer: usize) -> Result<Vec<f64>, Error>;
+}

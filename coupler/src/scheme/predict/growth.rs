@@ -1,0 +1,249 @@
+//! Growth of a disturbance under a scheme, found by running the scheme itself on a linear pair.
+//!
+//! A scheme on linear participants is a linear map of its state once its compliance is learnt: each unit disturbance of the
+//! state is a window, its end a column of the map, and the growth a window in the long run is the spectral radius. A fixed
+//! point is converged first; where its constant relaxation does not contract, its growth is that of a repeat.
+
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
+use nalgebra::{DMatrix, DVector};
+
+use super::linear_pair::{LinearModel, LinearPair, PairState};
+use super::sprung_mass::Masses;
+use crate::error::Error;
+use crate::scenario::{Acceleration, CompliancePrior, Dirichlet, Policy, Scheme, Update};
+use crate::scheme::coupling::Coupling;
+use crate::scheme::window::InterfaceState;
+
+/// Gap (m) to which fixed points are converged, under disturbances that move the interface by about 1 m.
+const CONVERGED_M: f64 = 1e-12;
+
+/// Repeats in which a fixed point of one unknown is converged by quasi-Newton, with plenty to spare.
+const REPEATS: u32 = 50;
+
+/// Growth a window of a scheme on two linear sides, or a repeat where the repeats of a window do not converge.
+pub fn growth(scheme: &Scheme, model: LinearModel) -> Result<f64, Error> {
+    match growth_of_repeats(scheme, model)? {
+        Some(repeats) if repeats >= 1.0 => Ok(repeats),
+        _ => Ok(spectral_radius(window_map(scheme, model)?)),
+    }
+}
+
+/// Factor of the residual a repeat, of a fixed point with constant relaxation; the others find their own: one unknown takes
+/// them two answers.
+pub fn growth_of_repeats(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>, Error> {
+    let Scheme::FixedPoint {
+        acceleration: Acceleration::Constant,
+        dirichlet,
+        order,
+        relaxation,
+        ..
+    } = *scheme
+    else {
+        return Ok(None);
+    };
+    let few = Scheme::FixedPoint {
+        acceleration: Acceleration::Constant,
+        dirichlet,
+        order,
+        relaxation,
+        repeats_max: 5,
+    };
+    let mut probe = Probe::new(&few, model, 0.0);
+    let disturbance = DVector::from_element(probe.size(), 1.0);
+    let pair = probe.window(&disturbance)?;
+    let told = match dirichlet {
+        Dirichlet::Wall => &pair.free_velocities,
+        Dirichlet::Continuum => &pair.prescribed_velocities,
+    };
+    // The first answer of a parallel window is to the motion of the window before.
+    let changes: Vec<f64> = told.windows(2).skip(1).map(|two| two[1] - two[0]).collect();
+    Ok(Some(match changes.as_slice() {
+        [first, second, ..] if *first != 0.0 => (second / first).abs(),
+        _ => 0.0,
+    }))
+}
+
+/// The window of a scheme as a matrix over its state.
+pub fn window_map(scheme: &Scheme, model: LinearModel) -> Result<DMatrix<f64>, Error> {
+    let mut probe = Probe::new(&converged(scheme), model, CONVERGED_M);
+    let size = probe.size();
+    if matches!(scheme, Scheme::DualSchur { update, .. } if *update != Update::None) {
+        probe.learn()?;
+    }
+    let mut map = DMatrix::zeros(size, size);
+    for column in 0..size {
+        let mut unit = DVector::zeros(size);
+        unit[column] = 1.0;
+        probe.window(&unit)?;
+        map.set_column(column, &probe.read());
+    }
+    Ok(map)
+}
+
+/// The scheme with the exact compliance of the model, and a fixed point by the acceleration that converges fastest: the fixed
+/// point itself does not depend on it.
+pub fn converged(scheme: &Scheme) -> Scheme {
+    match *scheme {
+        Scheme::DualSchur { update, .. } => Scheme::DualSchur {
+            update,
+            compliance: CompliancePrior::Columns,
+            repeats_max: REPEATS,
+        },
+        Scheme::FixedPoint {
+            order,
+            dirichlet,
+            relaxation,
+            ..
+        } => Scheme::FixedPoint {
+            order,
+            dirichlet,
+            acceleration: Acceleration::IqnIls,
+            relaxation,
+            repeats_max: REPEATS,
+        },
+        other => other,
+    }
+}
+
+/// A coupling and a pair that are put into a state, run for a window, and read.
+struct Probe<'a> {
+    coupling: Coupling,
+    /// The coupling at the beginning of every window: with the compliance that it goes by.
+    start: Coupling,
+    pair: LinearPair<'a>,
+    model: LinearModel<'a>,
+    /// Unit of each number of the state: each moves the interface by about 1 m in a window.
+    units: DVector<f64>,
+    /// Whether the displacement that the coupler keeps is a number of the state: that of the continuum otherwise.
+    own_displacement: bool,
+}
+
+impl<'a> Probe<'a> {
+    fn new(scheme: &Scheme, model: LinearModel<'a>, tolerance_m: f64) -> Probe<'a> {
+        let coupling = Coupling::new("model", *scheme, Policy::Accept, model.group(tolerance_m));
+        let n = model.response.push.len();
+        let speed = 1.0 / model.window_s;
+        let force = 1.0 / model.response.compliance();
+        let continuum = (0..n).map(|i| if i < n / 2 { 1.0 } else { speed });
+        let own_displacement =
+            matches!(scheme, Scheme::Velocity { .. }) || scheme.dirichlet() == Dirichlet::Continuum;
+        // Masses (glued velocity, place, velocity), then lambda, last motion, velocity, displacement of the coupler.
+        let mut rest = vec![speed, 1.0, speed, force, 1.0, speed];
+        if own_displacement {
+            rest.push(1.0);
+        }
+        let rest_state = PairState {
+            continuum: DVector::zeros(n),
+            masses: Masses::default(),
+            place: 0.0,
+        };
+        Probe {
+            start: coupling.clone(),
+            coupling,
+            pair: LinearPair::new(model, rest_state),
+            units: DVector::from_iterator(n + rest.len(), continuum.chain(rest)),
+            model,
+            own_displacement,
+        }
+    }
+
+    fn size(&self) -> usize {
+        self.units.len()
+    }
+
+    /// A window in which the masses arrive with their unit velocity: the compliance at its end is the one of later windows.
+    fn learn(&mut self) -> Result<(), Error> {
+        let inner = self.model.response.push.len();
+        let mut moving = DVector::zeros(self.size());
+        moving[inner] = 1.0;
+        moving[inner + 2] = 1.0;
+        self.window(&moving)?;
+        self.start = self.coupling.clone();
+        Ok(())
+    }
+
+    /// A window from the state with these numbers, in its units.
+    fn window(&mut self, numbers: &DVector<f64>) -> Result<&LinearPair<'a>, Error> {
+        let state = numbers.component_mul(&self.units);
+        let inner = self.model.response.push.len();
+        let continuum = state.rows(0, inner).into_owned();
+        let at = |k: usize| state[inner + k];
+        let displacement = if self.own_displacement {
+            at(6)
+        } else {
+            self.model.response.place.dot(&continuum)
+        };
+        self.pair.state = PairState {
+            continuum,
+            masses: Masses {
+                glued_velocity: at(0),
+                place: at(1),
+                velocity: at(2),
+            },
+            place: displacement,
+        };
+        self.pair.free_velocities.clear();
+        self.pair.prescribed_velocities.clear();
+        self.coupling.clone_from(&self.start);
+        self.coupling.state = InterfaceState {
+            lambda: vec![at(3), 0.0],
+            last_motion: vec![at(4), 0.0],
+            velocity: vec![at(5), 0.0],
+            displacement: vec![displacement, 0.0],
+        };
+        let window = self.coupling.group().clock.window(0, 0, 1);
+        self.coupling.window(&mut self.pair, window, |_| None)?;
+        Ok(&self.pair)
+    }
+
+    /// The state at the end of the window, in its units.
+    fn read(&self) -> DVector<f64> {
+        let (pair, state) = (&self.pair.state, &self.coupling.state);
+        let rest = [
+            pair.masses.glued_velocity,
+            pair.masses.place,
+            pair.masses.velocity,
+            state.lambda[0],
+            state.last_motion[0],
+            state.velocity[0],
+            state.displacement[0],
+        ];
+        let numbers = pair.continuum.iter().copied().chain(rest);
+        let all = DVector::from_iterator(self.size(), numbers.take(self.size()));
+        all.component_div(&self.units)
+    }
+}
+
+/// rho = lim |M^k|^(1/k) (Gelfand 1941) with k = 2^40, by squaring. Unlike eigenvalues this is as exact for the pairs on
+/// the unit circle that undamped schemes have: their rounding is divided by k as well.
+pub fn spectral_radius(mut matrix: DMatrix<f64>) -> f64 {
+    balance_parlett_reinsch(&mut matrix);
+    let mut logarithm = 0.0;
+    let mut weight = 1.0;
+    for _ in 0..40 {
+        let norm = matrix.norm();
+        if norm == 0.0 || !norm.is_finite() {
+            return norm;
+        }
+        matrix /= norm;
+        logarithm += weight * norm.ln();
+        weight *= 0.5;
+        matrix = &matrix * &matrix;
+    }
+    logarithm.exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_radius_of_known_matrices() {
+        let turn = DMatrix::from_row_slice(2, 2, &[0.6, -8.0, 0.08, 0.6]);
+        assert!((spectral_radius(turn) - 1.0).abs() < 1e-12);
+        let drift = DMatrix::from_row_slice(2, 2, &[1.0, 5.0, 0.0, 1.0]);
+        assert!((spectral_radius(drift) - 1.0).abs() < 1e-9);
+        let grows = DMatrix::from_row_slice(2, 2, &[0.5, 1e6, 0.0, 1.25]);
+        assert!((spectral_radius(grows) - 1.25).abs() < 1e-9);
+    }
+}

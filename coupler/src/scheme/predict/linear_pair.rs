@@ -1,0 +1,275 @@
+//! Two linear participants in memory: a continuum and masses on its boundary, joined in one motion of their interface.
+//!
+//! The first component of the one node and the one point is that motion; the second one never moves.
+
+use nalgebra::{DMatrix, DVector};
+use protocol::{BoundaryAnswer, BoundaryInertia, Description, Reaction, Surface, Window};
+
+use super::response::Response;
+use super::sprung_mass::{Masses, Motion, SprungMass};
+use crate::error::Error;
+use crate::scenario::MappingKind;
+use crate::scheme::clock::Clock;
+use crate::scheme::group::{Group, Patch, Side};
+use crate::scheme::mapping::Mapping;
+use crate::scheme::participants::Participants;
+
+/// The force-driven participant of a pair.
+pub const CONTINUUM: usize = 0;
+/// The motion-driven one.
+pub const BOUNDARY: usize = 1;
+
+/// The two sides of an interface in one motion.
+#[derive(Clone, Copy, Debug)]
+pub struct LinearModel<'a> {
+    /// A window of the continuum.
+    pub response: &'a Response,
+    /// The masses on the boundary.
+    pub inertia: BoundaryInertia,
+    /// Mass of the point that is in no equation of theirs (kg).
+    pub point_mass_kg: f64,
+    /// Length H of the window (s).
+    pub window_s: f64,
+}
+
+impl LinearModel<'_> {
+    /// The masses with that of the point, as one body behind the interface.
+    pub fn whole(&self) -> SprungMass {
+        let inertia = BoundaryInertia {
+            glued_mass_kg: self.inertia.glued_mass_kg + self.point_mass_kg,
+            ..self.inertia
+        };
+        SprungMass::new(&inertia, self.window_s)
+    }
+
+    /// The one node and the one point as a group whose windows are one step long. A gap (m) up to `tolerance_m` counts as
+    /// closed.
+    pub fn group(&self, tolerance_m: f64) -> Group {
+        let surface = |mass_kg: f64| Surface {
+            x_m: vec![0.0],
+            y_m: vec![0.0],
+            mass_kg: vec![mass_kg],
+            radius_m: vec![0.0],
+            length_m: vec![1.0],
+        };
+        let side = |peer: usize| Side {
+            peer,
+            range: 0..1,
+            steps: 1,
+        };
+        Group {
+            patches: vec![Patch {
+                index: 0,
+                name: "model".into(),
+                force_driven: 0,
+                motion_driven: 0,
+                nodes: 0..1,
+                points: 0..1,
+                outward_y: 1.0,
+                spacing_m: 1.0,
+                tolerance_rel: tolerance_m,
+                energy_defect_max_rel: None,
+            }],
+            force_driven: vec![side(CONTINUUM)],
+            motion_driven: vec![side(BOUNDARY)],
+            nodes: surface(0.0),
+            points: surface(self.point_mass_kg),
+            mapping: Mapping::new(MappingKind::Linear, &[[0.0; 2]], &[[0.0; 2]])
+                .expect("one node carries all"),
+            clock: Clock {
+                step_s: self.window_s,
+                substeps: 1,
+            },
+        }
+    }
+}
+
+/// State of a pair between two windows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PairState {
+    /// Displacements and velocities of the continuum.
+    pub continuum: DVector<f64>,
+    /// The masses.
+    pub masses: Masses,
+    /// Place of the interface as the boundary was told of it (m).
+    pub place: f64,
+}
+
+/// A pair as participants.
+pub struct LinearPair<'a> {
+    model: LinearModel<'a>,
+    mass: SprungMass,
+    description: Description,
+    /// The accepted state.
+    pub state: PairState,
+    trial: PairState,
+    /// W_g (1/kg).
+    compliance: f64,
+    /// The number of the request begun.
+    asked: f64,
+    /// Free velocities (m/s) that the boundary was told since this was emptied.
+    pub free_velocities: Vec<f64>,
+    /// Velocities (m/s) that were prescribed to the continuum since this was emptied.
+    pub prescribed_velocities: Vec<f64>,
+}
+
+impl<'a> LinearPair<'a> {
+    /// A pair at this state.
+    pub fn new(model: LinearModel<'a>, state: PairState) -> LinearPair<'a> {
+        LinearPair {
+            model,
+            mass: SprungMass::new(&model.inertia, model.window_s),
+            description: Description::default(),
+            trial: state.clone(),
+            state,
+            compliance: 0.0,
+            asked: 0.0,
+            free_velocities: Vec::new(),
+            prescribed_velocities: Vec::new(),
+        }
+    }
+
+    /// The moving component alone of a matrix n x n.
+    fn moving(value: f64, n: usize) -> DMatrix<f64> {
+        let mut matrix = DMatrix::zeros(n, n);
+        matrix[(0, 0)] = value;
+        matrix
+    }
+}
+
+impl Participants for LinearPair<'_> {
+    fn count(&self) -> usize {
+        2
+    }
+
+    fn name(&self, peer: usize) -> &str {
+        if peer == CONTINUUM {
+            "continuum"
+        } else {
+            "masses"
+        }
+    }
+
+    fn description(&self, _peer: usize) -> &Description {
+        &self.description
+    }
+
+    fn couple(&mut self, _peer: usize, set: &str) -> Result<Surface, Error> {
+        Err(Error::Refused(format!("a model has no set `{set}`")))
+    }
+
+    fn select(&mut self, _peer: usize, _points: &[usize]) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn compliance(&mut self, _: usize, _: u32, n: usize) -> Result<DMatrix<f64>, Error> {
+        Ok(LinearPair::moving(self.model.response.compliance(), n))
+    }
+
+    fn impedance(&mut self, _: usize, _: u32, n: usize) -> Result<DMatrix<f64>, Error> {
+        let window_s = self.model.window_s;
+        let yields = self.model.response.prescribed_compliance(window_s);
+        Ok(LinearPair::moving(window_s / yields, n))
+    }
+
+    fn set_boundary(
+        &mut self,
+        _peer: usize,
+        _window: &Window,
+        _window_s: f64,
+        compliance: &DMatrix<f64>,
+    ) -> Result<(), Error> {
+        self.compliance = compliance[(0, 0)];
+        Ok(())
+    }
+
+    fn begin_advance(&mut self, _: usize, _: &Window, force: &[f64]) -> Result<(), Error> {
+        self.asked = force[0];
+        Ok(())
+    }
+
+    fn finish_advance(&mut self, _: usize, _: &Window, _: usize) -> Result<Vec<f64>, Error> {
+        let Response {
+            carry, push, place, ..
+        } = self.model.response;
+        self.trial.continuum = carry * &self.state.continuum + push * self.asked;
+        let increment = place.dot(&self.trial.continuum) - place.dot(&self.state.continuum);
+        Ok(vec![increment, 0.0])
+    }
+
+    fn begin_prescribed_velocity(
+        &mut self,
+        _peer: usize,
+        _window: &Window,
+        velocity: &[f64],
+    ) -> Result<(), Error> {
+        self.prescribed_velocities.push(velocity[0]);
+        self.asked = velocity[0];
+        Ok(())
+    }
+
+    /// The works are left at zero: no ledger is read here.
+    fn finish_prescribed_velocity(
+        &mut self,
+        _peer: usize,
+        _window: &Window,
+        _n: usize,
+    ) -> Result<Reaction, Error> {
+        let response = self.model.response;
+        let before = response.speed(&self.state.continuum);
+        let acceleration = (self.asked - before) / self.model.window_s;
+        let (continuum, force) = response
+            .prescribed
+            .window(&self.state.continuum, acceleration);
+        let place = |state: &DVector<f64>| response.place.dot(state);
+        let increment = place(&continuum) - place(&self.state.continuum);
+        self.trial.continuum = continuum;
+        Ok(Reaction {
+            force: vec![force, 0.0],
+            increment: vec![increment, 0.0],
+            work: vec![0.0; 2],
+        })
+    }
+
+    fn begin_solve(&mut self, _: usize, _: &Window, free_velocity: &[f64]) -> Result<(), Error> {
+        self.free_velocities.push(free_velocity[0]);
+        Ok(())
+    }
+
+    fn finish_solve(
+        &mut self,
+        _peer: usize,
+        _window: &Window,
+        _n: usize,
+    ) -> Result<BoundaryAnswer, Error> {
+        let motion = Motion {
+            free: *self.free_velocities.last().expect("a solve was begun"),
+            compliance: self.compliance,
+        };
+        let solved = self
+            .mass
+            .window(&self.state.masses, self.state.place, motion);
+        self.trial.masses = solved.masses;
+        Ok(BoundaryAnswer {
+            force: vec![solved.force, 0.0],
+            velocity: vec![solved.masses.glued_velocity, 0.0],
+            iterations: 1,
+            residual: 0.0,
+            converged: true,
+        })
+    }
+
+    fn accept(&mut self, peer: usize, _: &Window, displacement: &[f64]) -> Result<(), Error> {
+        if peer == CONTINUUM {
+            self.state.continuum.clone_from(&self.trial.continuum);
+        } else {
+            self.state.masses = self.trial.masses;
+            self.state.place = displacement[0];
+        }
+        Ok(())
+    }
+
+    fn report(&mut self, _peer: usize) -> Result<Vec<f64>, Error> {
+        Ok(Vec::new())
+    }
+}

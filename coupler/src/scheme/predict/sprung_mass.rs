@@ -1,0 +1,151 @@
+//! A linear participant on a wall, in one interface motion: a glued mass, and a free one behind a spring.
+
+use protocol::BoundaryInertia;
+
+/// State of the masses at the start of a window; the glued one is where the interface is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Masses {
+    /// Velocity of the glued mass (m/s).
+    pub glued_velocity: f64,
+    /// Place of the free mass (m).
+    pub place: f64,
+    /// Its velocity (m/s).
+    pub velocity: f64,
+}
+
+/// The end of a window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solved {
+    /// The masses at its end.
+    pub masses: Masses,
+    /// Force of the masses on the wall (N).
+    pub force: f64,
+}
+
+/// Motion of the boundary in a window: v_g = a_g + W_g p.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// a_g (m/s).
+    pub free: f64,
+    /// W_g (1/kg); zero for a wall that moves as it is told.
+    pub compliance: f64,
+}
+
+/// The equation of the glued mass in a window, inertia v_g + p = drive, and the masses without it.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    /// Spring against the start (m).
+    stretch: f64,
+    /// m + (theta H)^2 k (kg).
+    moved: f64,
+    /// A (kg).
+    inertia: f64,
+    /// R (N s).
+    drive: f64,
+}
+
+/// The masses and their window, of length H.
+#[derive(Clone, Copy, Debug)]
+pub struct SprungMass {
+    glued: f64,
+    mass: f64,
+    spring: f64,
+    theta: f64,
+    window_s: f64,
+}
+
+impl SprungMass {
+    /// The masses behind a point, as its solver told at the handshake.
+    pub fn new(boundary_inertia: &BoundaryInertia, window_s: f64) -> SprungMass {
+        let rigid = boundary_inertia.stiffness_n_per_m.is_none();
+        SprungMass {
+            glued: boundary_inertia.glued_mass_kg
+                + if rigid { boundary_inertia.mass_kg } else { 0.0 },
+            // Without a spring nothing is behind it, and any mass does.
+            mass: if rigid { 1.0 } else { boundary_inertia.mass_kg },
+            spring: boundary_inertia.stiffness_n_per_m.unwrap_or(0.0),
+            theta: boundary_inertia.theta,
+            window_s,
+        }
+    }
+
+    /// One window of the theta scheme, q_0 (m) being the place of the interface at its start:
+    /// m_g (v_g - v_g0) = H k (q_1 - q_0) - p and m (v - v_0) = -H k (q_1 - q_0), both places taken at
+    /// q + theta H (theta v' + (1 - theta) v) for the free mass, q + theta H v_g for the glued one, and v_g = a_g + W_g p.
+    ///
+    /// Without v the glued mass obeys A v_g + p = R; so solved, a wall that moves as it is told moves exactly so.
+    pub fn window(&self, start: &Masses, q_0: f64, motion: Motion) -> Solved {
+        let known = self.known(start, q_0);
+        let p =
+            (known.drive - known.inertia * motion.free) / (1.0 + known.inertia * motion.compliance);
+        self.solved(start, &known, motion.free + motion.compliance * p, p)
+    }
+
+    fn known(&self, start: &Masses, q_0: f64) -> Known {
+        let (h, theta, k, m) = (self.window_s, self.theta, self.spring, self.mass);
+        let stretch = start.place + theta * (1.0 - theta) * h * start.velocity - q_0;
+        let moved = m + theta * theta * h * h * k;
+        Known {
+            stretch,
+            moved,
+            inertia: self.glued + theta * h * h * k * m / moved,
+            drive: self.glued * start.glued_velocity
+                + h * k * (stretch + theta * theta * h * start.velocity) * m / moved,
+        }
+    }
+
+    fn solved(&self, start: &Masses, known: &Known, v_g: f64, p: f64) -> Solved {
+        let (h, theta, k, m) = (self.window_s, self.theta, self.spring, self.mass);
+        let v =
+            (m * start.velocity - h * k * known.stretch + theta * h * h * k * v_g) / known.moved;
+        // Without a spring the free mass is nobody's; at rest it does not drift.
+        let follows = if k > 0.0 { 1.0 } else { 0.0 };
+        Solved {
+            masses: Masses {
+                glued_velocity: v_g,
+                place: follows * (start.place + h * (theta * v + (1.0 - theta) * start.velocity)),
+                velocity: follows * v,
+            },
+            force: p / h,
+        }
+    }
+
+    /// S = -dF/du (N/m): the resistance against a motion that is imposed on it.
+    pub fn stiffness(&self) -> f64 {
+        let motion = Motion {
+            free: 1.0 / self.window_s,
+            compliance: 0.0,
+        };
+        -self.window(&Masses::default(), 0.0, motion).force
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rigid_mass_resists_with_its_inertia() {
+        let boundary_inertia = BoundaryInertia {
+            glued_mass_kg: 1.0,
+            mass_kg: 2.0,
+            stiffness_n_per_m: None,
+            theta: 1.0,
+            may_part: false,
+        };
+        assert!((SprungMass::new(&boundary_inertia, 0.5).stiffness() - 12.0).abs() < 1e-12);
+    }
+
+    /// Implicit Euler: spring and inertia in series, k (m/H^2) / (k + m/H^2).
+    #[test]
+    fn a_mass_behind_a_spring_resists_with_both_in_series() {
+        let boundary_inertia = BoundaryInertia {
+            glued_mass_kg: 0.0,
+            mass_kg: 2.0,
+            stiffness_n_per_m: Some(8.0),
+            theta: 1.0,
+            may_part: false,
+        };
+        assert!((SprungMass::new(&boundary_inertia, 0.5).stiffness() - 4.0).abs() < 1e-12);
+    }
+}

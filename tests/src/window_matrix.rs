@@ -1,0 +1,209 @@
+//! One window of each scheme as a matrix, written by hand for a linear continuum and a linear wall: the reference that the schemes
+//! themselves are compared with.
+//!
+//! The two sides are closed forms of [`coupler::scheme::predict`]; the schemes are not used here.
+
+use nalgebra::DMatrix;
+use nalgebra::DVector;
+
+use coupler::scheme::predict::growth::spectral_radius;
+use coupler::scheme::predict::response::Response;
+use coupler::scheme::predict::sprung_mass::{Masses, Motion, Solved, SprungMass};
+
+/// The transmission condition of a scheme, which distinguishes it for a linear continuum and a linear wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TransmissionCondition {
+    /// The force of a window is the one under which both sides end in the same place: what the exact and secant dual Schur
+    /// schemes and a converged fixed point come to.
+    Exact,
+    /// One solve on a compliance that is this many times the true one.
+    Believed(f64),
+    /// The force acts one window late.
+    LateForce,
+    /// Force and motion act one window late.
+    LateBoth,
+    /// The velocity goes in a straight line to one at which the force at the end is that of the wall.
+    Velocity,
+    /// The continuum follows the velocity of the wall one window late, the wall takes the force of that.
+    LateVelocity,
+    /// Velocity and force reach the other side one window late.
+    LateVelocityAndForce,
+}
+
+/// Both sides and what the coupler keeps between windows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// The continuum's displacements and velocities.
+    pub continuum: DVector<f64>,
+    /// The masses on the wall.
+    pub masses: Masses,
+    /// Force of the last window (N).
+    pub lambda: f64,
+    /// Motion of the interface in the last window (m).
+    pub motion: f64,
+    /// Where the wall takes the interface to be (m).
+    pub place: f64,
+}
+
+/// A continuum and a wall, joined.
+#[derive(Clone, Debug)]
+pub struct Operator<'a> {
+    /// The continuum's window.
+    pub response: &'a Response,
+    /// The wall's.
+    pub wall: SprungMass,
+    /// Length of the window (s).
+    pub window_s: f64,
+    /// The scheme.
+    pub condition: TransmissionCondition,
+}
+
+impl Operator<'_> {
+    /// One window.
+    pub fn advance(&self, start: &Joint) -> Joint {
+        let Response {
+            carry, push, place, ..
+        } = self.response;
+        let (h, c) = (self.window_s, self.response.compliance());
+        let coasted = carry * &start.continuum;
+        let q_0 = place.dot(&start.continuum);
+        // The increment without any force in the window.
+        let free = place.dot(&coasted) - q_0;
+        let rigid = |du: f64| Motion {
+            free: du / h,
+            compliance: 0.0,
+        };
+        let motion = match self.condition {
+            TransmissionCondition::Exact => Motion {
+                free: free / h,
+                compliance: c / (h * h),
+            },
+            TransmissionCondition::Believed(factor) => Motion {
+                free: (free + (1.0 - factor) * c * start.lambda) / h,
+                compliance: factor * c / (h * h),
+            },
+            TransmissionCondition::LateForce => rigid(free + c * start.lambda),
+            TransmissionCondition::LateBoth => rigid(start.motion),
+            TransmissionCondition::Velocity => return self.led(start),
+            TransmissionCondition::LateVelocity | TransmissionCondition::LateVelocityAndForce => {
+                return self.pushed(start);
+            }
+        };
+        let solved = self.wall.window(&start.masses, q_0, motion);
+        let acting = match self.condition {
+            TransmissionCondition::Exact | TransmissionCondition::Believed(_) => solved.force,
+            _ => start.lambda,
+        };
+        let continuum = coasted + push * acting;
+        Joint {
+            place: place.dot(&continuum),
+            continuum,
+            masses: solved.masses,
+            lambda: solved.force,
+            motion: free + c * acting,
+        }
+    }
+
+    /// One window along a straight line of velocities: with the acceleration a the continuum answers
+    /// lambda_0 + S a = lambda_0 + (S / H) (v - v_0).
+    fn led(&self, start: &Joint) -> Joint {
+        let (h, prescribed) = (self.window_s, &self.response.prescribed);
+        let v_0 = self.response.speed(&start.continuum);
+        let (_, lambda_0) = prescribed.window(&start.continuum, 0.0);
+        let (_, resists) = prescribed.window(&DVector::zeros(start.continuum.len()), 1.0);
+        let motion = Motion {
+            free: v_0 - h * lambda_0 / resists,
+            compliance: 1.0 / resists,
+        };
+        let solved = self.wall.window(&start.masses, start.place, motion);
+        let v = solved.masses.glued_velocity;
+        let (continuum, _) = prescribed.window(&start.continuum, (v - v_0) / h);
+        Joint {
+            continuum,
+            masses: solved.masses,
+            lambda: solved.force,
+            motion: h * v,
+            place: start.place + h * v,
+        }
+    }
+
+    /// One window in which the continuum goes to the velocity that the wall had, and the wall bears its force.
+    fn pushed(&self, start: &Joint) -> Joint {
+        let (h, prescribed) = (self.window_s, &self.response.prescribed);
+        let v_0 = self.response.speed(&start.continuum);
+        let (continuum, lambda) = prescribed.window(&start.continuum, (start.motion / h - v_0) / h);
+        let borne = match self.condition {
+            TransmissionCondition::LateVelocityAndForce => start.lambda,
+            _ => lambda,
+        };
+        let solved = pushed(&self.wall, start, h, h * borne);
+        let motion = h * solved.masses.glued_velocity;
+        Joint {
+            continuum,
+            masses: solved.masses,
+            lambda,
+            motion,
+            place: start.place + motion,
+        }
+    }
+
+    /// The largest factor by which a window multiplies a disturbance in the long run: the spectral radius.
+    pub fn growth(&self) -> f64 {
+        let inner = self.response.push.len();
+        let size = inner + 6;
+        let mut matrix = DMatrix::zeros(size, size);
+        for column in 0..size {
+            let mut unit = DVector::zeros(size);
+            unit[column] = 1.0;
+            let end = pack(&self.advance(&unpack(&unit)));
+            matrix.set_column(column, &end);
+        }
+        spectral_radius(matrix)
+    }
+}
+
+fn pack(joint: &Joint) -> DVector<f64> {
+    let masses = &joint.masses;
+    let rest = [
+        masses.glued_velocity,
+        masses.place,
+        masses.velocity,
+        joint.lambda,
+        joint.motion,
+        joint.place,
+    ];
+    DVector::from_iterator(
+        joint.continuum.len() + rest.len(),
+        joint.continuum.iter().copied().chain(rest),
+    )
+}
+
+fn unpack(packed: &DVector<f64>) -> Joint {
+    let inner = packed.len() - 6;
+    Joint {
+        continuum: packed.rows(0, inner).into_owned(),
+        masses: Masses {
+            glued_velocity: packed[inner],
+            place: packed[inner + 1],
+            velocity: packed[inner + 2],
+        },
+        lambda: packed[inner + 3],
+        motion: packed[inner + 4],
+        place: packed[inner + 5],
+    }
+}
+
+/// The masses under an impulse p (N s) that the wall bears while it moves as it may. They obey A v_g + p = R; A and R are read off
+/// two motions that are imposed on them.
+fn pushed(wall: &SprungMass, start: &Joint, window_s: f64, p: f64) -> Solved {
+    let imposed = |free: f64| {
+        let rigid = Motion {
+            free,
+            compliance: 0.0,
+        };
+        wall.window(&start.masses, start.place, rigid)
+    };
+    let drive = window_s * imposed(0.0).force;
+    let inertia = drive - window_s * imposed(1.0).force;
+    imposed((drive - p) / inertia)
+}
