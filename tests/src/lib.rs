@@ -5,14 +5,18 @@
 //! - [`lattice`]: what bars and chains are pieces of, in one piece;
 //! - [`plate`]: a row of loaded masses on a two-dimensional surface;
 //! - [`scene`]: texts of scenes of these;
-//! - [`runs`]: running a scenario text in-process or over shared memory, and reading what it left.
+//! - [`runs`]: running a scenario text in-process or over shared memory, and reading what it left;
+//! - [`source`]: the product's own code without its tests and comments, for tests that judge it: [`filegraph`], the files
+//!   that name each other.
 
 pub mod bar;
 pub mod chain;
+pub mod filegraph;
 pub mod lattice;
 pub mod plate;
 pub mod runs;
 pub mod scene;
+pub mod source;
 
 use coupler::launch::{Registry, Solver};
 
