@@ -39,17 +39,17 @@ pub enum Kind {
     Solve = 12,
     /// Answer to `Solve`: F_g (N), v_g (m/s), iterations, true residual, converged (0 or 1).
     Force = 13,
-    /// Request: the window stands. Payload: total displacements (m) of the exchanged points, or nothing.
+    /// Request: the window is accepted. Payload: total displacements (m) of the glued points, or nothing.
     Commit = 14,
     /// Answer to `Commit` and `AdvanceAlone`: signals, then ledger terms, in the order of the description.
     Report = 15,
     /// Request: advance alone by `substeps` own steps, without any interface.
     AdvanceAlone = 16,
-    /// Request: the run has ended; say what came out.
+    /// Request: the run has ended.
     Finish = 17,
-    /// Answer to `Finish`, text: the [`crate::Outcome`].
+    /// Answer to `Finish`, text: the participant's [`crate::serve::Farewell`], with its [`crate::Outcome`].
     Finished = 18,
-    /// Answer to any request, text: the participant cannot go on, see [`crate::NodeError`].
+    /// Answer to any request, text: the participant cannot go on, a [`crate::NodeError`].
     Fault = 19,
     /// Request, text: write the fields of the committed state under this name.
     Snapshot = 20,
@@ -120,8 +120,8 @@ impl Kind {
         found.expect("a test compares the table with the enum").1
     }
 
-    /// Whether the frame carries interface data: it is logged, replayed and part of `hashes.exchange`.
-    /// Greetings, outcomes and faults hold process ids, wall-clock times and texts, so they are not.
+    /// True for frames of interface data, which are logged, replayed and part of `hashes.exchange`. Greetings, farewells and
+    /// faults hold process ids, wall-clock times and texts, so they are not.
     pub fn is_exchange(self) -> bool {
         !matches!(
             self,
@@ -189,7 +189,7 @@ impl Header {
     }
 }
 
-/// Why a frame cannot be used.
+/// The reason why a frame cannot be used.
 #[derive(Debug, Error, PartialEq)]
 #[allow(missing_docs)]
 pub enum FrameError {
@@ -208,7 +208,7 @@ pub enum FrameError {
 /// A header with its payload.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
-    /// What, of which run, window and iteration.
+    /// Kind of the frame, with its run, window and iteration.
     pub header: Header,
     /// The numbers, or a text packed eight bytes to a double (see [`Frame::text`]).
     pub payload: Vec<f64>,
@@ -264,7 +264,7 @@ impl Frame {
         Ok(bytes)
     }
 
-    /// What the frame says.
+    /// The kind that the header tells.
     pub fn kind(&self) -> Result<Kind, FrameError> {
         Kind::from_number(self.header.kind).ok_or(FrameError::UnknownKind(self.header.kind))
     }

@@ -1,16 +1,17 @@
-//! The words of the conversation between a coupler and its solvers, and nothing else.
+//! The protocol between a coupler and its solvers, and nothing else.
 //!
 //! A *participant* is a process (or, for tests and small scenes, a thread) that holds one solver, a [`Node`].
-//! The coordinator speaks to each participant over a [`Link`]: it sends one request [`Frame`] and waits for one
-//! answer, so that on a link there is never more than one frame under way.
+//! The coordinator speaks to each participant over a [`Link`]: each request [`Frame`] has one answer, and answers come in the
+//! order of the requests. At most one request is sent ahead, while the answer to the one before is still to come: a
+//! participant then need not wait between the two.
 //!
 //! Modules, in reading order:
 //! - [`frame`]: the fixed header and its payload of doubles;
-//! - [`setting`]: what a participant is told when it is launched, and the checked reading of its own keys;
-//! - [`node`]: what a solver can be asked, and what it answers;
+//! - [`setting`]: the setting that a participant is launched with, and the checked reading of its own keys;
+//! - [`node`]: the requests that a solver answers, and the types of its answers;
 //! - [`checkpoint`]: a node's state as bytes;
+//! - [`link`]: the ways a frame travels: an in-process channel or shared memory;
 //! - [`serve`](mod@serve): the loop that turns frames into calls of a [`Node`];
-//! - [`link`]: the ways a frame travels: shared memory or an in-process channel;
 //! - [`participate`](mod@participate): the whole life of a participant in a process of its own.
 //!
 //! ```

@@ -1,4 +1,4 @@
-//! What a solver can be asked, and what it answers.
+//! The solver as the coupler sees it: the requests of trait [`Node`], and the types of its answers.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use crate::setting::ConfigError;
 /// [`Node::couple`] calls. Between two commits every request starts again from the last committed state,
 /// so a window can be repeated as often as the coupler wants.
 pub trait Node: Send {
-    /// What the node is, how it steps and what it reports.
+    /// Describes the node: its kind, its step, its capabilities and its reports.
     fn describe(&self) -> Description;
 
     /// Couples a named set and returns its points.
@@ -31,7 +31,7 @@ pub trait Node: Send {
         Err(NodeError::unsupported("columns of its compliance"))
     }
 
-    /// Announces windows of length `window_s` (s) and the compliance W_g (1/kg) of the wall that carries the
+    /// Announces windows of length `window_s` (s) and the compliance W_g (1/kg) of the boundary that carries the
     /// glued points: v_g = a_g + W_g p, with p the impulses (N s) on them. Square, column after column.
     fn set_boundary(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
         let _ = (window_s, compliance);
@@ -129,22 +129,22 @@ pub struct Window {
     pub t1_s: f64,
 }
 
-/// What a node tells of itself at the handshake.
+/// A node's description of itself at the handshake.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Description {
     /// `fem`, `dem`, or the name of a foreign solver.
     pub kind: String,
     /// Name and version of the software.
     pub software: String,
-    /// What it can be asked.
+    /// Requests that it can answer.
     pub capabilities: Capabilities,
     /// Its own step (s); absent where it takes the window as its step.
     pub step_s: Option<f64>,
     /// The longest step, or for a node without own step the longest window, that it accepts (s).
     pub step_limit_s: Option<f64>,
-    /// Which bound `step_limit_s` is.
+    /// Name of the bound that `step_limit_s` is.
     pub step_limit_name: String,
-    /// When its own load history ends (s).
+    /// End of its own load history (s).
     pub end_s: Option<f64>,
     /// Named parts of its load history, in order.
     pub phases: Vec<Phase>,
@@ -154,25 +154,25 @@ pub struct Description {
     pub signals: Vec<String>,
     /// The terms of its energy ledger, cumulative from the start (J).
     pub ledger: Vec<Term>,
-    /// What the user should know before a long run.
+    /// Advice to the user before a long run.
     pub warnings: Vec<String>,
-    /// Of a continuum: its first period as seen from a coupled set (s), for the prediction of stability and accuracy.
+    /// First period of a continuum as seen from a coupled set (s), for the prediction of stability and accuracy.
     #[serde(default)]
     pub first_period_s: Option<f64>,
-    /// Of a solver on a wall: what stands behind its points, for the prediction of stability.
+    /// Inertia behind the points of a solver on a compliant boundary, for the prediction of stability.
     #[serde(default, rename = "backing")]
     pub boundary_inertia: Option<BoundaryInertia>,
-    /// Of a solver that iterates: how far.
+    /// Tolerance of a solver that iterates.
     #[serde(default)]
     pub tolerance: Option<Tolerance>,
-    /// Of a solver on a wall: the masses of the points of a set (kg), in the order of its [`Surface`], by the name of the set.
-    /// They are in none of its equations, so that points without mass there may weigh something here: a coupler needs that
-    /// to push them by a force. A set that is missing has told of none.
+    /// Masses of the points of a set (kg) of a solver on a compliant boundary, in the order of its [`Surface`], by the name
+    /// of the set. They are in none of its equations, so that points without mass there may weigh something here: a coupler
+    /// needs that to push them by a force. A set that is missing has no such masses.
     #[serde(default)]
     pub point_mass_kg: BTreeMap<String, Vec<f64>>,
 }
 
-/// To what a solver iterates.
+/// Residual to which a solver iterates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tolerance {
     /// Its key inside `config`.
@@ -181,7 +181,7 @@ pub struct Tolerance {
     pub value: f64,
 }
 
-/// What stands behind the points of a coupled set, a point's share of it: as much as tells how strongly the set resists
+/// Mass and stiffness behind the points of a coupled set, a point's share of it: they decide how strongly the set resists
 /// a motion that is imposed on it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BoundaryInertia {
@@ -191,15 +191,16 @@ pub struct BoundaryInertia {
     pub mass_kg: f64,
     /// Stiffness of the contacts between the two (N/m); absent where both are one.
     pub stiffness_n_per_m: Option<f64>,
-    /// Of the time scheme: the velocity of a window is theta times that at its end plus 1 - theta times that at its start.
+    /// Weight theta of the time scheme: the velocity of a window is theta times that at its end plus 1 - theta times that at
+    /// its start.
     pub theta: f64,
-    /// Whether a point can lose touch with what stands behind it, and then resists by its own mass alone; false for a program
-    /// that does not know this.
+    /// True if a point can lose touch with the mass behind it, and then resists by its own alone; false for a program that
+    /// does not know this.
     #[serde(default)]
     pub may_part: bool,
 }
 
-/// What a node can be asked.
+/// Requests that a node can answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Capabilities {
     /// A window can be repeated: requests between two commits restart from the last committed state.
@@ -237,11 +238,11 @@ pub struct Phase {
 pub struct Term {
     /// Its name, for instance `kinetic`.
     pub name: String,
-    /// How it enters the balance W - dE - D.
+    /// Its part in the balance W - dE - D.
     pub role: Role,
 }
 
-/// How a ledger term enters the balance `work - stored - dissipated = 0`.
+/// Part of a ledger term in the balance `work - stored - dissipated = 0`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
@@ -276,24 +277,22 @@ impl Surface {
         self.x_m.len()
     }
 
-    /// Whether there is no point at all.
+    /// True if there is no point at all.
     pub fn is_empty(&self) -> bool {
         self.x_m.is_empty()
     }
 
     /// Rows of (x, y, mass, radius, length), as the `Surface` frame carries them.
     pub fn to_rows(&self) -> Vec<f64> {
-        (0..self.len())
-            .flat_map(|i| {
-                [
-                    self.x_m[i],
-                    self.y_m[i],
-                    self.mass_kg[i],
-                    self.radius_m[i],
-                    self.length_m[i],
-                ]
-            })
-            .collect()
+        let columns = [
+            &self.x_m,
+            &self.y_m,
+            &self.mass_kg,
+            &self.radius_m,
+            &self.length_m,
+        ];
+        let rows = (0..self.len()).flat_map(|row| columns.map(|column| column[row]));
+        rows.collect()
     }
 
     /// The reverse of [`Surface::to_rows`]; `None` if the rows are incomplete.
@@ -312,10 +311,10 @@ impl Surface {
     }
 }
 
-/// What a node on a compliant wall answers.
+/// Answer of a node on a compliant boundary.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BoundaryAnswer {
-    /// Force of the node on the wall at each glued point (N), mean over the window.
+    /// Force of the node on the boundary at each glued point (N), mean over the window.
     pub force: Vec<f64>,
     /// Velocity of each glued point at the end of the window (m/s).
     pub velocity: Vec<f64>,
@@ -323,14 +322,14 @@ pub struct BoundaryAnswer {
     pub iterations: u64,
     /// True natural-map residual of the contact problem, relative.
     pub residual: f64,
-    /// Whether the residual is within the node's own tolerance.
+    /// True if the residual is within the node's own tolerance.
     pub converged: bool,
 }
 
-/// What a node answers that followed a velocity.
+/// Answer of a node whose velocity was prescribed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reaction {
-    /// Force on the node at the end of the window that this took (N), by component; zero where it cannot move.
+    /// Force on the node at the end of the window (N), by component; zero where it cannot move.
     pub force: Vec<f64>,
     /// Displacement increments over the window (m).
     pub increment: Vec<f64>,
@@ -338,7 +337,7 @@ pub struct Reaction {
     pub work: Vec<f64>,
 }
 
-/// What came out of a run, seen by one node.
+/// Results of a run, as one node has them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Own steps done, repeats included.
@@ -349,13 +348,13 @@ pub struct Outcome {
     pub results: BTreeMap<String, f64>,
     /// blake3 of every number that can change a later bit, in hexadecimal.
     pub state_hash: String,
-    /// What the user should know about the quality of the results.
+    /// Advice to the user about the quality of the results.
     #[serde(default)]
     pub warnings: Vec<String>,
 }
 
 impl Outcome {
-    /// Results that are no finite numbers are left out with a warning each: text cannot carry them, and one bad mean must
+    /// Leaves out results that are no finite numbers, with a warning each: text cannot carry them, and one bad mean must
     /// not cost a whole run.
     pub fn with_finite_results(mut self) -> Outcome {
         let warnings = &mut self.warnings;
@@ -369,7 +368,7 @@ impl Outcome {
     }
 }
 
-/// What kind of fault ended a participant; its number is the exit code of the run.
+/// Kind of the fault that ended a participant; the exit code of the run follows from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultCode {
@@ -385,35 +384,31 @@ pub enum FaultCode {
 #[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 #[error("{message}")]
 pub struct NodeError {
-    /// What kind of fault.
+    /// Kind of the fault.
     pub code: FaultCode,
-    /// What, where, why and what to do.
+    /// The fault, its place, its cause, and advice.
     pub message: String,
 }
 
 impl NodeError {
     /// The solution diverged or a solver did not converge.
     pub fn diverged(message: impl Into<String>) -> NodeError {
-        NodeError {
-            code: FaultCode::Diverged,
-            message: message.into(),
-        }
+        NodeError::new(FaultCode::Diverged, message)
     }
 
     /// The scenario or the request cannot be followed.
     pub fn configuration(message: impl Into<String>) -> NodeError {
-        NodeError {
-            code: FaultCode::Configuration,
-            message: message.into(),
-        }
+        NodeError::new(FaultCode::Configuration, message)
     }
 
     /// A frame that does not belong here.
     pub fn protocol(message: impl Into<String>) -> NodeError {
-        NodeError {
-            code: FaultCode::Protocol,
-            message: message.into(),
-        }
+        NodeError::new(FaultCode::Protocol, message)
+    }
+
+    fn new(code: FaultCode, message: impl Into<String>) -> NodeError {
+        let message = message.into();
+        NodeError { code, message }
     }
 
     fn unsupported(what: &str) -> NodeError {

@@ -16,7 +16,7 @@ use crate::node::{Node, NodeError};
 use crate::serve::{ServeError, serve};
 use crate::setting::{SESSION_VARIABLE, Session, Transport};
 
-/// Why a participant could not take part, or stopped.
+/// The reason why a participant could not take part, or stopped.
 #[derive(Debug, Error)]
 #[allow(missing_docs)]
 pub enum ParticipateError {
@@ -52,14 +52,14 @@ where
         return Err(ParticipateError::NoChannel);
     };
     end_on_signals(session.coordinator_pid, root.clone(), prefix.clone())?;
-    follow(session.coordinator_pid, Signal::SIGTERM)?;
+    end_with_coordinator(session.coordinator_pid, Signal::SIGTERM)?;
     let patience = Duration::from_secs_f64(session.idle_deadline_s);
     let mut link = ShmLink::participant(root, prefix, &session.setting.participant, patience)?;
     Ok(serve(&session, &mut link, build)?)
 }
 
 /// A participant that is asked to end must not finish a long computation first. If the coordinator is gone
-/// nobody else may be left to remove the run's shared memory, so it is swept on the way out.
+/// nobody else may be left to remove the run's shared memory, so this process does it at its end.
 fn end_on_signals(
     coordinator_pid: u32,
     root: PathBuf,
@@ -69,7 +69,7 @@ fn end_on_signals(
     std::thread::spawn(move || {
         if let Some(signal) = signals.forever().next() {
             if !is_child_of(coordinator_pid) {
-                let _ = shm::sweep(&root, &prefix);
+                let _ = shm::remove_run(&root, &prefix);
             }
             eprintln!("ended by signal {signal}");
             std::process::exit(128 + signal);
@@ -91,14 +91,15 @@ pub fn read_session() -> Result<Session, ParticipateError> {
     serde_json::from_str(&text).map_err(|error| fault(error.to_string()))
 }
 
-/// Asks for `signal` at the coordinator's end. If it ended before the request took effect nothing would ever be
-/// sent, so the parent is looked at afterwards.
-pub fn follow(coordinator_pid: u32, signal: Signal) -> Result<(), ParticipateError> {
+/// Ties the life of this process to the coordinator's: the system sends it `signal` when that ends. If it ended before
+/// the request took effect nothing would ever be sent, so the parent is looked at afterwards.
+pub fn end_with_coordinator(coordinator_pid: u32, signal: Signal) -> Result<(), ParticipateError> {
     // Cannot fail with a valid signal, and the check below does not depend on it.
     let _ = set_pdeathsig(signal);
-    match is_child_of(coordinator_pid) {
-        true => Ok(()),
-        false => Err(ParticipateError::Orphan(coordinator_pid)),
+    if is_child_of(coordinator_pid) {
+        Ok(())
+    } else {
+        Err(ParticipateError::Orphan(coordinator_pid))
     }
 }
 

@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 use crate::link::{Link, LinkError};
-use crate::node::{BoundaryAnswer, Description, Node, NodeError, Outcome, Reaction, Window};
+use crate::node::{BoundaryAnswer, Description, Node, NodeError, Outcome, Window};
 use crate::setting::Session;
 
 /// The coordinator's greeting.
@@ -39,14 +39,14 @@ pub struct Welcome {
     pub units: String,
     /// Its process.
     pub pid: u32,
-    /// What it is.
+    /// The node's description of itself.
     pub description: Description,
 }
 
-/// The participant's last words: results and what the run cost it.
+/// The participant's answer to [`Kind::Finish`]: its results, and its times and memory.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Farewell {
-    /// What came out.
+    /// Results of the node.
     pub outcome: Outcome,
     /// Processor time (s), all threads of the process.
     pub cpu_s: f64,
@@ -60,7 +60,7 @@ pub struct Farewell {
     pub peak_rss_bytes: u64,
 }
 
-/// Why a participant stopped serving.
+/// The reason why a participant stopped serving.
 #[derive(Debug, Error)]
 #[allow(missing_docs)]
 pub enum ServeError {
@@ -225,16 +225,13 @@ fn check_hello(session: &Session, frame: &Frame) -> Result<(), NodeError> {
             frame.header.protocol
         ));
     }
-    let hello: Hello = frame
-        .text()
-        .map_err(|error| NodeError::protocol(error.to_string()))
-        .and_then(|text| {
-            serde_json::from_str(&text).map_err(|error| {
-                NodeError::protocol(format!(
-                    "the first frame must be the greeting, it cannot be read: {error}"
-                ))
-            })
-        })?;
+    let hello: Hello = frame.text().map_err(unreadable).and_then(|text| {
+        serde_json::from_str(&text).map_err(|error| {
+            NodeError::protocol(format!(
+                "the first frame must be the greeting, it cannot be read: {error}"
+            ))
+        })
+    })?;
     if hello.scenario_hash != session.scenario_hash {
         return refuse(format!(
             "the coordinator runs scenario {}, this participant was launched with {}",
@@ -256,85 +253,69 @@ enum Answer {
     Outcome(Outcome),
 }
 
+/// Turns a request into a call of the node, and its result into the answer.
 fn answer(node: &mut dyn Node, request: &Frame) -> Result<Answer, NodeError> {
-    let kind = request
-        .kind()
-        .map_err(|error| NodeError::protocol(error.to_string()))?;
+    let kind = request.kind().map_err(unreadable)?;
     let window = window_of(&request.header);
     if kind.is_exchange() && kind != Kind::Couple {
         check_finite(kind, &window, &request.payload)?;
     }
     let payload = &request.payload;
-    match kind {
+    let substeps = request.header.substeps;
+    let (kind, numbers) = match kind {
         Kind::Couple => {
-            let set = request
-                .text()
-                .map_err(|error| NodeError::protocol(error.to_string()))?;
-            let surface = node.couple(&set)?;
-            Ok(Answer::Numbers(Kind::Surface, surface.to_rows()))
+            let set = request.text().map_err(unreadable)?;
+            (Kind::Surface, node.couple(&set)?.to_rows())
         }
         Kind::Select => {
             let points: Vec<usize> = payload.iter().map(|index| *index as usize).collect();
             node.select(&points)?;
-            Ok(Answer::Numbers(Kind::Ready, Vec::new()))
+            (Kind::Ready, Vec::new())
         }
-        Kind::Columns => Ok(Answer::Numbers(
-            Kind::Compliance,
-            node.columns(request.header.substeps)?,
-        )),
+        Kind::Columns => (Kind::Compliance, node.columns(substeps)?),
         Kind::CompliantBoundary => {
             let (window_s, compliance) = payload
                 .split_first()
                 .ok_or_else(|| NodeError::protocol("the wall request is empty"))?;
             node.set_boundary(*window_s, compliance)?;
-            Ok(Answer::Numbers(Kind::Ready, Vec::new()))
+            (Kind::Ready, Vec::new())
         }
-        Kind::Advance => Ok(Answer::Numbers(
-            Kind::Motion,
-            node.advance(&window, payload)?,
-        )),
-        Kind::ImpedanceColumns => Ok(Answer::Numbers(
-            Kind::Impedance,
-            node.impedance(request.header.substeps)?,
-        )),
+        Kind::Advance => (Kind::Motion, node.advance(&window, payload)?),
+        Kind::ImpedanceColumns => (Kind::Impedance, node.impedance(substeps)?),
         Kind::PrescribeVelocity => {
-            let Reaction {
-                force,
-                increment,
-                work,
-            } = node.prescribe_velocity(&window, payload)?;
-            let numbers = [force, increment, work].concat();
-            Ok(Answer::Numbers(Kind::Reaction, numbers))
+            let reaction = node.prescribe_velocity(&window, payload)?;
+            let numbers = [reaction.force, reaction.increment, reaction.work].concat();
+            (Kind::Reaction, numbers)
         }
-        Kind::Solve => Ok(Answer::Numbers(
-            Kind::Force,
-            pack_boundary_answer(node.solve(&window, payload)?),
-        )),
+        Kind::Solve => {
+            let answer = node.solve(&window, payload)?;
+            (Kind::Force, pack_boundary_answer(answer))
+        }
+        Kind::Commit => (Kind::Report, node.commit(&window, payload)?),
+        Kind::AdvanceAlone => (Kind::Report, node.advance_alone(&window)?),
         Kind::Snapshot => {
-            let name = request
-                .text()
-                .map_err(|error| NodeError::protocol(error.to_string()))?;
+            let name = request.text().map_err(unreadable)?;
             node.snapshot(&name)?;
-            Ok(Answer::Numbers(Kind::Saved, Vec::new()))
+            (Kind::Saved, Vec::new())
         }
-        Kind::Checkpoint => Ok(Answer::Bytes(Kind::State, node.checkpoint()?)),
+        Kind::Checkpoint => return Ok(Answer::Bytes(Kind::State, node.checkpoint()?)),
         Kind::Restore => {
-            let state = request
-                .bytes()
-                .map_err(|error| NodeError::protocol(error.to_string()))?;
+            let state = request.bytes().map_err(unreadable)?;
             node.restore(&state)?;
-            Ok(Answer::Numbers(Kind::Restored, Vec::new()))
+            (Kind::Restored, Vec::new())
         }
-        Kind::Commit => Ok(Answer::Numbers(
-            Kind::Report,
-            node.commit(&window, payload)?,
-        )),
-        Kind::AdvanceAlone => Ok(Answer::Numbers(Kind::Report, node.advance_alone(&window)?)),
-        Kind::Finish => Ok(Answer::Outcome(node.finish()?.with_finite_results())),
-        other => Err(NodeError::protocol(format!(
-            "{other:?} is not a request that a participant can answer"
-        ))),
-    }
+        Kind::Finish => return Ok(Answer::Outcome(node.finish()?.with_finite_results())),
+        other => {
+            return Err(NodeError::protocol(format!(
+                "{other:?} is not a request that a participant can answer"
+            )));
+        }
+    };
+    Ok(Answer::Numbers(kind, numbers))
+}
+
+fn unreadable(error: FrameError) -> NodeError {
+    NodeError::protocol(error.to_string())
 }
 
 /// Refuses numbers that would silently poison a solver.

@@ -1,4 +1,4 @@
-//! What a participant is told when it is launched, and the checked reading of its own keys.
+//! The setting that a participant is launched with, and the checked reading of its own keys.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use thiserror::Error;
 /// The name of the environment variable that holds the path of the session file of a launched participant.
 pub const SESSION_VARIABLE: &str = "THIRDBODY_SESSION";
 
-/// What is common to all participants of a run.
+/// Values that are common to all participants of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
     /// Name of the participant, as the scenario gives it.
@@ -20,11 +20,11 @@ pub struct Setting {
     pub thickness_m: f64,
     /// Threads of the participant's own pool. Results never depend on it.
     pub threads: usize,
-    /// Where the participant may write fields; nothing is written when absent.
+    /// Folder that the participant may write fields to; nothing is written when absent.
     pub fields: Option<PathBuf>,
 }
 
-/// How the participant reaches the coordinator.
+/// Way from the participant to the coordinator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
 pub enum Transport {
@@ -51,9 +51,9 @@ pub struct Session {
     pub scenario_hash: String,
     /// Process id of the coordinator.
     pub coordinator_pid: u32,
-    /// What is common to all participants.
+    /// Values that are common to all participants.
     pub setting: Setting,
-    /// How to reach the coordinator.
+    /// Way to the coordinator.
     pub transport: Transport,
     /// A participant that hears nothing for so long ends itself (s).
     pub idle_deadline_s: f64,
@@ -67,9 +67,9 @@ pub struct Session {
 pub struct ConfigError {
     /// Dotted path of the key below `participant.config`, for instance `mesh.size_m`.
     pub key: String,
-    /// What is wrong with it, and why.
+    /// The fault, and its cause.
     pub problem: String,
-    /// What to do about it.
+    /// Advice to the user.
     pub help: Option<String>,
 }
 

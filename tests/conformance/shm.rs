@@ -7,7 +7,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use protocol::link::shm::{MAX_DOUBLES, ShmLink, WaitMode, run_prefix, sweep, sweep_dead};
+use protocol::link::shm::{
+    MAX_DOUBLES, ShmLink, WaitMode, remove_dead_runs, remove_run, run_prefix,
+};
 use protocol::{Link, LinkError};
 
 use crate::suite::{self, AMPLE, SHORT, numbered, receive};
@@ -61,7 +63,7 @@ impl Scene {
 
 impl Drop for Scene {
     fn drop(&mut self) {
-        sweep(&self.root, &self.prefix).expect("it can be swept");
+        remove_run(&self.root, &self.prefix).expect("they can be removed");
         fs::remove_dir_all(&self.root).ok();
     }
 }
@@ -327,7 +329,7 @@ fn wait_until_ready(scene: &Scene) {
 }
 
 #[test]
-fn a_killed_participant_holds_nobody_up_and_is_swept_away() {
+fn a_killed_participant_holds_nobody_up_and_leaves_no_files() {
     for wait in [WaitMode::Poll, WaitMode::Event] {
         let scene = Scene::new();
         let mut left = scene.coordinator("rail", wait);
@@ -341,21 +343,29 @@ fn a_killed_participant_holds_nobody_up_and_is_swept_away() {
         assert!(matches!(refused, Some(LinkError::Full { .. })));
         drop(left);
         assert!(!scene.files().is_empty(), "the dead leave files");
-        assert!(sweep(&scene.root, &scene.prefix).expect("it can be swept") > 0);
+        assert!(remove_run(&scene.root, &scene.prefix).expect("they can be removed") > 0);
         assert_eq!(scene.files(), Vec::<PathBuf>::new());
     }
 }
 
 #[test]
-fn a_later_run_sweeps_up_after_a_killed_coordinator_and_spares_the_living() {
+fn a_later_run_removes_the_files_of_a_killed_coordinator_and_spares_the_living() {
     let scene = Scene::new();
     let (mut left, mut right) = scene.pair("rail", WaitMode::Poll);
     let child = start_child(&scene, "coordinator");
     wait_until_ready(&scene);
     let prefix = run_prefix(child.id(), 1);
-    assert!(!sweep_dead(&scene.root).expect("swept").contains(&prefix));
+    assert!(
+        !remove_dead_runs(&scene.root)
+            .expect("removed")
+            .contains(&prefix)
+    );
     kill(child);
-    assert!(sweep_dead(&scene.root).expect("swept").contains(&prefix));
+    assert!(
+        remove_dead_runs(&scene.root)
+            .expect("removed")
+            .contains(&prefix)
+    );
     let mut left_over = scene.files_of(&prefix);
     left_over.retain(|file| !file.is_dir());
     assert_eq!(left_over, Vec::<PathBuf>::new());

@@ -6,14 +6,18 @@
 //! - [`plate`]: a row of loaded masses on a two-dimensional surface;
 //! - [`scene`]: texts of scenes of these;
 //! - [`window_matrix`]: one window of each scheme as a matrix, the reference of the schemes themselves;
-//! - [`runs`]: running a scenario text in-process or over shared memory, and reading what it left.
+//! - [`runs`]: running a scenario text in-process or over shared memory, and reading what it left;
+//! - [`source`]: the product's own code without its tests and comments, for tests that judge it: [`filegraph`], the files
+//!   that name each other.
 
 pub mod bar;
 pub mod chain;
+pub mod filegraph;
 pub mod lattice;
 pub mod plate;
 pub mod runs;
 pub mod scene;
+pub mod source;
 pub mod window_matrix;
 
 use coupler::participants::{Registry, Solver};

@@ -87,7 +87,10 @@ pub fn table(rows: &[Row]) -> String {
 /// Answers every frame with its own payload, until the other end goes away.
 pub fn echo() -> Result<(), ParticipateError> {
     let session = read_session()?;
-    protocol::participate::follow(session.coordinator_pid, nix::sys::signal::Signal::SIGKILL)?;
+    protocol::participate::end_with_coordinator(
+        session.coordinator_pid,
+        nix::sys::signal::Signal::SIGKILL,
+    )?;
     let Transport::Shm { root, prefix } = &session.transport else {
         return Err(ParticipateError::NoChannel);
     };
@@ -113,7 +116,7 @@ struct Bench {
 impl Bench {
     fn start(nodes: usize, mode: &str, wait: WaitMode) -> Result<Bench, Error> {
         let root = shm::run_root();
-        let _ = shm::sweep_dead(&root);
+        let _ = shm::remove_dead_runs(&root);
         let run_id = nodes as u64 * 2 + u64::from(mode == "poll");
         let mut bench = Bench {
             links: Vec::new(),
@@ -221,6 +224,6 @@ impl Drop for Bench {
         for path in &self.session_files {
             let _ = std::fs::remove_file(path);
         }
-        let _ = shm::sweep(&self.root, &self.prefix);
+        let _ = shm::remove_run(&self.root, &self.prefix);
     }
 }

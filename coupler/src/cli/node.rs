@@ -5,7 +5,7 @@ use std::process::Command;
 
 use nix::sys::signal::Signal;
 use protocol::participate;
-use protocol::participate::{follow, read_session};
+use protocol::participate::{end_with_coordinator, read_session};
 
 use super::VerbResult;
 use crate::error::Error;
@@ -42,7 +42,7 @@ pub fn node(arguments: &NodeArguments, registry: &Registry) -> VerbResult {
 /// not ours may have no answer to anything milder.
 pub fn exec_child(arguments: &ExecArguments) -> VerbResult {
     let session = read_session().map_err(|error| Error::Refused(error.to_string()))?;
-    follow(session.coordinator_pid, Signal::SIGKILL)
+    end_with_coordinator(session.coordinator_pid, Signal::SIGKILL)
         .map_err(|error| Error::Refused(error.to_string()))?;
     let error = Command::new(&arguments.command[0])
         .args(&arguments.command[1..])

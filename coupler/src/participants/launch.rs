@@ -40,7 +40,7 @@ pub struct SharedMemory {
 impl Drop for SharedMemory {
     fn drop(&mut self) {
         // Nothing more can be done about what cannot be removed; the next run tries again.
-        let _ = shm::sweep(&self.root, &self.prefix);
+        let _ = shm::remove_run(&self.root, &self.prefix);
     }
 }
 
@@ -48,7 +48,7 @@ impl Launcher<'_> {
     /// Makes the run's own place in shared memory, after removing what dead coordinators of this user left.
     pub fn shared_memory(&self) -> SharedMemory {
         let root = shm::run_root();
-        let _ = shm::sweep_dead(&root);
+        let _ = shm::remove_dead_runs(&root);
         SharedMemory {
             root,
             prefix: shm::run_prefix(std::process::id(), self.run_id),

@@ -1,4 +1,4 @@
-//! The ways a frame travels.
+//! The ways a frame travels: trait [`Link`], in-process channels, shared memory.
 
 use std::time::Duration;
 
@@ -11,7 +11,8 @@ pub mod shm;
 
 /// One end of a two-way connection between the coordinator and one participant.
 ///
-/// Frames arrive in order, once, and whole. Every call ends within its `patience`.
+/// Frames arrive in order, once, and whole. The coordinator may send one request ahead, while the answer to the one before
+/// is still to come, so that two requests may wait on a link. Every call ends within its `patience`.
 pub trait Link: Send {
     /// Hands over one frame.
     fn send(&mut self, frame: &Frame, patience: Duration) -> Result<(), LinkError>;
@@ -20,7 +21,7 @@ pub trait Link: Send {
     fn receive(&mut self, patience: Duration) -> Result<Option<Frame>, LinkError>;
 }
 
-/// Why a link cannot carry frames.
+/// The reason why a link cannot carry frames.
 #[derive(Debug, Error, PartialEq)]
 #[allow(missing_docs)]
 pub enum LinkError {

@@ -8,52 +8,48 @@
 //! loses the sample when the sender leaves before the receiver has mapped the new segment.
 //!
 //! A waiting end polls for a while and then sleeps on an iceoryx2 event; where its waits are regular it is awake when
-//! the answer comes. The event is a hint: sleep is cut
-//! into slices after each of which the end looks again, so a lost wake-up costs a slice and nothing hangs.
+//! the answer comes. The event is a hint: sleep is cut into slices after each of which the end looks again, so a lost
+//! wake-up costs a slice and nothing hangs.
 //!
 //! The signal handlers of the process stay as they are: those of iceoryx2 come only with waits that are not
 //! used here.
+//!
+//! - `services`: the iceoryx2 services and ports of a connection;
+//! - `deadline`: the time that a call may take; `wait_estimate`: the length of the next wait;
+//! - `cleanup`: names of a run's files, and the removal of what dead runs left.
 
-use std::fmt::Display;
 use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use iceoryx2::node::Node;
-use iceoryx2::port::listener::{Listener, ListenerWaitError};
-use iceoryx2::port::notifier::Notifier;
-use iceoryx2::port::publisher::Publisher;
-use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::{PortFactory, ipc_threadsafe};
-use iceoryx2::service::port_factory::{event, publish_subscribe};
+use iceoryx2::port::listener::ListenerWaitError;
 
 use crate::frame::{Frame, Header};
 use crate::link::{Link, LinkError};
 
-mod clock;
-mod place;
-mod rhythm;
-mod sweep;
+mod cleanup;
+mod deadline;
+mod services;
+mod wait_estimate;
 
-use clock::Clock;
-use place::{Broom, Place};
-use rhythm::Rhythm;
-pub use sweep::{run_prefix, run_root, sweep, sweep_dead};
+pub use cleanup::{remove_dead_runs, remove_run, run_prefix, run_root};
+use deadline::Deadline;
+use services::{Ports, SAMPLE_DOUBLES, Services, failed};
+use wait_estimate::WaitEstimate;
 
 /// The most doubles that one frame can hold: 1 GiB, a square matrix of 11 585 rows.
 pub const MAX_DOUBLES: usize = 1 << 27;
 
-/// Doubles in one sample. 128 KiB: a usual window fits, and the buffers of both directions stay in cache.
-const SAMPLE_DOUBLES: usize = 1 << 14;
-
 /// Longest sleep before looking again, whatever the event says.
 const SLICE: Duration = Duration::from_millis(20);
 
-type Iox = ipc_threadsafe::Service;
-type DataService = publish_subscribe::PortFactory<Iox, [f64], Header>;
-type EventService = event::PortFactory<Iox>;
+/// Time that an end polls before it sleeps: most answers of a solver come earlier.
+const POLLING: Duration = Duration::from_millis(2);
 
-/// How an end waits for the other.
+/// The same for an end that shares its core. The sleep then costs as much again, so at most that is wasted.
+const POLLING_ON_SHARED_CORE: Duration = Duration::from_micros(20);
+
+/// The way in which an end waits for the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WaitMode {
     /// Polls for a while, giving way to other threads, and then sleeps.
@@ -81,25 +77,16 @@ impl WaitMode {
 
 /// One end of a connection through shared memory. Whatever it created goes when both ends are dropped.
 pub struct ShmLink {
-    // Ports go before their services, services before the node, and the broom sweeps last.
-    publisher: Publisher<Iox, [f64], Header>,
-    subscriber: Subscriber<Iox, [f64], Header>,
-    notifier: Notifier<Iox>,
-    listener: Listener<Iox>,
-    outbound: DataService,
-    inbound: DataService,
+    ports: Ports,
     polling_time: Duration,
     /// Only of an end that sleeps.
-    rhythm: Option<Rhythm>,
+    wait_estimate: Option<WaitEstimate>,
     /// Both ports of the other end were seen: from now on their absence means that it left.
     connected: bool,
     /// A frame was cut off half-way, the other end would take the next one for its rest.
     cut: bool,
-    /// What has arrived of a frame of several samples.
+    /// Samples of a long frame that have arrived.
     arriving: Vec<f64>,
-    _events: [EventService; 2],
-    _node: Node<Iox>,
-    _broom: Broom,
 }
 
 impl ShmLink {
@@ -110,12 +97,15 @@ impl ShmLink {
         participant: &str,
         wait: WaitMode,
     ) -> Result<ShmLink, LinkError> {
-        let place = Place::new(root, prefix, participant)?;
+        let services = Services::new(root, prefix, participant)?;
         let polls = wait.polls();
         // The services of the data come last: the participant waits for them and then finds the others.
-        let events = place.each_way(|way| place.create_event(way))?;
-        let [request, answer] = place.each_way(|way| place.create_data(way, polls))?;
-        place.join(request, answer, events, polls)
+        let events = services.each_way(|way| services.create_event(way))?;
+        let [request, answer] = services.each_way(|way| services.create_data(way, polls))?;
+        Ok(ShmLink::new(
+            services.ports(request, answer, events)?,
+            polls,
+        ))
     }
 
     /// Opens the connection that the coordinator has created, or creates within `patience`.
@@ -126,43 +116,61 @@ impl ShmLink {
         participant: &str,
         patience: Duration,
     ) -> Result<ShmLink, LinkError> {
-        let place = Place::new(root, prefix, participant)?;
-        let clock = Clock::new(patience);
-        let [request, answer] = place.each_way(|way| place.open_data(way, &clock))?;
-        let [request_event, answer_event] = place.each_way(|way| place.open_event(way))?;
-        let polls = place::polls(&request)?;
-        place.join(answer, request, [answer_event, request_event], polls)
+        let services = Services::new(root, prefix, participant)?;
+        let deadline = Deadline::new(patience);
+        let [request, answer] = services.each_way(|way| services.open_data(way, &deadline))?;
+        let [request_event, answer_event] = services.each_way(|way| services.open_event(way))?;
+        let polls = services::polls(&request)?;
+        let events = [answer_event, request_event];
+        Ok(ShmLink::new(
+            services.ports(answer, request, events)?,
+            polls,
+        ))
+    }
+
+    fn new(ports: Ports, polls: bool) -> ShmLink {
+        ShmLink {
+            ports,
+            polling_time: if polls {
+                POLLING
+            } else {
+                POLLING_ON_SHARED_CORE
+            },
+            wait_estimate: (!polls).then(WaitEstimate::default),
+            connected: false,
+            cut: false,
+            arriving: Vec::new(),
+        }
     }
 
     /// Waits for both ports of the other end and connects to them, so that nothing it says is lost even if
     /// it says it and leaves before we listen.
-    fn connect(&mut self, clock: &Clock) -> Result<(), LinkError> {
+    fn connect(&mut self, deadline: &Deadline) -> Result<(), LinkError> {
         while !self.connected {
-            if self.outbound.dynamic_config().number_of_subscribers() > 0
-                && self.inbound.dynamic_config().number_of_publishers() > 0
-            {
-                self.subscriber.has_samples().map_err(failed)?;
+            if self.ports.other_is_there() {
+                self.ports.subscriber.has_samples().map_err(failed)?;
                 self.connected = true;
             } else {
-                clock.pause(self.polling_time)?;
+                deadline.pause(self.polling_time)?;
             }
         }
         Ok(())
     }
 
-    /// Whether the other end was dropped. A killed one is not noticed here: its process is what to look at.
+    /// True if the other end was dropped. A killed one is not noticed here: its process is what to look at.
     fn has_left(&self) -> bool {
-        self.connected && self.inbound.dynamic_config().number_of_publishers() == 0
+        self.connected && !self.ports.other_can_send()
     }
 
     fn send_sample(
         &mut self,
         header: Header,
         doubles: &[f64],
-        clock: &Clock,
+        deadline: &Deadline,
     ) -> Result<(), LinkError> {
         loop {
             let mut sample = self
+                .ports
                 .publisher
                 .loan_slice_uninit(doubles.len())
                 .map_err(failed)?;
@@ -170,19 +178,19 @@ impl ShmLink {
             let receivers = sample.write_from_slice(doubles).send().map_err(failed)?;
             if receivers > 0 {
                 // A failed wake-up delays the other end by a slice at most.
-                let _ = self.notifier.notify();
+                let _ = self.ports.notifier.notify();
                 return Ok(());
             }
             if self.has_left() {
                 return Err(LinkError::Closed);
             }
-            clock.pause(self.polling_time)?;
+            deadline.pause(self.polling_time)?;
         }
     }
 
     /// The next frame, if all of it is there.
     fn take(&mut self) -> Result<Option<Frame>, LinkError> {
-        while let Some(sample) = self.subscriber.receive().map_err(failed)? {
+        while let Some(sample) = self.ports.subscriber.receive().map_err(failed)? {
             let doubles = sample.payload();
             let length = self.arriving.len() + doubles.len();
             if length > MAX_DOUBLES {
@@ -200,7 +208,7 @@ impl ShmLink {
     }
 
     fn sleep(&self, time: Duration) -> Result<(), LinkError> {
-        match self.listener.timed_wait(|_| {}, time.min(SLICE)) {
+        match self.ports.listener.timed_wait(|_| {}, time.min(SLICE)) {
             Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),
             Err(error) => Err(failed(error)),
         }
@@ -209,7 +217,7 @@ impl ShmLink {
 
 impl Link for ShmLink {
     fn send(&mut self, frame: &Frame, patience: Duration) -> Result<(), LinkError> {
-        let clock = Clock::new(patience);
+        let deadline = Deadline::new(patience);
         if frame.payload.len() > MAX_DOUBLES {
             return Err(too_long(frame.payload.len()));
         }
@@ -218,14 +226,14 @@ impl Link for ShmLink {
                 "an earlier frame was cut off half-way, nothing can follow it",
             ));
         }
-        self.connect(&clock)?;
+        self.connect(&deadline)?;
         if self.has_left() {
             return Err(LinkError::Closed);
         }
         let mut rest = frame.payload.as_slice();
         loop {
             let (sample, later) = rest.split_at(rest.len().min(SAMPLE_DOUBLES));
-            let sent = self.send_sample(frame.header, sample, &clock);
+            let sent = self.send_sample(frame.header, sample, &deadline);
             self.cut = sent.is_err() && rest.len() < frame.payload.len();
             sent?;
             if sample.len() < SAMPLE_DOUBLES {
@@ -236,16 +244,17 @@ impl Link for ShmLink {
     }
 
     fn receive(&mut self, patience: Duration) -> Result<Option<Frame>, LinkError> {
-        let clock = Clock::new(patience);
-        let rhythm = self.rhythm.as_mut();
-        let (since, foreseen) =
-            rhythm.map_or_else(|| (Instant::now(), Duration::ZERO), Rhythm::waiting);
-        let awake = foreseen.max(self.polling_time);
+        let deadline = Deadline::new(patience);
+        let polling_time = self.polling_time;
+        let awake_until = match &mut self.wait_estimate {
+            Some(estimate) => estimate.awake_until(polling_time),
+            None => Instant::now() + polling_time,
+        };
         loop {
             if let Some(frame) = self.take()? {
                 self.connected = true;
-                if let Some(rhythm) = &mut self.rhythm {
-                    rhythm.arrived(&frame.header);
+                if let Some(estimate) = &mut self.wait_estimate {
+                    estimate.arrived(&frame.header);
                 }
                 return Ok(Some(frame));
             }
@@ -253,11 +262,11 @@ impl Link for ShmLink {
                 // What it said before it left may have come since we looked.
                 return self.take()?.map(Some).ok_or(LinkError::Closed);
             }
-            let left = clock.left();
+            let left = deadline.left();
             if left.is_zero() {
                 return Ok(None);
             }
-            if since.elapsed() < awake {
+            if Instant::now() < awake_until {
                 thread::yield_now();
             } else {
                 self.sleep(left)?;
@@ -271,8 +280,4 @@ fn too_long(doubles: usize) -> LinkError {
         doubles,
         capacity: MAX_DOUBLES,
     }
-}
-
-fn failed(error: impl Display) -> LinkError {
-    LinkError::Transport(error.to_string())
 }

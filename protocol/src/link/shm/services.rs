@@ -1,37 +1,40 @@
-//! Where the services of a connection are, and how each end makes or opens them.
+//! The iceoryx2 services of a connection: names and settings, creation by the coordinator, opening by the participant, and
+//! the ports of each end.
 
 use std::fmt::Display;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::thread;
 use std::time::Duration;
 
 use iceoryx2::node::Node;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{
     AllocationStrategy, AttributeSpecifier, BackpressureStrategy, Config, FileName, LogLevel,
-    NodeBuilder, PortFactory, SemanticString, ServiceName, SignalHandlingMode, set_log_level,
+    NodeBuilder, PortFactory, SemanticString, ServiceName, SignalHandlingMode, ipc_threadsafe,
+    set_log_level,
 };
 use iceoryx2::service::attribute::AttributeKey;
 use iceoryx2::service::builder::publish_subscribe::{
     Builder as DataBuilder, PublishSubscribeOpenError,
 };
+use iceoryx2::service::port_factory::{event, publish_subscribe};
 
-use super::clock::Clock;
-use super::rhythm::Rhythm;
-use super::{DataService, EventService, Iox, SAMPLE_DOUBLES, ShmLink, failed, sweep};
+use super::cleanup::{SharedFile, private_folder, probe_room};
+use super::deadline::Deadline;
 use crate::frame::Header;
 use crate::link::LinkError;
+
+/// Doubles in one sample. 128 KiB: a usual window fits, and the buffers of both directions stay in cache.
+pub(super) const SAMPLE_DOUBLES: usize = 1 << 14;
 
 /// Samples that may wait in one direction. Two frames at most are under way; a long one streams through these.
 const WAITING_SAMPLES: usize = 4;
 
 /// Bytes that one end takes of shared memory: its data segment, rounded up for the small files.
 const ROOM: usize = (WAITING_SAMPLES + 4) * SAMPLE_DOUBLES * 8;
-
-/// How long an end that polls does so before it sleeps: most answers of a solver come earlier.
-const POLLING: Duration = Duration::from_millis(2);
-
-/// The same for an end that shares its core. Also what the sleep then costs, so at most that is wasted.
-const PEEKING: Duration = Duration::from_micros(20);
 
 /// Longest path of a Unix socket, its terminating zero included.
 const SOCKET_PATH: usize = 108;
@@ -47,12 +50,16 @@ const ANSWER: &str = "answer";
 const POLLS: &str = "poll";
 const SLEEPS: &str = "event";
 
-/// The attribute of a service that tells the participant how to wait.
+type Iox = ipc_threadsafe::Service;
+pub(super) type DataService = publish_subscribe::PortFactory<Iox, [f64], Header>;
+type EventService = event::PortFactory<Iox>;
+
+/// The attribute of a service by which the participant waits as the coordinator does.
 fn waiting() -> Result<AttributeKey, LinkError> {
     "waiting".try_into().map_err(failed)
 }
 
-/// Whether the coordinator that created this service polls.
+/// True if the coordinator that created this service polls.
 pub(super) fn polls(service: &DataService) -> Result<bool, LinkError> {
     Ok(service
         .attributes()
@@ -60,25 +67,25 @@ pub(super) fn polls(service: &DataService) -> Result<bool, LinkError> {
         .is_some_and(|value| value.as_bytes() == POLLS.as_bytes()))
 }
 
-/// Where the services of one participant are.
-pub(super) struct Place {
+/// The services of one participant.
+pub(super) struct Services {
     node: Node<Iox>,
-    broom: Broom,
+    shared: SharedFile,
     participant: String,
 }
 
-impl Place {
-    pub(super) fn new(root: &Path, prefix: &str, participant: &str) -> Result<Place, LinkError> {
+impl Services {
+    pub(super) fn new(root: &Path, prefix: &str, participant: &str) -> Result<Services, LinkError> {
         quiet();
         let config = config(root, prefix)?;
-        sweep::private_folder(root).map_err(transport(format!(
+        private_folder(root).map_err(transport(format!(
             "the folder {} cannot be used",
             root.display()
         )))?;
-        sweep::probe_room(prefix, ROOM).map_err(transport(format!(
+        probe_room(prefix, ROOM).map_err(transport(format!(
             "{ROOM} bytes more are needed and cannot be had"
         )))?;
-        let broom = Broom {
+        let shared = SharedFile {
             root: root.into(),
             prefix: prefix.into(),
         };
@@ -90,13 +97,14 @@ impl Place {
                 "nothing can be created below {}",
                 root.display()
             )))?;
-        Ok(Place {
+        Ok(Services {
             node,
-            broom,
+            shared,
             participant: participant.into(),
         })
     }
 
+    /// Makes one thing for the requests and one for the answers.
     pub(super) fn each_way<T>(
         &self,
         mut make: impl FnMut(&str) -> Result<T, LinkError>,
@@ -139,7 +147,11 @@ impl Place {
             )))
     }
 
-    pub(super) fn open_data(&self, way: &str, clock: &Clock) -> Result<DataService, LinkError> {
+    pub(super) fn open_data(
+        &self,
+        way: &str,
+        deadline: &Deadline,
+    ) -> Result<DataService, LinkError> {
         loop {
             let error = match self.data(way)?.open() {
                 Ok(service) => return Ok(service),
@@ -153,14 +165,14 @@ impl Place {
                     | PublishSubscribeOpenError::InsufficientPermissions
                     | PublishSubscribeOpenError::Interrupt
             );
-            if !may_come || clock.left().is_zero() {
+            if !may_come || deadline.left().is_zero() {
                 return Err(failed(format!(
                     "`{}` found no connection of the coordinator within {:.1} s: {error}",
                     self.participant,
-                    clock.elapsed().as_secs_f64()
+                    deadline.elapsed().as_secs_f64()
                 )));
             }
-            thread::sleep(clock.left().min(Duration::from_millis(1)));
+            thread::sleep(deadline.left().min(Duration::from_millis(1)));
         }
     }
 
@@ -191,16 +203,14 @@ impl Place {
     }
 
     /// Creates the ports of one end: it listens before it can be spoken to.
-    pub(super) fn join(
+    pub(super) fn ports(
         self,
         outbound: DataService,
         inbound: DataService,
         events: [EventService; 2],
-        polls: bool,
-    ) -> Result<ShmLink, LinkError> {
+    ) -> Result<Ports, LinkError> {
         let [wakes_other, wakes_us] = &events;
-        let rhythm = (!polls).then(Rhythm::default);
-        Ok(ShmLink {
+        Ok(Ports {
             listener: wakes_us.listener_builder().create().map_err(failed)?,
             notifier: wakes_other.notifier_builder().create().map_err(failed)?,
             publisher: outbound
@@ -214,18 +224,36 @@ impl Place {
             subscriber: inbound.subscriber_builder().create().map_err(failed)?,
             outbound,
             inbound,
-            polling_time: match polls {
-                true => POLLING,
-                false => PEEKING,
-            },
-            rhythm,
-            connected: false,
-            cut: false,
-            arriving: Vec::new(),
             _events: events,
             _node: self.node,
-            _broom: self.broom,
+            _shared: self.shared,
         })
+    }
+}
+
+/// The ports of one end, with what they are made from. Ports go before their services, services before the node, and the
+/// file that all share goes last.
+pub(super) struct Ports {
+    pub(super) publisher: Publisher<Iox, [f64], Header>,
+    pub(super) subscriber: Subscriber<Iox, [f64], Header>,
+    pub(super) notifier: Notifier<Iox>,
+    pub(super) listener: Listener<Iox>,
+    outbound: DataService,
+    inbound: DataService,
+    _events: [EventService; 2],
+    _node: Node<Iox>,
+    _shared: SharedFile,
+}
+
+impl Ports {
+    /// True if the other end has both of its ports.
+    pub(super) fn other_is_there(&self) -> bool {
+        self.outbound.dynamic_config().number_of_subscribers() > 0 && self.other_can_send()
+    }
+
+    /// True while the other end has the port that it sends by.
+    pub(super) fn other_can_send(&self) -> bool {
+        self.inbound.dynamic_config().number_of_publishers() > 0
     }
 }
 
@@ -248,7 +276,7 @@ fn config(root: &Path, prefix: &str) -> Result<Config, LinkError> {
         .map_err(transport(format!("`{prefix}` cannot be used as a prefix")))?;
     config.global.service.event_connection_suffix =
         FileName::new(EVENT_SUFFIX.as_bytes()).map_err(failed)?;
-    // The coordinator sweeps up what the dead left. A scan costs 1 to 2 ms each time, and would take away
+    // The coordinator removes what dead runs left. A scan costs 1 to 2 ms each time, and would take away
     // what the post-mortem needs.
     config.global.service.cleanup_dead_nodes_on_open = false;
     config.global.node.cleanup_dead_nodes_on_creation = false;
@@ -261,16 +289,9 @@ fn quiet() {
     set_log_level(LogLevel::Error);
 }
 
-/// Removes, after the last end of a prefix, what iceoryx2 shares between ends and leaves behind.
-pub(super) struct Broom {
-    root: PathBuf,
-    prefix: String,
-}
-
-impl Drop for Broom {
-    fn drop(&mut self) {
-        sweep::remove_shared(&self.root, &self.prefix);
-    }
+/// An error of the transport, in its own words.
+pub(super) fn failed(error: impl Display) -> LinkError {
+    LinkError::Transport(error.to_string())
 }
 
 fn transport<E: Display>(what: impl Display) -> impl FnOnce(E) -> LinkError {

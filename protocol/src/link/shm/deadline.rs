@@ -1,4 +1,4 @@
-//! How long a call may take, and how it waits meanwhile.
+//! The time that a call may take, and waiting meanwhile.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -6,14 +6,14 @@ use std::time::{Duration, Instant};
 use crate::link::LinkError;
 
 /// The time that a call may take.
-pub(super) struct Clock {
+pub(super) struct Deadline {
     start: Instant,
     patience: Duration,
 }
 
-impl Clock {
-    pub(super) fn new(patience: Duration) -> Clock {
-        Clock {
+impl Deadline {
+    pub(super) fn new(patience: Duration) -> Deadline {
+        Deadline {
             start: Instant::now(),
             patience,
         }
@@ -27,7 +27,7 @@ impl Clock {
         self.patience.saturating_sub(self.elapsed())
     }
 
-    /// Gives way to others: first for an instant, later for a nap, never beyond the end of the patience.
+    /// Gives way to other threads for `polling_time` (s) after the start and sleeps after that, never beyond the deadline.
     pub(super) fn pause(&self, polling_time: Duration) -> Result<(), LinkError> {
         let left = self.left();
         if left.is_zero() {

@@ -1,4 +1,4 @@
-//! Names that say who owns them, and the removal of what dead runs left.
+//! Names of a run's files, which tell their owner, and the removal of what dead runs left.
 //!
 //! Files that iceoryx2 0.10 creates, all of them with the prefix of the run:
 //! - in `/dev/shm`: data segments, connections, the dynamic part of services, the counters of events, and one
@@ -20,7 +20,7 @@ use nix::unistd::geteuid;
 const SHARED_MEMORY: &str = "/dev/shm";
 const OURS: &str = "thirdbody_";
 
-/// What ends the name of the one file that iceoryx2 keeps after its last user.
+/// End of the name of the one file that iceoryx2 keeps after its last user.
 const KEPT: &str = ".global_mgmt";
 
 /// The longest path below which the sockets of a run fit, given the longest prefix of [`run_prefix`].
@@ -31,14 +31,15 @@ const ROOT_LENGTH: usize = 27;
 pub fn run_root() -> PathBuf {
     let name = format!("thirdbody-{}", geteuid());
     let root = std::env::temp_dir().join(&name);
-    match root.as_os_str().len() <= ROOT_LENGTH {
-        true => root,
-        false => Path::new("/tmp").join(name),
+    if root.as_os_str().len() <= ROOT_LENGTH {
+        root
+    } else {
+        Path::new("/tmp").join(name)
     }
 }
 
 /// The prefix of a run: it names the coordinator's process, by number and start time, so that
-/// [`sweep_dead`] knows later whether the run still lives. `run_id` tells the runs of one process apart.
+/// [`remove_dead_runs`] knows later whether the run still lives. `run_id` tells the runs of one process apart.
 pub fn run_prefix(coordinator_pid: u32, run_id: u64) -> String {
     let start = start_time(coordinator_pid).unwrap_or(0);
     let run = (run_id ^ (run_id >> 32)) as u32;
@@ -48,7 +49,7 @@ pub fn run_prefix(coordinator_pid: u32, run_id: u64) -> String {
 /// Removes every file of this prefix from shared memory and from below `root`, with the folders of its nodes,
 /// and says how many files it removed. For runs whose processes have ended. The folders that all runs share
 /// stay: a run that starts at this moment may be about to use them.
-pub fn sweep(root: &Path, prefix: &str) -> io::Result<usize> {
+pub fn remove_run(root: &Path, prefix: &str) -> io::Result<usize> {
     let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-' || c == '.';
     if prefix.is_empty() || !prefix.chars().all(is_word) {
         let what = format!("`{prefix}` is not the prefix of a run");
@@ -64,21 +65,21 @@ pub fn sweep(root: &Path, prefix: &str) -> io::Result<usize> {
     Ok(removed)
 }
 
-/// Sweeps what belongs to coordinators of this user that no longer live, and returns their prefixes.
-pub fn sweep_dead(root: &Path) -> io::Result<Vec<String>> {
+/// Removes what belongs to coordinators of this user that no longer live, and returns their prefixes.
+pub fn remove_dead_runs(root: &Path) -> io::Result<Vec<String>> {
     let user = geteuid().as_raw();
     let mut dead = BTreeSet::new();
     for file in files_of(root)? {
-        let Some((prefix, pid, start)) = owner_of(name_of(&file)) else {
+        let Some(owner) = owner_of(name_of(&file)) else {
             continue;
         };
         let is_mine = fs::symlink_metadata(&file).is_ok_and(|data| data.uid() == user);
-        if is_mine && !dead.contains(prefix) && start_time(pid) != Some(start) {
-            dead.insert(prefix.to_string());
+        if is_mine && !dead.contains(owner.prefix) && start_time(owner.pid) != Some(owner.start) {
+            dead.insert(owner.prefix.to_string());
         }
     }
     for prefix in &dead {
-        sweep(root, prefix)?;
+        remove_run(root, prefix)?;
     }
     Ok(dead.into_iter().collect())
 }
@@ -111,31 +112,53 @@ pub(super) fn probe_room(prefix: &str, bytes: usize) -> io::Result<()> {
     written
 }
 
-/// Removes the file that iceoryx2 keeps, if no end of this prefix is left. An error leaves it to [`sweep`].
-pub(super) fn remove_shared(root: &Path, prefix: &str) {
-    let Ok(files) = files_of(root) else { return };
-    let (kept, used): (Vec<_>, Vec<_>) = files
-        .iter()
-        .filter(|file| name_of(file).starts_with(prefix))
-        .partition(|file| name_of(file).ends_with(KEPT));
-    if used.is_empty() {
-        for file in kept {
-            let _ = remove_file(file);
+/// Removes, when the last end of a prefix is dropped, what iceoryx2 shares between ends and leaves behind.
+pub(super) struct SharedFile {
+    pub(super) root: PathBuf,
+    pub(super) prefix: String,
+}
+
+impl Drop for SharedFile {
+    fn drop(&mut self) {
+        // An error leaves the file to `remove_run`.
+        let Ok(files) = files_of(&self.root) else {
+            return;
+        };
+        let (kept, used): (Vec<_>, Vec<_>) = files
+            .iter()
+            .filter(|file| name_of(file).starts_with(&self.prefix))
+            .partition(|file| name_of(file).ends_with(KEPT));
+        if used.is_empty() {
+            for file in kept {
+                let _ = remove_file(file);
+            }
         }
     }
 }
 
-/// Whose file this is: the prefix, the process id and the start time of the coordinator.
-fn owner_of(name: &str) -> Option<(&str, u32, u64)> {
+/// The coordinator that a file belongs to.
+#[derive(Debug, PartialEq)]
+struct Owner<'a> {
+    /// Prefix of its run.
+    prefix: &'a str,
+    /// Its process.
+    pid: u32,
+    /// When that started, in ticks since the start of the machine.
+    start: u64,
+}
+
+/// The owner that the name of a file tells, if it is one of ours.
+fn owner_of(name: &str) -> Option<Owner<'_>> {
     let mut parts = name.strip_prefix(OURS)?.splitn(4, '_');
     let pid = parts.next()?.parse().ok()?;
     let start = u64::from_str_radix(parts.next()?, 16).ok()?;
     u32::from_str_radix(parts.next()?, 16).ok()?;
     let rest = parts.next()?;
-    Some((&name[..name.len() - rest.len()], pid, start))
+    let prefix = &name[..name.len() - rest.len()];
+    Some(Owner { prefix, pid, start })
 }
 
-/// When a process started, in ticks since the start of the machine; `None` if it has ended.
+/// Start of a process, in ticks since the start of the machine; `None` if it has ended.
 fn start_time(pid: u32) -> Option<u64> {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
     // The name of the program, in parentheses, may hold anything. State is field 3, start time field 22.
@@ -154,10 +177,10 @@ fn files_of(root: &Path) -> io::Result<Vec<PathBuf>> {
     while let Some((folder, depth)) = folders.pop() {
         for entry in entries(&folder)? {
             let is_folder = fs::symlink_metadata(&entry).is_ok_and(|data| data.is_dir());
-            match is_folder {
-                true if depth < 2 => folders.push((entry, depth + 1)),
-                true => (),
-                false => files.push(entry),
+            if !is_folder {
+                files.push(entry);
+            } else if depth < 2 {
+                folders.push((entry, depth + 1));
             }
         }
     }
@@ -178,7 +201,7 @@ fn name_of(file: &Path) -> &str {
         .unwrap_or_default()
 }
 
-/// Whether it was there to be removed.
+/// Removes a file; false if there was none.
 fn remove_file(file: &Path) -> io::Result<bool> {
     match fs::remove_file(file) {
         Ok(()) => Ok(true),
@@ -206,7 +229,8 @@ mod tests {
         let prefix = run_prefix(pid, u64::MAX - 1);
         let file = format!("{prefix}0354_17.data");
         let start = start_time(pid).expect("this process lives");
-        assert_eq!(owner_of(&file), Some((prefix.as_str(), pid, start)));
+        let prefix = prefix.as_str();
+        assert_eq!(owner_of(&file), Some(Owner { prefix, pid, start }));
         for foreign in ["iox2_1_2_3_4", "thirdbody_x_2_3_4", "thirdbody_1_2_3"] {
             assert_eq!(owner_of(foreign), None, "{foreign}");
         }
@@ -236,11 +260,11 @@ mod tests {
     }
 
     #[test]
-    fn a_sweep_without_a_prefix_is_refused() {
+    fn a_removal_without_a_prefix_is_refused() {
         for prefix in ["", "../", "a b"] {
-            let swept = sweep(Path::new("/nowhere"), prefix);
+            let removed = remove_run(Path::new("/nowhere"), prefix);
             assert_eq!(
-                swept.map_err(|error| error.kind()),
+                removed.map_err(|error| error.kind()),
                 Err(ErrorKind::InvalidInput)
             );
         }

@@ -1,0 +1,46 @@
+//! The four crates stay small enough to be read: at most 31 500 lines of code. A line counts that holds code of the product:
+//! not blank, no comment or documentation, no code that `#[cfg(test)]` marks, and in no file of a module `tests`.
+
+use std::path::Path;
+
+use harness::source::{Sources, code_lines, crate_lines, read_sources};
+
+const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
+
+/// Lines of code of all crates together.
+const LIMIT: usize = 31_500;
+
+#[test]
+fn the_crates_have_no_more_lines_than_the_limit() {
+    let counts = CRATES.map(|name| {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name);
+        (name, crate_lines(&read_sources(&folder)))
+    });
+    let total: usize = counts.iter().map(|(_, lines)| lines).sum();
+    println!("{total} lines of code: {counts:?}");
+    assert!(
+        total <= LIMIT,
+        "{total} lines, more than {LIMIT}: {counts:?}"
+    );
+}
+
+#[test]
+fn comments_blank_lines_and_tests_are_no_code() {
+    let text = "//! A crate.\n\n/// Adds.\n#[inline]\nfn add(a: u32) -> u32 {\n    // Why.\n    a + 1 /* one */\n}\n\n\
+                #[cfg(test)]\nmod tests {\n    #[test]\n    fn adds() {}\n}\n";
+    assert_eq!(code_lines("lib.rs", text), 4);
+    let string = "const TEXT: &str = \"one\n\n// two\n\";\n";
+    assert_eq!(code_lines("lib.rs", string), 3, "the blank line is none");
+}
+
+#[test]
+fn modules_of_tests_are_no_code() {
+    let sources = Sources::from([
+        ("lib.rs".into(), "mod a;\n#[cfg(test)]\nmod tests;\n".into()),
+        ("tests.rs".into(), "mod below;\nfn f() {}\n".into()),
+        ("tests/below.rs".into(), "fn f() {}\n".into()),
+        ("a.rs".into(), "fn f() {\n}\n".into()),
+        ("main.rs".into(), "fn main() {}\n".into()),
+    ]);
+    assert_eq!(crate_lines(&sources), 1 + 2 + 1);
+}
