@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use super::linear_pair::{LinearModel, LinearPair, PairState};
 use super::sprung_mass::Masses;
 use crate::error::Error;
-use crate::scenario::{Acceleration, CompliancePrior, Dirichlet, Policy, Scheme, Update};
+use crate::scenario::{Acceleration, CompliancePrior, Dirichlet, Order, Policy, Scheme, Update};
 use crate::scheme::coupling::Coupling;
 use crate::scheme::window::InterfaceState;
 
@@ -80,8 +80,9 @@ pub fn window_map(scheme: &Scheme, model: LinearModel) -> Result<DMatrix<f64>, E
     Ok(map)
 }
 
-/// The scheme with the exact compliance of the model, and a fixed point by the acceleration that converges fastest: the fixed
-/// point itself does not depend on it.
+/// The scheme with the exact compliance of the model, and a fixed point by the order and the acceleration that converge fastest:
+/// the fixed point itself depends on neither. (Quasi-Newton can stall in parallel order, whose first answer is to the motion of
+/// the window before and says nothing of the slope.)
 pub fn converged(scheme: &Scheme) -> Scheme {
     match *scheme {
         Scheme::DualSchur { update, .. } => Scheme::DualSchur {
@@ -90,12 +91,11 @@ pub fn converged(scheme: &Scheme) -> Scheme {
             repeats_max: REPEATS,
         },
         Scheme::FixedPoint {
-            order,
             dirichlet,
             relaxation,
             ..
         } => Scheme::FixedPoint {
-            order,
+            order: Order::Serial,
             dirichlet,
             acceleration: Acceleration::IqnIls,
             relaxation,
