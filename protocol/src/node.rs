@@ -369,7 +369,7 @@ impl Outcome {
     }
 }
 
-/// What kind of fault ended a participant; its number is the exit code of the run.
+/// Kind of the fault that ended a participant; the exit code of the run follows from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultCode {
@@ -379,6 +379,8 @@ pub enum FaultCode {
     Diverged,
     /// The conversation broke: a frame that does not belong here.
     Protocol,
+    /// A file cannot be written, for instance on a full disk.
+    Output,
 }
 
 /// A node cannot do what it was asked.
@@ -412,6 +414,14 @@ impl NodeError {
     pub fn protocol(message: impl Into<String>) -> NodeError {
         NodeError {
             code: FaultCode::Protocol,
+            message: message.into(),
+        }
+    }
+
+    /// A file cannot be written.
+    pub fn output(message: impl Into<String>) -> NodeError {
+        NodeError {
+            code: FaultCode::Output,
             message: message.into(),
         }
     }

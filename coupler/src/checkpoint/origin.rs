@@ -192,8 +192,8 @@ impl Origin {
     /// Puts the checkpoint itself into the new run directory: from here on that one can be resumed as well.
     pub fn adopt(&self, rundir: &RunDir) -> Result<(), Error> {
         let folder = rundir.path().join(FOLDER);
-        fs::create_dir_all(&folder).map_err(Error::io(folder.display().to_string()))?;
-        let bytes = fs::read(&self.path).map_err(Error::io(self.path.display().to_string()))?;
+        fs::create_dir_all(&folder).map_err(Error::output(folder.display()))?;
+        let bytes = fs::read(&self.path).map_err(Error::input(self.path.display()))?;
         file::write_whole(
             &file::path(&folder, self.checkpoint.position.windows),
             &bytes,
@@ -204,5 +204,5 @@ impl Origin {
 fn copy(from: &Path, to: &Path) -> Result<(), Error> {
     fs::copy(from, to)
         .map(|_| ())
-        .map_err(Error::io(from.display().to_string()))
+        .map_err(Error::output(to.display()))
 }

@@ -23,9 +23,9 @@ pub struct CheckArguments {
 pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     let loaded = load(&arguments.scenario.scenario, &arguments.scenario.set)?;
     let warnings = check_scenario(&loaded, registry, arguments.scenario.threads())?;
-    print(&describe(&loaded));
+    print(&describe(&loaded))?;
     for warning in warnings {
-        print(&format!("warning: {warning}"));
+        print(&format!("warning: {warning}"))?;
     }
     if loaded.scenario.interface.is_empty() || arguments.no_start {
         return Ok(0);
@@ -37,7 +37,7 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
         print(&format!(
             "stability: not predicted, participant {} is a program of its own; --allow-commands starts it",
             participant.name
-        ));
+        ))?;
         return Ok(0);
     }
     let greeting = Greeting {
@@ -47,7 +47,7 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
         threads: arguments.scenario.threads(),
     };
     for line in greeting.foresee()? {
-        print(&line);
+        print(&line)?;
     }
     Ok(0)
 }

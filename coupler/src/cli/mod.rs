@@ -1,12 +1,14 @@
 //! The command line: one file a verb.
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use serde::Serialize;
+use serde_json::json;
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::launch::Registry;
 use crate::scenario::Scenario;
 
@@ -85,22 +87,22 @@ pub fn threads(asked: Option<u16>) -> usize {
 }
 
 /// The log of a run directory, or the log itself.
-pub fn log_of(run: &Path) -> Result<PathBuf, Error> {
+fn log_of(run: &Path) -> Result<PathBuf, Error> {
     let path = match run.is_dir() {
         true => run.join("exchange.mcap"),
         false => run.to_path_buf(),
     };
     match path.is_file() {
         true => Ok(path),
-        false => Err(Error::Refused(format!(
-            "{}: no such log; give a run directory or an exchange.mcap",
-            path.display()
+        false => Err(Error::from(Refusal::file(
+            path,
+            "no such log; give a run directory or an exchange.mcap",
         ))),
     }
 }
 
 /// Refuses a received scenario that starts programs which are not shipped: whoever sent it chose them.
-pub fn refuse_commands(scenario: &Scenario) -> Result<(), Error> {
+fn refuse_commands(scenario: &Scenario) -> Result<(), Error> {
     let mut participants = scenario.participant.iter();
     let foreign = participants.find_map(|participant| {
         let command = participant.command.as_ref()?;
@@ -108,14 +110,15 @@ pub fn refuse_commands(scenario: &Scenario) -> Result<(), Error> {
     });
     match foreign {
         None => Ok(()),
-        Some((name, command)) => Err(Error::Refused(format!(
-            "the scenario starts `{command}` for participant `{name}`: read it, then repeat with --allow-commands"
-        ))),
+        Some((name, command)) => Err(Error::from(Refusal::ForeignCommand {
+            participant: name.clone(),
+            command,
+        })),
     }
 }
 
 /// Exit code of a check that failed.
-pub const CHECK_FAILED: i32 = 8;
+const CHECK_FAILED: i32 = 8;
 
 /// What a verb came to, for the exit code.
 pub type VerbResult = Result<i32, Error>;
@@ -144,19 +147,35 @@ pub fn main(registry: &Registry) -> ExitCode {
 }
 
 /// Tells on stderr what went wrong; scenario errors point into the file.
-pub fn print_error(error: Error) {
+fn print_error(error: Error) {
     match error {
         Error::Scenario(scenario) => eprintln!("{:?}", miette::Report::new(*scenario)),
         other => eprintln!("error: {other}"),
     }
 }
 
-/// Prints results; a reader that went away (a closed pipe) is not an error of ours.
-pub fn print(text: &str) {
-    let _ = writeln!(std::io::stdout().lock(), "{text}");
+/// Prints results. A reader that went away (a closed pipe) is not an error of ours; a full disk is.
+fn print(text: &str) -> Result<(), Error> {
+    match writeln!(std::io::stdout().lock(), "{text}") {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Error::output("stdout")(error)),
+        _ => Ok(()),
+    }
+}
+
+/// Prints rows as JSON, or as a table.
+fn print_rows<R: Serialize + ?Sized>(
+    rows: &R,
+    json: bool,
+    table: impl FnOnce(&R) -> String,
+) -> Result<(), Error> {
+    print(&if json {
+        json!({ "results": rows }).to_string()
+    } else {
+        table(rows)
+    })
 }
 
 /// Where this program lies, to be started again as a participant.
 pub fn own_program() -> Result<PathBuf, Error> {
-    std::env::current_exe().map_err(Error::io("finding this program"))
+    std::env::current_exe().map_err(Error::input("finding this program"))
 }

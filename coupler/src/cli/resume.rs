@@ -6,7 +6,7 @@ use super::run::{conclude, listen};
 use super::{VerbResult, own_program, refuse_commands};
 use crate::checkpoint::{Unusable, find};
 use crate::couple::run::{Options, go_on};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::launch::Registry;
 use crate::scenario::load;
 
@@ -36,9 +36,9 @@ pub struct ResumeArguments {
 pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
     let run = &resolved(&arguments.run);
     if !run.join("scenario.toml").is_file() {
-        return Err(Error::Refused(format!(
-            "{}: no run directory with a scenario.toml",
-            run.display()
+        return Err(Error::from(Refusal::file(
+            run,
+            "no run directory with a scenario.toml",
         )));
     }
     let loaded = load(&run.to_string_lossy(), &[])?;

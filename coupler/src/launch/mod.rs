@@ -113,7 +113,7 @@ impl Launcher<'_> {
         let thread = thread::Builder::new()
             .name(participant.name.clone())
             .spawn(move || serve(&session, &mut theirs, build).map_err(|error| error.to_string()))
-            .map_err(Error::io(format!(
+            .map_err(Error::input(format!(
                 "starting participant `{}`",
                 participant.name
             )))?;

@@ -194,6 +194,10 @@ impl Peer {
             FaultCode::Configuration => Error::Refused(message),
             FaultCode::Diverged => Error::Diverged(message),
             FaultCode::Protocol => self.protocol(error.message),
+            FaultCode::Output => Error::Output {
+                what: format!("participant `{}` {}", self.name, self.asked),
+                source: std::io::Error::other(error.message),
+            },
         }
     }
 

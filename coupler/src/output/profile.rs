@@ -79,13 +79,13 @@ impl Traction {
 /// Makes the traction that a solver alone wrote at the end of its hold, if it wrote one, the run's `profile.csv`.
 pub fn adopt(rundir: &RunDir) -> Result<(), Error> {
     let fields = rundir.fields();
-    let entries = std::fs::read_dir(&fields).map_err(Error::io(fields.display().to_string()))?;
+    let entries = std::fs::read_dir(&fields).map_err(Error::input(fields.display()))?;
     let written = entries
         .flatten()
         .map(|entry| entry.path())
         .find(|path| path.to_string_lossy().ends_with("-hold-profile.csv"));
     let Some(path) = written else { return Ok(()) };
-    let text = std::fs::read_to_string(&path).map_err(Error::io(path.display().to_string()))?;
+    let text = std::fs::read_to_string(&path).map_err(Error::input(path.display()))?;
     rundir.write("profile.csv", &text)
 }
 

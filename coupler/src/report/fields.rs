@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 
 /// The data arrays of a file by their names; `points` are the coordinates.
 pub type Arrays = BTreeMap<String, Vec<f64>>;
@@ -11,7 +11,7 @@ pub type Arrays = BTreeMap<String, Vec<f64>>;
 /// Reads every ASCII data array of a VTK XML file. Arrays that share a name (connectivity of several kinds
 /// of cells) keep the last one's numbers.
 pub fn read(path: &Path) -> Result<Arrays, Error> {
-    let text = std::fs::read_to_string(path).map_err(Error::io(path.display().to_string()))?;
+    let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
     let mut arrays = Arrays::new();
     for part in text.split("<DataArray ").skip(1) {
         let (head, rest) = part
@@ -50,5 +50,5 @@ fn attribute<'a>(head: &'a str, name: &str) -> Option<&'a str> {
 }
 
 fn damaged(path: &Path, why: &str) -> Error {
-    Error::Refused(format!("{}: {why}; run the scenario again", path.display()))
+    Refusal::file(path, format!("{why}; run the scenario again")).into()
 }

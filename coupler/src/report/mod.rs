@@ -10,7 +10,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 
 pub mod body;
 pub mod curves;
@@ -51,14 +51,13 @@ pub fn write(run: &Path) -> Result<Vec<String>, Error> {
 
 fn read_summary(run: &Path) -> Result<Value, Error> {
     let path = run.join("summary.json");
-    let text = std::fs::read_to_string(&path).map_err(Error::io(path.display().to_string()))?;
-    serde_json::from_str(&text)
-        .map_err(|error| Error::Refused(format!("{}: {error}", path.display())))
+    let text = std::fs::read_to_string(&path).map_err(Error::input(path.display()))?;
+    serde_json::from_str(&text).map_err(|error| Refusal::file(path, error.to_string()).into())
 }
 
 fn save(run: &Path, name: &str, text: &str) -> Result<(), Error> {
     let path = run.join(name);
-    std::fs::write(&path, text).map_err(Error::io(path.display().to_string()))
+    std::fs::write(&path, text).map_err(Error::output(path.display()))
 }
 
 /// One page that needs nothing else: the pictures are part of it.

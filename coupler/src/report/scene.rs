@@ -6,7 +6,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 use super::fields::{Arrays, named, read};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 
 pub(super) type Panel<'a, 'b> =
     ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
@@ -204,5 +204,5 @@ pub(super) fn pressure_colour(share: f64) -> RGBColor {
 
 /// Errors of the drawing library, which writes to memory here.
 pub fn picture(error: impl std::fmt::Display) -> Error {
-    Error::Refused(format!("the picture cannot be drawn: {error}"))
+    Refusal::Picture(error.to_string()).into()
 }

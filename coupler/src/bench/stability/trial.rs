@@ -191,6 +191,6 @@ where
     let thread = thread::Builder::new()
         .name(name.to_string())
         .spawn(move || serve(&session, &mut theirs, build).map_err(|error| error.to_string()))
-        .map_err(Error::io(format!("starting participant `{name}`")))?;
+        .map_err(Error::input(format!("starting participant `{name}`")))?;
     Ok(Peer::new(name, Box::new(ours), Life::Thread(thread)))
 }
