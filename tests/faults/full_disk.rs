@@ -26,29 +26,46 @@ fn limited(command: &Command, blocks: u32) -> Output {
     shell.output().expect("there is a shell")
 }
 
+/// A run that no file of more than so many blocks fits into ends because of this one.
+fn ends_for_want_of(file: &str, work: &Path, run: &Command, blocks: u32) {
+    let output = limited(run, blocks);
+    fails(&output, 9, &[file, "File too large"]);
+    let summary = parse_json(&output.stdout);
+    assert_eq!(summary["status"], "output_failed", "{file}");
+    assert_eq!(summary["exit_code"], 9, "{file}");
+    for kept in ["scenario.toml", "manifest.json", "summary.json"] {
+        assert!(work.join("out").join(kept).is_file(), "{kept} and {file}");
+    }
+}
+
 #[test]
 fn a_run_that_cannot_write_ends_with_code_9_and_says_which_file() {
     let without_log = "run.output.exchange=false";
-    // signals.csv passes 50 kB, the log 100 kB, a checkpoint 150 kB and the fields of the rail 300 kB.
-    let cases: [(&str, u32, &[&str]); 4] = [
+    // Of 100 windows, signals.csv passes 50 kB, the log 100 kB, and the fields of the rail 300 kB.
+    let cases: [(&str, u32, &[&str]); 3] = [
         ("exchange.mcap", 200, &[]),
         ("signals.csv", 100, &[without_log]),
         ("rail-end.vtu", 600, &[without_log]),
-        ("000000000005", 300, &["run.checkpoint_every_windows=5"]),
     ];
     for (file, blocks, sets) in cases {
         let work = Scratch::new("full-disk");
         let sets = [&["run.transport=channel"], sets].concat();
-        let output = limited(&short_quick(work.path(), &sets), blocks);
-        fails(&output, 9, &[file, "File too large"]);
-        let summary = parse_json(&output.stdout);
-        assert_eq!(summary["status"], "output_failed", "{file}");
-        assert_eq!(summary["exit_code"], 9, "{file}");
-        for kept in ["scenario.toml", "manifest.json", "summary.json"] {
-            let path = work.path().join("out").join(kept);
-            assert!(path.is_file(), "no {kept} beside {file}");
-        }
+        let run = short_quick(work.path(), &sets);
+        ends_for_want_of(file, work.path(), &run, blocks);
     }
+}
+
+#[test]
+fn a_checkpoint_that_cannot_be_written_ends_the_run_with_code_9() {
+    let work = Scratch::new("full-disk-checkpoint");
+    let mut run = thirdbody(work.path());
+    run.arg("run")
+        .arg(folder("layer-alone"))
+        .args(["--out", "out", "--json"])
+        .args(["--set", "run.transport=channel"])
+        .args(["--set", "run.checkpoint_every_windows=5"]);
+    // A checkpoint takes 34 kB, the log before it much less.
+    ends_for_want_of("000000000005.checkpoint", work.path(), &run, 40);
 }
 
 #[test]
