@@ -8,9 +8,8 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use serde_json::json;
 
-use crate::checkpoint::Origin;
 use crate::error::{Error, Refusal};
-use crate::scenario::Loaded;
+use crate::scenario::load::Loaded;
 
 /// A run's own folder.
 pub struct RunDir {
@@ -134,8 +133,16 @@ fn point_latest(id: &str) {
     }
 }
 
+/// Where a resumed run went on.
+pub struct Resumed<'a> {
+    /// File of the checkpoint.
+    pub checkpoint: &'a Path,
+    /// Windows that stood in it.
+    pub window: u64,
+}
+
 /// The manifest: what ran, where, from which build.
-pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, origin: Option<&Origin>) -> String {
+pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, resumed: Option<Resumed>) -> String {
     let host = nix::unistd::gethostname()
         .ok()
         .and_then(|name| name.into_string().ok())
@@ -153,11 +160,8 @@ pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, origin: Option<&Or
         "cores": std::thread::available_parallelism().map_or(1, usize::from),
         "host": host,
     });
-    if let Some(origin) = origin {
-        value["resumed"] = json!({
-            "checkpoint": origin.path,
-            "window": origin.checkpoint.position.windows,
-        });
+    if let Some(resumed) = resumed {
+        value["resumed"] = json!({ "checkpoint": resumed.checkpoint, "window": resumed.window });
     }
     serde_json::to_string_pretty(&value).expect("JSON values always serialise")
 }

@@ -222,7 +222,7 @@ pub struct Capabilities {
 }
 
 /// A named part of a load history, for instance `ramp`, `hold` or `cycling`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Phase {
     /// Its name.
     pub name: String,
@@ -230,6 +230,13 @@ pub struct Phase {
     pub t0_s: f64,
     /// End (s).
     pub t1_s: f64,
+    /// Results are sampled in it: its last half gives `interface_force_n`, its end `profile.csv`. At most one phase of a
+    /// load history has this flag.
+    #[serde(default)]
+    pub sampled: bool,
+    /// Its end is worth a picture of the report.
+    #[serde(default)]
+    pub picture: bool,
 }
 
 /// A term of the energy ledger.

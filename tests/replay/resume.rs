@@ -7,7 +7,7 @@ use coupler::checkpoint::{FOLDER, find, keeper};
 use coupler::couple::run::{Ended, Options, go_on, run};
 use coupler::launch::Watch;
 use coupler::replay::recording;
-use coupler::scenario::{Loaded, load};
+use coupler::scenario::load::{Loaded, load};
 use harness::runs::{Scratch, program};
 use serde_json::Value;
 

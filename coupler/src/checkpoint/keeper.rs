@@ -11,7 +11,7 @@ use crate::couple::conversation::Conversation;
 use crate::couple::handshake::Greeted;
 use crate::error::Error;
 use crate::rundir::RunDir;
-use crate::scenario::Loaded;
+use crate::scenario::load::Loaded;
 
 /// Knows when a checkpoint is due, and writes it.
 pub struct Keeper {

@@ -14,7 +14,7 @@ use crate::couple::handshake::Greeted;
 use crate::error::Error;
 use crate::log::{Entry, recover};
 use crate::rundir::RunDir;
-use crate::scenario::Loaded;
+use crate::scenario::load::Loaded;
 
 /// A checkpoint that can be gone on from.
 pub struct Origin {
@@ -177,7 +177,7 @@ impl Origin {
                 copy(&entry.path(), &rundir.fields().join(&name))?;
             }
         }
-        if !ended.iter().any(|phase| phase.name == "hold") {
+        if !ended.iter().any(|phase| phase.sampled) {
             return Ok(());
         }
         for entry in fs::read_dir(&self.run).into_iter().flatten().flatten() {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 
-use super::{CHECK_FAILED, VerbResult, own_program, print, print_rows};
+use super::common::{CHECK_FAILED, VerbResult, own_program, print, print_rows};
 use crate::bench::{exchange, log, mapping, stability};
 use crate::error::{Error, Refusal};
 use crate::launch::Registry;

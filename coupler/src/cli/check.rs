@@ -1,10 +1,11 @@
 //! `thirdbody check`: everything that can be said before a run.
 
-use super::{ScenarioArguments, VerbResult, own_program, print};
+use super::common::{ScenarioArguments, VerbResult, own_program, print};
 use crate::couple::greeting::Greeting;
 use crate::couple::run::check as check_scenario;
 use crate::launch::Registry;
-use crate::scenario::{Loaded, Participant, load};
+use crate::scenario::Participant;
+use crate::scenario::load::{Loaded, load};
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use protocol::Kind;
 use protocol::setting::nearest;
 
-use super::{VerbResult, log_of, print};
+use super::common::{VerbResult, log_of, print};
 use crate::error::{Error, Refusal};
 use crate::log::export::{Selection, long, wide};
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::{VerbResult, log_of, print};
+use super::common::{VerbResult, log_of, print};
 use crate::checkpoint::{FOLDER, file};
 use crate::error::Error;
 use crate::log::{LogError, LogSummary, summarize};

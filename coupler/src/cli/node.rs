@@ -7,7 +7,7 @@ use nix::sys::signal::Signal;
 use protocol::participate;
 use protocol::participate::{follow, read_session};
 
-use super::VerbResult;
+use super::common::VerbResult;
 use crate::error::{Error, Refusal};
 use crate::launch::Registry;
 

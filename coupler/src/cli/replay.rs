@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use protocol::Kind;
 use serde_json::{Value, json};
 
-use super::{VerbResult, log_of, own_program, print, refuse_commands};
+use super::common::{VerbResult, log_of, own_program, print, refuse_commands};
 use crate::checkpoint::{Origin, find};
 use crate::couple::run::fresh_run_id;
 use crate::error::{Error, Refusal};

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{VerbResult, print};
+use super::common::{VerbResult, print};
 use crate::report;
 
 /// Arguments of `report`.

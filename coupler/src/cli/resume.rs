@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use super::common::{VerbResult, own_program, refuse_commands, threads};
 use super::run::{conclude, listen};
-use super::{VerbResult, own_program, refuse_commands};
 use crate::checkpoint::{Unusable, find};
 use crate::couple::run::{Options, go_on};
 use crate::error::{Error, Refusal};
 use crate::launch::Registry;
-use crate::scenario::load;
+use crate::scenario::load::load;
 
 /// Arguments of `resume`.
 #[derive(Debug, clap::Args)]
@@ -55,7 +55,7 @@ pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
         &loaded,
         &Options {
             out: arguments.out.as_deref(),
-            threads: super::threads(arguments.threads),
+            threads: threads(arguments.threads),
             registry,
             program: own_program()?,
             watch: listen()?,

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 
-use super::{ScenarioArguments, VerbResult, own_program, print};
+use super::common::{ScenarioArguments, VerbResult, own_program, print};
 use crate::couple::run::{Ended, Options, run as run_scenario};
 use crate::error::Error;
 use crate::launch::{Registry, Watch};
-use crate::scenario::load;
+use crate::scenario::load::load;
 
 /// Arguments of `run`.
 #[derive(Debug, clap::Args)]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 
-use super::{CHECK_FAILED, VerbResult, own_program, print_rows};
+use super::common::{CHECK_FAILED, VerbResult, own_program, print_rows};
 use crate::launch::{Registry, Watch};
 use crate::validate::run_suite;
 use crate::validate::suite::{Row, Runs};

@@ -11,7 +11,8 @@ use super::volume;
 use crate::error::Error;
 use crate::launch::{Launcher, Peer, Registry, Watch};
 use crate::rundir::{RunDir, Scratch};
-use crate::scenario::{Loaded, TransportKind};
+use crate::scenario::TransportKind;
+use crate::scenario::load::Loaded;
 
 /// Whom to greet, and with what.
 pub struct Greeting<'a> {

@@ -17,8 +17,8 @@ use crate::checkpoint::{Keeper, Origin, Position};
 use crate::error::Error;
 use crate::launch::{Launcher, Registry, Watch, config_value, process, setting};
 use crate::log::{Provenance, Recorder, Volume};
-use crate::rundir::{RunDir, manifest};
-use crate::scenario::Loaded;
+use crate::rundir::{Resumed, RunDir, manifest};
+use crate::scenario::load::Loaded;
 use crate::summary::{Costs, Summary};
 
 /// How to run, beside the scenario.
@@ -88,7 +88,11 @@ pub fn go_on(loaded: &Loaded, options: &Options, origin: Option<&Origin>) -> Res
     let warnings = check(loaded, options.registry, options.threads)?;
     let run_id = fresh_run_id();
     let rundir = RunDir::create(options.out, &loaded.scenario.run.name, run_id)?;
-    let manifest = manifest(loaded, run_id, options.threads, origin);
+    let resumed = origin.map(|origin| Resumed {
+        checkpoint: &origin.path,
+        window: origin.checkpoint.position.windows,
+    });
+    let manifest = manifest(loaded, run_id, options.threads, resumed);
     rundir.write("scenario.toml", &loaded.resolved)?;
     rundir.write("manifest.json", &manifest)?;
     rundir.note(&format!(

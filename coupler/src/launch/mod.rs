@@ -21,7 +21,8 @@ pub use registry::{Registry, Solver};
 
 use crate::error::Error;
 use crate::rundir::RunDir;
-use crate::scenario::{Loaded, Participant, TransportKind};
+use crate::scenario::load::Loaded;
+use crate::scenario::{Participant, TransportKind};
 
 /// What every launch needs to know about the run.
 pub struct Launcher<'a> {

@@ -33,10 +33,7 @@ impl SignalsFile {
         let file = File::create(&path).map_err(Error::output(&name))?;
         let mut header = vec!["t_s".to_string()];
         for interface in interfaces {
-            let prefix = match interfaces.len() {
-                1 => String::new(),
-                _ => format!("{}.", interface.name),
-            };
+            let prefix = interface.prefix_among(interfaces.len());
             let seen = ["repeats", "gap_rel", "interface_fx_n", "interface_fy_n"];
             header.extend(seen.map(|signal| format!("{prefix}{signal}")));
         }

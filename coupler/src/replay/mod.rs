@@ -12,7 +12,7 @@ use std::path::Path;
 use crate::checkpoint::Origin;
 use crate::error::Error;
 use crate::log::{Entry, Exchange, recover};
-use crate::scenario::Loaded;
+use crate::scenario::load::Loaded;
 use crate::scenario::load::parse;
 use crate::scenario::source::Source;
 

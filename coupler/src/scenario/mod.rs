@@ -8,8 +8,6 @@ mod overrides;
 mod paths;
 pub mod source;
 
-pub use load::{Loaded, load};
-
 /// A whole scenario, as resolved from the file and `--set`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -242,6 +240,14 @@ impl Interface {
             let whole = self.between[side].as_str();
             whole.split_once('.').map_or(whole, |(name, _)| name)
         })
+    }
+
+    /// What precedes the names of its results and signals: nothing for the only interface of a run.
+    pub fn prefix_among(&self, interfaces: usize) -> String {
+        if interfaces == 1 {
+            return String::new();
+        }
+        format!("{}.", self.name)
     }
 
     /// A participant that another interface joins too.

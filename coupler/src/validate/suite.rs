@@ -11,7 +11,7 @@ use crate::couple::run::{Ended, Options, fresh_run_id, run};
 use crate::error::Error;
 use crate::launch::{Registry, Watch};
 use crate::rundir::Scratch;
-use crate::scenario::load;
+use crate::scenario::load::load;
 
 /// One line of the table.
 #[derive(Clone, Debug, Serialize)]

@@ -14,9 +14,10 @@ use crate::couple::join::join;
 use crate::couple::scheme::{Attempt, Coupling};
 use crate::error::Error;
 use crate::launch::{Life, Peer, Watch};
+use crate::scenario::load::Loaded;
 use crate::scenario::load::parse;
 use crate::scenario::source::Source;
-use crate::scenario::{Dirichlet, Loaded, Scheme};
+use crate::scenario::{Dirichlet, Scheme};
 
 /// One set-up.
 #[derive(Clone, Copy, Debug, PartialEq)]
