@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use protocol::Phase;
 use protocol::serve::Farewell;
 use serde_json::{Map, Value, json};
 
@@ -11,6 +12,7 @@ use crate::couple::minutes::Closed;
 use crate::couple::scheme::Coupling;
 use crate::error::Error;
 use crate::log::LogStats;
+use crate::output::sample::load_history;
 use crate::scenario::Scenario;
 
 /// What a run came to. Fields that never came about (a run that ended early) are left out of the file.
@@ -27,6 +29,7 @@ pub struct Summary {
     /// Windows that stand.
     pub windows: u64,
     participants: Vec<ParticipantSummary>,
+    phases: Vec<Phase>,
     coupling: Option<InterfaceLedger>,
     interfaces: Vec<(String, InterfaceLedger)>,
     coupling_wall_s: Option<f64>,
@@ -72,6 +75,7 @@ impl Summary {
 
     /// Who answered.
     pub fn greet(&mut self, scenario: &Scenario, greeted: &[Greeted]) {
+        self.phases = load_history(greeted.iter().map(|greeted| &greeted.description));
         self.participants = scenario
             .participant
             .iter()
@@ -181,6 +185,9 @@ impl Summary {
                 "state": self.state_hash,
             },
         });
+        if !self.phases.is_empty() {
+            value["phases"] = json!(self.phases);
+        }
         if let Some(log) = &self.log {
             value["log"] = self.log_value(log);
         }

@@ -11,6 +11,7 @@ use crate::checkpoint::{Checkpoint, Keeper, Origin, Position};
 use crate::error::Error;
 use crate::output::collection::{self, Moment};
 use crate::output::profile::{self, LoadedNodes, Traction};
+use crate::output::sample::load_history;
 use crate::output::{OutputState, Progress, SampledMeans, SignalsFile};
 use crate::rundir::RunDir;
 use crate::scenario::Scenario;
@@ -41,11 +42,7 @@ impl<'a> Outputs<'a> {
         greeted: &[Greeted],
         progress: bool,
     ) -> Result<Outputs<'a>, Error> {
-        let phases = greeted
-            .iter()
-            .map(|greeted| greeted.description.phases.clone())
-            .find(|phases| !phases.is_empty())
-            .unwrap_or_default();
+        let phases = load_history(greeted.iter().map(|greeted| &greeted.description));
         let energies = greeted
             .iter()
             .map(|greeted| EnergyLedger {

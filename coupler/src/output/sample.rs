@@ -1,10 +1,17 @@
 //! Results of the interfaces in the phase that a participant marks for it ([`Phase::sampled`]).
 
-use protocol::{Phase, Window};
+use protocol::{Description, Phase, Window};
 use serde::{Deserialize, Serialize};
 
 use super::profile::Traction;
 use crate::scenario::Interface;
+
+/// The load history of a run: that of the first participant which has one.
+pub fn load_history<'a>(participants: impl Iterator<Item = &'a Description>) -> Vec<Phase> {
+    let mut histories = participants.map(|description| &description.phases);
+    let found = histories.find(|phases| !phases.is_empty());
+    found.cloned().unwrap_or_default()
+}
 
 /// Means over the last half of the sampled phase, when the transients of the loading have passed, and the traction at its
 /// end.
