@@ -1,9 +1,17 @@
-//! What can end a run, and the exit code it has.
+//! Everything that can end a run or a verb, with its exit code.
+
+use std::fmt::Display;
+use std::io;
 
 use miette::{Diagnostic, NamedSource, SourceSpan};
+use protocol::{FaultCode, NodeError};
 use thiserror::Error;
 
 use crate::log::LogError;
+
+mod refusal;
+
+pub use refusal::{Refusal, WindowOf};
 
 /// A problem of the scenario: what, where in the file, and what to do.
 #[derive(Debug, Error, Diagnostic)]
@@ -32,6 +40,8 @@ pub enum Error {
     Scenario(Box<ScenarioError>),
     #[error("{0}")]
     Refused(String),
+    #[error(transparent)]
+    Refusal(#[from] Refusal),
     #[error("{0}")]
     NotConverged(String),
     #[error("{0}")]
@@ -63,45 +73,73 @@ pub enum Error {
     },
     #[error("exchange log: {0}")]
     Log(#[from] LogError),
+    /// A file that cannot be read, or a process that cannot be started.
     #[error("{what}: {source}")]
-    Io {
-        what: String,
-        source: std::io::Error,
-    },
+    Input { what: String, source: io::Error },
+    /// A file that cannot be written.
+    #[error("{what}: {source}")]
+    Output { what: String, source: io::Error },
     #[error("interrupted by signal {signal}; the valid part of the run is kept")]
     Interrupted { signal: i32 },
 }
 
 impl Error {
-    /// Shorthand for input and output errors.
-    pub fn io(what: impl Into<String>) -> impl FnOnce(std::io::Error) -> Error {
-        let what = what.into();
-        move |source| Error::Io { what, source }
+    /// What could not be read, or started, in front of what the system says.
+    pub fn input(what: impl Display) -> impl FnOnce(io::Error) -> Error {
+        move |source| Error::Input {
+            what: what.to_string(),
+            source,
+        }
+    }
+
+    /// What could not be written, in front of what the system says.
+    pub fn output(what: impl Display) -> impl FnOnce(io::Error) -> Error {
+        move |source| Error::Output {
+            what: what.to_string(),
+            source,
+        }
+    }
+
+    /// A fault that a participant reported, at this point of the exchange.
+    pub fn of_participant(peer: &str, phase: &str, error: NodeError) -> Error {
+        let what = format!("participant `{peer}` {phase}");
+        match error.code {
+            FaultCode::Configuration => Error::Refused(format!("{what}: {}", error.message)),
+            FaultCode::Diverged => Error::Diverged(format!("{what}: {}", error.message)),
+            FaultCode::Protocol => Error::Protocol {
+                peer: peer.into(),
+                phase: phase.into(),
+                why: error.message,
+            },
+            FaultCode::Output => Error::Output {
+                what,
+                source: io::Error::other(error.message),
+            },
+        }
     }
 
     /// The exit code of the contract.
     pub fn exit_code(&self) -> i32 {
-        match self {
-            Error::Scenario(_) | Error::Refused(_) | Error::Io { .. } => 2,
-            Error::NotConverged(_) | Error::Diverged(_) | Error::NotFinite(_) => 3,
-            Error::PeerLost { .. } | Error::Protocol { .. } => 4,
-            Error::Deadline { .. } => 5,
-            Error::Log(_) => 6,
-            Error::Interrupted { signal } => 128 + signal,
-        }
+        self.ending().0
     }
 
     /// The status word of summary.json.
     pub fn status(&self) -> &'static str {
+        self.ending().1
+    }
+
+    fn ending(&self) -> (i32, &'static str) {
         match self {
-            Error::Scenario(_) | Error::Refused(_) => "refused",
-            Error::NotConverged(_) => "not_converged",
-            Error::Diverged(_) | Error::NotFinite(_) => "diverged",
-            Error::PeerLost { .. } => "peer_lost",
-            Error::Protocol { .. } => "protocol",
-            Error::Deadline { .. } => "deadline",
-            Error::Log(_) | Error::Io { .. } => "output_failed",
-            Error::Interrupted { .. } => "interrupted",
+            Error::Scenario(_) | Error::Refused(_) | Error::Refusal(_) => (2, "refused"),
+            Error::Input { .. } | Error::Log(LogError::Read { .. }) => (2, "refused"),
+            Error::NotConverged(_) => (3, "not_converged"),
+            Error::Diverged(_) | Error::NotFinite(_) => (3, "diverged"),
+            Error::PeerLost { .. } => (4, "peer_lost"),
+            Error::Protocol { .. } => (4, "protocol"),
+            Error::Deadline { .. } => (5, "deadline"),
+            Error::Log(LogError::NotALog { .. } | LogError::Damaged { .. }) => (6, "log_corrupt"),
+            Error::Output { .. } | Error::Log(_) => (9, "output_failed"),
+            Error::Interrupted { signal } => (128 + signal, "interrupted"),
         }
     }
 }

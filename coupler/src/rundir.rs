@@ -8,8 +8,8 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use serde_json::json;
 
-use crate::error::Error;
-use crate::scenario::Loaded;
+use crate::error::{Error, Refusal};
+use crate::scenario::load::Loaded;
 
 /// A run's own folder.
 pub struct RunDir {
@@ -28,11 +28,11 @@ impl RunDir {
         };
         for folder in ["logs", "fields"] {
             let folder = path.join(folder);
-            fs::create_dir_all(&folder).map_err(Error::io(folder.display().to_string()))?;
+            fs::create_dir_all(&folder).map_err(Error::output(folder.display()))?;
         }
         let journal_path = path.join("logs/coordinator.log");
-        let journal = fs::File::create(&journal_path)
-            .map_err(Error::io(journal_path.display().to_string()))?;
+        let journal =
+            fs::File::create(&journal_path).map_err(Error::output(journal_path.display()))?;
         Ok(RunDir {
             path,
             journal: Mutex::new(journal),
@@ -61,7 +61,7 @@ impl RunDir {
         let part = self.path.join(format!("{name}.part"));
         fs::write(&part, text)
             .and_then(|()| fs::rename(&part, &path))
-            .map_err(Error::io(path.display().to_string()))
+            .map_err(Error::output(path.display()))
     }
 
     /// Adds a line to `logs/coordinator.log`, with the seconds since the start.
@@ -100,20 +100,16 @@ impl Drop for Scratch {
 }
 
 fn checked(out: &Path) -> Result<PathBuf, Error> {
+    let refuse = |why: &str| Refusal::argument(format!("--out {}", out.display()), why).into();
     if out.exists() && !out.is_dir() {
-        return Err(Error::Refused(format!(
-            "--out {}: it is not a folder",
-            out.display()
-        )));
+        return Err(refuse("it is not a folder"));
     }
-    let occupied = fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some());
-    match occupied {
-        true => Err(Error::Refused(format!(
-            "--out {}: the folder is not empty; a run never overwrites another, choose a new or an empty one",
-            out.display()
-        ))),
-        false => Ok(out.to_path_buf()),
+    if fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some()) {
+        return Err(refuse(
+            "the folder is not empty; a run never overwrites another, choose a new or an empty one",
+        ));
     }
+    Ok(out.to_path_buf())
 }
 
 fn default_path(name: &str, run_id: u64) -> Result<PathBuf, Error> {
@@ -122,7 +118,7 @@ fn default_path(name: &str, run_id: u64) -> Result<PathBuf, Error> {
         .map_or(0, |since| since.as_secs());
     let id = format!("{name}-{seconds}-{:08x}", run_id as u32);
     let path = Path::new("runs").join(&id);
-    fs::create_dir_all(&path).map_err(Error::io(path.display().to_string()))?;
+    fs::create_dir_all(&path).map_err(Error::output(path.display()))?;
     point_latest(&id);
     Ok(path)
 }
@@ -137,11 +133,11 @@ fn point_latest(id: &str) {
     }
 }
 
-/// The checkpoint that a run goes on from.
+/// Where a resumed run went on.
 pub struct Resumed<'a> {
-    /// Its file.
+    /// File of the checkpoint.
     pub checkpoint: &'a Path,
-    /// Windows that were done.
+    /// Windows that stood in it.
     pub window: u64,
 }
 
@@ -165,10 +161,7 @@ pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, resumed: Option<Re
         "host": host,
     });
     if let Some(resumed) = resumed {
-        value["resumed"] = json!({
-            "checkpoint": resumed.checkpoint,
-            "window": resumed.window,
-        });
+        value["resumed"] = json!({ "checkpoint": resumed.checkpoint, "window": resumed.window });
     }
     serde_json::to_string_pretty(&value).expect("JSON values always serialise")
 }

@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use protocol::Phase;
 use protocol::serve::Farewell;
 use serde_json::{Map, Value, json};
 
 use crate::error::Error;
 use crate::log::LogStats;
+use crate::output::sample::load_history;
 use crate::participants::handshake::Greeted;
 use crate::participants::journal::Closed;
 use crate::scenario::Scenario;
@@ -27,6 +29,7 @@ pub struct Summary {
     /// Windows that stand.
     pub windows: u64,
     participants: Vec<ParticipantSummary>,
+    phases: Vec<Phase>,
     coupling: Option<InterfaceLedger>,
     interfaces: Vec<(String, InterfaceLedger)>,
     coupling_wall_s: Option<f64>,
@@ -72,6 +75,7 @@ impl Summary {
 
     /// Who answered.
     pub fn greet(&mut self, scenario: &Scenario, greeted: &[Greeted]) {
+        self.phases = load_history(greeted.iter().map(|greeted| &greeted.description));
         self.participants = scenario
             .participant
             .iter()
@@ -181,6 +185,9 @@ impl Summary {
                 "state": self.state_hash,
             },
         });
+        if !self.phases.is_empty() {
+            value["phases"] = json!(self.phases);
+        }
         if let Some(log) = &self.log {
             value["log"] = self.log_value(log);
         }

@@ -87,8 +87,8 @@ impl From<DemError> for NodeError {
             DemError::Config(_)
             | DemError::Overlap { .. }
             | DemError::Step { .. }
-            | DemError::Threads { .. }
-            | DemError::Write { .. } => FaultCode::Configuration,
+            | DemError::Threads { .. } => FaultCode::Configuration,
+            DemError::Write { .. } => FaultCode::Output,
             DemError::Request(_) => FaultCode::Protocol,
             DemError::NotAtRest { .. }
             | DemError::NotJammed { .. }

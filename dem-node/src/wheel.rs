@@ -103,6 +103,8 @@ impl Program {
                 name: name.to_string(),
                 t0_s: t[0],
                 t1_s: t[1],
+                sampled: *name == "hold",
+                picture: *name != "ramp",
             })
             .collect()
     }

@@ -181,8 +181,8 @@ impl From<FemError> for NodeError {
             | FemError::Factor { .. }
             | FemError::CoupledStatics { .. }
             | FemError::CannotFollow
-            | FemError::Write { .. }
             | FemError::SnapshotName { .. } => NodeError::configuration(message),
+            FemError::Write { .. } => NodeError::output(message),
         }
     }
 }

@@ -223,7 +223,7 @@ pub struct Capabilities {
 }
 
 /// A named part of a load history, for instance `ramp`, `hold` or `cycling`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Phase {
     /// Its name.
     pub name: String,
@@ -231,6 +231,13 @@ pub struct Phase {
     pub t0_s: f64,
     /// End (s).
     pub t1_s: f64,
+    /// Results are sampled in it: its last half gives `interface_force_n`, its end `profile.csv`. At most one phase of a
+    /// load history has this flag.
+    #[serde(default)]
+    pub sampled: bool,
+    /// Its end is worth a picture of the report.
+    #[serde(default)]
+    pub picture: bool,
 }
 
 /// A term of the energy ledger.
@@ -378,6 +385,8 @@ pub enum FaultCode {
     Diverged,
     /// The conversation broke: a frame that does not belong here.
     Protocol,
+    /// A file cannot be written, for instance on a full disk.
+    Output,
 }
 
 /// A node cannot do what it was asked.
@@ -409,6 +418,14 @@ impl NodeError {
     fn new(code: FaultCode, message: impl Into<String>) -> NodeError {
         let message = message.into();
         NodeError { code, message }
+    }
+
+    /// A file cannot be written.
+    pub fn output(message: impl Into<String>) -> NodeError {
+        NodeError {
+            code: FaultCode::Output,
+            message: message.into(),
+        }
     }
 
     fn unsupported(what: &str) -> NodeError {

@@ -1,6 +1,7 @@
-//! What happens when something is wrong: bad scenarios, bad peers, processes that die or fall silent.
+//! What happens when something is wrong: bad scenarios, bad peers, processes that die or fall silent, disks that are full.
 
 mod bad_scenario;
+mod full_disk;
 mod lost_peer;
 mod resume;
 mod same_bits;

@@ -7,7 +7,7 @@ use coupler::replay::recording;
 use coupler::run::checkpoint::file::{list, read};
 use coupler::run::checkpoint::{FOLDER, find, keeper};
 use coupler::run::session::{Ended, Options, go_on, run};
-use coupler::scenario::{Loaded, load};
+use coupler::scenario::load::{Loaded, load};
 use harness::runs::{Scratch, program};
 use serde_json::Value;
 

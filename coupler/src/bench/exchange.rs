@@ -1,6 +1,6 @@
 //! Time from a request of the coupler to the answer of a node, over shared memory.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -8,9 +8,10 @@ use protocol::link::shm::{self, ShmLink, WaitMode};
 use protocol::participate::{ParticipateError, read_session};
 use protocol::setting::SESSION_VARIABLE;
 use protocol::{Frame, Header, Kind, Link, PROTOCOL_VERSION, Session, Setting, Transport};
-use serde_json::json;
+use serde::Serialize;
+use serde_json::Value;
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::participants::process;
 
 /// Frames that pass before counting starts.
@@ -20,7 +21,7 @@ const TIMED: usize = 5_000;
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// One row of the table.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Row {
     /// Doubles in the request, and as many in the answer.
     pub doubles: usize,
@@ -34,12 +35,13 @@ pub struct Row {
     pub p99_us: f64,
 }
 
-/// Measures all rows: 100, 1 000 and 10 000 doubles, both ways of waiting, two and three processes.
-pub fn measure() -> Result<Vec<Row>, Error> {
+/// Measures all rows: 100, 1 000 and 10 000 doubles, both ways of waiting, two and three processes. `program` is this one,
+/// whose hidden verb `bench echo` is the other end.
+pub fn bench(program: &Path) -> Result<Vec<Row>, Error> {
     let mut rows = Vec::new();
     for processes in [2, 3] {
         for (mode, wait) in [("poll", WaitMode::Poll), ("event", WaitMode::Event)] {
-            let mut bench = Bench::start(processes - 1, mode, wait)?;
+            let mut bench = Bench::start(program, processes - 1, mode, wait)?;
             for doubles in [100, 1_000, 10_000] {
                 let (p50_us, p99_us) = bench.time(doubles)?;
                 rows.push(Row {
@@ -53,35 +55,6 @@ pub fn measure() -> Result<Vec<Row>, Error> {
         }
     }
     Ok(rows)
-}
-
-/// `{"results": [...]}` as scripts read it.
-pub fn json(rows: &[Row]) -> String {
-    let results: Vec<_> = rows
-        .iter()
-        .map(|row| {
-            json!({
-                "doubles": row.doubles,
-                "mode": row.mode,
-                "processes": row.processes,
-                "p50_us": row.p50_us,
-                "p99_us": row.p99_us,
-            })
-        })
-        .collect();
-    json!({ "results": results }).to_string()
-}
-
-/// The rows for a person.
-pub fn table(rows: &[Row]) -> String {
-    let mut lines = vec!["doubles  mode   processes  p50 (us)  p99 (us)".to_string()];
-    lines.extend(rows.iter().map(|row| {
-        format!(
-            "{:>7}  {:<5}  {:>9}  {:>8.1}  {:>8.1}",
-            row.doubles, row.mode, row.processes, row.p50_us, row.p99_us
-        )
-    }));
-    lines.join("\n")
 }
 
 /// Answers every frame with its own payload, until the other end goes away.
@@ -114,7 +87,7 @@ struct Bench {
 }
 
 impl Bench {
-    fn start(nodes: usize, mode: &str, wait: WaitMode) -> Result<Bench, Error> {
+    fn start(program: &Path, nodes: usize, mode: &str, wait: WaitMode) -> Result<Bench, Error> {
         let root = shm::run_root();
         let _ = shm::remove_dead_runs(&root);
         let run_id = nodes as u64 * 2 + u64::from(mode == "poll");
@@ -128,25 +101,25 @@ impl Bench {
         for index in 0..nodes {
             let name = format!("echo-{index}");
             let link = ShmLink::coordinator(&bench.root, &bench.prefix, &name, wait)
-                .map_err(|error| Error::Refused(error.to_string()))?;
+                .map_err(|error| Refusal::Benchmark(error.to_string()))?;
             bench.links.push(link);
-            bench.spawn(&name)?;
+            bench.spawn(program, &name)?;
         }
         Ok(bench)
     }
 
-    fn spawn(&mut self, name: &str) -> Result<(), Error> {
+    fn spawn(&mut self, program: &Path, name: &str) -> Result<(), Error> {
         let session = self.session(name);
         let path = std::env::temp_dir().join(format!("{}{name}.json", self.prefix));
         let text = serde_json::to_string(&session).expect("our own types always serialise");
-        std::fs::write(&path, text).map_err(Error::io(path.display().to_string()))?;
+        std::fs::write(&path, text).map_err(Error::output(path.display()))?;
         self.session_files.push(path.clone());
-        let child = Command::new(crate::cli::own_program()?)
+        let child = Command::new(program)
             .args(["bench", "echo"])
             .env(SESSION_VARIABLE, &path)
             .stdin(Stdio::null())
             .spawn()
-            .map_err(Error::io("starting the other end"))?;
+            .map_err(Error::input("starting the other end"))?;
         self.children.push(child);
         Ok(())
     }
@@ -169,7 +142,7 @@ impl Bench {
                 prefix: self.prefix.clone(),
             },
             idle_deadline_s: PATIENCE.as_secs_f64(),
-            config: json!(null),
+            config: Value::Null,
         }
     }
 

@@ -6,7 +6,7 @@ use std::time::Instant;
 use protocol::{Frame, Header, Kind};
 use serde::Serialize;
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::log::{Entry, Exchange, LogStats, Provenance, Recorder, read};
 use crate::run::session::fresh_run_id;
 use crate::rundir::Scratch;
@@ -41,7 +41,7 @@ pub struct Row {
 pub fn bench() -> Result<Vec<Row>, Error> {
     let scratch = Scratch::new("bench-log", fresh_run_id());
     let folder = scratch.path();
-    std::fs::create_dir_all(folder).map_err(Error::io(folder.display().to_string()))?;
+    std::fs::create_dir_all(folder).map_err(Error::output(folder.display()))?;
     let path = folder.join("exchange.mcap");
     [100, 1_000, 10_000]
         .map(|doubles| row(&path, doubles))
@@ -58,10 +58,10 @@ fn row(path: &Path, doubles: usize) -> Result<Row, Error> {
     let found = count(path)?;
     let read_s = start.elapsed().as_secs_f64();
     if found != stats.messages {
-        return Err(Error::Refused(format!(
-            "{} of {} messages were read back",
-            found, stats.messages
-        )));
+        return Err(Error::from(Refusal::Benchmark(format!(
+            "{found} of {} messages were read back",
+            stats.messages
+        ))));
     }
     let messages = stats.messages as f64;
     let payload_bytes = 8.0 * messages * doubles as f64;

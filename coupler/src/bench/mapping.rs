@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::scenario::MappingKind;
 use crate::scheme::mapping::Mapping;
 
@@ -72,7 +72,7 @@ pub fn row(kind: MappingKind, line: &'static str, count: usize) -> Result<Row, E
     let places = uneven(2 * count / 3);
     let points: Vec<[f64; 2]> = places.iter().map(|x| [*x, height(*x)]).collect();
     let mapping = Mapping::new(kind, &nodes, &points)
-        .map_err(|error| Error::Refused(format!("{count} nodes: {error}")))?;
+        .map_err(|error| Refusal::Benchmark(format!("{count} nodes: {error}")))?;
     let force = components(points.len(), |i| 1.0 + (0.7 * i as f64).sin());
     let motion = components(count, |i| (0.3 * i as f64).cos());
     let nodal = mapping.force(&force);

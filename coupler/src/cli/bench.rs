@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 
-use super::{CHECK_FAILED, VerbResult, print};
+use super::common::{CHECK_FAILED, VerbResult, own_program, print, print_rows};
 use crate::bench::{exchange, log, mapping, stability};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::participants::Registry;
 
 /// Arguments of `bench`.
@@ -62,34 +62,25 @@ enum What {
 /// Measures, and prints a table or JSON.
 pub fn bench(arguments: &BenchArguments, registry: &Registry) -> VerbResult {
     match arguments.what {
-        What::Exchange { json } => {
-            let rows = exchange::measure()?;
-            match json {
-                true => print(&exchange::json(&rows)),
-                false => print(&exchange::table(&rows)),
-            }
-        }
-        What::Log { json } => show(log::bench()?, json),
-        What::Mapping { json } => show(mapping::bench()?, json),
+        What::Exchange { json } => show(exchange::bench(&own_program()?)?, json)?,
+        What::Log { json } => show(log::bench()?, json)?,
+        What::Mapping { json } => show(mapping::bench()?, json)?,
         What::Stability { ref out } => {
             let findings = stability::bench(out)?;
-            print(&findings.table());
+            print(&findings.table())?;
             return Ok(if findings.hold() { 0 } else { CHECK_FAILED });
         }
         What::Fem { json } => solver(registry, "fem", json)?,
         What::Dem { json } => solver(registry, "dem", json)?,
-        What::Echo => exchange::echo().map_err(|error| Error::Refused(error.to_string()))?,
+        What::Echo => exchange::echo().map_err(Refusal::from)?,
     }
     Ok(0)
 }
 
 /// A table, or JSON.
-fn show(rows: impl serde::Serialize, json: bool) {
+fn show(rows: impl serde::Serialize, json: bool) -> Result<(), Error> {
     let rows = serde_json::to_value(rows).expect("rows are plain numbers");
-    match json {
-        true => print(&serde_json::json!({ "results": rows }).to_string()),
-        false => print(&table(&rows)),
-    }
+    print_rows(&rows, json, table)
 }
 
 /// Measures a shipped solver.
@@ -97,13 +88,10 @@ fn solver(registry: &Registry, kind: &str, json: bool) -> Result<(), Error> {
     let bench = registry
         .get(kind)
         .and_then(|solver| solver.bench)
-        .ok_or_else(|| Error::Refused(format!("the solver `{kind}` has no benchmark")))?;
-    let rows = bench().map_err(|why| Error::Refused(format!("benchmark of `{kind}`: {why}")))?;
-    match json {
-        true => print(&serde_json::json!({ "results": rows }).to_string()),
-        false => print(&table(&rows)),
-    }
-    Ok(())
+        .ok_or_else(|| Refusal::Benchmark(format!("the solver `{kind}` has no benchmark")))?;
+    let rows =
+        bench().map_err(|why| Refusal::Benchmark(format!("benchmark of `{kind}`: {why}")))?;
+    print_rows(&rows, json, table)
 }
 
 /// Rows of any columns: the names of the first row, then the values.

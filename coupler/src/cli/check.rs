@@ -1,10 +1,11 @@
 //! `thirdbody check`: everything that can be said before a run.
 
-use super::{ScenarioArguments, VerbResult, own_program, print};
+use super::common::{ScenarioArguments, VerbResult, own_program, print};
 use crate::participants::Registry;
 use crate::run::forecast::Forecast;
 use crate::run::session::check as check_scenario;
-use crate::scenario::{Loaded, Participant, load};
+use crate::scenario::Participant;
+use crate::scenario::load::{Loaded, load};
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
@@ -23,9 +24,9 @@ pub struct CheckArguments {
 pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     let loaded = load(&arguments.scenario.scenario, &arguments.scenario.set)?;
     let warnings = check_scenario(&loaded, registry, arguments.scenario.threads())?;
-    print(&describe(&loaded));
+    print(&describe(&loaded))?;
     for warning in warnings {
-        print(&format!("warning: {warning}"));
+        print(&format!("warning: {warning}"))?;
     }
     if loaded.scenario.interface.is_empty() || arguments.no_start {
         return Ok(0);
@@ -37,7 +38,7 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
         print(&format!(
             "stability: not predicted, participant {} is a program of its own; --allow-commands starts it",
             participant.name
-        ));
+        ))?;
         return Ok(0);
     }
     let forecast = Forecast {
@@ -47,7 +48,7 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
         threads: arguments.scenario.threads(),
     };
     for line in forecast.lines()? {
-        print(&line);
+        print(&line)?;
     }
     Ok(0)
 }

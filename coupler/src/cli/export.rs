@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use protocol::Kind;
 use protocol::setting::nearest;
 
-use super::{VerbResult, log_of, print};
-use crate::error::Error;
+use super::common::{VerbResult, log_of, print};
+use crate::error::{Error, Refusal};
 use crate::log::export::{Selection, long, wide};
 
 /// Arguments of `export`.
@@ -35,9 +35,9 @@ pub fn export(arguments: &ExportArguments) -> VerbResult {
     };
     let out = &arguments.out;
     if out.is_file() || std::fs::read_dir(out).is_ok_and(|mut files| files.next().is_some()) {
-        return Err(Error::Refused(format!(
-            "--out {}: it exists already; an export never overwrites anything",
-            out.display()
+        return Err(Error::from(Refusal::argument(
+            format!("--out {}", out.display()),
+            "it exists already; an export never overwrites anything",
         )));
     }
     let exported = match out.extension().is_some_and(|ending| ending == "csv") {
@@ -48,13 +48,11 @@ pub fn export(arguments: &ExportArguments) -> VerbResult {
         eprintln!("the log ends early, its valid part is exported: {damage}");
     }
     if exported.messages == 0 {
-        return Err(Error::Refused(
-            "no message was chosen: `thirdbody inspect` lists the streams".into(),
-        ));
+        return Err(Error::from(Refusal::EmptyExport));
     }
-    print(&format!("{} messages", exported.messages));
+    print(&format!("{} messages", exported.messages))?;
     for file in &exported.files {
-        print(&file.display().to_string());
+        print(&file.display().to_string())?;
     }
     Ok(0)
 }
@@ -76,7 +74,8 @@ fn kind_named(name: &str) -> Result<Kind, Error> {
         Some(near) => format!("did you mean `{near}`?"),
         None => format!("kinds: {}", names.join(", ")),
     };
-    Err(Error::Refused(format!(
-        "--kind {name}: no such kind of message; {proposal}"
+    Err(Error::from(Refusal::argument(
+        format!("--kind {name}"),
+        format!("no such kind of message; {proposal}"),
     )))
 }

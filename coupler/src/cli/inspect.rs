@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::{VerbResult, log_of, print};
+use super::common::{VerbResult, log_of, print};
 use crate::error::Error;
 use crate::log::{LogError, LogSummary, summarize};
 use crate::run::checkpoint::{FOLDER, file};
@@ -29,10 +29,11 @@ pub fn inspect(arguments: &InspectArguments) -> VerbResult {
     let summary =
         summarize(&path, arguments.recover).map_err(|error| propose_recovery(error, arguments))?;
     let checkpoints = checkpoints(&arguments.path);
-    match arguments.json {
-        true => print(&json(&summary, &checkpoints).to_string()),
-        false => print(&describe(&summary, &checkpoints)),
-    }
+    print(&if arguments.json {
+        json(&summary, &checkpoints).to_string()
+    } else {
+        describe(&summary, &checkpoints)
+    })?;
     Ok(0)
 }
 

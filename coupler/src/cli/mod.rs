@@ -1,17 +1,15 @@
 //! The command line: one file a verb.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
 use crate::error::Error;
 use crate::participants::Registry;
-use crate::scenario::Scenario;
 
 pub mod bench;
 pub mod check;
+mod common;
 pub mod export;
 pub mod inspect;
 pub mod node;
@@ -56,70 +54,6 @@ enum Verb {
     ExecChild(node::ExecArguments),
 }
 
-/// The scenario and its overrides, as several verbs take them.
-#[derive(Debug, clap::Args)]
-pub struct ScenarioArguments {
-    /// A folder with scenario.toml, a file, or a name under scenarios/.
-    pub scenario: String,
-    /// Override a key: run.seed=2, participant.rail.config.mesh.size_m=1e-4, interface.layer-base.substeps=9.
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    pub set: Vec<String>,
-    /// Threads of each participant (results never depend on it); by default the cores of the machine.
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
-}
-
-impl ScenarioArguments {
-    /// Threads of each participant.
-    pub fn threads(&self) -> usize {
-        threads(self.threads)
-    }
-}
-
-/// Threads of each participant: as asked, or the cores of the machine.
-pub fn threads(asked: Option<u16>) -> usize {
-    asked.map_or_else(
-        || std::thread::available_parallelism().map_or(1, usize::from),
-        usize::from,
-    )
-}
-
-/// The log of a run directory, or the log itself.
-pub fn log_of(run: &Path) -> Result<PathBuf, Error> {
-    let path = match run.is_dir() {
-        true => run.join("exchange.mcap"),
-        false => run.to_path_buf(),
-    };
-    match path.is_file() {
-        true => Ok(path),
-        false => Err(Error::Refused(format!(
-            "{}: no such log; give a run directory or an exchange.mcap",
-            path.display()
-        ))),
-    }
-}
-
-/// Refuses a received scenario that starts programs which are not shipped: whoever sent it chose them.
-pub fn refuse_commands(scenario: &Scenario) -> Result<(), Error> {
-    let mut participants = scenario.participant.iter();
-    let foreign = participants.find_map(|participant| {
-        let command = participant.command.as_ref()?;
-        Some((&participant.name, command.join(" ")))
-    });
-    match foreign {
-        None => Ok(()),
-        Some((name, command)) => Err(Error::Refused(format!(
-            "the scenario starts `{command}` for participant `{name}`: read it, then repeat with --allow-commands"
-        ))),
-    }
-}
-
-/// Exit code of a check that failed.
-pub const CHECK_FAILED: i32 = 8;
-
-/// What a verb came to, for the exit code.
-pub type VerbResult = Result<i32, Error>;
-
 /// Runs the command line with the solvers that this binary ships.
 pub fn main(registry: &Registry) -> ExitCode {
     let result = match Cli::parse().verb {
@@ -144,19 +78,9 @@ pub fn main(registry: &Registry) -> ExitCode {
 }
 
 /// Tells on stderr what went wrong; scenario errors point into the file.
-pub fn print_error(error: Error) {
+fn print_error(error: Error) {
     match error {
         Error::Scenario(scenario) => eprintln!("{:?}", miette::Report::new(*scenario)),
         other => eprintln!("error: {other}"),
     }
-}
-
-/// Prints results; a reader that went away (a closed pipe) is not an error of ours.
-pub fn print(text: &str) {
-    let _ = writeln!(std::io::stdout().lock(), "{text}");
-}
-
-/// Where this program lies, to be started again as a participant.
-pub fn own_program() -> Result<PathBuf, Error> {
-    std::env::current_exe().map_err(Error::io("finding this program"))
 }

@@ -7,8 +7,8 @@ use nix::sys::signal::Signal;
 use protocol::participate;
 use protocol::participate::{end_with_coordinator, read_session};
 
-use super::VerbResult;
-use crate::error::Error;
+use super::common::VerbResult;
+use crate::error::{Error, Refusal};
 use crate::participants::Registry;
 
 /// Arguments of `node`.
@@ -28,27 +28,25 @@ pub struct ExecArguments {
 
 /// Serves a shipped solver until the run ends.
 pub fn node(arguments: &NodeArguments, registry: &Registry) -> VerbResult {
-    let solver = registry.get(&arguments.kind).ok_or_else(|| {
-        Error::Refused(format!(
-            "no solver of kind `{}` is built in",
-            arguments.kind
-        ))
-    })?;
-    participate(solver.build).map_err(|error| Error::Refused(error.to_string()))?;
+    let solver = registry
+        .get(&arguments.kind)
+        .ok_or_else(|| Refusal::NoSolver {
+            kind: arguments.kind.clone(),
+        })?;
+    participate(solver.build).map_err(Refusal::from)?;
     Ok(0)
 }
 
 /// Becomes a foreign participant: asks for SIGKILL at the coordinator's end, which survives `exec`. A program that is
 /// not ours may have no answer to anything milder.
 pub fn exec_child(arguments: &ExecArguments) -> VerbResult {
-    let session = read_session().map_err(|error| Error::Refused(error.to_string()))?;
-    end_with_coordinator(session.coordinator_pid, Signal::SIGKILL)
-        .map_err(|error| Error::Refused(error.to_string()))?;
+    let session = read_session().map_err(Refusal::from)?;
+    end_with_coordinator(session.coordinator_pid, Signal::SIGKILL).map_err(Refusal::from)?;
     let error = Command::new(&arguments.command[0])
         .args(&arguments.command[1..])
         .exec();
-    Err(Error::Refused(format!(
-        "cannot start `{}`: {error}",
-        arguments.command[0]
-    )))
+    Err(Error::Input {
+        what: format!("cannot start `{}`", arguments.command[0]),
+        source: error,
+    })
 }

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use protocol::Kind;
 use serde_json::{Value, json};
 
-use super::{VerbResult, log_of, own_program, print, refuse_commands};
-use crate::error::Error;
+use super::common::{VerbResult, log_of, own_program, print, refuse_commands};
+use crate::error::{Error, Refusal};
 use crate::participants::{Launcher, Registry, Watch};
 use crate::replay::solver::How;
 use crate::replay::{Recording, Replayed, coupler, drift, recording, solver};
@@ -80,22 +80,25 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
     if how.open_loop {
         draw(arguments, &results)?;
     }
-    match arguments.json {
-        true => print(&json(arguments, &recording, &results, &how).to_string()),
-        false => print(&table(&recording, &results, &how)),
-    }
+    print(&if arguments.json {
+        json(arguments, &recording, &results, &how).to_string()
+    } else {
+        table(&recording, &results, &how)
+    })?;
     let departs = results.iter().any(|replayed| replayed.mismatch.is_some());
-    match departs && !how.open_loop {
-        true => Ok(DEPARTS),
-        false => Ok(0),
-    }
+    Ok(if departs && !how.open_loop {
+        DEPARTS
+    } else {
+        0
+    })
 }
 
 /// Nothing departs by more than NaN or infinity: a replay would find every log equal.
 fn check_tolerance(tolerance: Option<f64>) -> Result<(), Error> {
     match tolerance {
-        Some(tolerance) if !(0.0..1.0).contains(&tolerance) => Err(Error::Refused(format!(
-            "--tolerance {tolerance}: must be at least 0 and below 1, it is a share of the largest number of a kind"
+        Some(tolerance) if !(0.0..1.0).contains(&tolerance) => Err(Error::from(Refusal::argument(
+            format!("--tolerance {tolerance}"),
+            "must be at least 0 and below 1, it is a share of the largest number of a kind",
         ))),
         _ => Ok(()),
     }
@@ -111,9 +114,9 @@ fn nearest(
         eprintln!("warning: {unusable}; the one before it is taken");
     }
     origin.ok_or_else(|| {
-        Error::Refused(format!(
-            "--from {window}: {} holds no checkpoint after at most so many windows; `thirdbody inspect` lists them, run.checkpoints_kept keeps more",
-            arguments.run.display()
+        Error::from(Refusal::argument(
+            format!("--from {window}"),
+            format!("{} holds no checkpoint after at most so many windows; `thirdbody inspect` lists them, run.checkpoints_kept keeps more", arguments.run.display()),
         ))
     })
 }
@@ -148,7 +151,7 @@ fn all(
 fn draw(arguments: &ReplayArguments, results: &[Replayed]) -> Result<(), Error> {
     let drift: Vec<_> = results.iter().flat_map(|r| r.drift.clone()).collect();
     let path = &arguments.plot;
-    std::fs::write(path, drift::picture(&drift)?).map_err(Error::io(path.display().to_string()))?;
+    std::fs::write(path, drift::picture(&drift)?).map_err(Error::output(path.display()))?;
     eprintln!("{}", path.display());
     Ok(())
 }
@@ -179,10 +182,12 @@ fn chosen(recording: &Recording, arguments: &ReplayArguments) -> Result<Vec<Stri
     match (&arguments.node, arguments.set.is_empty()) {
         (Some(name), true) => Ok(vec![name.clone()]),
         (None, true) => Ok(names.into_iter().chain(["coupler".to_string()]).collect()),
-        (_, false) if changed.is_empty() => Err(Error::Refused(format!(
-            "--set {}: a replay changes keys of a solver, participant.NAME.config.KEY with NAME one of {}",
-            arguments.set.join(" --set "),
-            names.join(", ")
+        (_, false) if changed.is_empty() => Err(Error::from(Refusal::argument(
+            format!("--set {}", arguments.set.join(" --set ")),
+            format!(
+                "a replay changes keys of a solver, participant.NAME.config.KEY with NAME one of {}",
+                names.join(", ")
+            ),
         ))),
         (Some(name), false) => Ok(vec![name.clone()]),
         (None, false) => Ok(changed),

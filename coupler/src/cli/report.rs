@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{VerbResult, print};
+use super::common::{VerbResult, print};
 use crate::report;
 
 /// Arguments of `report`.
@@ -15,7 +15,7 @@ pub struct ReportArguments {
 /// Writes report.html and its pictures into the run directory.
 pub fn report(arguments: &ReportArguments) -> VerbResult {
     for name in report::write(&arguments.run)? {
-        print(&arguments.run.join(name).display().to_string());
+        print(&arguments.run.join(name).display().to_string())?;
     }
     Ok(0)
 }

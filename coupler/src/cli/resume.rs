@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use super::common::{VerbResult, own_program, refuse_commands, threads};
 use super::run::{conclude, listen};
-use super::{VerbResult, own_program, refuse_commands};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::participants::Registry;
 use crate::run::checkpoint::{Unusable, find};
 use crate::run::session::{Options, go_on};
-use crate::scenario::load;
+use crate::scenario::load::load;
 
 /// Arguments of `resume`.
 #[derive(Debug, clap::Args)]
@@ -36,9 +36,9 @@ pub struct ResumeArguments {
 pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
     let run = &resolved(&arguments.run);
     if !run.join("scenario.toml").is_file() {
-        return Err(Error::Refused(format!(
-            "{}: no run directory with a scenario.toml",
-            run.display()
+        return Err(Error::from(Refusal::file(
+            run,
+            "no run directory with a scenario.toml",
         )));
     }
     let loaded = load(&run.to_string_lossy(), &[])?;
@@ -55,7 +55,7 @@ pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
         &loaded,
         &Options {
             out: arguments.out.as_deref(),
-            threads: super::threads(arguments.threads),
+            threads: threads(arguments.threads),
             registry,
             program: own_program()?,
             watch: listen()?,

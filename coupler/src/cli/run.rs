@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 
-use super::{ScenarioArguments, VerbResult, own_program, print, print_error};
+use super::common::{ScenarioArguments, VerbResult, own_program, print};
 use crate::error::Error;
 use crate::participants::{Registry, Watch};
 use crate::run::session::{Ended, Options, run as run_scenario};
-use crate::scenario::load;
+use crate::scenario::load::load;
 
 /// Arguments of `run`.
 #[derive(Debug, clap::Args)]
@@ -45,25 +45,19 @@ pub fn listen() -> Result<Watch, Error> {
     let watch = Watch::default();
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register_usize(signal, watch.flag(), signal as usize)
-            .map_err(Error::io("listening for signals"))?;
+            .map_err(Error::input("listening for signals"))?;
     }
     Ok(watch)
 }
 
 /// Prints what came of a run; the exit code is the run's.
 pub fn conclude(ended: Ended, json: bool) -> VerbResult {
-    match json {
-        true => print(&ended.summary.to_json()),
-        false => print(&table(&ended)),
-    }
-    match ended.error {
-        None => Ok(0),
-        Some(error) => {
-            let code = error.exit_code();
-            print_error(error);
-            Ok(code)
-        }
-    }
+    let printed = print(&if json {
+        ended.summary.to_json()
+    } else {
+        table(&ended)
+    });
+    ended.error.map_or(printed, Err).map(|()| 0)
 }
 
 /// The summary for a person.

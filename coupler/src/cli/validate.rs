@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 
-use super::{CHECK_FAILED, VerbResult, own_program, print};
+use super::common::{CHECK_FAILED, VerbResult, own_program, print_rows};
 use crate::participants::{Registry, Watch};
 use crate::validate::run_suite;
 use crate::validate::suite::{Row, Runs};
@@ -42,14 +42,9 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
         watch: Watch::default(),
     };
     let rows = run_suite(&folder, &runs)?;
-    match arguments.json {
-        true => print(&serde_json::json!({ "results": rows }).to_string()),
-        false => print(&table(&rows)),
-    }
-    match rows.iter().all(|row| row.holds) {
-        true => Ok(0),
-        false => Ok(CHECK_FAILED),
-    }
+    print_rows(&rows[..], arguments.json, table)?;
+    let all_hold = rows.iter().all(|row| row.holds);
+    Ok(if all_hold { 0 } else { CHECK_FAILED })
 }
 
 fn table(rows: &[Row]) -> String {

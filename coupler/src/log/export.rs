@@ -13,8 +13,9 @@ use std::path::{Path, PathBuf};
 
 use protocol::Kind;
 
-use super::record::kind_name;
-use super::{Entry, Exchange, LogError, recover};
+use super::entry::{Entry, Exchange, kind_name};
+use super::error::LogError;
+use super::read::recover;
 use crate::error::Error;
 
 /// What is exported of a log.
@@ -70,7 +71,7 @@ pub fn wide(log: &Path, selection: &Selection, folder: &Path) -> Result<Exported
         *width = (*width).max(cells(message).count());
         Ok(())
     })?;
-    std::fs::create_dir_all(folder).map_err(Error::io(folder.display().to_string()))?;
+    std::fs::create_dir_all(folder).map_err(Error::output(folder.display()))?;
     let mut tables = BTreeMap::new();
     for (name, width) in widths {
         let numbers: String = (0..width).fold(String::new(), |mut header, entry| {
@@ -162,7 +163,7 @@ struct Table {
 
 impl Table {
     fn create(path: &Path, header: &str) -> Result<Table, Error> {
-        let file = File::create(path).map_err(Error::io(path.display().to_string()))?;
+        let file = File::create(path).map_err(Error::output(path.display()))?;
         let mut table = Table {
             path: path.into(),
             file: BufWriter::new(file),
@@ -172,13 +173,13 @@ impl Table {
     }
 
     fn line(&mut self, line: &str) -> Result<(), Error> {
-        writeln!(self.file, "{line}").map_err(Error::io(self.path.display().to_string()))
+        writeln!(self.file, "{line}").map_err(Error::output(self.path.display()))
     }
 
     fn close(mut self) -> Result<PathBuf, Error> {
         self.file
             .flush()
-            .map_err(Error::io(self.path.display().to_string()))?;
+            .map_err(Error::output(self.path.display()))?;
         Ok(self.path)
     }
 }

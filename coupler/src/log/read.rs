@@ -12,11 +12,10 @@ use prost::Message;
 use protocol::link::shm::MAX_DOUBLES;
 use protocol::{Frame, Header};
 
-use super::record::{
-    FORMAT_KEY, HASH_KEY, INTERFACE, MANIFEST_KEY, PROVENANCE, RUN_ID_KEY, SCENARIO_KEY,
-    provenance_hash,
-};
-use super::{FORMAT, LogError, Provenance, chain, proto};
+use super::entry::{Entry, Exchange, INTERFACE};
+use super::error::{LogError, chain};
+use super::proto;
+use super::provenance::{self, Provenance};
 
 /// No record and no chunk of ours is longer: the longest message, and room for a chunk that was about to close.
 const RECORD_LIMIT: usize = 8 * MAX_DOUBLES + (4 << 20);
@@ -26,28 +25,6 @@ const SHRINK_LIMIT: u64 = 256;
 
 /// Bytes taken from the file at once.
 const PIECE: usize = 1 << 16;
-
-/// One thing that happened in the run.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Entry {
-    /// A frame passed.
-    Exchange(Exchange),
-    /// The window stands.
-    WindowEnd(u64),
-}
-
-/// A frame with those between whom it passed.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Exchange {
-    /// Name of the interface.
-    pub interface: String,
-    /// Who sent it.
-    pub sender: String,
-    /// Who received it.
-    pub receiver: String,
-    /// The frame, as it was recorded.
-    pub frame: Frame,
-}
 
 /// Opens a log. Damage is an error, and so is an end that is missing.
 pub fn read(path: &Path) -> Result<LogFile, LogError> {
@@ -135,7 +112,7 @@ impl LogFile {
             match self.next_record() {
                 Ok(Some((opcode, data))) if opcode == expected => {
                     if opcode == op::METADATA {
-                        match provenance(&data) {
+                        match provenance::read(&data) {
                             Ok(provenance) => self.provenance = provenance,
                             Err(why) => return Err(not_a_log(why)),
                         }
@@ -403,33 +380,4 @@ fn read_some(source: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
             other => return other,
         }
     }
-}
-
-fn provenance(data: &[u8]) -> Result<Provenance, String> {
-    let record = mcap::parse_record(op::METADATA, data).map_err(|error| chain(&error))?;
-    let Record::Metadata(mut record) = record else {
-        return Err("the metadata is none".into());
-    };
-    if record.name != PROVENANCE {
-        return Err(format!("its metadata is `{}`", record.name));
-    }
-    let hash = provenance_hash(&record.metadata);
-    let mut take = |key: &str| {
-        let value = record.metadata.remove(key);
-        value.ok_or_else(|| format!("its metadata has no `{key}`"))
-    };
-    let format = take(FORMAT_KEY)?;
-    if format != FORMAT {
-        return Err(format!("its format is `{format}`, this is `{FORMAT}`"));
-    }
-    if take(HASH_KEY)? != hash {
-        return Err("its metadata does not match its hash: it was damaged".into());
-    }
-    let run_id = take(RUN_ID_KEY)?;
-    Ok(Provenance {
-        run_id: u64::from_str_radix(&run_id, 16)
-            .map_err(|_| format!("`{run_id}` is not the number of a run"))?,
-        scenario_toml: take(SCENARIO_KEY)?,
-        manifest_json: take(MANIFEST_KEY)?,
-    })
 }

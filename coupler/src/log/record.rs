@@ -8,13 +8,15 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, RecvTimeoutError, SendTimeoutError, Sender, bounded};
-use mcap::records::{MessageHeader, Metadata};
-use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
+use mcap::records::MessageHeader;
+use mcap::{Compression, McapError, WriteOptions, Writer};
 use prost::Message;
-use protocol::Kind;
 use protocol::link::shm::MAX_DOUBLES;
 
-use super::{Exchange, FORMAT, LogError, Provenance, proto};
+use super::entry::{Exchange, INTERFACE, kind_name};
+use super::error::LogError;
+use super::proto;
+use super::provenance::{self, Provenance};
 
 /// Batches that may wait for the writer. More would only hide for longer that the disk is too slow.
 const WAITING: usize = 16;
@@ -24,17 +26,6 @@ const PATIENCE_S: u64 = 60;
 
 /// A chunk closes beyond this size, whatever the windows do.
 const CHUNK_BYTES: u64 = 1 << 20;
-
-/// Metadata of a channel.
-pub(super) const INTERFACE: &str = "interface";
-
-/// Name of the metadata record that holds the provenance, and its keys.
-pub(super) const PROVENANCE: &str = "thirdbody.provenance";
-pub(super) const FORMAT_KEY: &str = "format";
-pub(super) const RUN_ID_KEY: &str = "run_id";
-pub(super) const SCENARIO_KEY: &str = "scenario.toml";
-pub(super) const MANIFEST_KEY: &str = "manifest.json";
-pub(super) const HASH_KEY: &str = "hash";
 
 /// What was written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -235,7 +226,7 @@ impl LogWriter {
         flush_every_windows: u64,
     ) -> Result<LogWriter, McapError> {
         let mut writer = options().create(BufWriter::new(file))?;
-        write_provenance(&mut writer, provenance)?;
+        provenance::write(&mut writer, provenance)?;
         let descriptors = proto::descriptors();
         let exchange_schema = writer.add_schema(proto::EXCHANGE, "protobuf", &descriptors)?;
         let window_schema = writer.add_schema(proto::WINDOW_END, "protobuf", &descriptors)?;
@@ -392,58 +383,4 @@ fn options() -> WriteOptions {
         .calculate_data_section_crc(true)
         .calculate_summary_section_crc(true)
         .calculate_attachment_crcs(true)
-}
-
-/// As metadata for us, as attachments for other tools.
-fn write_provenance(
-    writer: &mut Writer<BufWriter<File>>,
-    provenance: &Provenance,
-) -> Result<(), McapError> {
-    let texts = [
-        (SCENARIO_KEY, "application/toml", &provenance.scenario_toml),
-        (MANIFEST_KEY, "application/json", &provenance.manifest_json),
-    ];
-    let mut metadata = BTreeMap::from([
-        (FORMAT_KEY.to_string(), FORMAT.to_string()),
-        (
-            RUN_ID_KEY.to_string(),
-            format!("{:016x}", provenance.run_id),
-        ),
-    ]);
-    for (key, _, text) in texts {
-        metadata.insert(key.into(), text.clone());
-    }
-    metadata.insert(HASH_KEY.into(), provenance_hash(&metadata));
-    writer.write_metadata(&Metadata {
-        name: PROVENANCE.into(),
-        metadata,
-    })?;
-    for (name, media_type, text) in texts {
-        writer.attach(&Attachment {
-            log_time: 0,
-            create_time: 0,
-            name: name.into(),
-            media_type: media_type.into(),
-            data: text.as_bytes().into(),
-        })?;
-    }
-    Ok(())
-}
-
-/// blake3 over keys and values, each after its length, without the hash itself. Metadata has no checksum of its own, and
-/// that of the whole file is missing where a writer was killed.
-pub(super) fn provenance_hash(metadata: &BTreeMap<String, String>) -> String {
-    let mut hasher = blake3::Hasher::new();
-    for (key, value) in metadata.iter().filter(|(key, _)| *key != HASH_KEY) {
-        for text in [key, value] {
-            hasher.update(&(text.len() as u64).to_le_bytes());
-            hasher.update(text.as_bytes());
-        }
-    }
-    hasher.finalize().to_hex().to_string()
-}
-
-/// The name of a kind, or its number if it has none.
-pub(super) fn kind_name(kind: u32) -> String {
-    Kind::from_number(kind).map_or_else(|| kind.to_string(), |kind| format!("{kind:?}"))
 }

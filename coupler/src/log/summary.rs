@@ -5,9 +5,11 @@ use std::path::Path;
 
 use protocol::{Frame, Kind};
 
+use super::entry::{Entry, Exchange, kind_name};
+use super::error::LogError;
 use super::hash::ExchangeHasher;
-use super::record::kind_name;
-use super::{Entry, Exchange, LogError, Provenance, read, recover};
+use super::provenance::Provenance;
+use super::read::{read, recover};
 
 /// A log in numbers.
 #[derive(Debug)]

@@ -1,13 +1,13 @@
 //! `profile.csv`: the traction of the interface on the continuum's surface.
 
 use std::fmt::Write;
+use std::ops::Range;
 
+use protocol::Surface;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::rundir::RunDir;
-use crate::scheme::coupling::Coupling;
-use crate::scheme::group::Patch;
 
 /// Traction at the exchanged nodes, sorted by place.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -23,20 +23,49 @@ pub struct Traction {
     thickness_m: f64,
 }
 
+/// Loaded nodes of one interface.
+pub struct LoadedNodes<'a> {
+    /// Nodes of all interfaces that are solved together.
+    pub nodes: &'a Surface,
+    /// Those of this interface among them.
+    pub own: Range<usize>,
+    /// Force on each node (N), two components a node.
+    pub force: &'a [f64],
+    /// 1 where the continuum's outward normal points up, -1 where it points down.
+    pub outward_y: f64,
+}
+
 impl Traction {
-    /// The traction of an interface in the last window that stands.
-    pub fn of(coupling: &Coupling, patch: &Patch, thickness_m: f64) -> Traction {
-        let nodes = &coupling.group().nodes;
-        let mut order: Vec<usize> = patch.nodes.clone().collect();
+    /// The traction of an interface under these forces.
+    pub fn of(loaded: LoadedNodes, thickness_m: f64) -> Traction {
+        let nodes = loaded.nodes;
+        let mut order: Vec<usize> = loaded.own.collect();
         order.sort_by(|a, b| nodes.x_m[*a].total_cmp(&nodes.x_m[*b]));
         let take = |value: &dyn Fn(usize) -> f64| order.iter().map(|i| value(*i)).collect();
         Traction {
             x_m: take(&|i| nodes.x_m[i]),
-            normal_n: take(&|i| -patch.outward_y * coupling.state.lambda[2 * i + 1]),
-            shear_n: take(&|i| coupling.state.lambda[2 * i]),
+            normal_n: take(&|i| -loaded.outward_y * loaded.force[2 * i + 1]),
+            shear_n: take(&|i| loaded.force[2 * i]),
             area_m2: take(&|i| nodes.length_m[i] * thickness_m),
             thickness_m,
         }
+    }
+
+    /// The text of `profile.csv`: x_m, pressure_pa, shear_pa, status.
+    pub fn csv(&self) -> String {
+        let mut text = String::from("x_m,pressure_pa,shear_pa,status\n");
+        for i in 0..self.x_m.len() {
+            let loaded = self.normal_n[i] != 0.0 || self.shear_n[i] != 0.0;
+            let _ = writeln!(
+                text,
+                "{:e},{:e},{:e},{}",
+                self.x_m[i],
+                self.normal_n[i] / self.area_m2[i],
+                self.shear_n[i] / self.area_m2[i],
+                if loaded { "tied" } else { "open" }
+            );
+        }
+        text
     }
 
     /// The largest mean pressure (Pa) over boxes of `width_m` centred at multiples of it. Single nodes carry
@@ -76,35 +105,18 @@ impl Traction {
     }
 }
 
-/// Makes the traction that a solver alone wrote at the end of its hold, if it wrote one, the run's `profile.csv`.
-pub fn adopt(rundir: &RunDir) -> Result<(), Error> {
+/// Makes the traction that a solver alone wrote at the end of this phase, if it wrote one, the run's `profile.csv`.
+pub fn adopt(rundir: &RunDir, phase: &str) -> Result<(), Error> {
     let fields = rundir.fields();
-    let entries = std::fs::read_dir(&fields).map_err(Error::io(fields.display().to_string()))?;
+    let entries = std::fs::read_dir(&fields).map_err(Error::input(fields.display()))?;
+    let ending = format!("-{phase}-profile.csv");
     let written = entries
         .flatten()
         .map(|entry| entry.path())
-        .find(|path| path.to_string_lossy().ends_with("-hold-profile.csv"));
+        .find(|path| path.to_string_lossy().ends_with(&ending));
     let Some(path) = written else { return Ok(()) };
-    let text = std::fs::read_to_string(&path).map_err(Error::io(path.display().to_string()))?;
+    let text = std::fs::read_to_string(&path).map_err(Error::input(path.display()))?;
     rundir.write("profile.csv", &text)
-}
-
-/// The file's text: x_m, pressure_pa, shear_pa, status.
-pub fn csv(coupling: &Coupling, patch: &Patch, thickness_m: f64) -> String {
-    let traction = Traction::of(coupling, patch, thickness_m);
-    let mut text = String::from("x_m,pressure_pa,shear_pa,status\n");
-    for i in 0..traction.x_m.len() {
-        let loaded = traction.normal_n[i] != 0.0 || traction.shear_n[i] != 0.0;
-        let _ = writeln!(
-            text,
-            "{:e},{:e},{:e},{}",
-            traction.x_m[i],
-            traction.normal_n[i] / traction.area_m2[i],
-            traction.shear_n[i] / traction.area_m2[i],
-            if loaded { "tied" } else { "open" }
-        );
-    }
-    text
 }
 
 #[cfg(test)]

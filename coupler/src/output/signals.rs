@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Seek, Write};
+use std::io::{BufWriter, Read, Seek, Write};
 use std::path::Path;
 
 use protocol::Description;
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::rundir::RunDir;
 use crate::scenario::Interface;
 use crate::scheme::window::InterfaceSignals;
@@ -30,13 +30,10 @@ impl SignalsFile {
     ) -> Result<SignalsFile, Error> {
         let path = rundir.path().join("signals.csv");
         let name = path.display().to_string();
-        let file = File::create(&path).map_err(Error::io(&name))?;
+        let file = File::create(&path).map_err(Error::output(&name))?;
         let mut header = vec!["t_s".to_string()];
         for interface in interfaces {
-            let prefix = match interfaces.len() {
-                1 => String::new(),
-                _ => format!("{}.", interface.name),
-            };
+            let prefix = interface.prefix_among(interfaces.len());
             let seen = ["repeats", "gap_rel", "interface_fx_n", "interface_fy_n"];
             header.extend(seen.map(|signal| format!("{prefix}{signal}")));
         }
@@ -71,17 +68,20 @@ impl SignalsFile {
 
     /// Takes over the first `bytes` of the file of another run in place of what is there.
     pub fn carry_over(&mut self, from: &Path, bytes: u64) -> Result<(), Error> {
-        let copied = File::open(from).and_then(|source| {
-            self.file.flush()?;
+        let mut rows = Vec::new();
+        let source = File::open(from).and_then(|source| source.take(bytes).read_to_end(&mut rows));
+        source.map_err(Error::input(from.display()))?;
+        let copied = self.file.flush().and_then(|()| {
             self.file.rewind()?;
             self.file.get_ref().set_len(0)?;
-            io::copy(&mut source.take(bytes), &mut self.file)
+            self.file.write_all(&rows)
         });
-        match copied.map_err(Error::io(from.display().to_string()))? {
+        copied.map_err(Error::output(&self.name))?;
+        match rows.len() as u64 {
             all if all == bytes => Ok(()),
-            fewer => Err(Error::Refused(format!(
-                "{}: holds {fewer} bytes where the checkpoint counts {bytes}",
-                from.display()
+            fewer => Err(Error::from(Refusal::file(
+                from,
+                format!("holds {fewer} bytes where the checkpoint counts {bytes}"),
             ))),
         }
     }
@@ -92,7 +92,7 @@ impl SignalsFile {
             self.file.get_ref().sync_data()?;
             self.file.stream_position()
         });
-        synced.map_err(Error::io(&self.name))
+        synced.map_err(Error::output(&self.name))
     }
 
     /// Adds a row: what the coupler saw of each interface, and what each participant reported.
@@ -119,13 +119,13 @@ impl SignalsFile {
 
     /// Writes out what is buffered.
     pub fn finish(&mut self) -> Result<(), Error> {
-        self.file.flush().map_err(Error::io(&self.name))
+        self.file.flush().map_err(Error::output(&self.name))
     }
 
     fn end_line(&mut self) -> Result<(), Error> {
         self.line.push('\n');
         let written = self.file.write_all(self.line.as_bytes());
         self.line.clear();
-        written.map_err(Error::io(&self.name))
+        written.map_err(Error::output(&self.name))
     }
 }

@@ -5,7 +5,7 @@ use protocol::{Description, Kind, PROTOCOL_VERSION};
 
 use super::communicator::Communicator;
 use crate::error::Error;
-use crate::scenario::Loaded;
+use crate::scenario::load::Loaded;
 
 /// A participant that answered the greeting.
 #[derive(Clone, Debug)]

@@ -1,9 +1,7 @@
 //! Participants in memory: solvers that are called directly, without frames, threads or deadlines.
 
 use nalgebra::DMatrix;
-use protocol::{
-    BoundaryAnswer, Description, FaultCode, Node, NodeError, Reaction, Surface, Window,
-};
+use protocol::{BoundaryAnswer, Description, Node, NodeError, Reaction, Surface, Window};
 
 use crate::error::Error;
 use crate::scheme::participants::Participants;
@@ -44,18 +42,8 @@ impl InMemory {
         request: impl FnOnce(&mut dyn Node, &[f64]) -> Result<T, NodeError>,
     ) -> Result<T, Error> {
         let participant = &mut self.participants[peer];
-        request(participant.node.as_mut(), &participant.asked).map_err(|error| {
-            let message = format!("participant `{}`: {}", participant.name, error.message);
-            match error.code {
-                FaultCode::Configuration => Error::Refused(message),
-                FaultCode::Diverged => Error::Diverged(message),
-                FaultCode::Protocol => Error::Protocol {
-                    peer: participant.name.clone(),
-                    phase: "in memory".into(),
-                    why: error.message,
-                },
-            }
-        })
+        request(participant.node.as_mut(), &participant.asked)
+            .map_err(|error| Error::of_participant(&participant.name, "in memory", error))
     }
 }
 

@@ -13,7 +13,8 @@ use super::process::{require_program, spawn};
 use super::registry::Registry;
 use crate::error::Error;
 use crate::rundir::RunDir;
-use crate::scenario::{Loaded, Participant, TransportKind};
+use crate::scenario::load::Loaded;
+use crate::scenario::{Participant, TransportKind};
 
 /// The run, as every launch needs it.
 pub struct Launcher<'a> {
@@ -106,7 +107,7 @@ impl Launcher<'_> {
         let thread = thread::Builder::new()
             .name(participant.name.clone())
             .spawn(move || serve(&session, &mut theirs, build).map_err(|error| error.to_string()))
-            .map_err(Error::io(format!(
+            .map_err(Error::input(format!(
                 "starting participant `{}`",
                 participant.name
             )))?;

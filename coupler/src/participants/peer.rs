@@ -4,7 +4,7 @@ use std::process::Child;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use protocol::{FaultCode, Frame, Header, Kind, Link, LinkError, NodeError, PROTOCOL_VERSION};
+use protocol::{Frame, Header, Kind, Link, LinkError, NodeError, PROTOCOL_VERSION};
 
 use super::process;
 use super::watch::Watch;
@@ -163,15 +163,7 @@ impl Peer {
         let Some(error) = said else {
             return self.protocol_error("reported a fault that cannot be read".into());
         };
-        let message = format!(
-            "participant `{}` {}: {}",
-            self.name, self.asked, error.message
-        );
-        match error.code {
-            FaultCode::Configuration => Error::Refused(message),
-            FaultCode::Diverged => Error::Diverged(message),
-            FaultCode::Protocol => self.protocol_error(error.message),
-        }
+        Error::of_participant(&self.name, &self.asked, error)
     }
 
     /// The error of an answer that does not belong here.

@@ -22,12 +22,10 @@ pub fn spawn(command: &mut Command, session: &Session, logs: &Path) -> Result<Ch
     let name = &session.setting.participant;
     let path = logs.join(format!("{name}.session.json"));
     let text = serde_json::to_string_pretty(session).expect("our own types always serialise");
-    std::fs::write(&path, text).map_err(Error::io(path.display().to_string()))?;
+    std::fs::write(&path, text).map_err(Error::output(path.display()))?;
     let log_path = logs.join(format!("{name}.log"));
-    let log = File::create(&log_path).map_err(Error::io(log_path.display().to_string()))?;
-    let errors = log
-        .try_clone()
-        .map_err(Error::io(log_path.display().to_string()))?;
+    let log = File::create(&log_path).map_err(Error::output(log_path.display()))?;
+    let errors = log.try_clone().map_err(Error::output(log_path.display()))?;
     command
         .env(SESSION_VARIABLE, &path)
         .stdin(Stdio::null())
@@ -35,7 +33,7 @@ pub fn spawn(command: &mut Command, session: &Session, logs: &Path) -> Result<Ch
         .stderr(errors)
         .process_group(0)
         .spawn()
-        .map_err(Error::io(format!("starting participant `{name}`")))
+        .map_err(Error::input(format!("starting participant `{name}`")))
 }
 
 /// Refuses a command that names no file, directly or on `PATH`.

@@ -7,7 +7,7 @@ use protocol::Kind;
 
 use super::Drift;
 use crate::error::Error;
-use crate::report::curves::{Curve, plot};
+use crate::report::plot::{Curve, Labels, plot};
 
 /// What is drawn: kinds of answers, and their colours.
 const DRAWN: [(Kind, &str, RGBColor); 4] = [
@@ -57,9 +57,9 @@ pub fn picture(drift: &[Drift]) -> Result<String, Error> {
         })
         .filter(|curve| !curve.points.is_empty())
         .collect();
-    plot(
-        "window (open loop: the other side says what it said before)",
-        "log10 of the largest deviation, relative",
-        &curves,
-    )
+    let labels = Labels {
+        x: "window (open loop: the other side says what it said before)",
+        y: "log10 of the largest deviation, relative",
+    };
+    plot(labels, &curves)
 }

@@ -12,7 +12,7 @@ use std::path::Path;
 use crate::error::Error;
 use crate::log::{Entry, Exchange, Mismatch, recover};
 use crate::run::checkpoint::RestartPoint;
-use crate::scenario::Loaded;
+use crate::scenario::load::Loaded;
 use crate::scenario::load::parse;
 use crate::scenario::source::Source;
 

@@ -1,47 +1,35 @@
 //! Interface traction, friction loop, forces and sliding nodes over time: whatever the run's tables hold.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 use std::path::Path;
 
 use plotters::prelude::*;
 
-use super::scene::{Panel, picture};
+use super::plot::{BLUE_LINE, Curve, Labels, cloud, plot};
+use super::view::Picture;
 use crate::error::Error;
 
 /// Columns of numbers by their names.
 pub type Columns = BTreeMap<String, Vec<f64>>;
 
-/// One line of a plot.
-pub(crate) struct Curve {
-    pub(crate) label: &'static str,
-    pub(crate) points: Vec<(f64, f64)>,
-    pub(crate) colour: RGBColor,
-}
-
-const BLUE_LINE: RGBColor = RGBColor(31, 90, 160);
 const RED_LINE: RGBColor = RGBColor(190, 50, 40);
-/// More dots than this make a file that browsers are slow to draw.
-const DOTS_MAX: usize = 8000;
+const PALE_LINE: RGBColor = RGBColor(170, 190, 210);
 
-/// Height of a line of the legend over that of the curves.
-const LEGEND_LINE: f64 = 0.1;
-
-/// Name of the file, caption, SVG.
-type Plot = (&'static str, &'static str, String);
+/// Share of the profile's length over which the smooth curve of its pressure is a mean.
+const MEAN_SHARE: f64 = 0.05;
 
 /// Every plot that the run has the columns for.
-pub fn all(run: &Path) -> Result<Vec<Plot>, Error> {
+pub fn all(run: &Path) -> Result<Vec<Picture>, Error> {
     let profile = read_csv(&run.join("profile.csv"));
     let signals = Signals(read_csv(&run.join("signals.csv")));
     let plots = [
-        pressure(&profile)?,
-        forces(&signals)?,
-        friction(&signals)?,
-        sliding(&signals)?,
-        sliding_over_velocity(&signals)?,
+        pressure(&profile),
+        forces(&signals),
+        friction(&signals),
+        sliding(&signals),
+        sliding_over_velocity(&signals),
     ];
-    Ok(plots.into_iter().flatten().collect())
+    plots.into_iter().filter_map(Result::transpose).collect()
 }
 
 /// Columns of signals.csv.
@@ -56,35 +44,57 @@ impl Signals {
             .find(|(key, _)| *key == name || key.ends_with(&ending))
             .map(|(_, values)| values)
     }
+
+    /// The first participant's columns of these names, if all of them are there.
+    fn columns<const N: usize>(&self, names: [&str; N]) -> Option<[&Vec<f64>; N]> {
+        let found: Vec<&Vec<f64>> = names.iter().filter_map(|name| self.column(name)).collect();
+        found.try_into().ok()
+    }
 }
 
-fn pressure(profile: &Columns) -> Result<Option<Plot>, Error> {
+/// A plot of these curves, as the picture `file`.
+fn drawn(
+    file: &'static str,
+    caption: &str,
+    labels: Labels,
+    curves: &[Curve],
+) -> Result<Option<Picture>, Error> {
+    Ok(Some(Picture {
+        file,
+        caption: caption.into(),
+        svg: plot(labels, curves)?,
+    }))
+}
+
+fn pressure(profile: &Columns) -> Result<Option<Picture>, Error> {
     let (Some(x), Some(pressure)) = (profile.get("x_m"), profile.get("pressure_pa")) else {
         return Ok(None);
     };
+    let low = x.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let width = MEAN_SHARE * (high - low);
+    let mean = format!("mean over {:.2} mm", 1e3 * width);
     let curves = [
         Curve {
             label: "at the nodes",
             points: join(x, pressure, 1e3, 1e-6),
-            colour: RGBColor(170, 190, 210),
+            colour: PALE_LINE,
         },
         Curve {
-            label: "mean over 1 mm",
-            points: join(x, &moving_mean(x, pressure, 1e-3), 1e3, 1e-6),
+            label: &mean,
+            points: join(x, &moving_mean(x, pressure, width), 1e3, 1e-6),
             colour: BLUE_LINE,
         },
     ];
-    let svg = plot("x (mm)", "pressure on the rail (MPa)", &curves)?;
-    let caption = "Pressure on the rail at the end of the hold";
-    Ok(Some(("profile.svg", caption, svg)))
+    let labels = Labels {
+        x: "x (mm)",
+        y: "pressure on the surface (MPa)",
+    };
+    drawn("profile.svg", "Pressure on the surface", labels, &curves)
 }
 
-fn forces(signals: &Signals) -> Result<Option<Plot>, Error> {
-    let (Some(t), Some(normal), Some(tangential)) = (
-        signals.column("t_s"),
-        signals.column("wheel_fn_n"),
-        signals.column("wheel_ft_n"),
-    ) else {
+fn forces(signals: &Signals) -> Result<Option<Picture>, Error> {
+    let Some([t, normal, tangential]) = signals.columns(["t_s", "wheel_fn_n", "wheel_ft_n"]) else {
         return Ok(None);
     };
     let curves = [
@@ -99,41 +109,42 @@ fn forces(signals: &Signals) -> Result<Option<Plot>, Error> {
             colour: RED_LINE,
         },
     ];
-    let svg = plot("t (ms)", "force (N)", &curves)?;
-    Ok(Some(("forces.svg", "Force on the wheel", svg)))
+    let labels = Labels {
+        x: "t (ms)",
+        y: "force (N)",
+    };
+    drawn("forces.svg", "Force on the wheel", labels, &curves)
 }
 
-fn friction(signals: &Signals) -> Result<Option<Plot>, Error> {
-    let (Some(x), Some(tangential)) = (signals.column("wheel_x_m"), signals.column("wheel_ft_n"))
+fn friction(signals: &Signals) -> Result<Option<Picture>, Error> {
+    let Some([x, tangential]) = signals
+        .columns(["wheel_x_m", "wheel_ft_n"])
+        .filter(|[x, _]| moves(x))
     else {
         return Ok(None);
     };
-    if x.iter().all(|x| *x == 0.0) {
-        return Ok(None);
-    }
     let curve = Curve {
         label: "tangential force",
         points: join(x, tangential, 1e3, 1.0),
         colour: RED_LINE,
     };
-    let svg = plot("D (mm)", "tangential force (N)", &[curve])?;
+    let labels = Labels {
+        x: "D (mm)",
+        y: "tangential force (N)",
+    };
     let caption = "Tangential force over the wheel's lateral position";
-    Ok(Some(("friction.svg", caption, svg)))
+    drawn("friction.svg", caption, labels, &[curve])
 }
 
 /// Share of sliding nodes over time, beside |D| over its amplitude.
-fn sliding(signals: &Signals) -> Result<Option<Plot>, Error> {
-    let (Some(t), Some(sn), Some(x)) = (
-        signals.column("t_s"),
-        signals.column("sn_pct"),
-        signals.column("wheel_x_m"),
-    ) else {
+fn sliding(signals: &Signals) -> Result<Option<Picture>, Error> {
+    let Some([t, sn, x]) = signals
+        .columns(["t_s", "sn_pct", "wheel_x_m"])
+        .filter(|[_, _, x]| moves(x))
+    else {
         return Ok(None);
     };
     let amplitude = x.iter().fold(0.0, |far: f64, x| far.max(x.abs()));
-    if amplitude == 0.0 {
-        return Ok(None);
-    }
     let moved: Vec<f64> = x.iter().map(|x| 100.0 * x.abs() / amplitude).collect();
     let curves = [
         Curve {
@@ -147,111 +158,37 @@ fn sliding(signals: &Signals) -> Result<Option<Plot>, Error> {
             colour: RED_LINE,
         },
     ];
-    let svg = plot("t (ms)", "(%)", &curves)?;
+    let labels = Labels {
+        x: "t (ms)",
+        y: "(%)",
+    };
     let caption = "Share of sliding nodes over time";
-    Ok(Some(("sliding.svg", caption, svg)))
+    drawn("sliding.svg", caption, labels, &curves)
 }
 
 /// Share of sliding nodes over the wheel's lateral velocity, while it moves.
-fn sliding_over_velocity(signals: &Signals) -> Result<Option<Plot>, Error> {
-    let (Some(velocity), Some(sn)) = (signals.column("wheel_vx_m_per_s"), signals.column("sn_pct"))
+fn sliding_over_velocity(signals: &Signals) -> Result<Option<Picture>, Error> {
+    let Some([velocity, sn]) = signals
+        .columns(["wheel_vx_m_per_s", "sn_pct"])
+        .filter(|[velocity, _]| moves(velocity))
     else {
         return Ok(None);
     };
-    if velocity.iter().all(|v| *v == 0.0) {
-        return Ok(None);
-    }
     let moving = velocity.iter().zip(sn).filter(|(v, _)| **v != 0.0);
     let points: Vec<(f64, f64)> = moving.map(|(v, sn)| (1e3 * v, *sn)).collect();
-    let svg = cloud("wheel velocity (mm/s)", "Sn (%)", &points)?;
-    let caption = "Share of sliding nodes over the velocity of the wheel";
-    Ok(Some(("sliding-velocity.svg", caption, svg)))
+    let labels = Labels {
+        x: "wheel velocity (mm/s)",
+        y: "Sn (%)",
+    };
+    Ok(Some(Picture {
+        file: "sliding-velocity.svg",
+        caption: "Share of sliding nodes over the velocity of the wheel".into(),
+        svg: cloud(labels, &points)?,
+    }))
 }
 
-/// One dot for each point, pale enough that their density shows.
-fn cloud(x_desc: &str, y_desc: &str, points: &[(f64, f64)]) -> Result<String, Error> {
-    let x = range(points.iter().map(|point| point.0));
-    let y = range(points.iter().map(|point| point.1));
-    let stride = points.len().div_ceil(DOTS_MAX).max(1);
-    let mut svg = String::new();
-    {
-        let area = SVGBackend::with_string(&mut svg, (900, 380)).into_drawing_area();
-        let mut chart = axes(&area, (x_desc, x), (y_desc, y))?;
-        let dot = |point: &(f64, f64)| Circle::new(*point, 1, BLUE_LINE.mix(0.35).filled());
-        chart
-            .draw_series(points.iter().step_by(stride).map(dot))
-            .map_err(picture)?;
-        area.present().map_err(picture)?;
-    }
-    Ok(svg)
-}
-
-pub(crate) fn plot(x_desc: &str, y_desc: &str, curves: &[Curve]) -> Result<String, Error> {
-    let points = || curves.iter().flat_map(|curve| &curve.points);
-    let x = range(points().map(|point| point.0));
-    let y = range(points().map(|point| point.1));
-    // The legend stands above all curves.
-    let above = LEGEND_LINE * curves.len() as f64 * (y.end - y.start);
-    let y = y.start..y.end + above;
-    let mut svg = String::new();
-    {
-        let area = SVGBackend::with_string(&mut svg, (900, 380)).into_drawing_area();
-        let mut chart = axes(&area, (x_desc, x), (y_desc, y))?;
-        for curve in curves {
-            let colour = curve.colour;
-            chart
-                .draw_series(LineSeries::new(curve.points.iter().copied(), &colour))
-                .map_err(picture)?
-                .label(curve.label)
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour));
-        }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE)
-            .border_style(BLACK.mix(0.3))
-            .draw()
-            .map_err(picture)?;
-        area.present().map_err(picture)?;
-    }
-    Ok(svg)
-}
-
-/// A white page with axes, ready to be drawn into: what each axis shows, and from where to where.
-fn axes<'a, 'b>(
-    area: &'a DrawingArea<SVGBackend<'b>, plotters::coord::Shift>,
-    (x_desc, x): (&str, Range<f64>),
-    (y_desc, y): (&str, Range<f64>),
-) -> Result<Panel<'a, 'b>, Error> {
-    area.fill(&WHITE).map_err(picture)?;
-    let mut chart = ChartBuilder::on(area)
-        .margin(14)
-        .x_label_area_size(40)
-        .y_label_area_size(70)
-        .build_cartesian_2d(x, y)
-        .map_err(picture)?;
-    chart
-        .configure_mesh()
-        .light_line_style(WHITE)
-        .bold_line_style(BLACK.mix(0.1))
-        .x_desc(x_desc)
-        .y_desc(y_desc)
-        .draw()
-        .map_err(picture)?;
-    Ok(chart)
-}
-
-fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
-    let (low, high) = values
-        .filter(|value| value.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (low.min(v), high.max(v))
-        });
-    if low > high {
-        return 0.0..1.0;
-    }
-    let margin = 0.04 * (high - low).max(1e-12 * high.abs()).max(f64::MIN_POSITIVE);
-    low - margin..high + margin
+fn moves(values: &[f64]) -> bool {
+    values.iter().any(|value| *value != 0.0)
 }
 
 /// Points of two columns, scaled, at most about 4 000 of them.

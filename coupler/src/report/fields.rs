@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 
 /// The data arrays of a file by their names; `points` are the coordinates.
 pub type Arrays = BTreeMap<String, Vec<f64>>;
 
 /// Reads every ASCII data array of a VTK XML file. Arrays that share a name (connectivity of several kinds
 /// of cells) keep the last one's numbers.
-pub fn read(path: &Path) -> Result<Arrays, Error> {
-    let text = std::fs::read_to_string(path).map_err(Error::io(path.display().to_string()))?;
+fn read(path: &Path) -> Result<Arrays, Error> {
+    let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
     let mut arrays = Arrays::new();
     for part in text.split("<DataArray ").skip(1) {
         let (head, rest) = part
@@ -28,21 +28,26 @@ pub fn read(path: &Path) -> Result<Arrays, Error> {
     Ok(arrays)
 }
 
-/// Files of a run's fields that end with `-<name>.<extension>`.
-pub fn named(run: &Path, name: &str, extension: &str) -> Vec<PathBuf> {
-    let ending = format!("-{name}.{extension}");
-    let mut found: Vec<PathBuf> = std::fs::read_dir(run.join("fields"))
-        .into_iter()
+/// A moment at which all participants wrote their fields.
+pub struct Moment {
+    /// Its name in the files.
+    pub name: String,
+    /// Its name in captions, to follow `at the`.
+    pub words: String,
+}
+
+/// Reads the fields of all participants that wrote such a file at this moment, in the order of the files' names.
+pub fn read_all(run: &Path, moment: &Moment, extension: &str) -> Result<Vec<Arrays>, Error> {
+    let ending = format!("-{}.{extension}", moment.name);
+    let entries = std::fs::read_dir(run.join("fields")).into_iter();
+    let mut found: Vec<PathBuf> = entries
         .flatten()
         .flatten()
         .map(|entry| entry.path())
-        .filter(|path| {
-            path.file_name()
-                .is_some_and(|file| file.to_string_lossy().ends_with(&ending))
-        })
+        .filter(|path| path.to_string_lossy().ends_with(&ending))
         .collect();
     found.sort();
-    found
+    found.iter().map(|path| read(path)).collect()
 }
 
 fn attribute<'a>(head: &'a str, name: &str) -> Option<&'a str> {
@@ -50,5 +55,5 @@ fn attribute<'a>(head: &'a str, name: &str) -> Option<&'a str> {
 }
 
 fn damaged(path: &Path, why: &str) -> Error {
-    Error::Refused(format!("{}: {why}; run the scenario again", path.display()))
+    Refusal::file(path, format!("{why}; run the scenario again")).into()
 }

@@ -9,7 +9,8 @@ use crate::error::Error;
 use crate::participants::remote::Remote;
 use crate::participants::{Launcher, Peer, Peers, Registry, Watch, handshake};
 use crate::rundir::{RunDir, Scratch};
-use crate::scenario::{Loaded, TransportKind};
+use crate::scenario::TransportKind;
+use crate::scenario::load::Loaded;
 use crate::scheme::join::join;
 use crate::scheme::predict::inputs::foresee;
 

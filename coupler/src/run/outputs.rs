@@ -7,7 +7,9 @@ use super::position::Position;
 use super::time_loop::{GroupRun, reached_s};
 use crate::error::Error;
 use crate::output::collection::{self, Moment};
-use crate::output::{HoldMeans, OutputState, Progress, SignalsFile, profile};
+use crate::output::profile::{self, LoadedNodes, Traction};
+use crate::output::sample::load_history;
+use crate::output::{OutputState, Progress, SampledMeans, SignalsFile};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
@@ -30,7 +32,7 @@ pub struct Outputs<'a> {
     interfaces: Vec<InterfaceSignals>,
     pub energies: Vec<EnergyLedger>,
     pub signals: SignalsFile,
-    hold: HoldMeans,
+    sampled: SampledMeans,
     progress: Progress,
     snapshots_taken: usize,
 }
@@ -42,11 +44,7 @@ impl<'a> Outputs<'a> {
         greeted: &[Greeted],
         progress: bool,
     ) -> Result<Outputs<'a>, Error> {
-        let phases = greeted
-            .iter()
-            .map(|greeted| greeted.description.phases.clone())
-            .find(|phases| !phases.is_empty())
-            .unwrap_or_default();
+        let phases = load_history(greeted.iter().map(|greeted| &greeted.description));
         let energies = greeted
             .iter()
             .map(|greeted| EnergyLedger {
@@ -63,7 +61,7 @@ impl<'a> Outputs<'a> {
             rundir,
             thickness_m: scenario.run.thickness_m,
             signals_every: scenario.run.output.signals_every_windows,
-            hold: HoldMeans::new(&phases, &scenario.interface),
+            sampled: SampledMeans::new(&phases, &scenario.interface),
             phases,
             reports: vec![Vec::new(); greeted.len()],
             interfaces: vec![InterfaceSignals::default(); scenario.interface.len()],
@@ -90,7 +88,7 @@ impl<'a> Outputs<'a> {
         }
         self.reports.clone_from(&state.reports);
         self.interfaces.clone_from(&state.interfaces);
-        self.hold = state.hold.clone();
+        self.sampled = state.sampled.clone();
         self.snapshots_taken = state.snapshots_taken;
         let signals = restart.run.join("signals.csv");
         self.signals.carry_over(&signals, state.signals_bytes)?;
@@ -125,7 +123,7 @@ impl<'a> Outputs<'a> {
             energies: self.energies.iter().map(|e| e.values.clone()).collect(),
             reports: self.reports.clone(),
             interfaces: self.interfaces.clone(),
-            hold: self.hold.clone(),
+            sampled: self.sampled.clone(),
             snapshots_taken: self.snapshots_taken,
             signals_bytes: self.signals.sync()?,
         })
@@ -141,10 +139,8 @@ impl<'a> Outputs<'a> {
         if window.index.is_multiple_of(self.signals_every) {
             self.signals.row(window.t1_s, &self.reports, &[])?;
         }
-        let (rundir, mut held) = (self.rundir, false);
-        self.phase_ends(communicator, window.t1_s, |name| held |= name == "hold")?;
-        if held {
-            profile::adopt(rundir)?;
+        if let Some(phase) = self.phase_ends(communicator, window.t1_s)? {
+            profile::adopt(self.rundir, &phase.name)?;
         }
         self.progress.show(window);
         Ok(())
@@ -162,23 +158,15 @@ impl<'a> Outputs<'a> {
         }
         for (interface, signals) in &accepted.signals {
             self.interfaces[*interface] = *signals;
+            self.sampled.add(window, *interface, signals.pressing_n);
         }
-        self.hold.add(window, accepted);
         let due = window.index.is_multiple_of(self.signals_every);
         if due && last_at(groups, window.t1_s) && self.reports.iter().all(|r| !r.is_empty()) {
             self.signals
                 .row(window.t1_s, &self.reports, &self.interfaces)?;
         }
-        let (mut held, thickness_m) = (false, self.thickness_m);
-        self.phase_ends(communicator, reached_s(groups), |name| {
-            held |= name == "hold"
-        })?;
-        if held {
-            for (name, text) in profiles(groups, thickness_m) {
-                self.rundir.write(&name, &text)?;
-            }
-            let couplings = groups.iter().map(|group| &group.coupling);
-            self.hold.keep_profiles(couplings, thickness_m);
+        if self.phase_ends(communicator, reached_s(groups))?.is_some() {
+            self.write_profiles(groups)?;
         }
         self.progress.show(window);
         Ok(())
@@ -208,20 +196,45 @@ impl<'a> Outputs<'a> {
         Ok(())
     }
 
-    /// At the end of each phase the participants write their fields; `passed` is told its name.
+    /// Has the participants write their fields at the end of each phase; returns the sampled one if it is among those
+    /// that ended.
     fn phase_ends(
         &mut self,
         communicator: &mut dyn Communicator,
         time_s: f64,
-        mut passed: impl FnMut(&str),
-    ) -> Result<(), Error> {
-        let over = |phase: &Phase| time_s >= phase.t1_s * (1.0 - 1e-9);
-        while self.phases.get(self.snapshots_taken).is_some_and(over) {
-            let name = self.phases[self.snapshots_taken].name.clone();
+    ) -> Result<Option<Phase>, Error> {
+        let over = |phase: &&Phase| time_s >= phase.t1_s * (1.0 - 1e-9);
+        let mut sampled = None;
+        while let Some(phase) = self.phases.get(self.snapshots_taken).filter(over).cloned() {
             self.snapshots_taken += 1;
-            snapshot(communicator, &name)?;
+            snapshot(communicator, &phase.name)?;
             self.collect(communicator, None)?;
-            passed(&name);
+            sampled = sampled.or(Some(phase).filter(|phase| phase.sampled));
+        }
+        Ok(sampled)
+    }
+
+    /// Writes and keeps the traction of each interface in its last accepted window.
+    fn write_profiles(&mut self, groups: &[GroupRun]) -> Result<(), Error> {
+        let only = self.interfaces.len() == 1;
+        for coupling in groups.iter().map(|group| &group.coupling) {
+            let group = coupling.group();
+            for patch in &group.patches {
+                let loaded = LoadedNodes {
+                    nodes: &group.nodes,
+                    own: patch.nodes.clone(),
+                    force: &coupling.state.lambda,
+                    outward_y: patch.outward_y,
+                };
+                let traction = Traction::of(loaded, self.thickness_m);
+                let name = if only {
+                    "profile.csv".into()
+                } else {
+                    format!("profile-{}.csv", patch.name)
+                };
+                self.rundir.write(&name, &traction.csv())?;
+                self.sampled.keep_traction(patch.index, traction);
+            }
         }
         Ok(())
     }
@@ -252,9 +265,7 @@ impl<'a> Outputs<'a> {
         snapshot(communicator, "end")?;
         self.collect(communicator, Some(summary.sim_time_s))?;
         self.progress.done();
-        for (name, value) in self.hold.results() {
-            summary.results.insert(name, value);
-        }
+        summary.results.extend(self.sampled.results());
         Ok(())
     }
 }
@@ -263,22 +274,6 @@ impl<'a> Outputs<'a> {
 fn last_at(groups: &[GroupRun], time_s: f64) -> bool {
     let later = |window: Window| window.t1_s > time_s * (1.0 + 1e-9);
     groups.iter().all(|group| group.next().is_none_or(later))
-}
-
-/// The traction of each interface: name and text of its file.
-fn profiles(groups: &[GroupRun], thickness_m: f64) -> Vec<(String, String)> {
-    let patches = groups.iter().flat_map(|group| {
-        let coupling = &group.coupling;
-        let patches = coupling.group().patches.iter();
-        patches.map(move |patch| (patch, profile::csv(coupling, patch, thickness_m)))
-    });
-    let mut files: Vec<(String, String)> = patches
-        .map(|(patch, text)| (format!("profile-{}.csv", patch.name), text))
-        .collect();
-    if let [(name, _)] = files.as_mut_slice() {
-        *name = "profile.csv".into();
-    }
-    files
 }
 
 fn snapshot(communicator: &mut dyn Communicator, name: &str) -> Result<(), Error> {

@@ -24,7 +24,7 @@ use crate::participants::rehearsed::Rehearsed;
 use crate::participants::remote::Remote;
 use crate::participants::{Communicator, Peers, Registry, Watch};
 use crate::rundir::{Resumed, RunDir, manifest};
-use crate::scenario::Loaded;
+use crate::scenario::load::Loaded;
 use crate::scheme::clock::Clock;
 use crate::scheme::group::Group;
 use crate::scheme::join::join;

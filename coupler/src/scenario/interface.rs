@@ -39,6 +39,14 @@ impl Interface {
         })
     }
 
+    /// What precedes the names of its results and signals: nothing for the only interface of a run.
+    pub fn prefix_among(&self, interfaces: usize) -> String {
+        if interfaces == 1 {
+            return String::new();
+        }
+        format!("{}.", self.name)
+    }
+
     /// A participant that another interface joins too.
     pub fn shared_with<'a>(&'a self, other: &Interface) -> Option<&'a str> {
         let theirs = other.participants();

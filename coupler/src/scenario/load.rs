@@ -10,7 +10,7 @@ use super::check::check;
 use super::overrides::apply;
 use super::paths;
 use super::source::Source;
-use crate::error::{Error, ScenarioError};
+use crate::error::{Error, Refusal, ScenarioError};
 
 /// A scenario that passed all checks which need no solver.
 #[derive(Clone, Debug)]
@@ -28,7 +28,7 @@ pub struct Loaded {
 /// Reads a scenario by folder, file, or name under `scenarios/`, and applies `KEY=VALUE` overrides in order.
 pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded, Error> {
     let path = find(scenario)?;
-    let text = std::fs::read_to_string(&path).map_err(Error::io(path.display().to_string()))?;
+    let text = std::fs::read_to_string(&path).map_err(Error::input(path.display()))?;
     parse(Source {
         name: path.display().to_string(),
         text,
@@ -56,9 +56,8 @@ pub fn parse(source: Source) -> Result<Loaded, Error> {
         source.error(&found.key.clone(), found)
     })?;
     check(&scenario).map_err(|error| source.error(&error.key.clone(), error))?;
-    let resolved = toml::to_string(&table).map_err(|error| {
-        Error::Refused(format!("{}: cannot be written back: {error}", source.name))
-    })?;
+    let resolved = toml::to_string(&table)
+        .map_err(|error| Refusal::file(&source.name, format!("cannot be written back: {error}")))?;
     let hash = blake3::hash(resolved.as_bytes()).to_hex().to_string();
     Ok(Loaded {
         scenario,
@@ -81,10 +80,10 @@ fn find(scenario: &str) -> Result<PathBuf, Error> {
             return Ok(inside);
         }
     }
-    Err(Error::Refused(format!(
-        "no scenario `{scenario}`: give a folder with scenario.toml, a file, or a name under scenarios/{}",
-        known_scenarios()
-    )))
+    Err(Error::from(Refusal::NoScenario {
+        name: scenario.into(),
+        known: known_scenarios(),
+    }))
 }
 
 fn known_scenarios() -> String {

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 mod check;
-pub mod interface;
+mod interface;
 pub mod load;
 mod overrides;
 mod paths;
@@ -13,7 +13,6 @@ pub use interface::{
     Acceleration, CompliancePrior, Dirichlet, Interface, MappingKind, Order, Policy, Scheme,
     SchemeKeys, SchemeWord, Update,
 };
-pub use load::{Loaded, load};
 
 /// A whole scenario, as resolved from the file and `--set`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

@@ -1,21 +1,20 @@
 //! `KEY=VALUE` of the command line, put into the table of a scenario.
 
 use super::source::segments;
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 
 /// Applies one `KEY=VALUE`. VALUE is TOML; what does not parse as TOML is a string. Entries of
 /// `[[participant]]` and `[[interface]]` are addressed by name.
 pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<(), Error> {
-    let (key, value) = set.split_once('=').ok_or_else(|| {
-        Error::Refused(format!(
-            "--set {set}: write it as KEY=VALUE, for instance --set run.seed=2"
-        ))
-    })?;
+    let refuse = |why: &str| Refusal::argument(format!("--set {set}"), why);
+    let (key, value) = set
+        .split_once('=')
+        .ok_or_else(|| refuse("write it as KEY=VALUE, for instance --set run.seed=2"))?;
     let value = parse_value(value.trim());
     let parts = segments(key.trim());
     let (last, parents) = parts
         .split_last()
-        .ok_or_else(|| Error::Refused(format!("--set {set}: the key is empty")))?;
+        .ok_or_else(|| refuse("the key is empty"))?;
     let mut current = table;
     let mut parents = parents.iter();
     while let Some(part) = parents.next() {
@@ -25,19 +24,14 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<(), Error> {
         current = match child {
             toml::Value::Table(inner) => inner,
             toml::Value::Array(entries) => {
-                let name = parents.next().ok_or_else(|| {
-                    Error::Refused(format!(
-                        "--set {set}: `{part}` is a list, name one of its entries"
-                    ))
-                })?;
-                entry_by_name(entries, name).ok_or_else(|| {
-                    Error::Refused(format!("--set {set}: no `{part}` is named `{name}`"))
-                })?
+                let unnamed = || refuse(&format!("`{part}` is a list, name one of its entries"));
+                let name = parents.next().ok_or_else(unnamed)?;
+                entry_by_name(entries, name)
+                    .ok_or_else(|| refuse(&format!("no `{part}` is named `{name}`")))?
             }
             _ => {
-                return Err(Error::Refused(format!(
-                    "--set {set}: `{part}` is a value and has no keys of its own"
-                )));
+                let why = format!("`{part}` is a value and has no keys of its own");
+                return Err(refuse(&why).into());
             }
         };
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use protocol::setting::config_error;
 use serde::Deserialize;
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 
 /// The whole file.
 #[derive(Clone, Debug, Deserialize)]
@@ -63,8 +63,8 @@ impl Number {
 
 /// Reads `expected.toml`.
 pub fn read(path: &Path) -> Result<Expected, Error> {
-    let text = std::fs::read_to_string(path).map_err(Error::io(path.display().to_string()))?;
-    let refuse = |why: String| Error::Refused(format!("{}: {why}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
+    let refuse = |why: String| Error::from(Refusal::file(path, why));
     let table: toml::Table = text
         .parse()
         .map_err(|error: toml::de::Error| refuse(error.to_string()))?;

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::participants::{Registry, Watch};
 use crate::run::session::{Ended, Options, fresh_run_id, run};
 use crate::rundir::Scratch;
-use crate::scenario::load;
+use crate::scenario::load::load;
 
 /// One line of the table.
 #[derive(Clone, Debug, Serialize)]
@@ -43,7 +43,7 @@ pub struct Runs<'a> {
 /// Runs all cases of all scenes below `folder`, in the order of their names.
 pub fn run_suite(folder: &Path, runs: &Runs) -> Result<Vec<Row>, Error> {
     let mut scenes: Vec<PathBuf> = std::fs::read_dir(folder)
-        .map_err(Error::io(folder.display().to_string()))?
+        .map_err(Error::input(folder.display()))?
         .flatten()
         .map(|entry| entry.path())
         .filter(|path| path.join("expected.toml").is_file())

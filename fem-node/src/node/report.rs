@@ -115,6 +115,8 @@ impl FemNode {
             name: name.into(),
             t0_s,
             t1_s,
+            sampled: name == HOLD,
+            picture: name == HOLD,
         };
         let phases = [phase("ramp", 0.0, ramp), phase(HOLD, ramp, end)];
         phases

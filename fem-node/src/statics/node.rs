@@ -247,6 +247,8 @@ impl Node for StaticNode {
             name: name.into(),
             t0_s: t0 as f64,
             t1_s: t1 as f64,
+            sampled: name == HOLD,
+            picture: true,
         };
         let phases = [
             phase(HOLD, 0, self.loading()),

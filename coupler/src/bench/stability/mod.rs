@@ -62,13 +62,13 @@ pub struct Findings {
 /// Makes the map, writes stability.csv, limits.csv and stability.svg into a folder.
 pub fn bench(folder: &Path) -> Result<Findings, Error> {
     // Before the minutes of work: a folder that cannot be written is told at once.
-    std::fs::create_dir_all(folder).map_err(Error::io(folder.display().to_string()))?;
+    std::fs::create_dir_all(folder).map_err(Error::output(folder.display()))?;
     let axes = Axes::full();
     let cells = map::map(&axes)?;
     let limits = limits::limits(&[1, 3, 10, 100], &[0.5, 0.9])?;
     let write = |name: &str, text: String| {
         let path = folder.join(name);
-        std::fs::write(&path, text).map_err(Error::io(path.display().to_string()))
+        std::fs::write(&path, text).map_err(Error::output(path.display()))
     };
     write("stability.csv", map::csv(&cells))?;
     write("stability.svg", picture::svg(&axes, &cells))?;

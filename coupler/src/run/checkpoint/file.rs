@@ -150,7 +150,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
         })
         .and_then(|()| fs::rename(&temporary, path))
         .and_then(|()| File::open(folder)?.sync_all());
-    written.map_err(Error::io(path.display().to_string()))
+    written.map_err(Error::output(path.display()))
 }
 
 #[cfg(test)]

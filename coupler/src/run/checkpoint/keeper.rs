@@ -13,7 +13,7 @@ use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
 use crate::run::position::Position;
 use crate::rundir::RunDir;
-use crate::scenario::Loaded;
+use crate::scenario::load::Loaded;
 
 /// Knows when a checkpoint is due, and writes it.
 pub struct Keeper {
@@ -107,11 +107,11 @@ impl Keeper {
         let log_blocks = communicator.journal.sync()?;
         let checkpoint = rest(nodes, log_blocks);
         let bytes = encode(&self.about, &checkpoint)?;
-        fs::create_dir_all(&self.folder).map_err(Error::io(self.folder.display().to_string()))?;
+        fs::create_dir_all(&self.folder).map_err(Error::output(self.folder.display()))?;
         write_whole(&path(&self.folder, checkpoint.position.windows), &bytes)?;
         let all = list(&self.folder);
         for old in &all[..all.len().saturating_sub(self.kept)] {
-            fs::remove_file(&old.path).map_err(Error::io(old.path.display().to_string()))?;
+            fs::remove_file(&old.path).map_err(Error::output(old.path.display()))?;
         }
         Ok(())
     }

@@ -15,7 +15,7 @@ use crate::participants::handshake::Greeted;
 use crate::participants::remote::Remote;
 use crate::run::time_loop::GroupRun;
 use crate::rundir::RunDir;
-use crate::scenario::Loaded;
+use crate::scenario::load::Loaded;
 
 /// A checkpoint that can be gone on from.
 pub struct RestartPoint {
@@ -180,7 +180,7 @@ impl RestartPoint {
                 copy(&entry.path(), &rundir.fields().join(&name))?;
             }
         }
-        if !ended.iter().any(|phase| phase.name == "hold") {
+        if !ended.iter().any(|phase| phase.sampled) {
             return Ok(());
         }
         for entry in fs::read_dir(&self.run).into_iter().flatten().flatten() {
@@ -195,8 +195,8 @@ impl RestartPoint {
     /// Puts the checkpoint itself into the new run directory: from here on that one can be resumed as well.
     pub fn adopt(&self, rundir: &RunDir) -> Result<(), Error> {
         let folder = rundir.path().join(FOLDER);
-        fs::create_dir_all(&folder).map_err(Error::io(folder.display().to_string()))?;
-        let bytes = fs::read(&self.path).map_err(Error::io(self.path.display().to_string()))?;
+        fs::create_dir_all(&folder).map_err(Error::output(folder.display()))?;
+        let bytes = fs::read(&self.path).map_err(Error::input(self.path.display()))?;
         file::write_whole(
             &file::path(&folder, self.checkpoint.position.windows),
             &bytes,
@@ -207,5 +207,5 @@ impl RestartPoint {
 fn copy(from: &Path, to: &Path) -> Result<(), Error> {
     fs::copy(from, to)
         .map(|_| ())
-        .map_err(Error::io(from.display().to_string()))
+        .map_err(Error::output(to.display()))
 }

@@ -1,0 +1,36 @@
+//! The entries of a log.
+
+use protocol::{Frame, Kind};
+
+/// Name under which the coupler's own frames are logged.
+pub const COUPLER: &str = "coupler";
+
+/// One thing that happened in the run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Entry {
+    /// A frame passed.
+    Exchange(Exchange),
+    /// The window stands.
+    WindowEnd(u64),
+}
+
+/// A frame with those between whom it passed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Exchange {
+    /// Name of the interface.
+    pub interface: String,
+    /// Who sent it.
+    pub sender: String,
+    /// Who received it.
+    pub receiver: String,
+    /// The frame, as it was recorded.
+    pub frame: Frame,
+}
+
+/// Key of a channel's metadata that names its interface.
+pub(super) const INTERFACE: &str = "interface";
+
+/// The name of a kind, or its number if it has none.
+pub(super) fn kind_name(kind: u32) -> String {
+    Kind::from_number(kind).map_or_else(|| kind.to_string(), |kind| format!("{kind:?}"))
+}

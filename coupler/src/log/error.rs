@@ -1,0 +1,59 @@
+//! Everything that can be wrong with a log.
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error as ThisError;
+
+/// Why a log cannot be written or read.
+#[derive(Debug, ThisError)]
+#[allow(missing_docs)]
+pub enum LogError {
+    #[error("{path} cannot be written: {why}", path = .path.display())]
+    Write { path: PathBuf, why: String },
+    #[error("{path}: nothing was written for {seconds} s", path = .path.display())]
+    Stalled { path: PathBuf, seconds: u64 },
+    #[error("{path} was closed by an earlier error", path = .path.display())]
+    Closed { path: PathBuf },
+    #[error("a message of {doubles} doubles is longer than the {capacity} that a log takes")]
+    TooLong { doubles: usize, capacity: usize },
+    #[error("{path} cannot be read: {source}", path = .path.display())]
+    Read {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("{path} is not an exchange log: {why}", path = .path.display())]
+    NotALog { path: PathBuf, why: String },
+    #[error(
+        "{path} is damaged at byte {offset}, in {place}: {why}; `thirdbody inspect --recover` reads what comes before", path = .path.display()
+    )]
+    Damaged {
+        path: PathBuf,
+        offset: u64,
+        place: String,
+        why: String,
+    },
+}
+
+impl LogError {
+    pub(super) fn write(path: &Path, error: &dyn Error) -> LogError {
+        LogError::Write {
+            path: path.into(),
+            why: chain(error),
+        }
+    }
+}
+
+/// An error with its causes: mcap's own messages leave out what the system said.
+pub(super) fn chain(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let said = error.to_string();
+        if !text.contains(&said) {
+            text = format!("{text}: {said}");
+        }
+        cause = error.source();
+    }
+    text
+}

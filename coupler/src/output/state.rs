@@ -1,0 +1,23 @@
+//! The memory of the outputs, as a checkpoint keeps it.
+
+use serde::{Deserialize, Serialize};
+
+use super::sample::SampledMeans;
+use crate::scheme::window::InterfaceSignals;
+
+/// Memory of the outputs from window to window. Checkpoints keep it by the order of its fields.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct OutputState {
+    /// Latest energies of each participant (J).
+    pub energies: Vec<Vec<f64>>,
+    /// The latest report of each participant.
+    pub reports: Vec<Vec<f64>>,
+    /// The latest signals of each interface.
+    pub interfaces: Vec<InterfaceSignals>,
+    /// Means over the sampled phase.
+    pub sampled: SampledMeans,
+    /// Phases whose end was seen.
+    pub snapshots_taken: usize,
+    /// Size of signals.csv.
+    pub signals_bytes: u64,
+}
