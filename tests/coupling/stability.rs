@@ -7,8 +7,8 @@
 //! disturbance grows if its spectral radius is above one. The forces of the real coupler must be those of the matrix; for a
 //! fixed point with constant relaxation omega the limit is omega (1 + C S) = 2 (Causin, Gerbeau and Nobile 2005).
 
-use coupler::bench::stability::map::{Axes, Cell, departure, map, model};
-use coupler::bench::stability::nodes::Bar;
+use coupler::bench::stability::bar::Bar;
+use coupler::bench::stability::map::{Axes, Cell, departure, map};
 use coupler::bench::stability::trial::scheme;
 use coupler::bench::stability::{findings, limits};
 use coupler::error::Error;
@@ -59,7 +59,7 @@ fn the_schemes_grow_as_their_window_matrices_do() {
 fn growth_by_matrix(cell: &Cell) -> f64 {
     let trial = &cell.trial;
     let response = trial.bar.response(trial.substeps);
-    let model = model(trial, &response);
+    let model = trial.model(&response);
     let (window_s, wall) = (model.window_s, model.whole());
     let continuum = trial.scheme.dirichlet() == Dirichlet::Continuum;
     let comes_back = if continuum {

@@ -10,7 +10,7 @@
 //! a.(M - h^2/4 K).a / 2 + v.K v / 2 of both sides together does not rise at theta = 1 but by -h^2/8 of what a.K a jumps by
 //! between two windows.
 
-use coupler::bench::stability::nodes::Bar;
+use coupler::bench::stability::bar::Bar;
 use coupler::error::Error;
 use coupler::scheme::predict::sprung_mass::{Masses, SprungMass};
 use harness::runs::{Left, run_both_ways, run_in_process};

@@ -5,11 +5,11 @@
 //! - [`communicator`]: requests and answers of all of them; [`journal`], [`recorded`]: the same written down; [`rehearsed`]: the
 //!   same compared with a log;
 //! - [`handshake`]: the greeting;
-//! - [`remote`], [`in_memory`]: the two sides of the port that schemes speak to.
+//! - [`remote`]: participants behind frames, as schemes see them; in memory they are
+//!   [`LinearPair`](crate::scheme::predict::linear_pair::LinearPair).
 
 pub mod communicator;
 pub mod handshake;
-pub mod in_memory;
 pub mod journal;
 pub mod launch;
 pub mod peer;

@@ -7,7 +7,7 @@ use protocol::{BoundaryAnswer, Description, Kind, Reaction, Surface, Window};
 use super::communicator::Communicator;
 use super::handshake::Greeted;
 use crate::error::Error;
-use crate::scheme::participants::Participants;
+use crate::scheme::participants::{Participants, Request};
 
 /// The participants of a run as schemes see them.
 pub struct Remote<'a> {
@@ -99,9 +99,13 @@ impl Participants for Remote<'_> {
         answer.map(|_| ())
     }
 
-    fn begin_advance(&mut self, peer: usize, window: &Window, force: &[f64]) -> Result<(), Error> {
-        self.communicator
-            .tell(peer, Kind::Advance, window, force.to_vec())
+    fn begin(&mut self, peer: usize, window: &Window, request: Request) -> Result<(), Error> {
+        let (kind, numbers) = match request {
+            Request::Advance(force) => (Kind::Advance, force),
+            Request::PrescribeVelocity(velocity) => (Kind::PrescribeVelocity, velocity),
+            Request::Solve(free_velocity) => (Kind::Solve, free_velocity),
+        };
+        self.communicator.tell(peer, kind, window, numbers.to_vec())
     }
 
     fn finish_advance(
@@ -112,16 +116,6 @@ impl Participants for Remote<'_> {
     ) -> Result<Vec<f64>, Error> {
         self.communicator
             .hear_exactly(peer, Kind::Motion, window, n)
-    }
-
-    fn begin_prescribed_velocity(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        velocity: &[f64],
-    ) -> Result<(), Error> {
-        self.communicator
-            .tell(peer, Kind::PrescribeVelocity, window, velocity.to_vec())
     }
 
     fn finish_prescribed_velocity(
@@ -138,16 +132,6 @@ impl Participants for Remote<'_> {
             increment: numbers[n..2 * n].to_vec(),
             work: numbers[2 * n..].to_vec(),
         })
-    }
-
-    fn begin_solve(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        free_velocity: &[f64],
-    ) -> Result<(), Error> {
-        self.communicator
-            .tell(peer, Kind::Solve, window, free_velocity.to_vec())
     }
 
     fn finish_solve(

@@ -9,6 +9,17 @@ use protocol::{BoundaryAnswer, Description, Reaction, Surface, Window};
 
 use crate::error::Error;
 
+/// A window that a participant is asked for, by component.
+#[derive(Clone, Copy, Debug)]
+pub enum Request<'a> {
+    /// Under a constant force (N).
+    Advance(&'a [f64]),
+    /// Along a velocity that goes in a straight line to this one (m/s).
+    PrescribeVelocity(&'a [f64]),
+    /// A contact solve on the boundary with this free velocity a_g (m/s).
+    Solve(&'a [f64]),
+}
+
 /// The participants of a run, wherever they live.
 ///
 /// Between two [`Participants::accept`] every request starts again from the last accepted state.
@@ -44,22 +55,14 @@ pub trait Participants {
         compliance: &DMatrix<f64>,
     ) -> Result<(), Error>;
 
-    /// Begins a window under a constant force (N).
-    fn begin_advance(&mut self, peer: usize, window: &Window, force: &[f64]) -> Result<(), Error>;
+    /// Begins a window.
+    fn begin(&mut self, peer: usize, window: &Window, request: Request) -> Result<(), Error>;
 
-    /// Displacement increments (m) of the window begun, `n` components.
+    /// Displacement increments (m) of the window begun under a force, `n` components.
     fn finish_advance(&mut self, peer: usize, window: &Window, n: usize)
     -> Result<Vec<f64>, Error>;
 
-    /// Begins a window in which the velocity goes in a straight line to this one (m/s).
-    fn begin_prescribed_velocity(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        velocity: &[f64],
-    ) -> Result<(), Error>;
-
-    /// Reaction of the window begun, `n` components.
+    /// Reaction of the window begun along a velocity, `n` components.
     fn finish_prescribed_velocity(
         &mut self,
         peer: usize,
@@ -67,15 +70,7 @@ pub trait Participants {
         n: usize,
     ) -> Result<Reaction, Error>;
 
-    /// Begins a contact solve on the boundary with this free velocity a_g (m/s).
-    fn begin_solve(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        free_velocity: &[f64],
-    ) -> Result<(), Error>;
-
-    /// Answer of the solve begun, `n` components.
+    /// Answer of the contact solve begun, `n` components.
     fn finish_solve(
         &mut self,
         peer: usize,

@@ -6,7 +6,7 @@ use super::compliance::Compliance;
 use super::criteria::{open, starved};
 use super::group::{Group, Side};
 use super::ledger::InterfaceLedger;
-use super::participants::Participants;
+use super::participants::{Participants, Request};
 use super::vectors::difference;
 use super::window::{Answer, InterfaceState, Solve, Verdict};
 use crate::error::Error;
@@ -42,8 +42,9 @@ impl Problem<'_> {
     /// The beginning of [`Problem::advance`]: all participants are at work after it.
     pub fn begin_advance(&mut self, window: &Window, force: &[f64]) -> Result<(), Error> {
         self.group.force_driven.iter().try_for_each(|side| {
+            let request = Request::Advance(side.of(force));
             self.participants
-                .begin_advance(side.peer, &side.window(window), side.of(force))
+                .begin(side.peer, &side.window(window), request)
         })
     }
 
@@ -73,9 +74,9 @@ impl Problem<'_> {
         velocity: &[f64],
     ) -> Result<(), Error> {
         self.group.force_driven.iter().try_for_each(|side| {
-            let own = side.of(velocity);
+            let request = Request::PrescribeVelocity(side.of(velocity));
             self.participants
-                .begin_prescribed_velocity(side.peer, &side.window(window), own)
+                .begin(side.peer, &side.window(window), request)
         })
     }
 
@@ -97,8 +98,8 @@ impl Problem<'_> {
     /// Contact solves of the motion-driven participants on boundaries v_g = a_g + W_g p with this a_g (m/s).
     pub fn solve(&mut self, window: &Window, free_velocity: &[f64]) -> Result<Answer, Error> {
         for side in &self.group.motion_driven {
-            self.participants
-                .begin_solve(side.peer, window, side.of(free_velocity))?;
+            let request = Request::Solve(side.of(free_velocity));
+            self.participants.begin(side.peer, window, request)?;
         }
         let mut index = 0;
         let answers = hear_all(&self.group.motion_driven, |side, n| {

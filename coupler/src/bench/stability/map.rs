@@ -4,18 +4,15 @@ use std::thread;
 
 use protocol::BoundaryInertia;
 
-use super::nodes::{Bar, BodyNode};
+use super::bar::Bar;
 use super::trial::{Trial, scheme, word};
 use crate::error::Error;
-use crate::scenario::{Dirichlet, Policy, Scheme, SchemeWord};
-use crate::scheme::coupling::Coupling;
-use crate::scheme::predict::growth::{converged, growth};
-use crate::scheme::predict::linear_pair::{LinearModel, LinearPair, PairState};
+use crate::scenario::{Dirichlet, Scheme, SchemeWord};
+use crate::scheme::predict::growth::{forces_of_map, growth};
 use crate::scheme::predict::prediction::{StabilityInputs, compliance, predict};
 use crate::scheme::predict::response::Response;
-use nalgebra::DVector;
 
-/// Part of the largest force to which a fixed point is repeated.
+/// Part of a motion at the speed of the masses to which a fixed point is repeated.
 const REPEATED: f64 = 1e-9;
 
 /// Elements of the bar.
@@ -170,7 +167,7 @@ impl Axes {
         Ok(Cell {
             trial,
             mass_ratio,
-            growth: growth(&trial.scheme, model(&trial, response))?,
+            growth: growth(&trial.scheme, trial.model(response))?,
             predicted_stable: predicted.stable() == Some(true),
         })
     }
@@ -187,75 +184,48 @@ pub fn boundary_inertia(mass_ratio: f64, stiffness_ratio: f64, theta: f64) -> Bo
     }
 }
 
-/// The bar itself with the masses of a trial.
-pub fn model<'a>(trial: &Trial, response: &'a Response) -> LinearModel<'a> {
-    LinearModel {
-        response,
-        inertia: trial.boundary_inertia,
-        point_mass_kg: trial.point_mass_kg(),
-        window_s: trial.bar.step_s * f64::from(trial.substeps),
-    }
-}
-
 /// The knowledge of the coupler after the handshake: the bar by four numbers.
 pub(super) fn inputs(trial: &Trial, response: &Response) -> StabilityInputs {
-    let window_s = trial.bar.step_s * f64::from(trial.substeps);
     StabilityInputs {
         step_s: trial.bar.step_s,
         substeps: trial.substeps,
         step_limit: Some((Bar::LIMIT_S, "stability limit".into())),
         first_period_s: Some(trial.bar.first_period_s()),
         window_limit: None,
-        compliance: compliance(&trial.scheme, response, window_s),
+        compliance: compliance(&trial.scheme, response, trial.window_s()),
         definite: true,
         boundary_inertia: Some(trial.boundary_inertia),
         point_mass_kg: trial.point_mass_kg(),
     }
 }
 
-/// Distance of the forces of a stepped bar from those of the linear model, over the largest so far, in the first windows
-/// of a cell; infinite where only one of the two finds that a fixed point does not converge.
+/// Distance of the forces of a run from those of the window's map, over the largest so far, in the first windows of a cell;
+/// infinite where only one of the two finds that a fixed point does not converge.
 pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
     let trial = &cell.trial;
     let response = trial.bar.response(trial.substeps);
-    let expected = forces(trial, &response, windows)?;
-    let largest = |part: &[f64]| part.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
     let repeated = matches!(trial.scheme, Scheme::FixedPoint { .. });
     // A fixed point is as exact as its gap; the others end after one repeat whatever the gap.
     let gap_m = if repeated {
-        REPEATED * inputs(trial, &response).compliance * largest(&expected)
+        REPEATED * trial.window_s()
     } else {
         1e-6
     };
-    let run = trial.run(windows as u64, gap_m)?;
+    let run = trial.run(&response, windows as u64, gap_m);
     let repelling = repeated && cell.growth >= 1.0 + 1e-6;
-    if repelling || run.error.is_some() {
+    let Some(start) = run
+        .after_first
+        .filter(|_| !repelling && run.error.is_none())
+    else {
         let agree = repelling == run.error.is_some();
         return Ok(if agree { 0.0 } else { f64::INFINITY });
-    }
-    let apart = run.forces.iter().zip(&expected).enumerate();
+    };
+    let expected = forces_of_map(&trial.scheme, trial.model(&response), &start, windows - 1)?;
+    let largest = |part: &[f64]| part.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
+    let apart = run.forces.iter().skip(1).zip(&expected).enumerate();
     Ok(apart.fold(0.0, |most: f64, (index, (force, expected))| {
-        most.max((force - expected).abs() / largest(&run.forces[..=index]))
+        most.max((force - expected).abs() / largest(&run.forces[..=index + 1]))
     }))
-}
-
-/// Force (N) in each of the first windows of the linear model, from masses that start with 1 m/s.
-pub fn forces(trial: &Trial, response: &Response, windows: usize) -> Result<Vec<f64>, Error> {
-    let model = model(trial, response);
-    let group = model.group(1e-12 * model.window_s);
-    let clock = group.clock;
-    let mut coupling = Coupling::new("model", converged(&trial.scheme), Policy::Accept, group);
-    let start = PairState {
-        continuum: DVector::zeros(2 * ELEMENTS),
-        masses: BodyNode::start(),
-        place: 0.0,
-    };
-    let mut pair = LinearPair::new(model, start);
-    let mut window = |index: u64| {
-        coupling.window(&mut pair, clock.window(index, index, 1), |_| None)?;
-        Ok(coupling.state.lambda[0])
-    };
-    (0..windows as u64).map(&mut window).collect()
 }
 
 /// The map as CSV.

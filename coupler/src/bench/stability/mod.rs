@@ -2,14 +2,13 @@
 //!
 //! An elastic bar of ten elements, held at its far end so that every wave comes back, is stepped explicitly; on its other
 //! end stands a mass behind a spring (or glued itself), stepped implicitly once a window. Growth is the spectral radius
-//! of one window of both, found by the scheme on the bar's window as matrices; a sample of cells is run step by step as well, and
-//! has to give the same forces.
+//! of one window of both, found by the scheme on the bar's window as matrices; a sample of cells is run window by window as
+//! well, and has to give the same forces.
 //! Fixed-point schemes have the constant relaxation 0.5: the others find their own. Where the continuum follows the wall, the
 //! point on it weighs 1 % of the mass behind it.
 //!
-//! - `bar`: the continuum;
-//! - [`nodes`]: the two sides as participants;
-//! - [`trial`]: the coupler on them;
+//! - [`bar`]: the continuum;
+//! - [`trial`]: schemes on it and the masses;
 //! - [`map`](mod@map): growth in every cell;
 //! - [`limits`](mod@limits): where growth begins, foreseen and found;
 //! - [`picture`]: the map drawn.
@@ -21,10 +20,9 @@ use crate::scenario::Scheme;
 use crate::scheme::predict::prediction::NEUTRAL;
 use map::{Axes, Cell};
 
-mod bar;
+pub mod bar;
 pub mod limits;
 pub mod map;
-pub mod nodes;
 pub mod picture;
 pub mod trial;
 
@@ -97,7 +95,7 @@ pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
     for cell in &sample {
         let here = map::departure(cell, SAMPLE_WINDOWS)?;
         if here > DEPARTURE {
-            eprintln!("the stepped bar departs from its linear model by {here:e}: {cell:?}");
+            eprintln!("the scheme departs from its window's map by {here:e}: {cell:?}");
         }
         departure = departure.max(here);
     }

@@ -1,15 +1,16 @@
-//! The real coupler on the bar and the masses, both in memory.
+//! Schemes on the bar and the masses, window by window.
 
+use nalgebra::DVector;
 use protocol::BoundaryInertia;
 
-use super::nodes::{Bar, BarNode, BodyNode};
+use super::bar::Bar;
 use crate::error::Error;
-use crate::participants::in_memory::InMemory;
-use crate::scenario::load::parse;
-use crate::scenario::source::Source;
-use crate::scenario::{Acceleration, Dirichlet, Policy, Scenario, Scheme, SchemeKeys, SchemeWord};
+use crate::scenario::{Acceleration, Dirichlet, Policy, Scheme, SchemeKeys, SchemeWord};
 use crate::scheme::coupling::Coupling;
-use crate::scheme::join::join;
+use crate::scheme::predict::growth::Disturbance;
+use crate::scheme::predict::linear_pair::{LinearModel, LinearPair, PairState};
+use crate::scheme::predict::response::Response;
+use crate::scheme::predict::sprung_mass::Masses;
 
 /// One set-up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,6 +47,8 @@ pub fn scheme(word: SchemeWord, dirichlet: Dirichlet) -> Scheme {
 pub struct Run {
     /// Interface force (N) in each accepted window.
     pub forces: Vec<f64>,
+    /// State of both sides after the first window.
+    pub after_first: Option<Disturbance>,
     /// Reason of an early end.
     pub error: Option<Error>,
 }
@@ -59,56 +62,58 @@ impl Trial {
         }
     }
 
-    /// Runs windows of the real coupler from masses that start with 1 m/s, to a gap (m).
-    pub fn run(&self, windows: u64, gap_m: f64) -> Result<Run, Error> {
-        let body = BodyNode::new(self.boundary_inertia, self.point_mass_kg());
-        let mut participants = InMemory::new(vec![
-            ("bar".into(), Box::new(BarNode::new(self.bar))),
-            ("body".into(), Box::new(body)),
-        ]);
-        let group = join(&mut participants, &self.scenario(gap_m)?)?.remove(0);
-        let clock = group.clock;
-        let mut coupling = Coupling::new("glue", self.scheme, Policy::Stop, group);
+    /// Length of the window (s).
+    pub fn window_s(&self) -> f64 {
+        self.bar.step_s * f64::from(self.substeps)
+    }
+
+    /// The bar, as its window's matrices, with the masses.
+    pub fn model<'a>(&self, response: &'a Response) -> LinearModel<'a> {
+        LinearModel {
+            response,
+            inertia: self.boundary_inertia,
+            point_mass_kg: self.point_mass_kg(),
+            window_s: self.window_s(),
+        }
+    }
+
+    /// Runs windows from masses that start with 1 m/s, to a gap (m).
+    pub fn run(&self, response: &Response, windows: u64, gap_m: f64) -> Run {
+        let model = self.model(response);
+        let mut coupling = Coupling::new("glue", self.scheme, Policy::Stop, model.group(gap_m));
+        let mut pair = LinearPair::new(
+            model,
+            PairState {
+                continuum: DVector::zeros(response.push.len()),
+                masses: Masses {
+                    glued_velocity: 1.0,
+                    place: 0.0,
+                    velocity: 1.0,
+                },
+                place: 0.0,
+            },
+        );
         let mut run = Run {
             forces: Vec::new(),
+            after_first: None,
             error: None,
         };
         for index in 0..windows {
-            let step = index * u64::from(self.substeps);
-            let window = clock.window(index, step, self.substeps);
-            match coupling.window(&mut participants, window, |_| None) {
+            let window = coupling.group().clock.window(index, index, 1);
+            match coupling.window(&mut pair, window, |_| None) {
                 Ok(_) => run.forces.push(coupling.state.lambda[0]),
                 Err(error) => {
                     run.error = Some(error);
                     break;
                 }
             }
+            let after = || Disturbance {
+                pair: pair.state.clone(),
+                interface: coupling.state.clone(),
+            };
+            run.after_first.get_or_insert_with(after);
         }
-        Ok(run)
-    }
-
-    fn scenario(&self, gap_m: f64) -> Result<Scenario, Error> {
-        let (scheme, dirichlet) = (word(self.scheme.word()), word(self.scheme.dirichlet()));
-        let substeps = self.substeps;
-        let text = format!(
-            r#"
-run = {{ name = "stability", thickness_m = 1.0 }}
-participant = [{{ name = "bar", kind = "bar" }}, {{ name = "body", kind = "body" }}]
-[[interface]]
-name = "glue"
-between = ["bar.end", "body.end"]
-scheme = "{scheme}"
-dirichlet = "{dirichlet}"
-substeps = {substeps}
-tolerance_rel = {gap_m:e}
-"#
-        );
-        let source = Source {
-            name: "bench stability".into(),
-            text,
-            overrides: Vec::new(),
-        };
-        Ok(parse(source)?.scenario)
+        run
     }
 }
 

@@ -65,25 +65,40 @@ pub fn growth_of_repeats(scheme: &Scheme, model: LinearModel) -> Result<Option<f
 
 /// The window of a scheme as a matrix over its state.
 pub fn window_map(scheme: &Scheme, model: LinearModel) -> Result<DMatrix<f64>, Error> {
-    let mut probe = Probe::new(&converged(scheme), model, CONVERGED_M);
-    let size = probe.size();
-    if matches!(scheme, Scheme::DualSchur { update, .. } if *update != Update::None) {
-        probe.learn()?;
-    }
-    let mut map = DMatrix::zeros(size, size);
-    for column in 0..size {
-        let mut unit = DVector::zeros(size);
-        unit[column] = 1.0;
-        probe.window(&unit)?;
-        map.set_column(column, &probe.read());
-    }
-    Ok(map)
+    Probe::learnt(scheme, model)?.map()
+}
+
+/// Forces (N) of `windows` windows that begin with a disturbance, by the window's map.
+pub fn forces_of_map(
+    scheme: &Scheme,
+    model: LinearModel,
+    start: &Disturbance,
+    windows: usize,
+) -> Result<Vec<f64>, Error> {
+    let mut probe = Probe::learnt(scheme, model)?;
+    let map = probe.map()?;
+    let mut numbers = probe.numbers(start);
+    let lambda = model.response.push.len() + 3;
+    let window = |_| {
+        numbers = &map * &numbers;
+        numbers[lambda] * probe.units[lambda]
+    };
+    Ok((0..windows).map(window).collect())
+}
+
+/// A state of both sides and of the coupler between them.
+#[derive(Clone, Debug)]
+pub struct Disturbance {
+    /// The participants.
+    pub pair: PairState,
+    /// The coupler.
+    pub interface: InterfaceState,
 }
 
 /// The scheme with the exact compliance of the model, and a fixed point by the order and the acceleration that converge fastest:
 /// the fixed point itself depends on neither. (Quasi-Newton can stall in parallel order, whose first answer is to the motion of
 /// the window before and says nothing of the slope.)
-pub fn converged(scheme: &Scheme) -> Scheme {
+fn converged(scheme: &Scheme) -> Scheme {
     match *scheme {
         Scheme::DualSchur { update, .. } => Scheme::DualSchur {
             update,
@@ -151,15 +166,34 @@ impl<'a> Probe<'a> {
         self.units.len()
     }
 
-    /// A window in which the masses arrive with their unit velocity: the compliance at its end is the one of later windows.
-    fn learn(&mut self) -> Result<(), Error> {
-        let inner = self.model.response.push.len();
-        let mut moving = DVector::zeros(self.size());
-        moving[inner] = 1.0;
-        moving[inner + 2] = 1.0;
-        self.window(&moving)?;
-        self.start = self.coupling.clone();
-        Ok(())
+    /// A converged scheme after a window in which the masses arrive with their unit velocity: the compliance at its end is the one
+    /// of later windows.
+    fn learnt(scheme: &Scheme, model: LinearModel<'a>) -> Result<Probe<'a>, Error> {
+        let mut probe = Probe::new(&converged(scheme), model, CONVERGED_M);
+        if matches!(scheme, Scheme::DualSchur { update, .. } if *update != Update::None) {
+            let inner = model.response.push.len();
+            let mut moving = DVector::zeros(probe.size());
+            moving[inner] = 1.0;
+            moving[inner + 2] = 1.0;
+            probe.window(&moving)?;
+            probe.start = probe.coupling.clone();
+        }
+        Ok(probe)
+    }
+
+    /// The window as a matrix over the numbers of the state.
+    fn map(&mut self) -> Result<DMatrix<f64>, Error> {
+        let size = self.size();
+        let mut map = DMatrix::zeros(size, size);
+        for column in 0..size {
+            let mut unit = DVector::zeros(size);
+            unit[column] = 1.0;
+            let pair = self.window(&unit)?.state.clone();
+            let interface = self.coupling.state.clone();
+            let end = Disturbance { pair, interface };
+            map.set_column(column, &self.numbers(&end));
+        }
+        Ok(map)
     }
 
     /// A window from the state with these numbers, in its units.
@@ -196,17 +230,17 @@ impl<'a> Probe<'a> {
         Ok(&self.pair)
     }
 
-    /// The state at the end of the window, in its units.
-    fn read(&self) -> DVector<f64> {
-        let (pair, state) = (&self.pair.state, &self.coupling.state);
+    /// The numbers of a state, in its units.
+    fn numbers(&self, state: &Disturbance) -> DVector<f64> {
+        let Disturbance { pair, interface } = state;
         let rest = [
             pair.masses.glued_velocity,
             pair.masses.place,
             pair.masses.velocity,
-            state.lambda[0],
-            state.last_motion[0],
-            state.velocity[0],
-            state.displacement[0],
+            interface.lambda[0],
+            interface.last_motion[0],
+            interface.velocity[0],
+            interface.displacement[0],
         ];
         let numbers = pair.continuum.iter().copied().chain(rest);
         let all = DVector::from_iterator(self.size(), numbers.take(self.size()));

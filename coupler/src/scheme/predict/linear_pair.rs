@@ -12,7 +12,7 @@ use crate::scenario::MappingKind;
 use crate::scheme::clock::Clock;
 use crate::scheme::group::{Group, Patch, Side};
 use crate::scheme::mapping::Mapping;
-use crate::scheme::participants::Participants;
+use crate::scheme::participants::{Participants, Request};
 
 /// The force-driven participant of a pair.
 pub const CONTINUUM: usize = 0;
@@ -183,8 +183,15 @@ impl Participants for LinearPair<'_> {
         Ok(())
     }
 
-    fn begin_advance(&mut self, _: usize, _: &Window, force: &[f64]) -> Result<(), Error> {
-        self.asked = force[0];
+    fn begin(&mut self, _: usize, _: &Window, request: Request) -> Result<(), Error> {
+        match request {
+            Request::Advance(force) => self.asked = force[0],
+            Request::PrescribeVelocity(velocity) => {
+                self.asked = velocity[0];
+                self.prescribed_velocities.push(velocity[0]);
+            }
+            Request::Solve(free_velocity) => self.free_velocities.push(free_velocity[0]),
+        }
         Ok(())
     }
 
@@ -194,18 +201,7 @@ impl Participants for LinearPair<'_> {
         } = self.model.response;
         self.trial.continuum = carry * &self.state.continuum + push * self.asked;
         let increment = place.dot(&self.trial.continuum) - place.dot(&self.state.continuum);
-        Ok(vec![increment, 0.0])
-    }
-
-    fn begin_prescribed_velocity(
-        &mut self,
-        _peer: usize,
-        _window: &Window,
-        velocity: &[f64],
-    ) -> Result<(), Error> {
-        self.prescribed_velocities.push(velocity[0]);
-        self.asked = velocity[0];
-        Ok(())
+        Ok(vec![finite(increment)?, 0.0])
     }
 
     /// The works are left at zero: no ledger is read here.
@@ -225,15 +221,10 @@ impl Participants for LinearPair<'_> {
         let increment = place(&continuum) - place(&self.state.continuum);
         self.trial.continuum = continuum;
         Ok(Reaction {
-            force: vec![force, 0.0],
+            force: vec![finite(force)?, 0.0],
             increment: vec![increment, 0.0],
             work: vec![0.0; 2],
         })
-    }
-
-    fn begin_solve(&mut self, _: usize, _: &Window, free_velocity: &[f64]) -> Result<(), Error> {
-        self.free_velocities.push(free_velocity[0]);
-        Ok(())
     }
 
     fn finish_solve(
@@ -251,7 +242,7 @@ impl Participants for LinearPair<'_> {
             .window(&self.state.masses, self.state.place, motion);
         self.trial.masses = solved.masses;
         Ok(BoundaryAnswer {
-            force: vec![solved.force, 0.0],
+            force: vec![finite(solved.force)?, 0.0],
             velocity: vec![solved.masses.glued_velocity, 0.0],
             iterations: 1,
             residual: 0.0,
@@ -272,4 +263,12 @@ impl Participants for LinearPair<'_> {
     fn report(&mut self, _peer: usize) -> Result<Vec<f64>, Error> {
         Ok(Vec::new())
     }
+}
+
+/// Refuses an answer that left the finite numbers.
+fn finite(value: f64) -> Result<f64, Error> {
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(Error::NotFinite(format!("the model answered {value}")))
 }
