@@ -77,22 +77,24 @@ impl Trial {
         }
     }
 
+    /// The bar at rest, and masses that arrive with 1 m/s.
+    pub fn start(&self, response: &Response) -> PairState {
+        PairState {
+            continuum: DVector::zeros(response.push.len()),
+            masses: Masses {
+                glued_velocity: 1.0,
+                place: 0.0,
+                velocity: 1.0,
+            },
+            place: 0.0,
+        }
+    }
+
     /// Runs windows from masses that start with 1 m/s, to a gap (m).
     pub fn run(&self, response: &Response, windows: u64, gap_m: f64) -> Run {
         let model = self.model(response);
         let mut coupling = Coupling::new("glue", self.scheme, Policy::Stop, model.group(gap_m));
-        let mut pair = LinearPair::new(
-            model,
-            PairState {
-                continuum: DVector::zeros(response.push.len()),
-                masses: Masses {
-                    glued_velocity: 1.0,
-                    place: 0.0,
-                    velocity: 1.0,
-                },
-                place: 0.0,
-            },
-        );
+        let mut pair = LinearPair::new(model, self.start(response));
         let mut run = Run {
             forces: Vec::new(),
             after_first: None,
