@@ -50,11 +50,13 @@ pub mod spectrum;
 pub mod statics;
 pub mod wheel;
 
+mod committed;
 mod compliance;
 mod error;
-mod follow;
 mod interface;
 mod pack;
+mod prescribed_velocity;
+mod snapshot;
 mod vtu;
 mod window;
 

@@ -1,11 +1,11 @@
-//! Where the mesh comes from: a few numbers, or a file of Gmsh.
+//! Source of the mesh: a few numbers, or a file of Gmsh.
 
 use std::path::PathBuf;
 
 use protocol::ConfigError;
 use serde::Deserialize;
 
-use super::{not_negative, optional, positive};
+use super::number::{not_negative, optional, positive};
 
 /// The mesh: `{ width_m = .., .. }`, a graded block, or `{ gmsh = "rail.msh" }`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -50,7 +50,7 @@ pub struct GmshConfig {
     pub length_unit_m: f64,
 }
 
-/// All keys of both; which of them belong together is found out afterwards, so that every message names its key.
+/// Keys of both sources; they are sorted afterwards, so that every message names its key.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct MeshKeys {
@@ -68,15 +68,9 @@ struct MeshKeys {
 }
 
 impl MeshSource {
-    /// Whether the left and the right edge are one.
+    /// True where the left and the right edge are one.
     pub(super) fn periodic_x(&self) -> bool {
-        matches!(
-            self,
-            MeshSource::Graded(MeshConfig {
-                periodic_x: true,
-                ..
-            })
-        )
+        matches!(self, MeshSource::Graded(config) if config.periodic_x)
     }
 
     pub(super) fn check(&self) -> Result<(), ConfigError> {
