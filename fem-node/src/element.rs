@@ -4,15 +4,15 @@
 //! each padded with zeros to [`Layout::stride`], so that packs of neighbours never need a special case. All nodes of an
 //! unstructured mesh form one row, and its elements gather from it what they need.
 
-mod body;
+pub(crate) mod body;
 mod corners;
 mod gather;
 mod layout;
 mod modes;
 mod points;
-mod q4_1point;
-mod q4_2x2;
-mod q4_bbar;
+pub(crate) mod q4_1point;
+pub(crate) mod q4_2x2;
+pub(crate) mod q4_bbar;
 mod row_forces;
 mod shape;
 mod stiffness;

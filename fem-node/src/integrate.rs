@@ -55,7 +55,7 @@
 
 mod integrator;
 mod load;
-mod node_row;
+pub(crate) mod node_row;
 mod scheme;
 mod scratch;
 mod state;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 pub(crate) use connectivity::{Connectivity, NodeSet};
 
-/// Quadrilaterals, most often a structured block. Node (column, row) counts from the upper left corner: row 0 is the
+/// Mesh of quadrilaterals, most often structured. Node (column, row) counts from the upper left corner: row 0 is the
 /// upper edge, row [`Mesh::rows`] the lower one.
 ///
 /// An unstructured mesh has all its nodes in row 0, those of its set `top` first, and its elements in rows whose
@@ -26,7 +26,7 @@ pub struct Mesh {
     pub ratio_rows: f64,
 }
 
-/// An edge of the block, the node sets that the scenario can name.
+/// Edge of a structured mesh, the node sets that the scenario can name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Edge {
     /// Row 0.
@@ -64,7 +64,7 @@ impl Edge {
 }
 
 impl Mesh {
-    /// A block of `columns` x `rows` quadrilaterals with the node (column, row) at `position`.
+    /// A structured mesh of `columns` x `rows` quadrilaterals with the node (column, row) at `position`.
     pub fn structured(
         columns: usize,
         rows: usize,
@@ -191,7 +191,7 @@ impl Mesh {
         self.periodic
     }
 
-    /// The node that this one moves with, itself except on the right edge of a periodic block.
+    /// The node that this one moves with, itself except on the right edge of a periodic mesh.
     pub fn tied_to(&self, [column, row]: [usize; 2]) -> [usize; 2] {
         [
             if self.periodic && column == self.columns {
@@ -204,7 +204,7 @@ impl Mesh {
     }
 
     /// The nodes of an edge that move by themselves, in the order of [`Mesh::edge`], and the length that belongs to each
-    /// (m). In a periodic block the first node of the upper and lower edge has a segment on both sides.
+    /// (m). In a periodic mesh the first node of the upper and lower edge has a segment on both sides.
     pub fn surface(&self, edge: Edge) -> (Vec<[usize; 2]>, Vec<f64>) {
         let mut nodes = self.edge(edge);
         let mut lengths = self.tributary(&nodes);

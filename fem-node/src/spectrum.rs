@@ -45,7 +45,7 @@ pub fn damped_step_limit(omega_max: f64, damping: f64, stiffness_damping: f64) -
     ((2.0 / damping + twice * twice).sqrt() - twice) / omega_max
 }
 
-/// The directions of the iteration and the tridiagonal matrix that they reduce the operator to.
+/// Directions of the iteration and the tridiagonal matrix to which they reduce the operator.
 struct Krylov {
     scale: Vec<f64>,
     previous: Vec<f64>,

@@ -16,11 +16,11 @@
 //! - `history`: the increments of a load;
 //! - `node`: a static analysis as a participant.
 
-mod active_set;
+pub(crate) mod active_set;
 mod contact;
 mod edge;
 mod face;
-mod factor;
+pub(crate) mod factor;
 mod history;
 mod node;
 

@@ -14,15 +14,15 @@
 //! The factor is h^2 (b+1/2) and not h^2 because the force enters u_n+1 both through a_n and through v_n. With h^2
 //! the pressures stay right, but every node slides for ever and friction carries next to nothing.
 
-mod coulomb;
-mod flat;
-mod newmark;
+pub(crate) mod coulomb;
+pub(crate) mod flat;
+pub(crate) mod newmark;
 mod node_contact;
 mod problem;
 mod program;
 mod rigid;
-mod round;
-mod run;
+pub(crate) mod round;
+pub(crate) mod run;
 mod state;
 mod statistics;
 

@@ -322,7 +322,7 @@ impl WindowRun {
     }
 
     /// r = F(u) + d - f in the prescribed components, motion after motion (N).
-    fn drive_forces(&self, model: &Model) -> Vec<f64> {
+    pub(crate) fn drive_forces(&self, model: &Model) -> Vec<f64> {
         let components = model.motions.iter().flat_map(|motion| &motion.components);
         components
             .map(|(index, _)| {
@@ -377,7 +377,7 @@ impl WindowRun {
 }
 
 /// [(1-b) f + b f'] du of the tractions over the step that begins at `step` (J).
-fn applied_work(model: &Model, step: u64, before: &[f64], after: &[f64]) -> f64 {
+pub(crate) fn applied_work(model: &Model, step: u64, before: &[f64], after: &[f64]) -> f64 {
     let (b, h) = (model.scheme.damping, model.scheme.step);
     let mut increments = before.iter().zip(after).map(|(old, new)| new - old);
     let of_traction = |traction: &Traction| {

@@ -17,7 +17,7 @@ pub struct Config {
     /// Motion in time or equilibrium; motion when absent.
     #[serde(default)]
     pub analysis: Analysis,
-    /// How a body under a wheel comes under its load.
+    /// Way in which a body under a wheel comes under its load.
     #[serde(default)]
     pub start: Start,
     /// Element; `q4_1point` when absent, the fast one.
@@ -48,7 +48,7 @@ pub struct Config {
     pub wheel: Option<WheelConfig>,
     /// Contact of the upper edge with the wheel.
     pub contact: Option<ContactConfig>,
-    /// How a static analysis or a static start follows its loads.
+    /// Increments of a static analysis or a static start.
     #[serde(default)]
     pub statics: StaticsConfig,
 }

@@ -7,17 +7,17 @@ use serde::Deserialize;
 
 use super::number::{not_negative, optional, positive};
 
-/// The mesh: `{ width_m = .., .. }`, a graded block, or `{ gmsh = "rail.msh" }`.
+/// The mesh: `{ width_m = .., .. }`, a graded structured mesh, or `{ gmsh = "rail.msh" }`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "MeshKeys")]
 pub enum MeshSource {
-    /// A block from a few numbers.
+    /// Structured mesh from a few numbers.
     Graded(MeshConfig),
     /// Quadrilaterals from a file.
     Gmsh(GmshConfig),
 }
 
-/// Geometry: a block with a graded structured mesh, fine in the middle of its upper edge.
+/// Geometry of a graded structured mesh, fine in the middle of its upper edge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshConfig {
     /// Width (m).
@@ -100,7 +100,7 @@ impl TryFrom<MeshKeys> for MeshSource {
 
     fn try_from(keys: MeshKeys) -> Result<MeshSource, String> {
         if let Some(gmsh) = &keys.gmsh {
-            return match keys.of_a_block() {
+            return match keys.of_a_structured_mesh() {
                 Some(key) => Err(format!(
                     "`{key}` describes a block and does not go with a file in `gmsh`; remove one of them"
                 )),
@@ -132,8 +132,8 @@ impl TryFrom<MeshKeys> for MeshSource {
 }
 
 impl MeshKeys {
-    /// The first key that only a block has.
-    fn of_a_block(&self) -> Option<&'static str> {
+    /// The first key that only a structured mesh has.
+    fn of_a_structured_mesh(&self) -> Option<&'static str> {
         let given = [
             ("width_m", self.width_m.is_some()),
             ("height_m", self.height_m.is_some()),

@@ -32,7 +32,7 @@ pub struct Body {
     /// Mass of each node (kg), supports included; row after row without padding.
     node_mass: Vec<f64>,
     element: Element,
-    /// Of an unstructured mesh.
+    /// Connectivity of an unstructured mesh.
     connectivity: Option<Arc<Connectivity>>,
 }
 
@@ -297,7 +297,7 @@ pub fn stiffness(
 }
 
 /// Lumped mass of each node (kg), m_a = sum over its elements of rho t A / 4, `surface_density` being density times thickness (kg/m2).
-fn lump(mesh: &Mesh, surface_density: f64) -> Vec<f64> {
+pub(crate) fn lump(mesh: &Mesh, surface_density: f64) -> Vec<f64> {
     let mut mass = vec![0.0; mesh.points().len()];
     for [i, j] in mesh.element_indices() {
         let corners = mesh.corners(i, j);

@@ -46,7 +46,7 @@ pub(super) fn elements_of(connectivity: &Connectivity, layout: Layout, row: usiz
 }
 
 /// Copies a field to the corners of a row of elements. Beyond the last element of a row older numbers stay: their forces
-/// go to nobody, and their share of the energies has the volume zero.
+/// are not used, and their share of the energies has the volume zero.
 pub(super) fn gather(
     elements: &[[u32; 4]],
     layout: Layout,

@@ -7,7 +7,7 @@ use crate::pack::Pack;
 
 /// A bilinear field of a pack of elements, or the forces that do work on it: parts along xi, eta and xi eta.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Modes {
+pub(crate) struct Modes {
     pub(super) xi: Pack,
     pub(super) eta: Pack,
     pub(super) hourglass: Pack,
@@ -25,7 +25,7 @@ impl Modes {
         }
     }
 
-    /// Of both components.
+    /// Modes of both components.
     #[inline(always)]
     pub(super) fn both([x, y]: &[Corners; 2]) -> [Modes; 2] {
         [Modes::of(x), Modes::of(y)]

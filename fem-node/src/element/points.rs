@@ -100,10 +100,10 @@ impl RowPoints<'_> {
                     i,
                 );
                 dissipated = dissipated + point.jacobian() * dissipation;
-                let elastic = hooke(moduli, strain);
-                let [xx, yy, xy] = [0, 1, 2].map(|k| elastic[k] - relaxed[k]);
-                point.push(xx, xy, &mut force[0]);
-                point.push(xy, yy, &mut force[1]);
+                let [xx, yy, xy] = hooke(moduli, strain);
+                let shear = xy - relaxed[2];
+                point.push(xx - relaxed[0], shear, &mut force[0]);
+                point.push(shear, yy - relaxed[1], &mut force[1]);
             }
             store(i, [force[0].scaled(quarter), force[1].scaled(quarter)], u);
         }

@@ -37,7 +37,7 @@ const CONSTANTS: usize = 8;
 
 /// All elements of a mesh, as a structure of arrays row by row.
 #[derive(Clone, Debug)]
-pub(super) struct Q4OnePoint {
+pub(crate) struct Q4OnePoint {
     elastic: Elastic,
     layout: Layout,
     /// For each row of elements [`CONSTANTS`] arrays of [`Layout::padded_columns`]; zero in the padding.
@@ -58,9 +58,9 @@ impl Q4OnePoint {
         }
     }
 
-    /// Forces of the elements of a row under the displacements of its corners.
+    /// Forces of the elements of a row under the displacements of its corners: f_ia = t A B_ja s_ij + G_a Q_i.
     #[inline(always)]
-    pub(super) fn row(&self, row: usize, u: CornerRows, out: &mut RowForces) {
+    pub(crate) fn row(&self, row: usize, u: CornerRows, out: &mut RowForces) {
         let padded = self.layout.padded_columns();
         let stride = self.layout.element_stride();
         let constants = &self.constants[row * CONSTANTS * padded..(row + 1) * CONSTANTS * padded];
@@ -90,7 +90,7 @@ impl Q4OnePoint {
         }
     }
 
-    /// Forces of the elements of a row under a nonlinear law; returns the dissipation (J).
+    /// Forces f_ia = t A B_ja s_ij + G_a Q_i of a row under a nonlinear law; returns the dissipation (J).
     #[inline(always)]
     pub(super) fn nonlinear_row(
         &self,

@@ -22,15 +22,16 @@ use super::stiffness::{Stiffness, dilatation_row, four_point};
 use crate::material::Elastic;
 use crate::pack::Pack;
 
-/// Adds the forces of the mean pressure -k E. `geometry` holds the means of x,xi, y,xi, x,eta, y,eta and `stiffness` is
+/// Adds the forces t A k E b of the mean pressure -k E, E = b u being the mean dilatation. `geometry` gives the means of x,xi, y,xi, x,eta, y,eta and `stiffness` is
 /// t k / area. The mean gradients times the area give t k E; the hourglass modes do not change the volume.
 #[inline(always)]
-pub(super) fn add_mean_pressure(
-    [x_xi, y_xi, x_eta, y_eta]: [Pack; 4],
+pub(crate) fn add_mean_pressure(
+    geometry: &impl Fn(usize) -> Pack,
     stiffness: Pack,
     [x, y]: [Modes; 2],
-    [fx, fy]: [&mut Modes; 2],
+    [fx, fy]: &mut [Modes; 2],
 ) {
+    let (x_xi, y_xi, x_eta, y_eta) = (geometry(0), geometry(1), geometry(2), geometry(3));
     let volume = (x.xi * y_eta - x.eta * y_xi) + (y.eta * x_xi - y.xi * x_eta);
     let stress = stiffness * volume;
     fx.xi = fx.xi + stress * y_eta;

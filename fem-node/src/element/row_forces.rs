@@ -9,10 +9,10 @@ use crate::pack::{LANES, Pack, vectorised};
 /// whose left corner it is, `right` what it gets from the element on its left.
 #[derive(Clone, Debug)]
 pub(crate) struct RowForces {
-    /// On the upper nodes, left then right.
+    /// Forces on the upper nodes, left then right.
     upper: [Vec<f64>; 2],
     lower: [Vec<f64>; 2],
-    /// Of the row above, on what are now the upper nodes.
+    /// Forces of the row of elements above on the same nodes.
     carried: [Vec<f64>; 2],
 }
 

@@ -123,7 +123,7 @@ fn turn(file: &File, quad: &mut Element<4>) -> Result<(), GmshError> {
     Ok(())
 }
 
-/// No two nodes within [`NOTHING`] of each other: a grid of such cells is searched, each with its neighbours.
+/// Refuses two nodes within [`NOTHING`] of each other: a grid of such cells is searched, each with its neighbours.
 fn check_distances(file: &File, used: &[u32]) -> Result<(), GmshError> {
     let near = NOTHING * farthest(file, used);
     let cell = |p: [f64; 2]| p.map(|x| (x / near).floor() as i64);

@@ -17,7 +17,7 @@ use crate::wheel::{Wheel, WheelRun};
 /// two threads are 1.7 times faster than one, with 705 each not at all.
 const ELEMENTS_PER_THREAD: usize = 2_500;
 
-/// Steps a body, on one thread or several, with the same bits: whoever computes a row computes it alike.
+/// Steps a body, on one thread or several, with the same bits for any number of them.
 #[derive(Clone, Debug)]
 pub(crate) struct Integrator {
     pub(crate) scheme: Scheme,

@@ -18,7 +18,7 @@ pub(crate) struct RowEnergies {
 }
 
 /// A row of nodes whose displacements are new and whose other fields are still old.
-pub(super) struct NodeRow<'a> {
+pub(crate) struct NodeRow<'a> {
     pub(super) v: &'a mut [f64],
     pub(super) a: &'a mut [f64],
     pub(super) force: &'a mut [f64],
@@ -35,7 +35,7 @@ pub(super) struct NodeRow<'a> {
 
 impl NodeRow<'_> {
     /// Stiffness damping d' = (beta/h) (F' - F), which is taken off the load; adds [(1-b) d + b d'] du to the energies.
-    pub(super) fn damp_stiffness(&mut self, scheme: &Scheme, energies: &mut RowEnergies) {
+    pub(crate) fn damp_stiffness(&mut self, scheme: &Scheme, energies: &mut RowEnergies) {
         if self.damping_force.is_empty() {
             return;
         }
@@ -83,7 +83,7 @@ impl NodeRow<'_> {
 
     /// a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F(u'))
     #[inline(always)]
-    fn accelerate(&mut self, scheme: &Scheme, c: f64) {
+    pub(crate) fn accelerate(&mut self, scheme: &Scheme, c: f64) {
         let (h, b) = (scheme.step, scheme.damping);
         let drag = Pack::splat(c / (1.0 + b * h * c));
         let (old, new) = scheme.weights();
@@ -97,7 +97,7 @@ impl NodeRow<'_> {
 
     /// Sum of du dF - b h^2/2 da M da.
     #[inline(always)]
-    fn numerical_dissipation(&self, scheme: &Scheme) -> f64 {
+    pub(crate) fn numerical_dissipation(&self, scheme: &Scheme) -> f64 {
         let h = Pack::splat(scheme.step);
         let half = Pack::splat(0.5 * scheme.step * scheme.step);
         let weight = Pack::splat(0.5 * scheme.damping * scheme.step * scheme.step);
@@ -114,7 +114,7 @@ impl NodeRow<'_> {
 
     /// Sum of [(1-b) c v + b c' v'] M du.
     #[inline(always)]
-    fn mass_damping(&self, scheme: &Scheme, damping: Damping) -> f64 {
+    pub(crate) fn mass_damping(&self, scheme: &Scheme, damping: Damping) -> f64 {
         let h = Pack::splat(scheme.step);
         let half = Pack::splat(0.5 * scheme.step * scheme.step);
         let start = Pack::splat((1.0 - scheme.damping) * damping.start);
@@ -131,7 +131,7 @@ impl NodeRow<'_> {
 
     /// v' = v + h [(1-b) a + b a']
     #[inline(always)]
-    fn new_velocity(&self, scheme: &Scheme, k: usize) -> Pack {
+    pub(crate) fn new_velocity(&self, scheme: &Scheme, k: usize) -> Pack {
         let (old, new) = scheme.weights();
         Pack::load(self.v, k) + (old * Pack::load(self.a, k) + new * Pack::load(self.new_a, k))
     }

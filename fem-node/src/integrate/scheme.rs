@@ -25,7 +25,7 @@ impl Scheme {
 
     /// u' = u + h v + h^2/2 a
     #[inline(always)]
-    pub(super) fn predicted(&self, u: f64, v: f64, a: f64) -> f64 {
+    pub(crate) fn predicted(&self, u: f64, v: f64, a: f64) -> f64 {
         u + self.increment(v, a)
     }
 
@@ -45,7 +45,7 @@ pub(crate) struct Damping {
 }
 
 impl Damping {
-    /// The same at both ends.
+    /// A constant rate.
     pub(crate) fn constant(rate: f64) -> Damping {
         Damping {
             start: rate,

@@ -24,9 +24,9 @@ pub(super) struct Scratch {
 /// Increments of displacements, a row each; empty under a law without history.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Increments {
-    /// Of the row at hand.
+    /// Increments of the row at hand.
     pub(super) here: Vec<f64>,
-    /// Of the row below it.
+    /// Increments of the row below it.
     pub(super) next: Vec<f64>,
     pub(super) above: Vec<f64>,
     pub(super) below: Vec<f64>,
@@ -72,7 +72,7 @@ pub(super) fn copy_neighbours(
     scheme: &Scheme,
     state: &State,
     [first, end]: [usize; 2],
-    room: &mut Scratch,
+    buffers: &mut Scratch,
 ) {
     let copy = |row: usize, u: &mut [f64], increments: &mut [f64]| {
         let row = body.layout().row(row);
@@ -85,12 +85,12 @@ pub(super) fn copy_neighbours(
         }
     };
     if first > 0 {
-        copy(first - 1, &mut room.above, &mut room.increments.above);
-        let size = room.history.len();
+        copy(first - 1, &mut buffers.above, &mut buffers.increments.above);
+        let size = buffers.history.len();
         let above = (first - 1) * size..first * size;
-        room.history.copy_from_slice(&state.history[above]);
+        buffers.history.copy_from_slice(&state.history[above]);
     }
     if end < body.layout().node_rows() {
-        copy(end, &mut room.below, &mut room.increments.below);
+        copy(end, &mut buffers.below, &mut buffers.increments.below);
     }
 }

@@ -26,7 +26,7 @@ pub(super) struct Strip<'a> {
     history: &'a mut [f64],
     energies: &'a mut [RowEnergies],
     scratch: &'a mut Scratch,
-    /// Of the strip with the upper row, if there is a wheel.
+    /// The wheel, for the strip with the upper row.
     pub(super) wheel: Option<(&'a Wheel, &'a mut WheelRun)>,
     pub(super) law: Option<NonlinearLaw>,
 }
@@ -43,8 +43,14 @@ pub(super) fn split<'a>(
 ) -> Vec<Strip<'a>> {
     let rows = (end - first).div_ceil(scratch.len());
     let starts = (first..end).step_by(rows);
-    for (start, room) in starts.clone().zip(scratch.iter_mut()) {
-        copy_neighbours(body, scheme, state, [start, (start + rows).min(end)], room);
+    for (start, buffers) in starts.clone().zip(scratch.iter_mut()) {
+        copy_neighbours(
+            body,
+            scheme,
+            state,
+            [start, (start + rows).min(end)],
+            buffers,
+        );
     }
     let row_len = body.layout().row_len();
     let row_history = state.history.len() / (body.layout().node_rows() - 1);

@@ -32,7 +32,7 @@ pub(crate) struct Response {
 
 /// Rotation by its cosine and sine.
 #[derive(Clone, Copy)]
-struct Rotation {
+pub(crate) struct Rotation {
     cos: Pack,
     sin: Pack,
 }
@@ -62,12 +62,17 @@ impl NonlinearLaw {
             NonlinearLaw::Corotational => corotational_response(moduli, gradient),
             NonlinearLaw::Plastic(plastic) => {
                 let strain = symmetric(gradient);
-                let increment = || symmetric(increment());
-                let (relaxed, dissipated) = plastic.return_map(strain, increment, history, at);
-                let elastic = hooke(moduli.map(Pack::splat), strain);
-                let [xx, yy, xy] = [0, 1, 2].map(|k| elastic[k] - relaxed[k]);
+                let (relaxed, dissipated) = plastic.return_map(
+                    strain,
+                    #[inline(always)]
+                    || symmetric(increment()),
+                    history,
+                    at,
+                );
+                let [xx, yy, xy] = hooke(moduli.map(Pack::splat), strain);
+                let shear = xy - relaxed[2];
                 Response {
-                    stress: [[xx, xy], [xy, yy]],
+                    stress: [[xx - relaxed[0], shear], [shear, yy - relaxed[1]]],
                     dissipated,
                 }
             }
@@ -131,7 +136,7 @@ fn symmetric([[xx, xy], [yx, yy]]: Gradient) -> Plane3 {
 
 /// E = U - 1 and R of 1 + grad u = R U.
 #[inline(always)]
-fn stretch([[xx, xy], [yx, yy]]: Gradient) -> (Plane3, Rotation) {
+pub(crate) fn stretch([[xx, xy], [yx, yy]]: Gradient) -> (Plane3, Rotation) {
     let one = Pack::splat(1.0);
     let (fxx, fyy) = (one + xx, one + yy);
     let (a, b) = (fxx + fyy, yx - xy);

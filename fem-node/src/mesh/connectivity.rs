@@ -90,7 +90,7 @@ impl Connectivity {
 }
 
 impl NodeSet {
-    /// Every node once.
+    /// Nodes of the set, each once.
     pub(crate) fn nodes(&self) -> Vec<u32> {
         let lines = match self {
             NodeSet::Region(nodes) => return nodes.clone(),

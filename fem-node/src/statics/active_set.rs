@@ -30,7 +30,7 @@ const ROUNDS_ALL: usize = 30;
 /// Rounds after which the increment is halved.
 const ROUNDS_MAX: usize = 400;
 
-/// How often an increment is halved before giving up.
+/// Halvings of an increment before giving up.
 const HALVINGS_MAX: u32 = 6;
 
 /// Share of the largest force or displacement that counts as zero: the rounding of a dense solve.
@@ -77,7 +77,7 @@ pub(super) struct Failure {
 
 /// The contact at the end of the last increment.
 #[derive(Clone, Debug)]
-pub(super) struct ActiveSet {
+pub(crate) struct ActiveSet {
     status: Vec<DirectedStatus>,
     normal: Vec<f64>,
     tangential: Vec<f64>,
@@ -199,7 +199,7 @@ impl ActiveSet {
         }
     }
 
-    /// All statuses whose own condition does not hold. Without friction the direction of the slip has no
+    /// Changes of the statuses whose own condition is violated. Without friction the direction of the slip has no
     /// consequence and is only noted.
     fn violations(&mut self, increment: &Increment, edge: &EdgeCompliance) -> Vec<StatusChange> {
         let Increment {
@@ -266,7 +266,7 @@ impl ActiveSet {
 }
 
 /// One increment from a state to a target.
-struct Increment<'a> {
+pub(crate) struct Increment<'a> {
     before: &'a ActiveSet,
     face: &'a Face,
     target: Target,
@@ -336,7 +336,7 @@ struct Unknown {
 
 /// The linear problem under given statuses. The last unknown is the approach over a compliance, and the equation of
 /// the wheel is multiplied with it, so that all entries are of one size.
-struct System {
+pub(crate) struct System {
     unknowns: Vec<Unknown>,
     matrix: Mat<f64>,
     right: Mat<f64>,
@@ -344,7 +344,9 @@ struct System {
 }
 
 impl System {
-    fn new(now: &ActiveSet, increment: &Increment, edge: &EdgeCompliance) -> System {
+    /// Rows g_i = 0 of the closed nodes, t_i . (d - d_before - u_i + u_i,before) = 0 of those that stick, and
+    /// sum (r_n n_y - r_t t_y) = load of the wheel.
+    pub(crate) fn new(now: &ActiveSet, increment: &Increment, edge: &EdgeCompliance) -> System {
         let Increment {
             before,
             face,

@@ -40,7 +40,7 @@ impl WheelContact {
         ]
     }
 
-    /// The same as the contact of a wheel in motion.
+    /// Contact as that of a wheel in motion.
     pub(crate) fn node_contacts(&self) -> Vec<NodeContact> {
         let contact = |node: usize| {
             let [nx, ny] = self.normals[node];

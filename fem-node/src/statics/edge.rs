@@ -5,7 +5,7 @@ use crate::mesh::Edge;
 use crate::model::Model;
 
 /// Displacements of the upper edge under forces on its nodes and under the tractions.
-pub(super) struct EdgeCompliance {
+pub(crate) struct EdgeCompliance {
     /// Displacements (x0, y0, x1, ...) under the full tractions (m).
     full: Vec<f64>,
     /// Share of the tractions that acts.

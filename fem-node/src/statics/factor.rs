@@ -13,7 +13,7 @@ use crate::model::Model;
 const SOLVED_TOGETHER: usize = 16;
 
 /// K = L L^T of the components that can move.
-pub(super) struct Factor {
+pub(crate) struct Factor {
     layout: Layout,
     /// Component of each equation.
     components: Vec<usize>,
@@ -54,8 +54,8 @@ impl Factor {
         self.equations[component] != FIXED
     }
 
-    /// Displacements of the whole body under these forces, a field in the layout of the body.
-    pub(super) fn solve(&self, force: &[f64]) -> Vec<f64> {
+    /// Solves K u = f: displacements of the whole body under these forces, a field in the layout of the body.
+    pub(crate) fn solve(&self, force: &[f64]) -> Vec<f64> {
         let mut x = Mat::from_fn(self.components.len(), 1, |i, _| force[self.components[i]]);
         self.llt.solve_in_place(x.as_mut());
         let mut u = vec![0.0; force.len()];

@@ -14,7 +14,7 @@
 /// ```
 ///
 /// just when r is the projection of (r_n - gap/W_nn, r_t + slip/W_tt).
-pub(super) fn admissible([normal, tangential]: [f64; 2], friction: f64) -> [f64; 2] {
+pub(crate) fn admissible([normal, tangential]: [f64; 2], friction: f64) -> [f64; 2] {
     let normal = normal.max(0.0);
     let limit = friction * normal;
     [normal, tangential.clamp(-limit, limit)]

@@ -4,7 +4,7 @@ use super::coulomb::admissible;
 use super::node_contact::{ContactStatus, NodeContact};
 use super::problem::{Increment, NodeMotion};
 
-/// The contact forces at t_n, g_i the free gap, W_i and W_w the weights of node and wheel:
+/// Contact forces at t_n, g_i the free gap, W_i and W_w the weights of node and wheel:
 ///
 /// ```text
 /// S   = sum r_i,  r_i = max(0, -(g_i + W_w S) / W_i)          a monotone equation in S alone
@@ -32,7 +32,7 @@ fn gap(node: &NodeMotion, wheel: &Increment) -> f64 {
 /// S by Newton's method from 0. S - sum max(0, -(g_i + W_w S)/W_i) is piecewise linear, increasing and concave, so
 /// each iterate lies below the root and above its predecessor: nodes only leave the active set, and once none has
 /// left the iterate is the root.
-fn total(nodes: &[NodeMotion], wheel: &Increment) -> f64 {
+pub(crate) fn total(nodes: &[NodeMotion], wheel: &Increment) -> f64 {
     let mut s = 0.0;
     let mut active = usize::MAX;
     loop {

@@ -2,7 +2,7 @@
 
 /// The scheme of [`crate::integrate`] for one component: from the end of a step to that of the next.
 #[derive(Clone, Copy)]
-pub(super) struct Newmark {
+pub(crate) struct Newmark {
     h: f64,
     b: f64,
     c: f64,
@@ -22,13 +22,13 @@ impl Newmark {
     }
 
     /// Displacement after the next step, u' + h v' + h^2/2 a', while the force stays as it is.
-    pub(super) fn next(self, u: f64, rates: [f64; 2], push: f64) -> f64 {
+    pub(crate) fn next(self, u: f64, rates: [f64; 2], push: f64) -> f64 {
         let [v, a] = self.rates(rates, push);
         u + (self.h * v + 0.5 * self.h * self.h * a)
     }
 
     /// Displacement after the next step for each unit of `push` added: h^2 (b + 1/2) / (1 + b h c).
-    pub(super) fn weight(self) -> f64 {
+    pub(crate) fn weight(self) -> f64 {
         let Newmark { h, b, c } = self;
         h * h * (b + 0.5) / (1.0 + b * h * c)
     }

@@ -16,7 +16,7 @@ pub(crate) struct NodeContact {
 /// Status of a node towards the wheel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum ContactStatus {
-    /// No contact.
+    /// Separated.
     #[default]
     Open,
     /// Contact, and no slip.

@@ -2,7 +2,7 @@
 
 /// A node of the upper edge between t_n and t_n+1.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct NodeMotion {
+pub(crate) struct NodeMotion {
     /// Position without displacement (m).
     pub(super) point: [f64; 2],
     /// Displacement at t_n (m).
@@ -25,10 +25,10 @@ impl NodeMotion {
 
 /// The wheel between t_n and t_n+1.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Increment {
+pub(crate) struct Increment {
     /// Lowest point of the face at t_n (m).
     pub(super) height: f64,
-    /// The same at t_n+1 without contact forces at t_n (m).
+    /// Lowest point at t_n+1 without contact forces at t_n (m).
     pub(super) free_height: f64,
     /// Vertical displacement at t_n+1 for each unit of force at t_n (m/N).
     pub(super) weight: f64,

@@ -19,7 +19,7 @@ pub(super) struct RoundFace {
 
 /// Local problem of one node: gap = g + n.(w r) and slip = s - t.(w r) plus what the wheel's motion does to both.
 #[derive(Clone, Copy, Debug)]
-struct LocalProblem {
+pub(crate) struct LocalProblem {
     /// Unit vector from the centre of the wheel to the node.
     n: [f64; 2],
     t: [f64; 2],
@@ -146,7 +146,7 @@ impl LocalProblem {
     }
 
     /// W (r_n, r_t) = (-gap, slip) while |r_t| <= mu r_n, else r_t = +-mu r_n.
-    fn closed(&self, gap: f64, slip: f64, friction: f64) -> [f64; 2] {
+    pub(crate) fn closed(&self, gap: f64, slip: f64, friction: f64) -> [f64; 2] {
         let determinant = self.w_nn * self.w_tt - self.w_nt * self.w_nt;
         // A node that is held in x cannot follow the wheel: it resists with full friction.
         let held = determinant <= 1e-12 * self.w_nn * self.w_nn;

@@ -18,7 +18,7 @@ pub(crate) struct WheelRun {
     pub(crate) failed: Option<FemError>,
     nodes: Vec<NodeMotion>,
     sweeps: RoundFace,
-    /// All forces on the upper row, x then y components (N).
+    /// Forces on the upper row, applied and of contact, x then y components (N).
     load: Vec<f64>,
     old: Vec<NodeContact>,
 }
@@ -67,7 +67,7 @@ impl WheelRun {
         self.apply(wheel, row.load);
     }
 
-    /// The end of a step: contact forces, motion of the wheel, energies. `row` holds the new u and F(u), the old
+    /// Ends a step: contact forces, motion of the wheel, energies. `row` holds the new u and F(u), the old
     /// v and a.
     pub(crate) fn close(&mut self, wheel: &Wheel, rule: &Rule, row: &UpperRow) {
         let scheme = &rule.scheme;
@@ -123,7 +123,12 @@ impl WheelRun {
     /// ```
     ///
     /// Returns the work of the drive.
-    fn add_energies(&mut self, wheel: &Wheel, scheme: &Scheme, moved: &StepMotion) -> f64 {
+    pub(crate) fn add_energies(
+        &mut self,
+        wheel: &Wheel,
+        scheme: &Scheme,
+        moved: &StepMotion,
+    ) -> f64 {
         let (h, b, m) = (scheme.step, scheme.damping, wheel.mass);
         let mean = |old: f64, new: f64| (1.0 - b) * old + b * new;
         let [mut drive, mut friction, mut impact] = [0.0; 3];
@@ -191,7 +196,7 @@ impl WheelRun {
         }
     }
 
-    /// All forces of the upper row: those applied and those of the contact.
+    /// Adds the contact forces to those applied on the upper row.
     fn apply(&mut self, wheel: &Wheel, applied: &[f64]) {
         self.load.copy_from_slice(applied);
         for (k, contact) in self.state.contacts.iter().enumerate() {
@@ -203,7 +208,7 @@ impl WheelRun {
 }
 
 /// Motion of wheel and upper row over a step.
-struct StepMotion<'a> {
+pub(crate) struct StepMotion<'a> {
     /// Increments of the wheel, sideways and upwards (m).
     wheel: [f64; 2],
     /// Velocity and acceleration of the wheel at the start of the step.

@@ -55,7 +55,7 @@ impl WheelState {
         }
     }
 
-    /// Resting on a body in equilibrium, by this much below the place where it first touched (m).
+    /// At rest on a body in equilibrium, the face by `approach` (m) below its first contact.
     pub(crate) fn resting(wheel: &Wheel, approach: f64, contacts: Vec<NodeContact>) -> WheelState {
         WheelState {
             height: wheel.first_height - approach,
@@ -64,7 +64,7 @@ impl WheelState {
         }
     }
 
-    /// Whether it contacts anything.
+    /// True where it touches the body.
     pub(crate) fn is_touching(&self) -> bool {
         self.contacts.iter().any(NodeContact::closed)
     }
@@ -79,7 +79,7 @@ impl WheelState {
         force_on_wheel(&self.contacts)
     }
 
-    /// How far the wheel has sunk since it touched the body (m).
+    /// Approach of the wheel since it touched the body (m).
     pub(crate) fn approach(&self, wheel: &Wheel) -> f64 {
         wheel.first_height - self.height
     }
@@ -100,7 +100,7 @@ impl WheelState {
         ]
     }
 
-    /// Every number that can change a later bit.
+    /// Numbers that can change a later bit.
     pub(crate) fn numbers(&self) -> Vec<f64> {
         let e = &self.energies;
         let mut numbers = vec![self.height, self.velocity, self.acceleration];
