@@ -26,7 +26,7 @@ pub(super) fn build(file: &File, length_unit: f64) -> Result<Mesh, GmshError> {
     check_distances(file, &used)?;
     let sides = Sides::new(file, &quads)?;
     let sets = named_sets(file, &quads, &sides)?;
-    Ok(numbered(file, length_unit, (&used, &quads), sets))
+    Ok(numbered(file, length_unit, &used, &quads, sets))
 }
 
 /// MSH 2.2 repeats an element for each of its groups.
@@ -189,7 +189,7 @@ fn named_sets(
     let mut sets = BTreeMap::new();
     for ((dimension, group), name) in &file.names {
         let set = match dimension {
-            1 => line_set(file, (*group, name), sides)?,
+            1 => line_set(file, *group, name, sides)?,
             2 => region_set(quads, *group),
             _ => None,
         };
@@ -205,7 +205,8 @@ fn named_sets(
 
 fn line_set(
     file: &File,
-    (group, name): (i64, &str),
+    group: i64,
+    name: &str,
     sides: &Sides,
 ) -> Result<Option<NodeSet>, GmshError> {
     let mut seen = HashSet::new();
@@ -245,7 +246,8 @@ fn region_set(quads: &[Element<4>], group: i64) -> Option<NodeSet> {
 fn numbered(
     file: &File,
     length_unit: f64,
-    (used, quads): (&[u32], &[Element<4>]),
+    used: &[u32],
+    quads: &[Element<4>],
     mut sets: BTreeMap<String, NodeSet>,
 ) -> Mesh {
     let mut order = sets.get("top").map_or(Vec::new(), NodeSet::nodes);

@@ -15,8 +15,10 @@ impl FemNode {
         window: &Window,
         force: &[f64],
     ) -> Result<Vec<f64>, FemError> {
-        let mut input = WindowInput::default();
-        input.interface = self.paired(window, FORCE, force)?;
+        let input = WindowInput {
+            interface: self.paired(window, FORCE, force)?,
+            ..WindowInput::default()
+        };
         self.try_window(window, input)?;
         Ok(self.increments())
     }
@@ -28,8 +30,10 @@ impl FemNode {
         velocity: &[f64],
     ) -> Result<Reaction, FemError> {
         self.takes_velocity()?;
-        let mut input = WindowInput::default();
-        input.velocity = self.paired(window, VELOCITY, velocity)?;
+        let input = WindowInput {
+            velocity: self.paired(window, VELOCITY, velocity)?,
+            ..WindowInput::default()
+        };
         self.try_window(window, input)?;
         let (force, work) = self.run.reaction().unwrap_or_default();
         Ok(Reaction {
