@@ -2,56 +2,23 @@
 
 use super::scheme::{Damping, Rule, Scheme};
 use crate::element::Layout;
-use crate::pack::{LANES, Pack, widest};
+use crate::pack::{LANES, Pack, vectorised};
 
-/// What a row of nodes has moved between energies since the start of the window (J).
+/// Dissipation of a row of nodes since the start of the window (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct RowSums {
-    /// Sum of du dF - b h^2/2 da M da.
-    pub(crate) rotation: f64,
-    /// Sum of [(1-b) c v + b c' v'] M du.
-    pub(crate) damping: f64,
-    /// Sum of [(1-b) d + b d'] du.
-    pub(crate) resistance: f64,
-    /// Dissipated by the elements below the row.
+pub(crate) struct RowEnergies {
+    /// Numerical dissipation over (b-1/2), without its part that telescopes: sum of du dF - b h^2/2 da M da.
+    pub(crate) numerical: f64,
+    /// Mass damping: sum of [(1-b) c v + b c' v'] M du.
+    pub(crate) mass_damping: f64,
+    /// Stiffness damping: sum of [(1-b) d + b d'] du.
+    pub(crate) stiffness_damping: f64,
+    /// Plastic flow in the elements below the row.
     pub(crate) plastic: f64,
 }
 
-/// What stiffness damping needs in a row of nodes at the end of a step.
-pub(super) struct Resisting<'a> {
-    pub(super) v: &'a [f64],
-    pub(super) a: &'a [f64],
-    pub(super) force: &'a [f64],
-    pub(super) new_force: &'a [f64],
-    pub(super) load: &'a [f64],
-    /// Its force, that of the step before.
-    pub(super) resistance: &'a mut [f64],
-}
-
-impl Resisting<'_> {
-    /// d' = (beta/h) (F' - F); `net` gets the load less it. Returns [(1-b) d + b d'] du.
-    pub(super) fn resist(&mut self, scheme: &Scheme, net: &mut [f64]) -> f64 {
-        let h = Pack::splat(scheme.step);
-        let half = Pack::splat(0.5 * scheme.step * scheme.step);
-        let rate = Pack::splat(scheme.stiffness_damping / scheme.step);
-        let (start, end) = (
-            Pack::splat(1.0 - scheme.damping),
-            Pack::splat(scheme.damping),
-        );
-        let mut sum = Pack::splat(0.0);
-        for k in (0..net.len()).step_by(LANES) {
-            let new = rate * (Pack::load(self.new_force, k) - Pack::load(self.force, k));
-            let du = h * Pack::load(self.v, k) + half * Pack::load(self.a, k);
-            sum = sum + (start * Pack::load(self.resistance, k) + end * new) * du;
-            (Pack::load(self.load, k) - new).store(net, k);
-            new.store(self.resistance, k);
-        }
-        sum.sum()
-    }
-}
-
 /// A row of nodes whose displacements are new and whose other fields are still old.
-pub(super) struct Row<'a> {
+pub(crate) struct NodeRow<'a> {
     pub(super) v: &'a mut [f64],
     pub(super) a: &'a mut [f64],
     pub(super) force: &'a mut [f64],
@@ -60,34 +27,63 @@ pub(super) struct Row<'a> {
     pub(super) load: &'a [f64],
     pub(super) mass: &'a [f64],
     pub(super) inverse_mass: &'a [f64],
+    /// Force of the stiffness damping, that of the step before; empty without.
+    pub(super) damping_force: &'a mut [f64],
+    /// Buffer for the load less the stiffness damping.
+    pub(super) net: &'a mut [f64],
 }
 
-impl Row<'_> {
-    /// Everything that is left to do once the forces are known.
-    pub(super) fn finish(&mut self, rule: &Rule, layout: Layout, sums: &mut RowSums) {
-        widest(
+impl NodeRow<'_> {
+    /// Stiffness damping d' = (beta/h) (F' - F), which is taken off the load; adds [(1-b) d + b d'] du to the energies.
+    pub(crate) fn damp_stiffness(&mut self, scheme: &Scheme, energies: &mut RowEnergies) {
+        if self.damping_force.is_empty() {
+            return;
+        }
+        let h = Pack::splat(scheme.step);
+        let half = Pack::splat(0.5 * scheme.step * scheme.step);
+        let rate = Pack::splat(scheme.stiffness_damping / scheme.step);
+        let (start, end) = (
+            Pack::splat(1.0 - scheme.damping),
+            Pack::splat(scheme.damping),
+        );
+        let mut sum = Pack::splat(0.0);
+        for k in (0..self.net.len()).step_by(LANES) {
+            let new = rate * (Pack::load(self.new_force, k) - Pack::load(self.force, k));
+            let du = h * Pack::load(self.v, k) + half * Pack::load(self.a, k);
+            sum = sum + (start * Pack::load(self.damping_force, k) + end * new) * du;
+            (Pack::load(self.load, k) - new).store(self.net, k);
+            new.store(self.damping_force, k);
+        }
+        energies.stiffness_damping += sum.sum();
+        let net: &mut [f64] = std::mem::take(&mut self.net);
+        self.load = net;
+    }
+
+    /// Accelerations, energies and velocities, once the forces are known.
+    pub(super) fn finish(&mut self, rule: &Rule, layout: Layout, energies: &mut RowEnergies) {
+        vectorised(
             #[inline(always)]
-            || self.finish_inlined(rule, layout, sums),
+            || self.finish_inlined(rule, layout, energies),
         );
     }
 
     #[inline(always)]
-    fn finish_inlined(&mut self, rule: &Rule, layout: Layout, sums: &mut RowSums) {
+    fn finish_inlined(&mut self, rule: &Rule, layout: Layout, energies: &mut RowEnergies) {
         let (scheme, damping) = (&rule.scheme, rule.damping);
         self.accelerate(scheme, damping.end);
-        layout.spread(self.new_a);
+        layout.repeat_period(self.new_a);
         if scheme.damping > 0.5 {
-            sums.rotation += self.rotation(scheme);
+            energies.numerical += self.numerical_dissipation(scheme);
         }
         if damping.acts() {
-            sums.damping += self.damping(scheme, damping);
+            energies.mass_damping += self.mass_damping(scheme, damping);
         }
         self.correct(scheme);
     }
 
     /// a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F(u'))
     #[inline(always)]
-    fn accelerate(&mut self, scheme: &Scheme, c: f64) {
+    pub(crate) fn accelerate(&mut self, scheme: &Scheme, c: f64) {
         let (h, b) = (scheme.step, scheme.damping);
         let drag = Pack::splat(c / (1.0 + b * h * c));
         let (old, new) = scheme.weights();
@@ -99,9 +95,9 @@ impl Row<'_> {
         }
     }
 
-    /// du dF - b h^2/2 da M da
+    /// Sum of du dF - b h^2/2 da M da.
     #[inline(always)]
-    fn rotation(&self, scheme: &Scheme) -> f64 {
+    pub(crate) fn numerical_dissipation(&self, scheme: &Scheme) -> f64 {
         let h = Pack::splat(scheme.step);
         let half = Pack::splat(0.5 * scheme.step * scheme.step);
         let weight = Pack::splat(0.5 * scheme.damping * scheme.step * scheme.step);
@@ -116,9 +112,9 @@ impl Row<'_> {
         sum.sum()
     }
 
-    /// [(1-b) c v + b c' v'] M du
+    /// Sum of [(1-b) c v + b c' v'] M du.
     #[inline(always)]
-    fn damping(&self, scheme: &Scheme, damping: Damping) -> f64 {
+    pub(crate) fn mass_damping(&self, scheme: &Scheme, damping: Damping) -> f64 {
         let h = Pack::splat(scheme.step);
         let half = Pack::splat(0.5 * scheme.step * scheme.step);
         let start = Pack::splat((1.0 - scheme.damping) * damping.start);
@@ -135,7 +131,7 @@ impl Row<'_> {
 
     /// v' = v + h [(1-b) a + b a']
     #[inline(always)]
-    fn new_velocity(&self, scheme: &Scheme, k: usize) -> Pack {
+    pub(crate) fn new_velocity(&self, scheme: &Scheme, k: usize) -> Pack {
         let (old, new) = scheme.weights();
         Pack::load(self.v, k) + (old * Pack::load(self.a, k) + new * Pack::load(self.new_a, k))
     }

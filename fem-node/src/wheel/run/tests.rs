@@ -3,11 +3,13 @@
 use protocol::{Setting, read_config};
 use serde_json::{Value, json};
 
-use super::*;
+use crate::committed::Committed;
 use crate::integrate::{Integrator, State};
-use crate::ledger::Ledger;
+use crate::mesh::Edge;
 use crate::model::Model;
-use crate::window::{Request, WindowRun};
+use crate::wheel::WheelState;
+use crate::wheel::node_contact::count;
+use crate::window::{WindowInput, WindowRun};
 
 const YOUNG: f64 = 102.5e9;
 const DENSITY: f64 = 7800.0;
@@ -18,9 +20,7 @@ struct Flight {
     model: Model,
     integrator: Integrator,
     run: WindowRun,
-    state: State,
-    wheel: WheelState,
-    steps: u64,
+    committed: Committed,
 }
 
 impl Flight {
@@ -45,39 +45,35 @@ impl Flight {
                 model.body.inverse_mass[at] = 1.0 / mass;
             }
         }
-        let wheel = model.wheel.as_ref().expect("it has one");
+        let wheel = WheelState::at_rest(model.wheel.as_ref().expect("it has one"));
         Flight {
-            integrator: Integrator::new(&model.body, model.scheme, model.mesh.elements(), 1),
+            integrator: Integrator::new(&model.body, model.scheme, None, model.mesh.elements(), 1),
             run: WindowRun::new(&model, &State::at_rest(&model.body)),
-            state: State::at_rest(&model.body),
-            wheel: WheelState::at_rest(wheel),
-            steps: 0,
+            committed: Committed::start(State::at_rest(&model.body), Some(wheel)),
             model,
         }
     }
 
     fn step(&mut self) {
-        let request = Request {
-            start: self.steps,
+        let input = WindowInput {
             substeps: 1,
-            ..Request::default()
+            ..WindowInput::default()
         };
-        let start = (&self.state, Some(&self.wheel));
-        self.run.run(
-            &self.model,
-            &mut self.integrator,
-            start,
-            &Ledger::default(),
-            &request,
-        );
+        let committed = &mut self.committed;
+        self.run
+            .run(&self.model, &mut self.integrator, committed, &input);
         let run = self.run.wheel.as_ref().expect("it has one");
-        self.state.resume(&self.run.state);
-        self.wheel.clone_from(&run.state);
-        self.steps += 1;
+        committed.state.resume(&self.run.state);
+        committed.wheel = Some(run.state.clone());
+        committed.steps += 1;
+    }
+
+    fn wheel(&self) -> &WheelState {
+        self.committed.wheel.as_ref().expect("it has one")
     }
 
     fn time(&self) -> f64 {
-        self.steps as f64 * self.model.scheme.step
+        self.committed.steps as f64 * self.model.scheme.step
     }
 
     /// Mass that moves in x or y (kg), and its momentum (kg m/s).
@@ -86,7 +82,7 @@ impl Flight {
         let moving = |at: &usize| at % layout.row_len() / layout.stride() == component;
         let add = |[mass, momentum]: [f64; 2], at: usize| {
             let m = self.model.body.mass[at];
-            [mass + m, momentum + m * self.state.v[at]]
+            [mass + m, momentum + m * self.committed.state.v[at]]
         };
         (0..layout.len()).filter(moving).fold([0.0, 0.0], add)
     }
@@ -126,13 +122,19 @@ fn impact(elements: usize) -> [f64; 3] {
         }),
         &[1],
     );
-    for (v, w) in bar.state.v.iter_mut().zip(&bar.model.body.inverse_mass) {
+    for (v, w) in bar
+        .committed
+        .state
+        .v
+        .iter_mut()
+        .zip(&bar.model.body.inverse_mass)
+    {
         *v = if *w > 0.0 { v0 } else { 0.0 };
     }
     let (mut last, mut impulse) = (0.0, 0.0);
     while bar.time() < 4.0 * length / c {
         bar.step();
-        let force = bar.wheel.force()[1];
+        let force = bar.wheel().force()[1];
         if force > 0.0 {
             last = bar.time();
         }
@@ -198,7 +200,11 @@ fn a_block_slides_then_follows_the_wheel() {
         while block.time() < start + share * follows {
             block.step();
         }
-        (block.time(), block.velocity(0), count(&block).sliding_pct())
+        (
+            block.time(),
+            block.velocity(0),
+            count(&block.wheel().contacts).sliding_pct(),
+        )
     };
     let ((t_a, v_a, _), (t_b, v_b, sliding)) = (until(0.3), until(0.9));
     assert_eq!(sliding, 100.0);
@@ -206,8 +212,4 @@ fn a_block_slides_then_follows_the_wheel() {
     assert!(error.abs() < 5e-4, "{error:e}");
     let (_, v, _) = until(2.0);
     assert!((v / speed - 1.0).abs() < 0.01, "{v}");
-}
-
-fn count(flight: &Flight) -> contact::Count {
-    contact::count(&flight.wheel.touches)
 }

@@ -42,13 +42,13 @@ fn the_forces_of_a_body_are_its_stiffness_times_the_displacements() {
                 let corners = mesh.corners(i, j);
                 let points = corners.map(|n| mesh.point(n[0], n[1]));
                 let stiffness = stiffness(kind, &points, &law, t);
-                let places: [usize; 8] =
+                let indices: [usize; 8] =
                     std::array::from_fn(|r| layout.index(corners[r / 2], r % 2));
                 let moved: [f64; 8] = std::array::from_fn(|r| motion(corners[r / 2], r % 2));
-                for (row, place) in stiffness.0.iter().zip(places) {
-                    exact[place] += row.iter().zip(moved).map(|(k, u)| k * u).sum::<f64>();
+                for (row, index) in stiffness.0.iter().zip(indices) {
+                    exact[index] += row.iter().zip(moved).map(|(k, u)| k * u).sum::<f64>();
                 }
-                places.iter().zip(moved).for_each(|(p, m)| u[*p] = m);
+                indices.iter().zip(moved).for_each(|(p, m)| u[*p] = m);
             }
             let mut force = vec![0.0; layout.len()];
             body.internal_force(&u, &mut force);
@@ -61,17 +61,14 @@ fn the_forces_of_a_body_are_its_stiffness_times_the_displacements() {
     }
 }
 
-const COROTATIONAL: PointLaw = PointLaw {
-    kinematics: crate::config::Kinematics::Corotational,
-    plastic: None,
-};
+const COROTATIONAL: NonlinearLaw = NonlinearLaw::Corotational;
 const ROTATING: [ElementKind; 2] = [ElementKind::Q4OnePoint, ElementKind::Q4Full];
 
-/// The field x -> place(x) - x of a body and the forces of the corotational law under it.
-fn moved(body: &Body, mesh: &Mesh, place: impl Fn([f64; 2]) -> [f64; 2]) -> [Vec<f64>; 2] {
+/// The field x -> motion(x) - x of a body and the forces of the corotational law under it.
+fn moved(body: &Body, mesh: &Mesh, motion: impl Fn([f64; 2]) -> [f64; 2]) -> [Vec<f64>; 2] {
     let mut u = vec![0.0; body.layout().len()];
     for (i, j) in (0..=mesh.rows()).flat_map(|j| (0..=mesh.columns()).map(move |i| (i, j))) {
-        let (x, y) = (mesh.point(i, j), place(mesh.point(i, j)));
+        let (x, y) = (mesh.point(i, j), motion(mesh.point(i, j)));
         (0..2).for_each(|k| u[body.layout().index([i, j], k)] = y[k] - x[k]);
     }
     let force = forces(body, &u);
@@ -83,16 +80,15 @@ fn forces(body: &Body, u: &[f64]) -> Vec<f64> {
     let mut rows = RowForces::new(layout);
     let mut force = vec![0.0; layout.len()];
     for row in 0..layout.node_rows() {
-        match row + 1 < layout.node_rows() {
-            true => {
-                let course = Course {
-                    u: CornerRows::between([&u[layout.row(row)], &u[layout.row(row + 1)]]),
-                    du: CornerRows::between([&[], &[]]),
-                    history: &mut [],
-                };
-                body.element_row_by(&COROTATIONAL, row, course, &mut rows);
-            }
-            false => rows.clear_upper(),
+        if row + 1 < layout.node_rows() {
+            let path = StrainPath {
+                u: CornerRows::between([&u[layout.row(row)], &u[layout.row(row + 1)]]),
+                du: CornerRows::between([&[], &[]]),
+                history: &mut [],
+            };
+            body.nonlinear_row(&COROTATIONAL, row, path, &mut rows);
+        } else {
+            rows.clear_upper();
         }
         rows.assemble(&mut force[layout.row(row)]);
         rows.advance();
@@ -134,7 +130,7 @@ fn a_rotation_gives_no_force_and_turns_the_forces_of_a_stretch() {
     }
 }
 
-/// Central differences of U = u F / 2 + [`Body::energy_beyond`], in rough directions.
+/// Central differences of U = u F / 2 + [`Body::energy_correction`], in rough directions.
 #[test]
 fn the_forces_of_a_rotated_body_are_the_slope_of_its_energy() {
     let (mesh, law) = (distorted(), law(crate::config::Plane::Strain));
@@ -143,7 +139,7 @@ fn the_forces_of_a_rotated_body_are_the_slope_of_its_energy() {
         let [u, force] = moved(&body, &mesh, |x| rotated(bent(x), 0.8));
         let energy = |u: &[f64]| {
             let work: f64 = u.iter().zip(forces(&body, u)).map(|(u, f)| u * f).sum();
-            0.5 * work + body.energy_beyond(&COROTATIONAL, u, &[])
+            0.5 * work + body.energy_correction(&COROTATIONAL, u, &[])
         };
         for seed in 0..5 {
             let mut along = vec![0.0; u.len()];

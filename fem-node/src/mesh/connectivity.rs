@@ -1,4 +1,4 @@
-//! What a mesh that is no block knows besides its points: the corners of its elements, and its named sets.
+//! Connectivity of an unstructured mesh: the corners of its elements, and its named sets.
 
 use std::collections::BTreeMap;
 
@@ -7,11 +7,11 @@ pub(crate) const ROW: usize = 64;
 
 /// Connectivity by numbers of nodes.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Cells {
+pub(crate) struct Connectivity {
     corners: Vec<[u32; 4]>,
-    /// Where the places of each node begin in `around`, and where the last end.
+    /// Beginning of each node's entries in `around`, and the end of the last.
     first: Vec<u32>,
-    /// Places of the nodes, 4 element + corner, ascending: the order in which forces on a node are summed.
+    /// Corners at the nodes, 4 element + corner, ascending: the order in which forces on a node are summed.
     around: Vec<u32>,
     sets: BTreeMap<String, NodeSet>,
 }
@@ -25,13 +25,13 @@ pub(crate) enum NodeSet {
     Region(Vec<u32>),
 }
 
-impl Cells {
+impl Connectivity {
     /// Elements by their corners, anticlockwise, on `nodes` nodes.
     pub(crate) fn new(
         nodes: usize,
         corners: Vec<[u32; 4]>,
         sets: BTreeMap<String, NodeSet>,
-    ) -> Cells {
+    ) -> Connectivity {
         let mut first = vec![0u32; nodes + 1];
         for node in corners.iter().flatten() {
             first[*node as usize + 1] += 1;
@@ -41,12 +41,12 @@ impl Cells {
         }
         let mut next = first.clone();
         let mut around = vec![0; 4 * corners.len()];
-        for (place, node) in corners.iter().flatten().enumerate() {
+        for (corner, node) in corners.iter().flatten().enumerate() {
             let at = &mut next[*node as usize];
-            around[*at as usize] = place as u32;
+            around[*at as usize] = corner as u32;
             *at += 1;
         }
-        Cells {
+        Connectivity {
             corners,
             first,
             around,
@@ -64,8 +64,8 @@ impl Cells {
         self.first.len() - 1
     }
 
-    /// Where the node is a corner: 4 element + corner.
-    pub(crate) fn around(&self, node: usize) -> &[u32] {
+    /// Corners that the node is, 4 element + corner.
+    pub(crate) fn corners_at(&self, node: usize) -> &[u32] {
         &self.around[self.first[node] as usize..self.first[node + 1] as usize]
     }
 
@@ -76,8 +76,8 @@ impl Cells {
 
     /// The two ends of a side of one element, the body on the left; none where two elements share it or none has it.
     pub(crate) fn outline(&self, a: usize, b: usize) -> Option<[usize; 2]> {
-        let mut sides = self.around(a).iter().filter_map(|place| {
-            let (element, corner) = (*place as usize / 4, *place as usize % 4);
+        let mut sides = self.corners_at(a).iter().filter_map(|at| {
+            let (element, corner) = (*at as usize / 4, *at as usize % 4);
             let at = |step: usize| self.corners[element][(corner + step) % 4] as usize;
             match (at(1) == b, at(3) == b) {
                 (true, _) => Some([a, b]),
@@ -90,7 +90,7 @@ impl Cells {
 }
 
 impl NodeSet {
-    /// Every node once.
+    /// Nodes of the set, each once.
     pub(crate) fn nodes(&self) -> Vec<u32> {
         let lines = match self {
             NodeSet::Region(nodes) => return nodes.clone(),

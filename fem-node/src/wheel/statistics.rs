@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::contact::{self, Touch};
-use super::{Program, Wheel};
+use super::node_contact::{NodeContact, count, force_on_wheel};
+use super::program::Program;
+use super::rigid::Wheel;
 
-/// Names of the wheel's signals. `wheel_fn_n` and `wheel_ft_n` are the force of the body on the wheel, upwards and
+/// Signals of the wheel by name. `wheel_fn_n` and `wheel_ft_n` are the force of the body on the wheel, upwards and
 /// towards +x; `wheel_y_m` is the lowest point of the face, `sn_pct` the share of sliding nodes among those in contact.
 pub(crate) const SIGNALS: [&str; 7] = [
     "wheel_x_m",
@@ -22,7 +23,7 @@ pub(crate) const SIGNALS: [&str; 7] = [
 /// Half of the time over which Sn is averaged around D = 0 (s).
 const AROUND_ZERO: f64 = 10e-6;
 
-/// When after a reversal Sn is looked at, and for how long (s): before, the old slip is still dying out.
+/// Span after a reversal over which Sn is averaged (s): before, the old slip is still dying out.
 const AFTER_REVERSAL: [f64; 2] = [10e-6, 30e-6];
 
 /// Share of the full friction from which on the whole wheel slides.
@@ -55,20 +56,16 @@ struct Range {
 
 impl Range {
     fn of(value: f64, before: Option<Range>) -> Range {
-        let before = before.unwrap_or(Range {
-            low: value,
-            high: value,
-        });
         Range {
-            low: before.low.min(value),
-            high: before.high.max(value),
+            low: before.map_or(value, |before| before.low.min(value)),
+            high: before.map_or(value, |before| before.high.max(value)),
         }
     }
 }
 
-/// What all steps so far come to.
+/// Statistics over all steps so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Journal {
+pub(crate) struct CycleStatistics {
     held_force: Mean,
     friction: Mean,
     sn_zero: Mean,
@@ -79,54 +76,61 @@ pub(crate) struct Journal {
     loop_area: f64,
 }
 
-/// Where in a cycle a moment lies.
+/// Part of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Place {
+enum CyclePart {
     NearZero,
     AfterReversal,
     Elsewhere,
 }
 
 /// D = 0 at every half period; the reversals lie a quarter of a period behind. The start of the motion is no
-/// zero to look at: nothing has slid before.
-fn place(program: &Program, periods: f64) -> Place {
+/// such zero: nothing has slid before.
+fn cycle_part(program: &Program, periods: f64) -> CyclePart {
     let half = 2.0 * periods;
     let from_zero = (half - half.round()) * 0.5 * program.period();
     if half.round() >= 1.0 && from_zero.abs() <= AROUND_ZERO {
-        return Place::NearZero;
+        return CyclePart::NearZero;
     }
     let since_reversal = (half - 0.5).rem_euclid(1.0) * 0.5 * program.period();
     let [from, until] = AFTER_REVERSAL;
-    match half >= 0.5 && (from..=until).contains(&since_reversal) {
-        true => Place::AfterReversal,
-        false => Place::Elsewhere,
+    if half >= 0.5 && (from..=until).contains(&since_reversal) {
+        CyclePart::AfterReversal
+    } else {
+        CyclePart::Elsewhere
     }
 }
 
-impl Journal {
+impl CycleStatistics {
     /// Takes note of the end of a step, and of the work that the drive did in it (J).
-    pub(super) fn record(&mut self, wheel: &Wheel, touches: &[Touch], step: u64, drive_work: f64) {
+    pub(super) fn record(
+        &mut self,
+        wheel: &Wheel,
+        contacts: &[NodeContact],
+        step: u64,
+        drive_work: f64,
+    ) {
         let program = &wheel.program;
         let t = step as f64 * wheel.step;
-        let [ft, fn_] = contact::on_wheel(touches);
+        let [ft, fn_] = force_on_wheel(contacts);
         let Some(periods) = program.periods_at(t) else {
-            if t >= 0.5 * (program.ramp_end() + program.motion_start()) {
+            if t >= 0.5 * (program.0.ramp_s + program.motion_start()) {
                 self.held_force.add(fn_);
             }
             return;
         };
-        let sn = contact::count(touches).sliding_pct();
-        match place(program, periods) {
-            Place::NearZero => self.sn_zero.add(sn),
-            Place::AfterReversal => {
+        let sn = count(contacts).sliding_pct();
+        match cycle_part(program, periods) {
+            CyclePart::NearZero => self.sn_zero.add(sn),
+            CyclePart::AfterReversal => {
                 self.sn_reversal.add(sn);
                 self.sn_reversal_range = Some(Range::of(sn, self.sn_reversal_range));
             }
-            Place::Elsewhere => {}
+            CyclePart::Elsewhere => {}
         }
         if fn_ > 0.0 {
             self.friction.add(ft.abs() / fn_);
-            if ft.abs() >= SLIDING * wheel.friction * fn_ {
+            if ft.abs() >= SLIDING * wheel.contact.friction * fn_ {
                 self.sn_sliding.add(sn);
                 self.sn_sliding_range = Some(Range::of(sn, self.sn_sliding_range));
             }
@@ -142,7 +146,7 @@ impl Journal {
         let sliding = self.sn_sliding_range;
         let cycle = wheel.program.last_full_cycle();
         let all = [
-            ("load_n", Some(wheel.program.load())),
+            ("load_n", Some(wheel.program.0.load_n)),
             ("wheel_force_n", self.held_force.value()),
             ("friction_coefficient", self.friction.value()),
             ("sn_max_velocity_pct", self.sn_zero.value()),
@@ -167,7 +171,7 @@ mod tests {
 
     #[test]
     fn the_start_of_the_motion_is_not_looked_at() {
-        assert_eq!(place(&program(), 0.0), Place::Elsewhere);
+        assert_eq!(cycle_part(&program(), 0.0), CyclePart::Elsewhere);
     }
 
     #[test]
@@ -175,9 +179,12 @@ mod tests {
         for half in 1..5 {
             let zero = 0.5 * f64::from(half);
             let us = 1e-6 * 300.0;
-            assert_eq!(place(&program(), zero + 9.9 * us), Place::NearZero);
-            assert_eq!(place(&program(), zero - 9.9 * us), Place::NearZero);
-            assert_eq!(place(&program(), zero - 10.1 * us), Place::Elsewhere);
+            assert_eq!(cycle_part(&program(), zero + 9.9 * us), CyclePart::NearZero);
+            assert_eq!(cycle_part(&program(), zero - 9.9 * us), CyclePart::NearZero);
+            assert_eq!(
+                cycle_part(&program(), zero - 10.1 * us),
+                CyclePart::Elsewhere
+            );
         }
     }
 
@@ -186,16 +193,22 @@ mod tests {
         for half in 0..4 {
             let reversal = 0.25 + 0.5 * f64::from(half);
             let us = 1e-6 * 300.0;
-            assert_eq!(place(&program(), reversal + 9.9 * us), Place::Elsewhere);
             assert_eq!(
-                place(&program(), reversal + 10.1 * us),
-                Place::AfterReversal
+                cycle_part(&program(), reversal + 9.9 * us),
+                CyclePart::Elsewhere
             );
             assert_eq!(
-                place(&program(), reversal + 29.9 * us),
-                Place::AfterReversal
+                cycle_part(&program(), reversal + 10.1 * us),
+                CyclePart::AfterReversal
             );
-            assert_eq!(place(&program(), reversal + 30.1 * us), Place::Elsewhere);
+            assert_eq!(
+                cycle_part(&program(), reversal + 29.9 * us),
+                CyclePart::AfterReversal
+            );
+            assert_eq!(
+                cycle_part(&program(), reversal + 30.1 * us),
+                CyclePart::Elsewhere
+            );
         }
     }
 }
