@@ -14,8 +14,8 @@ use serde::Serialize;
 
 use crate::error::DemError;
 use crate::law::Friction;
-use crate::node::crew;
-use crate::solver::{Algorithm, Criteria, Problem};
+use crate::solver::{Algorithm, Criteria, Problem, Solver};
+use crate::threads;
 use machine::{PASSES, byte_time, operation_time, peak_rss};
 use pack::Pack;
 
@@ -102,17 +102,17 @@ impl Pack {
         criteria: &Criteria,
         warm: bool,
     ) -> Result<Option<[usize; STEPS]>, DemError> {
-        let mut problem = cold.clone();
+        let (mut problem, mut solver) = (cold.clone(), Solver::default());
         let mut iterations = [0; STEPS];
         for (step, count) in iterations.iter_mut().enumerate() {
             if step > 0 {
                 self.go_on(&mut problem, warm);
             }
-            let verdict = problem.solve(criteria)?;
-            if !verdict.converged {
+            let convergence = solver.solve(&mut problem, criteria)?;
+            if !convergence.converged {
                 return Ok(None);
             }
-            *count = verdict.iterations;
+            *count = convergence.iterations;
         }
         Ok(Some(iterations))
     }
@@ -125,11 +125,13 @@ impl Pack {
         let row = |threads: usize, time: &Times| -> Result<BenchRow, DemError> {
             let criteria =
                 |tolerance: f64| criteria(algorithm, tolerance, MOST_ITERATIONS, threads);
-            let pool = crew::pool(threads)?;
+            let pool = threads::pool(threads)?;
             let reach = |tolerance: f64| -> Result<Option<usize>, DemError> {
                 let mut problem = cold.clone();
-                let verdict = crew::in_pool(pool.as_ref(), || problem.solve(&criteria(tolerance)))?;
-                Ok(verdict.converged.then_some(verdict.iterations))
+                let convergence = threads::in_pool(pool.as_ref(), || {
+                    Solver::default().solve(&mut problem, &criteria(tolerance))
+                })?;
+                Ok(convergence.converged.then_some(convergence.iterations))
             };
             let repeated = |warm: bool| match threads {
                 1 => self.iterations(&cold, &criteria(1e-3), warm),
@@ -169,7 +171,6 @@ impl Pack {
 
 /// Least times of a number of threads (s).
 #[derive(Clone, Copy, Debug)]
-
 struct Times {
     /// A solve of one iteration, of those left out, and of all.
     once: f64,
@@ -195,24 +196,24 @@ impl Times {
 /// The times of one thread and of two, which take turns: a machine that others use too is not the same a second later.
 /// A solve begins from the cold step each time, but in the buffers of the one before, as in a run.
 fn times(cold: &Problem, algorithm: Algorithm) -> Result<[Times; 2], DemError> {
-    let pools = [crew::pool(1)?, crew::pool(2)?];
+    let pools = [threads::pool(1)?, threads::pool(2)?];
     let mut times = [Times::NONE; 2];
-    let mut problems = [cold.clone(), cold.clone()];
+    let mut problems = [cold, cold].map(|cold| (cold.clone(), Solver::default()));
     let start = Instant::now();
     let mut passes = 0;
     while passes < PASSES || start.elapsed() < TURNS {
-        for (i, ((pool, least), problem)) in
+        for (i, ((pool, least), (problem, solver))) in
             pools.iter().zip(&mut times).zip(&mut problems).enumerate()
         {
             let threads = i + 1;
             let mut solve = |iterations: usize| {
                 problem.contacts.clone_from(&cold.contacts);
-                problem.movers.clone_from(&cold.movers);
-                problem.wall.clone_from(&cold.wall);
+                problem.records.clone_from(&cold.records);
+                problem.boundary.clone_from(&cold.boundary);
                 let criteria = criteria(algorithm, 0.0, iterations, threads);
-                crew::in_pool(pool.as_ref(), || {
+                threads::in_pool(pool.as_ref(), || {
                     let start = Instant::now();
-                    problem.solve(&criteria)?;
+                    solver.solve(problem, &criteria)?;
                     Ok::<_, DemError>(start.elapsed().as_secs_f64())
                 })
             };
@@ -222,7 +223,7 @@ fn times(cold: &Problem, algorithm: Algorithm) -> Result<[Times; 2], DemError> {
                 least.short = least.short.min(solve(WARM)?);
                 least.once = least.once.min(solve(1)?);
             }
-            let compute = crew::in_pool(pool.as_ref(), || machine::compute(threads));
+            let compute = threads::in_pool(pool.as_ref(), || machine::compute(threads));
             least.compute = least.compute.min(compute);
         }
         passes += 1;
@@ -248,7 +249,7 @@ fn bound(problem: &Problem, algorithm: Algorithm, friction: Friction) -> f64 {
     // Per contact: its stored numbers, read and written, and its share of the records of the bodies, read and written
     // (32 bytes each, with the conjugate gradient 88).
     let contacts = problem.contacts.len() as f64;
-    let records = problem.movers.len() as f64 / contacts;
+    let records = problem.records.len() as f64 / contacts;
     let (bytes, operations) = match (algorithm, frictional) {
         (Algorithm::Nsgs, false) => (48.0 + 8.0 + 64.0 * records, 30.0),
         (Algorithm::Nsgs, true) => (72.0 + 16.0 + 64.0 * records, 62.0),

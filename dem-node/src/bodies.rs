@@ -16,7 +16,7 @@ pub struct Bodies {
     pub masses: Vec<f64>,
     /// Acceleration that the weight gives to the scaled masses (m/s2).
     pub gravity: [f64; 2],
-    /// Places of the glued disks in the undeformed wall (m): those of the base, then those of the lid, each by ascending x.
+    /// Positions of the glued disks in the undeformed wall (m): those of the base, then those of the lid, each by ascending x.
     pub reference: Vec<[f64; 2]>,
     /// How many of them are the base's.
     pub base: usize,
@@ -31,7 +31,7 @@ pub struct Bodies {
     /// The strip that repeats along x, where one does.
     pub period: Option<Period>,
     /// Velocity of the only grain when its motion is prescribed (m/s).
-    pub pulled: Option<[f64; 2]>,
+    pub prescribed_velocity: Option<[f64; 2]>,
     /// What happens at a contact.
     pub law: Law,
     /// Pairs that may come closer than this in a step enter the contact problem (m).

@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Proximity;
-use crate::solver::Arms;
+use crate::solver::Levers;
 
 /// All clusters of a scene.
 #[derive(Clone, Debug, Default)]
@@ -41,7 +41,7 @@ pub struct Cluster {
 
 /// What a sample says of a cluster.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Members {
+pub struct ClusterMembers {
     /// Numbers of its disks among the free grains.
     pub disks: Vec<usize>,
     /// Whether x, y and rotation are locked.
@@ -67,7 +67,7 @@ impl Cluster {
     /// The cluster of these members. `disk` gives centre, radius (m) and mass (kg) of each; `scale` multiplies the masses.
     /// The sum goes over disks: where they overlap, the overlap counts twice.
     pub fn new(
-        members: &Members,
+        members: &ClusterMembers,
         disk: impl Fn(usize) -> ([f64; 2], f64, f64),
         scale: f64,
     ) -> Cluster {
@@ -198,7 +198,7 @@ impl Clusters {
     }
 
     /// The body that moves for this one: the first disk of its cluster, or itself.
-    pub fn mover_of(&self, body: usize) -> usize {
+    pub fn leader_of(&self, body: usize) -> usize {
         self.of(body).map_or(body, |(_, cluster)| cluster.leader())
     }
 
@@ -212,21 +212,21 @@ impl Clusters {
 
     /// Levers and inertia of a contact, when one of its bodies is in a cluster. `disk` gives centre and radius of a body
     /// (m), `inverse` its inertia where it is none (1/kg).
-    pub fn arms(
+    pub fn levers(
         &self,
         poses: &[Pose],
         pair: [usize; 2],
         place: &Proximity,
         disk: impl Fn(usize) -> ([f64; 2], f64),
         inverse: impl Fn(usize) -> [f64; 3],
-    ) -> Option<Arms> {
+    ) -> Option<Levers> {
         let clusters = pair.map(|body| self.of(body));
         if clusters.iter().all(Option::is_none) {
             return None;
         }
-        let mut arms = Arms::default();
+        let mut levers = Levers::default();
         for (i, side) in [-1.0, 1.0].into_iter().enumerate() {
-            (arms.lever[i], arms.inverse[i]) = match clusters[i] {
+            (levers.lever[i], levers.inverse[i]) = match clusters[i] {
                 Some((index, cluster)) => (
                     cluster.lever(&poses[index], place, disk(pair[i]), side),
                     cluster.inverse_mass(),
@@ -234,7 +234,7 @@ impl Clusters {
                 None => ([0.0, side], inverse(pair[i])),
             };
         }
-        Some(arms)
+        Some(levers)
     }
 }
 
@@ -243,10 +243,10 @@ mod tests {
     use super::*;
 
     fn dumbbell() -> Cluster {
-        let members = Members {
+        let members = ClusterMembers {
             disks: vec![3, 5],
             velocity: [1.0, 2.0, 4.0],
-            ..Members::default()
+            ..ClusterMembers::default()
         };
         // Masses 1 and 3 at x = 0 and 4: centre at 3, I = (1 x 9 + 3 x 1) + (1 + 3) 2^2 / 2 = 20.
         let disk = |i: usize| match i {
@@ -291,6 +291,6 @@ mod tests {
     fn only_disks_of_one_cluster_share_it() {
         let clusters = Clusters::new(vec![dumbbell()], 6);
         assert!(clusters.share(3, 5) && !clusters.share(3, 4) && !clusters.share(0, 1));
-        assert_eq!([3, 4, 5, 9].map(|i| clusters.mover_of(i)), [3, 4, 3, 9]);
+        assert_eq!([3, 4, 5, 9].map(|i| clusters.leader_of(i)), [3, 4, 3, 9]);
     }
 }

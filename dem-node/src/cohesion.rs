@@ -26,7 +26,7 @@ pub struct Cohesion {
     /// Gap below which two grains are bonded at the start (m).
     pub alert: f64,
     /// Bonds that a grain has at the start, whatever gap they span.
-    pub fewest: usize,
+    pub bonds_min: usize,
 }
 
 /// What the surface energy weighs at a falling adhesion.
@@ -123,7 +123,7 @@ mod tests {
             h_prime,
             thickness: 1.0,
             alert: 0.1,
-            fewest: 0,
+            bonds_min: 0,
         }
     }
 

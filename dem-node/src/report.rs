@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::state::{State, WheelState};
-use crate::step::Summary;
+use crate::step::StepSummary;
 use crate::structure::Structure;
-use crate::wheel::Program;
+use crate::wheel::WheelProgram;
 
 /// Names of the signals, in the order of [`signals`].
 pub const SIGNALS: [&str; 16] = [
@@ -35,7 +35,7 @@ pub const BONDS: &str = "bonds";
 
 /// The signals of a step. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
 /// towards +x); `glued_f*_n` their force on the wall; overlaps are over the mean radius.
-pub fn signals(bodies: &Bodies, state: &State, step: &Summary) -> [f64; 16] {
+pub fn signals(bodies: &Bodies, state: &State, step: &StepSummary) -> [f64; 16] {
     let radius = bodies.mean_radius();
     let momentum = state.momentum(bodies);
     [
@@ -49,8 +49,8 @@ pub fn signals(bodies: &Bodies, state: &State, step: &Summary) -> [f64; 16] {
         momentum[1],
         step.momentum_defect,
         step.closed as f64,
-        step.verdict.iterations as f64,
-        step.verdict.residual,
+        step.convergence.iterations as f64,
+        step.convergence.residual,
         step.overlap[0] / radius,
         step.overlap[1] / radius,
         top_speed(state),
@@ -113,7 +113,7 @@ impl Mean {
 
 /// What a committed step is told with.
 #[derive(Clone, Copy, Debug)]
-pub struct Moment {
+pub struct StepSpan {
     /// Start of the step (s).
     pub start: f64,
     /// End of the step (s).
@@ -124,7 +124,7 @@ pub struct Moment {
 
 /// Gathers results over the committed steps.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Journal {
+pub struct RunStatistics {
     first_height: f64,
     height_at_motion_start: Option<f64>,
     /// Force on the wheel and its height over the second half of the hold: it still rings on a layer on a rail, by 0.9 um of
@@ -144,28 +144,28 @@ pub struct Journal {
     /// Largest overlap, and largest mean overlap, of any step (m).
     overlap_max: f64,
     overlap_mean_max: f64,
-    last: Summary,
+    last: StepSummary,
 }
 
-impl Journal {
+impl RunStatistics {
     /// A journal that begins with the wheel at this height (m).
-    pub fn new(wheel_height: f64) -> Journal {
-        Journal {
+    pub fn new(wheel_height: f64) -> RunStatistics {
+        RunStatistics {
             first_height: wheel_height,
-            ..Journal::default()
+            ..RunStatistics::default()
         }
     }
 
     /// Takes note of a committed step.
     pub fn record(
         &mut self,
-        program: Option<&Program>,
+        program: Option<&WheelProgram>,
         state: &State,
-        step: &Summary,
-        moment: &Moment,
+        step: &StepSummary,
+        moment: &StepSpan,
     ) {
-        self.residual_max = self.residual_max.max(step.verdict.residual);
-        self.quad_max = self.quad_max.max(step.verdict.quad);
+        self.residual_max = self.residual_max.max(step.convergence.residual);
+        self.quad_max = self.quad_max.max(step.convergence.quad);
         self.defect_max = self.defect_max.max(step.momentum_defect);
         self.overlap_mean_max = self.overlap_mean_max.max(step.overlap[0]);
         self.overlap_max = self.overlap_max.max(step.overlap[1]);
@@ -177,10 +177,10 @@ impl Journal {
 
     fn record_wheel(
         &mut self,
-        program: &Program,
+        program: &WheelProgram,
         wheel: WheelState,
         force: [f64; 2],
-        moment: &Moment,
+        moment: &StepSpan,
     ) {
         let height = wheel.position[1];
         let middle = 0.5 * (moment.start + moment.end);
@@ -208,7 +208,7 @@ impl Journal {
     /// What the results should not be read without.
     pub fn warnings(
         &self,
-        program: Option<&Program>,
+        program: Option<&WheelProgram>,
         bodies: &Bodies,
         state: &State,
         half_width: Option<f64>,
@@ -220,7 +220,7 @@ impl Journal {
     }
 
     /// Whether the wheel was at rest when its results were taken.
-    fn unsettled(&self, program: &Program) -> Option<String> {
+    fn unsettled(&self, program: &WheelProgram) -> Option<String> {
         let [low, high] = self.held_range?;
         let (load, slack) = (program.load, SETTLED * program.load);
         (low < load - slack || high > load + slack).then(|| {
@@ -245,7 +245,7 @@ impl Journal {
     /// The results so far.
     pub fn results(
         &self,
-        program: Option<&Program>,
+        program: Option<&WheelProgram>,
         bodies: &Bodies,
         state: &State,
     ) -> BTreeMap<String, f64> {

@@ -1,11 +1,11 @@
 //! Where the grains come from.
 
 pub mod bed;
-pub mod grading;
 pub mod layer;
+pub mod random;
 pub mod relax;
 
-use crate::cluster::Members;
+use crate::cluster::ClusterMembers;
 use crate::config::{Config, DisksConfig, LawKind, SampleConfig, WallConfig};
 use crate::error::DemError;
 use crate::faces::{Face, HalfPlane, RigidWall, polyline};
@@ -33,7 +33,7 @@ pub struct Sample {
     /// Rigid walls, polylines segment by segment.
     pub walls: Vec<RigidWall>,
     /// Free grains that move together.
-    pub clusters: Vec<Members>,
+    pub clusters: Vec<ClusterMembers>,
     /// Solid fraction of the packing (0 where it has no meaning).
     pub solid_fraction: f64,
 }
@@ -112,9 +112,9 @@ fn half_plane(wall: &WallConfig) -> HalfPlane {
 }
 
 /// Clusters in the order of their first disks; free grains keep the order in which they are listed.
-fn clusters(config: &DisksConfig) -> Vec<Members> {
+fn clusters(config: &DisksConfig) -> Vec<ClusterMembers> {
     let mut names: Vec<&String> = Vec::new();
-    let mut clusters: Vec<Members> = Vec::new();
+    let mut clusters: Vec<ClusterMembers> = Vec::new();
     let free = config.disks.iter().filter(|disk| !disk.glued);
     for (number, disk) in free.enumerate() {
         let Some(name) = &disk.cluster else {
@@ -131,15 +131,15 @@ fn clusters(config: &DisksConfig) -> Vec<Members> {
     clusters
 }
 
-fn members(config: &DisksConfig, name: &str, first: usize) -> Members {
+fn members(config: &DisksConfig, name: &str, first: usize) -> ClusterMembers {
     let disks = vec![first];
     let Some(cluster) = config.clusters.iter().find(|c| c.name == name) else {
-        return Members {
+        return ClusterMembers {
             disks,
-            ..Members::default()
+            ..ClusterMembers::default()
         };
     };
-    Members {
+    ClusterMembers {
         disks,
         locked: cluster.holds(),
         mass: cluster.mass_kg,

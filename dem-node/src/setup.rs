@@ -9,8 +9,8 @@ use crate::cluster::{Cluster, Clusters};
 use crate::cohesion::{Cohesion, HPrime};
 use crate::config::{Config, HPrimeConfig, LawConfig, LawKind, PenetrationKind, SolverKind};
 use crate::error::DemError;
-use crate::geometry::proximity;
 use crate::law::{Friction, Law, Penetration, Springs};
+use crate::positions::proximity;
 use crate::sample::Sample;
 use crate::solver::{Algorithm, Criteria};
 use crate::state::State;
@@ -62,7 +62,7 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
         wheel_radius: config.wheel.map_or(0.0, |wheel| wheel.radius_m),
         walls: sample.walls.clone(),
         period: config.sample.period(),
-        pulled: None,
+        prescribed_velocity: None,
         law: law(&config.law, thickness),
         alert: ALERT * smallest,
         // The first list must hold all pairs that are bonded.
@@ -125,7 +125,7 @@ fn cohesion(config: &LawConfig, thickness: f64) -> Option<Cohesion> {
         },
         thickness,
         alert: config.alert_m?,
-        fewest: config.bonds_min as usize,
+        bonds_min: config.bonds_min as usize,
     })
 }
 
@@ -147,11 +147,11 @@ pub fn refuse_rigid_overlaps(bodies: &Bodies, state: &State) -> Result<(), DemEr
     if bodies.law.springs.is_some() {
         return Ok(());
     }
-    let places = state.places(bodies);
+    let positions = state.positions(bodies);
     for slot in &state.list.slots {
         let (a, b) = (slot.a as usize, slot.b as usize);
         let smaller = bodies.radii[a].min(bodies.radii.get(b).copied().unwrap_or(f64::INFINITY));
-        let gap = proximity(bodies, &places, a, b).gap;
+        let gap = proximity(bodies, &positions, a, b).gap;
         if gap < -RIGID_OVERLAP * smaller {
             return Err(DemError::Overlap {
                 a,

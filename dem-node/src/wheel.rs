@@ -9,7 +9,7 @@ use crate::config::WheelConfig;
 /// What happens to the wheel over time: the load ramps up, is held, and from t_s = ramp + hold on the wheel is moved
 /// sideways by D(t) = A sin(2 pi f (t - t_s)), at once at its full speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Program {
+pub struct WheelProgram {
     /// Full load (N).
     pub load: f64,
     amplitude: f64,
@@ -19,10 +19,10 @@ pub struct Program {
     cycles: f64,
 }
 
-impl Program {
+impl WheelProgram {
     /// The program of a scenario.
-    pub fn new(config: &WheelConfig) -> Program {
-        Program {
+    pub fn new(config: &WheelConfig) -> WheelProgram {
+        WheelProgram {
             load: config.load_n,
             amplitude: config.amplitude_m,
             frequency: config.frequency_hz,
@@ -41,7 +41,7 @@ impl Program {
     }
 
     /// Sideways displacement D at a time (m).
-    pub fn drive_at(&self, t: f64) -> f64 {
+    pub fn displacement_at(&self, t: f64) -> f64 {
         let since = t - self.motion_start();
         if since <= 0.0 {
             return 0.0;
@@ -112,8 +112,8 @@ impl Program {
 mod tests {
     use super::*;
 
-    fn program() -> Program {
-        Program::new(&WheelConfig {
+    fn program() -> WheelProgram {
+        WheelProgram::new(&WheelConfig {
             load_n: 8000.0,
             mass_kg: 0.01,
             radius_m: 0.0,
@@ -135,8 +135,8 @@ mod tests {
     #[test]
     fn motion_starts_after_the_hold_at_full_speed() {
         let program = program();
-        assert_eq!(program.drive_at(9e-4), 0.0);
-        let speed = program.drive_at(9e-4 + 1e-8) / 1e-8;
+        assert_eq!(program.displacement_at(9e-4), 0.0);
+        let speed = program.displacement_at(9e-4 + 1e-8) / 1e-8;
         assert!((speed - TAU * 300.0 * 5e-5).abs() < 1e-6, "{speed}");
     }
 

@@ -33,7 +33,7 @@ impl Config {
         if let Some(wheel) = &self.wheel {
             wheel.validate()?;
         }
-        crate::pull::validate(self)?;
+        crate::prescribed_opening::validate(self)?;
         self.validate_together()?;
         self.validate_with_clusters()?;
         self.validate_periodic()

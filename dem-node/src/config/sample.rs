@@ -37,7 +37,7 @@ pub struct ClusterConfig {
     pub locked: Vec<MotionConfig>,
     /// Mass (kg), before `mass_scale`; the sum of the disks, overlaps counted twice, when absent.
     pub mass_kg: Option<f64>,
-    /// Moment of inertia about the centre of mass (kg m2); that of the disks when absent.
+    /// StepSpan of inertia about the centre of mass (kg m2); that of the disks when absent.
     pub inertia_kg_m2: Option<f64>,
     /// Velocity of the centre of mass at the start (m/s).
     #[serde(default)]

@@ -10,36 +10,36 @@ use crate::bodies::Bodies;
 
 /// A row of glued disks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Row {
+pub enum GluedRow {
     /// On the body below.
     Base,
     /// On the body above.
     Lid,
 }
 
-impl Row {
-    const ALL: [Row; 2] = [Row::Base, Row::Lid];
+impl GluedRow {
+    const ALL: [GluedRow; 2] = [GluedRow::Base, GluedRow::Lid];
 
     /// The name of the set.
     pub fn name(self) -> &'static str {
         match self {
-            Row::Base => "base",
-            Row::Lid => "lid",
+            GluedRow::Base => "base",
+            GluedRow::Lid => "lid",
         }
     }
 
     /// Its disks among the glued ones.
     fn disks(self, bodies: &Bodies) -> Range<usize> {
         match self {
-            Row::Base => 0..bodies.base,
-            Row::Lid => bodies.base..bodies.glued(),
+            GluedRow::Base => 0..bodies.base,
+            GluedRow::Lid => bodies.base..bodies.glued(),
         }
     }
 }
 
 /// The sets that can be coupled: rows that have disks.
 pub fn sets(bodies: &Bodies) -> Vec<String> {
-    let filled = Row::ALL
+    let filled = GluedRow::ALL
         .into_iter()
         .filter(|row| !row.disks(bodies).is_empty());
     filled.map(|row| row.name().to_string()).collect()
@@ -47,7 +47,7 @@ pub fn sets(bodies: &Bodies) -> Vec<String> {
 
 /// Masses of the glued disks of each set (kg), pi r^2 times `mass_per_area` (kg/m2). No equation here holds them.
 pub fn masses(bodies: &Bodies, mass_per_area: f64) -> BTreeMap<String, Vec<f64>> {
-    let rows = Row::ALL.into_iter().map(|row| {
+    let rows = GluedRow::ALL.into_iter().map(|row| {
         let radii = &bodies.radii[bodies.free..][row.disks(bodies)];
         let masses = radii.iter().map(|r| mass_per_area * PI * r * r);
         (row.name().to_string(), masses.collect::<Vec<f64>>())
@@ -57,11 +57,11 @@ pub fn masses(bodies: &Bodies, mass_per_area: f64) -> BTreeMap<String, Vec<f64>>
 
 /// Glued disks in the order in which a coupler knows them; a row that no interface couples stays where it is.
 #[derive(Clone, Debug, Default)]
-pub struct Exchange {
+pub struct InterfaceDisks {
     disks: Vec<usize>,
 }
 
-impl Exchange {
+impl InterfaceDisks {
     /// Couples a row and returns its points.
     pub fn couple(
         &mut self,
@@ -69,7 +69,7 @@ impl Exchange {
         participant: &str,
         set: &str,
     ) -> Result<Surface, NodeError> {
-        let mut rows = Row::ALL.into_iter();
+        let mut rows = GluedRow::ALL.into_iter();
         let row = rows.find(|row| row.name() == set && !row.disks(bodies).is_empty());
         let Some(row) = row else {
             let known = sets(bodies);
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn what_was_scattered_is_gathered_in_the_coupled_order() {
-        let exchange = Exchange { disks: vec![2, 0] };
+        let exchange = InterfaceDisks { disks: vec![2, 0] };
         let all = exchange.scatter(&[1.0, 2.0, 3.0, 4.0], 3);
         assert_eq!(all, [3.0, 4.0, 0.0, 0.0, 1.0, 2.0]);
         assert_eq!(exchange.gather(&all), [1.0, 2.0, 3.0, 4.0]);

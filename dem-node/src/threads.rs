@@ -2,23 +2,22 @@
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::bodies::Bodies;
 use crate::error::DemError;
 use crate::solver::Criteria;
 use crate::state::State;
-use crate::step::{Drive, Stepper, Summary};
+use crate::step::{StepInput, StepSummary, Stepper};
 
 /// The threads of the contact solver, with when it may stop.
-pub struct Crew {
+pub struct SolverThreads {
     /// For the calling thread alone.
     pub criteria: Criteria,
     pool: Option<ThreadPool>,
 }
 
-impl Crew {
+impl SolverThreads {
     /// Starts so many threads, if more than one.
-    pub fn new(criteria: Criteria, threads: usize) -> Result<Crew, DemError> {
-        Ok(Crew {
+    pub fn new(criteria: Criteria, threads: usize) -> Result<SolverThreads, DemError> {
+        Ok(SolverThreads {
             criteria,
             pool: pool(threads)?,
         })
@@ -29,16 +28,15 @@ impl Crew {
     pub fn advance(
         &self,
         stepper: &mut Stepper,
-        bodies: &Bodies,
         state: &mut State,
-        drive: &Drive,
-    ) -> Result<Summary, DemError> {
-        let pool = self.pool.as_ref().filter(|_| stepper.problem.is_cut());
+        input: &StepInput,
+    ) -> Result<StepSummary, DemError> {
+        let pool = self.pool.as_ref().filter(|_| stepper.is_partitioned());
         let criteria = Criteria {
             parallel: pool.is_some(),
             ..self.criteria
         };
-        in_pool(pool, || stepper.advance(bodies, state, drive, &criteria))
+        in_pool(pool, || stepper.advance(state, input, &criteria))
     }
 }
 

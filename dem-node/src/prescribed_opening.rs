@@ -1,4 +1,4 @@
-//! A pair of disks that is pulled apart, or pressed together, at a prescribed velocity.
+//! A pair of disks that is prescribed_velocity apart, or pressed together, at a prescribed velocity.
 
 use protocol::ConfigError;
 
@@ -12,12 +12,12 @@ const STEPS: u64 = 100_000;
 /// Openings delta_0 at the end of a run; h' = 1 without viscosity then has 1 / 1 800 of w left to give.
 const END: f64 = 30.0;
 
-/// Names of the signals of [`Pull::signals`].
+/// Names of the signals of [`PrescribedOpening::signals`].
 pub const SIGNALS: [&str; 4] = ["opening_m", "adhesion", "stress_pa", "work_j_per_m2"];
 
 /// The program of the pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pull {
+pub struct PrescribedOpening {
     /// Opening velocity (m/s), negative when it closes.
     velocity: f64,
     critical: f64,
@@ -26,14 +26,18 @@ pub struct Pull {
     distance: f64,
 }
 
-impl Pull {
+impl PrescribedOpening {
     /// The program of a scenario with `drive`: one grain, one glued disk, a cohesive law.
-    pub fn new(config: &DriveConfig, bodies: &Bodies, state: &State) -> Result<Pull, ConfigError> {
+    pub fn new(
+        config: &DriveConfig,
+        bodies: &Bodies,
+        state: &State,
+    ) -> Result<PrescribedOpening, ConfigError> {
         let law = bodies.law.cohesion.ok_or_else(|| {
             ConfigError::new("drive", "opens a bond, and the law has none")
                 .help("choose law.kind = \"cohesion\"")
         })?;
-        Ok(Pull {
+        Ok(PrescribedOpening {
             velocity: config.velocity_m_per_s,
             critical: law.critical_opening(),
             area: law.area([bodies.radii[0], bodies.radii[1]]),
