@@ -13,7 +13,6 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use crate::error::DemError;
-use crate::law::Friction;
 use crate::solver::{Algorithm, Criteria, Problem, Solver};
 use crate::threads;
 use machine::{PASSES, byte_time, operation_time, peak_rss};
@@ -79,14 +78,11 @@ pub fn bench() -> Result<Vec<BenchRow>, DemError> {
     let mut rows = Vec::new();
     for (disks, columns, lines) in [(1_000, 1, 1), (10_000, 1, 1), (9_125, 4, 2)] {
         let pack = Pack::new(disks, columns, lines);
-        let coulomb = Friction::Coulomb {
-            coefficient: FRICTION,
-        };
         for (solver, law) in [
-            (Algorithm::Nsgs, Friction::Signorini),
-            (Algorithm::Nsgs, coulomb),
-            (Algorithm::Pcg, Friction::Signorini),
-            (Algorithm::Pcg, coulomb),
+            (Algorithm::Nsgs, 0.0),
+            (Algorithm::Nsgs, FRICTION),
+            (Algorithm::Pcg, 0.0),
+            (Algorithm::Pcg, FRICTION),
         ] {
             rows.extend(pack.rows(solver, law)?);
         }
@@ -118,7 +114,7 @@ impl Pack {
     }
 
     /// The rows of one thread and of two.
-    fn rows(&self, algorithm: Algorithm, friction: Friction) -> Result<[BenchRow; 2], DemError> {
+    fn rows(&self, algorithm: Algorithm, friction: f64) -> Result<[BenchRow; 2], DemError> {
         let (cold, poses) = self.cold(friction);
         let times = times(&cold, algorithm)?;
         let contacts = cold.contacts.len();
@@ -147,9 +143,10 @@ impl Pack {
                     Algorithm::Nsgs => "nsgs",
                     Algorithm::Pcg => "pcg",
                 },
-                law: match friction {
-                    Friction::Signorini => "signorini",
-                    Friction::Coulomb { .. } => "coulomb",
+                law: if friction > 0.0 {
+                    "coulomb"
+                } else {
+                    "signorini"
                 },
                 threads,
                 ns_per_contact_iteration: time.iteration() * 1e9 / contacts as f64,
@@ -244,8 +241,8 @@ fn criteria(algorithm: Algorithm, tolerance: f64, iterations: usize, threads: us
 
 /// The longer of two times: moving the bytes of an iteration from where they lie, and doing its operations on
 /// data at hand. Both rates are measured here and now, on buffers of the problem's own size.
-fn bound(problem: &Problem, algorithm: Algorithm, friction: Friction) -> f64 {
-    let frictional = matches!(friction, Friction::Coulomb { .. });
+fn bound(problem: &Problem, algorithm: Algorithm, friction: f64) -> f64 {
+    let frictional = friction > 0.0;
     // Per contact: its stored numbers, read and written, and its share of the records of the bodies, read and written
     // (32 bytes each, with the conjugate gradient 88).
     let contacts = problem.contacts.len() as f64;
@@ -268,11 +265,8 @@ mod tests {
     #[test]
     fn warm_starts_save_iterations() {
         let pack = Pack::new(200, 1, 1);
-        let friction = Friction::Coulomb {
-            coefficient: FRICTION,
-        };
         let [row, _] = pack
-            .rows(Algorithm::Nsgs, friction)
+            .rows(Algorithm::Nsgs, FRICTION)
             .expect("the pack can be solved");
         let cold = row.iterations_cold.expect("it converges");
         let warm = row.iterations_warm.expect("it converges");

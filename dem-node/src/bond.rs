@@ -134,7 +134,7 @@ impl BondContact {
     /// becomes a stick-slip spring when the bond breaks (see [`end_step`]).
     pub fn new(law: &Law, bond: &Bond, index: usize, h: f64) -> BondContact {
         let friction = match law.springs {
-            None => law.coefficient(),
+            None => law.friction,
             Some(_) => 0.0,
         };
         let mut contact = BondContact {
@@ -255,7 +255,7 @@ fn break_bond(
 ) -> f64 {
     let left = cohesion.stored(bond.area, bond.adhesion, bond.opening, bond.slip);
     bond.adhesion = 0.0;
-    let mu = law.coefficient();
+    let mu = law.friction;
     let Some(springs) = law.springs else {
         let r_n = slot.force[0].max(0.0);
         slot.force = [r_n, slot.force[1].clamp(-mu * r_n, mu * r_n)];
@@ -279,7 +279,7 @@ mod tests {
     use super::*;
     use crate::cohesion::HPrime;
     use crate::law::local::DelassusBlock;
-    use crate::law::{Friction, Penetration, Springs};
+    use crate::law::{Penetration, Springs};
 
     const STEP: f64 = 0.5;
     const BLOCK: DelassusBlock = DelassusBlock {
@@ -290,7 +290,7 @@ mod tests {
 
     fn law(springs: Option<Springs>) -> Law {
         Law {
-            friction: Friction::Coulomb { coefficient: 0.4 },
+            friction: 0.4,
             springs,
             cohesion: Some(Cohesion {
                 normal: 4.0,

@@ -6,6 +6,8 @@
 //! With b = 0 and h' = 1 the opening delta_0 = sqrt(w/Cn) starts the decohesion at the strength sqrt(w Cn), then
 //! a = w/D; complete separation takes w per area. With h' = a the bond is brittle and takes w/2.
 
+use serde::Deserialize;
+
 /// The parameters of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cohesion {
@@ -29,12 +31,13 @@ pub struct Cohesion {
     pub bonds_min: usize,
 }
 
-/// What the surface energy weighs at a falling adhesion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Weight of the surface energy at a falling adhesion: the words for `law.h_prime`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum HPrime {
-    /// h' = 1.
+    /// h' = 1: adhesion falls gradually, separation takes w.
     One,
-    /// h' = a.
+    /// h' = a: brittle, separation takes w/2.
     Adhesion,
 }
 

@@ -7,26 +7,27 @@ use serde::Deserialize;
 
 use crate::cohesion::Cohesion;
 
-/// What happens at every contact.
+/// The law of every contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Law {
-    /// Tangential part.
-    pub friction: Friction,
+    /// Coefficient of Coulomb friction, |r_t| <= coefficient r_n opposed to sliding; 0 is Signorini alone.
+    pub friction: f64,
     /// Elasticity of the grains; `None` makes rigid contacts.
     pub springs: Option<Springs>,
     /// Bonds between grains; `None` makes a loose material.
     pub cohesion: Option<Cohesion>,
     /// Newton's coefficient e of rigid contacts without bond; `None` makes inelastic impacts.
     pub restitution: Option<f64>,
-    /// What happens to overlaps of rigid contacts without bond.
+    /// Treatment of overlaps of rigid contacts without bond.
     pub penetration: Penetration,
 }
 
-/// How a rigid contact treats its gap, and the overlap that is there already.
+/// Treatment of the gap of a rigid contact, and of the overlap that is there already: the words for `law.penetration`.
 ///
 /// A repair within the velocities throws the grains apart that it separates (Baumgarte): what it moves in a step they keep
 /// as speed. The two repairs of positions leave the velocities alone (see [`crate::repair`]).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Penetration {
     /// U = u_n + g/h: an overlap is gone after the step, at the price of a speed |g|/h.
     #[default]
@@ -39,18 +40,6 @@ pub enum Penetration {
     Projection,
 }
 
-/// The tangential part of a law.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Friction {
-    /// None at all.
-    Signorini,
-    /// |r_t| <= coefficient r_n, opposed to sliding.
-    Coulomb {
-        /// The coefficient.
-        coefficient: f64,
-    },
-}
-
 /// Springs of a compliant contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Springs {
@@ -61,15 +50,7 @@ pub struct Springs {
 }
 
 impl Law {
-    /// Coefficient of friction, 0 without friction.
-    pub fn coefficient(&self) -> f64 {
-        match self.friction {
-            Friction::Signorini => 0.0,
-            Friction::Coulomb { coefficient } => coefficient,
-        }
-    }
-
-    /// Whether overlaps are repaired after a step.
+    /// True if overlaps are repaired after a step.
     pub fn repairs(&self) -> bool {
         matches!(
             self.penetration,
@@ -77,7 +58,7 @@ impl Law {
         )
     }
 
-    /// What the springs add to the diagonal of W in a step h (1/kg): 1/(kn h^2) and 1/(kt h^2).
+    /// Addition of the springs to the diagonal of W in a step h (1/kg): 1/(kn h^2) and 1/(kt h^2).
     ///
     /// The force at the end of the step is -kn (g + h u_n), so the impulse r obeys
     /// u_n + g/h + r/(kn h^2) = 0 while the contact is closed: a rigid contact with a softer W.
@@ -91,7 +72,7 @@ impl Law {
         }
     }
 
-    /// What a contact without bond adds to u_n in U (m/s), its gap g being detected, its normal velocity before the
+    /// Term of U_n of a contact without bond beside u_n (m/s), its gap g being detected, its normal velocity before the
     /// step u_n(t_i) = `before`; `None` where there is no contact.
     ///
     /// Springs: g/h. Restitution: e u_n(t_i) when g <= 0, and no contact before that: a contact that closes its gap within

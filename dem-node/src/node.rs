@@ -176,7 +176,7 @@ impl Node for Dem {
                     residual: summary.convergence.residual,
                     iterations: summary.convergence.iterations,
                     tolerance: self.solver.criteria.tolerance,
-                    friction: self.bodies.law.coefficient(),
+                    friction: self.bodies.law.friction,
                 }));
             }
             self.record(start, end, drive_before, &summary);

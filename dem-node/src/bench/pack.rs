@@ -8,7 +8,7 @@ use crate::boundary::CompliantBoundary;
 use crate::cluster::Clusters;
 use crate::config::RadiusLaw;
 use crate::faces::{Face, HalfPlane, RigidWall};
-use crate::law::{Friction, Law, Penetration};
+use crate::law::{Law, Penetration};
 use crate::sample::random::RandomNumbers;
 use crate::sample::relax::Pile;
 use crate::sample::{Disk, layer};
@@ -58,7 +58,7 @@ impl Pack {
         }
     }
 
-    fn bodies(&self, friction: Friction) -> Bodies {
+    fn bodies(&self, friction: f64) -> Bodies {
         let mass = |disk: &Disk| DENSITY * PI * disk.radius * disk.radius * THICKNESS;
         let wall = |point, normal| RigidWall::at_rest(Face::HalfPlane(HalfPlane { point, normal }));
         Bodies {
@@ -91,7 +91,7 @@ impl Pack {
     }
 
     /// The cold load step: its problem, and the times of posing it with the Verlet list at hand and with a new one (s).
-    pub fn cold(&self, friction: Friction) -> (Problem, [f64; 2]) {
+    pub fn cold(&self, friction: f64) -> (Problem, [f64; 2]) {
         let bodies = self.bodies(friction);
         let mut state = State::new(&bodies, &self.disks, &[]);
         let input = StepInput {

@@ -8,7 +8,7 @@ use crate::config::LayerConfig;
 use crate::error::DemError;
 use crate::sample::bed::{self, Bed};
 use crate::sample::relax::Pile;
-use crate::sample::{Disk, Sample};
+use crate::sample::types::{Disk, Sample};
 
 /// Mean diameters by which the bare row extends past each side, to catch grains that come loose.
 const CATCH_DIAMETERS: f64 = 5.0;

@@ -13,7 +13,7 @@ impl Stepper {
     /// Free velocities and contacts.
     pub(crate) fn assemble(&mut self, state: &mut State, input: &StepInput) {
         let bodies = input.bodies;
-        self.problem.friction = bodies.law.coefficient();
+        self.problem.friction = bodies.law.friction;
         self.problem.first_glued = bodies.free;
         self.problem.wheel = bodies.wheel();
         self.problem.rounding = 4.0 * f64::EPSILON * extent(&state.centres) / input.step;

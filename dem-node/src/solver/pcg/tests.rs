@@ -5,7 +5,7 @@ use super::textbook::Textbook;
 use crate::bond::{Bond, BondContact};
 use crate::boundary::CompliantBoundary;
 use crate::cohesion::{Cohesion, HPrime};
-use crate::law::{Friction, Law, Penetration};
+use crate::law::{Law, Penetration};
 use crate::sample::random::RandomNumbers;
 use crate::solver::partition::Partition;
 use crate::solver::{Algorithm, BodyRecord, Contact, Criteria, NO_BOND, NO_LEVERS, Problem};
@@ -106,9 +106,7 @@ fn yielding() -> CompliantBoundary {
 
 fn bond(scene: &Scene, index: usize) -> BondContact {
     let law = Law {
-        friction: Friction::Coulomb {
-            coefficient: scene.friction,
-        },
+        friction: scene.friction,
         springs: None,
         cohesion: Some(Cohesion {
             normal: 4.0,

@@ -1,9 +1,91 @@
-//! Limits of `law`.
+//! The keys of `law` and their limits.
 
 use protocol::ConfigError;
+use serde::Deserialize;
 
-use super::{at_least, positive, required, within};
-use crate::config::{LawConfig, LawKind, PenetrationKind};
+use super::limits::{at_least, positive, refuse, required, within};
+use crate::cohesion::HPrime;
+use crate::law::Penetration;
+
+/// `law`: unilateral contact with optional friction and compliance.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LawConfig {
+    /// Signorini, Coulomb or cohesion, or LMGC90's name of one with the options that it means.
+    pub kind: LawKind,
+    /// Coefficient of friction, at least 0; with `coulomb` and `cohesion`.
+    pub friction: Option<f64>,
+    /// Stiffness of each contact per thickness (Pa): kn = value x thickness. Rigid contacts when absent.
+    pub contact_stiffness_pa: Option<f64>,
+    /// kt / kn of compliant contacts with friction, above 0.
+    pub tangential_stiffness_ratio: Option<f64>,
+    /// Newton's coefficient of restitution of rigid contacts, 0 to 1; inelastic when absent.
+    pub restitution: Option<f64>,
+    /// What happens to overlaps of rigid contacts; `gap` when absent, `iqs` with restitution.
+    pub penetration: Option<Penetration>,
+    /// Cn (Pa/m), normal stiffness of a bond over its area r1 r2/(r1 + r2) x thickness; this and all below with `cohesion`.
+    pub cn_pa_per_m: Option<f64>,
+    /// Ct (Pa/m), tangential stiffness, at least 0.
+    pub ct_pa_per_m: Option<f64>,
+    /// w (J/m2), decohesion energy.
+    pub w_j_per_m2: Option<f64>,
+    /// b (Pa m s^p), viscosity of decohesion, at least 0.
+    pub b_pa_m_s: Option<f64>,
+    /// p, power of the rate.
+    pub p: Option<f64>,
+    /// h'.
+    pub h_prime: Option<HPrime>,
+    /// Pairs of grains with a smaller gap are bonded at the start (m).
+    pub alert_m: Option<f64>,
+    /// Grains with fewer bonds, 0 to 6, are bonded to their nearest neighbours as well. With 2 no grain can turn about a
+    /// single bond.
+    #[serde(default)]
+    pub bonds_min: u32,
+}
+
+/// The words for `law.kind`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LawKind {
+    /// Unilateral contact without friction.
+    Signorini,
+    /// Unilateral contact with Coulomb friction.
+    Coulomb,
+    /// Bonds of Raous, Cangémi and Cocou between grains, Coulomb friction elsewhere.
+    Cohesion,
+    /// `coulomb` with `penetration = "iqs"`.
+    #[serde(rename = "IQS_CLB")]
+    IqsClb,
+    /// `coulomb` with `restitution`, which it needs.
+    #[serde(rename = "RST_CLB")]
+    RstClb,
+    /// `cohesion` with `penetration = "iqs"`.
+    #[serde(rename = "IQS_MAC_CZM")]
+    IqsMacCzm,
+}
+
+impl LawKind {
+    /// The kind without LMGC90's name.
+    pub fn plain(self) -> LawKind {
+        match self {
+            LawKind::IqsClb | LawKind::RstClb => LawKind::Coulomb,
+            LawKind::IqsMacCzm => LawKind::Cohesion,
+            plain => plain,
+        }
+    }
+
+    /// The word in the scenario.
+    pub fn word(self) -> &'static str {
+        match self {
+            LawKind::Signorini => "signorini",
+            LawKind::Coulomb => "coulomb",
+            LawKind::Cohesion => "cohesion",
+            LawKind::IqsClb => "IQS_CLB",
+            LawKind::RstClb => "RST_CLB",
+            LawKind::IqsMacCzm => "IQS_MAC_CZM",
+        }
+    }
+}
 
 impl LawConfig {
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
@@ -29,22 +111,22 @@ impl LawConfig {
         }
         self.refuse_rigid_options_of_springs()?;
         self.validate_names()?;
-        if self.restitution.is_some() && self.penetration == Some(PenetrationKind::Gap) {
-            return Err(ConfigError::new(
+        if self.restitution.is_some() && self.penetration == Some(Penetration::Gap) {
+            return refuse(
                 "law.penetration",
                 "\"gap\" repairs overlaps by velocity, which would add to the rebound of law.restitution",
-            )
-            .help("write \"iqs\", \"split\" or \"projection\""));
+                "write \"iqs\", \"split\" or \"projection\"",
+            );
         }
-        let repairs = [PenetrationKind::Split, PenetrationKind::Projection];
+        let repairs = [Penetration::Split, Penetration::Projection];
         if self.kind.plain() == LawKind::Cohesion
             && self.penetration.is_some_and(|p| repairs.contains(&p))
         {
-            return Err(ConfigError::new(
+            return refuse(
                 "law.penetration",
                 "moves grains apart after the step, which would stretch their bonds without any work",
-            )
-            .help("write \"iqs\" or \"gap\" with law.kind = \"cohesion\""));
+                "write \"iqs\" or \"gap\" with law.kind = \"cohesion\"",
+            );
         }
         Ok(())
     }
@@ -56,11 +138,11 @@ impl LawConfig {
             ("law.kind", self.kind.plain() != self.kind),
         ];
         match options.into_iter().find(|(_, given)| *given) {
-            Some((key, _)) if self.contact_stiffness_pa.is_some() => Err(ConfigError::new(
+            Some((key, _)) if self.contact_stiffness_pa.is_some() => refuse(
                 key,
                 "is for rigid contacts, and law.contact_stiffness_pa makes elastic ones, which rebound and overlap by themselves",
-            )
-            .help("remove one of the two")),
+                "remove one of the two",
+            ),
             _ => Ok(()),
         }
     }
@@ -72,14 +154,17 @@ impl LawConfig {
                 "contradicts law.kind = \"{}\", which means {means}",
                 self.kind.word()
             );
-            Err(ConfigError::new(key, problem)
-                .help("remove the key, or choose the plain kind with the options that you want"))
+            refuse(
+                key,
+                problem,
+                "remove the key, or choose the plain kind with the options that you want",
+            )
         };
         let iqs = matches!(self.kind, LawKind::IqsClb | LawKind::IqsMacCzm);
         if iqs && self.restitution.is_some() {
             return contradicts("law.restitution", "inelastic impacts");
         }
-        if iqs && !matches!(self.penetration, None | Some(PenetrationKind::Iqs)) {
+        if iqs && !matches!(self.penetration, None | Some(Penetration::Iqs)) {
             return contradicts("law.penetration", "penetration = \"iqs\"");
         }
         if self.kind == LawKind::RstClb {
@@ -101,11 +186,11 @@ impl LawConfig {
         within("law.bonds_min", f64::from(self.bonds_min), 0.0, 6.0)?;
         match self.h_prime {
             Some(_) => Ok(()),
-            None => Err(ConfigError::new(
+            None => refuse(
                 "law.h_prime",
                 "law.kind = \"cohesion\" needs it and it is missing",
-            )
-            .help("write h_prime = \"one\" or \"adhesion\"")),
+                "write h_prime = \"one\" or \"adhesion\"",
+            ),
         }
     }
 
@@ -122,11 +207,11 @@ impl LawConfig {
             .chain(fewest);
         match given.chain(others).next() {
             None => Ok(()),
-            Some(key) => Err(ConfigError::new(
+            Some(key) => refuse(
                 key,
                 "belongs to bonds, and this law has none: the key would have no effect",
-            )
-            .help("remove it, or choose law.kind = \"cohesion\"")),
+                "remove it, or choose law.kind = \"cohesion\"",
+            ),
         }
     }
 
@@ -151,11 +236,11 @@ impl LawConfig {
         ];
         match superfluous.into_iter().find(|(_, value)| value.is_some()) {
             None => Ok(()),
-            Some((key, _)) => Err(ConfigError::new(
+            Some((key, _)) => refuse(
                 key,
                 "law.kind = \"signorini\" has no tangential force, the key would have no effect",
-            )
-            .help("remove it, or choose law.kind = \"coulomb\"")),
+                "remove it, or choose law.kind = \"coulomb\"",
+            ),
         }
     }
 
@@ -165,11 +250,11 @@ impl LawConfig {
         let key = "law.tangential_stiffness_ratio";
         match (self.contact_stiffness_pa, self.tangential_stiffness_ratio) {
             (None, None) => Ok(()),
-            (None, Some(_)) => Err(ConfigError::new(
+            (None, Some(_)) => refuse(
                 key,
                 "rigid contacts have no stiffness, the key would have no effect",
-            )
-            .help("remove it, or give law.contact_stiffness_pa")),
+                "remove it, or give law.contact_stiffness_pa",
+            ),
             (Some(_), ratio) => {
                 let why = "compliant contacts with friction";
                 positive(key, required(key, ratio, why)?, "")
