@@ -1,4 +1,4 @@
-//! What a contact costs: the solvers on one cold load step of dense packs.
+//! Cost of a contact: the solvers on one cold load step of dense packs.
 //!
 //! A bed of soft disks is pressed between four plates; larger packs are its mirror images side by side, which touch as
 //! the bed touches its plates. Then the disks count as rigid and touching (LMGC90's IQS: overlaps are not repaired),
@@ -19,7 +19,7 @@ use machine::{PASSES, byte_time, operation_time, peak_rss};
 use pack::Pack;
 
 const FRICTION: f64 = 0.3;
-/// How long one thread, two threads and the loop that only computes take turns at least.
+/// Least time for which one thread, two threads and the loop that only computes take turns.
 const TURNS: Duration = Duration::from_secs(3);
 /// Iterations that a timing leaves out, and those that it counts.
 const WARM: usize = 20;
@@ -28,7 +28,7 @@ const TIMED: usize = 80;
 const TURN: usize = 4;
 /// Load steps with and without a first guess.
 const STEPS: usize = 3;
-/// Where a search for a tolerance ends.
+/// End of a search for a tolerance.
 const MOST_ITERATIONS: usize = 20_000;
 
 /// One solver on one problem.
@@ -57,7 +57,7 @@ pub struct BenchRow {
     pub iterations_cold: Option<[usize; STEPS]>,
     /// See `iterations_cold`.
     pub iterations_warm: Option<[usize; STEPS]>,
-    /// How much faster than one thread the iterations are, and how much faster a loop that only computes is on as many
+    /// Speed-up of the iterations over one thread, and that of a loop that only computes on as many
     /// threads in the same run; absent with one thread.
     pub scaling: Option<f64>,
     /// See `scaling`.
@@ -69,7 +69,7 @@ pub struct BenchRow {
     pub detect_rebuild_ms: f64,
     /// Highest memory of the process so far (bytes).
     pub peak_rss_bytes: u64,
-    /// What the machine's measured bandwidth and arithmetic allow for the same bytes and operations (ns).
+    /// Least time that the machine's measured bandwidth and arithmetic allow for the same bytes and operations (ns).
     pub bound_ns: f64,
 }
 

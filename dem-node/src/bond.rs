@@ -191,7 +191,7 @@ pub struct Loss {
 /// Adhesion falls from a_0 to a_1 at the opening before the step, and from a_1 to a_2 at the one after it:
 /// l D (a_0^2 - a_1^2)/2. Springs driven implicitly lose k (e - e_0)^2 / 2; one that closes or opens in the step is
 /// pushed over the rest of the path as well. A rigid contact loses -r_n u_n in compression and -r_f u_t in slip.
-/// What the normal's turning does to the opening between two steps is a loss of the scheme, see [`ContactStep::turned`].
+/// The change of the opening between two steps by the turning of the normal is a loss of the scheme, see [`ContactStep::turned`].
 pub fn end_step(law: &Law, bond: &mut Bond, slot: &mut Slot, done: &BondStep) -> Loss {
     let Some(cohesion) = &law.cohesion else {
         return Loss::default();

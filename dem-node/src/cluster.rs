@@ -39,12 +39,12 @@ pub struct Cluster {
     velocity: [f64; 3],
 }
 
-/// What a sample says of a cluster.
+/// The description of a cluster in a sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClusterMembers {
     /// Numbers of its disks among the free grains.
     pub disks: Vec<usize>,
-    /// Whether x, y and rotation are locked.
+    /// True for each of x, y and rotation that is locked.
     pub locked: [bool; 3],
     /// Mass (kg) and moment of inertia (kg m2) where they are not those of the disks.
     pub mass: Option<f64>,
@@ -54,7 +54,7 @@ pub struct ClusterMembers {
     pub velocity: [f64; 3],
 }
 
-/// Where a cluster is.
+/// Position and angle of a cluster.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Centre of mass (m).
@@ -104,7 +104,7 @@ impl Cluster {
         self.disks[0]
     }
 
-    /// Where it starts.
+    /// Its pose at the start.
     pub fn start(&self) -> Pose {
         Pose {
             centre: self.centre,
@@ -118,7 +118,7 @@ impl Cluster {
         [x, y, spin * self.radius]
     }
 
-    /// What a unit impulse changes of (v_x, v_y, spin times radius) (1/kg).
+    /// Change by a unit impulse of (v_x, v_y, spin times radius) (1/kg).
     pub fn inverse_mass(&self) -> [f64; 3] {
         let [x, y, turn] = self.free;
         [x / self.mass, y / self.mass, 2.0 * turn / self.mass]
@@ -181,7 +181,7 @@ impl Clusters {
         Clusters { list, of_disk }
     }
 
-    /// Whether there are none.
+    /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
@@ -202,7 +202,7 @@ impl Clusters {
         self.of(body).map_or(body, |(_, cluster)| cluster.leader())
     }
 
-    /// Whether two disks belong to the same cluster.
+    /// True if two disks belong to the same cluster.
     pub fn share(&self, a: usize, b: usize) -> bool {
         match (self.of(a), self.of(b)) {
             (Some((a, _)), Some((b, _))) => a == b,

@@ -25,9 +25,9 @@ const WHEEL_GRAINS: f64 = 2.0;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
-    /// What happens at a contact; the same for every contact, wheel, walls and glued disks included.
+    /// The law of a contact; the same for every contact, wheel, walls and glued disks included.
     pub law: LawConfig,
-    /// How the contact problem of a step is solved.
+    /// The solver of the contact problem of a step.
     pub solver: SolverConfig,
     /// Step and scheme.
     pub time: TimeConfig,
@@ -39,7 +39,7 @@ pub struct Config {
     /// Acceleration of gravity (m/s2). The weight is that of the real mass.
     #[serde(default)]
     pub gravity_m_per_s2: [f64; 2],
-    /// Where the grains come from.
+    /// The source of the grains.
     pub sample: SampleConfig,
     /// The rigid wheel above the grains.
     #[serde(default)]
@@ -53,7 +53,7 @@ fn one() -> f64 {
     1.0
 }
 
-/// `solver`: how the contact problem is solved.
+/// `solver`: the solver of the contact problem.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SolverConfig {
@@ -190,7 +190,7 @@ impl Config {
         Ok(())
     }
 
-    /// What rigid clusters do not go with.
+    /// Refuses options that rigid clusters do not go with.
     fn validate_with_clusters(&self) -> Result<(), ConfigError> {
         if !self.sample.has_clusters() {
             return Ok(());
@@ -224,7 +224,7 @@ impl Config {
         }
     }
 
-    /// What a strip that repeats does not go with.
+    /// Refuses what a strip that repeats does not go with.
     fn validate_periodic(&self) -> Result<(), ConfigError> {
         let Some(ends) = self.sample.period_ends() else {
             return Ok(());

@@ -166,7 +166,7 @@ impl Segment {
         })
     }
 
-    /// Whether the start is the nearest point for a centre before it, seen from the start.
+    /// True if the start is the nearest point for a centre before it, seen from the start.
     fn owns_start(&self, from_start: [f64; 2]) -> bool {
         let Some(before) = self.before else {
             return true;

@@ -98,7 +98,7 @@ impl InterfaceDisks {
         self.disks.len()
     }
 
-    /// Whether no row is coupled.
+    /// True if no row is coupled.
     pub fn is_empty(&self) -> bool {
         self.disks.is_empty()
     }

@@ -1,4 +1,4 @@
-//! What the inertia of the grains, scaled or not, adds to a quasi-static motion of the wheel.
+//! Inertia of the grains, scaled or not, in a quasi-static motion of the wheel.
 
 use crate::bounds::Bounds;
 use crate::config::{Config, SampleConfig};
@@ -18,7 +18,7 @@ pub struct MassScaling {
 impl MassScaling {
     /// The numbers of a scene whose wheel moves sideways.
     pub fn new(config: &Config, bounds: &Bounds, sample: &Sample) -> Option<MassScaling> {
-        let program = WheelProgram::new(config.wheel.as_ref()?);
+        let program = WheelProgram(config.wheel?);
         let (speed, height) = (program.top_speed(), height(config, sample));
         if speed == 0.0 || height <= 0.0 {
             return None;

@@ -1,4 +1,4 @@
-//! What the node tells: signals of each report, results of the run.
+//! Reports: signals of each report, results of the run.
 
 use std::collections::BTreeMap;
 
@@ -10,51 +10,31 @@ use crate::step::StepSummary;
 use crate::structure::Structure;
 use crate::wheel::WheelProgram;
 
-/// Names of the signals, in the order of [`signals`].
-pub const SIGNALS: [&str; 16] = [
-    "wheel_x_m",
-    "wheel_y_m",
-    "wheel_fn_n",
-    "wheel_ft_n",
-    "glued_fx_n",
-    "glued_fy_n",
-    "momentum_x_kg_m_per_s",
-    "momentum_y_kg_m_per_s",
-    "momentum_defect_n",
-    "contacts",
-    "iterations",
-    "true_residual",
-    "overlap_mean_rel",
-    "overlap_max_rel",
-    "speed_max_m_per_s",
-    "lost_grains",
-];
-
 /// Name of the signal that cohesive laws add: bonds above 0.01 of adhesion.
 pub const BONDS: &str = "bonds";
 
-/// The signals of a step. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
+/// The signals of a step under their names. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
 /// towards +x); `glued_f*_n` their force on the wall; overlaps are over the mean radius.
-pub fn signals(bodies: &Bodies, state: &State, step: &StepSummary) -> [f64; 16] {
+pub fn signals(bodies: &Bodies, state: &State, step: &StepSummary) -> [(&'static str, f64); 16] {
     let radius = bodies.mean_radius();
     let momentum = state.momentum(bodies);
     [
-        state.wheel.position[0],
-        state.wheel.position[1],
-        step.on_wheel[1],
-        step.on_wheel[0],
-        step.on_wall[0],
-        step.on_wall[1],
-        momentum[0],
-        momentum[1],
-        step.momentum_defect,
-        step.closed as f64,
-        step.convergence.iterations as f64,
-        step.convergence.residual,
-        step.overlap[0] / radius,
-        step.overlap[1] / radius,
-        top_speed(state),
-        lost_grains(bodies, state) as f64,
+        ("wheel_x_m", state.wheel.position[0]),
+        ("wheel_y_m", state.wheel.position[1]),
+        ("wheel_fn_n", step.on_wheel[1]),
+        ("wheel_ft_n", step.on_wheel[0]),
+        ("glued_fx_n", step.on_wall[0]),
+        ("glued_fy_n", step.on_wall[1]),
+        ("momentum_x_kg_m_per_s", momentum[0]),
+        ("momentum_y_kg_m_per_s", momentum[1]),
+        ("momentum_defect_n", step.momentum_defect),
+        ("contacts", step.closed as f64),
+        ("iterations", step.convergence.iterations as f64),
+        ("true_residual", step.convergence.residual),
+        ("overlap_mean_rel", step.overlap[0] / radius),
+        ("overlap_max_rel", step.overlap[1] / radius),
+        ("speed_max_m_per_s", top_speed(state)),
+        ("lost_grains", lost_grains(bodies, state) as f64),
     ]
 }
 
@@ -87,7 +67,7 @@ pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
 /// Mean overlap of rigid contacts over the mean radius above which the geometry is no longer that of rigid grains.
 const OVERLAP_BUDGET: f64 = 1e-3;
 
-/// How far the wheel's force may be from its load in the second half of the hold, over the load.
+/// Tolerated distance of the wheel's force from its load in the second half of the hold, over the load.
 const SETTLED: f64 = 0.1;
 /// Half-width of a layer over that of 98 % of the wheel's force, below which the ends give way: against the rail alone, two
 /// loads that rub with partial slip lost 6 % of their friction loop at 1.38 and 17 % at 1.21, and 1 to 4 % at 1.51.
@@ -111,7 +91,7 @@ impl Mean {
     }
 }
 
-/// What a committed step is told with.
+/// Times and work of a committed step.
 #[derive(Clone, Copy, Debug)]
 pub struct StepSpan {
     /// Start of the step (s).
@@ -187,7 +167,7 @@ impl RunStatistics {
         let motion = program.motion_start();
         if middle <= motion {
             self.height_at_motion_start = Some(height);
-            if middle > 0.5 * (program.ramp_end() + motion) {
+            if middle > 0.5 * (program.0.ramp_s + motion) {
                 self.held_force.add(force[1]);
                 self.held_height.add(height);
                 self.held_range = Some(wider(self.held_range, force[1]));
@@ -205,7 +185,7 @@ impl RunStatistics {
         }
     }
 
-    /// What the results should not be read without.
+    /// Warnings that belong beside the results.
     pub fn warnings(
         &self,
         program: Option<&WheelProgram>,
@@ -219,10 +199,10 @@ impl RunStatistics {
         [overlaps, unsettled, ends].into_iter().flatten().collect()
     }
 
-    /// Whether the wheel was at rest when its results were taken.
+    /// A warning if the wheel was not at rest when its results were taken.
     fn unsettled(&self, program: &WheelProgram) -> Option<String> {
         let [low, high] = self.held_range?;
-        let (load, slack) = (program.load, SETTLED * program.load);
+        let (load, slack) = (program.0.load_n, SETTLED * program.0.load_n);
         (low < load - slack || high > load + slack).then(|| {
             format!(
                 "the wheel is not at rest at the end of its hold: it moves at {:.2e} m/s, and over the second half of the hold the grains carried {low:.0} to {high:.0} N of its {load} N: make wheel.hold_s or wheel.ramp_s longer, or bring wheel.vy_m_per_s closer to 0",
@@ -231,7 +211,7 @@ impl RunStatistics {
         })
     }
 
-    /// Whether rigid contacts kept their budget of overlap.
+    /// A warning if rigid contacts overlapped beyond their budget.
     fn overlaps(&self, bodies: &Bodies) -> Option<String> {
         let mean = self.overlap_mean_max / bodies.mean_radius();
         if bodies.law.springs.is_some() || mean <= OVERLAP_BUDGET {
@@ -272,7 +252,7 @@ impl RunStatistics {
         let mut put_some = |name: &str, value: Option<f64>| {
             value.into_iter().for_each(|value| put(name, value));
         };
-        put_some("load_n", Some(program.load));
+        put_some("load_n", Some(program.0.load_n));
         put_some(
             "approach_m",
             self.held_height
@@ -319,7 +299,7 @@ fn pressed_half_width(bodies: &Bodies, state: &State) -> Option<f64> {
     within.map(|(x, _)| *x)
 }
 
-/// Whether the wheel presses so near to the ends of a layer that they give way.
+/// A warning if the wheel presses so near to the ends of a layer that they give way.
 fn close_to_the_ends(bodies: &Bodies, state: &State, half_width: f64) -> Option<String> {
     let pressed = pressed_half_width(bodies, state)?;
     (half_width < ENDS * pressed).then(|| {

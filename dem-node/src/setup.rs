@@ -23,7 +23,7 @@ const RIGID_OVERLAP: f64 = 0.01;
 pub(crate) const ALERT: f64 = 0.02;
 pub(crate) const SKIN: f64 = 0.2;
 
-/// When the contact solver, in the calling thread, may stop.
+/// Stopping criteria of the contact solver, in the calling thread.
 pub fn criteria(config: &Config) -> Criteria {
     Criteria {
         algorithm: config.solver.kind,

@@ -1,4 +1,4 @@
-//! How the contacts of a state are arranged: coordination, fabric, and the distribution of forces.
+//! Arrangement of the contacts of a state: coordination, fabric, and the distribution of forces.
 //!
 //! Computed once, from the state at the end of a run. Contacts are those that carry a compressive force.
 
@@ -11,7 +11,7 @@ use crate::state::State;
 /// Forces on a grain below which it is a rattler: two contacts are the fewest that can hold a disk.
 const HELD: usize = 2;
 
-/// What is known of the contacts of a state.
+/// Numbers of the arrangement of contacts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Structure {
     /// Contacts per body that has at least two, counted on each of them; a cluster is one body.

@@ -1,4 +1,4 @@
-//! Until when steps are solved, and by how many threads.
+//! Threads of the contact solver.
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -7,7 +7,7 @@ use crate::solver::Criteria;
 use crate::state::State;
 use crate::step::{StepInput, StepSummary, Stepper};
 
-/// The threads of the contact solver, with when it may stop.
+/// The threads of the contact solver, with its stopping criteria.
 pub struct SolverThreads {
     /// For the calling thread alone.
     pub criteria: Criteria,

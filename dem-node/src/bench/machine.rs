@@ -1,4 +1,4 @@
-//! What this machine does in the same run: its rates, and the memory that the process has taken.
+//! Rates of this machine in the same run, and the memory that the process has taken.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -7,7 +7,7 @@ use crate::lanes::{Lanes, widest};
 
 /// Fewest passes of each timing; the quietest counts.
 pub const PASSES: usize = 5;
-/// How long passes of a few milliseconds go on.
+/// Least time of passes of a few milliseconds.
 const A_WHILE: Duration = Duration::from_millis(250);
 /// Rounds of the loop that only computes, and its chains.
 const ROUNDS: usize = 1 << 20;

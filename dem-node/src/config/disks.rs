@@ -40,12 +40,12 @@ pub struct DiskConfig {
     /// Spin at the start (rad/s), anticlockwise positive.
     #[serde(default)]
     pub spin_rad_per_s: f64,
-    /// Whether it belongs to a glued row: massless, without spin.
+    /// True for a disk of a glued row: massless, without spin.
     #[serde(default)]
     pub glued: bool,
     /// Name of the rigid cluster that it belongs to: disks of the same name move as one body.
     pub cluster: Option<String>,
-    /// Whether the row is the one on top, set `lid`, instead of `base`; for glued disks.
+    /// True if that row is the one on top, set `lid`, instead of `base`; for glued disks.
     #[serde(default)]
     pub lid: bool,
 }
@@ -162,7 +162,7 @@ fn validate_corners(key: &str, points: &[[f64; 2]]) -> Result<(), ConfigError> {
 }
 
 impl ClusterConfig {
-    /// Whether x, y and rotation are held.
+    /// True for each of x, y and rotation that is held.
     pub fn holds(&self) -> [bool; 3] {
         [MotionConfig::X, MotionConfig::Y, MotionConfig::Rotation]
             .map(|motion| self.locked.contains(&motion))

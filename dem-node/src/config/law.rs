@@ -21,7 +21,7 @@ pub struct LawConfig {
     pub tangential_stiffness_ratio: Option<f64>,
     /// Newton's coefficient of restitution of rigid contacts, 0 to 1; inelastic when absent.
     pub restitution: Option<f64>,
-    /// What happens to overlaps of rigid contacts; `gap` when absent, `iqs` with restitution.
+    /// Treatment of overlaps of rigid contacts; `gap` when absent, `iqs` with restitution.
     pub penetration: Option<Penetration>,
     /// Cn (Pa/m), normal stiffness of a bond over its area r1 r2/(r1 + r2) x thickness; this and all below with `cohesion`.
     pub cn_pa_per_m: Option<f64>,
@@ -104,7 +104,7 @@ impl LawConfig {
         self.refuse_cohesion()
     }
 
-    /// What belongs to rigid contacts: restitution and penetration, written out or meant by a name of LMGC90.
+    /// The options of rigid contacts: restitution and penetration, written out or meant by a name of LMGC90.
     fn validate_rigid(&self) -> Result<(), ConfigError> {
         if let Some(restitution) = self.restitution {
             within("law.restitution", restitution, 0.0, 1.0)?;

@@ -26,10 +26,10 @@ pub struct LayerConfig {
     pub law: RadiusLaw,
     /// Seed of the packing; the run's seed when absent.
     pub seed: Option<u64>,
-    /// Whether the layer is cut from above too and glued to a body on top, set `lid`; it then has no wheel and no crown.
+    /// True for a layer that is cut from above too and glued to a body on top, set `lid`; it then has no wheel and no crown.
     #[serde(default)]
     pub lid: bool,
-    /// What the bed has below the cut, and with a lid above the upper one (m). Five mean diameters keep the floor's ordering out of the layer.
+    /// Height of the bed below the cut, and with a lid above the upper one (m). Five mean diameters keep the floor's ordering out of the layer.
     #[serde(default = "bed_extra")]
     pub bed_extra_m: f64,
     /// Pressures under the flat plate, one after the other (Pa). The second, lower one leaves little

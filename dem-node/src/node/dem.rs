@@ -100,7 +100,7 @@ impl Dem {
             bodies.prescribed_velocity = Some([x, y]);
             state.velocities[0] = [x, y, 0.0];
         }
-        let program = config.wheel.as_ref().map(WheelProgram::new);
+        let program = config.wheel.map(WheelProgram);
         let mut stepper = Stepper::default();
         stepper.problem.boundary = CompliantBoundary::fixed(bodies.glued());
         Ok(Dem {

@@ -2,20 +2,20 @@
 
 use std::collections::BTreeMap;
 
-use protocol::{BoundaryInertia, Term};
+use protocol::{BoundaryInertia, Role, Term};
 
 use super::dem::Dem;
 use crate::bond;
-use crate::ledger;
 use crate::prescribed_opening;
-use crate::report::{self, BONDS, SIGNALS};
+use crate::report::{self, BONDS};
 use crate::step::StepSummary;
 
 impl Dem {
     pub(super) fn report(&self, summary: &StepSummary) -> Vec<f64> {
         let now = self.progress.state.energies(&self.bodies);
         let since = [0, 1, 2, 3].map(|k| now[k] - self.initial_energy[k]);
-        let mut report = report::signals(&self.bodies, &self.progress.state, summary).to_vec();
+        let signals = report::signals(&self.bodies, &self.progress.state, summary);
+        let mut report = signals.map(|(_, value)| value).to_vec();
         if self.bodies.law.cohesion.is_some() {
             report.push(bond::count(&self.progress.state.bonds) as f64);
         }
@@ -24,19 +24,23 @@ impl Dem {
                 .iter()
                 .flat_map(|opening| opening.signals(&self.progress.state)),
         );
-        report.extend(ledger::values(&self.progress.state.accounts, since));
-        if self.bodies.wall_speed() > 0.0 {
-            report.push(self.progress.state.accounts.walls);
-        }
+        report.extend(self.ledger(since).map(|(_, _, value)| value));
         report
     }
 
+    /// The energy balance: names, roles and values of its terms, with the energies stored since the start (J).
+    fn ledger(&self, stored: [f64; 4]) -> impl Iterator<Item = (&'static str, Role, f64)> {
+        let accounts = &self.progress.state.accounts;
+        let walls = (self.bodies.wall_speed() > 0.0).then(|| accounts.of_walls());
+        accounts.terms(stored).into_iter().chain(walls)
+    }
+
     pub(super) fn ledger_terms(&self) -> Vec<Term> {
-        let mut terms = ledger::terms();
-        if self.bodies.wall_speed() > 0.0 {
-            terms.push(ledger::walls());
-        }
-        terms
+        let terms = self.ledger([0.0; 4]).map(|(name, role, _)| Term {
+            name: name.into(),
+            role,
+        });
+        terms.collect()
     }
 
     pub(super) fn signal_names(&self) -> Vec<String> {
@@ -46,7 +50,12 @@ impl Dem {
             .map(|_| prescribed_opening::SIGNALS)
             .into_iter()
             .flatten();
-        let names = SIGNALS.into_iter().chain(bonds).chain(prescribed_velocity);
+        let signals = report::signals(&self.bodies, &self.progress.state, &StepSummary::default());
+        let names = signals
+            .into_iter()
+            .map(|(name, _)| name)
+            .chain(bonds)
+            .chain(prescribed_velocity);
         names.map(String::from).collect()
     }
 

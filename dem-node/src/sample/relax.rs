@@ -56,7 +56,7 @@ impl PileForces {
         squares.fold(0.0, f64::max).sqrt()
     }
 
-    /// Whether every resultant is below this fraction of the mean contact force, and that on the floor below this
+    /// True if every resultant is below this fraction of the mean contact force, and that on the floor below this
     /// fraction of its thrust.
     pub fn is_balanced(&self, fraction: f64) -> bool {
         self.unbalanced() <= fraction * self.mean() && self.on_floor.abs() <= fraction * self.thrust

@@ -21,7 +21,7 @@ pub struct Sample {
     pub free: Vec<Disk>,
     /// Disks slaved to the body below, by ascending x, then those slaved to the body above.
     pub glued: Vec<Disk>,
-    /// How many of them are slaved to the body above.
+    /// Number of those slaved to the body above.
     pub lid: usize,
     /// Rigid walls, polylines segment by segment.
     pub walls: Vec<RigidWall>,

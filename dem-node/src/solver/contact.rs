@@ -27,7 +27,7 @@ pub struct Contact {
     pub a: u32,
     /// Antagonist.
     pub b: u32,
-    /// Whether a or b is a glued disk.
+    /// True if a or b is a glued disk.
     pub glued: bool,
     /// Unit normal; the tangent is (-n_y, n_x).
     pub normal: [f64; 2],

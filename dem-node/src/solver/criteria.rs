@@ -23,7 +23,7 @@ pub struct Criteria {
     pub min_iterations: usize,
     /// Most iterations.
     pub max_iterations: usize,
-    /// Whether the rayon pool of the caller may be used. The answer has the same bits either way.
+    /// True if the rayon pool of the caller may be used. The answer has the same bits either way.
     pub parallel: bool,
 }
 
@@ -36,6 +36,6 @@ pub struct Convergence {
     pub residual: f64,
     /// LMGC90's incremental criterion, the largest of its three norms.
     pub quad: f64,
-    /// Whether the residual is within the tolerance.
+    /// True if the residual is within the tolerance.
     pub converged: bool,
 }

@@ -48,7 +48,7 @@ use super::criteria::{Convergence, Criteria};
 use super::problem::Problem;
 use super::residual::convergence;
 use batch::Pass;
-use workspace::Sums;
+use group::Sums;
 
 /// Part of the true residual below which the box problem is solved well enough to take its thresholds anew. At 10 000
 /// disks 0.1 costs a fifth more iterations, and 1, anew in every iteration, five times as many.
@@ -68,7 +68,7 @@ struct InnerSolve {
 /// Iterates until the true residual is within the tolerance.
 ///
 /// The passes see it with seven digits of D, and a bond on the branch of its impulse, where [`super::residual`] looks at both.
-/// Where they are satisfied and it is not, iterations begin anew with a tighter bound.
+/// If they are satisfied and it is not, iterations begin anew with a tighter bound.
 pub fn solve(problem: &mut Problem, workspace: &mut Workspace, criteria: &Criteria) -> Convergence {
     let iterate = if !problem.bonds.is_empty() {
         iterate::<true, true>
@@ -142,7 +142,7 @@ struct Direction {
 
 impl Direction {
     /// The conjugate direction, or the steepest one where that has lost its way; none where nothing descends.
-    fn choose(sums: &Sums, beta: f64) -> Option<Direction> {
+    fn choose(sums: &Sums<f64>, beta: f64) -> Option<Direction> {
         let conjugate = Direction::new(sums, beta);
         if conjugate.descent > 0.0 && conjugate.curvature > CANCELLED * sums.products.ww {
             return Some(conjugate);
@@ -151,7 +151,7 @@ impl Direction {
         (steepest.descent > 0.0 && steepest.curvature > 0.0).then_some(steepest)
     }
 
-    fn new(sums: &Sums, beta: f64) -> Direction {
+    fn new(sums: &Sums<f64>, beta: f64) -> Direction {
         let products = &sums.products;
         Direction {
             beta,

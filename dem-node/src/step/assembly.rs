@@ -193,7 +193,7 @@ impl Stepper {
     }
 }
 
-/// Where everything is when contacts are detected. Grains and height of the wheel have drifted already, its prescribed
+/// Positions at which contacts are detected. Grains and height of the wheel have drifted already, its prescribed
 /// way is uniform within the step.
 fn positions_at_detection<'a>(state: &'a State, input: &StepInput) -> Positions<'a> {
     let bodies = input.bodies;

@@ -101,7 +101,7 @@ impl Stepper {
         state.accounts.impact += (theta - 0.5) * squared_change;
     }
 
-    /// What moving walls do to the grains in a step (J).
+    /// Work of moving walls on the grains in a step (J).
     fn work_of_walls(&self, bodies: &Bodies) -> f64 {
         let contacts = self.problem.contacts.iter();
         let works = contacts.filter_map(|contact| {

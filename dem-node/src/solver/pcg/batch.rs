@@ -2,7 +2,7 @@
 
 use super::body_state::{BodyState, Loss};
 use super::branches::Branches;
-use super::group::{ContactFrames, Iterate, LANES, LaneSums, Lanes, Preconditioner, Tangential};
+use super::group::{ContactFrames, Iterate, LANES, Lanes, Preconditioner, Sums, Tangential};
 use super::group::{bias, compliance, threshold};
 use crate::law::vector::{normal_defect, tangential_impulse};
 use crate::solver::Problem;
@@ -44,7 +44,7 @@ pub struct ContactBatch {
     /// Losses of p when the contacts were measured.
     pub losses: Vec<Loss>,
     /// Of the contacts measured since they were cleared.
-    pub sums: LaneSums,
+    pub sums: Sums<Lanes>,
 }
 
 impl ContactBatch {
@@ -180,7 +180,7 @@ impl ContactBatch {
         friction: f64,
         bodies: &mut [BodyState],
     ) {
-        self.sums = LaneSums::default();
+        self.sums = Sums::default();
         for g in 0..self.frames.len() {
             let frame = self.frames[g];
             let lever = if FRICTION {

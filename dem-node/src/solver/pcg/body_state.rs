@@ -63,18 +63,18 @@ pub struct Loss {
 
 /// Products with W, or with its part by some bodies.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Products {
+pub struct Products<T> {
     /// w.W p, p before anything of it is lost.
-    pub wp: f64,
+    pub wp: T,
     /// w.W w, w.W z and z.W z.
-    pub ww: f64,
+    pub ww: T,
     /// See `ww`.
-    pub wz: f64,
+    pub wz: T,
     /// See `ww`.
-    pub zz: f64,
+    pub zz: T,
 }
 
-impl Products {
+impl Products<f64> {
     /// Adds the part of a body that has lost nothing yet.
     #[inline(always)]
     pub fn add(&mut self, inverse_mass: f64, h_w: &[f64; 3], momentum: &Momentum) {
@@ -102,7 +102,7 @@ impl Products {
     }
 
     /// Adds those of other bodies.
-    pub fn join(&mut self, other: &Products) {
+    pub fn join(&mut self, other: &Products<f64>) {
         self.wp += other.wp;
         self.ww += other.ww;
         self.wz += other.wz;

@@ -8,7 +8,7 @@ use crate::solver::Contact;
 /// The branches on which four contacts are.
 #[derive(Clone, Copy, Debug)]
 pub struct Branches {
-    /// Whether the contact has a bond.
+    /// True for a contact with a bond.
     bonded: [bool; LANES],
     /// Bounds of r_n on its branch (N s).
     pub bounds: [Lanes; 2],

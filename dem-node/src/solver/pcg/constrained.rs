@@ -100,7 +100,7 @@ impl ConstrainedBodies {
         boundary: &CompliantBoundary,
         bodies: &[BodyState],
         momenta: &[Momentum],
-        products: &mut Products,
+        products: &mut Products<f64>,
     ) {
         let mut impulses = std::mem::take(&mut self.impulses);
         self.collect(&mut impulses, |body| bodies[body].h_w);

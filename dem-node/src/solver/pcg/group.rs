@@ -1,6 +1,6 @@
 //! Four contacts side by side, as the passes over them load them.
 
-use super::body_state::BodyState;
+use super::body_state::{BodyState, Products};
 use crate::bond::BondContact;
 use crate::lanes;
 use crate::law::vector::feasible;
@@ -56,27 +56,36 @@ pub struct Iterate {
     pub gradient: Lanes,
 }
 
-/// Sums of a measurement, lane by lane.
+/// Sums over contacts, of numbers or lane by lane.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct LaneSums {
+pub struct Sums<T> {
     /// u.w and u.z.
-    pub uw: Lanes,
+    pub uw: T,
     /// See `uw`.
-    pub uz: Lanes,
-    /// Part of the springs in w.(W + C) p and so on.
-    pub wp: Lanes,
-    /// See `wp`.
-    pub ww: Lanes,
-    /// See `wp`.
-    pub wz: Lanes,
-    /// See `wp`.
-    pub zz: Lanes,
+    pub uz: T,
+    /// w.(W + C) p, w.(W + C) w, w.(W + C) z and z.(W + C) z; lane by lane the part of C.
+    pub products: Products<T>,
     /// Squares of the defect with thresholds held, of the true one, and of D r.
-    pub held: Lanes,
+    pub held: T,
     /// See `held`.
-    pub defect: Lanes,
+    pub defect: T,
     /// See `held`.
-    pub size: Lanes,
+    pub size: T,
+}
+
+impl Sums<f64> {
+    /// Adds sums lane by lane.
+    pub fn add(&mut self, lanes: &Sums<Lanes>) {
+        self.uw += lanes.uw.sum();
+        self.uz += lanes.uz.sum();
+        self.products.wp += lanes.products.wp.sum();
+        self.products.ww += lanes.products.ww.sum();
+        self.products.wz += lanes.products.wz.sum();
+        self.products.zz += lanes.products.zz.sum();
+        self.held += lanes.held.sum();
+        self.defect += lanes.defect.sum();
+        self.size += lanes.size.sum();
+    }
 }
 
 /// Compliance along an axis (1/kg): the bond's own in shear, the spring's otherwise.
@@ -141,7 +150,7 @@ impl Iterate {
         [u, back]: [Lanes; 2],
         [before, c]: [Lanes; 2],
         bounds: [Lanes; 2],
-        sums: &mut LaneSums,
+        sums: &mut Sums<Lanes>,
     ) -> [Lanes; 2] {
         let (r, p) = (self.impulse, self.direction);
         let w = feasible(back, r, bounds);
@@ -150,10 +159,11 @@ impl Iterate {
         sums.uw = sums.uw + u * w;
         sums.uz = sums.uz + u * z;
         let cw = c * w;
-        sums.wp = sums.wp + before * w * p;
-        sums.ww = sums.ww + cw * w;
-        sums.wz = sums.wz + cw * z;
-        sums.zz = sums.zz + c * z * z;
+        let products = &mut sums.products;
+        products.wp = products.wp + before * w * p;
+        products.ww = products.ww + cw * w;
+        products.wz = products.wz + cw * z;
+        products.zz = products.zz + c * z * z;
         [w, p - z]
     }
 }

@@ -24,7 +24,7 @@ pub struct Textbook<'a> {
     /// u.
     velocities: Field,
     limits: Vec<f64>,
-    /// Whether a contact is on the side of its bond.
+    /// True for a contact on the tensile branch of its bond.
     pulls: Vec<bool>,
     curvature: f64,
 }

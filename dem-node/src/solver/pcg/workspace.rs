@@ -6,7 +6,7 @@
 use super::batch::{ContactBatch, Pass};
 use super::body_state::{BodyState, Momentum, Products};
 use super::constrained::ConstrainedBodies;
-use super::group::Lanes;
+use super::group::Sums;
 use crate::lanes::widest;
 use crate::solver::Problem;
 use crate::solver::partition::{Partition, Subdomain, for_each_subdomain};
@@ -29,24 +29,7 @@ pub struct Workspace {
 struct Interior {
     batch: ContactBatch,
     /// Products of its bodies, as far as nothing acts on them from outside.
-    products: Products,
-}
-
-/// Sums of a pass over the contacts.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Sums {
-    /// u.w and u.z.
-    pub uw: f64,
-    /// See `uw`.
-    pub uz: f64,
-    /// Products with W + C.
-    pub products: Products,
-    /// Squares of the defect with thresholds held, of the true one, and of D r.
-    pub held: f64,
-    /// See `held`.
-    pub defect: f64,
-    /// See `held`.
-    pub size: f64,
+    products: Products<f64>,
 }
 
 impl Interior {
@@ -155,7 +138,7 @@ impl Workspace {
         problem: &Problem,
         pass: Pass,
         parallel: bool,
-    ) -> Sums {
+    ) -> Sums<f64> {
         let friction = problem.friction;
         widest(
             #[inline(always)]
@@ -193,15 +176,15 @@ impl Workspace {
     }
 
     #[inline(always)]
-    fn end<const FRICTION: bool, const BONDS: bool>(&mut self, problem: &Problem) -> Sums {
+    fn end<const FRICTION: bool, const BONDS: bool>(&mut self, problem: &Problem) -> Sums<f64> {
         let outside = &mut self.outside;
         outside.measure::<FRICTION, BONDS>(problem.friction, &mut self.bodies);
-        let mut sums = Sums::default();
+        let mut sums = Sums::<f64>::default();
         for subdomain in &self.subdomains {
             sums.products.join(&subdomain.work.products);
-            sums.take(&subdomain.work.batch);
+            sums.add(&subdomain.work.batch.sums);
         }
-        sums.take(&self.outside);
+        sums.add(&self.outside.sums);
         let products = &mut sums.products;
         for index in self.shared.iter().map(|body| *body as usize) {
             let body = &self.bodies[index];
@@ -214,7 +197,7 @@ impl Workspace {
     }
 
     /// Takes what p has lost on bodies on which contacts from outside act.
-    fn lose(&mut self, products: &mut Products) {
+    fn lose(&mut self, products: &mut Products<f64>) {
         let inside = self.subdomains.iter_mut();
         let inside = inside.map(|subdomain| &mut subdomain.work.batch);
         for batch in inside.chain([&mut self.outside]) {
@@ -225,22 +208,5 @@ impl Workspace {
                 self.constrained.gather(index, loss.impulse);
             }
         }
-    }
-}
-
-impl Sums {
-    /// Adds the sums of a batch.
-    fn take(&mut self, batch: &ContactBatch) {
-        let sums = &batch.sums;
-        let add = |sum: &mut f64, lanes: Lanes| *sum += lanes.sum();
-        add(&mut self.uw, sums.uw);
-        add(&mut self.uz, sums.uz);
-        add(&mut self.products.wp, sums.wp);
-        add(&mut self.products.ww, sums.ww);
-        add(&mut self.products.wz, sums.wz);
-        add(&mut self.products.zz, sums.zz);
-        add(&mut self.held, sums.held);
-        add(&mut self.defect, sums.defect);
-        add(&mut self.size, sums.size);
     }
 }
