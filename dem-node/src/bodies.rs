@@ -16,7 +16,7 @@ pub struct Bodies {
     pub masses: Vec<f64>,
     /// Acceleration that the weight gives to the scaled masses (m/s2).
     pub gravity: [f64; 2],
-    /// Positions of the glued disks in the undeformed wall (m): those of the base, then those of the lid, each by ascending x.
+    /// Positions of the glued disks in the undeformed boundary (m): those of the base, then those of the lid, each by ascending x.
     pub reference: Vec<[f64; 2]>,
     /// Number of those of the base.
     pub base: usize,

@@ -124,7 +124,7 @@ impl CompliantBoundary {
         [[at(x, x), at(x, y)], [at(y, x), at(y, y)]]
     }
 
-    /// Evaluates v_g = a_g + W_g p anew, without the rounding of the many small changes.
+    /// Evaluates v_g = a_g + W_g p anew, without the rounding of the many small changes (Gravouil and Combescure 2001).
     pub fn evaluate(&mut self) {
         let impulse = self.impulse.clone();
         self.velocity.copy_from_slice(&self.free_velocity);

@@ -67,7 +67,8 @@ impl Cohesion {
         [self.normal, self.tangential].map(|c| area * c * adhesion * adhesion)
     }
 
-    /// Adhesion after a step h (s) that ends at D, implicit in a: b ((a_0 - a)/h)^p = a D - w h'(a).
+    /// Adhesion after a step h (s) that ends at D, implicit in a: b ((a_0 - a)/h)^p = a D - w h'(a) (equation 10 of Renouf,
+    /// Saulot and Berthier 2006 with its signs put right; Raous, Cangemi and Cocou 1999).
     ///
     /// p = 1 has closed forms, a = (h w + b a_0)/(b + h D) for h' = 1 and a = a_0 b / (b + h (D - w)) for h' = a.
     pub fn adhesion_after(&self, adhesion: f64, drive: f64, h: f64) -> f64 {

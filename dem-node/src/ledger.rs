@@ -13,7 +13,7 @@ use crate::law::Law;
 /// Work and losses since the start (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Accounts {
-    /// Work of the wall on the glued disks, -F_g.v_g h.
+    /// Work of the boundary on the glued disks, -F_g.v_g h.
     pub interface: f64,
     /// Work of the vertical load on the wheel.
     pub load: f64,

@@ -14,7 +14,7 @@ use crate::wheel::WheelProgram;
 pub const BONDS: &str = "bonds";
 
 /// The signals of a step under their names. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
-/// towards +x); `glued_f*_n` their force on the wall; overlaps are over the mean radius.
+/// towards +x); `glued_f*_n` their force on the compliant boundary; overlaps are over the mean radius.
 pub fn signals(bodies: &Bodies, state: &State, step: &StepSummary) -> [(&'static str, f64); 16] {
     let radius = bodies.mean_radius();
     let momentum = state.momentum(bodies);
@@ -23,8 +23,8 @@ pub fn signals(bodies: &Bodies, state: &State, step: &StepSummary) -> [(&'static
         ("wheel_y_m", state.wheel.position[1]),
         ("wheel_fn_n", step.on_wheel[1]),
         ("wheel_ft_n", step.on_wheel[0]),
-        ("glued_fx_n", step.on_wall[0]),
-        ("glued_fy_n", step.on_wall[1]),
+        ("glued_fx_n", step.on_boundary[0]),
+        ("glued_fy_n", step.on_boundary[1]),
         ("momentum_x_kg_m_per_s", momentum[0]),
         ("momentum_y_kg_m_per_s", momentum[1]),
         ("momentum_defect_n", step.momentum_defect),
@@ -55,9 +55,10 @@ pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
         row.iter().map(|c| c[1]).fold(start, pick)
     };
     let lowest = heights(base, f64::INFINITY, f64::min) - 2.0 * widest;
-    let highest = match lid.is_empty() {
-        true => f64::INFINITY,
-        false => heights(lid, f64::NEG_INFINITY, f64::max) + 2.0 * widest,
+    let highest = if lid.is_empty() {
+        f64::INFINITY
+    } else {
+        heights(lid, f64::NEG_INFINITY, f64::max) + 2.0 * widest
     };
     let beside = |x: f64| bodies.period.is_none() && !(first[0]..=last[0]).contains(&x);
     let inside = |c: &&[f64; 2]| !beside(c[0]) && (lowest..=highest).contains(&c[1]);
@@ -249,27 +250,19 @@ impl RunStatistics {
         let Some(program) = program else {
             return results;
         };
-        let mut put_some = |name: &str, value: Option<f64>| {
+        let height = self.held_height.value().or(self.height_at_motion_start);
+        let range = self.height_range.map(|[low, high]| (high - low) / radius);
+        let loop_area = program.last_full_cycle().map(|_| self.loop_work);
+        for (name, value) in [
+            ("load_n", Some(program.0.load_n)),
+            ("approach_m", height.map(|y| self.first_height - y)),
+            ("wheel_force_n", self.held_force.value()),
+            ("friction_coefficient", self.friction.value()),
+            ("wheel_y_range_over_r", range),
+            ("loop_area_j", loop_area),
+        ] {
             value.into_iter().for_each(|value| put(name, value));
-        };
-        put_some("load_n", Some(program.0.load_n));
-        put_some(
-            "approach_m",
-            self.held_height
-                .value()
-                .or(self.height_at_motion_start)
-                .map(|y| self.first_height - y),
-        );
-        put_some("wheel_force_n", self.held_force.value());
-        put_some("friction_coefficient", self.friction.value());
-        put_some(
-            "wheel_y_range_over_r",
-            self.height_range.map(|[low, high]| (high - low) / radius),
-        );
-        put_some(
-            "loop_area_j",
-            program.last_full_cycle().map(|_| self.loop_work),
-        );
+        }
         results
     }
 }

@@ -97,8 +97,9 @@ fn point_data(text: &mut String, bodies: &Bodies, state: &State, thickness: f64)
     );
 }
 
-/// Mean in-plane pressure in each disk: the trace of (1/V) sum f (x_c - x) over 2, that is sum f_n / (2 pi r thickness).
-fn pressures(bodies: &Bodies, state: &State, thickness: f64) -> Vec<f64> {
+/// Mean in-plane pressure in each disk (Pa): half the trace of its stress (1/V) sum f (x_c - x) (Love 1927; Weber 1966), that
+/// is sum f_n / (2 pi r thickness).
+pub fn pressures(bodies: &Bodies, state: &State, thickness: f64) -> Vec<f64> {
     let mut sums = vec![0.0; bodies.count()];
     for slot in &state.list.slots {
         sums[slot.a as usize] += slot.force[0];

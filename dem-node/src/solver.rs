@@ -9,9 +9,9 @@ mod contact;
 mod criteria;
 mod groups;
 mod levers;
-mod nsgs;
+pub mod nsgs;
 mod partition;
-mod pcg;
+pub mod pcg;
 mod problem;
 mod residual;
 

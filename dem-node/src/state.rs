@@ -122,7 +122,7 @@ impl State {
         }
     }
 
-    /// Moves grains, wheel and walls with their velocities for a time (s); glued disks are moved by their wall.
+    /// Moves grains, wheel and walls with their velocities for a time t (s), q += t v; glued disks are moved by their boundary.
     pub fn drift(&mut self, bodies: &Bodies, time: f64) {
         for (centre, velocity) in self.centres.iter_mut().zip(&self.velocities) {
             centre[0] += time * velocity[0];
@@ -158,7 +158,7 @@ impl State {
 
     /// Kinetic energy of grains, spin included, and of the wheel's vertical motion (J). The sideways motion of the
     /// wheel is prescribed: its inertia belongs to the drive.
-    fn kinetic(&self, bodies: &Bodies) -> f64 {
+    pub fn kinetic(&self, bodies: &Bodies) -> f64 {
         let grains = self.velocities.iter().zip(&bodies.masses);
         let grains: f64 = grains
             .map(|(v, m)| 0.5 * m * (v[0] * v[0] + v[1] * v[1] + 0.5 * v[2] * v[2]))
@@ -167,7 +167,7 @@ impl State {
     }
 
     /// Energy in the normal and in the tangential springs, and in the bonds (J).
-    fn springs(&self, bodies: &Bodies) -> [f64; 3] {
+    pub fn springs(&self, bodies: &Bodies) -> [f64; 3] {
         let mut bonds = BondCursor::new(&self.bonds);
         self.list.slots.iter().fold([0.0; 3], |sum, slot| {
             let bonded = bonds.find((slot.a, slot.b));

@@ -46,8 +46,8 @@ pub struct StepSummary {
     pub overlap: [f64; 2],
     /// Force of the grains on the wheel (N).
     pub on_wheel: [f64; 2],
-    /// Force of the grains on the wall, summed over the glued disks (N).
-    pub on_wall: [f64; 2],
+    /// Force of the grains on the boundary, summed over the glued disks (N).
+    pub on_boundary: [f64; 2],
     /// Largest component of (forces on the free grains - change of their momentum / h) (N).
     pub momentum_defect: f64,
 }
@@ -72,7 +72,9 @@ impl Stepper {
         Partition::new(problem.contacts.len(), problem.records.len()).several()
     }
 
-    /// Advances the state by a step. The glued disks stay where they are: their boundary moves them.
+    /// Advances the state by a step (equation 7 of Renouf, Saulot and Berthier 2006):
+    /// q_m = q + h (1 - theta) v, detection of the contacts at q_m, v' = v_free + M^-1 H r with the contact laws, and
+    /// q' = q_m + h theta v'. The glued disks stay where they are: their boundary moves them.
     pub fn advance(
         &mut self,
         state: &mut State,

@@ -20,7 +20,7 @@ impl WheelProgram {
         self.0.load_n * t / self.0.ramp_s
     }
 
-    /// Sideways displacement D at a time (m).
+    /// Sideways displacement D(t) = A sin(2 pi f (t - t_s)) at a time (m).
     pub fn displacement_at(&self, t: f64) -> f64 {
         let since = t - self.motion_start();
         if since <= 0.0 {

@@ -63,34 +63,23 @@ pub enum RadiusLaw {
 
 impl LayerConfig {
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        positive("sample.thickness_m", self.thickness_m, "m")?;
-        positive("sample.half_width_m", self.half_width_m, "m")?;
-        positive("sample.radius_min_m", self.radius_min_m, "m")?;
-        at_least(
-            "sample.radius_max_m",
-            self.radius_max_m,
-            self.radius_min_m,
-            "m",
-        )?;
-        at_least(
-            "sample.bed_extra_m",
-            self.bed_extra_m,
-            4.0 * self.radius_max_m,
-            "m",
-        )?;
-        at_least(
-            "sample.half_width_m",
-            self.half_width_m,
-            10.0 * self.radius_max_m,
-            "m",
-        )?;
-        // A layer thinner than a grain consists of glued ones only.
-        at_least(
-            "sample.thickness_m",
-            self.thickness_m,
-            2.0 * self.radius_min_m,
-            "m",
-        )?;
+        for (key, value) in [
+            ("thickness_m", self.thickness_m),
+            ("half_width_m", self.half_width_m),
+            ("radius_min_m", self.radius_min_m),
+        ] {
+            positive(&format!("sample.{key}"), value, "m")?;
+        }
+        let widest = self.radius_max_m;
+        for (key, value, least) in [
+            ("radius_max_m", widest, self.radius_min_m),
+            ("bed_extra_m", self.bed_extra_m, 4.0 * widest),
+            ("half_width_m", self.half_width_m, 10.0 * widest),
+            // A layer thinner than a grain consists of glued ones only.
+            ("thickness_m", self.thickness_m, 2.0 * self.radius_min_m),
+        ] {
+            at_least(&format!("sample.{key}"), value, least, "m")?;
+        }
         self.refuse_too_many_grains()?;
         at_least("sample.crown_radius_m", self.crown_radius_m, 0.0, "m")?;
         if self.lid && self.crown_radius_m > 0.0 {
@@ -104,12 +93,8 @@ impl LayerConfig {
             );
         }
         if self.crown_radius_m > 0.0 {
-            at_least(
-                "sample.crown_radius_m",
-                self.crown_radius_m,
-                2.0 * self.half_width_m,
-                "m",
-            )?;
+            let least = 2.0 * self.half_width_m;
+            at_least("sample.crown_radius_m", self.crown_radius_m, least, "m")?;
         }
         if self.press_pa.is_empty() {
             return Err(ConfigError::new(

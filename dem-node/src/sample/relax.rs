@@ -186,20 +186,18 @@ impl Pile {
 
     /// The contacts of the pile: pairs of disks, and how many plates each movable disk touches.
     pub fn contacts(&self) -> (Vec<(u32, u32)>, Vec<u32>) {
+        let forces = || PileForces {
+            on_disks: vec![[0.0; 2]; self.movable],
+            ..PileForces::default()
+        };
         let touching = |(a, b): &(u32, u32)| {
-            let mut load = PileForces {
-                on_disks: vec![[0.0; 2]; self.movable],
-                ..PileForces::default()
-            };
+            let mut load = forces();
             self.push_apart(*a as usize, *b as usize, &mut load);
             load.contacts > 0
         };
         let pairs = self.neighbours().pairs.into_iter().filter(touching);
         let plates = (0..self.movable).map(|a| {
-            let mut load = PileForces {
-                on_disks: vec![[0.0; 2]; self.movable],
-                ..PileForces::default()
-            };
+            let mut load = forces();
             self.push_off_plates(a, &mut load);
             load.contacts as u32
         });

@@ -93,10 +93,10 @@ mod tests {
     use crate::boundary::CompliantBoundary;
     use crate::solver::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
 
-    /// A grain with 1/m = 2 falls at 1 m/s on a glued disk whose wall yields by 1: a whole sweep gives it 1/3.
+    /// A grain with 1/m = 2 falls at 1 m/s on a glued disk whose boundary yields by 1: a whole sweep gives it 1/3.
     fn falling() -> Problem {
-        let mut wall = CompliantBoundary::compliant(1, vec![1.0, 0.0, 0.0, 1.0]);
-        wall.start(&[0.0; 2]);
+        let mut boundary = CompliantBoundary::compliant(1, vec![1.0, 0.0, 0.0, 1.0]);
+        boundary.start(&[0.0; 2]);
         let grain = BodyRecord {
             velocity: [0.0, -1.0, 0.0],
             inverse_mass: 2.0,
@@ -114,7 +114,7 @@ mod tests {
             contacts: vec![contact],
             records: vec![grain, BodyRecord::default()],
             first_glued: 1,
-            wall,
+            boundary,
             friction: 0.5,
             ..Problem::default()
         };

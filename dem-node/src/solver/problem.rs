@@ -78,7 +78,7 @@ impl Problem {
     /// The block of the Delassus operator W = H^T M^-1 H (equation 8 of Renouf, Saulot and Berthier 2006) at a contact:
     /// W_nn = n.M^-1 n and so on, summed over both bodies; the spin of a disk adds its inverse inertia to W_tt, that of a
     /// cluster adds to all, and a glued disk has the block of W_g.
-    fn block(&self, contact: &Contact) -> DelassusBlock {
+    pub fn block(&self, contact: &Contact) -> DelassusBlock {
         let [nx, ny] = contact.normal;
         let mut block = DelassusBlock::default();
         let levers = self.levers.get(contact.levers as usize);
@@ -130,7 +130,7 @@ impl Problem {
         (2 * index < self.boundary.velocity.len()).then_some(index)
     }
 
-    /// Relative velocity (u_n, u_t) of the contact points, a against b (m/s).
+    /// Relative velocity u = H^T v of the contact points, (u_n, u_t) of a against b (m/s).
     #[inline(always)]
     pub fn relative_velocity(&self, contact: &Contact) -> [f64; 2] {
         let a = self.velocity(contact, contact.a as usize);
@@ -160,7 +160,7 @@ impl Problem {
 
     /// Adds an impulse (r_n, r_t) at a contact to the velocities of both bodies: v += M^-1 H r.
     #[inline(always)]
-    pub(super) fn apply(&mut self, contact: &Contact, impulse: [f64; 2]) {
+    pub fn apply(&mut self, contact: &Contact, impulse: [f64; 2]) {
         let force = contact.in_xy(impulse);
         self.apply_to(contact, 0, force, impulse);
         self.apply_to(contact, 1, [-force[0], -force[1]], impulse);
@@ -194,10 +194,11 @@ impl Problem {
         velocity[2] -= inverse[2] * contact.lever() * impulse[1];
     }
 
-    /// Solution of the local problem of a contact under the velocities of the moment, (r_n, r_t) (N s): its law for
-    /// b = u + bias - W r, all other contacts held.
+    /// Solution (r_n, r_t) of the local problem of a contact (N s), all other contacts held: U = b + W r under its law, with
+    /// b = u + bias - W r at the velocities u and the impulse r of the moment (Jean 1999; one row of equation 8 of Renouf,
+    /// Saulot and Berthier 2006).
     #[inline(always)]
-    pub(crate) fn local_solution(&self, contact: &Contact, velocity: [f64; 2]) -> [f64; 2] {
+    pub fn local_solution(&self, contact: &Contact, velocity: [f64; 2]) -> [f64; 2] {
         let ([u_n, u_t], [r_n, r_t]) = (velocity, contact.impulse);
         let block = contact.block;
         let b = [

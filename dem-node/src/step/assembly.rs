@@ -56,7 +56,9 @@ impl Stepper {
         state.list = list;
     }
 
-    pub(super) fn free_records(&mut self, state: &State, input: &StepInput) {
+    /// Free velocities v_free = v + h M^-1 F (equation 7 of Renouf, Saulot and Berthier 2006), F being the weights and the
+    /// load of the wheel, with the velocities that are prescribed.
+    pub fn free_records(&mut self, state: &State, input: &StepInput) {
         let bodies = input.bodies;
         let records = &mut self.problem.records;
         records.clear();

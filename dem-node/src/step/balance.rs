@@ -7,7 +7,7 @@ use crate::solver::Contact;
 use crate::state::State;
 
 impl Stepper {
-    /// Balance of the free grains: impulses from wheel, wall and weight against the change of momentum.
+    /// Balance of the free grains: impulses from wheel, boundary and weight against the change of momentum.
     pub(super) fn momentum_defect(&self, state: &State, input: &StepInput) -> f64 {
         let (bodies, h) = (input.bodies, input.step);
         if bodies.prescribed_velocity.is_some() {
@@ -55,7 +55,7 @@ impl Stepper {
         held
     }
 
-    /// Takes over the velocities and books the work of loads, input, weight and wall, and the loss of the scheme.
+    /// Takes over the velocities and books the work of loads, drive, weight and boundary, and the loss of the scheme.
     pub(super) fn update_bodies(&self, state: &mut State, input: &StepInput) {
         let StepInput {
             bodies,

@@ -44,8 +44,8 @@ impl Stepper {
         state.bonds.retain(|bond| bond.adhesion > 0.0);
         summary.overlap[0] /= summary.closed.max(1) as f64;
         for impulse in self.problem.boundary.impulse.chunks_exact(2) {
-            summary.on_wall[0] += impulse[0] / h;
-            summary.on_wall[1] += impulse[1] / h;
+            summary.on_boundary[0] += impulse[0] / h;
+            summary.on_boundary[1] += impulse[1] / h;
         }
         summary
     }

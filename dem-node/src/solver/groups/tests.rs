@@ -7,7 +7,7 @@ use crate::sample::random::RandomNumbers;
 const GRAINS: usize = 60;
 const GLUED: usize = 6;
 
-/// Grains that touch at random, a wheel over some, a yielding wall under others; the law is friction 0.3 and
+/// Grains that touch at random, a wheel over some, a compliant boundary under others; the law is friction 0.3 and
 /// springs. Grain 0 touches all others: more neighbours than there are open groups.
 fn problem() -> Problem {
     let mut dice = RandomNumbers::new(7);
@@ -51,14 +51,14 @@ fn problem() -> Problem {
     let compliance: Vec<f64> = components
         .map(|k| at(k / (2 * GLUED), k % (2 * GLUED)))
         .collect();
-    let mut wall = CompliantBoundary::compliant(GLUED, compliance);
-    wall.start(&[0.05; 2 * GLUED]);
+    let mut boundary = CompliantBoundary::compliant(GLUED, compliance);
+    boundary.start(&[0.05; 2 * GLUED]);
     let mut problem = Problem {
         contacts,
         records: (0..=wheel).map(mover).collect(),
         first_glued: GRAINS,
         wheel: Some(wheel),
-        wall,
+        boundary,
         friction: 0.3,
         ..Problem::default()
     };

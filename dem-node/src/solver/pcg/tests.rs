@@ -18,7 +18,7 @@ struct Scene {
     grains: usize,
     friction: f64,
     springs: bool,
-    /// A wheel over some grains, and a yielding wall under others.
+    /// A wheel over some grains, and a compliant boundary under others.
     constrained: bool,
     /// Every third contact of two grains has a bond; where there is friction, springs must be.
     bonds: bool,
