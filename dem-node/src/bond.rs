@@ -24,7 +24,7 @@ pub struct Bond {
     pub b: u32,
     /// l, thickness included (m2).
     pub area: f64,
-    /// Gap when the bond was made (m): delta = gap - reference, so that no bond is initial_bond_count stretched.
+    /// Gap when the bond was made (m): delta = gap - reference, so that no bond is stretched at the start.
     pub reference: f64,
     /// a, above 0.
     pub adhesion: f64,

@@ -158,8 +158,8 @@ impl Cluster {
     ///
     /// The point lies `side` r n from the centre of the disk. With l from the centre of mass to it, spin moves it by
     /// w (l x n) along the normal and by w (l x t) = w l.n along the tangent t = (-n_y, n_x).
-    fn lever(&self, pose: &Pose, place: &Proximity, disk: ([f64; 2], f64), side: f64) -> [f64; 2] {
-        let ([nx, ny], (centre, r)) = (place.normal, disk);
+    fn lever(&self, pose: &Pose, at: &Proximity, disk: ([f64; 2], f64), side: f64) -> [f64; 2] {
+        let ([nx, ny], (centre, r)) = (at.normal, disk);
         let x = centre[0] - pose.centre[0];
         let y = centre[1] - pose.centre[1];
         [
@@ -216,7 +216,7 @@ impl Clusters {
         &self,
         poses: &[Pose],
         pair: [usize; 2],
-        place: &Proximity,
+        at: &Proximity,
         disk: impl Fn(usize) -> ([f64; 2], f64),
         inverse: impl Fn(usize) -> [f64; 3],
     ) -> Option<Levers> {
@@ -228,7 +228,7 @@ impl Clusters {
         for (i, side) in [-1.0, 1.0].into_iter().enumerate() {
             (levers.lever[i], levers.inverse[i]) = match clusters[i] {
                 Some((index, cluster)) => (
-                    cluster.lever(&poses[index], place, disk(pair[i]), side),
+                    cluster.lever(&poses[index], at, disk(pair[i]), side),
                     cluster.inverse_mass(),
                 ),
                 None => ([0.0, side], inverse(pair[i])),

@@ -96,10 +96,10 @@ impl VerletList {
         let old = self.slots[index];
         self.slots[index] = slot(old.a as usize, old.b as usize);
         let pair = (old.a, body as u32);
-        let Ok(place) = self.slots.binary_search_by_key(&pair, |s| (s.a, s.b)) else {
+        let Ok(target) = self.slots.binary_search_by_key(&pair, |s| (s.a, s.b)) else {
             return;
         };
-        let new = &mut self.slots[place];
+        let new = &mut self.slots[target];
         // One that is loaded already is a contact of its own: the other side of a concave corner.
         if new.force == [0.0; 2] {
             (new.force, new.spring, new.left) = (old.force, old.spring, old.left);
@@ -182,8 +182,8 @@ fn slot(a: usize, b: usize) -> Slot {
 fn add_bonded(slots: &mut Vec<Slot>, bonded: impl Iterator<Item = (u32, u32)>) {
     let listed = slots.len();
     for pair in bonded {
-        let place = slots[..listed].binary_search_by_key(&pair, |s| (s.a, s.b));
-        if place.is_err() {
+        let found = slots[..listed].binary_search_by_key(&pair, |s| (s.a, s.b));
+        if found.is_err() {
             slots.push(slot(pair.0 as usize, pair.1 as usize));
         }
     }

@@ -103,9 +103,9 @@ mod tests {
     #[test]
     fn a_disk_beside_the_middle_of_a_curved_wheel_is_on_a_triangle() {
         // Wheel of radius 4 around (0, 5), disk of radius 1 around (3, 1): centres 5 apart, touching.
-        let place = under_wheel([0.0, 1.0], 4.0, [3.0, 1.0], 1.0);
-        assert!(place.gap.abs() < 1e-15, "{place:?}");
-        assert_eq!(place.normal, [0.6, -0.8]);
+        let at = under_wheel([0.0, 1.0], 4.0, [3.0, 1.0], 1.0);
+        assert!(at.gap.abs() < 1e-15, "{at:?}");
+        assert_eq!(at.normal, [0.6, -0.8]);
         assert_eq!(height_on(4.0, [3.0, 1.0], 1.0), Some(1.0));
         assert_eq!(height_on(4.0, [5.1, 1.0], 1.0), None);
     }

@@ -98,9 +98,9 @@ impl InterfaceDisks {
         let size = 2 * self.disks.len();
         let mut all = vec![0.0; 4 * glued * glued];
         for column in 0..size {
-            let place = 2 * self.disks[column / 2] + column % 2;
+            let index = 2 * self.disks[column / 2] + column % 2;
             let values = self.scatter(&exchanged[column * size..(column + 1) * size], glued);
-            all[place * 2 * glued..(place + 1) * 2 * glued].copy_from_slice(&values);
+            all[index * 2 * glued..(index + 1) * 2 * glued].copy_from_slice(&values);
         }
         all
     }

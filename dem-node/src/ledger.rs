@@ -3,7 +3,7 @@
 //! With M dv = H r + h F over a step and v_theta = theta v' + (1 - theta) v, the motion itself says
 //! dK = v_theta.(H r + h F) - (theta - 1/2) dv.M dv. The first product is work at the contacts, of the loads and at the
 //! interface; the second is the numerical loss of the scheme. Contacts turn their share into spring energy, friction
-//! and impact (see [`contact_loss`]), bonds into bond energy and decohesion as well (see [`crate::bond::close`]).
+//! and impact (see [`contact_loss`]), bonds into bond energy and decohesion as well (see [`crate::bond::end_step`]).
 
 use protocol::Role;
 use serde::{Deserialize, Serialize};

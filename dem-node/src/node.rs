@@ -142,12 +142,12 @@ impl Node for Dem {
         std::mem::swap(&mut self.progress.state, &mut self.trial);
         let displacement = self.interface.scatter(displacement, self.bodies.glued());
         let glued = &mut self.progress.state.centres[self.bodies.free..];
-        for ((centre, place), u) in glued
+        for ((centre, reference), u) in glued
             .iter_mut()
             .zip(&self.bodies.reference)
             .zip(displacement.chunks_exact(2))
         {
-            *centre = [place[0] + u[0], place[1] + u[1]];
+            *centre = [reference[0] + u[0], reference[1] + u[1]];
         }
         self.record(window.t0_s, window.t1_s, drive_before, &pending.summary);
         Ok(self.report(&pending.summary))

@@ -1,4 +1,4 @@
-//! A pair of disks that is prescribed_velocity apart, or pressed together, at a prescribed velocity.
+//! A pair of disks that is pulled apart, or pressed together, at a prescribed velocity.
 
 use protocol::ConfigError;
 

@@ -68,20 +68,20 @@ impl Repair {
         self.problem.contacts.clear();
         let positions = state.positions(bodies);
         for slot in &state.list.slots {
-            let place = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
-            largest = largest.max(-place.gap);
-            if place.gap < bodies.alert {
+            let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
+            largest = largest.max(-at.gap);
+            if at.gap < bodies.alert {
                 let contact = Contact {
                     a: slot.a,
                     b: slot.b,
                     glued: [slot.a, slot.b]
                         .into_iter()
                         .any(|body| bodies.glued_index(body as usize).is_some()),
-                    normal: place.normal,
+                    normal: at.normal,
                     bond: NO_BOND,
                     ..Contact::default()
                 };
-                let contact = moved_apart(&contact, place.gap, bodies);
+                let contact = moved_apart(&contact, at.gap, bodies);
                 self.problem.contacts.push(contact);
             }
         }
@@ -150,8 +150,8 @@ pub fn overlaps(bodies: &Bodies, state: &State) -> [f64; 2] {
     let (mut sum, mut count, mut largest) = (0.0, 0, 0.0f64);
     let positions = state.positions(bodies);
     for slot in state.list.slots.iter().filter(|s| s.force[0] > 0.0) {
-        let place = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
-        let overlap = (-place.gap).max(0.0);
+        let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
+        let overlap = (-at.gap).max(0.0);
         sum += overlap;
         count += 1;
         largest = largest.max(overlap);

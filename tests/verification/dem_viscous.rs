@@ -24,7 +24,7 @@ const REFERENCE: u32 = 40_000;
 const STEPS: u32 = 500;
 const OBLIQUE: Direction = [0.6, 0.8];
 
-/// A bond that is prescribed_velocity along a path.
+/// A bond that is pulled along a path.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     direction: Direction,
@@ -38,7 +38,7 @@ struct Case {
 
 /// Adhesion, stress (Pa) and work (J/m2) along the path.
 #[derive(Clone, Copy, Debug)]
-struct StepSpan {
+struct Moment {
     path: f64,
     adhesion: f64,
     stress: [f64; 2],
@@ -92,7 +92,7 @@ impl Case {
     }
 
     /// The reference from the onset to `end` in n steps; work up to the onset is w/2.
-    fn reference(&self, end: f64, n: u32) -> Vec<StepSpan> {
+    fn reference(&self, end: f64, n: u32) -> Vec<Moment> {
         let onset = self.onset();
         let h = (end - onset) / f64::from(n);
         let (mut a, mut work) = (1.0, 0.5 * W);
@@ -110,7 +110,7 @@ impl Case {
             work += h / 6.0 * (start + 4.0 * half + stop);
             a = next;
             let path = s + h;
-            moments.push(StepSpan {
+            moments.push(Moment {
                 path,
                 adhesion: a,
                 stress: self.stress(path, a),
@@ -121,7 +121,7 @@ impl Case {
     }
 
     /// The bond after each tenth of s_0, in steps of s_0/n.
-    fn prescribed_velocity(&self, end: f64, n: u32) -> Vec<StepSpan> {
+    fn pulled(&self, end: f64, n: u32) -> Vec<Moment> {
         let s_0 = critical(self.direction);
         let step = s_0 / f64::from(n);
         let mut dem = flywheels(self.direction, self.speed, step, self.law());
@@ -137,7 +137,7 @@ impl Case {
                 // The force at the end of a step acts over all of it; half of the last one is too much, as the first is 0.
                 let excess = 0.5 * step * self.pull(path, adhesion);
                 let work = -report.energy("kinetic") / AREA - excess;
-                StepSpan {
+                Moment {
                     path,
                     adhesion,
                     stress,
@@ -149,14 +149,14 @@ impl Case {
 }
 
 /// Adhesion, stress and work between two moments of the reference.
-fn at(moments: &[StepSpan], path: f64) -> StepSpan {
+fn at(moments: &[Moment], path: f64) -> Moment {
     let after = moments
         .partition_point(|m| m.path < path)
         .clamp(1, moments.len() - 1);
     let (a, b) = (moments[after - 1], moments[after]);
     let part = (path - a.path) / (b.path - a.path);
     let mix = |a: f64, b: f64| a + part * (b - a);
-    StepSpan {
+    Moment {
         path,
         adhesion: mix(a.adhesion, b.adhesion),
         stress: [0, 1].map(|k| mix(a.stress[k], b.stress[k])),
@@ -169,8 +169,8 @@ fn distance(case: &Case, n: u32) -> f64 {
     let end = 10.0 * critical(case.direction);
     let reference = case.reference(end, REFERENCE);
     let strength = (W * CT).sqrt();
-    let prescribed_velocity = case.prescribed_velocity(end, n);
-    let past = prescribed_velocity
+    let pulled = case.pulled(end, n);
+    let past = pulled
         .iter()
         .filter(|moment| moment.path > 1.001 * case.onset());
     past.map(|moment| {
@@ -250,7 +250,7 @@ fn a_viscous_bond_of_the_brittle_kind_fails_as_its_solution_says() {
             h_prime: "adhesion",
         };
         let s_0 = critical(SHEAR);
-        for moment in case.prescribed_velocity(10.0 * s_0, STEPS) {
+        for moment in case.pulled(10.0 * s_0, STEPS) {
             let s = moment.path.max(s_0);
             let done = (s.powi(3) - s_0.powi(3)) / (3.0 * s_0 * s_0) - (s - s_0);
             let exact = (-W / viscosity * done / speed).exp();

@@ -11,7 +11,7 @@ impl Stepper {
     pub(super) fn momentum_defect(&self, state: &State, input: &StepInput) -> f64 {
         let (bodies, h) = (input.bodies, input.step);
         if bodies.prescribed_velocity.is_some() {
-            // The input takes up whatever force there is.
+            // The drive takes up whatever force there is.
             return 0.0;
         }
         let mut defect = [0.0; 2];

@@ -267,7 +267,7 @@ impl ContactBatch {
         found
     }
 
-    /// Bounds of r_n; both are 0 on one side of a bond.
+    /// Bounds of r_n; both are 0 on one branch of a bond.
     #[inline(always)]
     fn bounds<const BONDS: bool>(&self, g: usize) -> [Lanes; 2] {
         if BONDS {

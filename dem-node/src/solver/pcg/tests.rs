@@ -234,7 +234,7 @@ fn any_number_of_threads_leaves_the_same_bits() {
     }
 }
 
-/// The passes see a residual with seven digits of D and on one side of each bond: a tolerance just below one that an
+/// The passes see a residual with seven digits of D and on one branch of each bond: a tolerance just below one that an
 /// iteration has must not be taken for reached.
 #[test]
 fn what_is_accepted_is_within_the_tolerance() {
