@@ -178,13 +178,6 @@ struct Times {
 }
 
 impl Times {
-    const NONE: Times = Times {
-        once: f64::INFINITY,
-        short: f64::INFINITY,
-        long: f64::INFINITY,
-        compute: f64::INFINITY,
-    };
-
     fn iteration(&self) -> f64 {
         (self.long - self.short) / TIMED as f64
     }
@@ -194,7 +187,13 @@ impl Times {
 /// A solve begins from the cold step each time, but in the buffers of the one before, as in a run.
 fn times(cold: &Problem, algorithm: Algorithm) -> Result<[Times; 2], DemError> {
     let pools = [threads::pool(1)?, threads::pool(2)?];
-    let mut times = [Times::NONE; 2];
+    let never = f64::INFINITY;
+    let mut times = [Times {
+        once: never,
+        short: never,
+        long: never,
+        compute: never,
+    }; 2];
     let mut problems = [cold, cold].map(|cold| (cold.clone(), Solver::default()));
     let start = Instant::now();
     let mut passes = 0;

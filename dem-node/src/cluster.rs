@@ -156,15 +156,15 @@ impl Cluster {
 
     /// Lever of a contact point about the centre of mass over the radius: along the normal, along the tangent.
     ///
-    /// The point lies `side` r n from the centre of the disk. With l from the centre of mass to it, spin moves it by
+    /// The point lies `arm` n from the centre of the disk (m). With l from the centre of mass to it, spin moves it by
     /// w (l x n) along the normal and by w (l x t) = w l.n along the tangent t = (-n_y, n_x).
-    fn lever(&self, pose: &Pose, at: &Proximity, disk: ([f64; 2], f64), side: f64) -> [f64; 2] {
-        let ([nx, ny], (centre, r)) = (at.normal, disk);
+    fn lever(&self, pose: &Pose, normal: [f64; 2], centre: [f64; 2], arm: f64) -> [f64; 2] {
+        let [nx, ny] = normal;
         let x = centre[0] - pose.centre[0];
         let y = centre[1] - pose.centre[1];
         [
             (x * ny - y * nx) / self.radius,
-            (x * nx + y * ny + side * r) / self.radius,
+            (x * nx + y * ny + arm) / self.radius,
         ]
     }
 }
@@ -227,10 +227,13 @@ impl Clusters {
         let mut levers = Levers::default();
         for (i, side) in [-1.0, 1.0].into_iter().enumerate() {
             (levers.lever[i], levers.inverse[i]) = match clusters[i] {
-                Some((index, cluster)) => (
-                    cluster.lever(&poses[index], at, disk(pair[i]), side),
-                    cluster.inverse_mass(),
-                ),
+                Some((index, cluster)) => {
+                    let (centre, radius) = disk(pair[i]);
+                    (
+                        cluster.lever(&poses[index], at.normal, centre, side * radius),
+                        cluster.inverse_mass(),
+                    )
+                }
                 None => ([0.0, side], inverse(pair[i])),
             };
         }

@@ -74,9 +74,8 @@ impl Repair {
                 let contact = Contact {
                     a: slot.a,
                     b: slot.b,
-                    glued: [slot.a, slot.b]
-                        .into_iter()
-                        .any(|body| bodies.glued_index(body as usize).is_some()),
+                    glued: bodies.glued_index(slot.a as usize).is_some()
+                        || bodies.glued_index(slot.b as usize).is_some(),
                     normal: at.normal,
                     bond: NO_BOND,
                     ..Contact::default()

@@ -3,7 +3,7 @@
 use protocol::ConfigError;
 use serde::Deserialize;
 
-use super::limits::{at_least, positive, refuse, required, within};
+use super::limits::{at_least, positive, refuse, refuse_given, required, within};
 use crate::cohesion::HPrime;
 use crate::law::Penetration;
 
@@ -132,19 +132,18 @@ impl LawConfig {
     }
 
     fn refuse_rigid_options_of_springs(&self) -> Result<(), ConfigError> {
-        let options = [
-            ("law.restitution", self.restitution.is_some()),
-            ("law.penetration", self.penetration.is_some()),
-            ("law.kind", self.kind.plain() != self.kind),
-        ];
-        match options.into_iter().find(|(_, given)| *given) {
-            Some((key, _)) if self.contact_stiffness_pa.is_some() => refuse(
-                key,
-                "is for rigid contacts, and law.contact_stiffness_pa makes elastic ones, which rebound and overlap by themselves",
-                "remove one of the two",
-            ),
-            _ => Ok(()),
+        if self.contact_stiffness_pa.is_none() {
+            return Ok(());
         }
+        refuse_given(
+            [
+                ("law.restitution", self.restitution.is_some()),
+                ("law.penetration", self.penetration.is_some()),
+                ("law.kind", self.kind.plain() != self.kind),
+            ],
+            "is for rigid contacts, and law.contact_stiffness_pa makes elastic ones, which rebound and overlap by themselves",
+            "remove one of the two",
+        )
     }
 
     /// LMGC90's names against the options that they mean.
@@ -195,24 +194,19 @@ impl LawConfig {
     }
 
     fn refuse_cohesion(&self) -> Result<(), ConfigError> {
-        let numbers = self.cohesion_numbers().into_iter();
-        let given = numbers
-            .filter(|(_, value)| value.is_some())
-            .map(|(key, _)| key);
-        let fewest = (self.bonds_min > 0).then_some("law.bonds_min");
-        let others = self
-            .h_prime
-            .map(|_| "law.h_prime")
-            .into_iter()
-            .chain(fewest);
-        match given.chain(others).next() {
-            None => Ok(()),
-            Some(key) => refuse(
-                key,
-                "belongs to bonds, and this law has none: the key would have no effect",
-                "remove it, or choose law.kind = \"cohesion\"",
-            ),
-        }
+        let numbers = self.cohesion_numbers();
+        let others = [
+            ("law.h_prime", self.h_prime.is_some()),
+            ("law.bonds_min", self.bonds_min > 0),
+        ];
+        refuse_given(
+            numbers
+                .map(|(key, value)| (key, value.is_some()))
+                .into_iter()
+                .chain(others),
+            "belongs to bonds, and this law has none: the key would have no effect",
+            "remove it, or choose law.kind = \"cohesion\"",
+        )
     }
 
     fn cohesion_numbers(&self) -> [(&'static str, Option<f64>); 6] {
@@ -227,21 +221,15 @@ impl LawConfig {
     }
 
     fn validate_frictionless(&self) -> Result<(), ConfigError> {
-        let superfluous = [
-            ("law.friction", self.friction),
-            (
-                "law.tangential_stiffness_ratio",
-                self.tangential_stiffness_ratio,
-            ),
-        ];
-        match superfluous.into_iter().find(|(_, value)| value.is_some()) {
-            None => Ok(()),
-            Some((key, _)) => refuse(
-                key,
-                "law.kind = \"signorini\" has no tangential force, the key would have no effect",
-                "remove it, or choose law.kind = \"coulomb\"",
-            ),
-        }
+        let ratio = self.tangential_stiffness_ratio.is_some();
+        refuse_given(
+            [
+                ("law.friction", self.friction.is_some()),
+                ("law.tangential_stiffness_ratio", ratio),
+            ],
+            "law.kind = \"signorini\" has no tangential force, the key would have no effect",
+            "remove it, or choose law.kind = \"coulomb\"",
+        )
     }
 
     fn validate_friction(&self, by: &str) -> Result<(), ConfigError> {

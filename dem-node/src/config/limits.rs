@@ -14,6 +14,18 @@ pub(super) fn refuse<T>(
     Err(ConfigError::new(key, why).help(help))
 }
 
+/// Refuses the first of these keys that is given.
+pub(super) fn refuse_given(
+    keys: impl IntoIterator<Item = (&'static str, bool)>,
+    why: &str,
+    help: &str,
+) -> Result<(), ConfigError> {
+    match keys.into_iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((key, _)) => refuse(key, why, help),
+    }
+}
+
 pub(super) fn required(key: &str, value: Option<f64>, by: &str) -> Result<f64, ConfigError> {
     value.ok_or_else(|| ConfigError::new(key, format!("{by} need it and it is missing")))
 }

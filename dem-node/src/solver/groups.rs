@@ -193,8 +193,8 @@ pub struct Sweeper {
     subdomains: Vec<Subdomain<SweepList>>,
     /// Contacts between bodies of two subdomains.
     crossing: SweepList,
-    /// Contacts of free grains with glued disks, those of a glued disk one after the other.
-    glued: Vec<u32>,
+    /// Contacts of free grains with glued disks: disk, then contact, so that those of a disk follow each other.
+    glued: Vec<(u32, u32)>,
     /// Contacts with a bond, then those of the wheel and of clusters.
     bonded: Vec<u32>,
     wheel: Vec<u32>,
@@ -221,7 +221,8 @@ impl Sweeper {
             } else if problem.wheel == Some(contact.b as usize) {
                 &mut self.wheel
             } else if contact.glued {
-                &mut self.glued
+                self.glued.push((contact.b, index as u32));
+                continue;
             } else if problem.bonds.get(contact.bond as usize).is_some() {
                 &mut self.bonded
             } else if let Some(shared) = partition.common(contact.a, contact.b) {
@@ -231,8 +232,7 @@ impl Sweeper {
             };
             chosen.push(index as u32);
         }
-        self.glued
-            .sort_by_key(|i| (problem.contacts[*i as usize].b, *i));
+        self.glued.sort_unstable();
         let inside = self
             .subdomains
             .iter_mut()
@@ -247,16 +247,8 @@ impl Sweeper {
         let mut squares = [0.0; 2];
         // Taken out for the pass: a contact that is copied instead of borrowed costs as much as its arithmetic.
         let mut contacts = std::mem::take(&mut problem.contacts);
-        let mut rest = &self.glued[..];
-        while let Some(first) = rest.first() {
-            let disk = contacts[*first as usize].b;
-            let same = rest
-                .iter()
-                .take_while(|i| contacts[**i as usize].b == disk)
-                .count();
-            let (run, after) = rest.split_at(same);
+        for run in self.glued.chunk_by(|one, next| one.0 == next.0) {
             solve_glued_disk(problem, &mut contacts, run, &mut squares);
-            rest = after;
         }
         problem.contacts = contacts;
         let friction = (problem.friction > 0.0).then_some(problem.friction);
@@ -309,16 +301,16 @@ pub fn solve_contact(problem: &mut Problem, contact: &mut Contact, squares: &mut
 fn solve_glued_disk(
     problem: &mut Problem,
     contacts: &mut [Contact],
-    run: &[u32],
+    run: &[(u32, u32)],
     squares: &mut [f64; 2],
 ) {
-    let disk = contacts[run[0] as usize].b as usize - problem.first_glued;
+    let disk = run[0].0 as usize - problem.first_glued;
     let ([vx, vy], block) = (
         problem.boundary.velocity_of(disk),
         problem.boundary.block(disk),
     );
     let (mut velocity, mut total) = ([vx, vy, 0.0], [0.0; 2]);
-    for index in run {
+    for (_, index) in run {
         let contact = &mut contacts[*index as usize];
         let grain = problem.records[contact.a as usize].velocity;
         let relative = contact.relative_velocity(grain, velocity);

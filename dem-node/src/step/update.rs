@@ -23,9 +23,10 @@ impl Stepper {
                 let [impact, friction] = contact_loss(&bodies.law, &done);
                 state.accounts.impact += impact;
                 state.accounts.friction += friction;
-                state.list.slots[slot].force = [done.impulse[0] / h, done.impulse[1] / h];
-                state.list.slots[slot].spring = done.spring[1];
-                state.list.slots[slot].left = done.gap + h * done.velocity[0];
+                let slot = &mut state.list.slots[slot];
+                slot.force = [done.impulse[0] / h, done.impulse[1] / h];
+                slot.spring = done.spring[1];
+                slot.left = done.gap + h * done.velocity[0];
             } else {
                 self.update_bond(bodies, state, contact.bond as usize, slot, &done);
             }
@@ -36,9 +37,9 @@ impl Stepper {
                 summary.overlap[1] = summary.overlap[1].max(overlap);
             }
             if Some(contact.b as usize) == bodies.wheel() {
-                let push = contact.in_xy(contact.impulse);
-                summary.on_wheel[0] -= push[0] / h;
-                summary.on_wheel[1] -= push[1] / h;
+                let force = contact.in_xy(contact.impulse);
+                summary.on_wheel[0] -= force[0] / h;
+                summary.on_wheel[1] -= force[1] / h;
             }
         }
         state.bonds.retain(|bond| bond.adhesion > 0.0);

@@ -74,6 +74,7 @@ fn order(sweeper: &Sweeper) -> Vec<u32> {
     let all = sweeper
         .glued
         .iter()
+        .map(|(_, index)| index)
         .chain(grouped)
         .chain(&sweeper.bonded)
         .chain(&sweeper.wheel)
