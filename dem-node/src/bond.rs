@@ -178,11 +178,11 @@ pub struct BondStep {
 /// Energy that a bonded contact loses in a step (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loss {
-    /// In impacts and by the scheme.
+    /// Loss in impacts and by the scheme.
     pub impact: f64,
-    /// In slip.
+    /// Loss in slip.
     pub friction: f64,
-    /// By falling adhesion.
+    /// Loss by falling adhesion.
     pub cohesion: f64,
 }
 

@@ -75,7 +75,7 @@ impl InterfaceDisks {
         self.disks.is_empty()
     }
 
-    /// From exchanged components to those of all `glued` disks; the others are zero.
+    /// Maps exchanged components to those of all `glued` disks; the others are zero.
     pub fn scatter(&self, exchanged: &[f64], glued: usize) -> Vec<f64> {
         let mut all = vec![0.0; 2 * glued];
         for (disk, pair) in self.disks.iter().zip(exchanged.chunks_exact(2)) {
@@ -84,7 +84,7 @@ impl InterfaceDisks {
         all
     }
 
-    /// From components of all glued disks to the exchanged ones.
+    /// Maps components of all glued disks to the exchanged ones.
     pub fn gather(&self, all: &[f64]) -> Vec<f64> {
         let pairs = self.disks.iter();
         pairs

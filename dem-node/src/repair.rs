@@ -105,9 +105,9 @@ impl Repair {
         problem.rounding = 4.0 * f64::EPSILON * extent(&state.centres);
         problem.boundary = CompliantBoundary::fixed(bodies.glued());
         problem.records.clear();
-        let at_rest = |mover: &BodyRecord| BodyRecord {
+        let at_rest = |record: &BodyRecord| BodyRecord {
             velocity: [0.0; 3],
-            ..*mover
+            ..*record
         };
         problem.records.extend(solved.records.iter().map(at_rest));
         let criteria = Criteria {
@@ -115,12 +115,12 @@ impl Repair {
             ..*criteria
         };
         self.solver.solve(problem, &criteria)?;
-        for (centre, mover) in state.centres[..bodies.free]
+        for (centre, record) in state.centres[..bodies.free]
             .iter_mut()
             .zip(&problem.records)
         {
-            centre[0] += mover.velocity[0];
-            centre[1] += mover.velocity[1];
+            centre[0] += record.velocity[0];
+            centre[1] += record.velocity[1];
         }
         if let Some(wheel) = bodies.wheel() {
             state.wheel.position[1] += problem.records[wheel].velocity[1];

@@ -9,7 +9,7 @@ use crate::step::{StepInput, StepSummary, Stepper};
 
 /// The threads of the contact solver, with its stopping criteria.
 pub struct SolverThreads {
-    /// For the calling thread alone.
+    /// Stopping criteria for the calling thread alone.
     pub criteria: Criteria,
     pool: Option<ThreadPool>,
 }
@@ -40,7 +40,7 @@ impl SolverThreads {
     }
 }
 
-/// So many threads, `None` where the calling one suffices.
+/// A pool of so many threads, `None` where the calling one suffices.
 pub fn pool(threads: usize) -> Result<Option<ThreadPool>, DemError> {
     if threads <= 1 {
         return Ok(None);

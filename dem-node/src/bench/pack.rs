@@ -151,14 +151,14 @@ fn mirrored(x: f64, length: f64, copy: usize) -> f64 {
 
 /// A square bed between four fixed plates, relaxed until its forces are balanced to a percent.
 fn pressed(disks: usize) -> Pile {
-    let mut dice = RandomNumbers::new(1);
+    let mut random = RandomNumbers::new(1);
     let radii: Vec<f64> = (0..disks)
-        .map(|_| dice.radius(RadiusLaw::SurfaceUniform, RADII[0], RADII[1]))
+        .map(|_| random.radius(RadiusLaw::SurfaceUniform, RADII[0], RADII[1]))
         .collect();
     let area: f64 = radii.iter().map(|r| PI * r * r).sum();
     let half_width = 0.5 * (area / FRACTION).sqrt();
     let centres = radii.iter().map(|r| {
-        let mut place = || dice.between(r - half_width, half_width - r);
+        let mut place = || random.between(r - half_width, half_width - r);
         [place(), place()]
     });
     let mut pile = Pile {

@@ -107,7 +107,7 @@ impl LayerConfig {
             .try_for_each(|pressure| positive("sample.press_pa", *pressure, "Pa"))
     }
 
-    /// About how many grains the bed needs: its area over that of a grain of the mean square radius when equal surfaces are
+    /// Refuses a bed of too many grains. Their number is about its area over that of a grain of the mean square radius when equal surfaces are
     /// wanted, pi r_min r_max.
     fn refuse_too_many_grains(&self) -> Result<(), ConfigError> {
         let depth = self.thickness_m + self.bed_extra_m;

@@ -15,19 +15,19 @@ use crate::interface::InterfaceDisks;
 use crate::mass_scaling::MassScaling;
 use crate::prescribed_opening::PrescribedOpening;
 use crate::report::{RunStatistics, StepSpan};
-use crate::sample;
+use crate::sample::{self, Sample};
 use crate::setup;
 use crate::state::State;
 use crate::step::{StepInput, StepSummary, Stepper};
 use crate::threads::SolverThreads;
 use crate::wheel::WheelProgram;
 
-/// A layer or heap of grains, with its wheel and walls, ready to step.
+/// A layer or heap of grains, with its wheel and walls, ready to step: the participant.
 pub struct Dem {
     pub(super) participant: String,
     pub(super) fields: Option<PathBuf>,
     pub(super) thickness: f64,
-    /// Of a disk, scaled (kg/m2).
+    /// Mass of a disk over its area, scaled (kg/m2).
     pub(super) mass_per_area: f64,
     pub(super) theta: f64,
     pub(super) own_step: Option<f64>,
@@ -85,21 +85,7 @@ impl Dem {
         };
         let sample = sample::prepare(config, setting.seed)?;
         let mut bodies = setup::bodies(config, setting.thickness_m, &sample);
-        let mut state = State::new(&bodies, &sample.free, &sample.glued);
-        if let Some(wheel) = &config.wheel {
-            setup::refuse_idle_wheel(&state)?;
-            state.wheel.velocity[1] = wheel.vy_m_per_s;
-        }
-        setup::refuse_rigid_overlaps(&bodies, &state)?;
-        let opening = match &config.drive {
-            None => None,
-            Some(drive) => Some(PrescribedOpening::new(drive, &bodies, &state)?),
-        };
-        if let Some(opening) = &opening {
-            let [x, y] = opening.velocity(&state);
-            bodies.prescribed_velocity = Some([x, y]);
-            state.velocities[0] = [x, y, 0.0];
-        }
+        let (state, opening) = start(config, &mut bodies, &sample)?;
         let program = config.wheel.map(WheelProgram);
         let mut stepper = Stepper::default();
         stepper.problem.boundary = CompliantBoundary::fixed(bodies.glued());
@@ -198,4 +184,28 @@ impl Dem {
         };
         statistics.record(self.program.as_ref(), state, summary, &span);
     }
+}
+
+/// The state at the start, and the prescribed motion of a pair that is pulled apart.
+fn start(
+    config: &Config,
+    bodies: &mut Bodies,
+    sample: &Sample,
+) -> Result<(State, Option<PrescribedOpening>), DemError> {
+    let mut state = State::new(bodies, &sample.free, &sample.glued);
+    if let Some(wheel) = &config.wheel {
+        setup::refuse_idle_wheel(&state)?;
+        state.wheel.velocity[1] = wheel.vy_m_per_s;
+    }
+    setup::refuse_rigid_overlaps(bodies, &state)?;
+    let opening = match &config.drive {
+        None => None,
+        Some(drive) => Some(PrescribedOpening::new(drive, bodies, &state)?),
+    };
+    if let Some(opening) = &opening {
+        let [x, y] = opening.velocity(&state);
+        bodies.prescribed_velocity = Some([x, y]);
+        state.velocities[0] = [x, y, 0.0];
+    }
+    Ok((state, opening))
 }

@@ -26,7 +26,7 @@ impl Levers {
         ]
     }
 
-    /// Adds to a velocity what the impulse (r_n, r_t) of the contact makes; `force` is that impulse in x and y on this body,
+    /// Adds the change by the impulse (r_n, r_t) of the contact to a velocity; `force` is that impulse in x and y on this body,
     /// 0 for a and 1 for b (N s).
     #[inline(always)]
     pub fn apply(&self, side: usize, velocity: &mut [f64; 3], force: [f64; 2], impulse: [f64; 2]) {

@@ -23,7 +23,7 @@ pub struct Partition {
 pub struct Subdomain<T> {
     /// Its bodies.
     pub bodies: Range<usize>,
-    /// Those numbers.
+    /// The numbers.
     pub work: T,
 }
 

@@ -9,7 +9,7 @@ use crate::solver::{Contact, NO_BOND};
 use crate::state::State;
 
 impl Stepper {
-    /// Stores forces and springs, books the losses, sums what the contacts did.
+    /// Stores forces and springs, books the losses, sums forces and overlaps.
     pub(super) fn update_contacts(&self, state: &mut State, input: &StepInput) -> StepSummary {
         let (bodies, h) = (input.bodies, input.step);
         let mut summary = StepSummary {
@@ -51,7 +51,7 @@ impl Stepper {
         summary
     }
 
-    /// Moves a bond and its slot to the end of the step and books what it lost.
+    /// Moves a bond and its slot to the end of the step and books its loss.
     fn update_bond(
         &self,
         bodies: &Bodies,

@@ -13,7 +13,7 @@ const OPEN: usize = 32;
 /// Sorts contacts into groups, first fit among the open ones.
 #[derive(Clone, Debug, Default)]
 pub struct Grouping {
-    /// In which open groups each body is already.
+    /// Open groups that each body is in already, one bit a group.
     pub taken: Vec<u32>,
     open: Vec<Vec<u32>>,
 }

@@ -10,19 +10,19 @@ const GLUED: usize = 6;
 /// Grains that touch at random, a wheel over some, a compliant boundary under others; the law is friction 0.3 and
 /// springs. Grain 0 touches all others: more neighbours than there are open groups.
 fn problem() -> Problem {
-    let mut dice = RandomNumbers::new(7);
+    let mut random = RandomNumbers::new(7);
     let wheel = GRAINS + GLUED;
     let mut contact = |a: usize, b: usize| {
-        let angle = dice.between(0.0, std::f64::consts::TAU);
+        let angle = random.between(0.0, std::f64::consts::TAU);
         Contact {
             a: a as u32,
             b: b as u32,
             glued: (GRAINS..wheel).contains(&b) || a >= GRAINS,
             normal: [angle.cos(), angle.sin()],
-            relative_gap: dice.between(-0.05, 0.05),
-            bias: [dice.between(-0.3, 0.1), dice.between(-0.1, 0.1)],
+            relative_gap: random.between(-0.05, 0.05),
+            bias: [random.between(-0.3, 0.1), random.between(-0.1, 0.1)],
             compliance: [0.2, 0.4],
-            impulse: [dice.between(0.0, 0.1), 0.0],
+            impulse: [random.between(0.0, 0.1), 0.0],
             ..Contact::default()
         }
     };
@@ -38,7 +38,7 @@ fn problem() -> Problem {
         }
     }
     contacts.push(contact(GRAINS + 1, wheel));
-    let mover = |i: usize| BodyRecord {
+    let record = |i: usize| BodyRecord {
         velocity: [0.01 * i as f64, -0.02, 0.03],
         inverse_mass: if (GRAINS..wheel).contains(&i) {
             0.0
@@ -55,7 +55,7 @@ fn problem() -> Problem {
     boundary.start(&[0.05; 2 * GLUED]);
     let mut problem = Problem {
         contacts,
-        records: (0..=wheel).map(mover).collect(),
+        records: (0..=wheel).map(record).collect(),
         first_glued: GRAINS,
         wheel: Some(wheel),
         boundary,

@@ -39,11 +39,11 @@ pub struct ContactBatch {
     iterates: [Vec<Iterate>; 2],
     /// C (1/kg).
     springs: [Vec<Lanes>; 2],
-    /// Of bonds, one a group or none at all.
+    /// Branches of bonds, one a group or none at all.
     branches: Vec<Branches>,
     /// Losses of p when the contacts were measured.
     pub losses: Vec<Loss>,
-    /// Of the contacts measured since they were cleared.
+    /// Sums of the last measurement.
     pub sums: Sums<Lanes>,
 }
 
@@ -106,7 +106,7 @@ impl ContactBatch {
         }
     }
 
-    /// All of a pass that comes before measuring; `give` gets the impulses that a projection adds, body by body.
+    /// The part of a pass before measuring; `give` gets the impulses that a projection adds, body by body.
     #[inline(always)]
     pub fn advance<const FRICTION: bool, const BONDS: bool>(
         &mut self,
@@ -201,7 +201,7 @@ impl ContactBatch {
         }
     }
 
-    /// Also returns the thresholds of friction that belong to P(r - u/D).
+    /// Normal part of the measurement; also returns the thresholds of friction that belong to P(r - u/D).
     #[inline(always)]
     fn measure_normal<const BONDS: bool>(
         &mut self,

@@ -18,12 +18,12 @@ pub struct BodyState {
 
 impl BodyState {
     /// A body on which nothing acts from outside.
-    pub fn new(mover: &BodyRecord) -> BodyState {
+    pub fn new(record: &BodyRecord) -> BodyState {
         BodyState {
-            velocity: mover.velocity,
-            inverse_mass: mover.inverse_mass,
+            velocity: record.velocity,
+            inverse_mass: record.inverse_mass,
             h_w: [0.0; 3],
-            inner: mover.inverse_mass,
+            inner: record.inverse_mass,
         }
     }
 

@@ -28,9 +28,9 @@ struct Scene {
 fn problem(scene: Scene) -> Problem {
     let grains = scene.grains;
     let (column, wheel) = ((grains as f64).sqrt() as usize, grains + GLUED);
-    let mut dice = RandomNumbers::new(7);
+    let mut random = RandomNumbers::new(7);
     let mut problem = Problem {
-        records: (0..=wheel).map(|i| mover(i, grains)).collect(),
+        records: (0..=wheel).map(|i| record(i, grains)).collect(),
         first_glued: grains,
         wheel: Some(wheel),
         boundary: yielding(),
@@ -40,10 +40,10 @@ fn problem(scene: Scene) -> Problem {
     for a in 0..grains {
         for b in [a + 1, a + column, a + column + 1] {
             if b < grains {
-                let mut contact = touch(&mut dice, [a, b], &scene);
+                let mut contact = touch(&mut random, [a, b], &scene);
                 if scene.bonds && (a + b) % 3 == 0 {
                     contact.bond = problem.bonds.len() as u32;
-                    contact.bias[0] = dice.between(-0.2, 0.2);
+                    contact.bias[0] = random.between(-0.2, 0.2);
                     contact.compliance[1] = 0.0;
                     problem.bonds.push(bond(&scene, problem.bonds.len()));
                 }
@@ -52,39 +52,41 @@ fn problem(scene: Scene) -> Problem {
         }
         if scene.constrained && a % column == 0 {
             let disk = grains + a / column % GLUED;
-            problem.contacts.push(touch(&mut dice, [a, disk], &scene));
+            problem.contacts.push(touch(&mut random, [a, disk], &scene));
         }
         if scene.constrained && a % column == 3 {
-            problem.contacts.push(touch(&mut dice, [a, wheel], &scene));
+            problem
+                .contacts
+                .push(touch(&mut random, [a, wheel], &scene));
         }
     }
     if scene.constrained {
         let pair = [grains + 1, wheel];
-        problem.contacts.push(touch(&mut dice, pair, &scene));
+        problem.contacts.push(touch(&mut random, pair, &scene));
     }
     problem.prepare(1.0).expect("it is well posed");
     problem
 }
 
-fn touch(dice: &mut RandomNumbers, [a, b]: [usize; 2], scene: &Scene) -> Contact {
-    let angle = dice.between(0.0, std::f64::consts::TAU);
+fn touch(random: &mut RandomNumbers, [a, b]: [usize; 2], scene: &Scene) -> Contact {
+    let angle = random.between(0.0, std::f64::consts::TAU);
     let glued = scene.grains..scene.grains + GLUED;
     Contact {
         a: a as u32,
         b: b as u32,
         glued: glued.contains(&a) || glued.contains(&b),
         normal: [angle.cos(), angle.sin()],
-        relative_gap: dice.between(-0.05, 0.05),
-        bias: [dice.between(-0.3, 0.1), dice.between(-0.1, 0.1)],
+        relative_gap: random.between(-0.05, 0.05),
+        bias: [random.between(-0.3, 0.1), random.between(-0.1, 0.1)],
         compliance: if scene.springs { [0.2, 0.4] } else { [0.0; 2] },
-        impulse: [dice.between(0.0, 0.1), 0.0],
+        impulse: [random.between(0.0, 0.1), 0.0],
         bond: NO_BOND,
         levers: NO_LEVERS,
         ..Contact::default()
     }
 }
 
-fn mover(i: usize, grains: usize) -> BodyRecord {
+fn record(i: usize, grains: usize) -> BodyRecord {
     let glued = (grains..grains + GLUED).contains(&i);
     BodyRecord {
         velocity: [0.01 * (i % 13) as f64, -0.02, 0.03],
@@ -190,8 +192,8 @@ fn every_iteration_is_that_of_the_equations() {
                 near("r_t", contact.impulse[1], expected[1]);
             }
             let (bodies, wall) = textbook.speeds();
-            for (mover, expected) in fast.records[..scene.grains].iter().zip(&bodies) {
-                (0..3).for_each(|axis| near("v", mover.velocity[axis], expected[axis]));
+            for (record, expected) in fast.records[..scene.grains].iter().zip(&bodies) {
+                (0..3).for_each(|axis| near("v", record.velocity[axis], expected[axis]));
             }
             let wheel = scene.grains + GLUED;
             near("wheel", fast.records[wheel].velocity[1], bodies[wheel][1]);

@@ -88,8 +88,8 @@ impl<'a> Textbook<'a> {
             .map(|(r, first)| [r[0] - first[0], r[1] - first[1]])
             .collect();
         let (mut bodies, mut wall) = self.answer(&added);
-        for (v, mover) in bodies.iter_mut().zip(&self.problem.records) {
-            (0..3).for_each(|axis| v[axis] += mover.velocity[axis]);
+        for (v, record) in bodies.iter_mut().zip(&self.problem.records) {
+            (0..3).for_each(|axis| v[axis] += record.velocity[axis]);
         }
         let before = &self.problem.boundary.velocity;
         wall.iter_mut().zip(before).for_each(|(v, w)| *v += w);
