@@ -1,13 +1,13 @@
-//! What the inertia of the grains, scaled or not, adds to a quasi-static motion of the wheel.
+//! Inertia of the grains, scaled or not, in a quasi-static motion of the wheel.
 
 use crate::bounds::Bounds;
 use crate::config::{Config, SampleConfig};
 use crate::sample::Sample;
-use crate::wheel::Program;
+use crate::wheel::WheelProgram;
 
 /// Two numbers that tell whether a scaled mass still lets the layer follow the wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scaling {
+pub struct MassScaling {
     /// I = (V/H) d sqrt(rho/P) (GDR MiDi, Eur. Phys. J. E 14, 2004): V = 2 pi f A the highest speed of the wheel, H the height
     /// of the grains, d their mean diameter, rho the scaled density, P = `time.pressure_pa`. Quasi-static below 1e-3.
     pub inertial_number: f64,
@@ -15,16 +15,16 @@ pub struct Scaling {
     pub pressure: f64,
 }
 
-impl Scaling {
+impl MassScaling {
     /// The numbers of a scene whose wheel moves sideways.
-    pub fn new(config: &Config, bounds: &Bounds, sample: &Sample) -> Option<Scaling> {
-        let program = Program::new(config.wheel.as_ref()?);
+    pub fn new(config: &Config, bounds: &Bounds, sample: &Sample) -> Option<MassScaling> {
+        let program = WheelProgram(config.wheel?);
         let (speed, height) = (program.top_speed(), height(config, sample));
         if speed == 0.0 || height <= 0.0 {
             return None;
         }
         let density = config.density_kg_per_m3 * config.mass_scale;
-        Some(Scaling {
+        Some(MassScaling {
             inertial_number: speed / height * bounds.inertial_time,
             pressure: density * height * speed * program.angular_frequency(),
         })

@@ -16,6 +16,25 @@ impl<const N: usize> Default for Lanes<N> {
     }
 }
 
+/// A number of each contact of a group where seven digits are enough: half the bytes.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(16))]
+pub struct ShortLanes<const N: usize>(pub [f32; N]);
+
+impl<const N: usize> Default for ShortLanes<N> {
+    fn default() -> Self {
+        ShortLanes([0.0; N])
+    }
+}
+
+impl<const N: usize> ShortLanes<N> {
+    /// The same numbers as f64.
+    #[inline(always)]
+    pub fn wide(self) -> Lanes<N> {
+        Lanes(self.0.map(f64::from))
+    }
+}
+
 /// Calls `work` where the compiler may use the widest registers that this machine and the build have. `work` must be marked
 /// `#[inline(always)]`, as must all that it calls: what is not is compiled for the narrow ones after all. Every operation
 /// rounds as it does elsewhere, so the bits are the same.
@@ -36,7 +55,7 @@ impl<const N: usize> Lanes<N> {
         self.0.iter().sum()
     }
 
-    /// Whether a lane is not the number 0.
+    /// True if a lane is not the number 0.
     #[inline(always)]
     pub fn any(self) -> bool {
         self.0.iter().fold(0, |bits, x| bits | x.to_bits()) != 0
@@ -55,18 +74,7 @@ impl<const N: usize> Lanes<N> {
         self.zip(other, |a, b| if a > b { b } else { a })
     }
 
-    /// What is left of a direction where the impulse is at a bound: nothing if it points outwards.
-    ///
-    /// Without short cuts: whether a contact slides cannot be foretold, and a wrong guess costs as much as the arithmetic.
-    #[inline(always)]
-    pub fn held(self, impulse: Self, low: Self, high: Self) -> Self {
-        let infinity = f64::INFINITY;
-        let down = impulse.zip(low, |r, low| if r <= low { 0.0 } else { -infinity });
-        let up = impulse.zip(high, |r, high| if r >= high { 0.0 } else { infinity });
-        self.clamp(down, up)
-    }
-
-    /// Both, lane by lane.
+    /// Combination of both, lane by lane.
     #[inline(always)]
     pub fn zip(self, other: Self, combine: impl Fn(f64, f64) -> f64) -> Self {
         let mut lanes = self.0;
@@ -77,29 +85,21 @@ impl<const N: usize> Lanes<N> {
     }
 }
 
-impl<const N: usize> Add for Lanes<N> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| a + b)
-    }
+macro_rules! lane_by_lane {
+    ($operator:ident, $method:ident, $symbol:tt) => {
+        impl<const N: usize> $operator for Lanes<N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.zip(other, |a, b| a $symbol b)
+            }
+        }
+    };
 }
 
-impl<const N: usize> Sub for Lanes<N> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self.zip(other, |a, b| a - b)
-    }
-}
-
-impl<const N: usize> Mul for Lanes<N> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| a * b)
-    }
-}
+lane_by_lane!(Add, add, +);
+lane_by_lane!(Sub, sub, -);
+lane_by_lane!(Mul, mul, *);
 
 impl<const N: usize> Neg for Lanes<N> {
     type Output = Self;

@@ -7,12 +7,12 @@ use crate::config::RadiusLaw;
 
 /// The random numbers of a sample. The generator is part of the recipe: PCG64 of a seed gives the same sample
 /// on every machine.
-pub struct Dice(Pcg64);
+pub struct RandomNumbers(Pcg64);
 
-impl Dice {
+impl RandomNumbers {
     /// The numbers that belong to a seed.
-    pub fn new(seed: u64) -> Dice {
-        Dice(Pcg64::seed_from_u64(seed))
+    pub fn new(seed: u64) -> RandomNumbers {
+        RandomNumbers(Pcg64::seed_from_u64(seed))
     }
 
     /// Uniform in [0, 1): the upper 53 bits of a word.

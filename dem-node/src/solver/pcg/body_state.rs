@@ -1,29 +1,29 @@
-//! What the bodies hold of the directions, and the products that they make.
+//! The bodies' part of the directions, and of the products with W.
 
-use crate::solver::Mover;
+use crate::solver::BodyRecord;
 
 /// A body as the contacts meet it, in one line of the cache.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
-pub struct Body {
+pub struct BodyState {
     /// v_x, v_y and spin times radius (m/s).
     pub velocity: [f64; 3],
-    /// 1/m (1/kg); 0 for the wheel and glued disks, which answer in [`super::special`].
+    /// 1/m (1/kg); 0 for the wheel and glued disks, which answer in [`super::constrained`].
     pub inverse_mass: f64,
     /// H w (N s).
-    pub push: [f64; 3],
+    pub h_w: [f64; 3],
     /// 1/m again, but 0 where contacts from outside its block act.
     pub inner: f64,
 }
 
-impl Body {
+impl BodyState {
     /// A body on which nothing acts from outside.
-    pub fn new(mover: &Mover) -> Body {
-        Body {
-            velocity: mover.velocity,
-            inverse_mass: mover.inverse_mass,
-            push: [0.0; 3],
-            inner: mover.inverse_mass,
+    pub fn new(record: &BodyRecord) -> BodyState {
+        BodyState {
+            velocity: record.velocity,
+            inverse_mass: record.inverse_mass,
+            h_w: [0.0; 3],
+            inner: record.inverse_mass,
         }
     }
 
@@ -41,10 +41,10 @@ impl Body {
     pub fn follow(&mut self, momentum: &mut Momentum, alpha: f64, beta: f64) {
         let inverse = alpha * self.inverse_mass;
         for (axis, inverse) in [inverse, inverse, 2.0 * inverse].into_iter().enumerate() {
-            let along = self.push[axis] + beta * momentum[axis];
+            let along = self.h_w[axis] + beta * momentum[axis];
             momentum[axis] = along;
             self.velocity[axis] += inverse * along;
-            self.push[axis] = 0.0;
+            self.h_w[axis] = 0.0;
         }
     }
 }
@@ -52,7 +52,7 @@ impl Body {
 /// H p, then H z (N s).
 pub type Momentum = [f64; 3];
 
-/// What p has lost where its contact has come to a bound, on one of the bodies.
+/// Loss of p on one of the bodies, where its contact has come to a bound.
 #[derive(Clone, Copy, Debug)]
 pub struct Loss {
     /// Counted from the first of the batch.
@@ -63,25 +63,25 @@ pub struct Loss {
 
 /// Products with W, or with its part by some bodies.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Products {
+pub struct Products<T> {
     /// w.W p, p before anything of it is lost.
-    pub wp: f64,
+    pub wp: T,
     /// w.W w, w.W z and z.W z.
-    pub ww: f64,
+    pub ww: T,
     /// See `ww`.
-    pub wz: f64,
+    pub wz: T,
     /// See `ww`.
-    pub zz: f64,
+    pub zz: T,
 }
 
-impl Products {
+impl Products<f64> {
     /// Adds the part of a body that has lost nothing yet.
     #[inline(always)]
-    pub fn add(&mut self, inverse_mass: f64, push: &[f64; 3], momentum: &Momentum) {
-        let wp = inverse_mass * dot(push, momentum);
+    pub fn add(&mut self, inverse_mass: f64, h_w: &[f64; 3], momentum: &Momentum) {
+        let wp = inverse_mass * dot(h_w, momentum);
         self.wp += wp;
         self.wz += wp;
-        self.ww += inverse_mass * dot(push, push);
+        self.ww += inverse_mass * dot(h_w, h_w);
         self.zz += inverse_mass * dot(momentum, momentum);
     }
 
@@ -90,11 +90,11 @@ impl Products {
     pub fn lose(
         &mut self,
         inverse_mass: f64,
-        push: &[f64; 3],
+        h_w: &[f64; 3],
         momentum: &mut Momentum,
         d: &[f64; 3],
     ) {
-        self.wz -= inverse_mass * dot(push, d);
+        self.wz -= inverse_mass * dot(h_w, d);
         self.zz += inverse_mass * (dot(d, d) - 2.0 * dot(momentum, d));
         for (momentum, lost) in momentum.iter_mut().zip(d) {
             *momentum -= lost;
@@ -102,7 +102,7 @@ impl Products {
     }
 
     /// Adds those of other bodies.
-    pub fn join(&mut self, other: &Products) {
+    pub fn join(&mut self, other: &Products<f64>) {
         self.wp += other.wp;
         self.ww += other.ww;
         self.wz += other.wz;

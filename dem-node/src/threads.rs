@@ -1,24 +1,23 @@
-//! Until when steps are solved, and by how many threads.
+//! Threads of the contact solver.
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::bodies::Bodies;
 use crate::error::DemError;
 use crate::solver::Criteria;
 use crate::state::State;
-use crate::step::{Drive, Stepper, Summary};
+use crate::step::{StepInput, StepSummary, Stepper};
 
-/// The threads of the contact solver, with when it may stop.
-pub struct Crew {
-    /// For the calling thread alone.
+/// The threads of the contact solver, with its stopping criteria.
+pub struct SolverThreads {
+    /// Stopping criteria for the calling thread alone.
     pub criteria: Criteria,
     pool: Option<ThreadPool>,
 }
 
-impl Crew {
+impl SolverThreads {
     /// Starts so many threads, if more than one.
-    pub fn new(criteria: Criteria, threads: usize) -> Result<Crew, DemError> {
-        Ok(Crew {
+    pub fn new(criteria: Criteria, threads: usize) -> Result<SolverThreads, DemError> {
+        Ok(SolverThreads {
             criteria,
             pool: pool(threads)?,
         })
@@ -29,20 +28,19 @@ impl Crew {
     pub fn advance(
         &self,
         stepper: &mut Stepper,
-        bodies: &Bodies,
         state: &mut State,
-        drive: &Drive,
-    ) -> Result<Summary, DemError> {
-        let pool = self.pool.as_ref().filter(|_| stepper.problem.is_cut());
+        input: &StepInput,
+    ) -> Result<StepSummary, DemError> {
+        let pool = self.pool.as_ref().filter(|_| stepper.is_partitioned());
         let criteria = Criteria {
             parallel: pool.is_some(),
             ..self.criteria
         };
-        in_pool(pool, || stepper.advance(bodies, state, drive, &criteria))
+        in_pool(pool, || stepper.advance(state, input, &criteria))
     }
 }
 
-/// So many threads, `None` where the calling one suffices.
+/// A pool of so many threads, `None` where the calling one suffices.
 pub fn pool(threads: usize) -> Result<Option<ThreadPool>, DemError> {
     if threads <= 1 {
         return Ok(None);

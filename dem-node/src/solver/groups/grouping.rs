@@ -1,29 +1,33 @@
-//! Which contacts go into a group together.
+//! Grouping of contacts: eight that share no body go together.
 
-use super::{EMPTY, LANES};
-use crate::solver::{Contact, Mover};
+use crate::solver::{BodyRecord, Contact};
+
+/// Contacts in a group.
+pub const LANES: usize = 8;
+/// A lane without contact.
+pub const EMPTY: u32 = u32::MAX;
 
 /// Groups that are being filled at a time: a window of 256 contacts, in which nearly all find seven others.
 const OPEN: usize = 32;
 
 /// Sorts contacts into groups, first fit among the open ones.
 #[derive(Clone, Debug, Default)]
-pub struct Sorter {
-    /// In which open groups each body is already.
+pub struct Grouping {
+    /// Open groups that each body is in already, one bit a group.
     pub taken: Vec<u32>,
     open: Vec<Vec<u32>>,
 }
 
-impl Sorter {
+impl Grouping {
     /// Appends the groups of these contacts; bodies that nothing moves may be in all lanes.
     pub fn sort(
         &mut self,
         contacts: &[Contact],
         chosen: &[u32],
-        movers: &[Mover],
+        records: &[BodyRecord],
         out: &mut Vec<[u32; LANES]>,
     ) {
-        self.taken.resize(movers.len().max(self.taken.len()), 0);
+        self.taken.resize(records.len().max(self.taken.len()), 0);
         self.open.resize(OPEN, Vec::new());
         for index in chosen {
             let contact = &contacts[*index as usize];
@@ -35,7 +39,7 @@ impl Sorter {
             }
             let slot = (!(self.taken[a] | self.taken[b])).trailing_zeros() as usize;
             for body in [a, b] {
-                if movers[body].inverse_mass > 0.0 {
+                if records[body].inverse_mass > 0.0 {
                     self.taken[body] |= 1 << slot;
                 }
             }

@@ -1,4 +1,4 @@
-//! The glued disks that a coupler moves: which rows are coupled, and in which order their disks are exchanged.
+//! The interface: the glued rows that a coupler moves, and the order in which their disks are exchanged.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -8,60 +8,36 @@ use protocol::{NodeError, Surface};
 
 use crate::bodies::Bodies;
 
-/// A row of glued disks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Row {
-    /// On the body below.
-    Base,
-    /// On the body above.
-    Lid,
-}
-
-impl Row {
-    const ALL: [Row; 2] = [Row::Base, Row::Lid];
-
-    /// The name of the set.
-    pub fn name(self) -> &'static str {
-        match self {
-            Row::Base => "base",
-            Row::Lid => "lid",
-        }
-    }
-
-    /// Its disks among the glued ones.
-    fn disks(self, bodies: &Bodies) -> Range<usize> {
-        match self {
-            Row::Base => 0..bodies.base,
-            Row::Lid => bodies.base..bodies.glued(),
-        }
-    }
+/// The rows of glued disks, on the bodies below and above: names of their sets, and their disks among the glued ones.
+fn rows(bodies: &Bodies) -> impl Iterator<Item = (&'static str, Range<usize>)> {
+    let rows = [
+        ("base", 0..bodies.base),
+        ("lid", bodies.base..bodies.glued()),
+    ];
+    rows.into_iter().filter(|(_, disks)| !disks.is_empty())
 }
 
 /// The sets that can be coupled: rows that have disks.
 pub fn sets(bodies: &Bodies) -> Vec<String> {
-    let filled = Row::ALL
-        .into_iter()
-        .filter(|row| !row.disks(bodies).is_empty());
-    filled.map(|row| row.name().to_string()).collect()
+    rows(bodies).map(|(name, _)| name.to_string()).collect()
 }
 
 /// Masses of the glued disks of each set (kg), pi r^2 times `mass_per_area` (kg/m2). No equation here holds them.
 pub fn masses(bodies: &Bodies, mass_per_area: f64) -> BTreeMap<String, Vec<f64>> {
-    let rows = Row::ALL.into_iter().map(|row| {
-        let radii = &bodies.radii[bodies.free..][row.disks(bodies)];
-        let masses = radii.iter().map(|r| mass_per_area * PI * r * r);
-        (row.name().to_string(), masses.collect::<Vec<f64>>())
-    });
-    rows.filter(|(_, masses)| !masses.is_empty()).collect()
+    let mass = |r: &f64| mass_per_area * PI * r * r;
+    let of = |disks: Range<usize>| bodies.radii[bodies.free..][disks].iter().map(mass);
+    rows(bodies)
+        .map(|(name, disks)| (name.to_string(), of(disks).collect()))
+        .collect()
 }
 
 /// Glued disks in the order in which a coupler knows them; a row that no interface couples stays where it is.
 #[derive(Clone, Debug, Default)]
-pub struct Exchange {
+pub struct InterfaceDisks {
     disks: Vec<usize>,
 }
 
-impl Exchange {
+impl InterfaceDisks {
     /// Couples a row and returns its points.
     pub fn couple(
         &mut self,
@@ -69,21 +45,17 @@ impl Exchange {
         participant: &str,
         set: &str,
     ) -> Result<Surface, NodeError> {
-        let mut rows = Row::ALL.into_iter();
-        let row = rows.find(|row| row.name() == set && !row.disks(bodies).is_empty());
-        let Some(row) = row else {
+        let Some((_, disks)) = rows(bodies).find(|(name, _)| *name == set) else {
             let known = sets(bodies);
-            return Err(NodeError::configuration(match known.is_empty() {
-                true => format!(
-                    "{participant} has no set `{set}` to couple; its sample has no glued disks"
-                ),
-                false => format!(
-                    "{participant} has no set `{set}` to couple; it has `{}`",
-                    known.join("`, `")
-                ),
-            }));
+            let help = if known.is_empty() {
+                "; its sample has no glued disks".into()
+            } else {
+                format!("; it has `{}`", known.join("`, `"))
+            };
+            return Err(NodeError::configuration(format!(
+                "{participant} has no set `{set}` to couple{help}"
+            )));
         };
-        let disks = row.disks(bodies);
         if self.disks.contains(&disks.start) {
             return Err(NodeError::configuration(format!(
                 "the set `{set}` is already coupled: one interface carries it"
@@ -98,12 +70,12 @@ impl Exchange {
         self.disks.len()
     }
 
-    /// Whether no row is coupled.
+    /// True if no row is coupled.
     pub fn is_empty(&self) -> bool {
         self.disks.is_empty()
     }
 
-    /// From exchanged components to those of all `glued` disks; the others are zero.
+    /// Maps exchanged components to those of all `glued` disks; the others are zero.
     pub fn scatter(&self, exchanged: &[f64], glued: usize) -> Vec<f64> {
         let mut all = vec![0.0; 2 * glued];
         for (disk, pair) in self.disks.iter().zip(exchanged.chunks_exact(2)) {
@@ -112,7 +84,7 @@ impl Exchange {
         all
     }
 
-    /// From components of all glued disks to the exchanged ones.
+    /// Maps components of all glued disks to the exchanged ones.
     pub fn gather(&self, all: &[f64]) -> Vec<f64> {
         let pairs = self.disks.iter();
         pairs
@@ -120,15 +92,15 @@ impl Exchange {
             .collect()
     }
 
-    /// A square matrix over exchanged components, column after column, as one over all `glued` disks. A row that is not
+    /// A matrix over exchanged components, 2 n x 2 n, column-major, as one over all `glued` disks. A row that is not
     /// coupled does not yield.
     pub fn scatter_square(&self, exchanged: &[f64], glued: usize) -> Vec<f64> {
         let size = 2 * self.disks.len();
         let mut all = vec![0.0; 4 * glued * glued];
         for column in 0..size {
-            let place = 2 * self.disks[column / 2] + column % 2;
+            let index = 2 * self.disks[column / 2] + column % 2;
             let values = self.scatter(&exchanged[column * size..(column + 1) * size], glued);
-            all[place * 2 * glued..(place + 1) * 2 * glued].copy_from_slice(&values);
+            all[index * 2 * glued..(index + 1) * 2 * glued].copy_from_slice(&values);
         }
         all
     }
@@ -162,7 +134,7 @@ mod tests {
 
     #[test]
     fn what_was_scattered_is_gathered_in_the_coupled_order() {
-        let exchange = Exchange { disks: vec![2, 0] };
+        let exchange = InterfaceDisks { disks: vec![2, 0] };
         let all = exchange.scatter(&[1.0, 2.0, 3.0, 4.0], 3);
         assert_eq!(all, [3.0, 4.0, 0.0, 0.0, 1.0, 2.0]);
         assert_eq!(exchange.gather(&all), [1.0, 2.0, 3.0, 4.0]);

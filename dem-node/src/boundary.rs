@@ -1,11 +1,13 @@
-//! The glued row: massless disks on a wall that yields, v_g = a_g + W_g p.
+//! The compliant boundary: massless glued disks on a body that another solver moves, v_g = a_g + W_g p.
 
 use crate::error::DemError;
 
-/// The wall during a step. Velocities and impulses hold two components a glued disk, (x0, y0, x1, y1, ...).
+/// The boundary of n glued disks during a step: their velocities are v_g = a_g + W_g p, with a_g without contact forces,
+/// p the contact impulses on them and W_g the compliance of the body over a window (the dual Schur relation of
+/// Gravouil and Combescure 2001, as the coupler announces it). Velocities and impulses are (2 n): x0, y0, x1, y1, ...
 #[derive(Clone, Debug, Default)]
-pub struct Wall {
-    /// W_g (1/kg), column after column; empty for a fixed wall.
+pub struct CompliantBoundary {
+    /// W_g (1/kg), 2 n x 2 n, column-major; empty for a fixed boundary.
     compliance: Vec<f64>,
     /// a_g (m/s).
     free_velocity: Vec<f64>,
@@ -15,10 +17,10 @@ pub struct Wall {
     pub impulse: Vec<f64>,
 }
 
-impl Wall {
-    /// A fixed wall of so many glued disks.
-    pub fn fixed(glued: usize) -> Wall {
-        Wall {
+impl CompliantBoundary {
+    /// A fixed boundary of so many glued disks.
+    pub fn fixed(glued: usize) -> CompliantBoundary {
+        CompliantBoundary {
             compliance: Vec::new(),
             free_velocity: vec![0.0; 2 * glued],
             velocity: vec![0.0; 2 * glued],
@@ -50,22 +52,22 @@ impl Wall {
         Ok(())
     }
 
-    /// A wall with this compliance, column after column.
-    pub fn compliant(glued: usize, compliance: Vec<f64>) -> Wall {
+    /// A boundary with this compliance (1/kg), 2 n x 2 n, column-major.
+    pub fn compliant(glued: usize, compliance: Vec<f64>) -> CompliantBoundary {
         // Rigid motion costs nothing when the whole matrix is zero.
         let rigid = compliance.iter().all(|w| *w == 0.0);
-        Wall {
+        CompliantBoundary {
             compliance: if rigid { Vec::new() } else { compliance },
-            ..Wall::fixed(glued)
+            ..CompliantBoundary::fixed(glued)
         }
     }
 
-    /// Whether it moves with the forces on it.
-    pub fn yields(&self) -> bool {
+    /// True if it moves with the forces on it.
+    pub fn is_compliant(&self) -> bool {
         !self.compliance.is_empty()
     }
 
-    /// Starts a step: the wall moves with a_g, no impulse acts on it.
+    /// Starts a step: the boundary moves with a_g (2 n), no impulse acts on it.
     pub fn start(&mut self, free_velocity: &[f64]) {
         self.free_velocity.clear();
         self.free_velocity.extend_from_slice(free_velocity);
@@ -76,8 +78,8 @@ impl Wall {
 
     /// Adds an impulse (N s) on a glued disk; all glued disks follow with two columns of W_g.
     #[inline]
-    pub fn push(&mut self, disk: usize, impulse: [f64; 2]) {
-        self.note(disk, impulse);
+    pub fn apply(&mut self, disk: usize, impulse: [f64; 2]) {
+        self.gather(disk, impulse);
         let components = self.velocity.len();
         if self.compliance.is_empty() {
             return;
@@ -86,15 +88,15 @@ impl Wall {
         add_columns(&mut self.velocity, columns, impulse);
     }
 
-    /// Adds an impulse (N s) that the wall follows when it settles.
+    /// Adds an impulse (N s) that the boundary follows at the next [`CompliantBoundary::evaluate`].
     #[inline]
-    pub fn note(&mut self, disk: usize, impulse: [f64; 2]) {
+    pub fn gather(&mut self, disk: usize, impulse: [f64; 2]) {
         self.impulse[2 * disk] += impulse[0];
         self.impulse[2 * disk + 1] += impulse[1];
     }
 
-    /// W_g p of any impulses, without changing the wall.
-    pub fn respond(&self, impulse: &[f64], velocity: &mut [f64]) {
+    /// W_g p of any impulses (2 n), without changing the boundary.
+    pub fn times_compliance(&self, impulse: &[f64], velocity: &mut [f64]) {
         velocity.fill(0.0);
         if self.compliance.is_empty() {
             return;
@@ -111,19 +113,8 @@ impl Wall {
         [self.velocity[2 * disk], self.velocity[2 * disk + 1]]
     }
 
-    /// The 2x2 block of W_g at a glued disk: xx, xy, yy (1/kg).
-    pub fn block(&self, disk: usize) -> [f64; 3] {
-        if self.compliance.is_empty() {
-            return [0.0; 3];
-        }
-        let components = self.velocity.len();
-        let at = |row: usize, column: usize| self.compliance[column * components + row];
-        let (x, y) = (2 * disk, 2 * disk + 1);
-        [at(x, x), 0.5 * (at(x, y) + at(y, x)), at(y, y)]
-    }
-
-    /// What an impulse on a glued disk changes of its own velocity: rows of the 2x2 block (1/kg).
-    pub fn response(&self, disk: usize) -> [[f64; 2]; 2] {
+    /// The block of W_g at a glued disk, 2 x 2, row by row (1/kg). A measured one is not quite symmetric.
+    pub fn block(&self, disk: usize) -> [[f64; 2]; 2] {
         if self.compliance.is_empty() {
             return [[0.0; 2]; 2];
         }
@@ -133,13 +124,13 @@ impl Wall {
         [[at(x, x), at(x, y)], [at(y, x), at(y, y)]]
     }
 
-    /// Evaluates v_g = a_g + W_g p anew, without the rounding of the many small changes.
-    pub fn settle(&mut self) {
+    /// Evaluates v_g = a_g + W_g p anew, without the rounding of the many small changes (Gravouil and Combescure 2001).
+    pub fn evaluate(&mut self) {
         let impulse = self.impulse.clone();
         self.velocity.copy_from_slice(&self.free_velocity);
         self.impulse.fill(0.0);
         for (disk, p) in impulse.chunks_exact(2).enumerate() {
-            self.push(disk, [p[0], p[1]]);
+            self.apply(disk, [p[0], p[1]]);
         }
     }
 }
@@ -163,19 +154,20 @@ mod tests {
     #[test]
     fn impulses_move_every_glued_disk_by_their_columns() {
         let compliance: Vec<f64> = (0..16).map(f64::from).collect();
-        let mut wall = Wall::compliant(2, compliance);
-        wall.start(&[1.0, 0.0, 0.0, 0.0]);
-        wall.push(1, [1.0, -1.0]);
+        let mut boundary = CompliantBoundary::compliant(2, compliance);
+        boundary.start(&[1.0, 0.0, 0.0, 0.0]);
+        boundary.apply(1, [1.0, -1.0]);
         // columns 2 = (8..12) and 3 = (12..16): their difference is -4 everywhere
-        assert_eq!(wall.velocity, [-3.0, -4.0, -4.0, -4.0]);
-        wall.settle();
-        assert_eq!(wall.velocity, [-3.0, -4.0, -4.0, -4.0]);
-        assert_eq!(wall.block(1), [10.0, 12.5, 15.0]);
+        assert_eq!(boundary.velocity, [-3.0, -4.0, -4.0, -4.0]);
+        boundary.evaluate();
+        assert_eq!(boundary.velocity, [-3.0, -4.0, -4.0, -4.0]);
+        assert_eq!(boundary.block(1), [[10.0, 14.0], [11.0, 15.0]]);
     }
 
     #[test]
     fn a_matrix_of_another_size_is_refused() {
-        let error = Wall::refuse_misfit(2, &[0.0; 4]).expect_err("2 disks need 16 numbers");
+        let error =
+            CompliantBoundary::refuse_misfit(2, &[0.0; 4]).expect_err("2 disks need 16 numbers");
         assert!(error.to_string().contains("4 x 4"), "{error}");
     }
 }

@@ -1,14 +1,17 @@
-//! The four equations as they stand: u, q and every velocity formed anew, contact after contact, nothing left out.
+//! The projected conjugate gradient as the equations of [`super`] stand (Renouf and Alart 2005, algorithm CPG): u, q and
+//! every velocity formed anew, contact after contact, nothing left out. The tests compare every iteration of the fast form
+//! with it.
 
 use super::INNER;
-use super::group::inverse;
+use super::group::{compliance, inverse, threshold};
+use crate::law::local::in_tension;
 use crate::solver::Problem;
 
 /// A number of each component of all contacts.
 type Field = Vec<[f64; 2]>;
 
 /// The solver at an iteration.
-pub struct Plain<'a> {
+pub struct Textbook<'a> {
     problem: &'a Problem,
     /// r at the start, which the velocities of the problem contain.
     first: Field,
@@ -17,33 +20,30 @@ pub struct Plain<'a> {
     directions: Field,
     /// q.
     images: Field,
-    pushes: Field,
+    gradients: Field,
     /// u.
     velocities: Field,
     limits: Vec<f64>,
-    /// Whether a contact is on the side of its bond.
+    /// True for a contact on the tensile branch of its bond.
     pulls: Vec<bool>,
     curvature: f64,
 }
 
-impl<'a> Plain<'a> {
+impl<'a> Textbook<'a> {
     /// The start from a prepared problem.
-    pub fn new(problem: &'a Problem) -> Plain<'a> {
+    pub fn new(problem: &'a Problem) -> Textbook<'a> {
         let contacts = &problem.contacts;
         let first: Field = contacts.iter().map(|c| c.impulse).collect();
-        let limit = |i: usize| match problem.bonds.get(contacts[i].bond as usize) {
-            None => problem.friction * first[i][0],
-            Some(bond) if bond.compliance()[1].is_finite() => f64::INFINITY,
-            Some(_) => 0.0,
-        };
-        let mut plain = Plain {
+        let bond = |i: usize| problem.bonds.get(contacts[i].bond as usize);
+        let limit = |i: usize| threshold(&contacts[i], bond(i), problem.friction);
+        let mut plain = Textbook {
             problem,
             limits: (0..contacts.len()).map(limit).collect(),
             pulls: vec![false; contacts.len()],
             impulses: first.clone(),
             directions: vec![[0.0; 2]; contacts.len()],
             images: vec![[0.0; 2]; contacts.len()],
-            pushes: vec![[0.0; 2]; contacts.len()],
+            gradients: vec![[0.0; 2]; contacts.len()],
             velocities: vec![[0.0; 2]; contacts.len()],
             curvature: 0.0,
             first,
@@ -56,7 +56,7 @@ impl<'a> Plain<'a> {
     pub fn step(&mut self) {
         let kept = self.kept();
         let mut beta = if self.curvature > 0.0 {
-            -dot(&self.pushes, &self.images) / self.curvature
+            -dot(&self.gradients, &self.images) / self.curvature
         } else {
             0.0
         };
@@ -88,10 +88,10 @@ impl<'a> Plain<'a> {
             .map(|(r, first)| [r[0] - first[0], r[1] - first[1]])
             .collect();
         let (mut bodies, mut wall) = self.answer(&added);
-        for (v, mover) in bodies.iter_mut().zip(&self.problem.movers) {
-            (0..3).for_each(|axis| v[axis] += mover.velocity[axis]);
+        for (v, record) in bodies.iter_mut().zip(&self.problem.records) {
+            (0..3).for_each(|axis| v[axis] += record.velocity[axis]);
         }
-        let before = &self.problem.wall.velocity;
+        let before = &self.problem.boundary.velocity;
         wall.iter_mut().zip(before).for_each(|(v, w)| *v += w);
         (bodies, wall)
     }
@@ -99,27 +99,30 @@ impl<'a> Plain<'a> {
     /// p = w + beta z; returns -u.p.
     fn turn(&mut self, kept: &Field, beta: f64) -> f64 {
         for (i, p) in self.directions.iter_mut().enumerate() {
-            *p = [0, 1].map(|axis| self.pushes[i][axis] + beta * kept[i][axis]);
+            *p = [0, 1].map(|axis| self.gradients[i][axis] + beta * kept[i][axis]);
         }
         -dot(&self.velocities, &self.directions)
     }
 
-    /// u = (W + C) r + b from the velocities of the bodies, the sides of bonds, and w.
+    /// u = (W + C) r + b from the velocities of the bodies, the branches of bonds, and w.
     fn measure(&mut self) {
         let speeds = self.speeds();
         for i in 0..self.impulses.len() {
             let contact = &self.problem.contacts[i];
             let bond = self.problem.bonds.get(contact.bond as usize);
-            let bias = [contact.bias[0], bond.map_or(contact.bias[1], |b| b.slip())];
+            let bias = [
+                contact.bias[0],
+                bond.map_or(contact.bias[1], |b| b.law.slip()),
+            ];
             let u = self.relative(i, &speeds);
             let u = [u[0] + bias[0], u[1] + bias[1]];
             let r = self.impulses[i];
-            self.pulls[i] = bond.is_some_and(|bond| bond.compliance()[0].is_finite())
-                && (r[0] < 0.0 || (r[0] == 0.0 && u[0] > 0.0));
+            self.pulls[i] = bond.is_some_and(|bond| bond.law.compliance()[0].is_finite())
+                && in_tension(r[0], u[0]);
             for axis in 0..2 {
                 let full = u[axis] + self.compliance(i, axis) * r[axis];
                 self.velocities[i][axis] = full;
-                self.pushes[i][axis] = left(self.wanted(i, axis), r[axis], self.bounds(i, axis));
+                self.gradients[i][axis] = left(self.wanted(i, axis), r[axis], self.bounds(i, axis));
             }
         }
     }
@@ -188,10 +191,8 @@ impl<'a> Plain<'a> {
         let contact = &self.problem.contacts[i];
         let bond = self.problem.bonds.get(contact.bond as usize);
         match (bond, axis) {
-            (Some(bond), 0) if self.pulls[i] => bond.compliance()[0],
-            (Some(bond), 1) if bond.compliance()[1].is_finite() => bond.compliance()[1],
-            (Some(_), 1) => 0.0,
-            _ => contact.compliance[axis],
+            (Some(bond), 0) if self.pulls[i] => bond.law.compliance()[0],
+            _ => compliance(contact, bond, axis),
         }
     }
 
@@ -208,25 +209,24 @@ impl<'a> Plain<'a> {
     /// M^-1 H x: velocities of all bodies, then of the glued disks.
     fn answer(&self, x: &Field) -> (Vec<[f64; 3]>, Vec<f64>) {
         let problem = self.problem;
-        let mut bodies = vec![[0.0; 3]; problem.movers.len()];
-        let mut load = vec![0.0; problem.wall.velocity.len()];
+        let mut bodies = vec![[0.0; 3]; problem.records.len()];
+        let mut load = vec![0.0; problem.boundary.velocity.len()];
         for (contact, [n, t]) in problem.contacts.iter().zip(x) {
-            let [nx, ny] = contact.normal;
-            let push = [n * nx - t * ny, n * ny + t * nx];
+            let force = contact.in_xy([*n, *t]);
             for (body, sign) in [(contact.a as usize, 1.0), (contact.b as usize, -1.0)] {
                 if let Some(disk) = problem.glued_index(body) {
-                    load[2 * disk] += sign * push[0];
-                    load[2 * disk + 1] += sign * push[1];
+                    load[2 * disk] += sign * force[0];
+                    load[2 * disk + 1] += sign * force[1];
                     continue;
                 }
                 let inverse = problem.inverse_mass(body);
-                bodies[body][0] += sign * inverse[0] * push[0];
-                bodies[body][1] += sign * inverse[1] * push[1];
+                bodies[body][0] += sign * inverse[0] * force[0];
+                bodies[body][1] += sign * inverse[1] * force[1];
                 bodies[body][2] -= inverse[2] * contact.lever() * t;
             }
         }
         let mut wall = load.clone();
-        problem.wall.respond(&load, &mut wall);
+        problem.boundary.times_compliance(&load, &mut wall);
         (bodies, wall)
     }
 

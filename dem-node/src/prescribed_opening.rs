@@ -3,7 +3,7 @@
 use protocol::ConfigError;
 
 use crate::bodies::Bodies;
-use crate::config::{Config, DriveConfig, SampleConfig};
+use crate::config::DriveConfig;
 use crate::state::State;
 
 /// Steps of a run. The opening in a step is then 3e-4 of delta_0: the first-order error of the implicit adhesion stays
@@ -12,12 +12,12 @@ const STEPS: u64 = 100_000;
 /// Openings delta_0 at the end of a run; h' = 1 without viscosity then has 1 / 1 800 of w left to give.
 const END: f64 = 30.0;
 
-/// Names of the signals of [`Pull::signals`].
+/// Names of the signals of [`PrescribedOpening::signals`].
 pub const SIGNALS: [&str; 4] = ["opening_m", "adhesion", "stress_pa", "work_j_per_m2"];
 
 /// The program of the pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pull {
+pub struct PrescribedOpening {
     /// Opening velocity (m/s), negative when it closes.
     velocity: f64,
     critical: f64,
@@ -26,14 +26,18 @@ pub struct Pull {
     distance: f64,
 }
 
-impl Pull {
+impl PrescribedOpening {
     /// The program of a scenario with `drive`: one grain, one glued disk, a cohesive law.
-    pub fn new(config: &DriveConfig, bodies: &Bodies, state: &State) -> Result<Pull, ConfigError> {
+    pub fn new(
+        config: &DriveConfig,
+        bodies: &Bodies,
+        state: &State,
+    ) -> Result<PrescribedOpening, ConfigError> {
         let law = bodies.law.cohesion.ok_or_else(|| {
             ConfigError::new("drive", "opens a bond, and the law has none")
                 .help("choose law.kind = \"cohesion\"")
         })?;
-        Ok(Pull {
+        Ok(PrescribedOpening {
             velocity: config.velocity_m_per_s,
             critical: law.critical_opening(),
             area: law.area([bodies.radii[0], bodies.radii[1]]),
@@ -77,49 +81,4 @@ impl Pull {
 fn distance(state: &State) -> f64 {
     let [grain, glued] = [state.centres[0], state.centres[1]];
     (grain[0] - glued[0]).hypot(grain[1] - glued[1])
-}
-
-/// Refuses scenes that a drive cannot move.
-pub fn validate(config: &Config) -> Result<(), ConfigError> {
-    let Some(drive) = &config.drive else {
-        return Ok(());
-    };
-    if !(drive.velocity_m_per_s != 0.0 && drive.velocity_m_per_s.is_finite()) {
-        return Err(ConfigError::new(
-            "drive.velocity_m_per_s",
-            format!("must be finite and not 0, got {}", drive.velocity_m_per_s),
-        ));
-    }
-    let pair = match &config.sample {
-        SampleConfig::Disks(sample) => {
-            sample.disks.len() == 2 && sample.disks.iter().filter(|d| d.glued).count() == 1
-        }
-        SampleConfig::Layer(_) => false,
-    };
-    if !pair || config.wheel.is_some() {
-        return Err(ConfigError::new(
-            "drive",
-            "moves one grain from one glued disk, and the sample is not such a pair",
-        )
-        .help("list two disks in sample.disks, one with glued = true, and no wheel"));
-    }
-    if config.law.contact_stiffness_pa.is_none() {
-        return Err(ConfigError::new(
-            "law.contact_stiffness_pa",
-            "is missing: nothing could stop the prescribed motion of a rigid pair",
-        ));
-    }
-    for (key, value) in [
-        ("time.step_s", config.time.step_s),
-        ("time.end_s", config.time.end_s),
-    ] {
-        if value.is_some() {
-            return Err(ConfigError::new(
-                key,
-                "follows from drive.velocity_m_per_s: the pair moves by 30 delta_0 in 100 000 steps",
-            )
-            .help("remove the key"));
-        }
-    }
-    Ok(())
 }

@@ -1,25 +1,26 @@
-//! The two branches of a bond's normal law.
+//! The two branches of a bond's normal law: tension, and compression.
 
-use super::group::{LANES, Lanes, Short};
+use super::group::{LANES, Lanes, ShortLanes, inverse};
 use crate::bond::BondContact;
+use crate::law::local::in_tension;
 use crate::solver::Contact;
 
 /// The branches on which four contacts are.
 #[derive(Clone, Copy, Debug)]
-pub struct Sides {
-    /// Whether the contact has a bond.
+pub struct Branches {
+    /// True for a contact with a bond.
     bonded: [bool; LANES],
-    /// Bounds of r_n on its side (N s).
+    /// Bounds of r_n on its branch (N s).
     pub bounds: [Lanes; 2],
-    /// Part of the bodies in D (1/kg), and what spring and bond add to it.
+    /// Part of the bodies in D (1/kg), and what the spring of compression and the bond in tension add to it.
     block: [f64; LANES],
     spring: [f64; LANES],
     tension: [f64; LANES],
 }
 
-impl Default for Sides {
-    fn default() -> Sides {
-        Sides {
+impl Default for Branches {
+    fn default() -> Branches {
+        Branches {
             bonded: [false; LANES],
             bounds: [Lanes::splat(0.0), Lanes::splat(f64::INFINITY)],
             block: [0.0; LANES],
@@ -29,28 +30,27 @@ impl Default for Sides {
     }
 }
 
-impl Sides {
-    /// Fills a lane: the side of the spring, until the first impulse is looked at.
+impl Branches {
+    /// Fills a lane: compression, until the first impulse is looked at.
     pub fn set(&mut self, k: usize, contact: &Contact, bond: Option<&BondContact>) {
         self.bonded[k] = bond.is_some();
         self.block[k] = contact.block.nn;
         self.spring[k] = contact.compliance[0];
-        self.tension[k] = bond.map_or(f64::INFINITY, |bond| bond.compliance()[0]);
+        self.tension[k] = bond.map_or(f64::INFINITY, |bond| bond.law.compliance()[0]);
     }
 
-    /// Takes the sides of impulses r under u without its compliance; writes compliance and 1/D there, of bonds.
+    /// Takes the branches of impulses r under u without its compliance; writes compliance and 1/D there, of bonds.
     #[inline(always)]
     pub fn take(
         &mut self,
         impulse: Lanes,
         velocity: Lanes,
         compliance: &mut Lanes,
-        inverse: &mut Short,
+        inverse_d: &mut ShortLanes,
     ) {
         let [low, high] = &mut self.bounds;
         for k in (0..LANES).filter(|k| self.bonded[*k]) {
-            let (r, u) = (impulse.0[k], velocity.0[k]);
-            let pulls = r < 0.0 || (r == 0.0 && u > 0.0);
+            let pulls = in_tension(impulse.0[k], velocity.0[k]);
             compliance.0[k] = if pulls && self.tension[k].is_finite() {
                 (low.0[k], high.0[k]) = (f64::NEG_INFINITY, 0.0);
                 self.tension[k]
@@ -58,11 +58,11 @@ impl Sides {
                 (low.0[k], high.0[k]) = (0.0, f64::INFINITY);
                 self.spring[k]
             };
-            inverse.0[k] = super::group::inverse(self.block[k] + compliance.0[k]);
+            inverse_d.0[k] = inverse(self.block[k] + compliance.0[k]);
         }
     }
 
-    /// Those of bonds where there are any, the others elsewhere.
+    /// Numbers of bonds where there are any, the others elsewhere.
     #[inline(always)]
     pub fn select(&self, bonded: Lanes, others: Lanes) -> Lanes {
         let mut lanes = others;
