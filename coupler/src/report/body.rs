@@ -74,7 +74,7 @@ pub fn status(run: &Path, moments: &[Moment]) -> Result<Vec<Picture>, Error> {
 
 /// A contact node.
 struct Dot {
-    /// Where it has gone (mm).
+    /// Its current place (mm).
     at: (f64, f64),
     slips: bool,
 }
