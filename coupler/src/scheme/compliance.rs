@@ -110,14 +110,19 @@ impl Compliance {
             .collect()
     }
 
-    /// C (m/N) for windows of these substeps, once it is known; one block a force-driven participant.
-    pub fn blocks(&self, substeps: u32) -> &[DMatrix<f64>] {
-        &self.by_substeps[&substeps]
-    }
-
-    /// Softness at the start over that of the source.
-    pub fn factor(&self) -> f64 {
-        self.factor
+    /// C (m/N) of each continuum in a full window, where it is made of their own columns.
+    pub fn columns(
+        &mut self,
+        participants: &mut dyn Participants,
+        group: &Group,
+    ) -> Result<Option<Vec<DMatrix<f64>>>, Error> {
+        if self.source != Source::Columns {
+            return Ok(None);
+        }
+        let window = group.clock.window(0, 0, group.clock.substeps);
+        self.prepare(participants, group, &window)?;
+        let blocks = self.by_substeps[&window.substeps].iter();
+        Ok(Some(blocks.map(|block| block / self.factor).collect()))
     }
 
     /// Sees that C for this window is known and that the boundaries are made for it.

@@ -1,5 +1,6 @@
 //! The coupling of one group of interfaces: its scheme, its state, and the policy for windows that do not converge.
 
+use nalgebra::DMatrix;
 use protocol::Window;
 use serde::{Deserialize, Serialize};
 
@@ -257,16 +258,12 @@ impl Coupling {
         signals
     }
 
-    /// C (m/N) of each force-driven participant in a full window, as the scheme goes by it.
-    pub fn compliance(
+    /// C (m/N) of each force-driven participant in a full window, where the scheme goes by their own columns.
+    pub fn columns(
         &mut self,
         participants: &mut dyn Participants,
-    ) -> Result<&Compliance, Error> {
-        let clock = self.group.clock;
-        let window = clock.window(0, 0, clock.substeps);
-        self.compliance
-            .prepare(participants, &self.group, &window)?;
-        Ok(&self.compliance)
+    ) -> Result<Option<Vec<DMatrix<f64>>>, Error> {
+        self.compliance.columns(participants, &self.group)
     }
 
     /// The part of it that windows have changed.
