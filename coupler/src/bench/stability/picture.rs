@@ -31,20 +31,12 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
     label(&mut svg, (LEFT, 36.0), axes_named, "start");
     for (row, scheme) in axes.schemes.iter().enumerate() {
         let top = TOP + row as f64 * (panel[1] + GAP);
-        label(
-            &mut svg,
-            (LEFT - 16.0, top + 0.5 * panel[1]),
-            &name(scheme),
-            "end",
-        );
+        let place = (LEFT - 16.0, top + 0.5 * panel[1]);
+        label(&mut svg, place, &name(scheme), "end");
         for (column, theta) in axes.thetas.iter().enumerate() {
             let left = LEFT + column as f64 * (panel[0] + GAP);
-            label(
-                &mut svg,
-                (left, top - 6.0),
-                &format!("theta = {theta}"),
-                "start",
-            );
+            let above = format!("theta = {theta}");
+            label(&mut svg, (left, top - 6.0), &above, "start");
             for (i, mass_ratio) in axes.mass_ratios.iter().enumerate() {
                 for (j, substeps) in axes.substeps.iter().enumerate() {
                     let here = |cell: &&Cell| {
@@ -53,10 +45,8 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
                             && cell.mass_ratio == *mass_ratio
                             && cell.trial.substeps == *substeps
                     };
-                    let worst = cells
-                        .iter()
-                        .filter(here)
-                        .fold(0.0, |most: f64, cell| most.max(cell.growth));
+                    let found = cells.iter().filter(here).map(|cell| cell.growth);
+                    let worst = found.fold(0.0, f64::max);
                     let place = (left + BOX * i as f64, top + panel[1] - BOX * (j + 1) as f64);
                     square(&mut svg, place, colour(worst));
                 }

@@ -1,6 +1,5 @@
 //! Schemes on the bar and the masses, window by window.
 
-use nalgebra::DVector;
 use protocol::BoundaryInertia;
 
 use super::bar::Bar;
@@ -8,7 +7,7 @@ use crate::error::Error;
 use crate::scenario::{Acceleration, Dirichlet, Policy, Scheme, SchemeKeys, SchemeWord};
 use crate::scheme::coupling::Coupling;
 use crate::scheme::predict::growth::Disturbance;
-use crate::scheme::predict::linear_pair::{LinearModel, LinearPair, PairState};
+use crate::scheme::predict::linear_pair::{LinearModel, LinearPair};
 use crate::scheme::predict::response::Response;
 use crate::scheme::predict::sprung_mass::Masses;
 
@@ -43,7 +42,7 @@ pub fn scheme(word: SchemeWord, dirichlet: Dirichlet) -> Scheme {
 }
 
 /// Outcome of a trial.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Run {
     /// Interface force (N) in each accepted window.
     pub forces: Vec<f64>,
@@ -67,6 +66,11 @@ impl Trial {
         self.bar.step_s * f64::from(self.substeps)
     }
 
+    /// The bar's window as matrices.
+    pub fn response(&self) -> Response {
+        self.bar.response(self.substeps)
+    }
+
     /// The bar, as its window's matrices, with the masses.
     pub fn model<'a>(&self, response: &'a Response) -> LinearModel<'a> {
         LinearModel {
@@ -81,23 +85,13 @@ impl Trial {
     pub fn run(&self, response: &Response, windows: u64, gap_m: f64) -> Run {
         let model = self.model(response);
         let mut coupling = Coupling::new("glue", self.scheme, Policy::Stop, model.group(gap_m));
-        let mut pair = LinearPair::new(
-            model,
-            PairState {
-                continuum: DVector::zeros(response.push.len()),
-                masses: Masses {
-                    glued_velocity: 1.0,
-                    place: 0.0,
-                    velocity: 1.0,
-                },
-                place: 0.0,
-            },
-        );
-        let mut run = Run {
-            forces: Vec::new(),
-            after_first: None,
-            error: None,
+        let moving = Masses {
+            glued_velocity: 1.0,
+            place: 0.0,
+            velocity: 1.0,
         };
+        let mut pair = LinearPair::new(model, moving);
+        let mut run = Run::default();
         for index in 0..windows {
             let window = coupling.group().clock.window(index, index, 1);
             match coupling.window(&mut pair, window, |_| None) {
@@ -115,6 +109,11 @@ impl Trial {
         }
         run
     }
+}
+
+/// The largest |f|.
+pub fn largest(forces: &[f64]) -> f64 {
+    forces.iter().fold(0.0, |most: f64, f| most.max(f.abs()))
 }
 
 /// The word of a choice in a scenario.

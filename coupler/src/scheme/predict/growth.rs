@@ -135,15 +135,10 @@ impl<'a> Probe<'a> {
         if own_displacement {
             rest.push(1.0);
         }
-        let rest_state = PairState {
-            continuum: DVector::zeros(n),
-            masses: Masses::default(),
-            place: 0.0,
-        };
         Probe {
             start: coupling.clone(),
             coupling,
-            pair: LinearPair::new(model, rest_state),
+            pair: LinearPair::new(model, Masses::default()),
             units: DVector::from_iterator(n + rest.len(), continuum.chain(rest)),
             model,
             own_displacement,

@@ -51,29 +51,25 @@ fn inputs(
         let limit = limit.filter(positive);
         limit.map(|limit| (limit, name.to_string()))
     };
-    let told = wall.boundary_inertia;
-    let parts = told.is_some_and(|inertia| inertia.may_part);
-    let (compliance, point_mass_kg, inertia) = match scheme.dirichlet() {
+    let mut inertia = wall.boundary_inertia;
+    let (compliance, point_mass_kg) = match scheme.dirichlet() {
         Dirichlet::Wall => {
             let own = group.mapping.block(&patch.points, &side.range);
-            (largest_eigenvalue(&own.condense(block)), 0.0, told)
+            (largest_eigenvalue(&own.condense(block)), 0.0)
         }
         Dirichlet::Continuum => {
             let masses = &group.points.mass_kg[patch.points.clone()];
             let mean_kg = masses.iter().sum::<f64>() / masses.len() as f64;
-            let most = if parts { f64::INFINITY } else { 1.0 };
+            let mut most = 1.0;
+            if let Some(inertia) = inertia.as_mut().filter(|inertia| inertia.may_part) {
+                // Such points resist by their own mass alone.
+                most = f64::INFINITY;
+                inertia.mass_kg = 0.0;
+                inertia.stiffness_n_per_m = None;
+            }
             let weigh = |mass: &f64| (mass / mean_kg).min(most);
             let weights: Vec<f64> = group.points.mass_kg.iter().map(weigh).collect();
-            // Points that may part from the mass behind them resist by their own alone.
-            let touched = told.map(|inertia| match parts {
-                true => BoundaryInertia {
-                    mass_kg: 0.0,
-                    stiffness_n_per_m: None,
-                    ..inertia
-                },
-                false => inertia,
-            });
-            (stiffest(group, patch, block, &weights), mean_kg, touched)
+            (stiffest(group, patch, block, &weights), mean_kg)
         }
     };
     StabilityInputs {

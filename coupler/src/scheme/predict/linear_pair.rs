@@ -123,8 +123,13 @@ pub struct LinearPair<'a> {
 }
 
 impl<'a> LinearPair<'a> {
-    /// A pair at this state.
-    pub fn new(model: LinearModel<'a>, state: PairState) -> LinearPair<'a> {
+    /// A continuum at rest, and these masses.
+    pub fn new(model: LinearModel<'a>, masses: Masses) -> LinearPair<'a> {
+        let state = PairState {
+            continuum: DVector::zeros(model.response.push.len()),
+            masses,
+            place: 0.0,
+        };
         LinearPair {
             model,
             mass: SprungMass::new(&model.inertia, model.window_s),
