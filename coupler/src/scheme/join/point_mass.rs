@@ -3,7 +3,7 @@
 use protocol::{Description, Surface};
 
 use crate::error::Error;
-use crate::scenario::{Dirichlet, Interface};
+use crate::scenario::Interface;
 use crate::scheme::mapping::Mapping;
 use crate::scheme::nodal_mass::{massless_node, nodal_mass};
 
@@ -29,10 +29,8 @@ pub(super) fn point_masses(
             "it tells of {told} for the {points} points of `{set}`"
         ));
     }
-    match masses
-        .iter()
-        .position(|mass| !(*mass > 0.0 && mass.is_finite()))
-    {
+    let sound = |mass: &f64| *mass > 0.0 && mass.is_finite();
+    match masses.iter().position(|mass| !sound(mass)) {
         None => Ok(masses.clone()),
         Some(point) => refuse(format!(
             "that of point {point} of `{set}` is {:e} kg",
@@ -48,9 +46,6 @@ pub(super) fn refuse_massless(
     nodes: &Surface,
     points: &Surface,
 ) -> Result<(), Error> {
-    if interface.scheme.dirichlet() == Dirichlet::Wall {
-        return Ok(());
-    }
     let masses = nodal_mass(mapping, &points.mass_kg, &(0..nodes.len()));
     match massless_node(&masses) {
         None => Ok(()),
