@@ -218,14 +218,11 @@ fn update(matrix: &mut DMatrix<f64>, s: &[f64], y: &[f64]) -> bool {
 /// N C N^T of one motion-driven participant (m/N), 2 points x 2 points. The action of the points of another one on the same
 /// continuum is not in it: that part converges in the repeats.
 fn condensed(group: &Group, side: &Side, blocks: &[DMatrix<f64>]) -> DMatrix<f64> {
-    let parts = group
-        .force_driven
-        .iter()
-        .zip(blocks)
-        .map(|(force_driven, block)| {
-            let own = group.mapping.block(&side.range, &force_driven.range);
-            own.condense(block)
-        });
+    let continua = group.force_driven.iter().zip(blocks);
+    let parts = continua.map(|(continuum, block)| {
+        let own = group.mapping.block(&side.range, &continuum.range);
+        own.condense(block)
+    });
     parts
         .reduce(|whole, part| whole + part)
         .expect("a group has a continuum")
