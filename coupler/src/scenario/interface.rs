@@ -149,10 +149,11 @@ pub enum Order {
 }
 
 /// The word of a scheme in a scenario.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[allow(missing_docs)]
 pub enum SchemeWord {
+    #[default]
     DualSchur,
     DualSchurSecant,
     DualSchurCheap,
@@ -164,7 +165,7 @@ pub enum SchemeWord {
 }
 
 /// The keys of an interface that belong to single schemes, as a scenario gives them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SchemeKeys {
     /// `scheme`
     pub scheme: SchemeWord,
@@ -185,11 +186,7 @@ impl SchemeKeys {
     pub fn of(scheme: SchemeWord) -> SchemeKeys {
         SchemeKeys {
             scheme,
-            dirichlet: None,
-            repeats_max: None,
-            compliance: None,
-            acceleration: None,
-            relaxation: None,
+            ..SchemeKeys::default()
         }
     }
 

@@ -219,9 +219,9 @@ fn seam(
     let mut points = participants.couple(wall.peer, &wall.set)?;
     let swapped = interface.scheme.dirichlet() == Dirichlet::Continuum;
     if swapped {
-        let description = participants.description(wall.peer);
-        let whose = (participants.name(wall.peer), wall.set.as_str());
-        points.mass_kg = point_masses(interface, whose, description, points.len())?;
+        let name = participants.name(wall.peer);
+        let told = participants.description(wall.peer);
+        points.mass_kg = point_masses(interface, name, &wall.set, told, points.len())?;
     }
     let mapping = Mapping::new(interface.mapping, &places(&offered), &places(&points));
     let mapping = mapping.map_err(|error| {

@@ -10,7 +10,8 @@ use crate::scheme::nodal_mass::{massless_node, nodal_mass};
 /// The masses (kg) that the solver on the wall told of the points of a set, all of them positive.
 pub(super) fn point_masses(
     interface: &Interface,
-    (participant, set): (&str, &str),
+    participant: &str,
+    set: &str,
     wall: &Description,
     points: usize,
 ) -> Result<Vec<f64>, Error> {
@@ -75,7 +76,7 @@ mod tests {
     fn masses_that_are_missing_or_nonsense_are_refused_by_name() {
         let text = "name = \"glue\"\nbetween = [\"a.x\", \"b.base\"]\nscheme = \"fixed-point-serial\"\nsubsteps = 2\ntolerance_rel = 1e-5\ndirichlet = \"continuum\"";
         let interface: Interface = toml::from_str(text).expect("the keys are valid");
-        let masses = |wall: &Description| point_masses(&interface, ("layer", "base"), wall, 2);
+        let masses = |wall: &Description| point_masses(&interface, "layer", "base", wall, 2);
         assert_eq!(masses(&told(&[1.0, 2.0])).expect("sound"), [1.0, 2.0]);
         let cases = [
             (Description::default(), "none for its set `base`"),
