@@ -19,15 +19,15 @@ pub use refusal::{Refusal, WindowOf};
 pub struct ScenarioError {
     /// Full dotted path of the key.
     pub key: String,
-    /// What is wrong.
+    /// The problem with its value.
     pub problem: String,
-    /// What to do.
+    /// A proposal.
     #[help]
     pub help: Option<String>,
     /// The file, for the excerpt.
     #[source_code]
     pub source_file: Option<NamedSource<String>>,
-    /// Where in the file.
+    /// Place in the file.
     #[label("here")]
     pub span: Option<SourceSpan>,
 }
@@ -84,7 +84,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What could not be read, or started, in front of what the system says.
+    /// Error of something that cannot be read or started, in front of what the system says.
     pub fn input(what: impl Display) -> impl FnOnce(io::Error) -> Error {
         move |source| Error::Input {
             what: what.to_string(),
@@ -92,7 +92,7 @@ impl Error {
         }
     }
 
-    /// What could not be written, in front of what the system says.
+    /// Error of something that cannot be written, in front of what the system says.
     pub fn output(what: impl Display) -> impl FnOnce(io::Error) -> Error {
         move |source| Error::Output {
             what: what.to_string(),

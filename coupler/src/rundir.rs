@@ -87,7 +87,7 @@ impl Scratch {
         }
     }
 
-    /// Where it is.
+    /// Its path.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -133,7 +133,7 @@ fn point_latest(id: &str) {
     }
 }
 
-/// Where a resumed run went on.
+/// Checkpoint from which a resumed run went on.
 pub struct Resumed<'a> {
     /// File of the checkpoint.
     pub checkpoint: &'a Path,

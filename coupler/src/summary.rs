@@ -15,7 +15,7 @@ use crate::scenario::Scenario;
 use crate::scheme::coupling::Coupling;
 use crate::scheme::ledger::{EnergyLedger, InterfaceLedger, ratio, total_balance_rel};
 
-/// What a run came to. Fields that never came about (a run that ended early) are left out of the file.
+/// Outcome of a run. Fields that never came about (a run that ended early) are left out of the file.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
     scenario: String,
@@ -57,9 +57,9 @@ struct ParticipantSummary {
 
 /// Wall-clock times that the coordinator measured.
 pub struct Costs {
-    /// From the greetings to the farewells (s).
+    /// Time from the greetings to the farewells (s).
     pub talk_wall_s: f64,
-    /// From the start of the run (s).
+    /// Time since the start of the run (s).
     pub run_wall_s: f64,
 }
 
@@ -73,7 +73,7 @@ impl Summary {
         }
     }
 
-    /// Who answered.
+    /// Enters the participants that answered.
     pub fn greet(&mut self, scenario: &Scenario, greeted: &[Greeted]) {
         self.phases = load_history(greeted.iter().map(|greeted| &greeted.description));
         self.participants = scenario
@@ -89,7 +89,7 @@ impl Summary {
             .collect();
     }
 
-    /// What the interfaces of all groups have seen so far.
+    /// Enters what the interfaces of all groups have seen so far.
     pub fn interfaces<'a>(&mut self, couplings: impl Iterator<Item = &'a Coupling>) {
         let mut all = InterfaceLedger::default();
         let (mut nodes, mut points) = (0, 0);
@@ -111,7 +111,7 @@ impl Summary {
             .insert("interface_points".into(), points as f64);
     }
 
-    /// The latest energies of all participants; points with masses of their own count as one more.
+    /// Enters the latest energies of all participants; points with masses of their own count as one more.
     pub fn energies(&mut self, energies: &[EnergyLedger]) {
         for (participant, energy) in self.participants.iter_mut().zip(energies) {
             participant.energy = Some(energy.clone());
@@ -122,7 +122,7 @@ impl Summary {
         self.results.insert("energy_balance_rel".into(), balance);
     }
 
-    /// What the participants said at the end.
+    /// Enters what the participants said at the end.
     pub fn farewell(&mut self, farewells: &[Farewell], costs: &Costs) {
         let mut state = blake3::Hasher::new();
         let mut solving = 0.0;
@@ -140,7 +140,7 @@ impl Summary {
         self.coupling_wall_s = Some((costs.talk_wall_s - solving).max(0.0));
     }
 
-    /// The finished journal, so long (s) after the start of the run.
+    /// Enters the hash and the log, so long (s) after the start of the run.
     pub fn close(&mut self, closed: &Closed, wall_s: f64) {
         self.exchange_hash = Some(closed.hash.clone());
         self.log = closed.log;
@@ -148,7 +148,7 @@ impl Summary {
         self.closed_wall_s = wall_s;
     }
 
-    /// How it ended.
+    /// Enters the ending.
     pub fn end(&mut self, wall_s: f64, error: Option<&Error>) {
         self.wall_s = wall_s;
         self.status = error.map_or("completed", Error::status).to_string();

@@ -1,4 +1,4 @@
-//! What a contact costs: the solvers on one cold load step of dense packs.
+//! Cost of a contact: the solvers on one cold load step of dense packs.
 //!
 //! A bed of soft disks is pressed between four plates; larger packs are its mirror images side by side, which touch as
 //! the bed touches its plates. Then the disks count as rigid and touching (LMGC90's IQS: overlaps are not repaired),
@@ -13,14 +13,13 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use crate::error::DemError;
-use crate::law::Friction;
-use crate::node::crew;
-use crate::solver::{Algorithm, Criteria, Problem};
+use crate::solver::{Algorithm, Criteria, Problem, Solver};
+use crate::threads;
 use machine::{PASSES, byte_time, operation_time, peak_rss};
 use pack::Pack;
 
 const FRICTION: f64 = 0.3;
-/// How long one thread, two threads and the loop that only computes take turns at least.
+/// Least time for which one thread, two threads and the loop that only computes take turns.
 const TURNS: Duration = Duration::from_secs(3);
 /// Iterations that a timing leaves out, and those that it counts.
 const WARM: usize = 20;
@@ -29,7 +28,7 @@ const TIMED: usize = 80;
 const TURN: usize = 4;
 /// Load steps with and without a first guess.
 const STEPS: usize = 3;
-/// Where a search for a tolerance ends.
+/// End of a search for a tolerance.
 const MOST_ITERATIONS: usize = 20_000;
 
 /// One solver on one problem.
@@ -58,7 +57,7 @@ pub struct BenchRow {
     pub iterations_cold: Option<[usize; STEPS]>,
     /// See `iterations_cold`.
     pub iterations_warm: Option<[usize; STEPS]>,
-    /// How much faster than one thread the iterations are, and how much faster a loop that only computes is on as many
+    /// Speed-up of the iterations over one thread, and that of a loop that only computes on as many
     /// threads in the same run; absent with one thread.
     pub scaling: Option<f64>,
     /// See `scaling`.
@@ -70,7 +69,7 @@ pub struct BenchRow {
     pub detect_rebuild_ms: f64,
     /// Highest memory of the process so far (bytes).
     pub peak_rss_bytes: u64,
-    /// What the machine's measured bandwidth and arithmetic allow for the same bytes and operations (ns).
+    /// Least time that the machine's measured bandwidth and arithmetic allow for the same bytes and operations (ns).
     pub bound_ns: f64,
 }
 
@@ -79,14 +78,11 @@ pub fn bench() -> Result<Vec<BenchRow>, DemError> {
     let mut rows = Vec::new();
     for (disks, columns, lines) in [(1_000, 1, 1), (10_000, 1, 1), (9_125, 4, 2)] {
         let pack = Pack::new(disks, columns, lines);
-        let coulomb = Friction::Coulomb {
-            coefficient: FRICTION,
-        };
         for (solver, law) in [
-            (Algorithm::Nsgs, Friction::Signorini),
-            (Algorithm::Nsgs, coulomb),
-            (Algorithm::Pcg, Friction::Signorini),
-            (Algorithm::Pcg, coulomb),
+            (Algorithm::Nsgs, 0.0),
+            (Algorithm::Nsgs, FRICTION),
+            (Algorithm::Pcg, 0.0),
+            (Algorithm::Pcg, FRICTION),
         ] {
             rows.extend(pack.rows(solver, law)?);
         }
@@ -102,34 +98,36 @@ impl Pack {
         criteria: &Criteria,
         warm: bool,
     ) -> Result<Option<[usize; STEPS]>, DemError> {
-        let mut problem = cold.clone();
+        let (mut problem, mut solver) = (cold.clone(), Solver::default());
         let mut iterations = [0; STEPS];
         for (step, count) in iterations.iter_mut().enumerate() {
             if step > 0 {
                 self.go_on(&mut problem, warm);
             }
-            let verdict = problem.solve(criteria)?;
-            if !verdict.converged {
+            let convergence = solver.solve(&mut problem, criteria)?;
+            if !convergence.converged {
                 return Ok(None);
             }
-            *count = verdict.iterations;
+            *count = convergence.iterations;
         }
         Ok(Some(iterations))
     }
 
     /// The rows of one thread and of two.
-    fn rows(&self, algorithm: Algorithm, friction: Friction) -> Result<[BenchRow; 2], DemError> {
+    fn rows(&self, algorithm: Algorithm, friction: f64) -> Result<[BenchRow; 2], DemError> {
         let (cold, poses) = self.cold(friction);
         let times = times(&cold, algorithm)?;
         let contacts = cold.contacts.len();
         let row = |threads: usize, time: &Times| -> Result<BenchRow, DemError> {
             let criteria =
                 |tolerance: f64| criteria(algorithm, tolerance, MOST_ITERATIONS, threads);
-            let pool = crew::pool(threads)?;
+            let pool = threads::pool(threads)?;
             let reach = |tolerance: f64| -> Result<Option<usize>, DemError> {
                 let mut problem = cold.clone();
-                let verdict = crew::in_pool(pool.as_ref(), || problem.solve(&criteria(tolerance)))?;
-                Ok(verdict.converged.then_some(verdict.iterations))
+                let convergence = threads::in_pool(pool.as_ref(), || {
+                    Solver::default().solve(&mut problem, &criteria(tolerance))
+                })?;
+                Ok(convergence.converged.then_some(convergence.iterations))
             };
             let repeated = |warm: bool| match threads {
                 1 => self.iterations(&cold, &criteria(1e-3), warm),
@@ -145,9 +143,10 @@ impl Pack {
                     Algorithm::Nsgs => "nsgs",
                     Algorithm::Pcg => "pcg",
                 },
-                law: match friction {
-                    Friction::Signorini => "signorini",
-                    Friction::Coulomb { .. } => "coulomb",
+                law: if friction > 0.0 {
+                    "coulomb"
+                } else {
+                    "signorini"
                 },
                 threads,
                 ns_per_contact_iteration: time.iteration() * 1e9 / contacts as f64,
@@ -169,7 +168,6 @@ impl Pack {
 
 /// Least times of a number of threads (s).
 #[derive(Clone, Copy, Debug)]
-
 struct Times {
     /// A solve of one iteration, of those left out, and of all.
     once: f64,
@@ -180,13 +178,6 @@ struct Times {
 }
 
 impl Times {
-    const NONE: Times = Times {
-        once: f64::INFINITY,
-        short: f64::INFINITY,
-        long: f64::INFINITY,
-        compute: f64::INFINITY,
-    };
-
     fn iteration(&self) -> f64 {
         (self.long - self.short) / TIMED as f64
     }
@@ -195,24 +186,30 @@ impl Times {
 /// The times of one thread and of two, which take turns: a machine that others use too is not the same a second later.
 /// A solve begins from the cold step each time, but in the buffers of the one before, as in a run.
 fn times(cold: &Problem, algorithm: Algorithm) -> Result<[Times; 2], DemError> {
-    let pools = [crew::pool(1)?, crew::pool(2)?];
-    let mut times = [Times::NONE; 2];
-    let mut problems = [cold.clone(), cold.clone()];
+    let pools = [threads::pool(1)?, threads::pool(2)?];
+    let never = f64::INFINITY;
+    let mut times = [Times {
+        once: never,
+        short: never,
+        long: never,
+        compute: never,
+    }; 2];
+    let mut problems = [cold, cold].map(|cold| (cold.clone(), Solver::default()));
     let start = Instant::now();
     let mut passes = 0;
     while passes < PASSES || start.elapsed() < TURNS {
-        for (i, ((pool, least), problem)) in
+        for (i, ((pool, least), (problem, solver))) in
             pools.iter().zip(&mut times).zip(&mut problems).enumerate()
         {
             let threads = i + 1;
             let mut solve = |iterations: usize| {
                 problem.contacts.clone_from(&cold.contacts);
-                problem.movers.clone_from(&cold.movers);
-                problem.wall.clone_from(&cold.wall);
+                problem.records.clone_from(&cold.records);
+                problem.boundary.clone_from(&cold.boundary);
                 let criteria = criteria(algorithm, 0.0, iterations, threads);
-                crew::in_pool(pool.as_ref(), || {
+                threads::in_pool(pool.as_ref(), || {
                     let start = Instant::now();
-                    problem.solve(&criteria)?;
+                    solver.solve(problem, &criteria)?;
                     Ok::<_, DemError>(start.elapsed().as_secs_f64())
                 })
             };
@@ -222,7 +219,7 @@ fn times(cold: &Problem, algorithm: Algorithm) -> Result<[Times; 2], DemError> {
                 least.short = least.short.min(solve(WARM)?);
                 least.once = least.once.min(solve(1)?);
             }
-            let compute = crew::in_pool(pool.as_ref(), || machine::compute(threads));
+            let compute = threads::in_pool(pool.as_ref(), || machine::compute(threads));
             least.compute = least.compute.min(compute);
         }
         passes += 1;
@@ -243,12 +240,12 @@ fn criteria(algorithm: Algorithm, tolerance: f64, iterations: usize, threads: us
 
 /// The longer of two times: moving the bytes of an iteration from where they lie, and doing its operations on
 /// data at hand. Both rates are measured here and now, on buffers of the problem's own size.
-fn bound(problem: &Problem, algorithm: Algorithm, friction: Friction) -> f64 {
-    let frictional = matches!(friction, Friction::Coulomb { .. });
+fn bound(problem: &Problem, algorithm: Algorithm, friction: f64) -> f64 {
+    let frictional = friction > 0.0;
     // Per contact: its stored numbers, read and written, and its share of the records of the bodies, read and written
     // (32 bytes each, with the conjugate gradient 88).
     let contacts = problem.contacts.len() as f64;
-    let records = problem.movers.len() as f64 / contacts;
+    let records = problem.records.len() as f64 / contacts;
     let (bytes, operations) = match (algorithm, frictional) {
         (Algorithm::Nsgs, false) => (48.0 + 8.0 + 64.0 * records, 30.0),
         (Algorithm::Nsgs, true) => (72.0 + 16.0 + 64.0 * records, 62.0),
@@ -267,11 +264,8 @@ mod tests {
     #[test]
     fn warm_starts_save_iterations() {
         let pack = Pack::new(200, 1, 1);
-        let friction = Friction::Coulomb {
-            coefficient: FRICTION,
-        };
         let [row, _] = pack
-            .rows(Algorithm::Nsgs, friction)
+            .rows(Algorithm::Nsgs, FRICTION)
             .expect("the pack can be solved");
         let cold = row.iterations_cold.expect("it converges");
         let warm = row.iterations_warm.expect("it converges");

@@ -1,4 +1,4 @@
-//! What does not change while the grains move: radii, masses, walls, law and scheme.
+//! The bodies, which do not change while the grains move: radii, masses, walls, law and scheme.
 
 use crate::cluster::Clusters;
 use crate::faces::{Face, RigidWall};
@@ -16,9 +16,9 @@ pub struct Bodies {
     pub masses: Vec<f64>,
     /// Acceleration that the weight gives to the scaled masses (m/s2).
     pub gravity: [f64; 2],
-    /// Places of the glued disks in the undeformed wall (m): those of the base, then those of the lid, each by ascending x.
+    /// Positions of the glued disks in the undeformed boundary (m): those of the base, then those of the lid, each by ascending x.
     pub reference: Vec<[f64; 2]>,
-    /// How many of them are the base's.
+    /// Number of those of the base.
     pub base: usize,
     /// Mass of the wheel (kg), where there is one.
     pub wheel_mass: Option<f64>,
@@ -31,12 +31,12 @@ pub struct Bodies {
     /// The strip that repeats along x, where one does.
     pub period: Option<Period>,
     /// Velocity of the only grain when its motion is prescribed (m/s).
-    pub pulled: Option<[f64; 2]>,
-    /// What happens at a contact.
+    pub prescribed_velocity: Option<[f64; 2]>,
+    /// The law of every contact.
     pub law: Law,
     /// Pairs that may come closer than this in a step enter the contact problem (m).
     pub alert: f64,
-    /// What the Verlet list holds beyond that, so that it lasts several steps (m).
+    /// Distance that the Verlet list holds beyond that, so that it lasts several steps (m).
     pub skin: f64,
 }
 
@@ -72,7 +72,7 @@ impl Bodies {
         self.disks() + usize::from(self.wheel_mass.is_some())
     }
 
-    /// Whether a disk may pass from one wall to another without leaving either.
+    /// True if a disk may pass from one wall to another without leaving either.
     pub fn has_joints(&self) -> bool {
         let mut faces = self.walls.iter().map(|wall| &wall.face);
         faces.any(|face| matches!(face, Face::Segment(_)))
@@ -84,7 +84,7 @@ impl Bodies {
         speeds.map(|v| v[0].hypot(v[1])).fold(0.0, f64::max)
     }
 
-    /// Whether the body is a glued disk, and which one.
+    /// Index of a glued disk; `None` for other bodies.
     pub fn glued_index(&self, body: usize) -> Option<usize> {
         (self.free..self.disks())
             .contains(&body)

@@ -1,17 +1,13 @@
-//! Bonds: what a cohesive contact remembers, how it enters the contact problem, and what it costs to open.
+//! Bonds: the memory of a cohesive contact, its part in the contact problem, and the energy that opening it takes.
 
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::cohesion::Cohesion;
 use crate::detect::Slot;
-use crate::error::DemError;
-use crate::law::{Block, Law, LocalLaw};
+use crate::law::Law;
+use crate::law::local::BondLaw;
 use crate::ledger::ContactStep;
-
-mod birth;
-
-pub use birth::make;
 
 /// A bond below this adhesion is broken. With h' = 1 and b = 0 that is an opening of 100 delta_0, where 1e-6 of the
 /// strength and 5e-5 of w are left.
@@ -28,7 +24,7 @@ pub struct Bond {
     pub b: u32,
     /// l, thickness included (m2).
     pub area: f64,
-    /// Gap when the bond was made (m): delta = gap - reference, so that no bond is born stretched.
+    /// Gap when the bond was made (m): delta = gap - reference, so that no bond is stretched at the start.
     pub reference: f64,
     /// a, above 0.
     pub adhesion: f64,
@@ -40,7 +36,7 @@ pub struct Bond {
 
 impl Bond {
     /// A bond at rest between two disks, the first of them with the lower number.
-    fn new(bodies: &Bodies, law: &Cohesion, [a, b]: [u32; 2], gap: f64) -> Bond {
+    pub fn new(bodies: &Bodies, law: &Cohesion, [a, b]: [u32; 2], gap: f64) -> Bond {
         Bond {
             a,
             b,
@@ -57,6 +53,11 @@ impl Bond {
         law.map_or(0.0, |law| {
             law.stored(self.area, self.adhesion, self.opening, self.slip)
         })
+    }
+
+    /// Its candidate and its antagonist.
+    pub fn pair(&self) -> (u32, u32) {
+        (self.a, self.b)
     }
 
     /// All numbers that can change a later bit.
@@ -79,15 +80,15 @@ pub fn count(bonds: &[Bond]) -> usize {
 }
 
 /// Walks along bonds while pairs come in ascending order; both are sorted by (a, b).
-pub struct Finder<'a> {
+pub struct BondCursor<'a> {
     bonds: &'a [Bond],
     next: usize,
 }
 
-impl<'a> Finder<'a> {
+impl<'a> BondCursor<'a> {
     /// A walk from the first bond on.
-    pub fn new(bonds: &'a [Bond]) -> Finder<'a> {
-        Finder { bonds, next: 0 }
+    pub fn new(bonds: &'a [Bond]) -> BondCursor<'a> {
+        BondCursor { bonds, next: 0 }
     }
 
     /// The bond of a pair and its index.
@@ -95,8 +96,8 @@ impl<'a> Finder<'a> {
     pub fn find(&mut self, pair: (u32, u32)) -> Option<(usize, &'a Bond)> {
         loop {
             let bond = self.bonds.get(self.next)?;
-            if (bond.a, bond.b) >= pair {
-                return ((bond.a, bond.b) == pair).then_some((self.next, bond));
+            if bond.pair() >= pair {
+                return (bond.pair() == pair).then_some((self.next, bond));
             }
             self.next += 1;
         }
@@ -122,109 +123,50 @@ pub struct BondContact {
     pub index: u32,
     /// Adhesion at the start of the step, and the one under which the problem is solved.
     pub adhesion: [f64; 2],
-    /// kappa = h^2 l C a^2, normal and tangential (kg).
-    kappa: [f64; 2],
-    /// delta_t/h (m/s).
-    slip: f64,
-    /// Coefficient of friction on the compressive part of the force.
-    friction: f64,
-    block: Block,
-    /// kappa_t / (1 + kappa_t W_tt) (kg).
-    shear: f64,
-    /// kappa_n / (1 + kappa_n W_nn) under the bond's own shear (kg).
-    tension: f64,
-    compressed: LocalLaw,
+    /// The law under that adhesion.
+    pub law: BondLaw,
 }
 
 impl BondContact {
     /// The bond at the start of a step h (s).
     ///
     /// A rigid contact has friction beside the bond. The tangential spring of a compliant one belongs to the bond and
-    /// becomes a stick-slip spring when the bond breaks (see [`close`]).
+    /// becomes a stick-slip spring when the bond breaks (see [`end_step`]).
     pub fn new(law: &Law, bond: &Bond, index: usize, h: f64) -> BondContact {
+        let friction = match law.springs {
+            None => law.friction,
+            Some(_) => 0.0,
+        };
         let mut contact = BondContact {
             index: index as u32,
             adhesion: [bond.adhesion; 2],
-            slip: bond.slip / h,
-            friction: match law.springs {
-                None => law.coefficient(),
-                Some(_) => 0.0,
-            },
-            ..BondContact::default()
+            law: BondLaw::new(bond.slip / h, friction),
         };
         contact.soften(law, bond, bond.adhesion, h);
         contact
     }
 
-    /// 1/kappa, normal and tangential (1/kg); infinite where the bond holds nothing.
-    pub fn compliance(&self) -> [f64; 2] {
-        self.kappa.map(|kappa| 1.0 / kappa)
-    }
-
-    /// delta_t/h (m/s).
-    pub fn slip(&self) -> f64 {
-        self.slip
-    }
-
     /// Takes over a lower adhesion.
     pub fn soften(&mut self, law: &Law, bond: &Bond, adhesion: f64, h: f64) {
         self.adhesion[1] = adhesion;
-        self.kappa = law
+        let stiffness = law
             .cohesion
-            .map_or([0.0; 2], |law| law.stiffness(bond.area, adhesion))
-            .map(|stiffness| h * h * stiffness);
-    }
-
-    /// Eliminates the bond's own shear impulse from the local problem. `block` is the bodies' part of W, `compliance` that
-    /// of the normal spring.
-    pub fn prepare(
-        &mut self,
-        block: Block,
-        compliance: f64,
-        pair: (u32, u32),
-    ) -> Result<(), DemError> {
-        let freed = 1.0 / (1.0 + self.kappa[1] * block.tt);
-        self.block = block;
-        self.shear = self.kappa[1] * freed;
-        let nn = block.nn - self.shear * block.nt * block.nt;
-        self.tension = self.kappa[0] / (1.0 + self.kappa[0] * nn);
-        let softened = Block {
-            nn: nn + compliance,
-            nt: freed * block.nt,
-            tt: freed * block.tt,
-        };
-        self.compressed = LocalLaw::new(softened, self.friction, pair)?;
-        Ok(())
-    }
-
-    /// The impulse (r_n, r_t) that the law wants; `b` is (u_n + delta/h, u_t) without impulse (m/s).
-    ///
-    /// U = u_n + delta/h: U < 0 presses as an unbonded contact does, else r_n = -kappa_n U; r_t = -kappa_t (u_t + delta_t/h)
-    /// + r_f with |r_f| <= mu max(r_n, 0).
-    #[inline]
-    pub fn impulse(&self, b: [f64; 2]) -> [f64; 2] {
-        let pull = self.shear * (b[1] + self.slip);
-        let free = [b[0] - self.block.nt * pull, b[1] - self.block.tt * pull];
-        let [r_n, r_f] = if free[0] < 0.0 {
-            self.compressed.impulse(free)
-        } else {
-            [-self.tension * free[0], 0.0]
-        };
-        [
-            r_n,
-            r_f - pull - self.shear * (self.block.nt * r_n + self.block.tt * r_f),
-        ]
+            .map_or([0.0; 2], |law| law.stiffness(bond.area, adhesion));
+        self.law.set_stiffness(stiffness, h);
     }
 
     /// The adhesion that the end of the step allows, the gap opening at u_n and sliding at u_t; `bias` is delta/h (m/s).
     pub fn fall(&self, law: &Cohesion, velocity: [f64; 2], bias: f64, h: f64) -> f64 {
-        let drive = law.drive(h * (bias + velocity[0]), h * (self.slip + velocity[1]));
+        let drive = law.drive(
+            h * (bias + velocity[0]),
+            h * (self.law.slip() + velocity[1]),
+        );
         let adhesion = law.adhesion_after(self.adhesion[0], drive, h);
         adhesion.min(self.adhesion[1])
     }
 }
 
-/// What a bonded contact did in a step.
+/// Motion of a bonded contact in a step.
 #[derive(Clone, Copy, Debug)]
 pub struct BondStep {
     /// Impulse and motion; its gap is delta at detection.
@@ -236,11 +178,11 @@ pub struct BondStep {
 /// Energy that a bonded contact loses in a step (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loss {
-    /// In impacts and by the scheme.
+    /// Loss in impacts and by the scheme.
     pub impact: f64,
-    /// In slip.
+    /// Loss in slip.
     pub friction: f64,
-    /// By falling adhesion.
+    /// Loss by falling adhesion.
     pub cohesion: f64,
 }
 
@@ -249,8 +191,8 @@ pub struct Loss {
 /// Adhesion falls from a_0 to a_1 at the opening before the step, and from a_1 to a_2 at the one after it:
 /// l D (a_0^2 - a_1^2)/2. Springs driven implicitly lose k (e - e_0)^2 / 2; one that closes or opens in the step is
 /// pushed over the rest of the path as well. A rigid contact loses -r_n u_n in compression and -r_f u_t in slip.
-/// What the normal's turning does to the opening between two steps is a loss of the scheme, see [`ContactStep::turned`].
-pub fn close(law: &Law, bond: &mut Bond, slot: &mut Slot, done: &BondStep) -> Loss {
+/// The change of the opening between two steps by the turning of the normal is a loss of the scheme, see [`ContactStep::turned`].
+pub fn end_step(law: &Law, bond: &mut Bond, slot: &mut Slot, done: &BondStep) -> Loss {
     let Some(cohesion) = &law.cohesion else {
         return Loss::default();
     };
@@ -313,7 +255,7 @@ fn break_bond(
 ) -> f64 {
     let left = cohesion.stored(bond.area, bond.adhesion, bond.opening, bond.slip);
     bond.adhesion = 0.0;
-    let mu = law.coefficient();
+    let mu = law.friction;
     let Some(springs) = law.springs else {
         let r_n = slot.force[0].max(0.0);
         slot.force = [r_n, slot.force[1].clamp(-mu * r_n, mu * r_n)];
@@ -336,10 +278,11 @@ fn break_bond(
 mod tests {
     use super::*;
     use crate::cohesion::HPrime;
-    use crate::law::{Friction, Penetration, Springs};
+    use crate::law::local::DelassusBlock;
+    use crate::law::{Penetration, Springs};
 
     const STEP: f64 = 0.5;
-    const BLOCK: Block = Block {
+    const BLOCK: DelassusBlock = DelassusBlock {
         nn: 2.0,
         nt: 0.6,
         tt: 3.0,
@@ -347,7 +290,7 @@ mod tests {
 
     fn law(springs: Option<Springs>) -> Law {
         Law {
-            friction: Friction::Coulomb { coefficient: 0.4 },
+            friction: 0.4,
             springs,
             cohesion: Some(Cohesion {
                 normal: 4.0,
@@ -358,7 +301,7 @@ mod tests {
                 h_prime: HPrime::Adhesion,
                 thickness: 1.0,
                 alert: 0.1,
-                fewest: 0,
+                bonds_min: 0,
             }),
             restitution: None,
             penetration: Penetration::Gap,
@@ -377,10 +320,10 @@ mod tests {
     /// U_n = u_n + delta/h, u_t, and the impulse for these free velocities.
     fn solved(law: &Law, compliance: f64, b: [f64; 2]) -> ([f64; 2], [f64; 2]) {
         let mut contact = BondContact::new(law, &bond(), 0, STEP);
-        contact
-            .prepare(BLOCK, compliance, (0, 1))
+        let law = &mut contact.law;
+        law.prepare(BLOCK, compliance, (0, 1))
             .expect("it is well posed");
-        let [r_n, r_t] = contact.impulse(b);
+        let [r_n, r_t] = law.impulse(b);
         let u_n = b[0] + BLOCK.nn * r_n + BLOCK.nt * r_t;
         let u_t = b[1] + BLOCK.nt * r_n + BLOCK.tt * r_t;
         ([u_n, u_t], [r_n, r_t])
@@ -469,6 +412,6 @@ mod tests {
     }
 
     fn close_up(bond: &mut Bond, slot: &mut Slot, step: &BondStep) -> Loss {
-        super::close(&law(Some(SPRINGS)), bond, slot, step)
+        super::end_step(&law(Some(SPRINGS)), bond, slot, step)
     }
 }

@@ -1,10 +1,10 @@
-//! How long a step may be.
+//! Bounds on the step, that is on the windows of a coupled run.
 
 use protocol::ConfigError;
 
 use crate::config::{Config, RadiusLaw, SampleConfig};
 use crate::error::DemError;
-use crate::wheel::Program;
+use crate::wheel::WheelProgram;
 
 /// Part of t_i below which coupled trials were clean.
 const CLEAN: f64 = 0.05;
@@ -37,7 +37,7 @@ impl Bounds {
     pub fn new(config: &Config) -> Bounds {
         let (mean, smallest) = radii(config);
         let density = config.density_kg_per_m3 * config.mass_scale;
-        let wheel = config.wheel.as_ref().map(Program::new);
+        let wheel = config.wheel.map(WheelProgram);
         Bounds {
             inertial_time: 2.0 * mean * (density / config.time.pressure_pa).sqrt(),
             top_speed: wheel.map_or(0.0, |wheel| wheel.top_speed()),

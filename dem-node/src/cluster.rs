@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Proximity;
-use crate::solver::Arms;
+use crate::solver::Levers;
 
 /// All clusters of a scene.
 #[derive(Clone, Debug, Default)]
@@ -39,12 +39,12 @@ pub struct Cluster {
     velocity: [f64; 3],
 }
 
-/// What a sample says of a cluster.
+/// The description of a cluster in a sample.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Members {
+pub struct ClusterMembers {
     /// Numbers of its disks among the free grains.
     pub disks: Vec<usize>,
-    /// Whether x, y and rotation are locked.
+    /// True for each of x, y and rotation that is locked.
     pub locked: [bool; 3],
     /// Mass (kg) and moment of inertia (kg m2) where they are not those of the disks.
     pub mass: Option<f64>,
@@ -54,7 +54,7 @@ pub struct Members {
     pub velocity: [f64; 3],
 }
 
-/// Where a cluster is.
+/// Position and angle of a cluster.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Centre of mass (m).
@@ -67,7 +67,7 @@ impl Cluster {
     /// The cluster of these members. `disk` gives centre, radius (m) and mass (kg) of each; `scale` multiplies the masses.
     /// The sum goes over disks: where they overlap, the overlap counts twice.
     pub fn new(
-        members: &Members,
+        members: &ClusterMembers,
         disk: impl Fn(usize) -> ([f64; 2], f64, f64),
         scale: f64,
     ) -> Cluster {
@@ -104,7 +104,7 @@ impl Cluster {
         self.disks[0]
     }
 
-    /// Where it starts.
+    /// Its pose at the start.
     pub fn start(&self) -> Pose {
         Pose {
             centre: self.centre,
@@ -118,7 +118,7 @@ impl Cluster {
         [x, y, spin * self.radius]
     }
 
-    /// What a unit impulse changes of (v_x, v_y, spin times radius) (1/kg).
+    /// Change by a unit impulse of (v_x, v_y, spin times radius) (1/kg).
     pub fn inverse_mass(&self) -> [f64; 3] {
         let [x, y, turn] = self.free;
         [x / self.mass, y / self.mass, 2.0 * turn / self.mass]
@@ -156,15 +156,15 @@ impl Cluster {
 
     /// Lever of a contact point about the centre of mass over the radius: along the normal, along the tangent.
     ///
-    /// The point lies `side` r n from the centre of the disk. With l from the centre of mass to it, spin moves it by
+    /// The point lies `arm` n from the centre of the disk (m). With l from the centre of mass to it, spin moves it by
     /// w (l x n) along the normal and by w (l x t) = w l.n along the tangent t = (-n_y, n_x).
-    fn lever(&self, pose: &Pose, place: &Proximity, disk: ([f64; 2], f64), side: f64) -> [f64; 2] {
-        let ([nx, ny], (centre, r)) = (place.normal, disk);
+    fn lever(&self, pose: &Pose, normal: [f64; 2], centre: [f64; 2], arm: f64) -> [f64; 2] {
+        let [nx, ny] = normal;
         let x = centre[0] - pose.centre[0];
         let y = centre[1] - pose.centre[1];
         [
             (x * ny - y * nx) / self.radius,
-            (x * nx + y * ny + side * r) / self.radius,
+            (x * nx + y * ny + arm) / self.radius,
         ]
     }
 }
@@ -181,7 +181,7 @@ impl Clusters {
         Clusters { list, of_disk }
     }
 
-    /// Whether there are none.
+    /// True if there are none.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
@@ -198,11 +198,11 @@ impl Clusters {
     }
 
     /// The body that moves for this one: the first disk of its cluster, or itself.
-    pub fn mover_of(&self, body: usize) -> usize {
+    pub fn leader_of(&self, body: usize) -> usize {
         self.of(body).map_or(body, |(_, cluster)| cluster.leader())
     }
 
-    /// Whether two disks belong to the same cluster.
+    /// True if two disks belong to the same cluster.
     pub fn share(&self, a: usize, b: usize) -> bool {
         match (self.of(a), self.of(b)) {
             (Some((a, _)), Some((b, _))) => a == b,
@@ -212,29 +212,32 @@ impl Clusters {
 
     /// Levers and inertia of a contact, when one of its bodies is in a cluster. `disk` gives centre and radius of a body
     /// (m), `inverse` its inertia where it is none (1/kg).
-    pub fn arms(
+    pub fn levers(
         &self,
         poses: &[Pose],
         pair: [usize; 2],
-        place: &Proximity,
+        at: &Proximity,
         disk: impl Fn(usize) -> ([f64; 2], f64),
         inverse: impl Fn(usize) -> [f64; 3],
-    ) -> Option<Arms> {
+    ) -> Option<Levers> {
         let clusters = pair.map(|body| self.of(body));
         if clusters.iter().all(Option::is_none) {
             return None;
         }
-        let mut arms = Arms::default();
+        let mut levers = Levers::default();
         for (i, side) in [-1.0, 1.0].into_iter().enumerate() {
-            (arms.lever[i], arms.inverse[i]) = match clusters[i] {
-                Some((index, cluster)) => (
-                    cluster.lever(&poses[index], place, disk(pair[i]), side),
-                    cluster.inverse_mass(),
-                ),
+            (levers.lever[i], levers.inverse[i]) = match clusters[i] {
+                Some((index, cluster)) => {
+                    let (centre, radius) = disk(pair[i]);
+                    (
+                        cluster.lever(&poses[index], at.normal, centre, side * radius),
+                        cluster.inverse_mass(),
+                    )
+                }
                 None => ([0.0, side], inverse(pair[i])),
             };
         }
-        Some(arms)
+        Some(levers)
     }
 }
 
@@ -243,10 +246,10 @@ mod tests {
     use super::*;
 
     fn dumbbell() -> Cluster {
-        let members = Members {
+        let members = ClusterMembers {
             disks: vec![3, 5],
             velocity: [1.0, 2.0, 4.0],
-            ..Members::default()
+            ..ClusterMembers::default()
         };
         // Masses 1 and 3 at x = 0 and 4: centre at 3, I = (1 x 9 + 3 x 1) + (1 + 3) 2^2 / 2 = 20.
         let disk = |i: usize| match i {
@@ -291,6 +294,6 @@ mod tests {
     fn only_disks_of_one_cluster_share_it() {
         let clusters = Clusters::new(vec![dumbbell()], 6);
         assert!(clusters.share(3, 5) && !clusters.share(3, 4) && !clusters.share(0, 1));
-        assert_eq!([3, 4, 5, 9].map(|i| clusters.mover_of(i)), [3, 4, 3, 9]);
+        assert_eq!([3, 4, 5, 9].map(|i| clusters.leader_of(i)), [3, 4, 3, 9]);
     }
 }

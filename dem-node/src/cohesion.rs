@@ -6,6 +6,8 @@
 //! With b = 0 and h' = 1 the opening delta_0 = sqrt(w/Cn) starts the decohesion at the strength sqrt(w Cn), then
 //! a = w/D; complete separation takes w per area. With h' = a the bond is brittle and takes w/2.
 
+use serde::Deserialize;
+
 /// The parameters of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cohesion {
@@ -26,15 +28,16 @@ pub struct Cohesion {
     /// Gap below which two grains are bonded at the start (m).
     pub alert: f64,
     /// Bonds that a grain has at the start, whatever gap they span.
-    pub fewest: usize,
+    pub bonds_min: usize,
 }
 
-/// What the surface energy weighs at a falling adhesion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Weight of the surface energy at a falling adhesion: the words for `law.h_prime`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum HPrime {
-    /// h' = 1.
+    /// h' = 1: adhesion falls gradually, separation takes w.
     One,
-    /// h' = a.
+    /// h' = a: brittle, separation takes w/2.
     Adhesion,
 }
 
@@ -64,7 +67,8 @@ impl Cohesion {
         [self.normal, self.tangential].map(|c| area * c * adhesion * adhesion)
     }
 
-    /// Adhesion after a step h (s) that ends at D, implicit in a: b ((a_0 - a)/h)^p = a D - w h'(a).
+    /// Adhesion after a step h (s) that ends at D, implicit in a: b ((a_0 - a)/h)^p = a D - w h'(a) (equation 10 of Renouf,
+    /// Saulot and Berthier 2006 with its signs put right; Raous, Cangemi and Cocou 1999).
     ///
     /// p = 1 has closed forms, a = (h w + b a_0)/(b + h D) for h' = 1 and a = a_0 b / (b + h (D - w)) for h' = a.
     pub fn adhesion_after(&self, adhesion: f64, drive: f64, h: f64) -> f64 {
@@ -123,7 +127,7 @@ mod tests {
             h_prime,
             thickness: 1.0,
             alert: 0.1,
-            fewest: 0,
+            bonds_min: 0,
         }
     }
 

@@ -1,22 +1,33 @@
 //! The keys of `[participant.config]` and their limits.
 
+mod disks;
+mod law;
+mod layer;
 mod limits;
-mod periodic;
 mod sample;
 
-use serde::{Deserialize, Deserializer};
+use protocol::ConfigError;
+use serde::Deserialize;
 
-use crate::geometry::Period;
+use crate::law::Penetration;
+use crate::solver::Algorithm;
+use limits::{PERIOD, at_least, finite, positive, refuse, within};
 
-pub use sample::{ClusterConfig, MotionConfig, WallConfig};
+pub use disks::{ClusterConfig, DisksConfig, WallConfig};
+pub use law::{LawConfig, LawKind};
+pub use layer::{LayerConfig, RadiusLaw};
+pub use sample::SampleConfig;
+
+/// Largest diameters that the radius of a round wheel on a layer must have, or it falls between the grains.
+const WHEEL_GRAINS: f64 = 2.0;
 
 /// Everything that a scenario says about the third body. SI units, the unit in each key.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
-    /// What happens at a contact; the same for every contact, wheel, walls and glued disks included.
+    /// The law of a contact; the same for every contact, wheel, walls and glued disks included.
     pub law: LawConfig,
-    /// How the contact problem of a step is solved.
+    /// The solver of the contact problem of a step.
     pub solver: SolverConfig,
     /// Step and scheme.
     pub time: TimeConfig,
@@ -28,7 +39,7 @@ pub struct Config {
     /// Acceleration of gravity (m/s2). The weight is that of the real mass.
     #[serde(default)]
     pub gravity_m_per_s2: [f64; 2],
-    /// Where the grains come from.
+    /// The source of the grains.
     pub sample: SampleConfig,
     /// The rigid wheel above the grains.
     #[serde(default)]
@@ -42,132 +53,18 @@ fn one() -> f64 {
     1.0
 }
 
-/// `law`: unilateral contact with optional friction and compliance.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LawConfig {
-    /// Signorini, Coulomb or cohesion, or LMGC90's name of one with the options that it means.
-    pub kind: LawKind,
-    /// Coefficient of friction, at least 0; with `coulomb` and `cohesion`.
-    pub friction: Option<f64>,
-    /// Stiffness of each contact per thickness (Pa): kn = value x thickness. Rigid contacts when absent.
-    pub contact_stiffness_pa: Option<f64>,
-    /// kt / kn of compliant contacts with friction, above 0.
-    pub tangential_stiffness_ratio: Option<f64>,
-    /// Newton's coefficient of restitution of rigid contacts, 0 to 1; inelastic when absent.
-    pub restitution: Option<f64>,
-    /// What happens to overlaps of rigid contacts; `gap` when absent, `iqs` with restitution.
-    pub penetration: Option<PenetrationKind>,
-    /// Cn (Pa/m), normal stiffness of a bond over its area r1 r2/(r1 + r2) x thickness; this and all below with `cohesion`.
-    pub cn_pa_per_m: Option<f64>,
-    /// Ct (Pa/m), tangential stiffness, at least 0.
-    pub ct_pa_per_m: Option<f64>,
-    /// w (J/m2), decohesion energy.
-    pub w_j_per_m2: Option<f64>,
-    /// b (Pa m s^p), viscosity of decohesion, at least 0.
-    pub b_pa_m_s: Option<f64>,
-    /// p, power of the rate.
-    pub p: Option<f64>,
-    /// h'.
-    pub h_prime: Option<HPrimeConfig>,
-    /// Pairs of grains with a smaller gap are bonded at the start (m).
-    pub alert_m: Option<f64>,
-    /// Grains with fewer bonds, 0 to 6, are bonded to their nearest neighbours as well. With 2 no grain can turn about a
-    /// single bond.
-    #[serde(default)]
-    pub bonds_min: u32,
-}
-
-/// The words for `law.h_prime`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum HPrimeConfig {
-    /// h' = 1: adhesion falls gradually, separation takes w.
-    One,
-    /// h' = a: brittle, separation takes w/2.
-    Adhesion,
-}
-
-/// The words for `law.kind`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum LawKind {
-    /// Unilateral contact without friction.
-    Signorini,
-    /// Unilateral contact with Coulomb friction.
-    Coulomb,
-    /// Bonds of Raous, Cangémi and Cocou between grains, Coulomb friction elsewhere.
-    Cohesion,
-    /// `coulomb` with `penetration = "iqs"`.
-    #[serde(rename = "IQS_CLB")]
-    IqsClb,
-    /// `coulomb` with `restitution`, which it needs.
-    #[serde(rename = "RST_CLB")]
-    RstClb,
-    /// `cohesion` with `penetration = "iqs"`.
-    #[serde(rename = "IQS_MAC_CZM")]
-    IqsMacCzm,
-}
-
-impl LawKind {
-    /// The kind without LMGC90's name.
-    pub fn plain(self) -> LawKind {
-        match self {
-            LawKind::IqsClb | LawKind::RstClb => LawKind::Coulomb,
-            LawKind::IqsMacCzm => LawKind::Cohesion,
-            plain => plain,
-        }
-    }
-
-    /// The word in the scenario.
-    pub fn word(self) -> &'static str {
-        match self {
-            LawKind::Signorini => "signorini",
-            LawKind::Coulomb => "coulomb",
-            LawKind::Cohesion => "cohesion",
-            LawKind::IqsClb => "IQS_CLB",
-            LawKind::RstClb => "RST_CLB",
-            LawKind::IqsMacCzm => "IQS_MAC_CZM",
-        }
-    }
-}
-
-/// The words for `law.penetration`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PenetrationKind {
-    /// Overlaps stay.
-    Iqs,
-    /// Overlaps are repaired by the velocities, which keep what that takes.
-    Gap,
-    /// Overlaps are repaired by a second impulse that moves bodies and leaves no velocity.
-    Split,
-    /// Positions are projected until no pair overlaps.
-    Projection,
-}
-
-/// `solver`: how the contact problem is solved.
+/// `solver`: the solver of the contact problem.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SolverConfig {
     /// The algorithm.
-    pub kind: SolverKind,
+    pub kind: Algorithm,
     /// Bound on the true natural-map residual, relative.
     pub tolerance: f64,
     /// Iterations after which a window counts as not converged.
     pub max_iterations: usize,
     /// Iterations that are always done.
     pub min_iterations: usize,
-}
-
-/// The words for `solver.kind`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SolverKind {
-    /// Block non-linear Gauss-Seidel.
-    Nsgs,
-    /// Projected conjugate gradient: fewer iterations where there is no friction and many grains.
-    Pcg,
 }
 
 /// `time`: step and scheme.
@@ -186,162 +83,6 @@ pub struct TimeConfig {
     pub unsafe_step: bool,
     /// End of a run alone without wheel (s).
     pub end_s: Option<f64>,
-}
-
-/// `sample`: where the grains come from.
-#[derive(Clone, Debug)]
-pub enum SampleConfig {
-    /// A pressed layer that follows the crown, glued to its base.
-    Layer(LayerConfig),
-    /// Disks and walls one by one.
-    Disks(DisksConfig),
-}
-
-/// The words for `sample.kind`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum SampleKind {
-    Layer,
-    Disks,
-}
-
-#[derive(Deserialize)]
-struct SampleTag {
-    kind: SampleKind,
-}
-
-/// A pressed layer of constant thickness on a crowned line.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LayerConfig {
-    /// Distance from the base line to the wheel's face (m).
-    pub thickness_m: f64,
-    /// The layer covers |x| up to this (m).
-    pub half_width_m: f64,
-    /// Radius of the crown of the base line (m); 0 = straight.
-    pub crown_radius_m: f64,
-    /// Smallest radius of the grains (m).
-    pub radius_min_m: f64,
-    /// Largest radius of the grains (m).
-    pub radius_max_m: f64,
-    /// Distribution of the radii.
-    pub law: RadiusLaw,
-    /// Seed of the packing; the run's seed when absent.
-    pub seed: Option<u64>,
-    /// Whether the layer is cut from above too and glued to a body on top, set `lid`; it then has no wheel and no crown.
-    #[serde(default)]
-    pub lid: bool,
-    /// What the bed has below the cut, and with a lid above the upper one (m). Five mean diameters keep the floor's ordering out of the layer.
-    #[serde(default = "bed_extra")]
-    pub bed_extra_m: f64,
-    /// Pressures under the flat plate, one after the other (Pa). The second, lower one leaves little
-    /// elastic overlap to relax when the side walls go.
-    #[serde(default = "press")]
-    pub press_pa: Vec<f64>,
-    /// Ends of the strip that repeats along x (m), [-half_width_m, half_width_m], instead of side walls; the base is
-    /// straight then.
-    pub periodic_x_m: Option<[f64; 2]>,
-}
-
-/// By hand: an error of a derived enum with `tag = "kind"` names the table, not the key in it.
-impl<'de> Deserialize<'de> for SampleConfig {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<SampleConfig, D::Error> {
-        let mut keys = serde_json::Map::deserialize(deserializer)?;
-        // A kind that is missing or no word of the list is refused like any other key.
-        let kind = keys.shift_remove_entry("kind");
-        let SampleTag { kind } = protocol::read_part(kind.into_iter().collect())?;
-        match kind {
-            SampleKind::Layer => protocol::read_part(keys.into()).map(SampleConfig::Layer),
-            SampleKind::Disks => protocol::read_part(keys.into()).map(SampleConfig::Disks),
-        }
-    }
-}
-
-impl SampleConfig {
-    /// The strip that repeats along x, where one does.
-    pub fn period(&self) -> Option<Period> {
-        let ends = match self {
-            SampleConfig::Layer(layer) => layer.periodic_x_m,
-            SampleConfig::Disks(disks) => disks.periodic_x_m,
-        };
-        ends.map(Period::between)
-    }
-
-    /// Where a layer that does not repeat ends on both sides (m).
-    pub fn ends(&self) -> Option<f64> {
-        match self {
-            SampleConfig::Layer(layer) => match layer.periodic_x_m {
-                None => Some(layer.half_width_m),
-                Some(_) => None,
-            },
-            SampleConfig::Disks(_) => None,
-        }
-    }
-}
-
-fn bed_extra() -> f64 {
-    0.7e-3
-}
-
-fn press() -> Vec<f64> {
-    vec![300e6, 50e6]
-}
-
-/// Distribution of radii between two limits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RadiusLaw {
-    /// Equal surface in each class of radius, p ~ r^-2: LMGC90's `granulo_Uniform`, the paper's law.
-    SurfaceUniform,
-    /// Equal number in each class of radius.
-    NumberUniform,
-    /// Equal number in each class of the radius' logarithm.
-    LogUniform,
-}
-
-/// Disks and walls one by one.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DisksConfig {
-    /// The disks; glued ones form the sets `base` and `lid`.
-    pub disks: Vec<DiskConfig>,
-    /// Rigid walls.
-    #[serde(default)]
-    pub walls: Vec<WallConfig>,
-    /// What is special about rigid clusters; one that is not listed is free and as heavy as its disks.
-    #[serde(default)]
-    pub clusters: Vec<ClusterConfig>,
-    /// Ends of the strip that repeats along x (m): disks near one end touch those near the other.
-    pub periodic_x_m: Option<[f64; 2]>,
-}
-
-/// One disk.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DiskConfig {
-    /// Centre (m).
-    pub x_m: f64,
-    /// Centre (m).
-    pub y_m: f64,
-    /// Radius (m).
-    pub radius_m: f64,
-    /// Velocity at the start (m/s).
-    #[serde(default)]
-    pub vx_m_per_s: f64,
-    /// Velocity at the start (m/s).
-    #[serde(default)]
-    pub vy_m_per_s: f64,
-    /// Spin at the start (rad/s), anticlockwise positive.
-    #[serde(default)]
-    pub spin_rad_per_s: f64,
-    /// Whether it belongs to a glued row: massless, without spin.
-    #[serde(default)]
-    pub glued: bool,
-    /// Name of the rigid cluster that it belongs to: disks of the same name move as one body.
-    pub cluster: Option<String>,
-    /// Whether the row is the one on top, set `lid`, instead of `base`; for glued disks.
-    #[serde(default)]
-    pub lid: bool,
 }
 
 /// A rigid wheel that is pressed on the grains and moved sideways. It does not turn.
@@ -380,4 +121,218 @@ pub struct WheelConfig {
 pub struct DriveConfig {
     /// Opening velocity (m/s); a negative one closes the contact.
     pub velocity_m_per_s: f64,
+}
+
+impl Config {
+    /// Refuses values out of range, naming the key, the value and what to do.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.law.validate()?;
+        self.solver.validate()?;
+        self.time.validate()?;
+        positive("density_kg_per_m3", self.density_kg_per_m3, "kg/m3")?;
+        at_least("mass_scale", self.mass_scale, 1.0, "")?;
+        for component in self.gravity_m_per_s2 {
+            finite("gravity_m_per_s2", component)?;
+        }
+        self.sample.validate()?;
+        if let Some(wheel) = &self.wheel {
+            wheel.validate()?;
+        }
+        self.validate_drive()?;
+        self.validate_together()?;
+        self.validate_with_clusters()?;
+        self.validate_periodic()
+    }
+
+    fn validate_together(&self) -> Result<(), ConfigError> {
+        // A compliant bond has a spring in place of friction; a rigid one slides beside its shear.
+        if self.solver.kind == Algorithm::Pcg
+            && self.law.kind.plain() == LawKind::Cohesion
+            && self.law.contact_stiffness_pa.is_none()
+            && self.law.friction != Some(0.0)
+        {
+            return refuse(
+                "solver.kind",
+                "\"pcg\" needs a convex problem, and rigid bonds with friction beside their shear make none",
+                "write solver.kind = \"nsgs\", law.friction = 0, or give law.contact_stiffness_pa",
+            );
+        }
+        let lid = matches!(&self.sample, SampleConfig::Layer(layer) if layer.lid);
+        if lid && self.wheel.is_some() {
+            return refuse(
+                "wheel",
+                "a layer with a lid is held by the body above it, and there is a wheel",
+                "remove [participant.config.wheel], or sample.lid",
+            );
+        }
+        if matches!(self.sample, SampleConfig::Layer(_)) && self.wheel.is_none() && !lid {
+            return refuse(
+                "wheel",
+                "a layer needs the wheel that holds it, and there is none",
+                "add [participant.config.wheel], or sample.lid = true",
+            );
+        }
+        if let (SampleConfig::Layer(layer), Some(wheel)) = (&self.sample, &self.wheel)
+            && wheel.radius_m > 0.0
+        {
+            let least = WHEEL_GRAINS * 2.0 * layer.radius_max_m;
+            at_least("wheel.radius_m", wheel.radius_m, least, "m").map_err(|error| {
+                error.help("a smaller one falls between the grains; write 0 for a flat face")
+            })?;
+        }
+        if self.wheel.is_some() && self.time.end_s.is_some() {
+            return refuse(
+                "time.end_s",
+                "the wheel's history already ends the run",
+                "remove the key, or change wheel.hold_s or wheel.cycles",
+            );
+        }
+        Ok(())
+    }
+
+    /// Refuses options that rigid clusters do not go with.
+    fn validate_with_clusters(&self) -> Result<(), ConfigError> {
+        if !self.sample.has_clusters() {
+            return Ok(());
+        }
+        let refused = [
+            (
+                self.solver.kind == Algorithm::Pcg,
+                "solver.kind",
+                "\"pcg\" solves contacts of single disks only, and sample.disks has clusters",
+                "write solver.kind = \"nsgs\"",
+            ),
+            (
+                self.law.kind.plain() == LawKind::Cohesion,
+                "law.kind",
+                "bonds of clusters are not supported, and sample.disks has clusters",
+                "choose law.kind = \"coulomb\" or \"signorini\"",
+            ),
+            (
+                matches!(
+                    self.law.penetration,
+                    Some(Penetration::Split | Penetration::Projection)
+                ),
+                "law.penetration",
+                "moves single disks apart, and sample.disks has clusters",
+                "write penetration = \"gap\" or \"iqs\"",
+            ),
+        ];
+        match refused.into_iter().find(|(holds, ..)| *holds) {
+            None => Ok(()),
+            Some((_, key, why, help)) => refuse(key, why, help),
+        }
+    }
+
+    /// Refuses what a strip that repeats does not go with.
+    fn validate_periodic(&self) -> Result<(), ConfigError> {
+        let Some(ends) = self.sample.period_ends() else {
+            return Ok(());
+        };
+        self.sample.validate_strip(ends)?;
+        if self.wheel.is_some_and(|wheel| wheel.radius_m > 0.0) {
+            return refuse(
+                "wheel.radius_m",
+                "a curved wheel does not repeat along x, and sample.periodic_x_m does",
+                "write radius_m = 0",
+            );
+        }
+        if self.drive.is_some() {
+            let why = "a driven pair does not repeat along x";
+            return Err(ConfigError::new(PERIOD, why));
+        }
+        Ok(())
+    }
+
+    /// Refuses scenes that a drive cannot move.
+    fn validate_drive(&self) -> Result<(), ConfigError> {
+        let Some(drive) = &self.drive else {
+            return Ok(());
+        };
+        if !(drive.velocity_m_per_s != 0.0 && drive.velocity_m_per_s.is_finite()) {
+            return Err(ConfigError::new(
+                "drive.velocity_m_per_s",
+                format!("must be finite and not 0, got {}", drive.velocity_m_per_s),
+            ));
+        }
+        let pair = match &self.sample {
+            SampleConfig::Disks(sample) => {
+                sample.disks.len() == 2 && sample.disks.iter().filter(|d| d.glued).count() == 1
+            }
+            SampleConfig::Layer(_) => false,
+        };
+        if !pair || self.wheel.is_some() {
+            return refuse(
+                "drive",
+                "moves one grain from one glued disk, and the sample is not such a pair",
+                "list two disks in sample.disks, one with glued = true, and no wheel",
+            );
+        }
+        if self.law.contact_stiffness_pa.is_none() {
+            return Err(ConfigError::new(
+                "law.contact_stiffness_pa",
+                "is missing: nothing could stop the prescribed motion of a rigid pair",
+            ));
+        }
+        for (key, value) in [
+            ("time.step_s", self.time.step_s),
+            ("time.end_s", self.time.end_s),
+        ] {
+            if value.is_some() {
+                return refuse(
+                    key,
+                    "follows from drive.velocity_m_per_s: the pair moves by 30 delta_0 in 100 000 steps",
+                    "remove the key",
+                );
+            }
+        }
+        Ok(())
+    }
+}
+
+impl SolverConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        positive("solver.tolerance", self.tolerance, "")?;
+        within("solver.tolerance", self.tolerance, 0.0, 0.1)?;
+        if self.max_iterations == 0 || self.min_iterations > self.max_iterations {
+            return Err(ConfigError::new(
+                "solver.max_iterations",
+                format!(
+                    "must be at least 1 and at least solver.min_iterations = {}, got {}",
+                    self.min_iterations, self.max_iterations
+                ),
+            ));
+        }
+        Ok(())
+    }
+}
+
+impl TimeConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        within("time.theta", self.theta, 0.5, 1.0)?;
+        positive("time.pressure_pa", self.pressure_pa, "Pa")?;
+        for (key, value) in [("time.step_s", self.step_s), ("time.end_s", self.end_s)] {
+            if let Some(value) = value {
+                positive(key, value, "s")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl WheelConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        positive("wheel.mass_kg", self.mass_kg, "kg")?;
+        at_least("wheel.load_n", self.load_n, 0.0, "N")?;
+        at_least("wheel.ramp_s", self.ramp_s, 0.0, "s")?;
+        at_least("wheel.hold_s", self.hold_s, 0.0, "s")?;
+        at_least("wheel.amplitude_m", self.amplitude_m, 0.0, "m")?;
+        at_least("wheel.cycles", self.cycles, 0.0, "")?;
+        at_least("wheel.radius_m", self.radius_m, 0.0, "m")?;
+        finite("wheel.vy_m_per_s", self.vy_m_per_s)?;
+        if self.cycles > 0.0 {
+            positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
+        }
+        Ok(())
+    }
 }

@@ -1,13 +1,13 @@
-//! Who may touch whom: linked cells, a Verlet list with a skin, and contact slots that persist.
+//! Detection of pairs that may touch: linked cells, a Verlet list with a skin, and contact slots that persist.
 
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
-use crate::bond::Bond;
 use crate::faces::Face;
-use crate::geometry::{Period, Places, distance};
+use crate::geometry::Period;
+use crate::positions::{Positions, distance};
 
-/// A pair of bodies that may touch, with what it remembers from step to step.
+/// A pair of bodies that may touch, with its memory from step to step.
 ///
 /// Bodies are numbered free grains first, then glued disks, then the wheel, then the walls; `a < b` always,
 /// and the normal points from `b` to `a`. Forces, not impulses, are kept: they stay right when the step changes.
@@ -34,9 +34,9 @@ pub struct VerletList {
     reach: f64,
     /// Centres when the list was built (m).
     centres: Vec<[f64; 2]>,
-    /// Place of the wheel when the list was built (m).
+    /// Position of the wheel when the list was built (m).
     wheel: [f64; 2],
-    /// How long walls had moved when the list was built (s).
+    /// Time for which walls had moved when the list was built (s).
     wall_time: f64,
 }
 
@@ -44,38 +44,44 @@ impl VerletList {
     /// Rebuilds the list when a pair outside of it may come closer than `alert` in a step in which no body
     /// moves further than `travel` (m); forces and springs of pairs that stay are carried over. Bonded pairs stay
     /// listed, however far apart.
-    pub fn refresh(&mut self, bodies: &Bodies, places: &Places, travel: f64, bonds: &[Bond]) {
+    pub fn refresh(
+        &mut self,
+        bodies: &Bodies,
+        positions: &Positions,
+        travel: f64,
+        bonded: impl Iterator<Item = (u32, u32)>,
+    ) {
         let needed = bodies.alert + 2.0 * travel;
-        if self.centres.len() == places.centres.len()
-            && needed + 2.0 * self.drift(bodies, places) <= self.reach
+        if self.centres.len() == positions.centres.len()
+            && needed + 2.0 * self.drift(bodies, positions) <= self.reach
         {
             return;
         }
         self.reach = needed + bodies.skin;
         self.centres.clear();
-        self.centres.extend_from_slice(places.centres);
-        self.wheel = places.wheel;
-        self.wall_time = places.wall_time;
-        let mut listed = list_pairs(bodies, places, self.reach);
-        add_bonded(&mut listed, bonds);
+        self.centres.extend_from_slice(positions.centres);
+        self.wheel = positions.wheel;
+        self.wall_time = positions.wall_time;
+        let mut listed = list_pairs(bodies, positions, self.reach);
+        add_bonded(&mut listed, bonded);
         carry_over(&self.slots, &mut listed);
         self.slots = listed;
     }
 
     /// Makes the next refresh build a new list, as if a body had moved too far.
-    pub(crate) fn expire(&mut self) {
+    pub(crate) fn invalidate(&mut self) {
         self.reach = 0.0;
     }
 
-    /// Where a disk has passed from one segment of a polyline to the next, its force and its spring go along.
-    pub fn pass_on(&mut self, bodies: &Bodies, places: &Places) {
+    /// Force and spring of a disk that has passed from one segment of a polyline to the next go along.
+    pub fn hand_over(&mut self, bodies: &Bodies, positions: &Positions) {
         for index in 0..self.slots.len() {
             let slot = self.slots[index];
             let loaded = slot.force != [0.0; 2] || slot.spring != 0.0;
             let Some(wall) = bodies.wall_of(slot.b as usize).filter(|_| loaded) else {
                 continue;
             };
-            let centre = wall.frame(places.centres[slot.a as usize], places.wall_time);
+            let centre = wall.frame(positions.centres[slot.a as usize], positions.wall_time);
             let successor = match &wall.face {
                 Face::HalfPlane(_) => None,
                 Face::Segment(segment) => segment.successor(centre),
@@ -90,10 +96,10 @@ impl VerletList {
         let old = self.slots[index];
         self.slots[index] = slot(old.a as usize, old.b as usize);
         let pair = (old.a, body as u32);
-        let Ok(place) = self.slots.binary_search_by_key(&pair, |s| (s.a, s.b)) else {
+        let Ok(target) = self.slots.binary_search_by_key(&pair, |s| (s.a, s.b)) else {
             return;
         };
-        let new = &mut self.slots[place];
+        let new = &mut self.slots[target];
         // One that is loaded already is a contact of its own: the other side of a concave corner.
         if new.force == [0.0; 2] {
             (new.force, new.spring, new.left) = (old.force, old.spring, old.left);
@@ -101,16 +107,16 @@ impl VerletList {
     }
 
     /// Largest displacement of a body since the list was built (m).
-    fn drift(&self, bodies: &Bodies, places: &Places) -> f64 {
-        let squared = places
+    fn drift(&self, bodies: &Bodies, positions: &Positions) -> f64 {
+        let squared = positions
             .centres
             .iter()
             .zip(&self.centres)
             .map(|(now, then)| (now[0] - then[0]).powi(2) + (now[1] - then[1]).powi(2))
             .fold(0.0, f64::max);
-        let [x, y] = [0, 1].map(|k| places.wheel[k] - self.wheel[k]);
+        let [x, y] = [0, 1].map(|k| positions.wheel[k] - self.wheel[k]);
         let farthest = squared.sqrt().max(x.hypot(y));
-        match places.wall_time - self.wall_time {
+        match positions.wall_time - self.wall_time {
             0.0 => farthest,
             time => farthest.max(time * bodies.wall_speed()),
         }
@@ -139,10 +145,10 @@ impl VerletList {
     }
 }
 
-fn list_pairs(bodies: &Bodies, places: &Places, reach: f64) -> Vec<Slot> {
+fn list_pairs(bodies: &Bodies, positions: &Positions, reach: f64) -> Vec<Slot> {
     let mut slots = Vec::new();
     let mut near = NearPairs::new(
-        places.centres,
+        positions.centres,
         &bodies.radii,
         bodies.free,
         reach,
@@ -158,7 +164,7 @@ fn list_pairs(bodies: &Bodies, places: &Places, reach: f64) -> Vec<Slot> {
                 .map(|b| slot(a, b))
                 // A glued disk has no business with a fixed wall: neither of them can yield.
                 .filter(|s| a < bodies.free || bodies.wall_of(s.b as usize).is_none())
-                .filter(|s| distance(bodies, places, a, s.b as usize) < reach),
+                .filter(|s| distance(bodies, positions, a, s.b as usize) < reach),
         );
     }
     slots
@@ -173,13 +179,12 @@ fn slot(a: usize, b: usize) -> Slot {
 }
 
 /// Adds the bonded pairs that are missing in a list sorted by (a, b).
-fn add_bonded(slots: &mut Vec<Slot>, bonds: &[Bond]) {
+fn add_bonded(slots: &mut Vec<Slot>, bonded: impl Iterator<Item = (u32, u32)>) {
     let listed = slots.len();
-    for bond in bonds {
-        let pair = (bond.a, bond.b);
-        let place = slots[..listed].binary_search_by_key(&pair, |s| (s.a, s.b));
-        if place.is_err() {
-            slots.push(slot(bond.a as usize, bond.b as usize));
+    for pair in bonded {
+        let found = slots[..listed].binary_search_by_key(&pair, |s| (s.a, s.b));
+        if found.is_err() {
+            slots.push(slot(pair.0 as usize, pair.1 as usize));
         }
     }
     if slots.len() > listed {
@@ -285,7 +290,7 @@ impl<'a> NearPairs<'a> {
         }
     }
 
-    fn place(&self, centre: [f64; 2]) -> (usize, usize) {
+    fn column_and_row(&self, centre: [f64; 2]) -> (usize, usize) {
         let x = self.period.map_or(centre[0], |p| p.inside(centre[0]));
         let index = |axis: usize, x: f64| ((x - self.origin[axis]) / self.cell_size[axis]) as usize;
         (
@@ -295,13 +300,13 @@ impl<'a> NearPairs<'a> {
     }
 
     fn cell(&self, centre: [f64; 2]) -> usize {
-        let (column, row) = self.place(centre);
+        let (column, row) = self.column_and_row(centre);
         row * self.columns + column
     }
 
     /// The disks with an index above `a` nearer than `reach` to it, in ascending order.
     pub fn of(&mut self, a: usize) -> &[u32] {
-        let (column, row) = self.place(self.centres[a]);
+        let (column, row) = self.column_and_row(self.centres[a]);
         self.found.clear();
         for r in row.saturating_sub(1)..=(row + 1).min(self.rows - 1) {
             for [left, right] in self.columns_near(column) {
@@ -397,13 +402,8 @@ mod tests {
 
     #[test]
     fn bonded_pairs_are_listed_however_far_apart() {
-        let bond = |a, b| Bond {
-            a,
-            b,
-            ..Bond::default()
-        };
         let mut slots = vec![slot(0, 2), slot(1, 2), slot(3, 4)];
-        add_bonded(&mut slots, &[bond(0, 4), bond(1, 2), bond(2, 3)]);
+        add_bonded(&mut slots, [(0, 4), (1, 2), (2, 3)].into_iter());
         let pairs: Vec<(u32, u32)> = slots.iter().map(|s| (s.a, s.b)).collect();
         assert_eq!(pairs, [(0, 2), (0, 4), (1, 2), (2, 3), (3, 4)]);
     }

@@ -1,9 +1,9 @@
-//! Everything that can go wrong inside the node.
+//! Errors of the node.
 
 use protocol::{ConfigError, FaultCode, NodeError};
 use thiserror::Error;
 
-/// Why the node cannot go on.
+/// Reason for which the node cannot go on.
 #[derive(Debug, Error)]
 #[allow(missing_docs)]
 pub enum DemError {
@@ -73,7 +73,7 @@ pub enum DemError {
 /// Friction above which sweeps may run in a circle: below it no layer has been seen to.
 const STRONG_FRICTION: f64 = 3.0;
 
-/// What to do about friction that may be the reason.
+/// Advice where friction may be the reason.
 fn friction_hint(friction: f64) -> String {
     if friction < STRONG_FRICTION {
         return String::new();

@@ -166,7 +166,7 @@ impl Segment {
         })
     }
 
-    /// Whether the start is the nearest point for a centre before it, seen from the start.
+    /// True if the start is the nearest point for a centre before it, seen from the start.
     fn owns_start(&self, from_start: [f64; 2]) -> bool {
         let Some(before) = self.before else {
             return true;
@@ -241,7 +241,7 @@ mod tests {
     fn contacts(points: &[[f64; 2]], centre: [f64; 2]) -> Vec<Proximity> {
         let segments = polyline(points, 0);
         let touching = segments.iter().filter_map(|s| s.touch(centre, 1.0));
-        touching.filter(|place| place.gap <= 1e-12).collect()
+        touching.filter(|at| at.gap <= 1e-12).collect()
     }
 
     #[test]
@@ -259,7 +259,7 @@ mod tests {
     #[test]
     fn a_concave_corner_is_touched_twice() {
         let found = contacts(&[[-5.0, 0.0], [0.0, 0.0], [0.0, 5.0]], [-1.0, 1.0]);
-        let normals: Vec<[f64; 2]> = found.iter().map(|place| place.normal).collect();
+        let normals: Vec<[f64; 2]> = found.iter().map(|at| at.normal).collect();
         assert_eq!(normals, [[0.0, 1.0], [-1.0, 0.0]]);
     }
 

@@ -1,21 +1,8 @@
-//! Where the bodies are, and how near two of them are.
-
-use crate::bodies::Bodies;
-
-/// Where everything is at a moment.
-#[derive(Clone, Copy, Debug)]
-pub struct Places<'a> {
-    /// Centres of free grains, then of glued disks (m).
-    pub centres: &'a [[f64; 2]],
-    /// Lowest point of the wheel's face (m). A flat face has no x: it is 0.
-    pub wheel: [f64; 2],
-    /// How long moving walls have moved (s).
-    pub wall_time: f64,
-}
+//! Normals and gaps of two bodies, and strips that repeat.
 
 /// A strip that repeats along x: what leaves it on one side has already entered it on the other.
 ///
-/// Places are never folded back into the strip. Only distances are taken to the nearest image, so that displacements, levers
+/// Positions are never folded back into the strip. Only distances are taken to the nearest image, so that displacements, levers
 /// and bonds know nothing of the seam.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Period {
@@ -54,35 +41,8 @@ pub struct Proximity {
     pub gap: f64,
 }
 
-/// Normal and gap of two bodies, a the disk of the lower number.
-pub fn proximity(bodies: &Bodies, places: &Places, a: usize, b: usize) -> Proximity {
-    let (centre, radius) = (places.centres[a], bodies.radii[a]);
-    if b < bodies.disks() {
-        let mut dx = centre[0] - places.centres[b][0];
-        if let Some(period) = bodies.period {
-            dx = period.nearest(dx);
-        }
-        let dy = centre[1] - places.centres[b][1];
-        return between_disks([dx, dy], radius + bodies.radii[b]);
-    }
-    match bodies.wall_of(b) {
-        None => under_wheel(places.wheel, bodies.wheel_radius, centre, radius),
-        Some(wall) => wall.proximity(wall.frame(centre, places.wall_time), radius),
-    }
-}
-
-/// Distance of two bodies, also where neither of them is the one that the other will touch (m).
-pub fn distance(bodies: &Bodies, places: &Places, a: usize, b: usize) -> f64 {
-    match bodies.wall_of(b) {
-        None => proximity(bodies, places, a, b).gap,
-        Some(wall) => {
-            let centre = wall.frame(places.centres[a], places.wall_time);
-            wall.distance(centre) - bodies.radii[a]
-        }
-    }
-}
-
-fn between_disks([dx, dy]: [f64; 2], reach: f64) -> Proximity {
+/// Two disks at a distance; `reach` is the sum of their radii.
+pub fn between_disks([dx, dy]: [f64; 2], reach: f64) -> Proximity {
     let distance = (dx * dx + dy * dy).sqrt();
     // Coincident centres have no normal; any fixed one separates them again.
     let normal = if distance > 0.0 {
@@ -100,7 +60,7 @@ fn between_disks([dx, dy]: [f64; 2], reach: f64) -> Proximity {
 ///
 /// With d from the lowest point to the disk, the distance from the face is |d - (0, R)| - R =
 /// (d.d - 2 R d_y) / (|d - (0, R)| + R), which keeps its digits when R is large.
-fn under_wheel(face: [f64; 2], wheel_radius: f64, centre: [f64; 2], radius: f64) -> Proximity {
+pub fn under_wheel(face: [f64; 2], wheel_radius: f64, centre: [f64; 2], radius: f64) -> Proximity {
     if wheel_radius == 0.0 {
         return Proximity {
             normal: [0.0, -1.0],
@@ -130,6 +90,12 @@ pub fn height_on(wheel_radius: f64, centre: [f64; 2], radius: f64) -> Option<f64
     (squared >= 0.0).then(|| top - x * x / (reach + squared.sqrt()))
 }
 
+/// Largest coordinate (m): positions, and so gaps, carry its rounding.
+pub fn extent(centres: &[[f64; 2]]) -> f64 {
+    let coordinates = centres.iter().flatten();
+    coordinates.fold(0.0, |largest, x| largest.max(x.abs()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -137,9 +103,9 @@ mod tests {
     #[test]
     fn a_disk_beside_the_middle_of_a_curved_wheel_is_on_a_triangle() {
         // Wheel of radius 4 around (0, 5), disk of radius 1 around (3, 1): centres 5 apart, touching.
-        let place = under_wheel([0.0, 1.0], 4.0, [3.0, 1.0], 1.0);
-        assert!(place.gap.abs() < 1e-15, "{place:?}");
-        assert_eq!(place.normal, [0.6, -0.8]);
+        let at = under_wheel([0.0, 1.0], 4.0, [3.0, 1.0], 1.0);
+        assert!(at.gap.abs() < 1e-15, "{at:?}");
+        assert_eq!(at.normal, [0.6, -0.8]);
         assert_eq!(height_on(4.0, [3.0, 1.0], 1.0), Some(1.0));
         assert_eq!(height_on(4.0, [5.1, 1.0], 1.0), None);
     }

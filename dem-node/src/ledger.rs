@@ -3,9 +3,9 @@
 //! With M dv = H r + h F over a step and v_theta = theta v' + (1 - theta) v, the motion itself says
 //! dK = v_theta.(H r + h F) - (theta - 1/2) dv.M dv. The first product is work at the contacts, of the loads and at the
 //! interface; the second is the numerical loss of the scheme. Contacts turn their share into spring energy, friction
-//! and impact (see [`contact_loss`]), bonds into bond energy and decohesion as well (see [`crate::bond::close`]).
+//! and impact (see [`contact_loss`]), bonds into bond energy and decohesion as well (see [`crate::bond::end_step`]).
 
-use protocol::{Role, Term};
+use protocol::Role;
 use serde::{Deserialize, Serialize};
 
 use crate::law::Law;
@@ -13,7 +13,7 @@ use crate::law::Law;
 /// Work and losses since the start (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Accounts {
-    /// Work of the wall on the glued disks, -F_g.v_g h.
+    /// Work of the boundary on the glued disks, -F_g.v_g h.
     pub interface: f64,
     /// Work of the vertical load on the wheel.
     pub load: f64,
@@ -32,6 +32,29 @@ pub struct Accounts {
 }
 
 impl Accounts {
+    /// Names, roles and values of the terms of the balance; `stored` are kinetic, spring and bond energies since the start.
+    pub fn terms(&self, stored: [f64; 4]) -> [(&'static str, Role, f64); 11] {
+        let [kinetic, normal, tangential, bonds] = stored;
+        [
+            ("interface", Role::InterfaceWork, self.interface),
+            ("wheel_load", Role::Work, self.load),
+            ("wheel_drive", Role::Work, self.drive),
+            ("weight", Role::Work, self.weight),
+            ("kinetic", Role::Stored, kinetic),
+            ("springs_normal", Role::Stored, normal),
+            ("springs_tangential", Role::Stored, tangential),
+            ("bonds_elastic", Role::Stored, bonds),
+            ("impact", Role::Dissipated, self.impact),
+            ("friction", Role::Dissipated, self.friction),
+            ("cohesion", Role::Dissipated, self.cohesion),
+        ]
+    }
+
+    /// The term that moving walls add.
+    pub fn of_walls(&self) -> (&'static str, Role, f64) {
+        ("walls", Role::Work, self.walls)
+    }
+
     /// All accounts but that of walls, which rarely move, in order.
     pub fn numbers(&self) -> [f64; 7] {
         [
@@ -46,53 +69,7 @@ impl Accounts {
     }
 }
 
-/// The term that moving walls add.
-pub fn walls() -> Term {
-    Term {
-        name: "walls".into(),
-        role: Role::Work,
-    }
-}
-
-/// Names and roles of the ledger's terms.
-pub fn terms() -> Vec<Term> {
-    let term = |name: &str, role| Term {
-        name: name.into(),
-        role,
-    };
-    vec![
-        term("interface", Role::InterfaceWork),
-        term("wheel_load", Role::Work),
-        term("wheel_drive", Role::Work),
-        term("weight", Role::Work),
-        term("kinetic", Role::Stored),
-        term("springs_normal", Role::Stored),
-        term("springs_tangential", Role::Stored),
-        term("bonds_elastic", Role::Stored),
-        term("impact", Role::Dissipated),
-        term("friction", Role::Dissipated),
-        term("cohesion", Role::Dissipated),
-    ]
-}
-
-/// The values of [`terms`]; `stored` are kinetic, spring and bond energies since the start.
-pub fn values(accounts: &Accounts, stored: [f64; 4]) -> [f64; 11] {
-    [
-        accounts.interface,
-        accounts.load,
-        accounts.drive,
-        accounts.weight,
-        stored[0],
-        stored[1],
-        stored[2],
-        stored[3],
-        accounts.impact,
-        accounts.friction,
-        accounts.cohesion,
-    ]
-}
-
-/// What a contact did in a step.
+/// Impulse and motion of a contact in a step.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactStep {
     /// Step (s).
@@ -114,7 +91,7 @@ pub struct ContactStep {
 }
 
 impl ContactStep {
-    /// What a spring k (N/m) lost since the last step without any work (J).
+    /// Energy that a spring k (N/m) lost since the last step without any work (J).
     ///
     /// The work of a step goes along its normal, and disks that pass each other by s turn it: the gap that is then detected
     /// is about s^2/(2 (r_1 + r_2)) wider than the one that the last step left. A loss of the scheme, of first order

@@ -6,13 +6,13 @@
 //! displacement does against a load is not in the ledger.
 
 use crate::bodies::Bodies;
+use crate::boundary::CompliantBoundary;
 use crate::error::DemError;
-use crate::geometry::proximity;
+use crate::geometry::extent;
 use crate::law::Penetration;
-use crate::solver::{Contact, Criteria, Mover, Problem, UNBONDED};
+use crate::positions::proximity;
+use crate::solver::{BodyRecord, Contact, Criteria, NO_BOND, Problem, Solver};
 use crate::state::State;
-use crate::step::extent;
-use crate::wall::Wall;
 
 /// Overlap that stays, over the smallest radius: a contact at rest must not open, or a rebound would follow.
 const LEFT: f64 = 1e-6;
@@ -25,6 +25,7 @@ const TOLERANCE: f64 = 1e-3;
 #[derive(Clone, Debug, Default)]
 pub struct Repair {
     problem: Problem,
+    solver: Solver,
 }
 
 impl Repair {
@@ -42,7 +43,7 @@ impl Repair {
             Penetration::Gap | Penetration::Iqs => Ok(()),
             Penetration::Split => {
                 self.problem.contacts.clear();
-                let unbonded = solved.contacts.iter().filter(|c| c.bond == UNBONDED);
+                let unbonded = solved.contacts.iter().filter(|c| c.bond == NO_BOND);
                 self.problem.contacts.extend(unbonded.map(|contact| {
                     let gap = contact.gap + drift * solved.relative_velocity(contact)[0];
                     moved_apart(contact, gap, bodies)
@@ -65,22 +66,21 @@ impl Repair {
     fn detect(&mut self, bodies: &Bodies, state: &State) -> f64 {
         let mut largest = 0.0f64;
         self.problem.contacts.clear();
-        let places = state.places(bodies);
+        let positions = state.positions(bodies);
         for slot in &state.list.slots {
-            let place = proximity(bodies, &places, slot.a as usize, slot.b as usize);
-            largest = largest.max(-place.gap);
-            if place.gap < bodies.alert {
+            let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
+            largest = largest.max(-at.gap);
+            if at.gap < bodies.alert {
                 let contact = Contact {
                     a: slot.a,
                     b: slot.b,
-                    glued: [slot.a, slot.b]
-                        .into_iter()
-                        .any(|body| bodies.glued_index(body as usize).is_some()),
-                    normal: place.normal,
-                    bond: UNBONDED,
+                    glued: bodies.glued_index(slot.a as usize).is_some()
+                        || bodies.glued_index(slot.b as usize).is_some(),
+                    normal: at.normal,
+                    bond: NO_BOND,
                     ..Contact::default()
                 };
-                let contact = moved_apart(&contact, place.gap, bodies);
+                let contact = moved_apart(&contact, at.gap, bodies);
                 self.problem.contacts.push(contact);
             }
         }
@@ -103,23 +103,27 @@ impl Repair {
         problem.first_glued = solved.first_glued;
         problem.wheel = solved.wheel;
         problem.rounding = 4.0 * f64::EPSILON * extent(&state.centres);
-        problem.wall = Wall::fixed(bodies.glued());
-        problem.movers.clear();
-        let at_rest = |mover: &Mover| Mover {
+        problem.boundary = CompliantBoundary::fixed(bodies.glued());
+        problem.records.clear();
+        let at_rest = |record: &BodyRecord| BodyRecord {
             velocity: [0.0; 3],
-            ..*mover
+            ..*record
         };
-        problem.movers.extend(solved.movers.iter().map(at_rest));
-        problem.solve(&Criteria {
+        problem.records.extend(solved.records.iter().map(at_rest));
+        let criteria = Criteria {
             tolerance: TOLERANCE,
             ..*criteria
-        })?;
-        for (centre, mover) in state.centres[..bodies.free].iter_mut().zip(&problem.movers) {
-            centre[0] += mover.velocity[0];
-            centre[1] += mover.velocity[1];
+        };
+        self.solver.solve(problem, &criteria)?;
+        for (centre, record) in state.centres[..bodies.free]
+            .iter_mut()
+            .zip(&problem.records)
+        {
+            centre[0] += record.velocity[0];
+            centre[1] += record.velocity[1];
         }
         if let Some(wheel) = bodies.wheel() {
-            state.wheel.position[1] += problem.movers[wheel].velocity[1];
+            state.wheel.position[1] += problem.records[wheel].velocity[1];
         }
         Ok(())
     }
@@ -143,10 +147,10 @@ fn left(bodies: &Bodies) -> f64 {
 /// Mean and largest overlap of the contacts that carry force, where the bodies are (m).
 pub fn overlaps(bodies: &Bodies, state: &State) -> [f64; 2] {
     let (mut sum, mut count, mut largest) = (0.0, 0, 0.0f64);
-    let places = state.places(bodies);
+    let positions = state.positions(bodies);
     for slot in state.list.slots.iter().filter(|s| s.force[0] > 0.0) {
-        let place = proximity(bodies, &places, slot.a as usize, slot.b as usize);
-        let overlap = (-place.gap).max(0.0);
+        let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
+        let overlap = (-at.gap).max(0.0);
         sum += overlap;
         count += 1;
         largest = largest.max(overlap);

@@ -1,4 +1,4 @@
-//! What the node tells: signals of each report, results of the run.
+//! Reports: signals of each report, results of the run.
 
 use std::collections::BTreeMap;
 
@@ -6,55 +6,35 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::state::{State, WheelState};
-use crate::step::Summary;
+use crate::step::StepSummary;
 use crate::structure::Structure;
-use crate::wheel::Program;
-
-/// Names of the signals, in the order of [`signals`].
-pub const SIGNALS: [&str; 16] = [
-    "wheel_x_m",
-    "wheel_y_m",
-    "wheel_fn_n",
-    "wheel_ft_n",
-    "glued_fx_n",
-    "glued_fy_n",
-    "momentum_x_kg_m_per_s",
-    "momentum_y_kg_m_per_s",
-    "momentum_defect_n",
-    "contacts",
-    "iterations",
-    "true_residual",
-    "overlap_mean_rel",
-    "overlap_max_rel",
-    "speed_max_m_per_s",
-    "lost_grains",
-];
+use crate::wheel::WheelProgram;
 
 /// Name of the signal that cohesive laws add: bonds above 0.01 of adhesion.
 pub const BONDS: &str = "bonds";
 
-/// The signals of a step. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
-/// towards +x); `glued_f*_n` their force on the wall; overlaps are over the mean radius.
-pub fn signals(bodies: &Bodies, state: &State, step: &Summary) -> [f64; 16] {
+/// The signals of a step under their names. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
+/// towards +x); `glued_f*_n` their force on the compliant boundary; overlaps are over the mean radius.
+pub fn signals(bodies: &Bodies, state: &State, step: &StepSummary) -> [(&'static str, f64); 16] {
     let radius = bodies.mean_radius();
     let momentum = state.momentum(bodies);
     [
-        state.wheel.position[0],
-        state.wheel.position[1],
-        step.on_wheel[1],
-        step.on_wheel[0],
-        step.on_wall[0],
-        step.on_wall[1],
-        momentum[0],
-        momentum[1],
-        step.momentum_defect,
-        step.closed as f64,
-        step.verdict.iterations as f64,
-        step.verdict.residual,
-        step.overlap[0] / radius,
-        step.overlap[1] / radius,
-        top_speed(state),
-        lost_grains(bodies, state) as f64,
+        ("wheel_x_m", state.wheel.position[0]),
+        ("wheel_y_m", state.wheel.position[1]),
+        ("wheel_fn_n", step.on_wheel[1]),
+        ("wheel_ft_n", step.on_wheel[0]),
+        ("glued_fx_n", step.on_boundary[0]),
+        ("glued_fy_n", step.on_boundary[1]),
+        ("momentum_x_kg_m_per_s", momentum[0]),
+        ("momentum_y_kg_m_per_s", momentum[1]),
+        ("momentum_defect_n", step.momentum_defect),
+        ("contacts", step.closed as f64),
+        ("iterations", step.convergence.iterations as f64),
+        ("true_residual", step.convergence.residual),
+        ("overlap_mean_rel", step.overlap[0] / radius),
+        ("overlap_max_rel", step.overlap[1] / radius),
+        ("speed_max_m_per_s", top_speed(state)),
+        ("lost_grains", lost_grains(bodies, state) as f64),
     ]
 }
 
@@ -75,9 +55,10 @@ pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
         row.iter().map(|c| c[1]).fold(start, pick)
     };
     let lowest = heights(base, f64::INFINITY, f64::min) - 2.0 * widest;
-    let highest = match lid.is_empty() {
-        true => f64::INFINITY,
-        false => heights(lid, f64::NEG_INFINITY, f64::max) + 2.0 * widest,
+    let highest = if lid.is_empty() {
+        f64::INFINITY
+    } else {
+        heights(lid, f64::NEG_INFINITY, f64::max) + 2.0 * widest
     };
     let beside = |x: f64| bodies.period.is_none() && !(first[0]..=last[0]).contains(&x);
     let inside = |c: &&[f64; 2]| !beside(c[0]) && (lowest..=highest).contains(&c[1]);
@@ -87,7 +68,7 @@ pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
 /// Mean overlap of rigid contacts over the mean radius above which the geometry is no longer that of rigid grains.
 const OVERLAP_BUDGET: f64 = 1e-3;
 
-/// How far the wheel's force may be from its load in the second half of the hold, over the load.
+/// Tolerated distance of the wheel's force from its load in the second half of the hold, over the load.
 const SETTLED: f64 = 0.1;
 /// Half-width of a layer over that of 98 % of the wheel's force, below which the ends give way: against the rail alone, two
 /// loads that rub with partial slip lost 6 % of their friction loop at 1.38 and 17 % at 1.21, and 1 to 4 % at 1.51.
@@ -111,9 +92,9 @@ impl Mean {
     }
 }
 
-/// What a committed step is told with.
+/// Times and work of a committed step.
 #[derive(Clone, Copy, Debug)]
-pub struct Moment {
+pub struct StepSpan {
     /// Start of the step (s).
     pub start: f64,
     /// End of the step (s).
@@ -124,7 +105,7 @@ pub struct Moment {
 
 /// Gathers results over the committed steps.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Journal {
+pub struct RunStatistics {
     first_height: f64,
     height_at_motion_start: Option<f64>,
     /// Force on the wheel and its height over the second half of the hold: it still rings on a layer on a rail, by 0.9 um of
@@ -144,28 +125,28 @@ pub struct Journal {
     /// Largest overlap, and largest mean overlap, of any step (m).
     overlap_max: f64,
     overlap_mean_max: f64,
-    last: Summary,
+    last: StepSummary,
 }
 
-impl Journal {
+impl RunStatistics {
     /// A journal that begins with the wheel at this height (m).
-    pub fn new(wheel_height: f64) -> Journal {
-        Journal {
+    pub fn new(wheel_height: f64) -> RunStatistics {
+        RunStatistics {
             first_height: wheel_height,
-            ..Journal::default()
+            ..RunStatistics::default()
         }
     }
 
     /// Takes note of a committed step.
     pub fn record(
         &mut self,
-        program: Option<&Program>,
+        program: Option<&WheelProgram>,
         state: &State,
-        step: &Summary,
-        moment: &Moment,
+        step: &StepSummary,
+        moment: &StepSpan,
     ) {
-        self.residual_max = self.residual_max.max(step.verdict.residual);
-        self.quad_max = self.quad_max.max(step.verdict.quad);
+        self.residual_max = self.residual_max.max(step.convergence.residual);
+        self.quad_max = self.quad_max.max(step.convergence.quad);
         self.defect_max = self.defect_max.max(step.momentum_defect);
         self.overlap_mean_max = self.overlap_mean_max.max(step.overlap[0]);
         self.overlap_max = self.overlap_max.max(step.overlap[1]);
@@ -177,17 +158,17 @@ impl Journal {
 
     fn record_wheel(
         &mut self,
-        program: &Program,
+        program: &WheelProgram,
         wheel: WheelState,
         force: [f64; 2],
-        moment: &Moment,
+        moment: &StepSpan,
     ) {
         let height = wheel.position[1];
         let middle = 0.5 * (moment.start + moment.end);
         let motion = program.motion_start();
         if middle <= motion {
             self.height_at_motion_start = Some(height);
-            if middle > 0.5 * (program.ramp_end() + motion) {
+            if middle > 0.5 * (program.0.ramp_s + motion) {
                 self.held_force.add(force[1]);
                 self.held_height.add(height);
                 self.held_range = Some(wider(self.held_range, force[1]));
@@ -205,10 +186,10 @@ impl Journal {
         }
     }
 
-    /// What the results should not be read without.
+    /// Warnings that belong beside the results.
     pub fn warnings(
         &self,
-        program: Option<&Program>,
+        program: Option<&WheelProgram>,
         bodies: &Bodies,
         state: &State,
         half_width: Option<f64>,
@@ -219,10 +200,10 @@ impl Journal {
         [overlaps, unsettled, ends].into_iter().flatten().collect()
     }
 
-    /// Whether the wheel was at rest when its results were taken.
-    fn unsettled(&self, program: &Program) -> Option<String> {
+    /// A warning if the wheel was not at rest when its results were taken.
+    fn unsettled(&self, program: &WheelProgram) -> Option<String> {
         let [low, high] = self.held_range?;
-        let (load, slack) = (program.load, SETTLED * program.load);
+        let (load, slack) = (program.0.load_n, SETTLED * program.0.load_n);
         (low < load - slack || high > load + slack).then(|| {
             format!(
                 "the wheel is not at rest at the end of its hold: it moves at {:.2e} m/s, and over the second half of the hold the grains carried {low:.0} to {high:.0} N of its {load} N: make wheel.hold_s or wheel.ramp_s longer, or bring wheel.vy_m_per_s closer to 0",
@@ -231,7 +212,7 @@ impl Journal {
         })
     }
 
-    /// Whether rigid contacts kept their budget of overlap.
+    /// A warning if rigid contacts overlapped beyond their budget.
     fn overlaps(&self, bodies: &Bodies) -> Option<String> {
         let mean = self.overlap_mean_max / bodies.mean_radius();
         if bodies.law.springs.is_some() || mean <= OVERLAP_BUDGET {
@@ -245,7 +226,7 @@ impl Journal {
     /// The results so far.
     pub fn results(
         &self,
-        program: Option<&Program>,
+        program: Option<&WheelProgram>,
         bodies: &Bodies,
         state: &State,
     ) -> BTreeMap<String, f64> {
@@ -269,27 +250,19 @@ impl Journal {
         let Some(program) = program else {
             return results;
         };
-        let mut put_some = |name: &str, value: Option<f64>| {
+        let height = self.held_height.value().or(self.height_at_motion_start);
+        let range = self.height_range.map(|[low, high]| (high - low) / radius);
+        let loop_area = program.last_full_cycle().map(|_| self.loop_work);
+        for (name, value) in [
+            ("load_n", Some(program.0.load_n)),
+            ("approach_m", height.map(|y| self.first_height - y)),
+            ("wheel_force_n", self.held_force.value()),
+            ("friction_coefficient", self.friction.value()),
+            ("wheel_y_range_over_r", range),
+            ("loop_area_j", loop_area),
+        ] {
             value.into_iter().for_each(|value| put(name, value));
-        };
-        put_some("load_n", Some(program.load));
-        put_some(
-            "approach_m",
-            self.held_height
-                .value()
-                .or(self.height_at_motion_start)
-                .map(|y| self.first_height - y),
-        );
-        put_some("wheel_force_n", self.held_force.value());
-        put_some("friction_coefficient", self.friction.value());
-        put_some(
-            "wheel_y_range_over_r",
-            self.height_range.map(|[low, high]| (high - low) / radius),
-        );
-        put_some(
-            "loop_area_j",
-            program.last_full_cycle().map(|_| self.loop_work),
-        );
+        }
         results
     }
 }
@@ -319,7 +292,7 @@ fn pressed_half_width(bodies: &Bodies, state: &State) -> Option<f64> {
     within.map(|(x, _)| *x)
 }
 
-/// Whether the wheel presses so near to the ends of a layer that they give way.
+/// A warning if the wheel presses so near to the ends of a layer that they give way.
 fn close_to_the_ends(bodies: &Bodies, state: &State, half_width: f64) -> Option<String> {
     let pressed = pressed_half_width(bodies, state)?;
     (half_width < ENDS * pressed).then(|| {

@@ -1,42 +1,17 @@
-//! Where the grains come from.
+//! Samples: grains listed one by one, or a pressed layer.
 
 pub mod bed;
-pub mod grading;
 pub mod layer;
+pub mod random;
 pub mod relax;
+mod types;
 
-use crate::cluster::Members;
+pub use types::{Disk, Sample};
+
+use crate::cluster::ClusterMembers;
 use crate::config::{Config, DisksConfig, LawKind, SampleConfig, WallConfig};
 use crate::error::DemError;
 use crate::faces::{Face, HalfPlane, RigidWall, polyline};
-
-/// A disk of a sample.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Disk {
-    /// Centre (m).
-    pub centre: [f64; 2],
-    /// Radius (m).
-    pub radius: f64,
-    /// Velocity and spin at the start (m/s, m/s, rad/s).
-    pub velocity: [f64; 3],
-}
-
-/// Grains at rest in their places, ready to be loaded.
-#[derive(Clone, Debug, Default)]
-pub struct Sample {
-    /// Grains that move by themselves.
-    pub free: Vec<Disk>,
-    /// Disks slaved to the body below, by ascending x, then those slaved to the body above.
-    pub glued: Vec<Disk>,
-    /// How many of them are slaved to the body above.
-    pub lid: usize,
-    /// Rigid walls, polylines segment by segment.
-    pub walls: Vec<RigidWall>,
-    /// Free grains that move together.
-    pub clusters: Vec<Members>,
-    /// Solid fraction of the packing (0 where it has no meaning).
-    pub solid_fraction: f64,
-}
 
 /// Prepares the sample of a scenario. `seed` is the run's, which `sample.seed` overrides.
 pub fn prepare(config: &Config, seed: u64) -> Result<Sample, DemError> {
@@ -112,9 +87,9 @@ fn half_plane(wall: &WallConfig) -> HalfPlane {
 }
 
 /// Clusters in the order of their first disks; free grains keep the order in which they are listed.
-fn clusters(config: &DisksConfig) -> Vec<Members> {
+fn clusters(config: &DisksConfig) -> Vec<ClusterMembers> {
     let mut names: Vec<&String> = Vec::new();
-    let mut clusters: Vec<Members> = Vec::new();
+    let mut clusters: Vec<ClusterMembers> = Vec::new();
     let free = config.disks.iter().filter(|disk| !disk.glued);
     for (number, disk) in free.enumerate() {
         let Some(name) = &disk.cluster else {
@@ -131,15 +106,15 @@ fn clusters(config: &DisksConfig) -> Vec<Members> {
     clusters
 }
 
-fn members(config: &DisksConfig, name: &str, first: usize) -> Members {
+fn members(config: &DisksConfig, name: &str, first: usize) -> ClusterMembers {
     let disks = vec![first];
     let Some(cluster) = config.clusters.iter().find(|c| c.name == name) else {
-        return Members {
+        return ClusterMembers {
             disks,
-            ..Members::default()
+            ..ClusterMembers::default()
         };
     };
-    Members {
+    ClusterMembers {
         disks,
         locked: cluster.holds(),
         mass: cluster.mass_kg,

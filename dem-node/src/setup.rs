@@ -6,13 +6,13 @@ use protocol::ConfigError;
 
 use crate::bodies::Bodies;
 use crate::cluster::{Cluster, Clusters};
-use crate::cohesion::{Cohesion, HPrime};
-use crate::config::{Config, HPrimeConfig, LawConfig, LawKind, PenetrationKind, SolverKind};
+use crate::cohesion::Cohesion;
+use crate::config::{Config, LawConfig, LawKind};
 use crate::error::DemError;
-use crate::geometry::proximity;
-use crate::law::{Friction, Law, Penetration, Springs};
+use crate::law::{Law, Penetration, Springs};
+use crate::positions::proximity;
 use crate::sample::Sample;
-use crate::solver::{Algorithm, Criteria};
+use crate::solver::Criteria;
 use crate::state::State;
 
 /// Overlap of two rigid disks over the smaller radius above which a sample is refused: its repair in one step would
@@ -23,13 +23,10 @@ const RIGID_OVERLAP: f64 = 0.01;
 pub(crate) const ALERT: f64 = 0.02;
 pub(crate) const SKIN: f64 = 0.2;
 
-/// When the contact solver, in the calling thread, may stop.
+/// Stopping criteria of the contact solver, in the calling thread.
 pub fn criteria(config: &Config) -> Criteria {
     Criteria {
-        algorithm: match config.solver.kind {
-            SolverKind::Nsgs => Algorithm::Nsgs,
-            SolverKind::Pcg => Algorithm::Pcg,
-        },
+        algorithm: config.solver.kind,
         tolerance: config.solver.tolerance,
         min_iterations: config.solver.min_iterations,
         max_iterations: config.solver.max_iterations,
@@ -62,7 +59,7 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
         wheel_radius: config.wheel.map_or(0.0, |wheel| wheel.radius_m),
         walls: sample.walls.clone(),
         period: config.sample.period(),
-        pulled: None,
+        prescribed_velocity: None,
         law: law(&config.law, thickness),
         alert: ALERT * smallest,
         // The first list must hold all pairs that are bonded.
@@ -83,12 +80,7 @@ fn clusters(config: &Config, sample: &Sample, masses: &[f64]) -> Clusters {
 
 fn law(config: &LawConfig, thickness: f64) -> Law {
     Law {
-        friction: match config.kind {
-            LawKind::Signorini => Friction::Signorini,
-            _ => Friction::Coulomb {
-                coefficient: config.friction.unwrap_or(0.0),
-            },
-        },
+        friction: config.friction.unwrap_or(0.0),
         springs: config.contact_stiffness_pa.map(|stiffness| Springs {
             normal: stiffness * thickness,
             // Without friction there is no tangential force and any stiffness will do.
@@ -102,10 +94,7 @@ fn law(config: &LawConfig, thickness: f64) -> Law {
 
 fn penetration(config: &LawConfig) -> Penetration {
     match (config.penetration, config.kind) {
-        (Some(PenetrationKind::Gap), _) => Penetration::Gap,
-        (Some(PenetrationKind::Iqs), _) => Penetration::Iqs,
-        (Some(PenetrationKind::Split), _) => Penetration::Split,
-        (Some(PenetrationKind::Projection), _) => Penetration::Projection,
+        (Some(penetration), _) => penetration,
         (None, LawKind::IqsClb | LawKind::IqsMacCzm) => Penetration::Iqs,
         (None, _) if config.restitution.is_some() => Penetration::Iqs,
         (None, _) => Penetration::Gap,
@@ -119,13 +108,10 @@ fn cohesion(config: &LawConfig, thickness: f64) -> Option<Cohesion> {
         energy: config.w_j_per_m2?,
         viscosity: config.b_pa_m_s?,
         power: config.p?,
-        h_prime: match config.h_prime? {
-            HPrimeConfig::One => HPrime::One,
-            HPrimeConfig::Adhesion => HPrime::Adhesion,
-        },
+        h_prime: config.h_prime?,
         thickness,
         alert: config.alert_m?,
-        fewest: config.bonds_min as usize,
+        bonds_min: config.bonds_min as usize,
     })
 }
 
@@ -147,11 +133,11 @@ pub fn refuse_rigid_overlaps(bodies: &Bodies, state: &State) -> Result<(), DemEr
     if bodies.law.springs.is_some() {
         return Ok(());
     }
-    let places = state.places(bodies);
+    let positions = state.positions(bodies);
     for slot in &state.list.slots {
         let (a, b) = (slot.a as usize, slot.b as usize);
         let smaller = bodies.radii[a].min(bodies.radii.get(b).copied().unwrap_or(f64::INFINITY));
-        let gap = proximity(bodies, &places, a, b).gap;
+        let gap = proximity(bodies, &positions, a, b).gap;
         if gap < -RIGID_OVERLAP * smaller {
             return Err(DemError::Overlap {
                 a,

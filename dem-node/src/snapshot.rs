@@ -41,20 +41,10 @@ fn document(bodies: &Bodies, state: &State, thickness: f64) -> String {
     array(&mut text, "Int64", "connectivity", 1, 0..disks);
     array(&mut text, "Int64", "offsets", 1, 1..=disks);
     text += "</Verts>\n<Lines>\n";
-    array(
-        &mut text,
-        "Int64",
-        "connectivity",
-        1,
-        lines.iter().flat_map(|s| [s.a, s.b]),
-    );
-    array(
-        &mut text,
-        "Int64",
-        "offsets",
-        1,
-        (1..=lines.len()).map(|k| 2 * k),
-    );
+    let ends = lines.iter().flat_map(|s| [s.a, s.b]);
+    array(&mut text, "Int64", "connectivity", 1, ends);
+    let offsets = (1..=lines.len()).map(|k| 2 * k);
+    array(&mut text, "Int64", "offsets", 1, offsets);
     text += "</Lines>\n<PointData>\n";
     point_data(&mut text, bodies, state, thickness);
     text += "</PointData>\n<CellData>\n";
@@ -88,17 +78,13 @@ fn point_data(text: &mut String, bodies: &Bodies, state: &State, thickness: f64)
     array(text, "Float64", "velocity_m_per_s", 3, flat);
     array(text, "Float64", "spin_rad_per_s", 1, spins);
     array(text, "UInt8", "glued", 1, flags);
-    array(
-        text,
-        "Float64",
-        "pressure_pa",
-        1,
-        pressures(bodies, state, thickness),
-    );
+    let pressures = pressures(bodies, state, thickness);
+    array(text, "Float64", "pressure_pa", 1, pressures);
 }
 
-/// Mean in-plane pressure in each disk: the trace of (1/V) sum f (x_c - x) over 2, that is sum f_n / (2 pi r thickness).
-fn pressures(bodies: &Bodies, state: &State, thickness: f64) -> Vec<f64> {
+/// Mean in-plane pressure in each disk (Pa): half the trace of its stress (1/V) sum f (x_c - x) (Love 1927; Weber 1966), that
+/// is sum f_n / (2 pi r thickness).
+pub fn pressures(bodies: &Bodies, state: &State, thickness: f64) -> Vec<f64> {
     let mut sums = vec![0.0; bodies.count()];
     for slot in &state.list.slots {
         sums[slot.a as usize] += slot.force[0];

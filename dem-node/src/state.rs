@@ -1,13 +1,15 @@
-//! What changes while the grains move: the checkpoint of the node.
+//! The state of the grains, which changes while they move: the checkpoint of the node.
 
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
-use crate::bond::{self, Bond, Finder};
+use crate::bond::{Bond, BondCursor};
 use crate::cluster::{Cluster, Pose};
 use crate::detect::VerletList;
-use crate::geometry::{Places, height_on, proximity};
+use crate::geometry::height_on;
+use crate::initial_bonds::initial_bonds;
 use crate::ledger::Accounts;
+use crate::positions::{Positions, proximity};
 use crate::sample::Disk;
 
 /// Everything that can change a later bit. A window is solved on a copy; committing it swaps the two.
@@ -17,9 +19,9 @@ pub struct State {
     pub centres: Vec<[f64; 2]>,
     /// Velocities of the free grains: v_x, v_y, spin times radius (m/s); a cluster's is that of its first disk.
     pub velocities: Vec<[f64; 3]>,
-    /// Where the clusters are.
+    /// Poses of the clusters.
     pub clusters: Vec<Pose>,
-    /// How long moving walls have moved (s); 0 where there are none.
+    /// Time for which moving walls have moved (s); 0 where there are none.
     pub wall_time: f64,
     /// Velocities of the glued disks, two components a disk (m/s).
     pub glued_velocity: Vec<f64>,
@@ -33,7 +35,7 @@ pub struct State {
     pub accounts: Accounts,
 }
 
-/// Where the wheel is.
+/// Position and velocity of the wheel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WheelState {
     /// Sideways displacement and height of the lowest point of the face (m).
@@ -88,19 +90,19 @@ impl State {
             state.velocities[cluster.leader()] = cluster.start_velocity();
         }
         let mut list = VerletList::default();
-        let places = state.places(bodies);
-        list.refresh(bodies, &places, 0.0, &[]);
-        state.bonds = bond::make(bodies, &places, &list);
-        let places = state.places(bodies);
+        let positions = state.positions(bodies);
+        list.refresh(bodies, &positions, 0.0, std::iter::empty());
+        state.bonds = initial_bonds(bodies, &positions, &list);
+        let positions = state.positions(bodies);
         // With the pairs that are bonded further apart than the list reaches.
-        list.expire();
-        list.refresh(bodies, &places, 0.0, &state.bonds);
-        let mut bonds = Finder::new(&state.bonds);
+        list.invalidate();
+        list.refresh(bodies, &positions, 0.0, state.bonds.iter().map(Bond::pair));
+        let mut bonds = BondCursor::new(&state.bonds);
         for slot in &mut list.slots {
             if bonds.find((slot.a, slot.b)).is_some() {
                 continue;
             }
-            let gap = proximity(bodies, &places, slot.a as usize, slot.b as usize).gap;
+            let gap = proximity(bodies, &positions, slot.a as usize, slot.b as usize).gap;
             if let (Some(springs), true) = (bodies.law.springs, gap < 0.0) {
                 slot.force[0] = -gap * springs.normal;
                 slot.left = gap;
@@ -110,17 +112,17 @@ impl State {
         state
     }
 
-    /// Where everything is.
-    pub fn places(&self, bodies: &Bodies) -> Places<'_> {
+    /// Positions of everything.
+    pub fn positions(&self, bodies: &Bodies) -> Positions<'_> {
         let [x, y] = self.wheel.position;
-        Places {
+        Positions {
             centres: &self.centres,
             wheel: [if bodies.wheel_radius > 0.0 { x } else { 0.0 }, y],
             wall_time: self.wall_time,
         }
     }
 
-    /// Moves grains, wheel and walls with their velocities for a time (s); glued disks are moved by their wall.
+    /// Moves grains, wheel and walls with their velocities for a time t (s), q += t v; glued disks are moved by their boundary.
     pub fn drift(&mut self, bodies: &Bodies, time: f64) {
         for (centre, velocity) in self.centres.iter_mut().zip(&self.velocities) {
             centre[0] += time * velocity[0];
@@ -166,7 +168,7 @@ impl State {
 
     /// Energy in the normal and in the tangential springs, and in the bonds (J).
     pub fn springs(&self, bodies: &Bodies) -> [f64; 3] {
-        let mut bonds = Finder::new(&self.bonds);
+        let mut bonds = BondCursor::new(&self.bonds);
         self.list.slots.iter().fold([0.0; 3], |sum, slot| {
             let bonded = bonds.find((slot.a, slot.b));
             let force = match bonded {
@@ -178,6 +180,12 @@ impl State {
             let cohesive = bonded.map_or(0.0, |(_, bond)| bond.stored(bodies));
             [sum[0] + normal, sum[1] + tangential, sum[2] + cohesive]
         })
+    }
+
+    /// Kinetic energy, and the energies of normal springs, tangential springs and bonds (J).
+    pub fn energies(&self, bodies: &Bodies) -> [f64; 4] {
+        let [normal, tangential, bonds] = self.springs(bodies);
+        [self.kinetic(bodies), normal, tangential, bonds]
     }
 
     /// Momentum of the free grains (kg m/s).

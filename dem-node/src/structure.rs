@@ -1,17 +1,17 @@
-//! How the contacts of a state are arranged: coordination, fabric, and the distribution of forces.
+//! Arrangement of the contacts of a state: coordination, fabric, and the distribution of forces.
 //!
 //! Computed once, from the state at the end of a run. Contacts are those that carry a compressive force.
 
 use std::collections::BTreeMap;
 
 use crate::bodies::Bodies;
-use crate::geometry::proximity;
+use crate::positions::proximity;
 use crate::state::State;
 
 /// Forces on a grain below which it is a rattler: two contacts are the fewest that can hold a disk.
 const HELD: usize = 2;
 
-/// What is known of the contacts of a state.
+/// Numbers of the arrangement of contacts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Structure {
     /// Contacts per body that has at least two, counted on each of them; a cluster is one body.
@@ -42,10 +42,10 @@ impl Structure {
         let degrees = degrees(bodies, state);
         let held: Vec<usize> = degrees.iter().copied().filter(|d| *d >= HELD).collect();
         let per = |sum: usize, count: usize| sum as f64 / count.max(1) as f64;
-        let places = state.places(bodies);
+        let positions = state.positions(bodies);
         let mut fabric = [0.0; 3];
         for slot in slots() {
-            let [x, y] = proximity(bodies, &places, slot.a as usize, slot.b as usize).normal;
+            let [x, y] = proximity(bodies, &positions, slot.a as usize, slot.b as usize).normal;
             for (sum, product) in fabric.iter_mut().zip([x * x, x * y, y * y]) {
                 *sum += product / forces.len() as f64;
             }
@@ -106,11 +106,11 @@ fn degrees(bodies: &Bodies, state: &State) -> Vec<usize> {
     let mut degree = vec![0usize; bodies.free];
     for slot in state.list.slots.iter().filter(|slot| slot.force[0] > 0.0) {
         for body in [slot.a as usize, slot.b as usize] {
-            if let Some(count) = degree.get_mut(bodies.clusters.mover_of(body)) {
+            if let Some(count) = degree.get_mut(bodies.clusters.leader_of(body)) {
                 *count += 1;
             }
         }
     }
-    let leads = |body: &usize| bodies.clusters.mover_of(*body) == *body;
+    let leads = |body: &usize| bodies.clusters.leader_of(*body) == *body;
     (0..bodies.free).filter(leads).map(|i| degree[i]).collect()
 }

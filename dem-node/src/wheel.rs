@@ -6,53 +6,33 @@ use protocol::Phase;
 
 use crate::config::WheelConfig;
 
-/// What happens to the wheel over time: the load ramps up, is held, and from t_s = ramp + hold on the wheel is moved
+/// Load and motion of the wheel over time: the load ramps up, is held, and from t_s = ramp + hold on the wheel is moved
 /// sideways by D(t) = A sin(2 pi f (t - t_s)), at once at its full speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Program {
-    /// Full load (N).
-    pub load: f64,
-    amplitude: f64,
-    frequency: f64,
-    ramp: f64,
-    hold: f64,
-    cycles: f64,
-}
+#[derive(Clone, Copy, Debug)]
+pub struct WheelProgram(pub WheelConfig);
 
-impl Program {
-    /// The program of a scenario.
-    pub fn new(config: &WheelConfig) -> Program {
-        Program {
-            load: config.load_n,
-            amplitude: config.amplitude_m,
-            frequency: config.frequency_hz,
-            ramp: config.ramp_s,
-            hold: config.hold_s,
-            cycles: config.cycles,
-        }
-    }
-
+impl WheelProgram {
     /// Load at a time (N), downwards.
     pub fn load_at(&self, t: f64) -> f64 {
-        if t >= self.ramp {
-            return self.load;
+        if t >= self.0.ramp_s {
+            return self.0.load_n;
         }
-        self.load * t / self.ramp
+        self.0.load_n * t / self.0.ramp_s
     }
 
-    /// Sideways displacement D at a time (m).
-    pub fn drive_at(&self, t: f64) -> f64 {
+    /// Sideways displacement D(t) = A sin(2 pi f (t - t_s)) at a time (m).
+    pub fn displacement_at(&self, t: f64) -> f64 {
         let since = t - self.motion_start();
         if since <= 0.0 {
             return 0.0;
         }
-        self.amplitude * (TAU * self.frequency * since).sin()
+        self.0.amplitude_m * (TAU * self.0.frequency_hz * since).sin()
     }
 
     /// Highest sideways speed (m/s).
     pub fn top_speed(&self) -> f64 {
-        if self.cycles > 0.0 {
-            TAU * self.frequency * self.amplitude
+        if self.0.cycles > 0.0 {
+            TAU * self.0.frequency_hz * self.0.amplitude_m
         } else {
             0.0
         }
@@ -60,17 +40,12 @@ impl Program {
 
     /// 2 pi f of the sideways motion (1/s).
     pub fn angular_frequency(&self) -> f64 {
-        TAU * self.frequency
-    }
-
-    /// When the load is complete (s).
-    pub fn ramp_end(&self) -> f64 {
-        self.ramp
+        TAU * self.0.frequency_hz
     }
 
     /// t_s (s).
     pub fn motion_start(&self) -> f64 {
-        self.ramp + self.hold
+        self.0.ramp_s + self.0.hold_s
     }
 
     /// End of the history (s).
@@ -80,14 +55,14 @@ impl Program {
 
     /// Start and end of the last full cycle (s).
     pub fn last_full_cycle(&self) -> Option<(f64, f64)> {
-        let full = self.cycles.floor();
-        let at = |cycle: f64| self.motion_start() + cycle / self.frequency;
+        let full = self.0.cycles.floor();
+        let at = |cycle: f64| self.motion_start() + cycle / self.0.frequency_hz;
         (full >= 1.0).then(|| (at(full - 1.0), at(full)))
     }
 
     fn moving_time(&self) -> f64 {
-        if self.cycles > 0.0 {
-            self.cycles / self.frequency
+        if self.0.cycles > 0.0 {
+            self.0.cycles / self.0.frequency_hz
         } else {
             0.0
         }
@@ -95,7 +70,7 @@ impl Program {
 
     /// The named parts of the history; those without duration are left out.
     pub fn phases(&self) -> Vec<Phase> {
-        let limits = [0.0, self.ramp, self.motion_start(), self.end()];
+        let limits = [0.0, self.0.ramp_s, self.motion_start(), self.end()];
         let parts = ["ramp", "hold", "cycling"].iter().zip(limits.windows(2));
         parts
             .filter(|(_, t)| t[1] > t[0])
@@ -114,8 +89,8 @@ impl Program {
 mod tests {
     use super::*;
 
-    fn program() -> Program {
-        Program::new(&WheelConfig {
+    fn program() -> WheelProgram {
+        WheelProgram(WheelConfig {
             load_n: 8000.0,
             mass_kg: 0.01,
             radius_m: 0.0,
@@ -137,8 +112,8 @@ mod tests {
     #[test]
     fn motion_starts_after_the_hold_at_full_speed() {
         let program = program();
-        assert_eq!(program.drive_at(9e-4), 0.0);
-        let speed = program.drive_at(9e-4 + 1e-8) / 1e-8;
+        assert_eq!(program.displacement_at(9e-4), 0.0);
+        let speed = program.displacement_at(9e-4 + 1e-8) / 1e-8;
         assert!((speed - TAU * 300.0 * 5e-5).abs() < 1e-6, "{speed}");
     }
 
@@ -152,7 +127,7 @@ mod tests {
     #[test]
     fn a_ramp_of_no_duration_is_no_phase() {
         let mut program = program();
-        program.ramp = 0.0;
+        program.0.ramp_s = 0.0;
         let names: Vec<String> = program.phases().into_iter().map(|p| p.name).collect();
         assert_eq!(names, ["hold", "cycling"]);
     }

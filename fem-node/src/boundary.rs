@@ -6,129 +6,124 @@
 
 use protocol::ConfigError;
 
-use crate::config::{Base, Config, SetConfig, SetLoad};
+use crate::config::{Base, Component, Config, SetConfig, SetLoad};
 use crate::element::{Body, Layout};
 use crate::mesh::Mesh;
-use crate::model::known_sets;
 
 /// A traction turned into forces on the nodes of its set.
 #[derive(Clone, Debug)]
 pub struct Traction {
     /// Component and force at full load (N).
     pub forces: Vec<(usize, f64)>,
-    ramp: Ramp,
+    pub(crate) ramp: Ramp,
 }
 
 /// Components whose motion is prescribed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Drive {
+pub struct PrescribedMotion {
     /// Component, and the velocity after the ramp (m/s) or the displacement at its end (m).
     pub components: Vec<(usize, f64)>,
-    course: Course,
-    ramp: Ramp,
+    quantity: Quantity,
+    pub(crate) ramp: Ramp,
 }
 
-/// What is ramped.
+/// Prescribed quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Course {
+enum Quantity {
     Velocity,
     Displacement,
 }
 
 /// A linear rise from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Ramp(f64);
+pub(crate) struct Ramp {
+    /// Duration (s).
+    pub(crate) duration: f64,
+}
 
 impl Ramp {
-    fn share(self, t: f64) -> f64 {
-        match self.0 > 0.0 {
-            true => (t / self.0).clamp(0.0, 1.0),
-            false => 1.0,
+    /// Share at time t (s).
+    pub(crate) fn share(self, t: f64) -> f64 {
+        if self.duration > 0.0 {
+            (t / self.duration).clamp(0.0, 1.0)
+        } else {
+            1.0
         }
     }
 
     /// The integral of [`Ramp::share`] from 0 to t (s).
     fn elapsed(self, t: f64) -> f64 {
-        match t < self.0 {
-            true => 0.5 * t * t / self.0,
-            false => t - 0.5 * self.0,
+        if t < self.duration {
+            0.5 * t * t / self.duration
+        } else {
+            t - 0.5 * self.duration
         }
     }
 }
 
-impl Traction {
-    /// Share of the full load at time t (s).
-    pub fn share(&self, t: f64) -> f64 {
-        self.ramp.share(t)
-    }
-
-    /// Duration of the ramp (s).
-    pub fn ramp(&self) -> f64 {
-        self.ramp.0
-    }
-}
-
-impl Drive {
+impl PrescribedMotion {
     /// Displacement at time t over the number of the component (m).
-    pub(crate) fn place(&self, t: f64) -> f64 {
-        match self.course {
-            Course::Velocity => self.ramp.elapsed(t),
-            Course::Displacement => self.ramp.share(t),
+    pub(crate) fn displacement(&self, t: f64) -> f64 {
+        match self.quantity {
+            Quantity::Velocity => self.ramp.elapsed(t),
+            Quantity::Displacement => self.ramp.share(t),
         }
     }
 
     /// Velocity at time t over the number of the component (m/s).
-    pub(crate) fn speed(&self, t: f64) -> f64 {
-        match self.course {
-            Course::Velocity => self.ramp.share(t),
-            Course::Displacement if t < self.ramp.0 => 1.0 / self.ramp.0,
-            Course::Displacement => 0.0,
+    pub(crate) fn velocity(&self, t: f64) -> f64 {
+        match self.quantity {
+            Quantity::Velocity => self.ramp.share(t),
+            Quantity::Displacement if t < self.ramp.duration => 1.0 / self.ramp.duration,
+            Quantity::Displacement => 0.0,
         }
-    }
-
-    /// Duration of the ramp (s).
-    pub fn ramp(&self) -> f64 {
-        self.ramp.0
     }
 }
 
-/// Tractions and drives of the scenario; what a drive moves is taken out of the body's own masses.
+/// Tractions and prescribed motions of the scenario; components that a motion moves are taken out of the body's own
+/// masses.
 pub(crate) fn build(
     config: &Config,
     mesh: &Mesh,
     body: &mut Body,
     thickness: f64,
-) -> Result<(Vec<Traction>, Vec<Drive>), ConfigError> {
-    let (mut tractions, mut drives) = (Vec::new(), Vec::<Drive>::new());
+) -> Result<(Vec<Traction>, Vec<PrescribedMotion>), ConfigError> {
+    let (mut tractions, mut motions) = (Vec::new(), Vec::<PrescribedMotion>::new());
     for (name, set) in &config.boundary.0 {
         let nodes = nodes(config, mesh, name)?;
         let lines = lines(mesh, name, set)?;
-        let ramp = Ramp(set.ramp_s.unwrap_or(0.0));
-        match set.load() {
-            None => {}
-            Some(SetLoad::Traction(traction)) => tractions.push(Traction {
-                forces: traction_forces(
-                    mesh,
-                    body.layout(),
-                    &lines,
-                    traction.map(|t| t * thickness),
-                ),
-                ramp,
-            }),
-            Some(SetLoad::Pressure(pressure)) => tractions.push(Traction {
-                forces: pressure_forces(mesh, body.layout(), &lines, pressure * thickness),
-                ramp,
-            }),
-            Some(SetLoad::Velocity(_) | SetLoad::Displacement(_)) => {
-                let drive = drive(set, body, &nodes);
-                drives.push(without_doubles(name, drive, &drives)?);
+        let ramp = Ramp {
+            duration: set.ramp_s.unwrap_or(0.0),
+        };
+        let layout = body.layout();
+        let mut move_nodes = |quantity, values| {
+            let motion = motion(body, &nodes, quantity, values, ramp);
+            motions.push(without_doubles(name, motion, &motions)?);
+            Ok(())
+        };
+        let forces = match set.load() {
+            None => continue,
+            Some(SetLoad::Velocity(velocity)) => {
+                move_nodes(Quantity::Velocity, velocity)?;
+                continue;
             }
-        }
+            Some(SetLoad::Displacement(shift)) => {
+                move_nodes(Quantity::Displacement, shift)?;
+                continue;
+            }
+            Some(SetLoad::Traction(traction)) => {
+                traction_forces(mesh, layout, &lines, traction.map(|t| t * thickness))
+            }
+            Some(SetLoad::Pressure(pressure)) => {
+                pressure_forces(mesh, layout, &lines, pressure * thickness)
+            }
+        };
+        tractions.push(Traction { forces, ramp });
     }
-    for drive in &drives {
-        body.hold(drive.components.iter().map(|(index, _)| *index));
+    for motion in &motions {
+        body.fix(motion.components.iter().map(|(index, _)| *index));
     }
-    Ok((tractions, drives))
+    Ok((tractions, motions))
 }
 
 fn nodes(config: &Config, mesh: &Mesh, name: &str) -> Result<Vec<[usize; 2]>, ConfigError> {
@@ -140,7 +135,7 @@ fn nodes(config: &Config, mesh: &Mesh, name: &str) -> Result<Vec<[usize; 2]>, Co
         );
     }
     mesh.set(name)
-        .ok_or_else(|| ConfigError::new(&key, "is no set of the mesh").help(known_sets(mesh)))
+        .ok_or_else(|| ConfigError::new(&key, "is no set of the mesh").help(mesh.listed_sets()))
 }
 
 /// The lines on which tractions act; none under a motion.
@@ -162,16 +157,16 @@ fn lines(mesh: &Mesh, name: &str, set: &SetConfig) -> Result<Vec<Vec<[usize; 2]>
     })?;
     let inside = |pair: &[[usize; 2]]| mesh.outline(pair[0], pair[1]).is_none();
     let inside = lines.iter().any(|line| line.windows(2).any(inside));
-    match inside && load == "pressure_pa" {
-        true => Err(refused(
+    if inside && load == "pressure_pa" {
+        return Err(refused(
             "acts against the outward normal, and the set has a line inside the body",
             "give its components as traction_pa, or name a line of the outline",
-        )),
-        false => Ok(lines),
+        ));
     }
+    Ok(lines)
 }
 
-/// Consistent with linear shape functions: each node carries half of the edges beside it.
+/// Forces of a traction, consistent with linear shape functions: each node carries half of the edges beside it.
 fn traction_forces(
     mesh: &Mesh,
     layout: Layout,
@@ -181,18 +176,14 @@ fn traction_forces(
     let nodes = lines
         .iter()
         .flat_map(|line| line.iter().zip(mesh.tributary(line)));
+    let component = |node, k| layout.tied_to(layout.index(node, k));
     let forces = nodes.flat_map(|(node, length)| {
-        [0, 1].map(|k| {
-            (
-                layout.tied_to(layout.index(*node, k)),
-                force_per_length[k] * length,
-            )
-        })
+        [0, 1].map(|k| (component(*node, k), force_per_length[k] * length))
     });
     forces.filter(|(_, force)| *force != 0.0).collect()
 }
 
-/// Each segment pushes inwards on both of its nodes alike.
+/// Forces of a pressure: each segment pushes inwards on both of its nodes alike.
 fn pressure_forces(
     mesh: &Mesh,
     layout: Layout,
@@ -215,38 +206,38 @@ fn pressure_forces(
     forces
 }
 
-/// What the supports hold already stays theirs.
-fn drive(set: &SetConfig, body: &Body, nodes: &[[usize; 2]]) -> Drive {
-    let (course, components) = match set.load() {
-        Some(SetLoad::Velocity(velocity)) => (Course::Velocity, velocity),
-        Some(SetLoad::Displacement(shift)) => (Course::Displacement, shift),
-        _ => unreachable!("the caller matched a motion"),
-    };
-    let given = nodes.iter().flat_map(|node| {
-        [0, 1].map(|k| {
-            components[k]
-                .given()
-                .map(|value| (body.layout().index(*node, k), value))
-        })
-    });
-    let own = |index: &usize| body.layout().tied_to(*index);
-    let free = |(index, _): &(usize, f64)| body.inverse_mass[own(index)] > 0.0;
-    Drive {
-        components: given.flatten().filter(free).collect(),
-        course,
-        ramp: Ramp(set.ramp_s.unwrap_or(0.0)),
+/// Components of the nodes that a set moves; those that the supports hold stay theirs.
+fn motion(
+    body: &Body,
+    nodes: &[[usize; 2]],
+    quantity: Quantity,
+    values: [Component; 2],
+    ramp: Ramp,
+) -> PrescribedMotion {
+    let layout = body.layout();
+    let given = |node: &[usize; 2], k: usize| Some((layout.index(*node, k), values[k].given()?));
+    let free = |(index, _): &(usize, f64)| body.inverse_mass[layout.tied_to(*index)] > 0.0;
+    let all = nodes.iter().flat_map(|node| [0, 1].map(|k| given(node, k)));
+    PrescribedMotion {
+        components: all.flatten().filter(free).collect(),
+        quantity,
+        ramp,
     }
 }
 
 /// Sets share corners; both may move them, in the same way.
-fn without_doubles(name: &str, mut drive: Drive, others: &[Drive]) -> Result<Drive, ConfigError> {
+fn without_doubles(
+    name: &str,
+    mut motion: PrescribedMotion,
+    others: &[PrescribedMotion],
+) -> Result<PrescribedMotion, ConfigError> {
     for other in others {
-        let same = (drive.course, drive.ramp) == (other.course, other.ramp);
+        let same = (motion.quantity, motion.ramp) == (other.quantity, other.ramp);
         for (index, value) in &other.components {
-            let Some(at) = drive.components.iter().position(|(own, _)| own == index) else {
+            let Some(at) = motion.components.iter().position(|(own, _)| own == index) else {
                 continue;
             };
-            if !same || drive.components[at].1 != *value {
+            if !same || motion.components[at].1 != *value {
                 let key = format!("boundary.{name}");
                 return Err(
                     ConfigError::new(&key, "moves a node otherwise than another set does").help(
@@ -254,8 +245,8 @@ fn without_doubles(name: &str, mut drive: Drive, others: &[Drive]) -> Result<Dri
                     ),
                 );
             }
-            drive.components.remove(at);
+            motion.components.remove(at);
         }
     }
-    Ok(drive)
+    Ok(motion)
 }

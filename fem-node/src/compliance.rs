@@ -1,29 +1,33 @@
-//! Condensed compliance of the coupled components over a window.
+//! Condensed compliance and impedance of the coupled components over a window.
 
 use rayon::prelude::*;
 
-use crate::follow::Ramp;
-use crate::integrate::{Integrator, Load, RowSums, State};
+use crate::integrate::{Integrator, Load, RowEnergies, State};
 use crate::model::Model;
+use crate::prescribed_velocity::PrescribedVelocity;
 
-/// C (m/N), square, column after column: column j holds the displacements of all `components` after `substeps`
-/// steps from rest under a unit force in component j and no other. C(1) = h^2/2 M^-1. A mode phi of frequency
-/// omega adds phi phi^T (1 - cos(omega H))/omega^2 in the limit of small steps, the response of an undamped
-/// oscillator to a constant force: never negative, so that C is positive definite.
+/// C (m/N), n x n, column-major: column j holds the displacements of all n `components` after `substeps` steps from rest
+/// under a unit force in component j and no other. C(1) = h^2/2 M^-1. A mode phi of frequency omega adds
+/// phi phi^T (1 - cos(omega H))/omega^2 in the limit of small steps, the response of an undamped oscillator to a constant
+/// force: never negative, so that C is positive definite.
 ///
-/// They are those of linear elasticity in small strain: a plastic body that yields within the window is softer, and a
-/// coupler that needs more than one repeat then takes more of them.
+/// The columns are those of linear elasticity in small strain: a plastic body that yields within the window is softer, and
+/// a coupler that needs more than one repeat then takes more of them.
 ///
-/// The columns are independent, so they are what the threads share; each is computed by one of them.
+/// The columns are independent, so the threads share them; each is computed by one thread.
 pub(crate) fn compliance(model: &Model, components: &[usize], substeps: u32) -> Vec<f64> {
     each_column(model, components, |run, component| {
-        run.column(model, components, component, substeps)
+        run.load.add(component, 1.0);
+        run.state
+            .accelerate(&model.body, model.scheme.mass_damping, &run.load);
+        run.steps(model, component, substeps, None);
+        components.iter().map(|index| run.state.u[*index]).collect()
     })
 }
 
-/// D (kg/s), square, column after column: column j holds the forces on all `components` at the end of `substeps` steps from
-/// rest in which the velocity of component j grows in a straight line to one and the others are held. With the
-/// acceleration 1/H and the modes of the body with held components, of frequency omega and participation L,
+/// D (kg/s), n x n, column-major: column j holds the reactions on all n `components` at the end of `substeps` steps from
+/// rest in which the velocity of component j grows in a straight line to one and the others stay at rest. With the
+/// acceleration 1/H and the modes of the body with fixed components, of frequency omega and participation L,
 ///
 /// ```text
 /// H D = M_i + H^2/2 K_i + sum L L^T (1 - cos(omega H))
@@ -33,8 +37,18 @@ pub(crate) fn compliance(model: &Model, components: &[usize], substeps: u32) -> 
 /// an inverse for any H. A component that cannot move has zeros in its row and column. As for [`compliance`], of linear
 /// elasticity, and shared among the threads.
 pub(crate) fn impedance(model: &Model, components: &[usize], substeps: u32) -> Vec<f64> {
+    let window_s = model.scheme.step * f64::from(substeps);
     each_column(model, components, |run, component| {
-        run.reactions(model, components, component, substeps)
+        if model.body.inverse_mass[component] == 0.0 {
+            return vec![0.0; components.len()];
+        }
+        run.state.a.fill(0.0);
+        let speed = |index: &usize| if *index == component { 1.0 } else { 0.0 };
+        let ends = components.iter().map(|index| (*index, speed(index)));
+        let ends: Vec<(usize, f64)> = ends.collect();
+        let mut velocity = PrescribedVelocity::start(&model.body, &mut run.state, &ends, window_s);
+        run.steps(model, component, substeps, Some(&mut velocity));
+        velocity.force
     })
 }
 
@@ -43,90 +57,60 @@ fn each_column(
     components: &[usize],
     column: impl Fn(&mut ColumnRun, usize) -> Vec<f64> + Sync,
 ) -> Vec<f64> {
+    let from_rest = |run: &mut ColumnRun, component: &usize| {
+        run.load.clear();
+        run.state.restore(&run.rest);
+        column(run, *component)
+    };
     let columns: Vec<Vec<f64>> = components
         .par_iter()
-        .map_init(|| ColumnRun::new(model), |run, at| column(run, *at))
+        .map_init(|| ColumnRun::new(model), from_rest)
         .collect();
     columns.concat()
 }
 
-/// Rows that have moved: a step carries the motion from one row to the next, and what it has not reached is at rest.
-fn reached(source: usize, step: usize, rows: usize) -> [usize; 2] {
-    [source.saturating_sub(step), (source + step + 1).min(rows)]
-}
-
-/// Room for one column at a time.
+/// Buffers for one column at a time.
 struct ColumnRun {
     rest: State,
     state: State,
     load: Load,
-    sums: Vec<RowSums>,
+    energies: Vec<RowEnergies>,
     integrator: Integrator,
 }
 
 impl ColumnRun {
     fn new(model: &Model) -> ColumnRun {
-        let rest = State::at_rest(&model.body);
+        let (body, elements) = (&model.body, model.mesh.elements());
+        let rest = State::at_rest(body);
         ColumnRun {
             state: rest.clone(),
             rest,
-            load: Load::none(&model.body),
-            sums: vec![RowSums::default(); model.body.layout().node_rows()],
-            integrator: Integrator::new(&model.body, model.scheme, model.mesh.elements(), 1),
+            load: Load::none(body),
+            energies: vec![RowEnergies::default(); body.layout().node_rows()],
+            integrator: Integrator::new(body, model.scheme, None, elements, 1),
         }
     }
 
-    fn column(
+    /// Steps the rows that have moved: a step carries the motion from one row to the next, and the others are at rest.
+    fn steps(
         &mut self,
         model: &Model,
-        all: &[usize],
-        component: usize,
+        source: usize,
         substeps: u32,
-    ) -> Vec<f64> {
-        let layout = model.body.layout();
-        self.load.clear();
-        self.load.add(component, 1.0);
-        self.state.restore(&self.rest);
-        self.state
-            .accelerate(&model.body, model.scheme.mass_damping, &self.load);
-        let source = layout.row_of(component);
+        mut velocity: Option<&mut PrescribedVelocity>,
+    ) {
+        let (body, layout) = (&model.body, model.body.layout());
+        let (row, rows) = (layout.row_of(source), layout.node_rows());
+        let (state, energies) = (&mut self.state, &mut self.energies);
         for step in 1..=substeps as usize {
-            let reached = reached(source, step, layout.node_rows());
-            let body = &model.body;
+            let reached = [row.saturating_sub(step), (row + step + 1).min(rows)];
             self.integrator
-                .step_rows(body, &mut self.state, &self.load, &mut self.sums, reached);
+                .step(body, state, &self.load, energies, reached, None);
+            if let Some(velocity) = &mut velocity {
+                let share = step as f64 / f64::from(substeps);
+                let rule = self.integrator.rule();
+                velocity.step(body, &rule, state, &mut energies[0], share);
+            }
         }
-        all.iter().map(|index| self.state.u[*index]).collect()
-    }
-
-    fn reactions(
-        &mut self,
-        model: &Model,
-        all: &[usize],
-        component: usize,
-        substeps: u32,
-    ) -> Vec<f64> {
-        let body = &model.body;
-        if body.inverse_mass[component] == 0.0 {
-            return vec![0.0; all.len()];
-        }
-        let layout = body.layout();
-        self.load.clear();
-        self.state.restore(&self.rest);
-        self.state.a.fill(0.0);
-        let speed = |index: &usize| if *index == component { 1.0 } else { 0.0 };
-        let follow: Vec<(usize, f64)> = all.iter().map(|index| (*index, speed(index))).collect();
-        let window_s = model.scheme.step * f64::from(substeps);
-        let mut ramp = Ramp::start(body, &mut self.state, &follow, window_s);
-        let source = layout.row_of(component);
-        for step in 1..=substeps as usize {
-            let reached = reached(source, step, layout.node_rows());
-            let rule = self.integrator.rule();
-            self.integrator
-                .step_rows(body, &mut self.state, &self.load, &mut self.sums, reached);
-            let share = step as f64 / f64::from(substeps);
-            ramp.step(body, &rule, &mut self.state, &mut self.sums[0], share);
-        }
-        ramp.force
     }
 }

@@ -1,11 +1,11 @@
-//! What can go wrong after the configuration was accepted.
+//! Errors after the configuration was accepted.
 
 use std::path::PathBuf;
 
 use protocol::{ConfigError, NodeError};
 use thiserror::Error;
 
-/// Why the body cannot be built or asked further.
+/// Failure of a body to be built, or to answer.
 #[derive(Clone, Debug, Error)]
 #[allow(missing_docs)]
 pub enum FemError {
@@ -26,7 +26,7 @@ pub enum FemError {
     #[error(
         "its set `{set}` moves as boundary.{set} prescribes and takes no force: name another set, or remove the motion"
     )]
-    DrivenSet { set: String },
+    MovedSet { set: String },
     #[error("its set `{set}` is coupled twice: join the interfaces, or name another set")]
     CoupledTwice { set: String },
     #[error(
@@ -76,7 +76,7 @@ pub enum FemError {
     #[error(
         "window {window}, iteration {iteration}, step {step}, t = {time_s:.6e} s: the body moves with {kinetic_j:.3e} J, more than ten times the {supplied_j:.3e} J that all forces supplied, the solution diverged; its step is {step_s:.4e} s, the stability limit {limit_s:.4e} s: lower time.step_s, the window, or the load"
     )]
-    Overdrawn {
+    EnergyExcess {
         window: u64,
         iteration: u32,
         step: u64,
@@ -111,7 +111,7 @@ pub enum FemError {
     #[error(
         "it cannot follow a velocity on its coupled set: its material is more than linear, or it carries a wheel of its own; give it an elastic small-strain material, or join it by scheme = \"dual-schur-secant\""
     )]
-    CannotFollow,
+    NoPrescribedVelocity,
     #[error(
         "a static analysis cannot be coupled through its set `{set}`: write analysis = \"dynamic\", or remove the [[interface]]"
     )]
@@ -158,7 +158,7 @@ impl From<FemError> for NodeError {
         let message = error.to_string();
         match error {
             FemError::Diverged { .. }
-            | FemError::Overdrawn { .. }
+            | FemError::EnergyExcess { .. }
             | FemError::GivenNotFinite { .. }
             | FemError::DivergedColumns { .. }
             | FemError::Contact { .. }
@@ -171,18 +171,8 @@ impl From<FemError> for NodeError {
             | FemError::InMotion
             | FemError::NotAdvanced { .. }
             | FemError::Dictated { .. } => NodeError::protocol(message),
-            FemError::Config(_)
-            | FemError::Pool { .. }
-            | FemError::UnknownSet { .. }
-            | FemError::SupportedSet
-            | FemError::DrivenSet { .. }
-            | FemError::CoupledTwice { .. }
-            | FemError::CoupledWithWheel { .. }
-            | FemError::Factor { .. }
-            | FemError::CoupledStatics { .. }
-            | FemError::CannotFollow
-            | FemError::SnapshotName { .. } => NodeError::configuration(message),
             FemError::Write { .. } => NodeError::output(message),
+            _ => NodeError::configuration(message),
         }
     }
 }

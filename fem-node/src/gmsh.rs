@@ -4,7 +4,7 @@
 //!
 //! - `binary`: binary files as the text that they stand for;
 //! - `text`: words with their lines, sections by their names;
-//! - `file`: what both versions say, nodes, elements and named physical groups;
+//! - `file`: the content in either version, nodes, elements and named physical groups;
 //! - `lines`: groups of lines, as one walks along them;
 //! - `body`: the checks that make a body of it.
 //!
@@ -37,9 +37,10 @@ pub fn read(config: &GmshConfig) -> Result<Mesh, ConfigError> {
             .help("give the path of a .msh file, from the folder of the scenario or from the root")
     })?;
     parse(&bytes, config.length_unit_m).map_err(|error| {
-        let form = match binary::is_binary(&bytes) {
-            true => " (binary; lines are those of its ASCII form)",
-            false => "",
+        let form = if binary::is_binary(&bytes) {
+            " (binary; lines are those of its ASCII form)"
+        } else {
+            ""
         };
         let problem = format!("{}{form}: {error}", config.gmsh.display());
         ConfigError::new(KEY, problem).help(error.help())
@@ -49,13 +50,10 @@ pub fn read(config: &GmshConfig) -> Result<Mesh, ConfigError> {
 /// A mesh from the content of a file, whose unit is this long (m).
 pub fn parse(content: impl AsRef<[u8]>, length_unit: f64) -> Result<Mesh, GmshError> {
     let bytes = content.as_ref();
-    let unpacked = match binary::is_binary(bytes) {
-        true => Some(binary::to_text(bytes)?),
-        false => None,
+    let file = if binary::is_binary(bytes) {
+        file::File::parse(&binary::to_text(bytes)?)?
+    } else {
+        file::File::parse(str::from_utf8(bytes).map_err(|_| GmshError::NoText)?)?
     };
-    let text = match &unpacked {
-        Some(text) => text,
-        None => str::from_utf8(bytes).map_err(|_| GmshError::NoText)?,
-    };
-    body::build(&file::File::parse(text)?, length_unit)
+    body::build(&file, length_unit)
 }

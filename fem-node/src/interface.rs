@@ -5,21 +5,21 @@ use std::collections::BTreeMap;
 use protocol::Surface;
 
 use crate::error::FemError;
-use crate::mesh::{Edge, Mesh};
+use crate::mesh::Edge;
 use crate::model::Model;
 
-/// The coupled nodes, those of them that are exchanged, and what was condensed onto them.
+/// Coupled nodes, those of them that are exchanged, and the matrices condensed onto them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Interface {
     sets: Vec<String>,
     nodes: Vec<[usize; 2]>,
-    /// Exchanged components in the order (x0, y0, x1, y1, ...), as places in the fields.
+    /// Exchanged components in the order (x0, y0, x1, y1, ...), as indices in the fields.
     components: Vec<usize>,
-    /// Square matrices by their kind and number of steps, column after column, for the present selection.
+    /// Matrices by their kind and number of steps, n x n, column-major, for the present selection.
     condensed: BTreeMap<(Condensed, u32), Vec<f64>>,
 }
 
-/// What is condensed onto the exchanged components.
+/// Kind of matrix that is condensed onto the exchanged components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Condensed {
     /// C (m/N) of a constant force.
@@ -42,14 +42,14 @@ impl Interface {
     pub(crate) fn couple(&mut self, model: &Model, set: &str) -> Result<Surface, FemError> {
         let unknown = || FemError::UnknownSet {
             set: set.into(),
-            known: sets(model).join(", "),
+            known: coupling_sets(model).join(", "),
         };
         if set == Edge::Bottom.name() && model.supported {
             return Err(FemError::SupportedSet);
         }
         let nodes = model.mesh.open_line(set).ok_or_else(unknown)?;
-        if model.is_driven(set) {
-            return Err(FemError::DrivenSet { set: set.into() });
+        if model.is_moved(set) {
+            return Err(FemError::MovedSet { set: set.into() });
         }
         if self.sets.iter().any(|known| known == set) {
             return Err(FemError::CoupledTwice { set: set.into() });
@@ -70,14 +70,14 @@ impl Interface {
         let count = self.nodes.len();
         let mut seen = vec![false; count];
         for point in points {
-            match seen.get_mut(*point) {
-                Some(seen) if !*seen => *seen = true,
-                _ => {
-                    return Err(FemError::Point {
-                        point: *point,
-                        count,
-                    });
-                }
+            let again = seen
+                .get_mut(*point)
+                .map(|seen| std::mem::replace(seen, true));
+            if again != Some(false) {
+                return Err(FemError::Point {
+                    point: *point,
+                    count,
+                });
             }
         }
         let nodes = points.iter().map(|point| self.nodes[*point]).collect();
@@ -85,7 +85,7 @@ impl Interface {
         Ok(())
     }
 
-    /// Exchanged components, as places in the fields.
+    /// Exchanged components, as indices in the fields.
     pub(crate) fn components(&self) -> &[usize] {
         &self.components
     }
@@ -93,32 +93,32 @@ impl Interface {
     /// The matrix for this number of steps, computed at the first request.
     pub(crate) fn condensed(
         &mut self,
-        what: Condensed,
+        matrix: Condensed,
         substeps: u32,
         compute: impl FnOnce(&[usize]) -> Vec<f64>,
     ) -> &[f64] {
         self.condensed
-            .entry((what, substeps))
+            .entry((matrix, substeps))
             .or_insert_with(|| compute(&self.components))
     }
 
-    /// Whether the matrix for this number of steps is known.
-    pub(crate) fn knows(&self, what: Condensed, substeps: u32) -> bool {
-        self.condensed.contains_key(&(what, substeps))
+    /// True where the matrix for this number of steps is known.
+    pub(crate) fn knows(&self, matrix: Condensed, substeps: u32) -> bool {
+        self.condensed.contains_key(&(matrix, substeps))
     }
 
     fn exchange(&mut self, model: &Model, nodes: Vec<[usize; 2]>) {
         let layout = model.body.layout();
-        let places = nodes
+        let components = nodes
             .iter()
             .flat_map(|node| [0, 1].map(|k| layout.index(*node, k)));
-        self.components = places.collect();
+        self.components = components.collect();
         self.condensed.clear();
     }
 }
 
 /// The sets that can be coupled: open lines on the outline, but for a support.
-pub(crate) fn sets(model: &Model) -> Vec<String> {
+pub(crate) fn coupling_sets(model: &Model) -> Vec<String> {
     let sets = model.mesh.sets().into_iter();
     let movable = sets.filter(|name| !(model.supported && *name == Edge::Bottom.name()));
     let lines = movable.filter(|name| model.mesh.open_line(name).is_some());
@@ -126,14 +126,12 @@ pub(crate) fn sets(model: &Model) -> Vec<String> {
 }
 
 fn surface(model: &Model, nodes: &[[usize; 2]], length_m: Vec<f64>) -> Surface {
-    let place = |mesh: &Mesh, k: usize| nodes.iter().map(|n| mesh.point(n[0], n[1])[k]).collect();
+    let point = |n: &[usize; 2]| model.mesh.point(n[0], n[1]);
+    let mass = |node: &[usize; 2]| model.body.node_mass(*node);
     Surface {
-        x_m: place(&model.mesh, 0),
-        y_m: place(&model.mesh, 1),
-        mass_kg: nodes
-            .iter()
-            .map(|node| model.body.node_mass(*node))
-            .collect(),
+        x_m: nodes.iter().map(|node| point(node)[0]).collect(),
+        y_m: nodes.iter().map(|node| point(node)[1]).collect(),
+        mass_kg: nodes.iter().map(mass).collect(),
         radius_m: vec![0.0; nodes.len()],
         length_m,
     }

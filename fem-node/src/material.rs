@@ -1,7 +1,7 @@
-//! Linear elasticity in the plane, and in its own files what goes beyond it.
+//! Linear elasticity in the plane; plasticity and large rotations in files of their own.
 
 pub mod j2;
-pub mod point;
+pub mod nonlinear;
 
 use crate::config::{MaterialConfig, Plane};
 
@@ -22,7 +22,7 @@ pub struct Elastic {
     pub out_of_plane: f64,
     /// Density (kg/m3).
     pub density: f64,
-    /// Which reduction it is.
+    /// Out-of-plane condition.
     pub plane: Plane,
 }
 
@@ -47,7 +47,12 @@ impl Elastic {
         }
     }
 
-    /// Stress (sxx, syy, sxy) of the strain (exx, eyy, 2 exy), both in Pa and 1.
+    /// Moduli (c11, c12, c33) (Pa).
+    pub(crate) fn moduli(&self) -> [f64; 3] {
+        [self.c11, self.c12, self.c33]
+    }
+
+    /// Stress (sxx, syy, sxy) (Pa) of the strain (exx, eyy, 2 exy) (1).
     pub fn stress(&self, strain: [f64; 3]) -> [f64; 3] {
         let [exx, eyy, shear] = strain;
         [

@@ -1,32 +1,32 @@
 //! Meshes of quadrilaterals: graded structured ones from a few numbers, and any others by their elements.
 
-mod cells;
+mod connectivity;
 mod graded;
 
 use std::sync::Arc;
 
-pub(crate) use cells::{Cells, NodeSet};
+pub(crate) use connectivity::{Connectivity, NodeSet};
 
-/// Quadrilaterals, most often a structured block. Node (column, row) counts from the upper left corner: row 0 is the
+/// Mesh of quadrilaterals, most often structured. Node (column, row) counts from the upper left corner: row 0 is the
 /// upper edge, row [`Mesh::rows`] the lower one.
 ///
-/// A mesh that is no block has all its nodes in row 0, those of its set `top` first, and its elements in rows whose
+/// An unstructured mesh has all its nodes in row 0, those of its set `top` first, and its elements in rows whose
 /// length has no meaning; the last one may be shorter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     columns: usize,
     rows: usize,
     points: Vec<[f64; 2]>,
-    /// Whether the nodes of the last column are those of the first.
+    /// True where the nodes of the last column are those of the first.
     periodic: bool,
-    cells: Option<Arc<Cells>>,
+    connectivity: Option<Arc<Connectivity>>,
     /// Growth of the size from one graded column to the next, outwards; 1 without grading.
     pub ratio_columns: f64,
     /// Growth of the size from one graded row to the next, downwards; 1 without grading.
     pub ratio_rows: f64,
 }
 
-/// An edge of the block, the node sets that the scenario can name.
+/// Edge of a structured mesh, the node sets that the scenario can name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Edge {
     /// Row 0.
@@ -64,44 +64,44 @@ impl Edge {
 }
 
 impl Mesh {
-    /// A block of `columns` x `rows` quadrilaterals with the node (column, row) at `place`.
+    /// A structured mesh of `columns` x `rows` quadrilaterals with the node (column, row) at `position`.
     pub fn structured(
         columns: usize,
         rows: usize,
-        place: impl Fn(usize, usize) -> [f64; 2],
+        position: impl Fn(usize, usize) -> [f64; 2],
     ) -> Mesh {
         let nodes = (0..=rows).flat_map(|j| (0..=columns).map(move |i| (i, j)));
         Mesh {
             columns,
             rows,
-            points: nodes.map(|(i, j)| place(i, j)).collect(),
+            points: nodes.map(|(i, j)| position(i, j)).collect(),
             periodic: false,
-            cells: None,
+            connectivity: None,
             ratio_columns: 1.0,
             ratio_rows: 1.0,
         }
     }
 
-    /// Any quadrilaterals.
-    pub(crate) fn of_cells(points: Vec<[f64; 2]>, cells: Cells) -> Mesh {
-        let elements = cells.corners().len();
+    /// An unstructured mesh of any quadrilaterals.
+    pub(crate) fn unstructured(points: Vec<[f64; 2]>, connectivity: Connectivity) -> Mesh {
+        let elements = connectivity.corners().len();
         Mesh {
-            columns: elements.min(cells::ROW),
-            rows: elements.div_ceil(cells::ROW),
+            columns: elements.min(connectivity::ROW),
+            rows: elements.div_ceil(connectivity::ROW),
             points,
             periodic: false,
-            cells: Some(Arc::new(cells)),
+            connectivity: Some(Arc::new(connectivity)),
             ratio_columns: 1.0,
             ratio_rows: 1.0,
         }
     }
 
-    /// Elements and sets of a mesh that is no block.
-    pub(crate) fn cells(&self) -> Option<&Arc<Cells>> {
-        self.cells.as_ref()
+    /// Elements and sets of an unstructured mesh.
+    pub(crate) fn connectivity(&self) -> Option<&Arc<Connectivity>> {
+        self.connectivity.as_ref()
     }
 
-    /// Elements in a row; the last row of a mesh that is no block may be shorter.
+    /// Elements in a row; the last row of an unstructured mesh may be shorter.
     pub fn columns(&self) -> usize {
         self.columns
     }
@@ -113,14 +113,14 @@ impl Mesh {
 
     /// Number of elements.
     pub fn elements(&self) -> usize {
-        match &self.cells {
+        match &self.connectivity {
             None => self.columns * self.rows,
-            Some(cells) => cells.corners().len(),
+            Some(connectivity) => connectivity.corners().len(),
         }
     }
 
     /// All elements (column, row), row after row.
-    pub fn places(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
+    pub fn element_indices(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
         let columns = self.columns;
         (0..self.elements()).map(move |k| [k % columns, k / columns])
     }
@@ -133,7 +133,7 @@ impl Mesh {
 
     /// Nodes in a row.
     pub fn nodes_in_row(&self) -> usize {
-        match self.cells {
+        match self.connectivity {
             None => self.columns + 1,
             Some(_) => self.points.len(),
         }
@@ -172,10 +172,10 @@ impl Mesh {
         })
     }
 
-    /// The nodes (column, row) of an edge, from left to right or from the top down; of a mesh that is no block those of
+    /// The nodes (column, row) of an edge, from left to right or from the top down; of an unstructured mesh those of
     /// the set with its name, none where there is no such set.
     pub fn edge(&self, edge: Edge) -> Vec<[usize; 2]> {
-        if self.cells.is_some() {
+        if self.connectivity.is_some() {
             return self.set(edge.name()).unwrap_or_default();
         }
         match edge {
@@ -186,21 +186,25 @@ impl Mesh {
         }
     }
 
-    /// Whether the left and the right edge are one: each node of the last column moves with that of the first.
+    /// True where the left and the right edge are one: each node of the last column moves with that of the first.
     pub fn periodic(&self) -> bool {
         self.periodic
     }
 
-    /// The node that this one moves with, itself except on the right edge of a periodic block.
+    /// The node that this one moves with, itself except on the right edge of a periodic mesh.
     pub fn tied_to(&self, [column, row]: [usize; 2]) -> [usize; 2] {
-        match self.periodic && column == self.columns {
-            true => [0, row],
-            false => [column, row],
-        }
+        [
+            if self.periodic && column == self.columns {
+                0
+            } else {
+                column
+            },
+            row,
+        ]
     }
 
     /// The nodes of an edge that move by themselves, in the order of [`Mesh::edge`], and the length that belongs to each
-    /// (m). In a periodic block the first node of the upper and lower edge has a segment on both sides.
+    /// (m). In a periodic mesh the first node of the upper and lower edge has a segment on both sides.
     pub fn surface(&self, edge: Edge) -> (Vec<[usize; 2]>, Vec<f64>) {
         let mut nodes = self.edge(edge);
         let mut lengths = self.tributary(&nodes);
@@ -226,36 +230,47 @@ impl Mesh {
         lengths
     }
 
+    /// The sets as messages list them.
+    pub(crate) fn listed_sets(&self) -> String {
+        match self.sets().as_slice() {
+            [] => "the mesh has no named physical group of lines or surfaces".into(),
+            sets => format!("its sets are {}", sets.join(", ")),
+        }
+    }
+
     /// Names of its node sets.
     pub fn sets(&self) -> Vec<&str> {
         let ends = |edge: &Edge| matches!(edge, Edge::Left | Edge::Right);
-        match &self.cells {
+        match &self.connectivity {
             None => Edge::ALL
                 .iter()
                 .filter(|(_, edge)| !(self.periodic && ends(edge)))
                 .map(|(name, _)| *name)
                 .collect(),
-            Some(cells) => cells.sets().keys().map(String::as_str).collect(),
+            Some(connectivity) => connectivity.sets().keys().map(String::as_str).collect(),
         }
     }
 
     /// The nodes of a set, each once, in the order of a walk along it.
     pub fn set(&self, name: &str) -> Option<Vec<[usize; 2]>> {
-        match &self.cells {
+        match &self.connectivity {
             None => Edge::named(name).map(|edge| self.edge(edge)),
-            Some(cells) => cells.sets().get(name).map(|set| in_row(&set.nodes())),
+            Some(connectivity) => connectivity
+                .sets()
+                .get(name)
+                .map(|set| in_row(&set.nodes())),
         }
     }
 
     /// The lines that a set consists of, each in the order of a walk; a closed one ends where it begins. None for a
     /// region and an unknown name.
     pub fn lines(&self, name: &str) -> Option<Vec<Vec<[usize; 2]>>> {
-        let Some(cells) = &self.cells else {
+        let Some(connectivity) = &self.connectivity else {
             let known = self.sets().contains(&name);
             let edge = Edge::named(name).filter(|_| known);
             return edge.map(|edge| vec![self.edge(edge)]);
         };
-        match cells.sets().get(name)? {
+        match connectivity.sets().get(name)? {
             NodeSet::Lines(lines) => Some(lines.iter().map(|line| in_row(line)).collect()),
             NodeSet::Region(_) => None,
         }
@@ -272,29 +287,31 @@ impl Mesh {
 
     /// The two ends of a segment of the outline, ordered so that the body lies on the left; none for a segment inside.
     pub fn outline(&self, a: [usize; 2], b: [usize; 2]) -> Option<[[usize; 2]; 2]> {
-        if let Some(cells) = &self.cells {
-            return cells.outline(a[0], b[0]).map(|ends| ends.map(|k| [k, 0]));
+        if let Some(connectivity) = &self.connectivity {
+            return connectivity
+                .outline(a[0], b[0])
+                .map(|ends| ends.map(|k| [k, 0]));
         }
-        let upper_or_left = match a[1] == b[1] {
-            true => (a[1] == 0) == (a[0] < b[0]),
-            false => (a[0] == 0) != (a[1] < b[1]),
+        let upper_or_left = if a[1] == b[1] {
+            (a[1] == 0) == (a[0] < b[0])
+        } else {
+            (a[0] == 0) != (a[1] < b[1])
         };
-        Some(match upper_or_left {
-            true => [b, a],
-            false => [a, b],
-        })
+        Some(if upper_or_left { [b, a] } else { [a, b] })
     }
 
     /// Corners of the element in column i, row j, anticlockwise from the lower left one, as (column, row).
     pub fn corners(&self, i: usize, j: usize) -> [[usize; 2]; 4] {
-        match &self.cells {
+        match &self.connectivity {
             None => [[i, j + 1], [i + 1, j + 1], [i + 1, j], [i, j]],
-            Some(cells) => cells.corners()[j * self.columns + i].map(|k| [k as usize, 0]),
+            Some(connectivity) => {
+                connectivity.corners()[j * self.columns + i].map(|k| [k as usize, 0])
+            }
         }
     }
 }
 
-/// Nodes of a mesh that is no block, by their numbers.
+/// Nodes of an unstructured mesh, by their numbers.
 fn in_row(numbers: &[u32]) -> Vec<[usize; 2]> {
     numbers.iter().map(|k| [*k as usize, 0]).collect()
 }

@@ -2,17 +2,17 @@
 
 use protocol::{ConfigError, Setting};
 
-use crate::boundary::{self, Drive, Traction};
+use crate::boundary::{self, PrescribedMotion, Traction};
 use crate::config::{
-    Analysis, Base, Config, ElementKind, MaterialKind, MeshSource, Sides, Start, StepChoice,
-    WheelConfig, positive,
+    Analysis, Base, Config, ElementKind, Kinematics, MaterialKind, MeshSource, Sides, Start,
+    StepChoice, WheelConfig, positive,
 };
 use crate::element::{Body, Supports};
 use crate::gmsh;
 use crate::integrate::Scheme;
 use crate::material::Elastic;
 use crate::material::j2::J2;
-use crate::material::point::PointLaw;
+use crate::material::nonlinear::NonlinearLaw;
 use crate::mesh::{Edge, Mesh};
 use crate::spectrum;
 use crate::wheel::Wheel;
@@ -36,9 +36,9 @@ pub struct Model {
     pub mesh: Mesh,
     /// The law of the material.
     pub elastic: Elastic,
-    /// What is more than linear about the material and its strain.
-    pub law: Option<PointLaw>,
-    /// Which element.
+    /// Law beyond linear elasticity in small strain, where the scenario has one.
+    pub law: Option<NonlinearLaw>,
+    /// Kind of element.
     pub element: ElementKind,
     /// Thickness (m).
     pub thickness: f64,
@@ -56,12 +56,12 @@ pub struct Model {
     pub tractions: Vec<Traction>,
     /// The body's own wheel.
     pub wheel: Option<Wheel>,
-    /// Whether the bottom is held, so that nothing can be coupled to it.
+    /// True where the bottom is held, so that nothing can be coupled to it.
     pub(crate) supported: bool,
     /// Prescribed motions of named sets.
-    pub drives: Vec<Drive>,
-    driven_sets: Vec<String>,
-    /// What the user should know before a long run.
+    pub motions: Vec<PrescribedMotion>,
+    moved_sets: Vec<String>,
+    /// Warnings for the user, before a long run.
     pub warnings: Vec<String>,
 }
 
@@ -83,7 +83,7 @@ impl Model {
         };
         let thickness = setting.thickness_m;
         let mut body = Body::new(&mesh, config.element, &elastic, supports, thickness);
-        let (tractions, drives) = boundary::build(config, &mesh, &mut body, thickness)?;
+        let (tractions, motions) = boundary::build(config, &mesh, &mut body, thickness)?;
         let omega_max = spectrum::omega_max(&body);
         let stiffness_damping = config.time.stiffness_damping_s.unwrap_or(0.0);
         let step_limit =
@@ -100,7 +100,8 @@ impl Model {
         let start_damping = config.time.start_mass_damping_per_s.unwrap_or(0.0);
         let history = config.wheel.map(|wheel| history(config.start, wheel));
         let parts = history.as_ref().zip(config.contact.as_ref());
-        let wheel = parts.map(|parts| Wheel::new(parts, (&mesh, &body), step, start_damping));
+        let wheel = parts
+            .map(|(wheel, contact)| Wheel::new(wheel, contact, &mesh, &body, step, start_damping));
         let end = wheel.as_ref().map(|wheel| wheel.program.end());
         let warnings = warnings(config, &mesh, &scheme, step_limit);
         Ok(Model {
@@ -116,9 +117,9 @@ impl Model {
             end: end.or(config.time.end_s),
             tractions,
             wheel,
-            drives,
+            motions,
             supported: config.base != Base::Free,
-            driven_sets: config.boundary.driven().map(String::from).collect(),
+            moved_sets: config.boundary.moved_sets().map(String::from).collect(),
             warnings,
         })
     }
@@ -131,12 +132,12 @@ impl Model {
 
     /// The plastic law, where the material has one.
     pub fn plastic(&self) -> Option<&J2> {
-        self.law.as_ref().and_then(|law| law.plastic.as_ref())
+        self.law.as_ref().and_then(NonlinearLaw::plastic)
     }
 
-    /// Whether any component of this set has a prescribed motion of its own.
-    pub(crate) fn is_driven(&self, set: &str) -> bool {
-        self.driven_sets.iter().any(|driven| driven == set)
+    /// True for a set with a prescribed motion of its own.
+    pub(crate) fn is_moved(&self, set: &str) -> bool {
+        self.moved_sets.iter().any(|moved| moved == set)
     }
 
     /// 4 L / c_p (s): a pressure wave's way through the largest height L, held at its base and free at its top, forth and
@@ -152,45 +153,38 @@ impl Model {
     }
 }
 
-/// A mesh that is no block must name the edges that other keys speak of.
+/// An unstructured mesh must name the edges that other keys speak of.
 fn check_sets(config: &Config, mesh: &Mesh) -> Result<(), ConfigError> {
-    if mesh.cells().is_none() {
+    if mesh.connectivity().is_none() {
         return Ok(());
     }
     let has = |edge: Edge| mesh.set(edge.name()).is_some();
-    let lacking = if config.base != Base::Free && !has(Edge::Bottom) {
-        (
+    let refuse =
+        |key: &str, problem: &str| Err(ConfigError::new(key, problem).help(mesh.listed_sets()));
+    if config.base != Base::Free && !has(Edge::Bottom) {
+        return refuse(
             "base",
             "holds the group `bottom` of the mesh, which has none; name it, or write base = \"free\"",
-        )
-    } else if config.sides == Sides::FixedX && !has(Edge::Left) && !has(Edge::Right) {
-        (
+        );
+    }
+    if config.sides == Sides::FixedX && !has(Edge::Left) && !has(Edge::Right) {
+        return refuse(
             "sides",
             "holds the groups `left` and `right` of the mesh, which has neither; name one, or write sides = \"free\"",
-        )
-    } else if config.wheel.is_some() && mesh.open_line(Edge::Top.name()).is_none() {
-        (
+        );
+    }
+    if config.wheel.is_some() && mesh.open_line(Edge::Top.name()).is_none() {
+        return refuse(
             "wheel",
             "presses on the group `top` of the mesh, which must be one open line on the outline of the body",
-        )
-    } else {
-        return Ok(());
-    };
-    let (key, problem) = lacking;
-    Err(ConfigError::new(key, problem).help(known_sets(mesh)))
-}
-
-/// The sets of a mesh as messages list them.
-pub(crate) fn known_sets(mesh: &Mesh) -> String {
-    match mesh.sets().as_slice() {
-        [] => "the mesh has no named physical group of lines or surfaces".into(),
-        sets => format!("its sets are {}", sets.join(", ")),
+        );
     }
+    Ok(())
 }
 
 /// Only a body that is moved everywhere has no limit.
 fn check_limit(config: &Config, limit: f64) -> Result<(), ConfigError> {
-    let moved = config.boundary.driven().next().is_some();
+    let moved = config.boundary.moved_sets().next().is_some();
     if moved || (limit > 0.0 && limit.is_finite()) {
         return Ok(());
     }
@@ -242,32 +236,29 @@ fn spacing_below_wheel(mesh: &Mesh) -> f64 {
         })
 }
 
-/// A static start takes the place of the ramp.
-fn history(start: Start, wheel: WheelConfig) -> WheelConfig {
-    match start {
-        Start::Ramp => wheel,
-        Start::Static => WheelConfig {
-            ramp_s: 0.0,
-            ..wheel
-        },
+/// The wheel's history, in which a static start takes the place of the ramp.
+fn history(start: Start, mut wheel: WheelConfig) -> WheelConfig {
+    if start == Start::Static {
+        wheel.ramp_s = 0.0;
     }
+    wheel
 }
 
-fn law(config: &Config, elastic: &Elastic) -> Option<PointLaw> {
-    let plastic = match config.material.law() {
-        MaterialKind::J2 => J2::new(&config.material, elastic),
-        MaterialKind::Elastic => None,
-    };
-    PointLaw::new(config.kinematics, plastic)
+/// The law where it is more than linear elasticity in small strain.
+fn law(config: &Config, elastic: &Elastic) -> Option<NonlinearLaw> {
+    match (config.material.law(), config.kinematics) {
+        (MaterialKind::J2, _) => J2::new(&config.material, elastic).map(NonlinearLaw::Plastic),
+        (MaterialKind::Elastic, Kinematics::Corotational) => Some(NonlinearLaw::Corotational),
+        (MaterialKind::Elastic, Kinematics::Small) => None,
+    }
 }
 
 /// The stability limit in words.
 pub(crate) fn limit_name(stiffness_damping: f64) -> &'static str {
-    match stiffness_damping > 0.0 {
-        false => "stability limit sqrt(2/damping)/omega_max",
-        true => {
-            "stability limit (sqrt(2/damping + 4 xi^2) - 2 xi)/omega_max, xi = stiffness_damping_s omega_max/2,"
-        }
+    if stiffness_damping > 0.0 {
+        "stability limit (sqrt(2/damping + 4 xi^2) - 2 xi)/omega_max, xi = stiffness_damping_s omega_max/2,"
+    } else {
+        "stability limit sqrt(2/damping)/omega_max"
     }
 }
 

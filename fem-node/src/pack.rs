@@ -1,4 +1,4 @@
-//! Four doubles at a time.
+//! Packs of four doubles.
 //!
 //! The compiler turns loops over whole rows into vector code only when it can prove that a dozen slices do
 //! not overlap, and gives up. Loading a few numbers of each slice by value, computing, and storing them at
@@ -9,10 +9,10 @@ use std::ops::{Add, Div, Mul, Sub};
 /// Numbers in a [`Pack`]: two registers of the baseline x86-64, one of AVX.
 pub(crate) const LANES: usize = 4;
 
-/// Calls `work` where the compiler may use the widest registers that this machine and the build have; `work` must be
+/// Calls `work` where the compiler may use the widest vector registers that this machine and the build have; `work` must be
 /// inlined. Every operation rounds as it does elsewhere, so the bits are the same.
 #[inline(always)]
-pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
+pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(work)
 }
 
@@ -59,7 +59,7 @@ impl Pack {
         self.zip(other, |a, b| if a > b { a } else { b })
     }
 
-    /// Whether any lane is above that of `other`.
+    /// True where any lane is above that of `other`.
     #[inline(always)]
     pub(crate) fn any_above(self, other: Pack) -> bool {
         let above = self.zip(other, |a, b| if a > b { 1.0 } else { 0.0 });
@@ -76,34 +76,16 @@ impl Pack {
     }
 }
 
-impl Add for Pack {
-    type Output = Pack;
-    #[inline(always)]
-    fn add(self, other: Pack) -> Pack {
-        self.zip(other, |a, b| a + b)
-    }
+macro_rules! lane_by_lane {
+    ($($operator:ident $function:ident $symbol:tt),*) => {$(
+        impl $operator for Pack {
+            type Output = Pack;
+            #[inline(always)]
+            fn $function(self, other: Pack) -> Pack {
+                self.zip(other, |a, b| a $symbol b)
+            }
+        }
+    )*};
 }
 
-impl Sub for Pack {
-    type Output = Pack;
-    #[inline(always)]
-    fn sub(self, other: Pack) -> Pack {
-        self.zip(other, |a, b| a - b)
-    }
-}
-
-impl Mul for Pack {
-    type Output = Pack;
-    #[inline(always)]
-    fn mul(self, other: Pack) -> Pack {
-        self.zip(other, |a, b| a * b)
-    }
-}
-
-impl Div for Pack {
-    type Output = Pack;
-    #[inline(always)]
-    fn div(self, other: Pack) -> Pack {
-        self.zip(other, |a, b| a / b)
-    }
-}
+lane_by_lane!(Add add +, Sub sub -, Mul mul *, Div div /);

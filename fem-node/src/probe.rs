@@ -1,21 +1,22 @@
-//! What the user wants to see: signals of each window, stresses when asked.
+//! Signals of each window, stresses and pressures.
 
 use serde::{Deserialize, Serialize};
 
 use crate::config::ElementKind;
 use crate::element::{GAUSS_POINTS, Layout, area, jacobian, slopes};
 use crate::integrate::State;
+use crate::material::nonlinear::{NonlinearLaw, stretch_at};
 use crate::mesh::Edge;
 use crate::model::Model;
 use crate::profile::Profile;
 use crate::wheel::{Wheel, WheelState};
 
-/// Names of what [`surface_signals`] returns: nothing for a body without an upper edge.
+/// Names of the values of [`surface_signals`]: none for a body without an upper edge.
 pub(crate) fn surface_names(model: &Model) -> &'static [&'static str] {
-    match model.mesh.edge(Edge::Top).is_empty() {
-        true => &[],
-        false => &["surface_mean_uy_m", "surface_min_uy_m"],
+    if model.mesh.edge(Edge::Top).is_empty() {
+        return &[];
     }
+    &["surface_mean_uy_m", "surface_min_uy_m"]
 }
 
 /// Mean (weighted with the lengths of the reference surface) and least vertical displacement of the upper edge (m).
@@ -35,11 +36,11 @@ pub(crate) fn surface_signals(model: &Model, state: &State) -> Vec<f64> {
     vec![weighted / lengths.iter().sum::<f64>(), least]
 }
 
-/// Mean displacement along the outward normal (m) of every named line on the outline of a mesh that is no block: the
+/// Mean displacement along the outward normal (m) of every named line on the outline of an unstructured mesh: the
 /// area that the line has swept, over its length, exact for sides that stay straight. By name `<set>_outward_m`.
 pub(crate) fn outward_displacements(model: &Model, state: &State) -> Vec<(String, f64)> {
     let mesh = &model.mesh;
-    if mesh.cells().is_none() {
+    if mesh.connectivity().is_none() {
         return Vec::new();
     }
     let mut means = Vec::new();
@@ -74,21 +75,26 @@ pub struct PressureMaxima {
     pub nodal: f64,
 }
 
-/// What is reported of the moment before the wheel starts to move sideways.
+/// Record of the moment before the wheel starts to move sideways.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Held {
+pub(crate) struct HoldRecord {
     pub(crate) maxima: PressureMaxima,
     /// Tractions of the wheel on the upper edge.
     pub(crate) profile: Profile,
-    /// How far the wheel has sunk since it touched the body (m).
+    /// Approach of the wheel since it touched the body (m).
     pub(crate) approach: f64,
 }
 
 /// Pressures and approach of a state.
-pub(crate) fn held(model: &Model, state: &State, (wheel, at): (&Wheel, &WheelState)) -> Held {
-    Held {
+pub(crate) fn hold_record(
+    model: &Model,
+    state: &State,
+    wheel: &Wheel,
+    at: &WheelState,
+) -> HoldRecord {
+    HoldRecord {
         maxima: pressure_maxima(model, state),
-        profile: Profile::in_motion(model, &at.touches),
+        profile: Profile::in_motion(model, &at.contacts),
         approach: at.approach(wheel),
     }
 }
@@ -101,7 +107,7 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
         nodal: f64::NEG_INFINITY,
     };
     let mut nodal = vec![(0.0, 0.0); model.mesh.points().len()];
-    for [i, j] in model.mesh.places() {
+    for [i, j] in model.mesh.element_indices() {
         let pressure = |xi, eta| pressure(model, state, [i, j], [xi, eta]);
         maxima.centroid = maxima.centroid.max(pressure(0.0, 0.0));
         for [xi, eta] in GAUSS_POINTS {
@@ -121,20 +127,63 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
 
 /// Cauchy stress (sxx, syy, sxy) at natural coordinates of the element (column, row) (Pa).
 pub fn stress(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> [f64; 3] {
-    let (points, u) = corners(model, state, element);
-    let gradient = gradient(&points, &u, natural);
-    let (strain, rotation) = match &model.law {
-        Some(law) => law.strain_at(gradient),
-        None => (symmetric(gradient), None),
-    };
+    let Strained {
+        strain,
+        rotation,
+        pressure_stress,
+    } = strained(model, state, element, natural);
     let [sxx, syy, sxy] = model.elastic.stress(strain);
-    let extra = mean_dilatation_stress(model, &points, &u, natural);
     let less = plastic_stress(model, state, element, natural);
-    let stress = [sxx + extra - less[0], syy + extra - less[1], sxy - less[2]];
+    let stress = [
+        sxx + pressure_stress - less[0],
+        syy + pressure_stress - less[1],
+        sxy - less[2],
+    ];
     rotation.map_or(stress, |rotation| turned(stress, rotation))
 }
 
-/// 2 mu p, what plastic strain takes off Hooke's stress (Pa). It has no trace, so the pressure knows nothing of it.
+/// Hydrostatic pressure -tr(sigma)/3 at natural coordinates of the element (column, row), compression positive (Pa).
+pub fn pressure(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> f64 {
+    let strained = strained(model, state, element, natural);
+    let elastic = &model.elastic;
+    elastic.pressure(elastic.stress(strained.strain))
+        + elastic.pressure_of_uniform(strained.pressure_stress)
+}
+
+/// Strain of a point, and the stresses that do not follow from it.
+struct Strained {
+    /// (exx, eyy, 2 exy), under large rotations that of the stretch.
+    strain: [f64; 3],
+    /// Cosine and sine of a large rotation.
+    rotation: Option<[f64; 2]>,
+    /// k (E - e), the stress in all directions that the element with one mean dilatation has besides Hooke's (Pa).
+    pressure_stress: f64,
+}
+
+fn strained(
+    model: &Model,
+    state: &State,
+    [column, row]: [usize; 2],
+    natural: [f64; 2],
+) -> Strained {
+    let corners = model.mesh.corners(column, row);
+    let points = corners.map(|n| model.mesh.point(n[0], n[1]));
+    let u = corners.map(|node| displacement(model.body.layout(), state, node));
+    let gradient = gradient(&points, &u, natural);
+    let (strain, rotation) = if model.law == Some(NonlinearLaw::Corotational) {
+        let (strain, rotation) = stretch_at(gradient);
+        (strain, Some(rotation))
+    } else {
+        (symmetric(gradient), None)
+    };
+    Strained {
+        strain,
+        rotation,
+        pressure_stress: mean_dilatation_stress(model, &points, &u, natural),
+    }
+}
+
+/// 2 mu p, which plastic strain takes off Hooke's stress (Pa). It has no trace, so the pressure stays.
 fn plastic_stress(
     model: &Model,
     state: &State,
@@ -158,19 +207,6 @@ fn turned([xx, yy, xy]: [f64; 3], [cos, sin]: [f64; 2]) -> [f64; 3] {
     ]
 }
 
-/// Hydrostatic pressure -tr(sigma)/3 at natural coordinates of the element (column, row), compression positive (Pa).
-pub fn pressure(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> f64 {
-    let (points, u) = corners(model, state, element);
-    let elastic = &model.elastic;
-    let extra = mean_dilatation_stress(model, &points, &u, natural);
-    let gradient = gradient(&points, &u, natural);
-    let strain = match &model.law {
-        Some(law) => law.strain_at(gradient).0,
-        None => symmetric(gradient),
-    };
-    elastic.pressure(elastic.stress(strain)) + elastic.pressure_of_uniform(extra)
-}
-
 /// k (E - e), the stress in all directions that the element with one mean dilatation E has besides Hooke's (Pa).
 fn mean_dilatation_stress(
     model: &Model,
@@ -188,15 +224,6 @@ fn mean_dilatation_stress(
     let weighted = GAUSS_POINTS.map(|point| jacobian(points, point) * dilatation(point));
     let mean = weighted.iter().sum::<f64>() / area(points);
     model.elastic.bulk() * (mean - dilatation(natural))
-}
-
-/// Positions and displacements of the corners of the element (column, row) (m).
-fn corners(model: &Model, state: &State, element: [usize; 2]) -> ([[f64; 2]; 4], [[f64; 2]; 4]) {
-    let corners = model.mesh.corners(element[0], element[1]);
-    (
-        corners.map(|n| model.mesh.point(n[0], n[1])),
-        corners.map(|node| displacement(model.body.layout(), state, node)),
-    )
 }
 
 /// Strain (exx, eyy, 2 exy) of a bilinear quadrilateral at natural coordinates, corners anticlockwise.
@@ -223,20 +250,4 @@ fn gradient(points: &[[f64; 2]; 4], u: &[[f64; 2]; 4], natural: [f64; 2]) -> [[f
 /// Displacement of the node (column, row) (m).
 pub(crate) fn displacement(layout: Layout, state: &State, node: [usize; 2]) -> [f64; 2] {
     [0, 1].map(|k| state.u[layout.index(node, k)])
-}
-
-/// Hydrostatic pressures at the centroids of all elements, row after row (Pa).
-pub(crate) fn centroid_pressures(model: &Model, state: &State) -> Vec<f64> {
-    let elements = model.mesh.places();
-    elements
-        .map(|element| pressure(model, state, element, [0.0, 0.0]))
-        .collect()
-}
-
-/// Centroid stresses (sxx, syy, sxy) of all elements, row after row (Pa).
-pub(crate) fn centroid_stresses(model: &Model, state: &State) -> Vec<[f64; 3]> {
-    let elements = model.mesh.places();
-    elements
-        .map(|element| stress(model, state, element, [0.0, 0.0]))
-        .collect()
 }

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use crate::error::FemError;
 use crate::mesh::Edge;
 use crate::model::Model;
-use crate::statics::{Status, WheelContact};
-use crate::wheel::{self, Touch};
+use crate::statics::{DirectedStatus, WheelContact};
+use crate::wheel::{ContactStatus, NodeContact};
 
 /// Nodes of the contact, counted inwards from the outermost one, which is left out, that give the half-width. The
 /// pressure of the outermost node belongs to a part of its surface that is not known.
@@ -18,14 +18,14 @@ const FIT: usize = 5;
 /// Tractions on the upper edge, node by node from left to right.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
-    /// Where (m), undeformed.
+    /// Abscissa (m), undeformed.
     pub x: Vec<f64>,
     /// Normal force over the surface that belongs to the node (Pa).
     pub pressure: Vec<f64>,
     /// Tangential force over the same surface, positive where the wheel drags the body towards +x (Pa).
     pub shear: Vec<f64>,
     /// Open, sticking or slipping.
-    pub status: Vec<Status>,
+    pub status: Vec<DirectedStatus>,
 }
 
 impl Profile {
@@ -36,33 +36,33 @@ impl Profile {
     }
 
     /// The profile of a contact in motion.
-    pub(crate) fn in_motion(model: &Model, touches: &[Touch]) -> Profile {
-        let along = |force: fn(&Touch) -> f64| touches.iter().map(force).collect::<Vec<f64>>();
-        let (normal, dragging) = (along(Touch::pressing), along(Touch::dragging));
-        let status = touches.iter().map(|touch| match touch.status {
-            wheel::Status::Open => Status::Open,
-            wheel::Status::Stick => Status::Stick,
-            wheel::Status::Slip => Status::slipping(touch.dragging()),
+    pub(crate) fn in_motion(model: &Model, contacts: &[NodeContact]) -> Profile {
+        let along =
+            |force: fn(&NodeContact) -> f64| contacts.iter().map(force).collect::<Vec<f64>>();
+        let (normal, dragging) = (along(NodeContact::pressing), along(NodeContact::dragging));
+        let status = contacts.iter().map(|contact| match contact.status {
+            ContactStatus::Open => DirectedStatus::Open,
+            ContactStatus::Stick => DirectedStatus::Stick,
+            ContactStatus::Slip => DirectedStatus::slipping(contact.dragging()),
         });
         Profile::of_forces(model, [&normal, &dragging], status.collect())
     }
 
-    fn of_forces(model: &Model, [normal, dragging]: [&[f64]; 2], status: Vec<Status>) -> Profile {
+    fn of_forces(
+        model: &Model,
+        [normal, dragging]: [&[f64]; 2],
+        status: Vec<DirectedStatus>,
+    ) -> Profile {
         let (nodes, lengths) = model.mesh.surface(Edge::Top);
         let areas = lengths.into_iter().map(|length| length * model.thickness);
         let areas: Vec<f64> = areas.collect();
         let over_area = |force: &[f64]| {
-            force
-                .iter()
-                .zip(&areas)
-                .map(|(force, area)| force / area)
-                .collect()
+            let pairs = force.iter().zip(&areas);
+            pairs.map(|(force, area)| force / area).collect()
         };
+        let x = nodes.iter().map(|n| model.mesh.point(n[0], n[1])[0]);
         Profile {
-            x: nodes
-                .iter()
-                .map(|n| model.mesh.point(n[0], n[1])[0])
-                .collect(),
+            x: x.collect(),
             pressure: over_area(normal),
             shear: over_area(dragging),
             status,
@@ -78,7 +78,7 @@ impl Profile {
     /// through p^2 at the five nodes inside the outermost one, on the side x > 0. None where fewer than two
     /// remain, or where that line does not fall, as under a uniform pressure.
     pub fn half_width(&self) -> Option<f64> {
-        let closed = |k: &usize| self.status[*k] != Status::Open && self.x[*k] > 0.0;
+        let closed = |k: &usize| self.status[*k] != DirectedStatus::Open && self.x[*k] > 0.0;
         let closed: Vec<usize> = (0..self.x.len()).filter(closed).collect();
         let inside = &closed[..closed.len().saturating_sub(1)];
         let fit = &inside[inside.len().saturating_sub(FIT)..];
@@ -131,7 +131,7 @@ mod tests {
         let profile = Profile {
             pressure: vec![3.0; x.len()],
             shear: vec![0.0; x.len()],
-            status: vec![Status::Stick; x.len()],
+            status: vec![DirectedStatus::Stick; x.len()],
             x,
         };
         assert_eq!(profile.half_width(), None);
@@ -141,9 +141,12 @@ mod tests {
     fn the_half_width_of_a_parabola_in_x_is_found_from_its_squares() {
         // p^2 = 100 - 10 x, a straight line already: it vanishes at 10.
         let x: Vec<f64> = (-9..=9).map(f64::from).collect();
-        let status = |x: &f64| match x.abs() > 8.0 {
-            true => Status::Open,
-            false => Status::Stick,
+        let status = |x: &f64| {
+            if x.abs() > 8.0 {
+                DirectedStatus::Open
+            } else {
+                DirectedStatus::Stick
+            }
         };
         let profile = Profile {
             pressure: x.iter().map(|x| (100.0 - 10.0 * x.abs()).sqrt()).collect(),

@@ -45,7 +45,7 @@ pub fn damped_step_limit(omega_max: f64, damping: f64, stiffness_damping: f64) -
     ((2.0 / damping + twice * twice).sqrt() - twice) / omega_max
 }
 
-/// The directions of the iteration and the tridiagonal matrix that they reduce the operator to.
+/// Directions of the iteration and the tridiagonal matrix to which they reduce the operator.
 struct Krylov {
     scale: Vec<f64>,
     previous: Vec<f64>,
@@ -79,7 +79,7 @@ impl Krylov {
         for ((z, s), q) in self.scaled.iter_mut().zip(&self.scale).zip(&self.current) {
             *z = s * q;
         }
-        body.layout().spread(&mut self.scaled);
+        body.layout().repeat_period(&mut self.scaled);
         body.internal_force(&self.scaled, &mut self.image);
         self.image
             .iter_mut()

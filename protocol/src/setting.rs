@@ -90,6 +90,14 @@ impl ConfigError {
     }
 }
 
+/// The candidate that `word` was perhaps meant to be, else all of them under the name that they have together.
+pub fn proposal(word: &str, together: &str, candidates: &[&str]) -> String {
+    match nearest(word, candidates) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("{together}: {}", candidates.join(", ")),
+    }
+}
+
 /// Reads a participant's own keys into its configuration type. Unknown and missing keys and wrong types
 /// are errors that name the key; for an unknown key the nearest valid one is proposed.
 pub fn read_config<T: DeserializeOwned>(config: &serde_json::Value) -> Result<T, ConfigError> {

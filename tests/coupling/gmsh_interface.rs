@@ -37,7 +37,7 @@ fn rail(scene: &toml::Table) -> String {
             elements.push(format!("1 2 {group} {group} {a} {b}"));
         }
     }
-    for [i, j] in mesh.places() {
+    for [i, j] in mesh.element_indices() {
         let [a, b, c, d] = mesh.corners(i, j).map(number);
         elements.push(format!("3 2 0 1 {a} {b} {c} {d}"));
     }

@@ -16,5 +16,6 @@ mod split_bar;
 mod stability;
 mod starved;
 mod static_patch;
+mod two_masses;
 mod two_strips;
 mod velocity;

@@ -148,7 +148,7 @@ fn adhesion_in(steps: u32) -> f64 {
         h_prime: dem_node::cohesion::HPrime::One,
         thickness: 1e-3,
         alert: 1e-6,
-        fewest: 0,
+        bonds_min: 0,
     };
     let end = 3.0 * critical();
     let h = end / 0.1 / f64::from(steps);

@@ -100,9 +100,9 @@ fn a_block_at_rest_is_repaired_without_kinetic_energy() {
         march(&mut dem, 0, 4);
         assert_eq!(dem.state().kinetic(dem.bodies()), 0.0, "{penetration}");
         let list = &dem.state().list.slots;
-        let places = dem.state().places(dem.bodies());
+        let places = dem.state().positions(dem.bodies());
         let gap = |slot: &dem_node::detect::Slot| {
-            dem_node::geometry::proximity(dem.bodies(), &places, slot.a as usize, slot.b as usize)
+            dem_node::positions::proximity(dem.bodies(), &places, slot.a as usize, slot.b as usize)
                 .gap
         };
         let deepest = list.iter().map(gap).fold(0.0, f64::min);

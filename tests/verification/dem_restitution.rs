@@ -11,7 +11,7 @@
 //! first and (1 + e)/n for the others. Energy: without friction v is a contraction of v_0 for 0 <= e <= 1, whatever touches.
 //! Tolerances: speeds, the solver's true residual of 1e-12; heights, one step of gravity in the impact speed, 2e-4.
 
-use dem_node::sample::grading::Dice;
+use dem_node::sample::random::RandomNumbers;
 use serde_json::{Value, json};
 
 use crate::dem_support::{build, close, march, refusal, scene};
@@ -112,7 +112,7 @@ fn a_row_that_touches_is_hit_in_all_contacts_at_once() {
 
 /// Disks of random sizes and velocities between four walls.
 fn gas(seed: u64) -> Value {
-    let mut dice = Dice::new(seed);
+    let mut dice = RandomNumbers::new(seed);
     let disks: Vec<Value> = (0..36)
         .map(|i| {
             let mut place = |cell: usize| R * (2.0 * cell as f64 + 1.0 + dice.between(-0.1, 0.1));

@@ -89,7 +89,7 @@ fn lame_errors(along: usize) -> [f64; 3] {
     let results = node.finish().expect("it ends").results;
     let state = &node.held().expect("one increment").state;
     let mut worst: f64 = 0.0;
-    for [i, j] in node.model().mesh.places() {
+    for [i, j] in node.model().mesh.element_indices() {
         let mesh = &node.model().mesh;
         let corners = mesh.corners(i, j).map(|n| mesh.point(n[0], n[1]));
         let [x, y] = [0, 1].map(|k| 0.25 * corners.iter().map(|p| p[k]).sum::<f64>());
@@ -150,7 +150,7 @@ fn hill_ratio(along: usize, front: f64) -> (f64, f64) {
     let strain = |place| model.body.plastic_strain(&state.history, place, [0.0, 0.0])[3];
     let plastic = model
         .mesh
-        .places()
+        .element_indices()
         .filter(|place| strain(*place) > 0.0)
         .count();
     (

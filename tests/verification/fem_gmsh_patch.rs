@@ -63,7 +63,7 @@ fn valence(mesh: &Mesh) -> usize {
     };
     let hub = mesh.nodes().min_by(|a, b| far(a).total_cmp(&far(b)));
     let hub = hub.expect("there are nodes");
-    let corners = mesh.places().flat_map(|[i, j]| mesh.corners(i, j));
+    let corners = mesh.element_indices().flat_map(|[i, j]| mesh.corners(i, j));
     corners.filter(|corner| *corner == hub).count()
 }
 

@@ -30,7 +30,7 @@ impl Drawing {
             drawing.points[*place] = *point;
         }
         let number = |node: [usize; 2]| shuffled[mesh.number(node)];
-        let places: Vec<[usize; 2]> = mesh.places().collect();
+        let places: Vec<[usize; 2]> = mesh.element_indices().collect();
         for k in shuffle(places.len()) {
             let mut quad = mesh.corners(places[k][0], places[k][1]).map(number);
             if k % 3 == 0 {

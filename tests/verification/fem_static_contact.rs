@@ -17,7 +17,7 @@
 
 use fem_node::StaticNode;
 use fem_node::config::Config;
-use fem_node::statics::Status;
+use fem_node::statics::DirectedStatus;
 use protocol::{Node, read_config};
 use serde_json::{Value, json};
 
@@ -166,14 +166,14 @@ fn signorini_and_coulomb_hold_at_every_node() {
         let (normal, tangential) = (contact.normal[k], contact.tangential[k]);
         let cone = 0.3 * normal;
         let right = match status {
-            Status::Open => normal == 0.0 && tangential == 0.0,
-            Status::Stick => normal >= 0.0 && tangential.abs() <= cone + 1e-6,
-            Status::SlipForward => (tangential - cone).abs() < 1e-9,
-            Status::SlipBackward => (tangential + cone).abs() < 1e-9,
+            DirectedStatus::Open => normal == 0.0 && tangential == 0.0,
+            DirectedStatus::Stick => normal >= 0.0 && tangential.abs() <= cone + 1e-6,
+            DirectedStatus::SlipForward => (tangential - cone).abs() < 1e-9,
+            DirectedStatus::SlipBackward => (tangential + cone).abs() < 1e-9,
         };
         assert!(right, "node {k}: {status:?} {normal} {tangential}");
         let x = node.model().mesh.point(k, 0)[0];
-        if *status != Status::Open && x.abs() > 1e-4 {
+        if *status != DirectedStatus::Open && x.abs() > 1e-4 {
             assert!(
                 tangential * x > 0.0,
                 "node {k} at {x} is dragged the wrong way"

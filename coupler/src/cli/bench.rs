@@ -19,35 +19,15 @@ pub struct BenchArguments {
 #[derive(Debug, Subcommand)]
 enum What {
     /// Time from a request of the coupler to the answer of a node, over shared memory.
-    Exchange {
-        /// Print JSON.
-        #[arg(long)]
-        json: bool,
-    },
+    Exchange(Format),
     /// Cost of an element-step in each element and material.
-    Fem {
-        /// Print JSON.
-        #[arg(long)]
-        json: bool,
-    },
+    Fem(Format),
     /// Cost of a contact-iteration and iterations to convergence in each solver and law.
-    Dem {
-        /// Print JSON.
-        #[arg(long)]
-        json: bool,
-    },
+    Dem(Format),
     /// Throughput of the exchange log, written as in a run and read back with all checks.
-    Log {
-        /// Print JSON.
-        #[arg(long)]
-        json: bool,
-    },
+    Log(Format),
     /// Errors, ripple and cost of each mapping between nodes and glued points.
-    Mapping {
-        /// Print JSON.
-        #[arg(long)]
-        json: bool,
-    },
+    Mapping(Format),
     /// Where the coupling schemes are stable: stability.csv, limits.csv and a picture.
     Stability {
         /// Folder for the files.
@@ -59,19 +39,26 @@ enum What {
     Echo,
 }
 
+#[derive(Clone, Copy, Debug, clap::Args)]
+struct Format {
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
 /// Measures, and prints a table or JSON.
 pub fn bench(arguments: &BenchArguments, registry: &Registry) -> VerbResult {
     match arguments.what {
-        What::Exchange { json } => show(exchange::bench(&own_program()?)?, json)?,
-        What::Log { json } => show(log::bench()?, json)?,
-        What::Mapping { json } => show(mapping::bench()?, json)?,
+        What::Exchange(Format { json }) => show(exchange::bench(&own_program()?)?, json)?,
+        What::Log(Format { json }) => show(log::bench()?, json)?,
+        What::Mapping(Format { json }) => show(mapping::bench()?, json)?,
         What::Stability { ref out } => {
             let findings = stability::bench(out)?;
             print(&findings.table())?;
             return Ok(if findings.hold() { 0 } else { CHECK_FAILED });
         }
-        What::Fem { json } => solver(registry, "fem", json)?,
-        What::Dem { json } => solver(registry, "dem", json)?,
+        What::Fem(Format { json }) => solver(registry, "fem", json)?,
+        What::Dem(Format { json }) => solver(registry, "dem", json)?,
         What::Echo => exchange::echo().map_err(Refusal::from)?,
     }
     Ok(0)
@@ -119,10 +106,12 @@ fn table(rows: &serde_json::Value) -> String {
 
 /// Errors of rounding keep their size, everyday numbers their look.
 fn short(number: f64) -> String {
-    match number != 0.0 && number.abs() < 0.05 {
-        true => format!("{number:.1e}"),
-        false if number.abs() < 1.0 => format!("{number:.3}"),
-        false => format!("{number:.1}"),
+    if number != 0.0 && number.abs() < 0.05 {
+        format!("{number:.1e}")
+    } else if number.abs() < 1.0 {
+        format!("{number:.3}")
+    } else {
+        format!("{number:.1}")
     }
 }
 

@@ -39,17 +39,16 @@ pub(super) fn threads(asked: Option<u16>) -> usize {
 
 /// The log of a run directory, or the log itself.
 pub(super) fn log_of(run: &Path) -> Result<PathBuf, Error> {
-    let path = match run.is_dir() {
-        true => run.join("exchange.mcap"),
-        false => run.to_path_buf(),
+    let path = if run.is_dir() {
+        run.join("exchange.mcap")
+    } else {
+        run.to_path_buf()
     };
-    match path.is_file() {
-        true => Ok(path),
-        false => Err(Error::from(Refusal::file(
-            path,
-            "no such log; give a run directory or an exchange.mcap",
-        ))),
+    if path.is_file() {
+        return Ok(path);
     }
+    let problem = "no such log; give a run directory or an exchange.mcap";
+    Err(Refusal::file(path, problem).into())
 }
 
 /// Refuses a received scenario that starts programs which are not shipped: whoever sent it chose them.
@@ -71,7 +70,7 @@ pub(super) fn refuse_commands(scenario: &Scenario) -> Result<(), Error> {
 /// Exit code of a check that failed.
 pub(super) const CHECK_FAILED: i32 = 8;
 
-/// What a verb came to, for the exit code.
+/// Exit code of a verb, or its error.
 pub(super) type VerbResult = Result<i32, Error>;
 
 /// Prints results. A reader that went away (a closed pipe) is not an error of ours; a full disk is.
@@ -95,7 +94,7 @@ pub(super) fn print_rows<R: Serialize + ?Sized>(
     })
 }
 
-/// Where this program lies, to be started again as a participant.
+/// Path of this program, to be started again as a participant.
 pub(super) fn own_program() -> Result<PathBuf, Error> {
     std::env::current_exe().map_err(Error::input("finding this program"))
 }

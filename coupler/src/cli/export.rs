@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use protocol::Kind;
-use protocol::setting::nearest;
+use protocol::setting::proposal;
 
 use super::common::{VerbResult, log_of, print};
 use crate::error::{Error, Refusal};
@@ -40,9 +40,10 @@ pub fn export(arguments: &ExportArguments) -> VerbResult {
             "it exists already; an export never overwrites anything",
         )));
     }
-    let exported = match out.extension().is_some_and(|ending| ending == "csv") {
-        true => long(&log, &selection, out)?,
-        false => wide(&log, &selection, out)?,
+    let exported = if out.extension().is_some_and(|ending| ending == "csv") {
+        long(&log, &selection, out)?
+    } else {
+        wide(&log, &selection, out)?
     };
     if let Some(damage) = exported.damage {
         eprintln!("the log ends early, its valid part is exported: {damage}");
@@ -58,22 +59,15 @@ pub fn export(arguments: &ExportArguments) -> VerbResult {
 }
 
 fn kind_named(name: &str) -> Result<Kind, Error> {
-    let kinds: Vec<(String, Kind)> = (0..100)
-        .filter_map(Kind::from_number)
-        .filter(|kind| kind.is_exchange())
-        .map(|kind| (format!("{kind:?}"), kind))
-        .collect();
-    if let Some((_, kind)) = kinds
-        .iter()
-        .find(|(known, _)| known.eq_ignore_ascii_case(name))
-    {
-        return Ok(*kind);
+    let kinds = (0..100).filter_map(Kind::from_number);
+    let kinds: Vec<Kind> = kinds.filter(|kind| kind.is_exchange()).collect();
+    let names: Vec<String> = kinds.iter().map(|kind| format!("{kind:?}")).collect();
+    let same = |known: &String| known.eq_ignore_ascii_case(name);
+    if let Some(found) = names.iter().position(same) {
+        return Ok(kinds[found]);
     }
-    let names: Vec<&str> = kinds.iter().map(|(name, _)| name.as_str()).collect();
-    let proposal = match nearest(name, &names) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!("kinds: {}", names.join(", ")),
-    };
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let proposal = proposal(name, "kinds", &names);
     Err(Error::from(Refusal::argument(
         format!("--kind {name}"),
         format!("no such kind of message; {proposal}"),

@@ -169,7 +169,7 @@ fn prepare(recording: &mut Recording, allow_commands: bool) -> Result<(), Error>
     Ok(())
 }
 
-/// Who is replayed: all, or the one that is named. With `--set` it is those whose keys are set, and never the coupler.
+/// Participants that are replayed: all, or the one that is named. With `--set` it is those whose keys are set, and never the coupler.
 fn chosen(recording: &Recording, arguments: &ReplayArguments) -> Result<Vec<String>, Error> {
     let participants = recording.loaded.scenario.participant.iter();
     let names: Vec<String> = participants.map(|p| p.name.clone()).collect();
@@ -263,13 +263,13 @@ fn json(
 
 /// summary.json beside the log; null where only the log was kept.
 fn summary_of(run: &Path) -> Value {
-    let folder = match run.is_dir() {
-        true => Some(run),
-        false => run.parent(),
+    let path = if run.is_dir() {
+        run.join("summary.json")
+    } else {
+        run.with_file_name("summary.json")
     };
-    let text = folder.and_then(|folder| std::fs::read_to_string(folder.join("summary.json")).ok());
-    text.and_then(|text| serde_json::from_str(&text).ok())
-        .unwrap_or_default()
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    serde_json::from_str(&text).unwrap_or_default()
 }
 
 /// By kind: the drift in the last window, the largest, and that of each window.

@@ -66,7 +66,7 @@ pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
     conclude(ended, arguments.json)
 }
 
-/// What the path stands for now: runs/latest points to the resumed run as soon as that begins.
+/// The folder that the path stands for now: runs/latest points to the resumed run as soon as that begins.
 fn resolved(run: &Path) -> PathBuf {
     let Ok(whole) = run.canonicalize() else {
         return run.into();

@@ -1,4 +1,4 @@
-//! Why a run or a verb is refused.
+//! Reasons for which a run or a verb is refused.
 
 use std::path::PathBuf;
 

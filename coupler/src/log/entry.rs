@@ -19,9 +19,9 @@ pub enum Entry {
 pub struct Exchange {
     /// Name of the interface.
     pub interface: String,
-    /// Who sent it.
+    /// Its sender.
     pub sender: String,
-    /// Who received it.
+    /// Its receiver.
     pub receiver: String,
     /// The frame, as it was recorded.
     pub frame: Frame,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error as ThisError;
 
-/// Why a log cannot be written or read.
+/// Reasons for which a log cannot be written or read.
 #[derive(Debug, ThisError)]
 #[allow(missing_docs)]
 pub enum LogError {

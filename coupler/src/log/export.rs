@@ -18,7 +18,7 @@ use super::error::LogError;
 use super::read::recover;
 use crate::error::Error;
 
-/// What is exported of a log.
+/// The messages of a log that are exported.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
     /// Only what this participant sends or receives.
@@ -27,14 +27,14 @@ pub struct Selection {
     pub kind: Option<Kind>,
 }
 
-/// What was exported.
+/// Files and messages that were exported.
 #[derive(Debug, Default)]
 pub struct Exported {
     /// Files that were written.
     pub files: Vec<PathBuf>,
     /// Messages in them.
     pub messages: u64,
-    /// Why the log ended early, if it did.
+    /// Damage at which the log ended early.
     pub damage: Option<LogError>,
 }
 

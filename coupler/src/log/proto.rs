@@ -42,10 +42,10 @@ pub struct Exchange {
     /// End of the window (s).
     #[prost(double, tag = "9")]
     pub t1_s: f64,
-    /// Who sent the frame.
+    /// Sender of the frame.
     #[prost(string, tag = "10")]
     pub sender: String,
-    /// Who received it.
+    /// Receiver of the frame.
     #[prost(string, tag = "11")]
     pub receiver: String,
     /// The numbers; a text is packed as in [`protocol::Frame::with_text`].

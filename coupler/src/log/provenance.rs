@@ -11,7 +11,7 @@ use super::error::chain;
 /// The name and version of this format, in the metadata of every log.
 pub const FORMAT: &str = "thirdbody.exchange/1";
 
-/// What a log says about the run that it belongs to.
+/// The run that a log belongs to.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Provenance {
     /// The resolved scenario, TOML.
@@ -30,7 +30,7 @@ const SCENARIO_KEY: &str = "scenario.toml";
 const MANIFEST_KEY: &str = "manifest.json";
 const HASH_KEY: &str = "hash";
 
-/// As metadata for us, as attachments for other tools.
+/// Writes it as metadata for us and as attachments for other tools.
 pub(super) fn write<W: Write + Seek>(
     writer: &mut Writer<W>,
     provenance: &Provenance,

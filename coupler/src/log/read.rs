@@ -47,23 +47,20 @@ pub struct LogFile {
     provenance: Provenance,
     interfaces: HashMap<u16, Option<String>>,
     entries: VecDeque<Entry>,
-    /// Where the record begins that is read next.
+    /// Start of the record that is read next (bytes).
     offset: u64,
     /// Chunks that were reached, and whether the damage is in the last of them.
     chunks: u64,
     in_chunk: bool,
     damage: Option<LogError>,
-    /// What follows describes the data again, for readers that seek.
+    /// The rest of the file describes the data again, for readers that seek.
     data_ended: bool,
     ended: bool,
 }
 
 impl LogFile {
     fn open(path: &Path, tolerant: bool) -> Result<LogFile, LogError> {
-        let file = File::open(path).map_err(|source| LogError::Read {
-            path: path.into(),
-            source,
-        })?;
+        let file = File::open(path).map_err(|source| read_error(path, source))?;
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
             .with_validate_data_section_crc(true)
@@ -89,43 +86,40 @@ impl LogFile {
         Ok(log)
     }
 
-    /// What the log says about its run.
+    /// The run that the log belongs to.
     pub fn provenance(&self) -> &Provenance {
         &self.provenance
     }
 
-    /// Why a recovered log ended before its end.
+    /// Damage that ended a recovered log before its end.
     pub fn damage(&self) -> Option<&LogError> {
         self.damage.as_ref()
     }
 
-    /// The same, for those who keep it.
+    /// The damage, for those who keep it.
     pub(super) fn take_damage(self) -> Option<LogError> {
         self.damage
     }
 
     /// The first two records are the header and the metadata; a file without them is something else.
     fn read_provenance(&mut self) -> Result<(), LogError> {
-        let path = self.path.clone();
-        let not_a_log = |why: String| LogError::NotALog { path, why };
+        let not_a_log = |path: &Path, why: String| LogError::NotALog {
+            path: path.into(),
+            why,
+        };
         for expected in [op::HEADER, op::METADATA] {
-            match self.next_record() {
-                Ok(Some((opcode, data))) if opcode == expected => {
-                    if opcode == op::METADATA {
-                        match provenance::read(&data) {
-                            Ok(provenance) => self.provenance = provenance,
-                            Err(why) => return Err(not_a_log(why)),
-                        }
-                    }
-                }
-                Ok(_) => return Err(not_a_log("it does not begin with its provenance".into())),
-                Err(Failure::Io(source)) => {
-                    return Err(LogError::Read {
-                        path: self.path.clone(),
-                        source,
-                    });
-                }
-                Err(Failure::Damage(why)) => return Err(not_a_log(why)),
+            let record = self.next_record().map_err(|failure| match failure {
+                Failure::Io(source) => read_error(&self.path, source),
+                Failure::Damage(why) => not_a_log(&self.path, why),
+            })?;
+            let data = record.filter(|(opcode, _)| *opcode == expected);
+            let Some((opcode, data)) = data else {
+                let why = "it does not begin with its provenance".into();
+                return Err(not_a_log(&self.path, why));
+            };
+            if opcode == op::METADATA {
+                let found = provenance::read(&data);
+                self.provenance = found.map_err(|why| not_a_log(&self.path, why))?;
             }
         }
         Ok(())
@@ -158,24 +152,13 @@ impl LogFile {
         Ok(())
     }
 
-    /// The next record of the file, chunks as a whole.
+    /// The next record of the file, chunks as a whole. A damaged length may ask for anything: memory is taken as data comes.
     fn next_record(&mut self) -> Result<Option<(u8, Vec<u8>)>, Failure> {
-        loop {
-            match self.reader.next_event() {
-                None => return Ok(None),
-                Some(Err(error)) => return Err(error.into()),
-                Some(Ok(LinearReadEvent::Record { opcode, data })) => {
-                    self.offset += FRAMING + data.len() as u64;
-                    return Ok(Some((opcode, data.to_vec())));
-                }
-                Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
-                    // A damaged length may ask for anything: memory is taken as data comes.
-                    let buffer = self.reader.insert(wanted.min(PIECE));
-                    let got = read_some(&mut self.file, buffer)?;
-                    self.reader.notify_read(got);
-                }
-            }
+        let record = next_record(&mut self.reader, &mut self.file, PIECE)?;
+        if let Some((_, data)) = &record {
+            self.offset += FRAMING + data.len() as u64;
         }
+        Ok(record)
     }
 
     fn read_chunk(&mut self, data: &[u8]) -> Result<(), Failure> {
@@ -242,16 +225,14 @@ impl LogFile {
 
     fn error(&self, failure: Failure) -> LogError {
         match failure {
-            Failure::Io(source) => LogError::Read {
-                path: self.path.clone(),
-                source,
-            },
+            Failure::Io(source) => read_error(&self.path, source),
             Failure::Damage(why) => LogError::Damaged {
                 path: self.path.clone(),
                 offset: self.offset,
-                place: match self.in_chunk {
-                    true => format!("chunk {}", self.chunks),
-                    false => format!("a record after {} chunks", self.chunks),
+                place: if self.in_chunk {
+                    format!("chunk {}", self.chunks)
+                } else {
+                    format!("a record after {} chunks", self.chunks)
                 },
                 why,
             },
@@ -278,7 +259,7 @@ impl Iterator for LogFile {
 /// The kind and the length before the data of each record.
 const FRAMING: u64 = 9;
 
-/// Why reading cannot go on.
+/// Reasons for which reading cannot go on.
 enum Failure {
     Io(io::Error),
     Damage(String),
@@ -313,13 +294,13 @@ fn plain_record(opcode: u8, data: &[u8]) -> Result<(), Failure> {
             )));
         }
     };
-    match length == data.len() {
-        true => Ok(()),
-        false => Err(Failure::Damage(format!(
-            "a record of kind {opcode:#04x} holds {} bytes where it counts {length}",
-            data.len()
-        ))),
+    if length == data.len() {
+        return Ok(());
     }
+    Err(Failure::Damage(format!(
+        "a record of kind {opcode:#04x} holds {} bytes where it counts {length}",
+        data.len()
+    )))
 }
 
 /// The records of a chunk whose checksum has been verified.
@@ -356,20 +337,35 @@ impl<'a> Chunk<'a> {
     }
 
     fn next_record(&mut self) -> Result<Option<(u8, Vec<u8>)>, Failure> {
-        loop {
-            match self.reader.next_event() {
-                None => return Ok(None),
-                Some(Err(error)) => return Err(error.into()),
-                Some(Ok(LinearReadEvent::Record { opcode, data })) => {
-                    return Ok(Some((opcode, data.to_vec())));
-                }
-                Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
-                    let buffer = self.reader.insert(wanted);
-                    let got = read_some(&mut self.rest, buffer)?;
-                    self.reader.notify_read(got);
-                }
+        next_record(&mut self.reader, &mut self.rest, usize::MAX)
+    }
+}
+
+/// The next record of a reader that is fed from `source`, so many bytes at most at once.
+fn next_record(
+    reader: &mut LinearReader,
+    source: &mut impl Read,
+    piece: usize,
+) -> Result<Option<(u8, Vec<u8>)>, Failure> {
+    loop {
+        match reader.next_event() {
+            None => return Ok(None),
+            Some(Err(error)) => return Err(error.into()),
+            Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                return Ok(Some((opcode, data.to_vec())));
+            }
+            Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
+                let got = read_some(source, reader.insert(wanted.min(piece)))?;
+                reader.notify_read(got);
             }
         }
+    }
+}
+
+fn read_error(path: &Path, source: io::Error) -> LogError {
+    LogError::Read {
+        path: path.into(),
+        source,
     }
 }
 

@@ -27,7 +27,7 @@ const PATIENCE_S: u64 = 60;
 /// A chunk closes beyond this size, whatever the windows do.
 const CHUNK_BYTES: u64 = 1 << 20;
 
-/// What was written.
+/// Amounts that were written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LogStats {
     /// Size of the file.
@@ -61,7 +61,7 @@ enum Job {
     Sync(Sender<()>),
 }
 
-/// What has a channel of its own.
+/// Messages with a channel of their own.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Stream {
     interface: String,
@@ -126,11 +126,7 @@ impl Recorder {
         match waiting.recv_timeout(Duration::from_secs(PATIENCE_S)) {
             Ok(()) => Ok(()),
             Err(RecvTimeoutError::Timeout) => Err(self.stalled()),
-            // The thread ended with an error, which closing hands out.
-            Err(RecvTimeoutError::Disconnected) => match self.close() {
-                Ok(_) => Err(self.closed()),
-                Err(error) => Err(error),
-            },
+            Err(RecvTimeoutError::Disconnected) => Err(self.ended()),
         }
     }
 
@@ -151,10 +147,7 @@ impl Recorder {
         match jobs.send_timeout(job, Duration::from_secs(PATIENCE_S)) {
             Ok(()) => Ok(()),
             Err(SendTimeoutError::Timeout(_)) => Err(self.stalled()),
-            Err(SendTimeoutError::Disconnected(_)) => match self.close() {
-                Ok(_) => Err(self.closed()),
-                Err(error) => Err(error),
-            },
+            Err(SendTimeoutError::Disconnected(_)) => Err(self.ended()),
         }
     }
 
@@ -168,6 +161,11 @@ impl Recorder {
             Err(RecvTimeoutError::Timeout) => Err(self.stalled()),
             Err(RecvTimeoutError::Disconnected) => Err(self.closed()),
         }
+    }
+
+    /// The error of a thread that ended before it was told to: closing hands it out.
+    fn ended(&mut self) -> LogError {
+        self.close().err().unwrap_or_else(|| self.closed())
     }
 
     fn stalled(&self) -> LogError {
@@ -195,7 +193,7 @@ impl Drop for Recorder {
 struct LogWriter {
     path: PathBuf,
     writer: Writer<BufWriter<File>>,
-    /// The same file, to be told to reach the disk.
+    /// Handle of the same file, by which it is told to reach the disk.
     disk: File,
     flush_every_windows: u64,
     exchange_schema: u16,
@@ -212,19 +210,17 @@ impl LogWriter {
         flush_every_windows: u64,
     ) -> Result<LogWriter, LogError> {
         let file = File::create(path).map_err(|error| LogError::write(path, &error))?;
-        let disk = file
-            .try_clone()
-            .map_err(|error| LogError::write(path, &error))?;
-        Self::start(path, (file, disk), provenance, flush_every_windows)
+        Self::start(path, file, provenance, flush_every_windows)
             .map_err(|error| LogError::write(path, &error))
     }
 
     fn start(
         path: &Path,
-        (file, disk): (File, File),
+        file: File,
         provenance: &Provenance,
         flush_every_windows: u64,
     ) -> Result<LogWriter, McapError> {
+        let disk = file.try_clone()?;
         let mut writer = options().create(BufWriter::new(file))?;
         provenance::write(&mut writer, provenance)?;
         let descriptors = proto::descriptors();

@@ -1,4 +1,4 @@
-//! What a log holds.
+//! The contents of a log in numbers.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,7 +14,7 @@ use super::read::{read, recover};
 /// A log in numbers.
 #[derive(Debug)]
 pub struct LogSummary {
-    /// What the log says about its run.
+    /// The run that the log belongs to.
     pub provenance: Provenance,
     /// In the order of their first message.
     pub streams: Vec<Stream>,
@@ -26,11 +26,11 @@ pub struct LogSummary {
     pub last_window: Option<u64>,
     /// Lengths and repeats of the windows.
     pub stats: WindowStats,
-    /// Where the first number was exchanged that is not finite.
+    /// The first number that is not finite, and its place.
     pub non_finite: Option<NonFinite>,
     /// `hashes.exchange`, to be compared with the run's summary.
     pub hash: String,
-    /// Why a recovered log ended before its end.
+    /// Damage that ended a recovered log before its end.
     pub damage: Option<LogError>,
 }
 
@@ -48,7 +48,7 @@ pub struct WindowStats {
 }
 
 impl WindowStats {
-    /// A window ends with a commit, or is done alone: with a march.
+    /// A window ends with a commit, or is done alone.
     fn see(&mut self, frame: &Frame) {
         if let Ok(Kind::Commit | Kind::AdvanceAlone) = frame.kind() {
             let header = &frame.header;
@@ -70,13 +70,13 @@ impl WindowStats {
 pub struct Stream {
     /// Name of the interface.
     pub interface: String,
-    /// Who sends.
+    /// Their sender.
     pub sender: String,
-    /// Who receives.
+    /// Their receiver.
     pub receiver: String,
     /// [`protocol::Kind`] as its number.
     pub kind: u32,
-    /// How many.
+    /// Their number.
     pub messages: u64,
     /// Bytes of their payloads.
     pub bytes: u64,
@@ -115,9 +115,10 @@ pub struct NonFinite {
 
 /// Reads a whole log; with `tolerant`, as much of it as can be read.
 pub fn summarize(path: &Path, tolerant: bool) -> Result<LogSummary, LogError> {
-    let mut log = match tolerant {
-        true => recover(path)?,
-        false => read(path)?,
+    let mut log = if tolerant {
+        recover(path)?
+    } else {
+        read(path)?
     };
     let mut summary = LogSummary {
         provenance: log.provenance().clone(),

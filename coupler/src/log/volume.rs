@@ -1,10 +1,10 @@
-//! How long a log will be, from the messages that are expected in it.
+//! Length of a log, predicted from the messages that are expected in it.
 
 use prost::Message;
 
 use super::proto::Exchange;
 
-/// What lz4 leaves of the payload and of everything around it. They are fitted to the log of the scene `quick`, the
+/// Shares that lz4 leaves of the payload and of everything around it. They are fitted to the log of the scene `quick`, the
 /// second one being a guess; short runs pack up to a quarter better. Mantissas hardly pack, but each window begins with
 /// the force that ended the one before, and grains that hang on the wall repeat zeros.
 const PAYLOAD_PACKED: f64 = 0.79;
@@ -25,7 +25,7 @@ const FRAME_BYTES: u64 = 6_000;
 /// Messages that are expected in a log.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Volume {
-    /// How many.
+    /// Their number.
     pub messages: u64,
     /// Windows that will stand.
     pub windows: u64,

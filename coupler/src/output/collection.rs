@@ -6,7 +6,7 @@ use std::path::Path;
 /// A moment at which the participants wrote their fields.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moment {
-    /// What the snapshot is called.
+    /// Name of the snapshot.
     pub name: String,
     /// Simulated time (s).
     pub time_s: f64,

@@ -22,7 +22,7 @@ pub struct SampledMeans {
     interfaces: Vec<InterfaceMean>,
 }
 
-/// The same of one interface.
+/// Means and traction of one interface.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct InterfaceMean {
     /// Prefix of its results: none for the only interface.

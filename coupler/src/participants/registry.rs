@@ -1,6 +1,6 @@
 //! The solvers that a binary ships, handed in by its composition root.
 
-use protocol::setting::nearest;
+use protocol::setting::proposal;
 use protocol::{ConfigError, Node, NodeError, Session, Setting};
 
 use crate::error::Error;
@@ -36,10 +36,7 @@ impl Registry {
     pub fn find(&self, participant: &Participant) -> Result<&Solver, Error> {
         self.get(&participant.kind).ok_or_else(|| {
             let kinds: Vec<&str> = self.solvers.iter().map(|solver| solver.kind).collect();
-            let proposal = match nearest(&participant.kind, &kinds) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("kinds: {}", kinds.join(", ")),
-            };
+            let proposal = proposal(&participant.kind, "kinds", &kinds);
             Error::Refused(format!(
                 "participant `{}`: no solver of kind `{}` is built in; {proposal} For a program of your own, give its command",
                 participant.name, participant.kind

@@ -4,14 +4,14 @@ use std::path::Path;
 
 use plotters::prelude::*;
 
-use super::fields::{Arrays, Moment, read_all};
+use super::fields::{Arrays, Moment, read_first};
 use super::view::{Picture, View, elements, full_scale, page, picture, places_mm, pressure_colour};
 use crate::error::Error;
 
 /// Hydrostatic pressure in the whole body at the first of these moments that has fields of one.
 pub fn pressure(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Error> {
     for moment in moments {
-        let Some(arrays) = read_all(run, moment, "vtu")?.into_iter().next() else {
+        let Some(arrays) = read_first(run, moment, "vtu")? else {
             continue;
         };
         let (Some(view), Some(values)) = (whole(&arrays), arrays.get("hydrostatic_pressure_pa"))
@@ -48,7 +48,7 @@ pub fn status(run: &Path, moments: &[Moment]) -> Result<Vec<Picture>, Error> {
     ];
     let mut pictures = Vec::new();
     for moment in moments {
-        let Some(arrays) = read_all(run, moment, "vtu")?.into_iter().next() else {
+        let Some(arrays) = read_first(run, moment, "vtu")? else {
             continue;
         };
         let dots = dots(&arrays);
@@ -74,7 +74,7 @@ pub fn status(run: &Path, moments: &[Moment]) -> Result<Vec<Picture>, Error> {
 
 /// A contact node.
 struct Dot {
-    /// Where it has gone (mm).
+    /// Its current place (mm).
     at: (f64, f64),
     slips: bool,
 }

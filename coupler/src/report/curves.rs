@@ -24,8 +24,8 @@ pub fn all(run: &Path) -> Result<Vec<Picture>, Error> {
     let signals = Signals(read_csv(&run.join("signals.csv")));
     let plots = [
         pressure(&profile),
-        forces(&signals),
-        friction(&signals),
+        lines(&signals, &FORCES),
+        lines(&signals, &FRICTION),
         sliding(&signals),
         sliding_over_velocity(&signals),
     ];
@@ -93,47 +93,59 @@ fn pressure(profile: &Columns) -> Result<Option<Picture>, Error> {
     drawn("profile.svg", "Pressure on the surface", labels, &curves)
 }
 
-fn forces(signals: &Signals) -> Result<Option<Picture>, Error> {
-    let Some([t, normal, tangential]) = signals.columns(["t_s", "wheel_fn_n", "wheel_ft_n"]) else {
-        return Ok(None);
-    };
-    let curves = [
-        Curve {
-            label: "normal",
-            points: join(t, normal, 1e3, 1.0),
-            colour: BLUE_LINE,
-        },
-        Curve {
-            label: "tangential",
-            points: join(t, tangential, 1e3, 1.0),
-            colour: RED_LINE,
-        },
-    ];
-    let labels = Labels {
-        x: "t (ms)",
-        y: "force (N)",
-    };
-    drawn("forces.svg", "Force on the wheel", labels, &curves)
+/// Signals over another one, in plain lines.
+struct Lines<'a> {
+    file: &'static str,
+    caption: &'a str,
+    labels: Labels<'a>,
+    /// Signal along x, which is drawn a thousandfold (s to ms, m to mm).
+    x: &'a str,
+    /// Word of the legend, signal and colour of each line.
+    y: &'a [(&'a str, &'a str, RGBColor)],
 }
 
-fn friction(signals: &Signals) -> Result<Option<Picture>, Error> {
-    let Some([x, tangential]) = signals
-        .columns(["wheel_x_m", "wheel_ft_n"])
-        .filter(|[x, _]| moves(x))
-    else {
-        return Ok(None);
-    };
-    let curve = Curve {
-        label: "tangential force",
-        points: join(x, tangential, 1e3, 1.0),
-        colour: RED_LINE,
-    };
-    let labels = Labels {
+const FORCES: Lines = Lines {
+    file: "forces.svg",
+    caption: "Force on the wheel",
+    labels: Labels {
+        x: "t (ms)",
+        y: "force (N)",
+    },
+    x: "t_s",
+    y: &[
+        ("normal", "wheel_fn_n", BLUE_LINE),
+        ("tangential", "wheel_ft_n", RED_LINE),
+    ],
+};
+
+const FRICTION: Lines = Lines {
+    file: "friction.svg",
+    caption: "Tangential force over the wheel's lateral position",
+    labels: Labels {
         x: "D (mm)",
         y: "tangential force (N)",
+    },
+    x: "wheel_x_m",
+    y: &[("tangential force", "wheel_ft_n", RED_LINE)],
+};
+
+/// Draws lines where all their signals are there, and that along x is not zero throughout.
+fn lines(signals: &Signals, lines: &Lines<'static>) -> Result<Option<Picture>, Error> {
+    let Some(x) = signals.column(lines.x).filter(|x| moves(x)) else {
+        return Ok(None);
     };
-    let caption = "Tangential force over the wheel's lateral position";
-    drawn("friction.svg", caption, labels, &[curve])
+    let curve = |(label, signal, colour): &(&'static str, &'static str, RGBColor)| {
+        let points = join(x, signals.column(signal)?, 1e3, 1.0);
+        Some(Curve {
+            label,
+            points,
+            colour: *colour,
+        })
+    };
+    let curves: Option<Vec<Curve>> = lines.y.iter().map(curve).collect();
+    curves.map_or(Ok(None), |curves| {
+        drawn(lines.file, lines.caption, lines.labels, &curves)
+    })
 }
 
 /// Share of sliding nodes over time, beside |D| over its amplitude.

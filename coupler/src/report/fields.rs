@@ -1,7 +1,7 @@
 //! Reading the VTK XML files that participants write (ASCII data arrays).
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::error::{Error, Refusal};
 
@@ -36,18 +36,16 @@ pub struct Moment {
     pub words: String,
 }
 
-/// Reads the fields of all participants that wrote such a file at this moment, in the order of the files' names.
-pub fn read_all(run: &Path, moment: &Moment, extension: &str) -> Result<Vec<Arrays>, Error> {
+/// Reads the fields of the first participant, by the names of the files, that wrote such a file at this moment.
+pub fn read_first(run: &Path, moment: &Moment, extension: &str) -> Result<Option<Arrays>, Error> {
     let ending = format!("-{}.{extension}", moment.name);
     let entries = std::fs::read_dir(run.join("fields")).into_iter();
-    let mut found: Vec<PathBuf> = entries
+    let found = entries
         .flatten()
         .flatten()
         .map(|entry| entry.path())
-        .filter(|path| path.to_string_lossy().ends_with(&ending))
-        .collect();
-    found.sort();
-    found.iter().map(|path| read(path)).collect()
+        .filter(|path| path.to_string_lossy().ends_with(&ending));
+    found.min().map(|path| read(&path)).transpose()
 }
 
 fn attribute<'a>(head: &'a str, name: &str) -> Option<&'a str> {

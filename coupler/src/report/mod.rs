@@ -1,7 +1,7 @@
 //! `report.html` with its pictures, made from what a run left in its directory.
 //!
 //! - [`fields`]: the VTK files of the participants; [`view`]: a part of the scene on a page;
-//! - [`scene`]: grains and continua around the contact, coloured by pressure;
+//! - [`scene`]: grains and continuum around the contact, coloured by pressure;
 //! - [`body`]: the whole continuum, and which of its nodes stick;
 //! - [`plot`]: curves over axes; [`curves`]: interface traction, friction loop, forces and sliding nodes over time.
 

@@ -1,19 +1,20 @@
-//! Grains and continua around the contact, coloured by pressure.
+//! Grains and continuum around the contact, coloured by pressure.
 
 use std::path::Path;
 
 use plotters::prelude::*;
 
-use super::fields::{Arrays, Moment, read_all};
+use super::fields::{Arrays, Moment, read_first};
 use super::view::{
     Panel, Picture, View, elements, full_scale, page, picture, places_mm, pressure_colour,
 };
 use crate::error::Error;
 
-/// Fields of all participants at a moment.
+/// Fields at a moment: those of the first continuum and of the first layer of grains. A second continuum has a frame of its
+/// own, in which it may lie where the first one does.
 struct Scene {
-    continua: Vec<Arrays>,
-    grains: Vec<Arrays>,
+    continuum: Option<Arrays>,
+    grains: Option<Arrays>,
 }
 
 /// The scene at the first of these moments that has fields: the whole contact and, where a layer of grains is much longer
@@ -21,8 +22,8 @@ struct Scene {
 pub fn contact(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Error> {
     for moment in moments {
         let scene = Scene {
-            continua: read_all(run, moment, "vtu")?,
-            grains: read_all(run, moment, "vtp")?,
+            continuum: read_first(run, moment, "vtu")?,
+            grains: read_first(run, moment, "vtp")?,
         };
         let views = scene.views();
         if !views.is_empty() {
@@ -40,9 +41,9 @@ pub fn contact(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Error>
 }
 
 impl Scene {
-    /// The grains and as much of the continua as their pressure reaches; without grains the continua.
+    /// The grains and as much of the continuum as their pressure reaches; without grains all of it.
     fn views(&self) -> Vec<View> {
-        let places = self.continua.iter().flat_map(places_mm);
+        let places = self.continuum.iter().flat_map(places_mm);
         let nodes = places.map(|place| (place, 0.0));
         let Some(all) = View::around(nodes.chain(self.circles())) else {
             return Vec::new();
@@ -86,18 +87,14 @@ impl Scene {
         })
     }
 
-    /// Pressure at which the colours end (Pa): the largest in the continua; without any, one that 95 of 100 grains stay
+    /// Pressure at which the colours end (Pa): the largest in the continuum; without one, a value that 95 of 100 grains stay
     /// below, as single grains carry many times the mean.
     fn full_pa(&self) -> f64 {
-        let of = |sets: &[Arrays], name: &str| -> Vec<f64> {
-            let values = sets.iter().filter_map(|arrays| arrays.get(name));
-            values.flatten().copied().collect()
-        };
-        let continuum = of(&self.continua, "hydrostatic_pressure_pa");
-        if !continuum.is_empty() {
+        let of = |set: &Option<Arrays>, name: &str| set.as_ref()?.get(name).cloned();
+        if let Some(continuum) = of(&self.continuum, "hydrostatic_pressure_pa") {
             return full_scale(continuum.into_iter().fold(0.0, f64::max));
         }
-        let mut grains = of(&self.grains, "pressure_pa");
+        let mut grains = of(&self.grains, "pressure_pa").unwrap_or_default();
         grains.sort_by(f64::total_cmp);
         full_scale(grains.get(grains.len() * 95 / 100).copied().unwrap_or(0.0))
     }
@@ -105,15 +102,15 @@ impl Scene {
     fn draw(&self, views: &[View]) -> Result<String, Error> {
         let full_pa = self.full_pa();
         let mut legend = format!("x (mm); blue to red: pressure 0 to {} MPa", 1e-6 * full_pa);
-        if !self.grains.is_empty() {
+        if self.grains.is_some() {
             legend.push_str("; outlined dark: glued grains");
         }
         page(views, &legend, |panel, view| {
-            for arrays in &self.continua {
-                if let Some(pressure) = arrays.get("hydrostatic_pressure_pa") {
-                    let colour = |cell: usize| pressure_colour(pressure[cell] / full_pa);
-                    elements(panel, view, arrays, colour)?;
-                }
+            if let Some(arrays) = &self.continuum
+                && let Some(pressure) = arrays.get("hydrostatic_pressure_pa")
+            {
+                let colour = |cell: usize| pressure_colour(pressure[cell] / full_pa);
+                elements(panel, view, arrays, colour)?;
             }
             let mut grains = self.grains.iter();
             grains.try_for_each(|arrays| disks(panel, view, arrays, full_pa))

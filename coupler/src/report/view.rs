@@ -11,7 +11,7 @@ use crate::error::{Error, Refusal};
 pub struct Picture {
     /// Name of its file.
     pub file: &'static str,
-    /// What it shows.
+    /// Text below it.
     pub caption: String,
     /// The picture itself.
     pub svg: String,
@@ -57,7 +57,7 @@ impl View {
         self.y_mm[1] - self.y_mm[0]
     }
 
-    /// So much (mm) more at its sides, below and above.
+    /// The view with margins (mm) at its sides, below and above.
     pub(super) fn with_margin(self, side: f64, below: f64, above: f64) -> View {
         View {
             x_mm: [self.x_mm[0] - side, self.x_mm[1] + side],
@@ -113,7 +113,7 @@ pub(super) fn full_scale(value: f64) -> f64 {
     format!("{digit}e{exponent}").parse().unwrap_or(value)
 }
 
-/// From pale blue (nothing) over yellow to red (the end of the scale, 1); tension is grey.
+/// Colour of a share of the scale: pale blue (0) over yellow to red (1); tension is grey.
 pub(super) fn pressure_colour(share: f64) -> RGBColor {
     const STOPS: [(f64, [f64; 3]); 4] = [
         (0.0, [222.0, 235.0, 247.0]),
@@ -205,7 +205,7 @@ pub(super) fn elements(
     Ok(())
 }
 
-/// Where the points of a file are now (mm).
+/// Current places of the points of a file (mm).
 pub(super) fn places_mm(arrays: &Arrays) -> Vec<(f64, f64)> {
     let Some(points) = arrays.get("points") else {
         return Vec::new();

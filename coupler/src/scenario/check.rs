@@ -1,7 +1,7 @@
 //! Checks of a scenario that need no solver: ranges, names, and who is joined to whom.
 
 use protocol::ConfigError;
-use protocol::setting::nearest;
+use protocol::setting::proposal;
 
 use super::{CompliancePrior, Dirichlet, Interface, Scenario, SchemeWord};
 
@@ -13,18 +13,15 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
     if let Some(end) = run.end_s {
         positive("run.end_s", end)?;
     }
-    positive("run.deadlines.setup_s", run.deadlines.setup_s)?;
-    positive("run.deadlines.answer_s", run.deadlines.answer_s)?;
-    positive("run.deadlines.idle_s", run.deadlines.idle_s)?;
-    at_least_one(
-        "run.output.signals_every_windows",
-        run.output.signals_every_windows,
-    )?;
-    at_least_one(
-        "run.output.flush_every_windows",
-        run.output.flush_every_windows,
-    )?;
-    at_least_one("run.output.alone_steps", run.output.alone_steps.into())?;
+    let (deadlines, output) = (&run.deadlines, &run.output);
+    positive("run.deadlines.setup_s", deadlines.setup_s)?;
+    positive("run.deadlines.answer_s", deadlines.answer_s)?;
+    positive("run.deadlines.idle_s", deadlines.idle_s)?;
+    let every = output.signals_every_windows;
+    at_least_one("run.output.signals_every_windows", every)?;
+    let every = output.flush_every_windows;
+    at_least_one("run.output.flush_every_windows", every)?;
+    at_least_one("run.output.alone_steps", output.alone_steps.into())?;
     at_least_one("run.checkpoints_kept", run.checkpoints_kept)?;
     if run.checkpoint_every_windows.is_some_and(|every| every > 0) && !run.output.exchange {
         return Err(ConfigError::new(
@@ -223,10 +220,7 @@ fn check_interface(
                 &key("between"),
                 format!("no participant is named `{participant}`"),
             );
-            return Err(match nearest(participant, &names) {
-                Some(near) => error.help(format!("did you mean `{near}`?")),
-                None => error.help(format!("participants: {}", names.join(", "))),
-            });
+            return Err(error.help(proposal(participant, "participants", &names)));
         }
         joined.push(participant);
     }
@@ -240,13 +234,11 @@ fn check_interface(
 }
 
 fn positive(key: &str, value: f64) -> Result<(), ConfigError> {
-    match value > 0.0 && value.is_finite() {
-        true => Ok(()),
-        false => Err(ConfigError::new(
-            key,
-            format!("must be a positive number, got {value}"),
-        )),
+    if value > 0.0 && value.is_finite() {
+        return Ok(());
     }
+    let problem = format!("must be a positive number, got {value}");
+    Err(ConfigError::new(key, problem))
 }
 
 fn at_least_one(key: &str, value: u64) -> Result<(), ConfigError> {
@@ -261,11 +253,10 @@ fn plain_name(key: &str, name: &str) -> Result<(), ConfigError> {
     let plain = name
         .chars()
         .all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
-    match plain && !name.is_empty() && name.len() <= 64 {
-        true => Ok(()),
-        false => Err(ConfigError::new(
-            key,
-            format!("`{name}` must be 1 to 64 letters, digits, `-` or `_`: it becomes a file name"),
-        )),
+    if plain && !name.is_empty() && name.len() <= 64 {
+        return Ok(());
     }
+    let problem =
+        format!("`{name}` must be 1 to 64 letters, digits, `-` or `_`: it becomes a file name");
+    Err(ConfigError::new(key, problem))
 }

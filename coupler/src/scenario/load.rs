@@ -36,7 +36,7 @@ pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded, Error> {
     })
 }
 
-/// The same from a text with its overrides.
+/// Reads a scenario from a text with its overrides.
 pub fn parse(source: Source) -> Result<Loaded, Error> {
     let mut table: toml::Table = source
         .text
@@ -94,10 +94,10 @@ fn known_scenarios() -> String {
         .filter(|entry| entry.path().join("scenario.toml").is_file())
         .filter_map(|entry| entry.file_name().into_string().ok())
         .collect();
-    match names.is_empty() {
-        true => String::new(),
-        false => format!(" (here: {})", names.join(", ")),
+    if names.is_empty() {
+        return String::new();
     }
+    format!(" (here: {})", names.join(", "))
 }
 
 fn syntax_error(source: &Source, error: &toml::de::Error) -> Error {

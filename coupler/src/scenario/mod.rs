@@ -18,11 +18,11 @@ pub use interface::{
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
-    /// What is common to all participants.
+    /// Keys common to all participants.
     pub run: Run,
     /// The solvers.
     pub participant: Vec<Participant>,
-    /// Where they are joined; without any, the one participant runs alone.
+    /// Joints between them; without any, the one participant runs alone.
     #[serde(default)]
     pub interface: Vec<Interface>,
 }
@@ -47,13 +47,13 @@ impl Scenario {
         groups
     }
 
-    /// What the exchange with each participant is recorded under.
+    /// Labels that the exchange with each participant is recorded under.
     pub fn labels(&self) -> Vec<Label> {
         let participants = self.participant.iter();
         participants.map(|p| self.label(&p.name)).collect()
     }
 
-    /// What the exchange with one participant is recorded under.
+    /// Label that the exchange with one participant is recorded under.
     pub fn label(&self, participant: &str) -> Label {
         let mut own = self.interface.iter().enumerate().filter(|(_, interface)| {
             let [a, b] = interface.participants();
@@ -76,7 +76,7 @@ impl Scenario {
     }
 }
 
-/// What the exchange with a participant is recorded under. A participant on several interfaces exchanges all of them in
+/// Label that the exchange with a participant is recorded under. A participant on several interfaces exchanges all of them in
 /// one frame: the frame carries the index of the first, and the names of all.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
@@ -86,7 +86,7 @@ pub struct Label {
     pub name: String,
 }
 
-/// What is common to all participants.
+/// Keys common to all participants.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
@@ -97,12 +97,12 @@ pub struct Run {
     pub seed: u64,
     /// Out-of-plane thickness (m), positive.
     pub thickness_m: f64,
-    /// How frames travel.
+    /// Way in which frames travel.
     #[serde(default)]
     pub transport: TransportKind,
     /// End of the run (s); by default the longest load history of a participant.
     pub end_s: Option<f64>,
-    /// What is written, and how often.
+    /// Files that are written, and their cadence.
     #[serde(default)]
     pub output: Output,
     /// Windows between two checkpoints, 0 for none; by default 1000 where all participants can be resumed.
@@ -110,7 +110,7 @@ pub struct Run {
     /// Checkpoints that are kept, at least 1; the oldest goes.
     #[serde(default = "default_checkpoints")]
     pub checkpoints_kept: u64,
-    /// How long to wait for whom.
+    /// Longest waits.
     #[serde(default)]
     pub deadlines: Deadlines,
 }
@@ -120,7 +120,7 @@ fn default_checkpoints() -> u64 {
     2
 }
 
-/// How frames travel between the coordinator and its participants.
+/// Ways in which frames travel between the coordinator and its participants.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TransportKind {
@@ -131,7 +131,7 @@ pub enum TransportKind {
     Channel,
 }
 
-/// What is written, and how often.
+/// Files that are written, and their cadence.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
@@ -139,7 +139,7 @@ pub struct Output {
     pub signals_every_windows: u64,
     /// Windows between two flushes of `exchange.mcap`: a killed writer loses at most so many.
     pub flush_every_windows: u64,
-    /// Whether `exchange.mcap` is written.
+    /// Write `exchange.mcap`.
     pub exchange: bool,
     /// Own steps in a report of a solver that runs alone.
     pub alone_steps: u32,
@@ -156,16 +156,16 @@ impl Default for Output {
     }
 }
 
-/// How long to wait for whom (s). Waits are far longer than any answer that we have measured, so that only
+/// Longest waits (s). They are far longer than any answer that we have measured, so that only
 /// a participant that has really stopped runs into them.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Deadlines {
-    /// From launch to the participant's greeting, sample preparation included.
+    /// Wait for a participant's greeting after its launch, sample preparation included.
     pub setup_s: f64,
-    /// For one answer during the run.
+    /// Wait for one answer during the run.
     pub answer_s: f64,
-    /// How long a participant waits for its next request before it ends itself.
+    /// Wait of a participant for its next request, before it ends itself.
     pub idle_s: f64,
 }
 

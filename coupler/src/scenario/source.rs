@@ -1,4 +1,4 @@
-//! Where a key stands in the scenario file, for messages that point at it.
+//! Places of keys in the scenario file, for messages that point at them.
 
 use miette::NamedSource;
 use protocol::ConfigError;

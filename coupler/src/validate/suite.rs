@@ -18,17 +18,17 @@ use crate::scenario::load::load;
 pub struct Row {
     /// Scene, case and number.
     pub name: String,
-    /// What came out.
+    /// The value that came out.
     pub ours: Value,
-    /// What should.
+    /// The value that should.
     pub expected: Value,
-    /// Who says so.
+    /// Source of the expected value.
     pub source: String,
-    /// Whether it is near enough.
+    /// True where ours is near enough.
     pub holds: bool,
 }
 
-/// How the runs of a suite are done.
+/// Options of the runs of a suite.
 pub struct Runs<'a> {
     /// Shipped solvers.
     pub registry: &'a Registry,
@@ -107,7 +107,7 @@ fn attempt(scene: &Path, case: &Case, runs: &Runs, out: &Path) -> Result<Ended, 
     }
 }
 
-/// How the run ended, as a row of its own.
+/// The ending of a run as a row of its own.
 fn ending(place: &str, case: &Case, outcome: &Result<Ended, Error>) -> Row {
     let (code, message) = match outcome {
         Ok(_) => (0, String::new()),
@@ -116,9 +116,10 @@ fn ending(place: &str, case: &Case, outcome: &Result<Ended, Error>) -> Row {
     let says_all = case.says.iter().all(|word| message.contains(word));
     Row {
         name: format!("{place}: {}: exit code", case.name),
-        ours: match message.is_empty() || code == case.exit_code && says_all {
-            true => Value::from(code),
-            false => Value::from(format!("{code}: {message}")),
+        ours: if message.is_empty() || code == case.exit_code && says_all {
+            Value::from(code)
+        } else {
+            Value::from(format!("{code}: {message}"))
         },
         expected: Value::from(case.exit_code),
         source: case.source.clone(),

@@ -1,13 +1,13 @@
-//! What this machine does in the same run: its rates, and the memory that the process has taken.
+//! Rates of this machine in the same run, and the memory that the process has taken.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use crate::solver::lanes::{Lanes, widest};
+use crate::lanes::{Lanes, widest};
 
 /// Fewest passes of each timing; the quietest counts.
 pub const PASSES: usize = 5;
-/// How long passes of a few milliseconds go on.
+/// Least time of passes of a few milliseconds.
 const A_WHILE: Duration = Duration::from_millis(250);
 /// Rounds of the loop that only computes, and its chains.
 const ROUNDS: usize = 1 << 20;

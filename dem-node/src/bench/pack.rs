@@ -4,18 +4,18 @@ use std::f64::consts::PI;
 
 use super::machine::quietest;
 use crate::bodies::Bodies;
+use crate::boundary::CompliantBoundary;
 use crate::cluster::Clusters;
 use crate::config::RadiusLaw;
 use crate::faces::{Face, HalfPlane, RigidWall};
-use crate::law::{Friction, Law, Penetration};
-use crate::sample::grading::Dice;
+use crate::law::{Law, Penetration};
+use crate::sample::random::RandomNumbers;
 use crate::sample::relax::Pile;
 use crate::sample::{Disk, layer};
 use crate::setup::{ALERT, SKIN};
 use crate::solver::Problem;
 use crate::state::State;
-use crate::step::{Drive, Stepper};
-use crate::wall::Wall;
+use crate::step::{StepInput, Stepper};
 
 const STEP: f64 = 1e-6;
 const PRESSURE: f64 = 690e6;
@@ -58,7 +58,7 @@ impl Pack {
         }
     }
 
-    fn bodies(&self, friction: Friction) -> Bodies {
+    fn bodies(&self, friction: f64) -> Bodies {
         let mass = |disk: &Disk| DENSITY * PI * disk.radius * disk.radius * THICKNESS;
         let wall = |point, normal| RigidWall::at_rest(Face::HalfPlane(HalfPlane { point, normal }));
         Bodies {
@@ -84,17 +84,18 @@ impl Pack {
                 penetration: Penetration::Gap,
             },
             period: None,
-            pulled: None,
+            prescribed_velocity: None,
             alert: ALERT * RADII[0],
             skin: SKIN * RADII[0],
         }
     }
 
     /// The cold load step: its problem, and the times of posing it with the Verlet list at hand and with a new one (s).
-    pub fn cold(&self, friction: Friction) -> (Problem, [f64; 2]) {
+    pub fn cold(&self, friction: f64) -> (Problem, [f64; 2]) {
         let bodies = self.bodies(friction);
         let mut state = State::new(&bodies, &self.disks, &[]);
-        let drive = Drive {
+        let input = StepInput {
+            bodies: &bodies,
             step: STEP,
             theta: 1.0,
             load: 0.0,
@@ -102,12 +103,12 @@ impl Pack {
             free_velocity: &[],
         };
         let mut stepper = Stepper::default();
-        stepper.problem.wall = Wall::fixed(0);
-        stepper.pose(&bodies, &mut state, &drive);
-        let posing = quietest(|| stepper.pose(&bodies, &mut state, &drive));
+        stepper.problem.boundary = CompliantBoundary::fixed(0);
+        stepper.assemble(&mut state, &input);
+        let posing = quietest(|| stepper.assemble(&mut state, &input));
         let listing = quietest(|| {
-            state.list.expire();
-            stepper.pose(&bodies, &mut state, &drive);
+            state.list.invalidate();
+            stepper.assemble(&mut state, &input);
         });
         let mut cold = stepper.problem;
         self.load(&mut cold);
@@ -120,7 +121,7 @@ impl Pack {
     /// Loads the plate for a step. The load comes after detection: a light plate under such a load would fly through the
     /// pack in one step.
     fn load(&self, problem: &mut Problem) {
-        let plate = &mut problem.movers[self.disks.len()];
+        let plate = &mut problem.records[self.disks.len()];
         plate.velocity[1] -= STEP * PRESSURE * self.width * THICKNESS * plate.inverse_mass;
     }
     /// Opens or closes the gaps by a step, loads the plate again and keeps or forgets the impulses.
@@ -150,14 +151,14 @@ fn mirrored(x: f64, length: f64, copy: usize) -> f64 {
 
 /// A square bed between four fixed plates, relaxed until its forces are balanced to a percent.
 fn pressed(disks: usize) -> Pile {
-    let mut dice = Dice::new(1);
+    let mut random = RandomNumbers::new(1);
     let radii: Vec<f64> = (0..disks)
-        .map(|_| dice.radius(RadiusLaw::SurfaceUniform, RADII[0], RADII[1]))
+        .map(|_| random.radius(RadiusLaw::SurfaceUniform, RADII[0], RADII[1]))
         .collect();
     let area: f64 = radii.iter().map(|r| PI * r * r).sum();
     let half_width = 0.5 * (area / FRACTION).sqrt();
     let centres = radii.iter().map(|r| {
-        let mut place = || dice.between(r - half_width, half_width - r);
+        let mut place = || random.between(r - half_width, half_width - r);
         [place(), place()]
     });
     let mut pile = Pile {

@@ -1,192 +1,102 @@
-//! The keys of `sample.walls` and `sample.clusters`, and their limits.
+//! The keys of `sample`: a layer or listed disks, in a strip that repeats or not.
 
 use protocol::ConfigError;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
-use super::DisksConfig;
-use super::limits::{finite, positive};
+use super::disks::DisksConfig;
+use super::layer::LayerConfig;
+use super::limits::{PERIOD, finite, refuse};
+use crate::geometry::Period;
 
-/// A rigid wall: a half-plane by a point and a normal, or a polyline by its corners.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct WallConfig {
-    /// A point of the face of a half-plane (m).
-    pub x_m: Option<f64>,
-    /// A point of the face of a half-plane (m).
-    pub y_m: Option<f64>,
-    /// Direction of the normal of a half-plane: the grains stay on its side.
-    pub nx: Option<f64>,
-    /// Direction of the normal of a half-plane.
-    pub ny: Option<f64>,
-    /// Corners of a polyline (m), instead of the four above. The grains stay on the left of its direction; one that ends
-    /// where it began is closed, the ends of any other are round.
-    pub points_m: Option<Vec<[f64; 2]>>,
-    /// Constant velocity (m/s).
-    #[serde(default)]
-    pub velocity_m_per_s: [f64; 2],
+/// Diameters of the widest disk that a strip must hold: a grain and its neighbours must not meet around it.
+const DIAMETERS: f64 = 4.0;
+
+/// `sample`: the source of the grains.
+#[derive(Clone, Debug)]
+pub enum SampleConfig {
+    /// A pressed layer that follows the crown, glued to its base.
+    Layer(LayerConfig),
+    /// Disks and walls one by one.
+    Disks(DisksConfig),
 }
 
-/// What is special about the disks with `cluster = name`.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ClusterConfig {
-    /// The name that its disks give.
-    pub name: String,
-    /// Motions of the cluster that are held at 0.
-    #[serde(default)]
-    pub locked: Vec<MotionConfig>,
-    /// Mass (kg), before `mass_scale`; the sum of the disks, overlaps counted twice, when absent.
-    pub mass_kg: Option<f64>,
-    /// Moment of inertia about the centre of mass (kg m2); that of the disks when absent.
-    pub inertia_kg_m2: Option<f64>,
-    /// Velocity of the centre of mass at the start (m/s).
-    #[serde(default)]
-    pub vx_m_per_s: f64,
-    /// Velocity of the centre of mass at the start (m/s).
-    #[serde(default)]
-    pub vy_m_per_s: f64,
-    /// Spin at the start (rad/s), anticlockwise positive.
-    #[serde(default)]
-    pub spin_rad_per_s: f64,
-}
-
-/// The words for `sample.clusters.locked`.
+/// The words for `sample.kind`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum MotionConfig {
-    /// Sideways.
-    X,
-    /// Up and down.
-    Y,
-    /// Turning.
-    Rotation,
+enum SampleKind {
+    Layer,
+    Disks,
 }
 
-impl WallConfig {
-    /// Refuses a wall that is neither, or both.
-    pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
-        for component in self.velocity_m_per_s {
-            finite(&format!("{key}.velocity_m_per_s"), component)?;
+#[derive(Deserialize)]
+struct SampleTag {
+    kind: SampleKind,
+}
+
+/// By hand: an error of a derived enum with `tag = "kind"` names the table, not the key in it.
+impl<'de> Deserialize<'de> for SampleConfig {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<SampleConfig, D::Error> {
+        let mut keys = serde_json::Map::deserialize(deserializer)?;
+        // A kind that is missing or no word of the list is refused like any other key.
+        let kind = keys.shift_remove_entry("kind");
+        let SampleTag { kind } = protocol::read_part(kind.into_iter().collect())?;
+        match kind {
+            SampleKind::Layer => protocol::read_part(keys.into()).map(SampleConfig::Layer),
+            SampleKind::Disks => protocol::read_part(keys.into()).map(SampleConfig::Disks),
         }
-        let plane = [
-            ("x_m", self.x_m),
-            ("y_m", self.y_m),
-            ("nx", self.nx),
-            ("ny", self.ny),
-        ];
-        let Some(points) = &self.points_m else {
-            return validate_plane(key, plane);
+    }
+}
+
+impl SampleConfig {
+    /// The strip that repeats along x, where one does.
+    pub fn period(&self) -> Option<Period> {
+        self.period_ends().map(Period::between)
+    }
+
+    pub(super) fn period_ends(&self) -> Option<[f64; 2]> {
+        match self {
+            SampleConfig::Layer(layer) => layer.periodic_x_m,
+            SampleConfig::Disks(disks) => disks.periodic_x_m,
+        }
+    }
+
+    /// True if any disks move together.
+    pub(super) fn has_clusters(&self) -> bool {
+        matches!(self, SampleConfig::Disks(disks) if disks.has_clusters())
+    }
+
+    pub(super) fn validate(&self) -> Result<(), ConfigError> {
+        match self {
+            SampleConfig::Layer(layer) => layer.validate(),
+            SampleConfig::Disks(disks) => disks.validate(),
+        }
+    }
+
+    /// Refuses a strip from `ends[0]` to `ends[1]` (m) that does not fit the sample.
+    pub(super) fn validate_strip(&self, ends: [f64; 2]) -> Result<(), ConfigError> {
+        ends.iter().try_for_each(|end| finite(PERIOD, *end))?;
+        let widest = match self {
+            SampleConfig::Layer(layer) => layer.validate_strip(ends)?,
+            SampleConfig::Disks(disks) => disks.validate_strip(ends)?,
         };
-        if let Some((name, _)) = plane.into_iter().find(|(_, value)| value.is_some()) {
-            return Err(ConfigError::new(
-                &format!("{key}.{name}"),
-                "belongs to a half-plane, and points_m makes the wall a polyline",
-            )
-            .help("remove one of them"));
+        let (length, narrowest) = (ends[1] - ends[0], 2.0 * DIAMETERS * widest);
+        if length >= narrowest {
+            return Ok(());
         }
-        validate_corners(&format!("{key}.points_m"), points)
-    }
-}
-
-fn validate_plane(key: &str, plane: [(&str, Option<f64>); 4]) -> Result<(), ConfigError> {
-    for (name, value) in plane {
-        let value = value.ok_or_else(|| {
-            ConfigError::new(&format!("{key}.{name}"), "is missing")
-                .help("a half-plane needs x_m, y_m, nx and ny, a polyline points_m")
-        })?;
-        finite(&format!("{key}.{name}"), value)?;
-    }
-    let [_, _, nx, ny] = plane.map(|(_, value)| value.unwrap_or(0.0));
-    positive(&format!("{key}.nx"), nx.hypot(ny), "length of (nx, ny)")
-}
-
-fn validate_corners(key: &str, points: &[[f64; 2]]) -> Result<(), ConfigError> {
-    for component in points.iter().flatten() {
-        finite(key, *component)?;
-    }
-    if points.len() < 2 {
-        return Err(ConfigError::new(key, "needs at least two points"));
-    }
-    match points.windows(2).position(|ends| ends[0] == ends[1]) {
-        None => Ok(()),
-        Some(i) => Err(
-            ConfigError::new(key, format!("points {i} and {} are the same", i + 1))
-                .help("remove one of them"),
-        ),
-    }
-}
-
-impl ClusterConfig {
-    /// Whether x, y and rotation are held.
-    pub fn holds(&self) -> [bool; 3] {
-        [MotionConfig::X, MotionConfig::Y, MotionConfig::Rotation]
-            .map(|motion| self.locked.contains(&motion))
+        refuse(
+            PERIOD,
+            format!(
+                "a strip of {length:e} m is narrower than {DIAMETERS} of the widest diameter, {narrowest:e} m"
+            ),
+            "write [left, right] with right further away",
+        )
     }
 
-    fn validate(&self, key: &str) -> Result<(), ConfigError> {
-        if let Some(mass) = self.mass_kg {
-            positive(&format!("{key}.mass_kg"), mass, "kg")?;
+    /// Ends of a layer that does not repeat, in |x| (m).
+    pub fn ends(&self) -> Option<f64> {
+        match self {
+            SampleConfig::Layer(layer) if layer.periodic_x_m.is_none() => Some(layer.half_width_m),
+            _ => None,
         }
-        if let Some(inertia) = self.inertia_kg_m2 {
-            positive(&format!("{key}.inertia_kg_m2"), inertia, "kg m2")?;
-        }
-        let velocity = [
-            ("vx_m_per_s", self.vx_m_per_s),
-            ("vy_m_per_s", self.vy_m_per_s),
-            ("spin_rad_per_s", self.spin_rad_per_s),
-        ];
-        for ((name, value), held) in velocity.into_iter().zip(self.holds()) {
-            let key = format!("{key}.{name}");
-            finite(&key, value)?;
-            if held && value != 0.0 {
-                return Err(ConfigError::new(&key, "belongs to a motion that is locked")
-                    .help("remove it, or take the motion out of `locked`"));
-            }
-        }
-        Ok(())
-    }
-}
-
-impl DisksConfig {
-    /// Whether any disks move together.
-    pub fn has_clusters(&self) -> bool {
-        self.disks.iter().any(|disk| disk.cluster.is_some())
-    }
-
-    /// Refuses clusters without disks and disks that cannot be in one.
-    pub(super) fn validate_clusters(&self) -> Result<(), ConfigError> {
-        for (i, disk) in self.disks.iter().enumerate() {
-            let moves =
-                disk.vx_m_per_s != 0.0 || disk.vy_m_per_s != 0.0 || disk.spin_rad_per_s != 0.0;
-            if disk.cluster.is_some() && (disk.glued || moves) {
-                return Err(ConfigError::new(
-                    &format!("sample.disks[{i}].cluster"),
-                    "a disk of a cluster moves with it: it cannot be glued, nor have a velocity of its own",
-                )
-                .help("give the velocity in sample.clusters"));
-            }
-        }
-        for (i, cluster) in self.clusters.iter().enumerate() {
-            let key = format!("sample.clusters[{i}]");
-            cluster.validate(&key)?;
-            let named = |disk: &super::DiskConfig| disk.cluster.as_ref() == Some(&cluster.name);
-            let again = self.clusters[..i].iter().any(|c| c.name == cluster.name);
-            if again || !self.disks.iter().any(named) {
-                return Err(ConfigError::new(
-                    &format!("{key}.name"),
-                    format!(
-                        "{:?} {}",
-                        cluster.name,
-                        if again {
-                            "is there twice"
-                        } else {
-                            "has no disks"
-                        }
-                    ),
-                )
-                .help("write cluster = \"name\" at its disks, and one entry a name"));
-            }
-        }
-        Ok(())
     }
 }

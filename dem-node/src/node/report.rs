@@ -1,46 +1,61 @@
-//! What the grains say of themselves: signals and energies of a window, results of the run.
+//! The reports of the grains: signals and energies of a window, results of the run.
 
 use std::collections::BTreeMap;
 
-use protocol::{BoundaryInertia, Term};
+use protocol::{BoundaryInertia, Role, Term};
 
-use super::Dem;
-use crate::bodies::Bodies;
+use super::dem::Dem;
 use crate::bond;
-use crate::ledger;
-use crate::pull;
-use crate::report::{self, BONDS, SIGNALS};
-use crate::state::State;
-use crate::step::Summary;
+use crate::prescribed_opening;
+use crate::report::{self, BONDS};
+use crate::step::StepSummary;
 
 impl Dem {
-    pub(super) fn report(&self, summary: &Summary) -> Vec<f64> {
-        let now = stored(&self.bodies, &self.state);
+    pub(super) fn report(&self, summary: &StepSummary) -> Vec<f64> {
+        let now = self.progress.state.energies(&self.bodies);
         let since = [0, 1, 2, 3].map(|k| now[k] - self.initial_energy[k]);
-        let mut report = report::signals(&self.bodies, &self.state, summary).to_vec();
+        let signals = report::signals(&self.bodies, &self.progress.state, summary);
+        let mut report = signals.map(|(_, value)| value).to_vec();
         if self.bodies.law.cohesion.is_some() {
-            report.push(bond::count(&self.state.bonds) as f64);
+            report.push(bond::count(&self.progress.state.bonds) as f64);
         }
-        report.extend(self.pull.iter().flat_map(|pull| pull.signals(&self.state)));
-        report.extend(ledger::values(&self.state.accounts, since));
-        if self.bodies.wall_speed() > 0.0 {
-            report.push(self.state.accounts.walls);
-        }
+        report.extend(
+            self.opening
+                .iter()
+                .flat_map(|opening| opening.signals(&self.progress.state)),
+        );
+        report.extend(self.ledger(since).map(|(_, _, value)| value));
         report
     }
 
+    /// The energy balance: names, roles and values of its terms, with the energies stored since the start (J).
+    fn ledger(&self, stored: [f64; 4]) -> impl Iterator<Item = (&'static str, Role, f64)> {
+        let accounts = &self.progress.state.accounts;
+        let walls = (self.bodies.wall_speed() > 0.0).then(|| accounts.of_walls());
+        accounts.terms(stored).into_iter().chain(walls)
+    }
+
     pub(super) fn ledger_terms(&self) -> Vec<Term> {
-        let mut terms = ledger::terms();
-        if self.bodies.wall_speed() > 0.0 {
-            terms.push(ledger::walls());
-        }
-        terms
+        let terms = self.ledger([0.0; 4]).map(|(name, role, _)| Term {
+            name: name.into(),
+            role,
+        });
+        terms.collect()
     }
 
     pub(super) fn signal_names(&self) -> Vec<String> {
         let bonds = self.bodies.law.cohesion.map(|_| BONDS);
-        let pulled = self.pull.map(|_| pull::SIGNALS).into_iter().flatten();
-        let names = SIGNALS.into_iter().chain(bonds).chain(pulled);
+        let prescribed_velocity = self
+            .opening
+            .map(|_| prescribed_opening::SIGNALS)
+            .into_iter()
+            .flatten();
+        let signals = report::signals(&self.bodies, &self.progress.state, &StepSummary::default());
+        let names = signals
+            .into_iter()
+            .map(|(name, _)| name)
+            .chain(bonds)
+            .chain(prescribed_velocity);
         names.map(String::from).collect()
     }
 
@@ -58,16 +73,21 @@ impl Dem {
     }
 
     pub(super) fn results(&self) -> BTreeMap<String, f64> {
-        let mut results = self
-            .journal
-            .results(self.program.as_ref(), &self.bodies, &self.state);
+        let mut results = self.progress.statistics.results(
+            self.program.as_ref(),
+            &self.bodies,
+            &self.progress.state,
+        );
         if self.solid_fraction > 0.0 {
             results.insert("solid_fraction".into(), self.solid_fraction);
         }
         if self.bodies.law.cohesion.is_some() {
-            let bonds = bond::count(&self.state.bonds);
+            let bonds = bond::count(&self.progress.state.bonds);
             results.insert("bonds".into(), bonds as f64);
-            results.insert("bonds_broken".into(), (self.born - bonds) as f64);
+            results.insert(
+                "bonds_broken".into(),
+                (self.initial_bond_count - bonds) as f64,
+            );
         }
         if let Some(limit) = self.bond_step_limit {
             results.insert("bond_step_limit_s".into(), limit);
@@ -84,10 +104,4 @@ impl Dem {
         }
         results
     }
-}
-
-/// Kinetic energy, and what normal springs, tangential springs and bonds hold (J).
-pub(super) fn stored(bodies: &Bodies, state: &State) -> [f64; 4] {
-    let [normal, tangential, bonds] = state.springs(bodies);
-    [state.kinetic(bodies), normal, tangential, bonds]
 }

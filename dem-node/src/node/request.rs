@@ -1,8 +1,8 @@
-//! What the grains refuse in the requests of a coordinator.
+//! Refusals of requests of a coordinator.
 
 use protocol::{ConfigError, Window};
 
-use super::Dem;
+use super::dem::Dem;
 use crate::error::DemError;
 
 impl Dem {
@@ -11,7 +11,7 @@ impl Dem {
         window: &Window,
         free_velocity: &[f64],
     ) -> Result<f64, DemError> {
-        let step = match (self.exchange.is_empty(), self.window) {
+        let step = match (self.interface.is_empty(), self.window) {
             (false, Some(step)) => step,
             _ => {
                 return request("a window needs a glued row coupled and the wall announced first");
@@ -24,12 +24,12 @@ impl Dem {
                 window.index
             ));
         }
-        if free_velocity.len() != 2 * self.exchange.len() {
+        if free_velocity.len() != 2 * self.interface.len() {
             return request(format!(
                 "window {} brings {} velocities for {} glued disks of two components",
                 window.index,
                 free_velocity.len(),
-                self.exchange.len()
+                self.interface.len()
             ));
         }
         require_numbers("a velocity of a glued disk", window, free_velocity)?;

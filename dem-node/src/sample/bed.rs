@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::config::LayerConfig;
 use crate::error::DemError;
 use crate::geometry::Period;
-use crate::sample::grading::Dice;
+use crate::sample::random::RandomNumbers;
 use crate::sample::relax::Pile;
 
 /// Solid fraction that a pressed bed of such disks reaches; it sets how many of them are drawn.
@@ -32,7 +32,7 @@ pub struct Bed {
 /// Draws the disks, drops them between the walls and presses them. `stiffness` is that of the contacts over the
 /// thickness (Pa).
 pub fn press(recipe: &LayerConfig, stiffness: f64, seed: u64) -> Result<Bed, DemError> {
-    let mut pile = drop_disks(recipe, &mut Dice::new(seed));
+    let mut pile = drop_disks(recipe, &mut RandomNumbers::new(seed));
     let tolerated = 0.05 * recipe.radius_min_m;
     pile.relax(MAX_ITERATIONS, |load| load.largest < tolerated);
     let mut mean_overlap = 0.0;
@@ -62,13 +62,13 @@ pub fn press(recipe: &LayerConfig, stiffness: f64, seed: u64) -> Result<Bed, Dem
 }
 
 /// Draws disks until they fill the bed and places their centres at random in a looser box under the plate.
-fn drop_disks(recipe: &LayerConfig, dice: &mut Dice) -> Pile {
+fn drop_disks(recipe: &LayerConfig, random: &mut RandomNumbers) -> Pile {
     let width = 2.0 * recipe.half_width_m;
     let target = EXPECTED_FRACTION * width * (recipe.thickness_m + recipe.bed_extra_m);
     let mut radii = Vec::new();
     let mut filled = 0.0;
     while filled < target {
-        let radius = dice.radius(recipe.law, recipe.radius_min_m, recipe.radius_max_m);
+        let radius = random.radius(recipe.law, recipe.radius_min_m, recipe.radius_max_m);
         filled += PI * radius * radius;
         radii.push(radius);
     }
@@ -78,8 +78,8 @@ fn drop_disks(recipe: &LayerConfig, dice: &mut Dice) -> Pile {
     let centres = radii.iter().map(|r| {
         // A strip has no side walls to keep away from.
         let margin = if period.is_some() { 0.0 } else { *r };
-        let x = dice.between(margin - recipe.half_width_m, recipe.half_width_m - margin);
-        [x, dice.between(floor + r, ceiling - r)]
+        let x = random.between(margin - recipe.half_width_m, recipe.half_width_m - margin);
+        [x, random.between(floor + r, ceiling - r)]
     });
     Pile {
         centres: centres.collect(),

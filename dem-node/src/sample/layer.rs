@@ -8,7 +8,7 @@ use crate::config::LayerConfig;
 use crate::error::DemError;
 use crate::sample::bed::{self, Bed};
 use crate::sample::relax::Pile;
-use crate::sample::{Disk, Sample};
+use crate::sample::types::{Disk, Sample};
 
 /// Mean diameters by which the bare row extends past each side, to catch grains that come loose.
 const CATCH_DIAMETERS: f64 = 5.0;
@@ -34,14 +34,16 @@ pub fn prepare(
     let bed_stiffness = stiffness.unwrap_or(RIGID_BED_STIFFNESS * highest);
     let bed = bed::press(&bed_of(recipe), bed_stiffness, seed)?;
     let (free, base) = cut(&bed.pile);
-    let (free, lid) = match recipe.lid {
-        true => cut_above(free, recipe.thickness_m),
-        false => (free, Vec::new()),
+    let (free, lid) = if recipe.lid {
+        cut_above(free, recipe.thickness_m)
+    } else {
+        (free, Vec::new())
     };
     let mut glued = extended(recipe, &free, base, |radius| -radius);
-    let on_top = match recipe.lid {
-        true => extended(recipe, &free, lid, |radius| recipe.thickness_m + radius),
-        false => lid,
+    let on_top = if recipe.lid {
+        extended(recipe, &free, lid, |radius| recipe.thickness_m + radius)
+    } else {
+        lid
     };
     let lid = on_top.len();
     glued.extend(on_top);
@@ -52,9 +54,10 @@ pub fn prepare(
     let free = if bonded {
         free
     } else {
-        let ceiling = match recipe.lid {
-            true => f64::INFINITY,
-            false => recipe.thickness_m,
+        let ceiling = if recipe.lid {
+            f64::INFINITY
+        } else {
+            recipe.thickness_m
         };
         let (mut free, overlap) = release(&bed, free, &glued, ceiling);
         if stiffness.is_none() {

@@ -29,7 +29,7 @@ pub struct Pile {
 
 /// Forces on the disks, in units of overlap (m).
 #[derive(Clone, Debug, Default)]
-pub struct Load {
+pub struct PileForces {
     /// On each movable disk.
     on_disks: Vec<[f64; 2]>,
     /// On the floor, thrust included.
@@ -44,7 +44,7 @@ pub struct Load {
     pub largest: f64,
 }
 
-impl Load {
+impl PileForces {
     /// Mean overlap (m).
     pub fn mean(&self) -> f64 {
         self.sum / self.contacts.max(1) as f64
@@ -56,7 +56,7 @@ impl Load {
         squares.fold(0.0, f64::max).sqrt()
     }
 
-    /// Whether every resultant is below this fraction of the mean contact force, and that on the floor below this
+    /// True if every resultant is below this fraction of the mean contact force, and that on the floor below this
     /// fraction of its thrust.
     pub fn is_balanced(&self, fraction: f64) -> bool {
         self.unbalanced() <= fraction * self.mean() && self.on_floor.abs() <= fraction * self.thrust
@@ -80,10 +80,14 @@ impl Pile {
     /// Lets the disks relax until `at_rest` says so: FIRE (Bitzek et al., PRL 97, 170201, 2006, with their
     /// parameters) with the semi-implicit Euler step. Returns the number of iterations, which is
     /// `limit` when they were not enough, and the forces at the final positions.
-    pub fn relax(&mut self, limit: usize, at_rest: impl Fn(&Load) -> bool) -> (usize, Load) {
+    pub fn relax(
+        &mut self,
+        limit: usize,
+        at_rest: impl Fn(&PileForces) -> bool,
+    ) -> (usize, PileForces) {
         let mut fire = Fire::new(self);
         let mut neighbours = self.neighbours();
-        let mut load = Load::default();
+        let mut load = PileForces::default();
         let mut iteration = 0;
         loop {
             self.refresh(&mut neighbours);
@@ -122,7 +126,7 @@ impl Pile {
         }
     }
 
-    fn forces(&self, neighbours: &Neighbours, load: &mut Load) {
+    fn forces(&self, neighbours: &Neighbours, load: &mut PileForces) {
         load.on_disks.clear();
         load.on_disks.resize(self.movable, [0.0; 2]);
         (load.sum, load.contacts, load.largest) = (0.0, 0, 0.0);
@@ -136,7 +140,7 @@ impl Pile {
         }
     }
 
-    fn push_apart(&self, a: usize, b: usize, load: &mut Load) {
+    fn push_apart(&self, a: usize, b: usize, load: &mut PileForces) {
         let (dx, dy) = (
             self.centres[a][0] - self.centres[b][0],
             self.centres[a][1] - self.centres[b][1],
@@ -159,7 +163,7 @@ impl Pile {
         load.count(overlap);
     }
 
-    fn push_off_plates(&self, a: usize, load: &mut Load) {
+    fn push_off_plates(&self, a: usize, load: &mut PileForces) {
         let ([x, y], r) = (self.centres[a], self.radii[a]);
         let sides = [
             (r - (x + self.half_width), [1.0, 0.0]),
@@ -182,20 +186,18 @@ impl Pile {
 
     /// The contacts of the pile: pairs of disks, and how many plates each movable disk touches.
     pub fn contacts(&self) -> (Vec<(u32, u32)>, Vec<u32>) {
+        let forces = || PileForces {
+            on_disks: vec![[0.0; 2]; self.movable],
+            ..PileForces::default()
+        };
         let touching = |(a, b): &(u32, u32)| {
-            let mut load = Load {
-                on_disks: vec![[0.0; 2]; self.movable],
-                ..Load::default()
-            };
+            let mut load = forces();
             self.push_apart(*a as usize, *b as usize, &mut load);
             load.contacts > 0
         };
         let pairs = self.neighbours().pairs.into_iter().filter(touching);
         let plates = (0..self.movable).map(|a| {
-            let mut load = Load {
-                on_disks: vec![[0.0; 2]; self.movable],
-                ..Load::default()
-            };
+            let mut load = forces();
             self.push_off_plates(a, &mut load);
             load.contacts as u32
         });
@@ -233,7 +235,7 @@ impl Fire {
         }
     }
 
-    fn step(&mut self, pile: &mut Pile, load: &Load) {
+    fn step(&mut self, pile: &mut Pile, load: &PileForces) {
         let floor_force = if pile.thrust.is_some() {
             load.on_floor
         } else {
@@ -257,7 +259,7 @@ impl Fire {
     }
 
     /// Turns the velocity towards the force while the power is positive, stops when it is not.
-    fn steer(&mut self, load: &Load, floor_force: f64) {
+    fn steer(&mut self, load: &PileForces, floor_force: f64) {
         let dot = |a: &[f64; 2], b: &[f64; 2]| a[0] * b[0] + a[1] * b[1];
         let (mut power, mut speed, mut force) = (
             floor_force * self.floor_velocity,

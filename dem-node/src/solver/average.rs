@@ -1,4 +1,4 @@
-//! Averaged sweeps, for friction that makes plain ones run in a circle.
+//! Averaged sweeps, for strong friction, which makes plain ones cycle.
 //!
 //! With strong friction block Gauss-Seidel r' = T(r) may circle round a solution that exists. With
 //! ```text
@@ -7,10 +7,10 @@
 //! (Krasnoselskii 1955) an eigenvalue l of T becomes 1 - s + s l: what oscillates (Re l < 1) dies out for s small enough, and the
 //! fixed points stay the same. Without friction the problem is convex, sweeps always descend, and nothing is averaged.
 
-use super::Problem;
 use super::groups::Sweeper;
+use super::problem::Problem;
 
-/// Sweeps without gain after which they are taken to run in a circle. A column of a hundred disks, the slowest honest case,
+/// Sweeps without gain after which they are taken to cycle. A column of a hundred disks, the slowest honest case,
 /// gains 5 % in as many.
 const PATIENCE: usize = 200;
 /// A gain: an increment below this part of the least one before.
@@ -23,10 +23,8 @@ pub struct Averager {
     weight: f64,
     least: f64,
     since: usize,
-    impulses: Vec<[f64; 2]>,
-    velocities: Vec<[f64; 3]>,
-    /// Velocities of the wall, then the impulses on it.
-    wall: Vec<f64>,
+    /// [`numbers`] before a sweep.
+    before: Vec<f64>,
 }
 
 impl Averager {
@@ -36,9 +34,7 @@ impl Averager {
             weight: 1.0,
             least: f64::INFINITY,
             since: 0,
-            impulses: Vec::new(),
-            velocities: Vec::new(),
-            wall: Vec::new(),
+            before: Vec::new(),
         }
     }
 
@@ -68,61 +64,40 @@ impl Averager {
             return sweeper.sweep(problem, parallel);
         }
         sweeper.store(problem);
-        self.remember(problem);
+        self.before.clear();
+        self.before.extend(numbers(problem).map(|number| *number));
         let squares = sweeper.sweep(problem, parallel);
         sweeper.store(problem);
-        self.blend(problem);
+        let s = self.weight;
+        for (new, old) in numbers(problem).zip(&self.before) {
+            *new = (1.0 - s) * old + s * *new;
+        }
         sweeper.load(problem);
         squares
     }
+}
 
-    fn remember(&mut self, problem: &Problem) {
-        self.impulses.clear();
-        self.impulses
-            .extend(problem.contacts.iter().map(|contact| contact.impulse));
-        self.velocities.clear();
-        self.velocities
-            .extend(problem.movers.iter().map(|mover| mover.velocity));
-        self.wall.clear();
-        let wall = &problem.wall;
-        self.wall.extend(wall.velocity.iter().chain(&wall.impulse));
-    }
-
-    /// Velocities are linear in the impulses, so both take the same average.
-    fn blend(&self, problem: &mut Problem) {
-        let s = self.weight;
-        let mix = |new: &mut f64, old: &f64| *new = (1.0 - s) * old + s * *new;
-        for (contact, old) in problem.contacts.iter_mut().zip(&self.impulses) {
-            contact
-                .impulse
-                .iter_mut()
-                .zip(old)
-                .for_each(|(n, o)| mix(n, o));
-        }
-        for (mover, old) in problem.movers.iter_mut().zip(&self.velocities) {
-            mover
-                .velocity
-                .iter_mut()
-                .zip(old)
-                .for_each(|(n, o)| mix(n, o));
-        }
-        let wall = &mut problem.wall;
-        let now = wall.velocity.iter_mut().chain(&mut wall.impulse);
-        now.zip(&self.wall).for_each(|(n, o)| mix(n, o));
-    }
+/// Impulses and velocities of contacts, bodies and boundary. Velocities are linear in the impulses, so all take the same
+/// average.
+fn numbers(problem: &mut Problem) -> impl Iterator<Item = &mut f64> {
+    let impulses = problem.contacts.iter_mut().flat_map(|c| &mut c.impulse);
+    let velocities = problem.records.iter_mut().flat_map(|r| &mut r.velocity);
+    let boundary = &mut problem.boundary;
+    let boundary = boundary.velocity.iter_mut().chain(&mut boundary.impulse);
+    impulses.chain(velocities).chain(boundary)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solver::{Contact, Mover, UNARMED, UNBONDED};
-    use crate::wall::Wall;
+    use crate::boundary::CompliantBoundary;
+    use crate::solver::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
 
-    /// A grain with 1/m = 2 falls at 1 m/s on a glued disk whose wall yields by 1: a whole sweep gives it 1/3.
+    /// A grain with 1/m = 2 falls at 1 m/s on a glued disk whose boundary yields by 1: a whole sweep gives it 1/3.
     fn falling() -> Problem {
-        let mut wall = Wall::compliant(1, vec![1.0, 0.0, 0.0, 1.0]);
-        wall.start(&[0.0; 2]);
-        let grain = Mover {
+        let mut boundary = CompliantBoundary::compliant(1, vec![1.0, 0.0, 0.0, 1.0]);
+        boundary.start(&[0.0; 2]);
+        let grain = BodyRecord {
             velocity: [0.0, -1.0, 0.0],
             inverse_mass: 2.0,
         };
@@ -131,19 +106,19 @@ mod tests {
             b: 1,
             glued: true,
             normal: [0.0, 1.0],
-            bond: UNBONDED,
-            arms: UNARMED,
+            bond: NO_BOND,
+            levers: NO_LEVERS,
             ..Contact::default()
         };
         let mut problem = Problem {
             contacts: vec![contact],
-            movers: vec![grain, Mover::default()],
+            records: vec![grain, BodyRecord::default()],
             first_glued: 1,
-            wall,
+            boundary,
             friction: 0.5,
             ..Problem::default()
         };
-        problem.prepare().expect("it is well posed");
+        problem.prepare(1.0).expect("it is well posed");
         problem
     }
 
@@ -157,9 +132,9 @@ mod tests {
         averager.sweep(&mut problem, &mut sweeper, false);
         let near = |value: f64, expected: f64| assert!((value - expected).abs() < 1e-15, "{value}");
         near(problem.contacts[0].impulse[0], 1.0 / 6.0);
-        near(problem.movers[0].velocity[1], -2.0 / 3.0);
-        near(problem.wall.impulse[1], -1.0 / 6.0);
-        near(problem.wall.velocity[1], -1.0 / 6.0);
+        near(problem.records[0].velocity[1], -2.0 / 3.0);
+        near(problem.boundary.impulse[1], -1.0 / 6.0);
+        near(problem.boundary.velocity[1], -1.0 / 6.0);
     }
 
     #[test]

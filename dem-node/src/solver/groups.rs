@@ -3,30 +3,27 @@
 //! Contacts of a group do not see each other, so solving them side by side is the same as one after the other, and the
 //! compiler can use whole vector registers. Contacts of glued disks, of bonds and of the wheel are solved one by one.
 //!
-//! Contacts inside a block of [`super::blocks`] come first, block beside block, then those across.
+//! Contacts inside a block of [`super::partition`] come first, block beside block, then those crossing.
 
-mod sorter;
+mod grouping;
 #[cfg(test)]
 mod tests;
 
-use super::blocks::{self, Block, Cut};
-use super::lanes::{self, widest};
-use super::{Contact, Mover, Problem, project};
-use sorter::Sorter;
-
-/// Contacts in a group.
-const LANES: usize = 8;
-/// A lane without contact.
-const EMPTY: u32 = u32::MAX;
+use super::contact::{BodyRecord, Contact};
+use super::partition::{Partition, Subdomain, for_each_subdomain};
+use super::problem::Problem;
+use crate::lanes::{self, widest};
+use crate::law::vector::{normal_impulse, tangential_impulse};
+use grouping::{EMPTY, Grouping, LANES};
 
 /// A number of each contact of a group.
 type Lanes = lanes::Lanes<LANES>;
 
 /// Eight contacts side by side.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 #[repr(align(64))]
 struct Group {
-    /// Bodies, counted from the first of the block.
+    /// Bodies, counted from the first of the subdomain.
     a: [u32; LANES],
     b: [u32; LANES],
     normal: [Lanes; 2],
@@ -42,17 +39,9 @@ struct Group {
 type Squares = [Lanes; 2];
 
 impl Group {
-    /// A lane without contact gets no impulse: it adds zeros to the first body of the block.
+    /// A lane without contact gets no impulse: it adds zeros to the first body of the subdomain.
     fn new(contacts: &[Contact], members: &[u32; LANES], first: u32) -> Group {
-        let mut group = Group {
-            a: [0; LANES],
-            b: [0; LANES],
-            normal: [Lanes::default(); 2],
-            bias: [Lanes::default(); 2],
-            lever: Lanes::default(),
-            inverse: [Lanes::default(); 2],
-            impulse: [Lanes::default(); 2],
-        };
+        let mut group = Group::default();
         for (k, member) in members.iter().enumerate() {
             if *member == EMPTY {
                 continue;
@@ -65,8 +54,8 @@ impl Group {
                 group.impulse[axis].0[k] = contact.impulse[axis];
             }
             group.lever.0[k] = contact.lever();
-            group.inverse[0].0[k] = 1.0 / (contact.block.nn + contact.compliance[0]);
-            group.inverse[1].0[k] = 1.0 / (contact.block.tt + contact.compliance[1]);
+            let [d_n, d_t] = contact.diagonal();
+            (group.inverse[0].0[k], group.inverse[1].0[k]) = (1.0 / d_n, 1.0 / d_t);
         }
         group
     }
@@ -75,15 +64,15 @@ impl Group {
     /// r_n = max(0, -b_n / D_n), r_t = -b_t / D_t within +-mu r_n, D the diagonal of W with its springs and
     /// b = u + bias - W r.
     #[inline(always)]
-    fn relax<const FRICTION: bool>(
+    fn solve<const FRICTION: bool>(
         &mut self,
-        movers: &mut [Mover],
+        records: &mut [BodyRecord],
         friction: f64,
         squares: &mut Squares,
     ) {
         let [mut dx, mut dy, mut ds, mut w] = [[0.0; LANES]; 4];
         for k in 0..LANES {
-            let (a, b) = (&movers[self.a[k] as usize], &movers[self.b[k] as usize]);
+            let (a, b) = (&records[self.a[k] as usize], &records[self.b[k] as usize]);
             dx[k] = a.velocity[0] - b.velocity[0];
             dy[k] = a.velocity[1] - b.velocity[1];
             ds[k] = a.velocity[2] + b.velocity[2];
@@ -92,11 +81,7 @@ impl Group {
         let [dx, dy, ds, w] = [dx, dy, ds, w].map(lanes::Lanes);
         let ([nx, ny], [old_n, old_t]) = (self.normal, self.impulse);
         let b_n = nx * dx + ny * dy + self.bias[0] - w * old_n;
-        // Written so that a NaN stays one.
-        let r_n = b_n.zip(
-            -b_n * self.inverse[0],
-            |b, r| if b >= 0.0 { 0.0 } else { r },
-        );
+        let r_n = normal_impulse(b_n, self.inverse[0]);
         let step_n = r_n - old_n;
         let (mut px, mut py, mut turn) = (step_n * nx, step_n * ny, Lanes::default());
         note(squares, w, [step_n, r_n]);
@@ -106,8 +91,7 @@ impl Group {
             let lever = self.lever;
             let w_t = (one + two * lever * lever) * w;
             let b_t = nx * dy - ny * dx - lever * ds + self.bias[1] - w_t * old_t;
-            let limit = Lanes::splat(friction) * r_n;
-            let r_t = (-b_t * self.inverse[1]).clamp(-limit, limit);
+            let r_t = tangential_impulse(-b_t * self.inverse[1], Lanes::splat(friction) * r_n);
             let step_t = r_t - old_t;
             px = px - step_t * ny;
             py = py + step_t * nx;
@@ -117,17 +101,13 @@ impl Group {
         }
         for k in 0..LANES {
             let (px, py, turn) = (px.0[k], py.0[k], turn.0[k]);
-            let a = &mut movers[self.a[k] as usize];
-            a.velocity[0] += a.inverse_mass * px;
-            a.velocity[1] += a.inverse_mass * py;
-            if FRICTION {
-                a.velocity[2] -= a.inverse_mass * turn;
-            }
-            let b = &mut movers[self.b[k] as usize];
-            b.velocity[0] -= b.inverse_mass * px;
-            b.velocity[1] -= b.inverse_mass * py;
-            if FRICTION {
-                b.velocity[2] -= b.inverse_mass * turn;
+            for (body, [px, py]) in [(self.a[k], [px, py]), (self.b[k], [-px, -py])] {
+                let record = &mut records[body as usize];
+                record.velocity[0] += record.inverse_mass * px;
+                record.velocity[1] += record.inverse_mass * py;
+                if FRICTION {
+                    record.velocity[2] -= record.inverse_mass * turn;
+                }
             }
         }
     }
@@ -143,7 +123,7 @@ fn note(squares: &mut Squares, w: Lanes, [step, r]: [Lanes; 2]) {
 
 /// Groups that are swept one after the other.
 #[derive(Clone, Debug, Default)]
-struct Batch {
+struct SweepList {
     /// Body from which on the groups count.
     first: usize,
     /// Contacts, then the groups that they make.
@@ -153,7 +133,7 @@ struct Batch {
     squares: Squares,
 }
 
-impl Batch {
+impl SweepList {
     fn clear(&mut self, first: usize) {
         self.first = first;
         self.chosen.clear();
@@ -161,32 +141,36 @@ impl Batch {
         self.groups.clear();
     }
 
-    fn pack(&mut self, contacts: &[Contact], movers: &[Mover], sorter: &mut Sorter) {
-        sorter.sort(contacts, &self.chosen, movers, &mut self.members);
+    fn pack(&mut self, contacts: &[Contact], records: &[BodyRecord], grouping: &mut Grouping) {
+        grouping.sort(contacts, &self.chosen, records, &mut self.members);
         let first = self.first as u32;
         let group = |members| Group::new(contacts, members, first);
         self.groups.extend(self.members.iter().map(group));
     }
 
-    /// `movers` are those of the bodies from the first on.
-    fn sweep(&mut self, movers: &mut [Mover], friction: Option<f64>) {
+    /// `records` are those of the bodies from the first on.
+    fn sweep(&mut self, records: &mut [BodyRecord], friction: Option<f64>) {
         self.squares = match friction {
             Some(friction) => widest(
                 #[inline(always)]
-                || self.relax::<true>(movers, friction),
+                || self.sweep_groups::<true>(records, friction),
             ),
             None => widest(
                 #[inline(always)]
-                || self.relax::<false>(movers, 0.0),
+                || self.sweep_groups::<false>(records, 0.0),
             ),
         };
     }
 
     #[inline(always)]
-    fn relax<const FRICTION: bool>(&mut self, movers: &mut [Mover], friction: f64) -> Squares {
+    fn sweep_groups<const FRICTION: bool>(
+        &mut self,
+        records: &mut [BodyRecord],
+        friction: f64,
+    ) -> Squares {
         let mut squares = Squares::default();
         for group in &mut self.groups {
-            group.relax::<FRICTION>(movers, friction, &mut squares);
+            group.solve::<FRICTION>(records, friction, &mut squares);
         }
         squares
     }
@@ -206,52 +190,55 @@ impl Batch {
 /// The contacts of a problem in the order in which they are swept.
 #[derive(Clone, Debug, Default)]
 pub struct Sweeper {
-    blocks: Vec<Block<Batch>>,
-    /// Contacts between bodies of two blocks.
-    across: Batch,
-    /// Contacts of free grains with glued disks, those of a glued disk one after the other.
-    glued: Vec<u32>,
+    subdomains: Vec<Subdomain<SweepList>>,
+    /// Contacts between bodies of two subdomains.
+    crossing: SweepList,
+    /// Contacts of free grains with glued disks: disk, then contact, so that those of a disk follow each other.
+    glued: Vec<(u32, u32)>,
     /// Contacts with a bond, then those of the wheel and of clusters.
     bonded: Vec<u32>,
     wheel: Vec<u32>,
-    armed: Vec<u32>,
-    sorter: Sorter,
+    clustered: Vec<u32>,
+    grouping: Grouping,
 }
 
 impl Sweeper {
     /// Takes over the contacts of a prepared problem.
     pub fn load(&mut self, problem: &Problem) {
-        let cut = Cut::new(problem);
-        cut.lay(&mut self.blocks);
-        for block in &mut self.blocks {
-            block.work.clear(block.bodies.start);
+        let partition = Partition::new(problem.contacts.len(), problem.records.len());
+        partition.assign(&mut self.subdomains);
+        for subdomain in &mut self.subdomains {
+            subdomain.work.clear(subdomain.bodies.start);
         }
-        self.across.clear(0);
+        self.crossing.clear(0);
         self.glued.clear();
         self.bonded.clear();
         self.wheel.clear();
-        self.armed.clear();
+        self.clustered.clear();
         for (index, contact) in problem.contacts.iter().enumerate() {
-            let chosen = if problem.arms.get(contact.arms as usize).is_some() {
-                &mut self.armed
+            let chosen = if problem.levers.get(contact.levers as usize).is_some() {
+                &mut self.clustered
             } else if problem.wheel == Some(contact.b as usize) {
                 &mut self.wheel
             } else if contact.glued {
-                &mut self.glued
+                self.glued.push((contact.b, index as u32));
+                continue;
             } else if problem.bonds.get(contact.bond as usize).is_some() {
                 &mut self.bonded
-            } else if let Some(block) = cut.common(contact.a, contact.b) {
-                &mut self.blocks[block].work.chosen
+            } else if let Some(shared) = partition.common(contact.a, contact.b) {
+                &mut self.subdomains[shared].work.chosen
             } else {
-                &mut self.across.chosen
+                &mut self.crossing.chosen
             };
             chosen.push(index as u32);
         }
-        self.glued
-            .sort_by_key(|i| (problem.contacts[*i as usize].b, *i));
-        let inside = self.blocks.iter_mut().map(|block| &mut block.work);
-        for batch in inside.chain([&mut self.across]) {
-            batch.pack(&problem.contacts, &problem.movers, &mut self.sorter);
+        self.glued.sort_unstable();
+        let inside = self
+            .subdomains
+            .iter_mut()
+            .map(|subdomain| &mut subdomain.work);
+        for list in inside.chain([&mut self.crossing]) {
+            list.pack(&problem.contacts, &problem.records, &mut self.grouping);
         }
     }
 
@@ -260,32 +247,30 @@ impl Sweeper {
         let mut squares = [0.0; 2];
         // Taken out for the pass: a contact that is copied instead of borrowed costs as much as its arithmetic.
         let mut contacts = std::mem::take(&mut problem.contacts);
-        let mut rest = &self.glued[..];
-        while let Some(first) = rest.first() {
-            let disk = contacts[*first as usize].b;
-            let same = rest
-                .iter()
-                .take_while(|i| contacts[**i as usize].b == disk)
-                .count();
-            let (run, after) = rest.split_at(same);
-            relax_glued_disk(problem, &mut contacts, run, &mut squares);
-            rest = after;
+        for run in self.glued.chunk_by(|one, next| one.0 == next.0) {
+            solve_glued_disk(problem, &mut contacts, run, &mut squares);
         }
         problem.contacts = contacts;
         let friction = (problem.friction > 0.0).then_some(problem.friction);
-        let sweep =
-            |block: &mut Block<Batch>, movers: &mut [Mover]| block.work.sweep(movers, friction);
-        blocks::each(&mut self.blocks, &mut problem.movers[..], parallel, &sweep);
-        self.across.sweep(&mut problem.movers, friction);
-        for batch in self.batches() {
-            for (sum, lanes) in squares.iter_mut().zip(&batch.squares) {
+        let sweep = |subdomain: &mut Subdomain<SweepList>, records: &mut [BodyRecord]| {
+            subdomain.work.sweep(records, friction)
+        };
+        for_each_subdomain(
+            &mut self.subdomains,
+            &mut problem.records[..],
+            parallel,
+            &sweep,
+        );
+        self.crossing.sweep(&mut problem.records, friction);
+        for list in self.lists() {
+            for (sum, lanes) in squares.iter_mut().zip(&list.squares) {
                 *sum += lanes.sum();
             }
         }
         let mut contacts = std::mem::take(&mut problem.contacts);
-        let single = self.bonded.iter().chain(&self.wheel).chain(&self.armed);
+        let single = self.bonded.iter().chain(&self.wheel).chain(&self.clustered);
         for index in single {
-            relax_one(problem, &mut contacts[*index as usize], &mut squares);
+            solve_contact(problem, &mut contacts[*index as usize], &mut squares);
         }
         problem.contacts = contacts;
         squares
@@ -293,61 +278,62 @@ impl Sweeper {
 
     /// Writes the impulses back.
     pub fn store(&self, problem: &mut Problem) {
-        for batch in self.batches() {
-            batch.store(&mut problem.contacts);
+        for list in self.lists() {
+            list.store(&mut problem.contacts);
         }
     }
 
-    fn batches(&self) -> impl Iterator<Item = &Batch> {
-        let inside = self.blocks.iter().map(|block| &block.work);
-        inside.chain([&self.across])
+    fn lists(&self) -> impl Iterator<Item = &SweepList> {
+        let inside = self.subdomains.iter().map(|subdomain| &subdomain.work);
+        inside.chain([&self.crossing])
     }
 }
 
-/// Solves a contact by its prepared law, wall and wheel included.
-pub fn relax_one(problem: &mut Problem, contact: &mut Contact, squares: &mut [f64; 2]) {
+/// Solves a contact by its prepared law, compliant boundary and wheel included.
+pub fn solve_contact(problem: &mut Problem, contact: &mut Contact, squares: &mut [f64; 2]) {
     let velocity = problem.relative_velocity(contact);
-    let step = renew(problem, contact, velocity, squares);
+    let step = update_impulse(problem, contact, velocity, squares);
     problem.apply(contact, step);
 }
 
-/// Solves the contacts of one glued disk in turn. Between them only the disk itself needs to know how the wall
-/// yields: the dense product with two columns of W_g is made once for all.
-fn relax_glued_disk(
+/// Solves the contacts of one glued disk in turn. Between them only the velocity of the disk itself is needed: the dense
+/// product with two columns of W_g is made once for all.
+fn solve_glued_disk(
     problem: &mut Problem,
     contacts: &mut [Contact],
-    run: &[u32],
+    run: &[(u32, u32)],
     squares: &mut [f64; 2],
 ) {
-    let disk = contacts[run[0] as usize].b as usize - problem.first_glued;
-    let ([vx, vy], response) = (problem.wall.velocity_of(disk), problem.wall.response(disk));
+    let disk = run[0].0 as usize - problem.first_glued;
+    let ([vx, vy], block) = (
+        problem.boundary.velocity_of(disk),
+        problem.boundary.block(disk),
+    );
     let (mut velocity, mut total) = ([vx, vy, 0.0], [0.0; 2]);
-    for index in run {
+    for (_, index) in run {
         let contact = &mut contacts[*index as usize];
-        let a = contact.a as usize;
-        let lever = contact.lever();
-        let relative = project(contact.normal, lever, problem.movers[a].velocity, velocity);
-        let step = renew(problem, contact, relative, squares);
-        let [nx, ny] = contact.normal;
-        let push = [step[0] * nx - step[1] * ny, step[0] * ny + step[1] * nx];
-        problem.kick(contact, 0, push, step);
+        let grain = problem.records[contact.a as usize].velocity;
+        let relative = contact.relative_velocity(grain, velocity);
+        let step = update_impulse(problem, contact, relative, squares);
+        let force = contact.in_xy(step);
+        problem.apply_to(contact, 0, force, step);
         for row in 0..2 {
-            velocity[row] -= response[row][0] * push[0] + response[row][1] * push[1];
-            total[row] -= push[row];
+            velocity[row] -= block[row][0] * force[0] + block[row][1] * force[1];
+            total[row] -= force[row];
         }
     }
-    problem.wall.push(disk, total);
+    problem.boundary.apply(disk, total);
 }
 
-/// Gives the contact the impulse that its law wants under this relative velocity; returns what it changed.
-fn renew(
+/// Gives the contact the impulse that solves its local problem under this relative velocity; returns the change.
+fn update_impulse(
     problem: &Problem,
     contact: &mut Contact,
     velocity: [f64; 2],
     squares: &mut [f64; 2],
 ) -> [f64; 2] {
     let ([r_n, r_t], block) = (contact.impulse, contact.block);
-    let impulse = problem.wanted(contact, velocity);
+    let impulse = problem.local_solution(contact, velocity);
     let step = [impulse[0] - r_n, impulse[1] - r_t];
     contact.impulse = impulse;
     squares[0] += (block.nn * step[0]).powi(2) + (block.tt * step[1]).powi(2);

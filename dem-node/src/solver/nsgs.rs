@@ -4,8 +4,10 @@
 //! velocities of its two bodies at once. The matrix W is never formed: stored rows cost four times as much.
 
 use super::average::Averager;
+use super::criteria::{Convergence, Criteria};
 use super::groups::Sweeper;
-use super::{Criteria, Problem, Verdict};
+use super::problem::Problem;
+use super::residual::{convergence, residual};
 
 /// Sweeps until the true residual is within the tolerance.
 ///
@@ -16,19 +18,12 @@ use super::{Criteria, Problem, Verdict};
 /// LMGC90's QuadDV but for two things: r is that after the sweep, where LMGC90 takes the mean of the squares before and
 /// after, and dr is what the sweep did contact after contact, where LMGC90 offers all contacts their impulse at once.
 /// It is watched because a sweep has it for nothing, but it alone lies: in a layer under its wheel two of five sweeps that it
-/// accepts are above the tolerance. Only when it passes is the true residual computed ([`Problem::residual`]), which
+/// accepts are above the tolerance. Only when it passes is the true residual computed ([`residual`]), which
 /// decides: within the tolerance the sweeps end, else the bound becomes increment x max(0.1, tolerance / residual), as
 /// Siconos tightens its own, and sweeping goes on. The whole criterion of LMGC90 (see [`super::Quad`]) of the answer is
 /// reported beside the residual and decides nothing: asking for it as well made every sixth accepted answer do more sweeps.
-pub fn solve(problem: &mut Problem, criteria: &Criteria) -> Verdict {
-    let mut sweeper = std::mem::take(&mut problem.sweeper);
+pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) -> Convergence {
     sweeper.load(problem);
-    let verdict = iterate(problem, &mut sweeper, criteria);
-    problem.sweeper = sweeper;
-    verdict
-}
-
-fn iterate(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) -> Verdict {
     let mut bound = criteria.tolerance;
     let mut iterations = 0;
     let mut averager = Averager::new();
@@ -44,12 +39,12 @@ fn iterate(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) ->
             continue;
         }
         sweeper.store(problem);
-        let residual = problem.residual();
+        let residual = residual(problem);
         if residual <= criteria.tolerance {
             break;
         }
         bound = change * (criteria.tolerance / residual).max(0.1);
     }
     sweeper.store(problem);
-    problem.verdict(iterations, criteria)
+    convergence(problem, iterations, criteria)
 }

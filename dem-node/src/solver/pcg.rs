@@ -11,8 +11,11 @@
 //! beta = -w.q / p.q                            p' = w + beta z
 //! ```
 //! A bond pulls: below r_n = 0 it has the compliance 1/kappa instead of that of its spring. Both branches have the same u
-//! at r_n = 0, so the energy stays convex and smooth; a contact is on the side of its impulse, and at 0 on the side where u
+//! at r_n = 0, so the energy stays convex and smooth; a contact is on the branch of its impulse, and at 0 on the one to which u
 //! pushes it, and its direction ends at 0 as at any bound. The bond's shear has 1/kappa_t and no threshold.
+//!
+//! `textbook.rs` has these equations as they stand, u, q and all velocities formed anew; the tests compare every iteration
+//! with it. Here is what the fast form does differently:
 //!
 //! W = H^T M^-1 H is never formed, and neither u nor q is kept: what the equations ask of them are sums over the bodies.
 //! While w is found it is scattered to H w, and then
@@ -21,7 +24,7 @@
 //! p'.q' = ww + 2 beta wz + beta^2 zz           ww = (H w).M^-1 (H w) + w.C w, and wz and zz likewise
 //! -u.p' = -u.w - beta u.z                      H p' = H w + beta H z
 //! ```
-//! q belongs to the sides of bonds where p was made: with those where r' has come to, a bonded layer under its wheel did
+//! q belongs to the branches of bonds where p was made: with those where r' has come to, a bonded layer under its wheel did
 //! not converge. The velocities of r' are v + alpha M^-1 H p' plus what the projection took away, which few contacts feel.
 //! So an iteration gathers velocities once and scatters impulses once.
 //!
@@ -29,23 +32,23 @@
 //! iteration on a large sample is that of its bytes.
 
 mod batch;
-mod body;
+mod body_state;
+mod branches;
+mod constrained;
 mod group;
 #[cfg(test)]
-mod plain;
-mod side;
-mod special;
-#[cfg(test)]
 mod tests;
-mod vectors;
-mod wave;
+#[cfg(test)]
+mod textbook;
+mod workspace;
 
-pub use vectors::Vectors;
+pub use workspace::Workspace;
 
-use super::{Criteria, Problem, Verdict};
-use group::Kind;
-use vectors::Sums;
-use wave::Pass;
+use super::criteria::{Convergence, Criteria};
+use super::problem::Problem;
+use super::residual::convergence;
+use batch::Pass;
+use group::Sums;
 
 /// Part of the true residual below which the box problem is solved well enough to take its thresholds anew. At 10 000
 /// disks 0.1 costs a fifth more iterations, and 1, anew in every iteration, five times as many.
@@ -55,80 +58,55 @@ const TIGHTER: [f64; 2] = [0.1, 0.9];
 /// Part of w.(W + C) w below which what is left of it in p.(W + C) p is rounding.
 const CANCELLED: f64 = 1e-12;
 
-/// Contacts without friction, rigid or on springs.
-struct Smooth<const SOFT: bool>;
-
-impl<const SOFT: bool> Kind for Smooth<SOFT> {
-    const FRICTION: bool = false;
-    const SOFT: bool = SOFT;
-    const BONDS: bool = false;
-}
-
-/// Contacts with friction, rigid or on springs.
-struct Rough<const SOFT: bool>;
-
-impl<const SOFT: bool> Kind for Rough<SOFT> {
-    const FRICTION: bool = true;
-    const SOFT: bool = SOFT;
-    const BONDS: bool = false;
-}
-
-/// Contacts of which some are bonded.
-struct Bonded;
-
-impl Kind for Bonded {
-    const FRICTION: bool = true;
-    const SOFT: bool = true;
-    const BONDS: bool = true;
-}
-
-/// How a row of iterations ended.
-struct Row {
+/// End of an inner solve.
+struct InnerSolve {
     iterations: usize,
-    /// Whether the residual, as the passes see it, is within the bound.
+    /// True if the residual, as the passes see it, is within the bound.
     reached: bool,
 }
 
 /// Iterates until the true residual is within the tolerance.
 ///
-/// The passes see it with seven digits of D, and a bond on the side of its impulse, where [`Problem::residual`] looks at both.
-/// Where they are satisfied and it is not, iterations begin anew with a tighter bound.
-pub fn solve(problem: &mut Problem, criteria: &Criteria) -> Verdict {
-    let mut vectors = std::mem::take(&mut problem.conjugate);
-    let soft = problem.contacts.iter().any(|c| c.compliance != [0.0; 2]);
-    let iterate = match (problem.friction > 0.0, soft) {
-        _ if !problem.bonds.is_empty() => iterate::<Bonded>,
-        (true, true) => iterate::<Rough<true>>,
-        (true, false) => iterate::<Rough<false>>,
-        (false, true) => iterate::<Smooth<true>>,
-        (false, false) => iterate::<Smooth<false>>,
+/// The passes see it with seven digits of D, and a bond on the branch of its impulse, where [`super::residual`] looks at both.
+/// If they are satisfied and it is not, iterations begin anew with a tighter bound.
+pub fn solve(problem: &mut Problem, workspace: &mut Workspace, criteria: &Criteria) -> Convergence {
+    let iterate = if !problem.bonds.is_empty() {
+        iterate::<true, true>
+    } else if problem.friction > 0.0 {
+        iterate::<true, false>
+    } else {
+        iterate::<false, false>
     };
     let mut asked = *criteria;
     let mut iterations = 0;
-    let verdict = loop {
-        let row = iterate(&mut vectors, problem, &asked);
-        vectors.store(problem);
-        iterations += row.iterations;
-        let verdict = problem.verdict(iterations, criteria);
-        if verdict.converged || !row.reached {
-            break verdict;
+    loop {
+        let inner = iterate(workspace, problem, &asked);
+        workspace.store(problem);
+        iterations += inner.iterations;
+        let convergence = convergence(problem, iterations, criteria);
+        if convergence.converged || !inner.reached {
+            return convergence;
         }
-        asked.tolerance *= (criteria.tolerance / verdict.residual).clamp(TIGHTER[0], TIGHTER[1]);
-        asked.max_iterations -= row.iterations;
+        let missed = criteria.tolerance / convergence.residual;
+        asked.tolerance *= missed.clamp(TIGHTER[0], TIGHTER[1]);
+        asked.max_iterations -= inner.iterations;
         asked.min_iterations = 0;
-    };
-    problem.conjugate = vectors;
-    verdict
+    }
 }
 
-fn iterate<K: Kind>(vectors: &mut Vectors, problem: &Problem, criteria: &Criteria) -> Row {
-    vectors.load::<K>(problem);
-    let mut run = |pass: Pass| vectors.run::<K>(problem, pass, criteria.parallel);
-    let ended = |iterations: usize, reached: bool| Row {
+/// Iterations compiled without what their problem has not: FRICTION, which bonds need for their shear, and BONDS.
+fn iterate<const FRICTION: bool, const BONDS: bool>(
+    workspace: &mut Workspace,
+    problem: &Problem,
+    criteria: &Criteria,
+) -> InnerSolve {
+    workspace.load::<FRICTION, BONDS>(problem);
+    let mut run = |pass| workspace.run::<FRICTION, BONDS>(problem, pass, criteria.parallel);
+    let ended = |iterations: usize, reached: bool| InnerSolve {
         iterations,
         reached,
     };
-    let mut sums = run(Pass::Look);
+    let mut sums = run(Pass::Measure);
     // p.(W + C) p of the last direction: the first has none before it.
     let mut curvature = f64::INFINITY;
     for iteration in 0..criteria.max_iterations {
@@ -137,8 +115,8 @@ fn iterate<K: Kind>(vectors: &mut Vectors, problem: &Problem, criteria: &Criteri
             return ended(iteration, true);
         }
         let mut beta = -sums.products.wp / curvature;
-        if K::FRICTION && sums.held.sqrt() <= INNER * sums.defect.sqrt() {
-            sums = run(Pass::Renew);
+        if FRICTION && sums.held.sqrt() <= INNER * sums.defect.sqrt() {
+            sums = run(Pass::RenewThresholds);
             beta = 0.0;
         }
         let Some(direction) = Direction::choose(&sums, beta) else {
@@ -164,7 +142,7 @@ struct Direction {
 
 impl Direction {
     /// The conjugate direction, or the steepest one where that has lost its way; none where nothing descends.
-    fn choose(sums: &Sums, beta: f64) -> Option<Direction> {
+    fn choose(sums: &Sums<f64>, beta: f64) -> Option<Direction> {
         let conjugate = Direction::new(sums, beta);
         if conjugate.descent > 0.0 && conjugate.curvature > CANCELLED * sums.products.ww {
             return Some(conjugate);
@@ -173,7 +151,7 @@ impl Direction {
         (steepest.descent > 0.0 && steepest.curvature > 0.0).then_some(steepest)
     }
 
-    fn new(sums: &Sums, beta: f64) -> Direction {
+    fn new(sums: &Sums<f64>, beta: f64) -> Direction {
         let products = &sums.products;
         Direction {
             beta,

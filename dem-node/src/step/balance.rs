@@ -1,27 +1,27 @@
 //! The bodies at the end of a step: their momentum against the forces on them, their new velocities, and the work done.
 
-use super::{Drive, Stepper, push_on_a};
+use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
 use crate::cluster::Cluster;
 use crate::solver::Contact;
 use crate::state::State;
 
 impl Stepper {
-    /// Balance of the free grains: impulses from wheel, wall and weight against the change of momentum.
-    pub(super) fn momentum_defect(&self, bodies: &Bodies, state: &State, drive: &Drive) -> f64 {
-        let h = drive.step;
-        if bodies.pulled.is_some() {
+    /// Balance of the free grains: impulses from wheel, boundary and weight against the change of momentum.
+    pub(super) fn momentum_defect(&self, state: &State, input: &StepInput) -> f64 {
+        let (bodies, h) = (input.bodies, input.step);
+        if bodies.prescribed_velocity.is_some() {
             // The drive takes up whatever force there is.
             return 0.0;
         }
         let mut defect = [0.0; 2];
         let outer = |c: &&Contact| (c.a as usize) < bodies.free && c.b as usize >= bodies.free;
         for contact in self.problem.contacts.iter().filter(outer) {
-            let push = push_on_a(contact);
+            let push = contact.in_xy(contact.impulse);
             defect = [defect[0] + push[0], defect[1] + push[1]];
         }
         for (i, mass) in bodies.masses.iter().enumerate() {
-            let (new, old) = (self.problem.movers[i].velocity, state.velocities[i]);
+            let (new, old) = (self.problem.records[i].velocity, state.velocities[i]);
             for k in 0..2 {
                 defect[k] += mass * (h * bodies.gravity[k] - (new[k] - old[k]));
             }
@@ -45,7 +45,7 @@ impl Stepper {
             hold(cluster, bodies.gravity.map(|g| cluster.mass * h * g));
         }
         for contact in &self.problem.contacts {
-            let push = push_on_a(contact);
+            let push = contact.in_xy(contact.impulse);
             for (body, sign) in [(contact.a, 1.0), (contact.b, -1.0)] {
                 if let Some((_, cluster)) = bodies.clusters.of(body as usize) {
                     hold(cluster, push.map(|p| sign * p));
@@ -55,13 +55,18 @@ impl Stepper {
         held
     }
 
-    /// Takes over the velocities and books the work of loads, drive, weight and wall, and the loss of the scheme.
-    pub(super) fn close_bodies(&self, bodies: &Bodies, state: &mut State, drive: &Drive) {
-        let (h, theta) = (drive.step, drive.theta);
+    /// Takes over the velocities and books the work of loads, drive, weight and boundary, and the loss of the scheme.
+    pub(super) fn update_bodies(&self, state: &mut State, input: &StepInput) {
+        let StepInput {
+            bodies,
+            step: h,
+            theta,
+            ..
+        } = *input;
         let at_theta = |new: f64, old: f64| theta * new + (1.0 - theta) * old;
         let mut squared_change = 0.0;
         for (i, mass) in bodies.masses.iter().enumerate() {
-            let (new, old) = (self.problem.movers[i].velocity, state.velocities[i]);
+            let (new, old) = (self.problem.records[i].velocity, state.velocities[i]);
             let change = [new[0] - old[0], new[1] - old[1], new[2] - old[2]];
             squared_change += mass
                 * (change[0] * change[0] + change[1] * change[1] + 0.5 * change[2] * change[2]);
@@ -71,37 +76,37 @@ impl Stepper {
             state.velocities[i] = new;
         }
         if let (Some(index), Some(mass)) = (bodies.wheel(), bodies.wheel_mass) {
-            let new = self.problem.movers[index].velocity;
+            let new = self.problem.records[index].velocity;
             let old = state.wheel.velocity;
             squared_change += mass * (new[1] - old[1]).powi(2);
-            state.accounts.load -= drive.load * h * at_theta(new[1], old[1]);
+            state.accounts.load -= input.load * h * at_theta(new[1], old[1]);
             state.accounts.drive -= self.sideways_impulse(index) * at_theta(new[0], old[0]);
             state.wheel.velocity = [new[0], new[1]];
-            state.wheel.position[0] = drive.wheel_x;
+            state.wheel.position[0] = input.wheel_x;
         }
         if bodies.wall_speed() > 0.0 {
             state.accounts.walls += self.work_of_walls(bodies);
         }
-        if let Some(velocity) = bodies.pulled {
-            let pushes = self.problem.contacts.iter().map(push_on_a);
+        if let Some(velocity) = bodies.prescribed_velocity {
+            let pushes = self.problem.contacts.iter().map(|c| c.in_xy(c.impulse));
             let works = pushes.map(|push| push[0] * velocity[0] + push[1] * velocity[1]);
             state.accounts.drive -= works.sum::<f64>();
         }
-        let wall = &self.problem.wall;
-        let speeds = wall.velocity.iter().zip(&state.glued_velocity);
-        for (p, (new, old)) in wall.impulse.iter().zip(speeds) {
+        let boundary = &self.problem.boundary;
+        let speeds = boundary.velocity.iter().zip(&state.glued_velocity);
+        for (p, (new, old)) in boundary.impulse.iter().zip(speeds) {
             state.accounts.interface -= p * at_theta(*new, *old);
         }
-        state.glued_velocity.copy_from_slice(&wall.velocity);
+        state.glued_velocity.copy_from_slice(&boundary.velocity);
         state.accounts.impact += (theta - 0.5) * squared_change;
     }
 
-    /// What moving walls do to the grains in a step (J).
+    /// Work of moving walls on the grains in a step (J).
     fn work_of_walls(&self, bodies: &Bodies) -> f64 {
         let contacts = self.problem.contacts.iter();
         let works = contacts.filter_map(|contact| {
             let velocity = bodies.wall_of(contact.b as usize)?.velocity;
-            let push = push_on_a(contact);
+            let push = contact.in_xy(contact.impulse);
             Some(push[0] * velocity[0] + push[1] * velocity[1])
         });
         works.sum()
@@ -111,6 +116,8 @@ impl Stepper {
     fn sideways_impulse(&self, wheel: usize) -> f64 {
         let contacts = self.problem.contacts.iter();
         let on_wheel = contacts.filter(|contact| contact.b as usize == wheel);
-        on_wheel.map(|contact| -push_on_a(contact)[0]).sum()
+        on_wheel
+            .map(|contact| -contact.in_xy(contact.impulse)[0])
+            .sum()
     }
 }

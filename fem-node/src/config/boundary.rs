@@ -1,20 +1,18 @@
-//! What is known on named sets of nodes: a traction, or the motion itself.
+//! Boundary conditions of named sets of nodes: a traction, or the motion itself.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use protocol::ConfigError;
-use serde::Deserialize;
-use serde::de::{self, Deserializer, Visitor};
+use serde::{Deserialize, Deserializer};
 
-use super::{not_negative, optional, positive};
+use super::number::{not_negative, number_or_word, optional, positive};
 
-/// What is known on each named set.
+/// Boundary condition of each named set.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(transparent)]
 pub struct BoundaryConfig(pub BTreeMap<String, SetConfig>);
 
-/// What is known on one set; exactly one of its keys but `ramp_s`.
+/// Boundary condition of one set; exactly one of its keys but `ramp_s`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SetConfig {
@@ -39,7 +37,7 @@ pub enum Component {
     Given(f64),
 }
 
-/// What a set is given, once read.
+/// Load or motion of a set, once read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum SetLoad {
     Traction([f64; 2]),
@@ -59,7 +57,7 @@ impl Component {
 }
 
 impl SetConfig {
-    /// The one thing that is known.
+    /// The one load or motion that is given.
     pub(crate) fn load(&self) -> Option<SetLoad> {
         let all = [
             self.traction_pa.map(SetLoad::Traction),
@@ -87,13 +85,10 @@ impl SetConfig {
         }
         let ramp_key = format!("boundary.{set}.ramp_s");
         optional(self.ramp_s, |ramp| not_negative(&ramp_key, ramp, "s"))?;
-        match load {
-            SetLoad::Displacement(_) if numbers.iter().any(|d| *d != 0.0) => {
-                let ramp = self.ramp_s.unwrap_or(0.0);
-                positive(&ramp_key, ramp, "s")
-            }
-            _ => Ok(()),
+        if matches!(load, SetLoad::Displacement(_)) && numbers.iter().any(|d| *d != 0.0) {
+            positive(&ramp_key, self.ramp_s.unwrap_or(0.0), "s")?;
         }
+        Ok(())
     }
 }
 
@@ -119,47 +114,18 @@ impl BoundaryConfig {
     }
 
     /// The sets whose motion is prescribed.
-    pub(crate) fn driven(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn moved_sets(&self) -> impl Iterator<Item = &str> {
         let motion = |config: &SetConfig| {
             config.velocity_m_per_s.is_some() || config.displacement_m.is_some()
         };
-        let driven = self.0.iter().filter(move |(_, config)| motion(config));
-        driven.map(|(set, _)| set.as_str())
+        let moved = self.0.iter().filter(move |(_, config)| motion(config));
+        moved.map(|(set, _)| set.as_str())
     }
 }
 
 impl<'de> Deserialize<'de> for Component {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(ComponentVisitor)
-    }
-}
-
-/// By hand, because serde's message for an untagged enum does not say what would be right.
-struct ComponentVisitor;
-
-impl Visitor<'_> for ComponentVisitor {
-    type Value = Component;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("a number or \"free\"")
-    }
-
-    fn visit_f64<E: de::Error>(self, value: f64) -> Result<Component, E> {
-        Ok(Component::Given(value))
-    }
-
-    fn visit_i64<E: de::Error>(self, value: i64) -> Result<Component, E> {
-        Ok(Component::Given(value as f64))
-    }
-
-    fn visit_u64<E: de::Error>(self, value: u64) -> Result<Component, E> {
-        Ok(Component::Given(value as f64))
-    }
-
-    fn visit_str<E: de::Error>(self, value: &str) -> Result<Component, E> {
-        match value {
-            "free" => Ok(Component::Free),
-            other => Err(E::invalid_value(de::Unexpected::Str(other), &self)),
-        }
+        let number = number_or_word(deserializer, "free", "a number or \"free\"")?;
+        Ok(number.map_or(Component::Free, Component::Given))
     }
 }

@@ -3,7 +3,7 @@
 use protocol::ConfigError;
 use serde::{Deserialize, Serialize};
 
-use super::{not_negative, optional, positive};
+use super::number::{not_negative, optional, positive};
 
 /// Constitutive law.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -20,7 +20,7 @@ pub enum MaterialKind {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialConfig {
-    /// Which law; when absent `j2` beside a `yield_pa`, `elastic` without.
+    /// Kind of law; when absent `j2` beside a `yield_pa`, `elastic` without.
     pub kind: Option<MaterialKind>,
     /// Young's modulus (Pa), > 0.
     pub young_pa: f64,
@@ -61,11 +61,8 @@ impl MaterialConfig {
 
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         positive("material.young_pa", self.young_pa, "Pa")?;
-        positive(
-            "material.density_kg_per_m3",
-            self.density_kg_per_m3,
-            "kg/m3",
-        )?;
+        let density = self.density_kg_per_m3;
+        positive("material.density_kg_per_m3", density, "kg/m3")?;
         self.check_hardening()?;
         if self.poisson > -1.0 && self.poisson < 0.5 {
             return Ok(());
@@ -76,35 +73,30 @@ impl MaterialConfig {
     }
 
     fn check_hardening(&self) -> Result<(), ConfigError> {
+        let kinematic = self.kinematic_hardening_pa;
         let keys = [
             ("material.yield_pa", self.yield_pa),
             ("material.hardening_pa", self.hardening_pa),
-            (
-                "material.kinematic_hardening_pa",
-                self.kinematic_hardening_pa,
-            ),
+            ("material.kinematic_hardening_pa", kinematic),
         ];
-        let given = keys.into_iter().find(|(_, value)| value.is_some());
-        match (self.law(), given) {
-            (MaterialKind::Elastic, Some((key, _))) => Err(ConfigError::new(
-                key,
-                "has no effect on an elastic material",
-            )
-            .help("give material.yield_pa and leave material.kind out, or remove the key")),
-            (MaterialKind::Elastic, None) => Ok(()),
-            (MaterialKind::J2, _) => {
-                let yield_pa = self.yield_pa.ok_or_else(|| {
-                    ConfigError::new(
-                        "material.yield_pa",
-                        "is required with material.kind = \"j2\"",
-                    )
-                    .help("give the yield stress in uniaxial tension (Pa)")
-                })?;
-                positive("material.yield_pa", yield_pa, "Pa")?;
-                keys[1..].iter().try_for_each(|(key, value)| {
-                    optional(*value, |value| not_negative(key, value, "Pa"))
-                })
-            }
+        if self.law() == MaterialKind::Elastic {
+            let given = keys.iter().find(|(_, value)| value.is_some());
+            return given.map_or(Ok(()), |(key, _)| {
+                Err(
+                    ConfigError::new(key, "has no effect on an elastic material").help(
+                        "give material.yield_pa and leave material.kind out, or remove the key",
+                    ),
+                )
+            });
         }
+        let missing = "is required with material.kind = \"j2\"";
+        let yield_pa = self.yield_pa.ok_or_else(|| {
+            ConfigError::new("material.yield_pa", missing)
+                .help("give the yield stress in uniaxial tension (Pa)")
+        })?;
+        positive("material.yield_pa", yield_pa, "Pa")?;
+        keys[1..]
+            .iter()
+            .try_for_each(|(key, value)| optional(*value, |value| not_negative(key, value, "Pa")))
     }
 }

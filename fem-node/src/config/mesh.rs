@@ -1,23 +1,23 @@
-//! Where the mesh comes from: a few numbers, or a file of Gmsh.
+//! Source of the mesh: a few numbers, or a file of Gmsh.
 
 use std::path::PathBuf;
 
 use protocol::ConfigError;
 use serde::Deserialize;
 
-use super::{not_negative, optional, positive};
+use super::number::{not_negative, optional, positive};
 
-/// The mesh: `{ width_m = .., .. }`, a graded block, or `{ gmsh = "rail.msh" }`.
+/// The mesh: `{ width_m = .., .. }`, a graded structured mesh, or `{ gmsh = "rail.msh" }`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "MeshKeys")]
 pub enum MeshSource {
-    /// A block from a few numbers.
+    /// Structured mesh from a few numbers.
     Graded(MeshConfig),
     /// Quadrilaterals from a file.
     Gmsh(GmshConfig),
 }
 
-/// Geometry: a block with a graded structured mesh, fine in the middle of its upper edge.
+/// Geometry of a graded structured mesh, fine in the middle of its upper edge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshConfig {
     /// Width (m).
@@ -50,7 +50,7 @@ pub struct GmshConfig {
     pub length_unit_m: f64,
 }
 
-/// All keys of both; which of them belong together is found out afterwards, so that every message names its key.
+/// Keys of both sources; they are sorted afterwards, so that every message names its key.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct MeshKeys {
@@ -68,15 +68,9 @@ struct MeshKeys {
 }
 
 impl MeshSource {
-    /// Whether the left and the right edge are one.
+    /// True where the left and the right edge are one.
     pub(super) fn periodic_x(&self) -> bool {
-        matches!(
-            self,
-            MeshSource::Graded(MeshConfig {
-                periodic_x: true,
-                ..
-            })
-        )
+        matches!(self, MeshSource::Graded(config) if config.periodic_x)
     }
 
     pub(super) fn check(&self) -> Result<(), ConfigError> {
@@ -106,7 +100,7 @@ impl TryFrom<MeshKeys> for MeshSource {
 
     fn try_from(keys: MeshKeys) -> Result<MeshSource, String> {
         if let Some(gmsh) = &keys.gmsh {
-            return match keys.of_a_block() {
+            return match keys.of_a_structured_mesh() {
                 Some(key) => Err(format!(
                     "`{key}` describes a block and does not go with a file in `gmsh`; remove one of them"
                 )),
@@ -138,8 +132,8 @@ impl TryFrom<MeshKeys> for MeshSource {
 }
 
 impl MeshKeys {
-    /// The first key that only a block has.
-    fn of_a_block(&self) -> Option<&'static str> {
+    /// The first key that only a structured mesh has.
+    fn of_a_structured_mesh(&self) -> Option<&'static str> {
         let given = [
             ("width_m", self.width_m.is_some()),
             ("height_m", self.height_m.is_some()),

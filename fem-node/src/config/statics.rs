@@ -1,9 +1,9 @@
-//! How a static analysis follows its loads.
+//! Load increments of a static analysis.
 
 use protocol::ConfigError;
 use serde::Deserialize;
 
-use super::{optional, positive};
+use super::number::{optional, positive};
 
 /// Increments of a static analysis and of a static start. Coulomb friction depends on the history of the load, so the
 /// load grows from zero in equal steps.
@@ -17,6 +17,10 @@ pub struct StaticsConfig {
     pub increments_per_cycle: Option<u32>,
 }
 
+/// Load increments when nothing else is asked for. Under 8 000 N on the paper's rail the peak pressures stay within
+/// 0.05 % and those at centroids within 0.02 % from 100 increments on; 5 are 1 % off.
+pub const INCREMENTS: usize = 200;
+
 /// Increments in a cycle of the sideways motion when nothing else is asked for.
 const PER_CYCLE: u32 = 240;
 
@@ -29,7 +33,7 @@ impl StaticsConfig {
         match self.increment_n {
             // Rounding must not turn 8000 / 100 into 81.
             Some(increment) => (load / increment - 1e-9).ceil().max(1.0) as usize,
-            None => crate::statics::INCREMENTS,
+            None => INCREMENTS,
         }
     }
 
@@ -43,16 +47,17 @@ impl StaticsConfig {
         self.increments_per_cycle.unwrap_or(PER_CYCLE)
     }
 
-    /// Whether the sideways motion ends in the increments that a user can wait for.
+    /// Refuses a sideways motion of more increments than a user can wait for.
     pub(super) fn check_cycles(&self, cycles: f64) -> Result<(), ConfigError> {
         let increments = self.cycle_increments(cycles);
         if increments <= INCREMENTS_MAX {
             return Ok(());
         }
         let per_cycle = self.per_cycle();
-        let key = match f64::from(per_cycle) > INCREMENTS_MAX / 100.0 {
-            true => "statics.increments_per_cycle",
-            false => "wheel.cycles",
+        let key = if f64::from(per_cycle) > INCREMENTS_MAX / 100.0 {
+            "statics.increments_per_cycle"
+        } else {
+            "wheel.cycles"
         };
         let problem = format!(
             "{cycles:?} cycles of {per_cycle} increments are {increments:.1e}, more than {INCREMENTS_MAX:.0e}"
@@ -65,10 +70,8 @@ impl StaticsConfig {
         optional(self.increment_n, |increment| {
             positive("statics.increment_n", increment, "N")
         })?;
-        if self
-            .increment_n
-            .is_some_and(|increment| load / increment > INCREMENTS_MAX)
-        {
+        let too_small = |increment| load / increment > INCREMENTS_MAX;
+        if self.increment_n.is_some_and(too_small) {
             let problem =
                 format!("would take more than {INCREMENTS_MAX:.0e} increments to {load:?} N");
             return Err(ConfigError::new("statics.increment_n", problem)

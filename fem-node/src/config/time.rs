@@ -1,12 +1,9 @@
 //! Step, damping and end of the run.
 
-use std::fmt;
-
 use protocol::ConfigError;
-use serde::Deserialize;
-use serde::de::{self, Deserializer, Visitor};
+use serde::{Deserialize, Deserializer};
 
-use super::{not_negative, optional, positive};
+use super::number::{not_negative, number_or_word, optional, positive};
 
 /// Time integration.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -17,7 +14,7 @@ pub struct TimeConfig {
     /// Damping parameter b of the scheme, 0.5 (none) to 1.
     pub damping: f64,
     /// Share of the stability limit that `"auto"` takes, in (0, 1]; 0.9 when absent, the usual margin for
-    /// what a linear bound cannot see.
+    /// effects that a linear bound cannot see.
     pub safety: Option<f64>,
     /// Damping force per mass and velocity (1/s), >= 0; none when absent.
     pub mass_damping_per_s: Option<f64>,
@@ -28,7 +25,7 @@ pub struct TimeConfig {
     /// Mass damping on body and wheel until the wheel starts to move sideways (1/s), so that it has stopped bouncing by
     /// then; none when absent.
     pub start_mass_damping_per_s: Option<f64>,
-    /// Accept a step above the stability limit, to show what happens then.
+    /// Accept a step above the stability limit, to show how the run diverges.
     #[serde(default)]
     pub unsafe_step: bool,
     /// End of the run (s); needed where no interface dictates it.
@@ -67,37 +64,8 @@ impl TimeConfig {
 
 impl<'de> Deserialize<'de> for StepChoice {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(StepVisitor)
-    }
-}
-
-/// By hand, because serde's message for an untagged enum does not say what would be right.
-struct StepVisitor;
-
-impl Visitor<'_> for StepVisitor {
-    type Value = StepChoice;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("a step in seconds or \"auto\"")
-    }
-
-    fn visit_f64<E: de::Error>(self, value: f64) -> Result<StepChoice, E> {
-        Ok(StepChoice::Seconds(value))
-    }
-
-    fn visit_i64<E: de::Error>(self, value: i64) -> Result<StepChoice, E> {
-        Ok(StepChoice::Seconds(value as f64))
-    }
-
-    fn visit_u64<E: de::Error>(self, value: u64) -> Result<StepChoice, E> {
-        Ok(StepChoice::Seconds(value as f64))
-    }
-
-    fn visit_str<E: de::Error>(self, value: &str) -> Result<StepChoice, E> {
-        match value {
-            "auto" => Ok(StepChoice::Auto),
-            other => Err(E::invalid_value(de::Unexpected::Str(other), &self)),
-        }
+        let step = number_or_word(deserializer, "auto", "a step in seconds or \"auto\"")?;
+        Ok(step.map_or(StepChoice::Auto, StepChoice::Seconds))
     }
 }
 

@@ -3,7 +3,7 @@
 use protocol::ConfigError;
 use serde::Deserialize;
 
-use super::{Analysis, Config, Start, not_negative, optional, positive};
+use super::number::{not_negative, positive};
 
 /// A rigid wheel that is pressed on the upper edge and moved sideways.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -31,13 +31,13 @@ pub struct WheelConfig {
     pub cycles: f64,
 }
 
-/// What happens where wheel and body touch: unilateral contact with Coulomb friction, neither regularised.
+/// Contact of wheel and body: unilateral, with Coulomb friction, neither regularised.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ContactConfig {
     /// Coefficient of friction, at least 0.
     pub friction: f64,
-    /// Whether friction acts while the load is applied, before t_s; it does when absent. Without it the hydrostatic
+    /// True where friction acts while the load is applied, before t_s; true when absent. Without it the hydrostatic
     /// pressure of the paper's rail is 784 MPa instead of 671.
     #[serde(default = "yes")]
     pub friction_while_loading: bool,
@@ -48,7 +48,7 @@ fn yes() -> bool {
 }
 
 impl WheelConfig {
-    fn check(&self) -> Result<(), ConfigError> {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
         positive("wheel.mass_kg", self.mass_kg, "kg")?;
         for (key, value, unit) in [
             ("wheel.load_n", self.load_n, "N"),
@@ -60,77 +60,19 @@ impl WheelConfig {
         ] {
             not_negative(key, value, unit)?;
         }
-        match self.cycles > 0.0 {
-            true => positive("wheel.frequency_hz", self.frequency_hz, "1/s"),
-            false => Ok(()),
+        if self.cycles > 0.0 {
+            positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
         }
+        Ok(())
     }
 }
 
 impl ContactConfig {
-    fn check(&self) -> Result<(), ConfigError> {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
         if self.friction >= 0.0 && self.friction.is_finite() {
             return Ok(());
         }
         let problem = format!("must be finite and not negative, got {:?}", self.friction);
         Err(ConfigError::new("contact.friction", problem).help("write 0 for a smooth wheel"))
     }
-}
-
-/// Wheel, contact and the keys that make sense only with them.
-pub(super) fn check(config: &Config) -> Result<(), ConfigError> {
-    optional(config.time.start_mass_damping_per_s, |rate| {
-        not_negative("time.start_mass_damping_per_s", rate, "1/s")
-    })?;
-    match (&config.wheel, &config.contact) {
-        (None, None) => check_without(config),
-        (Some(_), None) => Err(missing(
-            "contact",
-            "the wheel needs a coefficient of friction",
-            "add contact = { friction = 0.3 }, or 0 for a smooth wheel",
-        )),
-        (None, Some(_)) => Err(missing(
-            "wheel",
-            "`contact` says how the body touches a wheel, and there is none",
-            "add [participant.config.wheel], or remove `contact`",
-        )),
-        (Some(wheel), Some(contact)) => {
-            wheel.check()?;
-            contact.check()?;
-            check_end(config)
-        }
-    }
-}
-
-fn check_without(config: &Config) -> Result<(), ConfigError> {
-    if config.time.start_mass_damping_per_s.is_some() {
-        return Err(missing(
-            "time.start_mass_damping_per_s",
-            "it acts until the wheel starts to move, and there is no wheel",
-            "remove it, or write mass_damping_per_s for the whole run",
-        ));
-    }
-    if config.start == Start::Static {
-        return Err(missing(
-            "start",
-            "\"static\" starts from a body loaded by its wheel, and there is no wheel",
-            "add [participant.config.wheel], or remove `start`",
-        ));
-    }
-    Ok(())
-}
-
-fn check_end(config: &Config) -> Result<(), ConfigError> {
-    if config.analysis == Analysis::Dynamic && config.time.end_s.is_some() {
-        return Err(missing(
-            "time.end_s",
-            "the wheel's history already ends the run",
-            "remove the key, or change wheel.hold_s or wheel.cycles",
-        ));
-    }
-    Ok(())
-}
-
-fn missing(key: &str, problem: &str, help: &str) -> ConfigError {
-    ConfigError::new(key, problem).help(help)
 }

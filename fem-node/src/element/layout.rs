@@ -1,21 +1,21 @@
-//! Where the components of nodal fields are stored.
+//! Storage of the components of nodal fields.
 
 use std::ops::Range;
 
 use crate::mesh::Mesh;
 use crate::pack::LANES;
 
-/// Where the components of the nodes are stored.
+/// Storage of the components of the nodes, row after row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// Of elements.
+    /// Elements in a row.
     pub(super) columns: usize,
+    /// Rows of elements.
     rows: usize,
-    /// Of nodes.
     pub(super) nodes_in_row: usize,
     node_rows: usize,
     stride: usize,
-    /// Whether the last node of each row is the first one.
+    /// True where the last node of each row is the first one.
     periodic: bool,
 }
 
@@ -30,14 +30,14 @@ impl Layout {
             stride: nodes_in_row.next_multiple_of(LANES),
             periodic: mesh.periodic(),
         };
-        if mesh.cells().is_none() {
+        if mesh.connectivity().is_none() {
             layout.stride = layout.element_stride();
         }
         layout
     }
 
     /// Forces on a row of nodes: the last node of a periodic row hands its own to the first, so that each counts once.
-    pub(crate) fn gather(self, force: &mut [f64]) {
+    pub(crate) fn fold_period(self, force: &mut [f64]) {
         if !self.periodic {
             return;
         }
@@ -48,7 +48,7 @@ impl Layout {
     }
 
     /// Rows of displacements or their rates: the last node of a periodic row moves like the first.
-    pub(crate) fn spread(self, motion: &mut [f64]) {
+    pub(crate) fn repeat_period(self, motion: &mut [f64]) {
         if !self.periodic {
             return;
         }
@@ -59,9 +59,10 @@ impl Layout {
 
     /// The component that this one moves with, itself except in the last node of a periodic row.
     pub(crate) fn tied_to(self, index: usize) -> usize {
-        match self.periodic && index % self.stride() == self.columns {
-            true => index - self.columns,
-            false => index,
+        if self.periodic && index % self.stride() == self.columns {
+            index - self.columns
+        } else {
+            index
         }
     }
 
@@ -86,7 +87,7 @@ impl Layout {
         self.columns.next_multiple_of(LANES)
     }
 
-    /// Numbers that a row of nodes keeps for one component: all nodes, and in a block room to load a whole pack from
+    /// Numbers that a row of nodes keeps for one component: all nodes, and in a structured mesh room to load a whole pack from
     /// any of them.
     pub fn stride(self) -> usize {
         self.stride
@@ -107,22 +108,22 @@ impl Layout {
         self.node_rows() * self.row_len()
     }
 
-    /// Whether the field is empty; it never is.
+    /// True for an empty field; none is.
     pub fn is_empty(self) -> bool {
         self.len() == 0
     }
 
-    /// Place of component 0 (x) or 1 (y) of the node (column, row).
+    /// Index of component 0 (x) or 1 (y) of the node (column, row).
     pub fn index(self, node: [usize; 2], component: usize) -> usize {
         node[1] * self.row_len() + component * self.stride() + node[0]
     }
 
-    /// The row of nodes that holds this place.
+    /// The row of nodes that holds this index.
     pub fn row_of(self, index: usize) -> usize {
         index / self.row_len()
     }
 
-    /// The places of a row of nodes.
+    /// Indices of a row of nodes.
     pub fn row(self, row: usize) -> Range<usize> {
         row * self.row_len()..(row + 1) * self.row_len()
     }

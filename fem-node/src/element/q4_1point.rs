@@ -19,27 +19,29 @@
 //! G has length 1 on a parallelogram. There, for a square and nu = 0.3, the hourglass stiffness is 0.735 of
 //! the exact bending stiffness; full integration gives 1.57 of it.
 
-use super::row::{CornerRows, Corners, Course, RowForces, Standing, row_numbers};
+use super::corners::{CornerRows, Corners, StrainPath, StrainState, row_constants};
+use super::layout::Layout;
+use super::row_forces::RowForces;
+use super::shape::{area, slopes};
 use super::stiffness::Stiffness;
-use crate::element::{Layout, area, slopes};
 use crate::material::Elastic;
-use crate::material::point::{Gradient, PointLaw};
+use crate::material::nonlinear::{Gradient, NonlinearLaw};
 use crate::mesh::Mesh;
-use crate::pack::{LANES, Pack, widest};
+use crate::pack::{LANES, Pack};
 
 /// Share of the largest stiffness of the element that resists the hourglass modes.
 const HOURGLASS: f64 = 0.1;
 
-/// Numbers kept for each element: B_x1, B_x2, B_y1, B_y2, h.x, h.y, t A, and the hourglass stiffness over 4.
-const NUMBERS: usize = 8;
+/// Constants of each element: B_x1, B_x2, B_y1, B_y2, h.x, h.y, t A, and the hourglass stiffness over 4.
+const CONSTANTS: usize = 8;
 
-/// All elements of a block, as a structure of arrays row by row.
+/// All elements of a mesh, as a structure of arrays row by row.
 #[derive(Clone, Debug)]
-pub(super) struct Q4OnePoint {
+pub(crate) struct Q4OnePoint {
     elastic: Elastic,
     layout: Layout,
-    /// For each row of elements [`NUMBERS`] arrays of [`Layout::padded_columns`]; zero in the padding.
-    numbers: Vec<f64>,
+    /// For each row of elements [`CONSTANTS`] arrays of [`Layout::padded_columns`]; zero in the padding.
+    constants: Vec<f64>,
 }
 
 impl Q4OnePoint {
@@ -49,35 +51,27 @@ impl Q4OnePoint {
         elastic: &Elastic,
         thickness: f64,
     ) -> Q4OnePoint {
-        let numbers = row_numbers(mesh, layout, |p| element_numbers(p, elastic, thickness));
         Q4OnePoint {
             elastic: *elastic,
             layout,
-            numbers,
+            constants: row_constants(mesh, layout, |p| element_constants(p, elastic, thickness)),
         }
     }
 
-    /// Forces of the elements of a row under the displacements of its corners.
-    pub(super) fn row(&self, row: usize, u: CornerRows, out: &mut RowForces) {
-        widest(
-            #[inline(always)]
-            || self.row_inlined(row, u, out),
-        );
-    }
-
+    /// Forces of the elements of a row under the displacements of its corners: f_ia = t A B_ja s_ij + G_a Q_i.
     #[inline(always)]
-    fn row_inlined(&self, row: usize, u: CornerRows, out: &mut RowForces) {
+    pub(crate) fn row(&self, row: usize, u: CornerRows, out: &mut RowForces) {
         let padded = self.layout.padded_columns();
         let stride = self.layout.element_stride();
-        let numbers = &self.numbers[row * NUMBERS * padded..(row + 1) * NUMBERS * padded];
+        let constants = &self.constants[row * CONSTANTS * padded..(row + 1) * CONSTANTS * padded];
         for i in (0..padded).step_by(LANES) {
-            let number = |k: usize| Pack::load(numbers, k * padded + i);
+            let constant = |k: usize| Pack::load(constants, k * padded + i);
             let [x, y] = u.load(stride, i);
-            let (bx1, bx2, by1, by2) = (number(0), number(1), number(2), number(3));
+            let (bx1, bx2, by1, by2) = (constant(0), constant(1), constant(2), constant(3));
             let (xx, xy) = x.gradient([bx1, bx2], [by1, by2]);
             let (yx, yy) = y.gradient([bx1, bx2], [by1, by2]);
 
-            let (hx, hy, volume, hourglass) = (number(4), number(5), number(6), number(7));
+            let (hx, hy, volume, hourglass) = (constant(4), constant(5), constant(6), constant(7));
             let c = |value: f64| Pack::splat(value) * volume;
             let (c11, c12, c33) = (
                 c(self.elastic.c11),
@@ -95,38 +89,23 @@ impl Q4OnePoint {
             out.store(stride + i, bx1 * syx + by1 * syy, bx2 * syx + by2 * syy, qy);
         }
     }
-}
 
-impl Q4OnePoint {
-    /// Like [`Q4OnePoint::row`] under any law; returns what was dissipated (J).
-    pub(super) fn row_by(
-        &self,
-        law: &PointLaw,
-        row: usize,
-        course: Course,
-        out: &mut RowForces,
-    ) -> f64 {
-        widest(
-            #[inline(always)]
-            || self.row_by_inlined(law, row, course, out),
-        )
-    }
-
+    /// Forces f_ia = t A B_ja s_ij + G_a Q_i of a row under a nonlinear law; returns the dissipation (J).
     #[inline(always)]
-    fn row_by_inlined(
+    pub(super) fn nonlinear_row(
         &self,
-        law: &PointLaw,
+        law: &NonlinearLaw,
         row: usize,
-        mut course: Course,
+        mut path: StrainPath,
         out: &mut RowForces,
     ) -> f64 {
-        let moduli = [self.elastic.c11, self.elastic.c12, self.elastic.c33];
+        let moduli = self.elastic.moduli();
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
-        let (u, du) = (course.u, course.du);
-        let mut history = course.point(0, padded);
+        let (u, du) = (path.u, path.du);
+        let mut history = path.point(0, padded);
         let mut dissipated = Pack::splat(0.0);
         for i in (0..padded).step_by(LANES) {
-            let number = |k: usize| self.number(row, k, i);
+            let constant = |k: usize| self.constant(row, k, i);
             let corners = u.load(stride, i);
             let gradient = self.gradient(row, i, &corners);
             let response = law.respond(
@@ -137,47 +116,52 @@ impl Q4OnePoint {
                 &mut history,
                 i,
             );
-            let (hx, hy, volume, hourglass) = (number(4), number(5), number(6), number(7));
+            let (hx, hy, volume, hourglass) = (constant(4), constant(5), constant(6), constant(7));
             dissipated = dissipated + volume * response.dissipated;
             for (k, corners) in corners.iter().enumerate() {
                 let [along_x, along_y] = gradient[k];
                 let q = hourglass * (corners.hourglass() - hx * along_x - hy * along_y);
                 let sx = volume * response.stress[k][0] - hx * q;
                 let sy = volume * response.stress[k][1] - hy * q;
-                let first = number(0) * sx + number(2) * sy;
-                let second = number(1) * sx + number(3) * sy;
+                let first = constant(0) * sx + constant(2) * sy;
+                let second = constant(1) * sx + constant(3) * sy;
                 out.store(k * stride + i, first, second, q);
             }
         }
         dissipated.sum()
     }
 
-    /// Stored energy less u F / 2 (J) of a row, [`PointLaw::energy_beyond`].
-    pub(super) fn energy_beyond(&self, law: &PointLaw, row: usize, now: Standing) -> f64 {
-        let moduli = [self.elastic.c11, self.elastic.c12, self.elastic.c33];
+    /// Stored energy less u F / 2 (J) of a row, [`NonlinearLaw::energy_correction`].
+    pub(super) fn energy_correction(
+        &self,
+        law: &NonlinearLaw,
+        row: usize,
+        now: StrainState,
+    ) -> f64 {
+        let moduli = self.elastic.moduli();
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let mut sum = Pack::splat(0.0);
         for i in (0..padded).step_by(LANES) {
             let gradient = self.gradient(row, i, &now.u.load(stride, i));
-            let energy = law.energy_beyond(moduli, gradient, now.past(0, padded, i));
-            sum = sum + self.number(row, 6, i) * energy;
+            let energy = law.energy_correction(moduli, gradient, now.history(0, padded, i));
+            sum = sum + self.constant(row, 6, i) * energy;
         }
         sum.sum()
     }
 
     #[inline(always)]
-    fn number(&self, row: usize, k: usize, i: usize) -> Pack {
+    fn constant(&self, row: usize, k: usize, i: usize) -> Pack {
         Pack::load(
-            &self.numbers,
-            (row * NUMBERS + k) * self.layout.padded_columns() + i,
+            &self.constants,
+            (row * CONSTANTS + k) * self.layout.padded_columns() + i,
         )
     }
 
     /// Mean gradient of the displacement.
     #[inline(always)]
     fn gradient(&self, row: usize, i: usize, [x, y]: &[Corners; 2]) -> Gradient {
-        let number = |k: usize| self.number(row, k, i);
-        let (bx, by) = ([number(0), number(1)], [number(2), number(3)]);
+        let constant = |k: usize| self.constant(row, k, i);
+        let (bx, by) = ([constant(0), constant(1)], [constant(2), constant(3)]);
         let ((xx, xy), (yx, yy)) = (x.gradient(bx, by), y.gradient(bx, by));
         [[xx, xy], [yx, yy]]
     }
@@ -187,7 +171,7 @@ impl Q4OnePoint {
 pub(super) fn stiffness(p: &[[f64; 2]; 4], elastic: &Elastic, thickness: f64) -> Stiffness {
     let (b, volume) = (slopes(p, [0.0, 0.0]), thickness * area(p));
     let mut k = Stiffness::default();
-    k.add_material(&b, [elastic.c11, elastic.c12, elastic.c33], volume);
+    k.add_material(&b, elastic.moduli(), volume);
     let h = [1.0, -1.0, 1.0, -1.0];
     let moment = [0, 1].map(|k| (0..4).map(|a| h[a] * p[a][k]).sum::<f64>());
     let pure = [0, 1, 2, 3].map(|a| 0.5 * (h[a] - moment[0] * b[a][0] - moment[1] * b[a][1]));
@@ -201,7 +185,7 @@ pub(super) fn stiffness(p: &[[f64; 2]; 4], elastic: &Elastic, thickness: f64) ->
     k
 }
 
-fn element_numbers(p: &[[f64; 2]; 4], elastic: &Elastic, thickness: f64) -> [f64; NUMBERS] {
+fn element_constants(p: &[[f64; 2]; 4], elastic: &Elastic, thickness: f64) -> [f64; CONSTANTS] {
     let area = area(p);
     let half = 0.5 / area;
     let b = [

@@ -13,147 +13,44 @@
 //! the bulk modulus lambda + 2 mu / 3 and s is k E 1 plus twice mu the deviator. In plane stress, where nothing locks,
 //! the same formula holds with the lambda of plane stress.
 //!
-//! D - k is the matrix of the moduli (4/3, -2/3, 1) c33, so what remains is the kernel of [`super::q4_2x2`] and
+//! D - k is the matrix of the moduli (4/3, -2/3, 1) c33, so the kernel of [`super::q4_2x2`] remains, and
 //! the forces of the uniform pressure -k E, which need only the mean gradients.
 
-use super::q4_2x2::{self, Modes, RowPoints, integrate};
-use super::row::{CornerRows, Course, RowForces, Standing, row_numbers};
-use super::stiffness::{Stiffness, dilatation_row};
-use crate::element::{GAUSS_POINTS, Layout, area, jacobian, slopes};
+use super::modes::Modes;
+use super::shape::{GAUSS_POINTS, area, jacobian, slopes};
+use super::stiffness::{Stiffness, dilatation_row, four_point};
 use crate::material::Elastic;
-use crate::material::point::PointLaw;
-use crate::mesh::Mesh;
-use crate::pack::{LANES, Pack, widest};
+use crate::pack::Pack;
 
-/// Those of the 2 x 2 element, and t k / area.
-const NUMBERS: usize = q4_2x2::NUMBERS + 1;
-
-/// All elements of a block.
-#[derive(Clone, Debug)]
-pub(super) struct Q4MeanDilatation {
-    moduli: [f64; 3],
-    layout: Layout,
-    thickness: f64,
-    numbers: Vec<f64>,
-}
-
-impl Q4MeanDilatation {
-    pub(super) fn new(
-        mesh: &Mesh,
-        layout: Layout,
-        elastic: &Elastic,
-        thickness: f64,
-    ) -> Q4MeanDilatation {
-        let of_element = |p: &[[f64; 2]; 4]| {
-            let mut numbers = [0.0; NUMBERS];
-            numbers[..NUMBERS - 1].copy_from_slice(&q4_2x2::geometry(p, thickness));
-            numbers[NUMBERS - 1] = thickness * elastic.bulk() / area(p);
-            numbers
-        };
-        Q4MeanDilatation {
-            moduli: deviatoric(elastic),
-            layout,
-            thickness,
-            numbers: row_numbers(mesh, layout, of_element),
-        }
-    }
-
-    /// Forces of the elements of a row under the displacements of its corners.
-    pub(super) fn row(&self, row: usize, u: CornerRows, out: &mut RowForces) {
-        let padded = self.layout.padded_columns();
-        let stride = self.layout.element_stride();
-        let numbers = &self.numbers[row * NUMBERS * padded..(row + 1) * NUMBERS * padded];
-        widest(
-            #[inline(always)]
-            || {
-                for i in (0..padded).step_by(LANES) {
-                    let [x, y] = Modes::both(&u.load(stride, i));
-                    let number = |k: usize| Pack::load(numbers, k * padded + i);
-                    let [mut fx, mut fy] = integrate(&number, [x, y], self.moduli);
-                    add_mean_pressure(&number, [x, y], [&mut fx, &mut fy]);
-                    fx.store(out, i);
-                    fy.store(out, stride + i);
-                }
-            },
-        );
-    }
-}
-
-impl Q4MeanDilatation {
-    /// Like [`Q4MeanDilatation::row`] under any law of small strain; returns what was dissipated (J).
-    pub(super) fn row_by(
-        &self,
-        law: &PointLaw,
-        row: usize,
-        course: Course,
-        out: &mut RowForces,
-    ) -> f64 {
-        let points = self.points(row);
-        let padded = self.layout.padded_columns();
-        widest(
-            #[inline(always)]
-            || {
-                points.forces(
-                    law,
-                    course,
-                    #[inline(always)]
-                    |i, [mut fx, mut fy], u| {
-                        let number = |k: usize| Pack::load(points.numbers, k * padded + i);
-                        add_mean_pressure(&number, u, [&mut fx, &mut fy]);
-                        fx.store(out, i);
-                        fy.store(out, self.layout.element_stride() + i);
-                    },
-                )
-            },
-        )
-    }
-
-    /// Stored energy less u F / 2 (J) of a row, [`PointLaw::energy_beyond`].
-    pub(super) fn energy_beyond(&self, law: &PointLaw, row: usize, now: Standing) -> f64 {
-        self.points(row).energy_beyond(law, now)
-    }
-
-    fn points(&self, row: usize) -> RowPoints<'_> {
-        let padded = self.layout.padded_columns();
-        RowPoints {
-            numbers: &self.numbers[row * NUMBERS * padded..(row + 1) * NUMBERS * padded],
-            layout: self.layout,
-            moduli: self.moduli,
-            thickness: self.thickness,
-        }
-    }
-}
-
-/// The mean gradients times the area give t k E; the hourglass parts do not change the volume.
+/// Adds the forces t A k E b of the mean pressure -k E, E = b u being the mean dilatation. `geometry` gives the means of x,xi, y,xi, x,eta, y,eta and `stiffness` is
+/// t k / area. The mean gradients times the area give t k E; the hourglass modes do not change the volume.
 #[inline(always)]
-fn add_mean_pressure(
-    number: &impl Fn(usize) -> Pack,
+pub(crate) fn add_mean_pressure(
+    geometry: &impl Fn(usize) -> Pack,
+    stiffness: Pack,
     [x, y]: [Modes; 2],
-    [fx, fy]: [&mut Modes; 2],
+    [fx, fy]: &mut [Modes; 2],
 ) {
-    let (x_xi, y_xi, x_eta, y_eta) = (number(0), number(1), number(2), number(3));
+    let (x_xi, y_xi, x_eta, y_eta) = (geometry(0), geometry(1), geometry(2), geometry(3));
     let volume = (x.xi * y_eta - x.eta * y_xi) + (y.eta * x_xi - y.xi * x_eta);
-    let stress = number(NUMBERS - 1) * volume;
+    let stress = stiffness * volume;
     fx.xi = fx.xi + stress * y_eta;
     fx.eta = fx.eta - stress * y_xi;
     fy.xi = fy.xi - stress * x_eta;
     fy.eta = fy.eta + stress * x_xi;
 }
 
-/// D - k: what resists a change of shape.
-fn deviatoric(elastic: &Elastic) -> [f64; 3] {
+/// Moduli of D - k, which resist a change of shape (Pa).
+pub(super) fn deviatoric_moduli(elastic: &Elastic) -> [f64; 3] {
     let bulk = elastic.bulk();
     [elastic.c11 - bulk, elastic.c12 - bulk, elastic.c33]
 }
 
 /// K = sum over the points of t J B^T (D - k) B, and t A k b b^T with E = b u.
 pub(super) fn stiffness(p: &[[f64; 2]; 4], elastic: &Elastic, thickness: f64) -> Stiffness {
-    let mut k = q4_2x2::stiffness(p, deviatoric(elastic), thickness);
-    k.add_outer(
-        &mean_dilatation(p),
-        &mean_dilatation(p),
-        thickness * area(p) * elastic.bulk(),
-    );
+    let mut k = four_point(p, deviatoric_moduli(elastic), thickness);
+    let mean = mean_dilatation(p);
+    k.add_outer(&mean, &mean, thickness * area(p) * elastic.bulk());
     k
 }
 

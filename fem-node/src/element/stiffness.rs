@@ -1,5 +1,7 @@
 //! Element stiffness matrices.
 
+use super::shape::{GAUSS_POINTS, jacobian, slopes};
+
 /// Tangent stiffness (N/m) of one element: rows and columns (x1, y1, x2, y2, x3, y3, x4, y4), corners anticlockwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stiffness(pub [[f64; 8]; 8]);
@@ -24,6 +26,16 @@ impl Stiffness {
             }
         }
     }
+}
+
+/// K = sum over the 2 x 2 Gauss points of t J B^T D B, `moduli` being (c11, c12, c33) of D.
+pub(super) fn four_point(p: &[[f64; 2]; 4], moduli: [f64; 3], thickness: f64) -> Stiffness {
+    let mut k = Stiffness::default();
+    for natural in GAUSS_POINTS {
+        let weight = thickness * jacobian(p, natural);
+        k.add_material(&slopes(p, natural), moduli, weight);
+    }
+    k
 }
 
 /// The rows of B: exx, eyy and 2 exy of the displacements of the corners.

@@ -1,11 +1,11 @@
-//! What holds a body: its lower edge and its sides.
+//! Supports of a body: its lower edge and its sides.
 
 use crate::config::{Base, Sides};
 use crate::mesh::{Edge, Mesh};
 
-use super::Layout;
+use super::layout::Layout;
 
-/// Which components are held at zero.
+/// Supports of the edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Supports {
     /// Lower edge.
@@ -14,7 +14,7 @@ pub struct Supports {
     pub sides: Sides,
 }
 
-/// The components that a body's supports hold at zero.
+/// Components that a body's supports hold at zero.
 pub(super) fn fixed_components(mesh: &Mesh, supports: Supports, layout: Layout) -> Vec<usize> {
     let bottom = mesh.edge(Edge::Bottom);
     let mut fixed: Vec<usize> = bottom.iter().map(|node| layout.index(*node, 1)).collect();

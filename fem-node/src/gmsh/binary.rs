@@ -1,9 +1,9 @@
-//! Binary files, as the text that they stand for.
+//! Binary files, turned into the text that they stand for.
 //!
 //! Format: Geuzaine and Remacle, Gmsh reference manual. Names of sections and `$PhysicalNames` are text in either form;
 //! `$Nodes`, `$Elements` and (4.1) `$Entities` hold 4-byte whole numbers, in 4.1 8-byte counts and numbers of nodes and
-//! elements, and 8-byte floating-point numbers. Which byte comes first is told by a one behind the format. Numbers are
-//! written so that they read back to the bit, so that there is one reader of what a file says.
+//! elements, and 8-byte floating-point numbers. A one behind the format tells the order of the bytes. Numbers are
+//! written so that they read back to the bit, so that there is one reader of the content.
 
 use std::fmt::{Display, Write};
 
@@ -12,7 +12,7 @@ use super::GmshError;
 /// Bytes of a count or a floating-point number, the only size that is read.
 const WIDE: &str = "8";
 
-/// Whether the second line says that what follows is binary.
+/// True where the second line announces binary content.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
     let mut lines = bytes.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
     let mut lines = lines.by_ref().filter(|line| !line.is_empty());
@@ -45,7 +45,7 @@ pub(super) fn to_text(bytes: &[u8]) -> Result<String, GmshError> {
     Ok(reader.text)
 }
 
-/// What has not been read, and the text of what has.
+/// Bytes that have not been read, and the text of those that have.
 struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -56,7 +56,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// The header; whether it is of version 4.1.
+    /// The header; true for version 4.1.
     fn format(&mut self) -> Result<bool, GmshError> {
         self.line()?;
         let format = self.line()?;
@@ -222,9 +222,10 @@ impl Reader<'_> {
         let blanks = self.bytes[self.at..].iter();
         self.at += blanks.take_while(|b| b.is_ascii_whitespace()).count();
         if !self.bytes[self.at..].starts_with(end.as_bytes()) {
-            return Err(match self.at == self.bytes.len() {
-                true => self.truncated(),
-                false => self.misplaced(),
+            return Err(if self.at == self.bytes.len() {
+                self.truncated()
+            } else {
+                self.misplaced()
             });
         }
         self.line()?;
@@ -280,17 +281,19 @@ impl Reader<'_> {
 
     fn take_int(&mut self) -> Result<i32, GmshError> {
         let bytes = self.take()?;
-        Ok(match self.big_endian {
-            true => i32::from_be_bytes(bytes),
-            false => i32::from_le_bytes(bytes),
+        Ok(if self.big_endian {
+            i32::from_be_bytes(bytes)
+        } else {
+            i32::from_le_bytes(bytes)
         })
     }
 
     fn take_wide(&mut self) -> Result<u64, GmshError> {
         let bytes = self.take()?;
-        Ok(match self.big_endian {
-            true => u64::from_be_bytes(bytes),
-            false => u64::from_le_bytes(bytes),
+        Ok(if self.big_endian {
+            u64::from_be_bytes(bytes)
+        } else {
+            u64::from_le_bytes(bytes)
         })
     }
 

@@ -1,11 +1,11 @@
-//! From what a file says to a body that can be computed with.
+//! From the content of a file to a body that can be computed with.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::GmshError;
 use super::file::{Element, File};
 use super::lines::{join, sort_from_left};
-use crate::mesh::{Cells, Mesh, NodeSet};
+use crate::mesh::{Connectivity, Mesh, NodeSet};
 
 /// Share of the size of the body below which a distance is none, and of the square of a corner's sides below which its
 /// area is none.
@@ -23,10 +23,10 @@ pub(super) fn build(file: &File, length_unit: f64) -> Result<Mesh, GmshError> {
     for quad in &mut quads {
         turn(file, quad)?;
     }
-    check_places(file, &used)?;
+    check_distances(file, &used)?;
     let sides = Sides::new(file, &quads)?;
     let sets = named_sets(file, &quads, &sides)?;
-    Ok(numbered(file, length_unit, (&used, &quads), sets))
+    Ok(numbered(file, length_unit, &used, &quads, sets))
 }
 
 /// MSH 2.2 repeats an element for each of its groups.
@@ -60,15 +60,15 @@ fn used_nodes(file: &File, quads: &[Element<4>]) -> Vec<u32> {
 /// Beyond these lengths areas and stiffnesses leave what can be computed with long before they leave the numbers.
 fn check_size(file: &File, used: &[u32], length_unit: f64) -> Result<(), GmshError> {
     let size = length_unit * farthest(file, used);
-    match (1e-9..=1e6).contains(&size) {
-        true => Ok(()),
-        false => Err(GmshError::Size { size_m: size }),
+    if !(1e-9..=1e6).contains(&size) {
+        return Err(GmshError::Size { size_m: size });
     }
+    Ok(())
 }
 
 /// The largest coordinate of any of these nodes, in the unit of the file.
 fn farthest(file: &File, used: &[u32]) -> f64 {
-    let far = |node: &u32| file.place(*node).map(f64::abs);
+    let far = |node: &u32| file.point(*node).map(f64::abs);
     used.iter().flat_map(far).fold(0.0, f64::max)
 }
 
@@ -81,15 +81,16 @@ fn check_plane(file: &File, used: &[u32]) -> Result<(), GmshError> {
         used.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends)
     };
     let [x, y, [low, high]] = [0, 1, 2].map(range);
-    match high - low <= NOTHING * (x[1] - x[0]).max(y[1] - y[0]) {
-        true => Ok(()),
-        false => Err(GmshError::NotPlane { low, high }),
+    // The comparison also catches what is not a number.
+    if high - low <= NOTHING * (x[1] - x[0]).max(y[1] - y[0]) {
+        return Ok(());
     }
+    Err(GmshError::NotPlane { low, high })
 }
 
 /// Turns an element anticlockwise; each of its corners must then be convex.
 fn turn(file: &File, quad: &mut Element<4>) -> Result<(), GmshError> {
-    let at = |corner: u32| file.place(corner);
+    let at = |corner: u32| file.point(corner);
     if crate::element::area(&quad.corners.map(at)) < 0.0 {
         quad.corners.swap(1, 3);
     }
@@ -110,9 +111,10 @@ fn turn(file: &File, quad: &mut Element<4>) -> Result<(), GmshError> {
         return Err(GmshError::Folded {
             element: quad.number,
             node: file.nodes[quad.corners[corner] as usize].0,
-            how: match area < -NOTHING * square {
-                true => "folded, or not convex,",
-                false => "degenerate, without area or with a straight angle,",
+            how: if area < -NOTHING * square {
+                "folded, or not convex,"
+            } else {
+                "degenerate, without area or with a straight angle,"
             },
             x,
             y,
@@ -121,20 +123,20 @@ fn turn(file: &File, quad: &mut Element<4>) -> Result<(), GmshError> {
     Ok(())
 }
 
-/// No two nodes within [`NOTHING`] of each other: a grid of such cells is searched, each with its neighbours.
-fn check_places(file: &File, used: &[u32]) -> Result<(), GmshError> {
+/// Refuses two nodes within [`NOTHING`] of each other: a grid of such cells is searched, each with its neighbours.
+fn check_distances(file: &File, used: &[u32]) -> Result<(), GmshError> {
     let near = NOTHING * farthest(file, used);
     let cell = |p: [f64; 2]| p.map(|x| (x / near).floor() as i64);
     let mut cells: HashMap<[i64; 2], u32> = HashMap::new();
     for node in used {
-        let p = file.place(*node);
+        let p = file.point(*node);
         let [i, j] = cell(p);
         let around = (-1..=1).flat_map(|di| (-1..=1).map(move |dj| [di, dj]));
         for [di, dj] in around {
             let Some(other) = cells.get(&[i.saturating_add(di), j.saturating_add(dj)]) else {
                 continue;
             };
-            let q = file.place(*other);
+            let q = file.point(*other);
             if (p[0] - q[0]).hypot(p[1] - q[1]) <= near {
                 return Err(GmshError::SamePlace {
                     first: file.nodes[*other as usize].0,
@@ -187,7 +189,7 @@ fn named_sets(
     let mut sets = BTreeMap::new();
     for ((dimension, group), name) in &file.names {
         let set = match dimension {
-            1 => line_set(file, (*group, name), sides)?,
+            1 => line_set(file, *group, name, sides)?,
             2 => region_set(quads, *group),
             _ => None,
         };
@@ -203,7 +205,8 @@ fn named_sets(
 
 fn line_set(
     file: &File,
-    (group, name): (i64, &str),
+    group: i64,
+    name: &str,
     sides: &Sides,
 ) -> Result<Option<NodeSet>, GmshError> {
     let mut seen = HashSet::new();
@@ -228,7 +231,7 @@ fn line_set(
         group: name.into(),
         node: file.nodes[node as usize].0,
     })?;
-    sort_from_left(&mut lines, |node| file.place(node));
+    sort_from_left(&mut lines, |node| file.point(node));
     Ok((!lines.is_empty()).then_some(NodeSet::Lines(lines)))
 }
 
@@ -243,7 +246,8 @@ fn region_set(quads: &[Element<4>], group: i64) -> Option<NodeSet> {
 fn numbered(
     file: &File,
     length_unit: f64,
-    (used, quads): (&[u32], &[Element<4>]),
+    used: &[u32],
+    quads: &[Element<4>],
     mut sets: BTreeMap<String, NodeSet>,
 ) -> Mesh {
     let mut order = sets.get("top").map_or(Vec::new(), NodeSet::nodes);
@@ -262,10 +266,10 @@ fn numbered(
     }
     let points = order
         .iter()
-        .map(|node| file.place(*node).map(|x| length_unit * x));
+        .map(|node| file.point(*node).map(|x| length_unit * x));
     let corners = quads
         .iter()
         .map(|quad| quad.corners.map(|node| number(&node)));
-    let cells = Cells::new(order.len(), corners.collect(), sets);
-    Mesh::of_cells(points.collect(), cells)
+    let connectivity = Connectivity::new(order.len(), corners.collect(), sets);
+    Mesh::unstructured(points.collect(), connectivity)
 }

@@ -1,11 +1,11 @@
-//! What can be wrong with a mesh file.
+//! Errors of a mesh file.
 
 use thiserror::Error;
 
-/// How to save what can be read.
+/// Advice to save a file in a form that can be read.
 const SAVE_AGAIN: &str = "save it with `gmsh FILE -2 -format msh41` or msh22";
 
-/// Why a file gives no body.
+/// Reason why a file gives no body.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[allow(missing_docs)]
 pub enum GmshError {
@@ -100,7 +100,7 @@ pub enum GmshError {
 }
 
 impl GmshError {
-    /// What to do about it.
+    /// Advice to the user.
     pub fn help(&self) -> &'static str {
         match self {
             GmshError::NoFormat { .. }

@@ -1,4 +1,4 @@
-//! What a file says, in the words of both versions: nodes, lines, quadrilaterals, names of physical groups.
+//! Content of a file of either version: nodes, lines, quadrilaterals, names of physical groups.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -8,13 +8,13 @@ use super::text::{Section, Words, sections};
 /// Dimension and number of a physical group, or of a part of the geometry.
 pub(super) type Entity = (u8, i64);
 
-/// What a file says.
+/// Content of a file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct File {
-    /// Numbers that the file gives its nodes, and their places.
+    /// Numbers that the file gives its nodes, and their coordinates.
     pub(super) nodes: Vec<(u64, [f64; 3])>,
     /// Positions in `nodes` by number.
-    places: HashMap<u64, u32>,
+    positions: HashMap<u64, u32>,
     pub(super) lines: Vec<Element<2>>,
     pub(super) quads: Vec<Element<4>>,
     /// Names of physical groups.
@@ -57,8 +57,8 @@ impl File {
         Ok(file)
     }
 
-    /// Where a node lies in the plane, by its position in [`File::nodes`].
-    pub(super) fn place(&self, node: u32) -> [f64; 2] {
+    /// Coordinates of a node in the plane, by its position in [`File::nodes`].
+    pub(super) fn point(&self, node: u32) -> [f64; 2] {
         let [x, y, _] = self.nodes[node as usize].1;
         [x, y]
     }
@@ -82,8 +82,8 @@ impl File {
             Version::Two => {
                 for _ in 0..announced {
                     let number = words.integer("the number of a node")?;
-                    let place = [words.number()?, words.number()?, words.number()?];
-                    self.add_node(words.line, number, place)?;
+                    let point = [words.number()?, words.number()?, words.number()?];
+                    self.add_node(words.line, number, point)?;
                 }
             }
             Version::Four => {
@@ -109,19 +109,19 @@ impl File {
             numbers.push(words.integer("the number of a node")?);
         }
         for number in numbers {
-            let place = [words.number()?, words.number()?, words.number()?];
+            let point = [words.number()?, words.number()?, words.number()?];
             if parametric != 0 {
                 words.skip(dimension, "a parameter of the node")?;
             }
-            self.add_node(words.line, number, place)?;
+            self.add_node(words.line, number, point)?;
         }
         Ok(())
     }
 
-    fn add_node(&mut self, line: usize, number: u64, place: [f64; 3]) -> Result<(), GmshError> {
+    fn add_node(&mut self, line: usize, number: u64, point: [f64; 3]) -> Result<(), GmshError> {
         let position = self.nodes.len() as u32;
-        self.nodes.push((number, place));
-        match self.places.insert(number, position) {
+        self.nodes.push((number, point));
+        match self.positions.insert(number, position) {
             None => Ok(()),
             Some(_) => Err(GmshError::NodeTwice { line, node: number }),
         }
@@ -187,25 +187,14 @@ impl File {
         kind: u32,
         groups: &[i64],
     ) -> Result<(), GmshError> {
-        let groups = || groups.iter().copied().filter(|group| *group != 0).collect();
         match kind {
             1 => {
-                let corners = self.corners(words, number)?;
-                let groups = groups();
-                self.lines.push(Element {
-                    number,
-                    corners,
-                    groups,
-                });
+                let element = self.element(words, number, groups)?;
+                self.lines.push(element);
             }
             3 => {
-                let corners = self.corners(words, number)?;
-                let groups = groups();
-                self.quads.push(Element {
-                    number,
-                    corners,
-                    groups,
-                });
+                let element = self.element(words, number, groups)?;
+                self.quads.push(element);
             }
             // Points carry nothing that a body needs.
             15 => words.skip(1, "a node")?,
@@ -220,11 +209,12 @@ impl File {
         Ok(())
     }
 
-    fn corners<const N: usize>(
+    fn element<const N: usize>(
         &self,
         words: &mut Words,
         element: u64,
-    ) -> Result<[u32; N], GmshError> {
+        groups: &[i64],
+    ) -> Result<Element<N>, GmshError> {
         let mut corners = [0; N];
         for corner in &mut corners {
             let node = words.integer("the number of a node")?;
@@ -233,9 +223,13 @@ impl File {
                 element,
                 node,
             };
-            *corner = *self.places.get(&node).ok_or(unknown)?;
+            *corner = *self.positions.get(&node).ok_or(unknown)?;
         }
-        Ok(corners)
+        Ok(Element {
+            number: element,
+            corners,
+            groups: groups.iter().copied().filter(|group| *group != 0).collect(),
+        })
     }
 }
 

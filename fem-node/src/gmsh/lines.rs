@@ -44,11 +44,11 @@ fn walk(beside: &mut BTreeMap<u32, Vec<u32>>, start: u32) -> Option<Vec<u32>> {
     Some(line)
 }
 
-/// Every open line runs from its left end to its right one, or from the top down where both are as far left; a closed
+/// Orders lines: an open one runs from its left end to its right one, or from the top down where both are as far left; a closed
 /// one begins at its left end. Lines are sorted by where they begin.
-pub(super) fn sort_from_left(lines: &mut [Vec<u32>], place: impl Fn(u32) -> [f64; 2]) {
+pub(super) fn sort_from_left(lines: &mut [Vec<u32>], point: impl Fn(u32) -> [f64; 2]) {
     let left = |a: u32, b: u32| {
-        let ([xa, ya], [xb, yb]) = (place(a), place(b));
+        let ([xa, ya], [xb, yb]) = (point(a), point(b));
         xa.total_cmp(&xb).then(yb.total_cmp(&ya))
     };
     for line in lines.iter_mut() {

@@ -13,7 +13,7 @@ pub(super) struct Section<'a> {
     lines: &'a [&'a str],
 }
 
-/// All sections, in their order. What stands between them is ignored, as Gmsh does.
+/// Sections in their order. Text between them is ignored, as Gmsh does.
 pub(super) fn sections<'a>(lines: &'a [&'a str]) -> Result<Vec<Section<'a>>, GmshError> {
     let mut sections = Vec::new();
     let mut at = 0;
@@ -54,7 +54,7 @@ impl<'a> Section<'a> {
 /// The words of a section that have not been read.
 pub(super) struct Words<'a> {
     section: &'a str,
-    /// Of the next word, unless it stands further down.
+    /// Line of the next word, unless it stands further down.
     pub(super) line: usize,
     rest: &'a str,
     later: &'a [&'a str],

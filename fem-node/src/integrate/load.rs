@@ -37,21 +37,17 @@ impl Load {
         self.loaded_rows[index / self.row_len] = true;
     }
 
-    /// Forces on the upper row.
-    pub(crate) fn upper_row(&self) -> &[f64] {
-        self.row(0)
-    }
-
     /// Force on a component (N).
     pub(crate) fn at(&self, index: usize) -> f64 {
         self.values[index]
     }
 
     /// A row of nodes; the many rows without load share one row of zeros, which stays in the cache.
-    pub(super) fn row(&self, row: usize) -> &[f64] {
-        match self.loaded_rows[row] {
-            true => &self.values[row * self.row_len..(row + 1) * self.row_len],
-            false => &self.zero_row,
+    pub(crate) fn row(&self, row: usize) -> &[f64] {
+        if self.loaded_rows[row] {
+            &self.values[row * self.row_len..(row + 1) * self.row_len]
+        } else {
+            &self.zero_row
         }
     }
 }

@@ -1,8 +1,8 @@
-//! The numbers of the scheme, and what it predicts.
+//! Parameters of the scheme, and its predictor.
 
 use crate::pack::Pack;
 
-/// The numbers of the scheme.
+/// Parameters of the scheme.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scheme {
     /// Step h (s).
@@ -23,11 +23,13 @@ impl Scheme {
         (Pack::splat(h * (1.0 - b)), Pack::splat(h * b))
     }
 
+    /// u' = u + h v + h^2/2 a
     #[inline(always)]
-    pub(super) fn predicted(&self, u: f64, v: f64, a: f64) -> f64 {
+    pub(crate) fn predicted(&self, u: f64, v: f64, a: f64) -> f64 {
         u + self.increment(v, a)
     }
 
+    /// h v + h^2/2 a
     #[inline(always)]
     pub(super) fn increment(&self, v: f64, a: f64) -> f64 {
         self.step * v + 0.5 * self.step * self.step * a
@@ -43,7 +45,7 @@ pub(crate) struct Damping {
 }
 
 impl Damping {
-    /// The same at both ends.
+    /// A constant rate.
     pub(crate) fn constant(rate: f64) -> Damping {
         Damping {
             start: rate,
@@ -56,7 +58,7 @@ impl Damping {
     }
 }
 
-/// How a step is done.
+/// Scheme and mass damping of a step.
 #[derive(Clone, Copy)]
 pub(crate) struct Rule {
     pub(crate) scheme: Scheme,

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Load;
+use super::load::Load;
 use crate::element::Body;
-use crate::material::point::PointLaw;
+use crate::material::nonlinear::NonlinearLaw;
 
 /// The state of the body, every field in the order of [`crate::element::Layout`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,45 +18,42 @@ pub struct State {
     /// Acceleration (m/s2); computed anew at the start of each window of a body without wheel.
     pub a: Vec<f64>,
     /// Force of the stiffness damping (N), empty where nothing has been damped so.
-    pub resistance: Vec<f64>,
-    /// What the points of a plastic body remember, empty for any other; see [`Body::plastic_strain`].
+    pub damping_force: Vec<f64>,
+    /// History variables of a plastic body, empty for any other; see [`Body::plastic_strain`].
     pub history: Vec<f64>,
 }
 
 impl State {
-    /// At rest, undeformed.
+    /// At rest, undeformed, without history.
     pub fn at_rest(body: &Body) -> State {
+        State::at_rest_under(body, None)
+    }
+
+    /// At rest, undeformed, under a law that may be nonlinear.
+    pub fn at_rest_under(body: &Body, law: Option<&NonlinearLaw>) -> State {
         let zero = vec![0.0; body.layout().len()];
+        let rows = body.layout().element_rows();
+        let history = law.map_or(0, |law| rows * body.history_row_len(law));
         State {
             u: zero.clone(),
             v: zero.clone(),
             force: zero.clone(),
             a: zero,
-            resistance: Vec::new(),
-            history: Vec::new(),
+            damping_force: Vec::new(),
+            history: vec![0.0; history],
         }
     }
 
-    /// At rest, undeformed, under a law that may be more than linear.
-    pub fn at_rest_under(body: &Body, law: Option<&PointLaw>) -> State {
-        let rows = body.layout().element_rows();
-        let remembered = law.map_or(0, |law| rows * body.history_row_len(law));
-        State {
-            history: vec![0.0; remembered],
-            ..State::at_rest(body)
-        }
-    }
-
-    /// Takes over what a window starts from; the accelerations follow from it.
+    /// Takes over the start of a window; the accelerations follow from it.
     pub fn restore(&mut self, start: &State) {
         self.u.copy_from_slice(&start.u);
         self.v.copy_from_slice(&start.v);
         self.force.copy_from_slice(&start.force);
         self.history.copy_from_slice(&start.history);
-        self.resistance.clone_from(&start.resistance);
+        self.damping_force.clone_from(&start.damping_force);
     }
 
-    /// Takes over what a window starts from, the accelerations included: contact forces do not jump there.
+    /// Takes over the start of a window, the accelerations included: contact forces do not jump there.
     pub(crate) fn resume(&mut self, start: &State) {
         self.restore(start);
         self.a.copy_from_slice(&start.a);
@@ -68,10 +65,10 @@ impl State {
         for ((a, v), ((f, internal), w)) in self.a.iter_mut().zip(&self.v).zip(forces) {
             *a = w * (f - internal) - damping * v;
         }
-        let damped = self.resistance.iter().zip(&body.inverse_mass);
+        let damped = self.damping_force.iter().zip(&body.inverse_mass);
         for (a, (d, w)) in self.a.iter_mut().zip(damped) {
             *a -= w * d;
         }
-        body.layout().spread(&mut self.a);
+        body.layout().repeat_period(&mut self.a);
     }
 }

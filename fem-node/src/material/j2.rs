@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! s  = 2 mu (dev e - p)                    stress
-//! x  = s - 2/3 K p                         what yields: the stress less the back stress of Prager
+//! x  = s - 2/3 K p                         relative stress: the stress less the back stress of Prager
 //! |x| <= sqrt(2/3) (Y + H a)               yield surface; Y + H a in uniaxial tension
 //! dp = g n,  n = x/|x|,  da = sqrt(2/3) g  flow
 //! g  = (|x_trial| - sqrt(2/3) (Y + H a)) / (2 mu + 2/3 (H + K)),  at least 0
@@ -16,7 +16,7 @@
 //!
 //! # Energy
 //! The internal work of a step is (s + s') de / 2 in each point. With de = d(e - p) + dp it is the change of the elastic
-//! energy, of the energy of the back stress K p p / 3, and what is dissipated, (x + x') dp / 2: exactly, for steps of
+//! energy, of the energy of the back stress K p p / 3, and of the dissipation (x + x') dp / 2: exactly, for steps of
 //! any length. With x = x_trial - 2 mu de and x' = (1 - c g/|x|) x_trial, c = 2 mu + 2/3 K:
 //!
 //! ```text
@@ -27,10 +27,10 @@ use crate::config::MaterialConfig;
 use crate::material::Elastic;
 use crate::pack::Pack;
 
-/// Numbers that a point remembers: pxx, pyy, 2 pxy and a.
+/// History variables of a point: pxx, pyy, 2 pxy and a.
 pub(crate) const HISTORY: usize = 4;
 
-/// The numbers of the law.
+/// Moduli of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct J2 {
     /// Shear modulus mu (Pa).
@@ -46,8 +46,8 @@ pub struct J2 {
 /// Strain (exx, eyy, 2 exy) or stress (sxx, syy, sxy) of a pack of points.
 pub(crate) type Plane3 = [Pack; 3];
 
-/// What a pack of points remembers.
-pub(crate) type Past = [Pack; HISTORY];
+/// History variables of a pack of points.
+pub(crate) type History = [Pack; HISTORY];
 
 /// The histories of one point of all elements of a row: [`HISTORY`] arrays of `stride`.
 pub(crate) struct PointHistory<'a> {
@@ -57,12 +57,12 @@ pub(crate) struct PointHistory<'a> {
 
 impl PointHistory<'_> {
     #[inline(always)]
-    fn load(&self, at: usize) -> Past {
-        past(self.values, self.stride, at)
+    fn load(&self, at: usize) -> History {
+        history_pack(self.values, self.stride, at)
     }
 
     #[inline(always)]
-    fn store(&mut self, at: usize, [pxx, pyy, pxy, a]: Past) {
+    fn store(&mut self, at: usize, [pxx, pyy, pxy, a]: History) {
         pxx.store(self.values, at);
         pyy.store(self.values, self.stride + at);
         pxy.store(self.values, 2 * self.stride + at);
@@ -70,9 +70,9 @@ impl PointHistory<'_> {
     }
 }
 
-/// What the points from `at` on remember.
+/// History variables of the pack of points from `at` on.
 #[inline(always)]
-pub(crate) fn past(values: &[f64], stride: usize, at: usize) -> Past {
+pub(crate) fn history_pack(values: &[f64], stride: usize, at: usize) -> History {
     [
         Pack::load(values, at),
         Pack::load(values, stride + at),
@@ -92,11 +92,17 @@ impl J2 {
         })
     }
 
-    /// Lets the pack of points from `at` on yield where `strain` takes them outside. Returns 2 mu p, by which the
-    /// stress is below that of Hooke's law, and what was dissipated (J/m3); `increment` gives the strain since the
-    /// last step.
+    /// Radial return of the pack of points from `at` on (Simo and Hughes 1998, section 3.3):
+    ///
+    /// ```text
+    /// g = (|x_trial| - sqrt(2/3) (Y + H a)) / (2 mu + 2/3 (H + K)),  at least 0
+    /// p' = p + g n,  a' = a + sqrt(2/3) g,  n = x_trial/|x_trial|
+    /// ```
+    ///
+    /// Returns 2 mu p', by which the stress is below that of Hooke's law (Pa), and the dissipation (J/m3); `increment`
+    /// gives the strain since the last step.
     #[inline(always)]
-    pub(crate) fn yield_to(
+    pub(crate) fn return_map(
         &self,
         strain: Plane3,
         increment: impl FnOnce() -> Plane3,
@@ -134,18 +140,12 @@ impl J2 {
 
     /// Elastic energy and that of the back stress less s e / 2 (J/m3): K p p / 3 - s p / 2.
     #[inline(always)]
-    pub(crate) fn energy_beyond(&self, strain: Plane3, [pxx, pyy, pxy, _]: Past) -> Pack {
+    pub(crate) fn energy_correction(&self, strain: Plane3, [pxx, pyy, pxy, _]: History) -> Pack {
         let half = Pack::splat(0.5);
         let pzz = pxx + pyy;
         let pp = pxx * pxx + pyy * pyy + pzz * pzz + half * pxy * pxy;
         let ep = strain[0] * pxx + strain[1] * pyy + half * strain[2] * pxy;
         Pack::splat(self.mu + self.kinematic / 3.0) * pp - Pack::splat(self.mu) * ep
-    }
-
-    /// 2 mu (pxx + pyy): what the plane part of the trace of the stress lost.
-    #[inline(always)]
-    pub(crate) fn trace(&self, [pxx, pyy, ..]: Past) -> Pack {
-        Pack::splat(2.0 * self.mu) * (pxx + pyy)
     }
 
     /// x with the plastic strain unchanged.
@@ -170,8 +170,8 @@ fn norm_squared([xx, yy, xy]: Plane3) -> Pack {
     xx * xx + yy * yy + zz * zz + Pack::splat(2.0) * xy * xy
 }
 
-/// The plastic strain (pxx, pyy, 2 pxy, a) that point `at` remembers.
-pub(crate) fn remembered(values: &[f64], stride: usize, at: usize) -> [f64; HISTORY] {
+/// Plastic strain (pxx, pyy, 2 pxy, a) of point `at`.
+pub(crate) fn history_at(values: &[f64], stride: usize, at: usize) -> [f64; HISTORY] {
     [0, 1, 2, 3].map(|k| values[k * stride + at])
 }
 
@@ -187,7 +187,7 @@ mod tests {
         kinematic: 9.0,
     };
 
-    /// Shears one point to each strain in turn; the stress after each, and what was dissipated.
+    /// Shears one point to each strain in turn; the stress after each, and the dissipation.
     fn sheared(law: &J2, strains: &[f64]) -> (Vec<f64>, f64) {
         let mut values = vec![0.0; HISTORY * LANES];
         let (mut before, mut dissipated) = (0.0, 0.0);
@@ -199,10 +199,10 @@ mod tests {
             let zero = Pack::splat(0.0);
             let shear = |value: f64| [zero, zero, Pack::splat(value)];
             let increment = || shear(strain - before);
-            let (less, heat) = law.yield_to(shear(*strain), increment, &mut history, 0);
-            dissipated += heat.0[0];
+            let (plastic, dissipation) = law.return_map(shear(*strain), increment, &mut history, 0);
+            dissipated += dissipation.0[0];
             before = *strain;
-            law.mu * strain - less[2].0[0]
+            law.mu * strain - plastic[2].0[0]
         });
         let stresses = stresses.collect();
         (stresses, dissipated)

@@ -1,4 +1,4 @@
-//! The block of the scenario: uniform where it is fine, graded beside and below, under a crown.
+//! The structured mesh of the scenario: uniform where it is fine, graded beside and below, under a crown.
 
 use protocol::ConfigError;
 
@@ -10,7 +10,7 @@ use crate::config::MeshConfig;
 const ELEMENTS_MAX: f64 = 1e7;
 
 impl Mesh {
-    /// The block of the scenario: with d the depth below the crown, H the height and c(x) = R - sqrt(R^2 - x^2)
+    /// The structured mesh of the scenario: with d the depth below the crown, H the height and c(x) = R - sqrt(R^2 - x^2)
     /// the drop of the crown, y = -c(x) (1 - d/H) - d. The top of the crown is the origin, the base is flat.
     pub fn graded(config: &MeshConfig) -> Result<Mesh, ConfigError> {
         check_count(config)?;
@@ -200,9 +200,10 @@ fn solve_ratio(n: usize, sum: f64) -> f64 {
     let (mut low, mut high) = (1.0, sum.max(1.0).powf(1.0 / (n as f64 - 1.0)));
     for _ in 0..100 {
         let middle = 0.5 * (low + high);
-        match geometric_sum(n, middle) < sum {
-            true => low = middle,
-            false => high = middle,
+        if geometric_sum(n, middle) < sum {
+            low = middle;
+        } else {
+            high = middle;
         }
     }
     0.5 * (low + high)

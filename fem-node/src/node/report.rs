@@ -1,33 +1,30 @@
-//! What the body says of itself: signals and energies of a window, fields, results and the hash of its state.
+//! Reports of the body: signals and energies of a window, fields, results and the hash of its state.
 
 use std::collections::BTreeMap;
 
 use protocol::Phase;
 
-use super::FemNode;
+use super::fem_node::FemNode;
 use crate::error::FemError;
 use crate::integrate::State;
 use crate::ledger::Terms;
 use crate::probe;
 use crate::profile::Profile;
-use crate::vtu;
-use crate::window::Request;
-
-/// The snapshot of this name fixes the state whose pressures are reported.
-pub(crate) const HOLD: &str = "hold";
+use crate::snapshot::HOLD;
+use crate::window::WindowInput;
 
 impl FemNode {
-    pub(super) fn report(&self, request: &Request) -> Vec<f64> {
-        let mut report = probe::surface_signals(&self.model, &self.committed);
-        let force = request.interface.chunks_exact(2);
+    pub(super) fn report(&self, input: &WindowInput) -> Vec<f64> {
+        let mut report = probe::surface_signals(&self.model, &self.committed.state);
+        let force = input.interface.chunks_exact(2);
         let total = force.fold([0.0, 0.0], |sum, point| {
             [sum[0] + point[0].1, sum[1] + point[1].1]
         });
         report.extend(total);
-        if let Some((wheel, state)) = self.model.wheel.as_ref().zip(self.wheel.as_ref()) {
+        if let Some((wheel, state)) = self.model.wheel.as_ref().zip(self.committed.wheel.as_ref()) {
             report.extend(state.signals(wheel));
         }
-        report.extend(self.terms().values(&self.ledger));
+        report.extend(self.terms().values(&self.committed.ledger));
         report
     }
 
@@ -37,7 +34,7 @@ impl FemNode {
             mass_damping: self.model.damping_at(0) > 0.0,
             stiffness_damping: self.model.scheme.stiffness_damping > 0.0,
             wheel: self.model.wheel.is_some(),
-            driven: !self.model.drives.is_empty(),
+            motion: !self.model.motions.is_empty(),
             plastic: self.model.plastic().is_some(),
         }
     }
@@ -45,55 +42,48 @@ impl FemNode {
     /// Results of the hold, or of the last state where there was none.
     pub(super) fn results(&self) -> BTreeMap<String, f64> {
         let mut results = BTreeMap::new();
-        let mut maxima = self.hold;
-        if let Some((wheel, state)) = self.model.wheel.as_ref().zip(self.wheel.as_ref()) {
-            let last = || probe::held(&self.model, &self.committed, (wheel, state));
-            let held = self.held.clone().unwrap_or_else(last);
-            maxima = Some(held.maxima);
-            results = state.journal.results(wheel);
-            results.insert("p0_pa".into(), held.profile.peak());
-            let width = held.profile.half_width();
+        let mut maxima = self.committed.hold_maxima;
+        if let Some((wheel, state)) = self.model.wheel.as_ref().zip(self.committed.wheel.as_ref()) {
+            let last = || probe::hold_record(&self.model, &self.committed.state, wheel, state);
+            let record = self.committed.hold_record.clone().unwrap_or_else(last);
+            maxima = Some(record.maxima);
+            results = state.statistics.results(wheel);
+            results.insert("p0_pa".into(), record.profile.peak());
+            let width = record.profile.half_width();
             results.extend(width.map(|a| ("contact_half_width_m".into(), a)));
-            results.insert("approach_m".into(), held.approach);
+            results.insert("approach_m".into(), record.approach);
         }
-        let last = || probe::pressure_maxima(&self.model, &self.committed);
+        let last = || probe::pressure_maxima(&self.model, &self.committed.state);
         let maxima = maxima.unwrap_or_else(last);
         results.insert("p_max_centroid_pa".into(), maxima.centroid);
         results.insert("p_max_gauss_pa".into(), maxima.gauss);
         results.insert("p_max_nodal_pa".into(), maxima.nodal);
-        results.extend(probe::outward_displacements(&self.model, &self.committed));
+        results.extend(probe::outward_displacements(
+            &self.model,
+            &self.committed.state,
+        ));
         results
     }
 
     /// blake3 of every number that can change a later bit: displacements, velocities, histories, energies, time.
     pub(super) fn state_hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
-        hasher.update(&self.steps.to_le_bytes());
-        let ledger = Terms {
-            applied: true,
-            mass_damping: true,
-            stiffness_damping: self.terms().stiffness_damping,
-            wheel: true,
-            driven: true,
-            plastic: true,
-        }
-        .values(&self.ledger);
+        hasher.update(&self.committed.steps.to_le_bytes());
+        let stiffness_damping = self.terms().stiffness_damping;
+        let ledger = Terms::all(stiffness_damping).values(&self.committed.ledger);
         let State {
             u,
             v,
             history,
-            resistance,
+            damping_force,
+            a,
             ..
-        } = &self.committed;
-        for field in [u, v, history, resistance, &ledger] {
-            for value in field {
-                hasher.update(&value.to_le_bytes());
-            }
-        }
-        if let Some(wheel) = &self.wheel {
-            for value in wheel.numbers().iter().chain(&self.committed.a) {
-                hasher.update(&value.to_le_bytes());
-            }
+        } = &self.committed.state;
+        let mut fields = vec![u, v, history, damping_force, &ledger];
+        let wheel = self.committed.wheel.as_ref().map(|wheel| wheel.numbers());
+        fields.extend(wheel.iter().chain(wheel.as_ref().map(|_| a)));
+        for value in fields.into_iter().flatten() {
+            hasher.update(&value.to_le_bytes());
         }
         hasher.finalize().to_hex().to_string()
     }
@@ -103,49 +93,50 @@ impl FemNode {
         if let Some(wheel) = &self.model.wheel {
             return wheel.program.phases();
         }
-        let (tractions, drives) = (&self.model.tractions, &self.model.drives);
-        let loaded = !tractions.is_empty() || !drives.is_empty();
-        let Some(end) = self.model.end.filter(|_| loaded) else {
+        let tractions = self.model.tractions.iter().map(|traction| traction.ramp);
+        let motions = self.model.motions.iter().map(|motion| motion.ramp);
+        let ramps = tractions.chain(motions).map(|ramp| ramp.duration);
+        let Some((ramp, end)) = ramps.reduce(f64::max).zip(self.model.end) else {
             return Vec::new();
         };
-        let ramps = tractions.iter().map(|traction| traction.ramp());
-        let ramps = ramps.chain(drives.iter().map(|drive| drive.ramp()));
-        let ramp = ramps.fold(0.0, f64::max).min(end);
-        let phase = |name: &str, t0_s: f64, t1_s: f64| Phase {
+        let ramp = ramp.max(0.0).min(end);
+        let phases = [("ramp", 0.0, ramp), (HOLD, ramp, end)].into_iter();
+        let lasting = phases.filter(|(_, t0_s, t1_s)| t1_s > t0_s);
+        let phase = |(name, t0_s, t1_s): (&str, f64, f64)| Phase {
             name: name.into(),
             t0_s,
             t1_s,
             sampled: name == HOLD,
             picture: name == HOLD,
         };
-        let phases = [phase("ramp", 0.0, ramp), phase(HOLD, ramp, end)];
-        phases
-            .into_iter()
-            .filter(|phase| phase.t1_s > phase.t0_s)
-            .collect()
+        lasting.map(phase).collect()
     }
 
+    /// Writes the fields and the contact profile of the committed state; that of the hold also fixes its pressures.
     pub(super) fn try_snapshot(&mut self, name: &str) -> Result<(), FemError> {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         if name.is_empty() || !name.chars().all(plain) {
             return Err(FemError::SnapshotName { name: name.into() });
         }
+        let committed = &mut self.committed;
         if name == HOLD {
-            self.hold = Some(probe::pressure_maxima(&self.model, &self.committed));
+            let maxima = probe::pressure_maxima(&self.model, &committed.state);
+            committed.hold_maxima = Some(maxima);
         }
-        let Some(folder) = &self.fields else {
-            return Ok(());
-        };
-        let path = folder.join(format!("{}-{name}.vtu", self.participant));
-        let touches = self.wheel.as_ref().map_or(&[][..], |wheel| &wheel.touches);
-        vtu::write(&path, &self.model, &self.committed, touches)?;
-        if touches.is_empty() {
-            return Ok(());
+        let (mut contacts, mut profile) = (&[][..], None);
+        if let Some(wheel) = &committed.wheel {
+            contacts = &wheel.contacts;
+            profile = Some(match &committed.hold_record {
+                Some(record) if name == HOLD => record.profile.clone(),
+                _ => Profile::in_motion(&self.model, contacts),
+            });
         }
-        let path = folder.join(format!("{}-{name}-profile.csv", self.participant));
-        match &self.held {
-            Some(held) if name == HOLD => held.profile.write(path),
-            _ => Profile::in_motion(&self.model, touches).write(path),
-        }
+        self.snapshots.write(
+            name,
+            &self.model,
+            &committed.state,
+            contacts,
+            profile.as_ref(),
+        )
     }
 }

@@ -19,9 +19,8 @@
 
 use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, Solve};
-use serde::{Deserialize, Serialize};
 
-use super::WheelContact;
+use super::contact::{DirectedStatus, WheelContact};
 use super::edge::EdgeCompliance;
 use super::face::Face;
 
@@ -31,59 +30,17 @@ const ROUNDS_ALL: usize = 30;
 /// Rounds after which the increment is halved.
 const ROUNDS_MAX: usize = 400;
 
-/// How often an increment is halved before giving up.
+/// Halvings of an increment before giving up.
 const HALVINGS_MAX: u32 = 6;
 
 /// Share of the largest force or displacement that counts as zero: the rounding of a dense solve.
 const ROUNDING: f64 = 1e-10;
 
-/// Where a closed node has no columns yet, those of this many neighbours on each side are computed with it: contact
+/// Reach of new columns: where a closed node has none yet, those of this many neighbours on each side are computed with it: contact
 /// grows from its edge, and many columns at a time are cheaper.
 const REACH: usize = 8;
 
-/// What a node of the contact surface does.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Status {
-    /// It does not touch.
-    #[default]
-    Open,
-    /// It touches and moves with the wheel.
-    Stick,
-    /// It touches and slides, dragged towards +t by the wheel.
-    SlipForward,
-    /// It touches and slides, dragged towards -t by the wheel.
-    SlipBackward,
-}
-
-impl Status {
-    /// Direction of the drag, 0 when it does not slip.
-    pub fn direction(self) -> f64 {
-        match self {
-            Status::SlipForward => 1.0,
-            Status::SlipBackward => -1.0,
-            Status::Open | Status::Stick => 0.0,
-        }
-    }
-
-    /// The word in tables.
-    pub fn word(self) -> &'static str {
-        match self {
-            Status::Open => "open",
-            Status::Stick => "stick",
-            Status::SlipForward | Status::SlipBackward => "slip",
-        }
-    }
-
-    /// Slip under a drag in this direction.
-    pub(crate) fn slipping(direction: f64) -> Status {
-        match direction >= 0.0 {
-            true => Status::SlipForward,
-            false => Status::SlipBackward,
-        }
-    }
-}
-
-/// Where an increment leads.
+/// Load and position of the wheel at the end of an increment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Target {
     /// Vertical force on the wheel (N).
@@ -95,18 +52,18 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// Whether friction can hold the node.
-    fn grips(&self, edge: &EdgeCompliance, node: usize) -> bool {
-        self.friction > 0.0 && edge.is_free(node)
+    /// True where friction can hold the node.
+    fn friction_acts(&self, edge: &EdgeCompliance, node: usize) -> bool {
+        self.friction > 0.0 && edge.free[node]
     }
 }
 
-/// A status that its own condition refutes.
+/// Change of a status whose condition is violated.
 #[derive(Clone, Copy, Debug)]
-struct Change {
+struct StatusChange {
     node: usize,
-    status: Status,
-    /// By how much, as a force (N).
+    status: DirectedStatus,
+    /// Violation of the condition, as a force (N).
     violation: f64,
 }
 
@@ -120,8 +77,8 @@ pub(super) struct Failure {
 
 /// The contact at the end of the last increment.
 #[derive(Clone, Debug)]
-pub(super) struct ContactState {
-    status: Vec<Status>,
+pub(crate) struct ActiveSet {
+    status: Vec<DirectedStatus>,
     normal: Vec<f64>,
     tangential: Vec<f64>,
     /// Displacements of the nodes of the edge (m).
@@ -131,12 +88,12 @@ pub(super) struct ContactState {
     load: f64,
 }
 
-impl ContactState {
+impl ActiveSet {
     /// The wheel just touches.
-    pub(super) fn open(edge: &EdgeCompliance) -> ContactState {
-        let nodes = edge.len();
-        ContactState {
-            status: vec![Status::Open; nodes],
+    pub(super) fn open(edge: &EdgeCompliance) -> ActiveSet {
+        let nodes = edge.free.len();
+        ActiveSet {
+            status: vec![DirectedStatus::Open; nodes],
             normal: vec![0.0; nodes],
             tangential: vec![0.0; nodes],
             u: vec![[0.0; 2]; nodes],
@@ -156,13 +113,13 @@ impl ContactState {
         }
     }
 
-    /// Goes to the target, in one increment if that ends.
+    /// Goes to the target, in one increment where that converges; `extend` computes the columns of nodes.
     pub(super) fn advance(
         &mut self,
         face: &Face,
         edge: &mut EdgeCompliance,
         target: Target,
-        mut extend: impl FnMut(&mut EdgeCompliance, &[usize]),
+        extend: impl Fn(&mut EdgeCompliance, &[usize]),
     ) -> Result<(), Failure> {
         let (mut pieces, mut done, mut halvings) = (1u32, 0u32, 0);
         let from = (self.load, self.wheel[0]);
@@ -173,8 +130,16 @@ impl ContactState {
                 lateral: from.1 + share * (target.lateral - from.1),
                 friction: target.friction,
             };
-            match self.increment(face, edge, piece, &mut extend) {
-                Ok(()) => done += 1,
+            let increment = Increment {
+                before: self,
+                face,
+                target: piece,
+            };
+            match increment.solve(edge, &extend) {
+                Ok(after) => {
+                    *self = after;
+                    done += 1;
+                }
                 Err(failure) if halvings == HALVINGS_MAX => return Err(failure),
                 Err(_) => {
                     halvings += 1;
@@ -185,77 +150,24 @@ impl ContactState {
         Ok(())
     }
 
-    fn increment(
-        &mut self,
-        face: &Face,
-        edge: &mut EdgeCompliance,
-        target: Target,
-        extend: &mut impl FnMut(&mut EdgeCompliance, &[usize]),
-    ) -> Result<(), Failure> {
-        let mut trial = self.clone();
-        trial.load = target.load;
-        if target.load == 0.0 {
-            *self = trial;
-            return Ok(());
-        }
-        trial.start(face, target);
-        let mut failure = Failure {
-            violation: 0.0,
-            iterations: 0,
-        };
-        for round in 0..ROUNDS_MAX {
-            let unknown = trial.unknown_nodes(edge);
-            if !unknown.is_empty() {
-                extend(edge, &unknown);
-            }
-            if !trial.solve(self, face, edge, target) {
-                return Err(failure);
-            }
-            trial.move_nodes(face, edge);
-            let changes = trial.judge(self, face, edge, target);
-            let Some(worst) = changes
-                .iter()
-                .max_by(|a, b| a.violation.total_cmp(&b.violation))
-            else {
-                *self = trial;
-                return Ok(());
-            };
-            failure = Failure {
-                violation: worst.violation,
-                iterations: round + 1,
-            };
-            match round < ROUNDS_ALL {
-                true => changes.iter().for_each(|c| trial.status[c.node] = c.status),
-                false => trial.status[worst.node] = worst.status,
-            }
-        }
-        Err(failure)
-    }
-
     /// The wheel rests on something from the first round on; friction that begins now finds everything at rest.
     fn start(&mut self, face: &Face, target: Target) {
-        if self.status.iter().all(|s| *s == Status::Open) {
+        if self.status.iter().all(|s| *s == DirectedStatus::Open) {
             let gap = |node: usize| face.gap(node, self.wheel, self.u[node]);
             let lowest = (0..self.status.len()).min_by(|a, b| gap(*a).total_cmp(&gap(*b)));
-            self.status[lowest.expect("an edge has nodes")] = Status::Stick;
+            self.status[lowest.expect("an edge has nodes")] = DirectedStatus::Stick;
         }
         let no_force_yet = self.tangential.iter().all(|r| *r == 0.0);
         if target.friction > 0.0 && no_force_yet {
-            for status in self.status.iter_mut().filter(|s| **s != Status::Open) {
-                *status = Status::Stick;
-            }
+            let statuses = self.status.iter_mut();
+            let closed = statuses.filter(|s| **s != DirectedStatus::Open);
+            closed.for_each(|status| *status = DirectedStatus::Stick);
         }
     }
 
     /// Forces and wheel under the present statuses; false where they leave the wheel or a node undetermined.
-    fn solve(
-        &mut self,
-        before: &ContactState,
-        face: &Face,
-        edge: &EdgeCompliance,
-        target: Target,
-    ) -> bool {
-        let system = System::new(self, before, face, edge, target);
+    fn solve(&mut self, increment: &Increment, edge: &EdgeCompliance) -> bool {
+        let system = System::new(self, increment, edge);
         let factor = PartialPivLu::new(system.matrix.as_ref());
         let solution = factor.solve(&system.right);
         let solution: Vec<f64> = solution.col(0).iter().copied().collect();
@@ -264,17 +176,15 @@ impl ContactState {
         for (unknown, value) in system.unknowns.iter().zip(&solution) {
             let node = unknown.node;
             match unknown.along {
-                Along::Normal => {
+                Direction::Normal => {
                     self.normal[node] += value;
                     self.tangential[node] += unknown.drag * value;
                 }
-                Along::Tangent => self.tangential[node] += value,
+                Direction::Tangent => self.tangential[node] += value,
             }
         }
-        self.wheel = [
-            target.lateral,
-            -system.scale * solution[system.unknowns.len()],
-        ];
+        let approach = system.scale * solution[system.unknowns.len()];
+        self.wheel = [increment.target.lateral, -approach];
         solution.iter().all(|value| value.is_finite())
     }
 
@@ -282,43 +192,45 @@ impl ContactState {
         for (node, u) in self.u.iter_mut().enumerate() {
             *u = edge.under_tractions(node);
         }
-        for source in (0..self.status.len()).filter(|k| self.status[*k] != Status::Open) {
+        let closed: Vec<usize> = self.closed().collect();
+        for source in closed {
             let force = face.force(source, self.normal[source], self.tangential[source]);
             edge.add_moved(source, force, &mut self.u);
         }
     }
 
-    /// All statuses whose own condition does not hold. Where nothing grips, the direction of the slip has no
+    /// Changes of the statuses whose own condition is violated. Without friction the direction of the slip has no
     /// consequence and is only noted.
-    fn judge(
-        &mut self,
-        before: &ContactState,
-        face: &Face,
-        edge: &EdgeCompliance,
-        target: Target,
-    ) -> Vec<Change> {
+    fn violations(&mut self, increment: &Increment, edge: &EdgeCompliance) -> Vec<StatusChange> {
+        let Increment {
+            before,
+            face,
+            target,
+        } = increment;
         let zero = ROUNDING * target.load;
         let mut changes = Vec::new();
         for node in 0..self.status.len() {
             let slip = self.slip(before, face, node);
-            let grips = target.grips(edge, node);
-            if self.status[node] != Status::Open && !grips {
-                self.status[node] = Status::slipping(slip);
+            let friction_acts = target.friction_acts(edge, node);
+            if self.status[node] != DirectedStatus::Open && !friction_acts {
+                self.status[node] = DirectedStatus::slipping(slip);
             }
             let (normal, tangential) = (self.normal[node], self.tangential[node]);
             let excess = tangential.abs() - target.friction * normal;
-            let against = -slip * self.status[node].direction() / edge.measure();
-            let gap = face.gap(node, self.wheel, self.u[node]) / edge.measure();
+            let against = -slip * self.status[node].direction() / edge.scale;
+            let gap = face.gap(node, self.wheel, self.u[node]) / edge.scale;
             let (violation, status) = match self.status[node] {
-                Status::Open if grips => (-gap, Status::Stick),
-                Status::Open => (-gap, Status::slipping(slip)),
-                _ if normal < -zero => (-normal, Status::Open),
-                _ if !grips => (0.0, self.status[node]),
-                Status::Stick => (excess, Status::slipping(tangential)),
-                Status::SlipForward | Status::SlipBackward => (against, Status::Stick),
+                DirectedStatus::Open if friction_acts => (-gap, DirectedStatus::Stick),
+                DirectedStatus::Open => (-gap, DirectedStatus::slipping(slip)),
+                _ if normal < -zero => (-normal, DirectedStatus::Open),
+                _ if !friction_acts => (0.0, self.status[node]),
+                DirectedStatus::Stick => (excess, DirectedStatus::slipping(tangential)),
+                DirectedStatus::SlipForward | DirectedStatus::SlipBackward => {
+                    (against, DirectedStatus::Stick)
+                }
             };
             if violation > zero {
-                changes.push(Change {
+                changes.push(StatusChange {
                     node,
                     status,
                     violation,
@@ -329,32 +241,84 @@ impl ContactState {
     }
 
     /// Motion of the wheel along the tangent beyond that of the node in this increment (m).
-    fn slip(&self, before: &ContactState, face: &Face, node: usize) -> f64 {
+    fn slip(&self, before: &ActiveSet, face: &Face, node: usize) -> f64 {
         let tangent = face.tangent(node);
-        let relative = |s: &ContactState, k: usize| s.wheel[k] - s.u[node][k];
+        let relative = |s: &ActiveSet, k: usize| s.wheel[k] - s.u[node][k];
         (0..2)
             .map(|k| tangent[k] * (relative(self, k) - relative(before, k)))
             .sum()
     }
 
+    /// Nodes that touch.
+    fn closed(&self) -> impl Iterator<Item = usize> {
+        (0..self.status.len()).filter(|node| self.status[*node] != DirectedStatus::Open)
+    }
+
     /// Closed nodes without columns, and their neighbours: contact grows from its edge.
     fn unknown_nodes(&self, edge: &EdgeCompliance) -> Vec<usize> {
-        let closed = |node: &usize| self.status[*node] != Status::Open;
-        let missing: Vec<usize> = (0..edge.len())
-            .filter(closed)
-            .filter(|node| !edge.knows(*node))
-            .collect();
+        let missing: Vec<usize> = self.closed().filter(|node| !edge.knows(*node)).collect();
         let (Some(first), Some(last)) = (missing.first(), missing.last()) else {
             return missing;
         };
-        let reach = first.saturating_sub(REACH)..(last + REACH + 1).min(edge.len());
+        let reach = first.saturating_sub(REACH)..(last + REACH + 1).min(edge.free.len());
         reach.filter(|node| !edge.knows(*node)).collect()
     }
 }
 
-/// Along what a force acts.
+/// One increment from a state to a target.
+pub(crate) struct Increment<'a> {
+    before: &'a ActiveSet,
+    face: &'a Face,
+    target: Target,
+}
+
+impl Increment<'_> {
+    /// The state at the target: Newton's method on the projections of the laws of contact.
+    fn solve(
+        &self,
+        edge: &mut EdgeCompliance,
+        extend: &impl Fn(&mut EdgeCompliance, &[usize]),
+    ) -> Result<ActiveSet, Failure> {
+        let mut trial = self.before.clone();
+        trial.load = self.target.load;
+        if self.target.load == 0.0 {
+            return Ok(trial);
+        }
+        trial.start(self.face, self.target);
+        let mut failure = Failure {
+            violation: 0.0,
+            iterations: 0,
+        };
+        for round in 0..ROUNDS_MAX {
+            let unknown = trial.unknown_nodes(edge);
+            if !unknown.is_empty() {
+                extend(edge, &unknown);
+            }
+            if !trial.solve(self, edge) {
+                return Err(failure);
+            }
+            trial.move_nodes(self.face, edge);
+            let changes = trial.violations(self, edge);
+            let by_violation =
+                |a: &&StatusChange, b: &&StatusChange| a.violation.total_cmp(&b.violation);
+            let Some(worst) = changes.iter().max_by(by_violation) else {
+                return Ok(trial);
+            };
+            failure = Failure {
+                violation: worst.violation,
+                iterations: round + 1,
+            };
+            let worst = std::slice::from_ref(worst);
+            let wrong = if round < ROUNDS_ALL { &changes } else { worst };
+            wrong.iter().for_each(|c| trial.status[c.node] = c.status);
+        }
+        Err(failure)
+    }
+}
+
+/// Direction of a contact force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Along {
+enum Direction {
     Normal,
     Tangent,
 }
@@ -363,7 +327,7 @@ enum Along {
 #[derive(Clone, Copy, Debug)]
 struct Unknown {
     node: usize,
-    along: Along,
+    along: Direction,
     /// Tangential force that comes with each newton of a normal one.
     drag: f64,
     /// The force on the node for a value of 1.
@@ -372,7 +336,7 @@ struct Unknown {
 
 /// The linear problem under given statuses. The last unknown is the approach over a compliance, and the equation of
 /// the wheel is multiplied with it, so that all entries are of one size.
-struct System {
+pub(crate) struct System {
     unknowns: Vec<Unknown>,
     matrix: Mat<f64>,
     right: Mat<f64>,
@@ -380,20 +344,21 @@ struct System {
 }
 
 impl System {
-    fn new(
-        now: &ContactState,
-        before: &ContactState,
-        face: &Face,
-        edge: &EdgeCompliance,
-        target: Target,
-    ) -> System {
-        let unknowns = unknowns(now, face, edge, target);
-        let (count, scale) = (unknowns.len(), edge.measure());
+    /// Rows g_i = 0 of the closed nodes, t_i . (d - d_before - u_i + u_i,before) = 0 of those that stick, and
+    /// sum (r_n n_y - r_t t_y) = load of the wheel.
+    pub(crate) fn new(now: &ActiveSet, increment: &Increment, edge: &EdgeCompliance) -> System {
+        let Increment {
+            before,
+            face,
+            target,
+        } = increment;
+        let unknowns = unknowns(now, increment, edge);
+        let (count, scale) = (unknowns.len(), edge.scale);
         let mut matrix = Mat::zeros(count + 1, count + 1);
         let mut right = Mat::zeros(count + 1, 1);
         let axis = |unknown: &Unknown| match unknown.along {
-            Along::Normal => face.normals[unknown.node],
-            Along::Tangent => face.tangent(unknown.node),
+            Direction::Normal => face.normals[unknown.node],
+            Direction::Tangent => face.tangent(unknown.node),
         };
         for (j, source) in unknowns.iter().enumerate() {
             for (i, row) in unknowns.iter().enumerate() {
@@ -407,8 +372,8 @@ impl System {
             matrix[(i, count)] = scale * axis[1];
             let wheel = [target.lateral, 0.0];
             let to_go = match row.along {
-                Along::Normal => face.gap(node, wheel, edge.under_tractions(node)),
-                Along::Tangent => {
+                Direction::Normal => face.gap(node, wheel, edge.under_tractions(node)),
+                Direction::Tangent => {
                     let relative = |k: usize| {
                         (wheel[k] - before.wheel[k])
                             - (edge.under_tractions(node)[k] - before.u[node][k])
@@ -429,30 +394,27 @@ impl System {
 }
 
 /// A normal force for each closed node, then a tangential one for each that sticks.
-fn unknowns(
-    now: &ContactState,
-    face: &Face,
-    edge: &EdgeCompliance,
-    target: Target,
-) -> Vec<Unknown> {
-    let closed = || (0..edge.len()).filter(|node| now.status[*node] != Status::Open);
-    let normal = closed().map(|node| {
-        let drag = match target.grips(edge, node) {
-            true => target.friction * now.status[node].direction(),
-            false => 0.0,
+fn unknowns(now: &ActiveSet, increment: &Increment, edge: &EdgeCompliance) -> Vec<Unknown> {
+    let Increment { face, target, .. } = increment;
+    let normal = now.closed().map(|node| {
+        let drag = if target.friction_acts(edge, node) {
+            target.friction * now.status[node].direction()
+        } else {
+            0.0
         };
         Unknown {
             node,
-            along: Along::Normal,
+            along: Direction::Normal,
             drag,
             direction: face.force(node, 1.0, drag),
         }
     });
-    let sticking =
-        closed().filter(|node| now.status[*node] == Status::Stick && target.grips(edge, *node));
+    let sticks = |node: &usize| now.status[*node] == DirectedStatus::Stick;
+    let holds = |node: &usize| sticks(node) && target.friction_acts(edge, *node);
+    let sticking = now.closed().filter(holds);
     let tangential = sticking.map(|node| Unknown {
         node,
-        along: Along::Tangent,
+        along: Direction::Tangent,
         drag: 0.0,
         direction: face.force(node, 0.0, 1.0),
     });

@@ -4,17 +4,18 @@ use super::factor::Factor;
 use crate::mesh::Edge;
 use crate::model::Model;
 
-/// What the upper edge does under forces on its nodes and under the tractions.
-pub(super) struct EdgeCompliance {
+/// Displacements of the upper edge under forces on its nodes and under the tractions.
+pub(crate) struct EdgeCompliance {
     /// Displacements (x0, y0, x1, ...) under the full tractions (m).
     full: Vec<f64>,
     /// Share of the tractions that acts.
-    share: f64,
+    pub(super) share: f64,
     /// For each node, once it has been needed, the displacements of all under a unit force in x and in y (m/N).
     columns: Vec<Option<[Vec<f64>; 2]>>,
-    /// Whether both components of the node can move.
-    free: Vec<bool>,
-    measure: f64,
+    /// True for each node whose components can both move. One that cannot move sideways sticks to nothing.
+    pub(super) free: Vec<bool>,
+    /// Compliance of the node that was needed first (m/N), the scale of all.
+    pub(super) scale: f64,
 }
 
 impl EdgeCompliance {
@@ -29,18 +30,8 @@ impl EdgeCompliance {
                 .chunks_exact(2)
                 .map(|c| factor.moves(c[0]) && factor.moves(c[1]))
                 .collect(),
-            measure: 0.0,
+            scale: 0.0,
         }
-    }
-
-    /// Nodes of the edge.
-    pub(super) fn len(&self) -> usize {
-        self.columns.len()
-    }
-
-    /// Sets the share of the tractions that acts.
-    pub(super) fn apply(&mut self, share: f64) {
-        self.share = share;
     }
 
     /// The tractions that act, as a field of nodal forces (N).
@@ -50,17 +41,7 @@ impl EdgeCompliance {
         load
     }
 
-    /// Whether both components of the node can move. One that cannot move sideways sticks to nothing.
-    pub(super) fn is_free(&self, node: usize) -> bool {
-        self.free[node]
-    }
-
-    /// The compliance of the node that was needed first (m/N), a measure of what a force moves.
-    pub(super) fn measure(&self) -> f64 {
-        self.measure
-    }
-
-    /// Whether the columns of the node are known.
+    /// True where the columns of the node are known.
     pub(super) fn knows(&self, node: usize) -> bool {
         self.columns[node].is_some()
     }
@@ -75,8 +56,8 @@ impl EdgeCompliance {
         let mut columns = factor.columns(&sources, &components).into_iter();
         for node in nodes {
             self.columns[*node] = columns.next().zip(columns.next()).map(|(x, y)| [x, y]);
-            if self.measure == 0.0 {
-                self.measure = self.moved(*node, *node, [0.0, 1.0])[1];
+            if self.scale == 0.0 {
+                self.scale = self.moved(*node, *node, [0.0, 1.0])[1];
             }
         }
     }
@@ -106,7 +87,7 @@ impl EdgeCompliance {
     }
 }
 
-/// Places of (x0, y0, x1, y1, ...) of the upper edge in a field.
+/// Indices of (x0, y0, x1, y1, ...) of the upper edge in a field.
 fn components(model: &Model) -> Vec<usize> {
     let layout = model.body.layout();
     let (nodes, _) = model.mesh.surface(Edge::Top);

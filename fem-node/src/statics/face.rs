@@ -1,4 +1,4 @@
-//! The face of the wheel, and where it stands above the upper edge.
+//! The face of the wheel and its gaps above the upper edge.
 
 use crate::mesh::Edge;
 use crate::model::Model;
@@ -22,9 +22,10 @@ impl Face {
     pub(super) fn new(radius: f64, model: &Model) -> Face {
         let (nodes, _) = model.mesh.surface(Edge::Top);
         let points: Vec<[f64; 2]> = nodes.iter().map(|n| model.mesh.point(n[0], n[1])).collect();
-        match radius > 0.0 {
-            true => Face::round(radius, &points),
-            false => Face::flat(&points),
+        if radius > 0.0 {
+            Face::round(radius, &points)
+        } else {
+            Face::flat(&points)
         }
     }
 

@@ -10,10 +10,10 @@ use crate::error::FemError;
 use crate::model::Model;
 
 /// Right-hand sides that are solved together: the factor is read once for all of them.
-const BLOCK: usize = 16;
+const SOLVED_TOGETHER: usize = 16;
 
 /// K = L L^T of the components that can move.
-pub(super) struct Factor {
+pub(crate) struct Factor {
     layout: Layout,
     /// Component of each equation.
     components: Vec<usize>,
@@ -49,33 +49,33 @@ impl Factor {
         })
     }
 
-    /// Whether the component can move.
+    /// True where the component can move.
     pub(super) fn moves(&self, component: usize) -> bool {
         self.equations[component] != FIXED
     }
 
-    /// Displacements of the whole body under these forces, a field in the layout of the body.
-    pub(super) fn solve(&self, force: &[f64]) -> Vec<f64> {
+    /// Solves K u = f: displacements of the whole body under these forces, a field in the layout of the body.
+    pub(crate) fn solve(&self, force: &[f64]) -> Vec<f64> {
         let mut x = Mat::from_fn(self.components.len(), 1, |i, _| force[self.components[i]]);
         self.llt.solve_in_place(x.as_mut());
         let mut u = vec![0.0; force.len()];
         for (row, component) in self.components.iter().enumerate() {
             u[*component] = x[(row, 0)];
         }
-        self.layout.spread(&mut u);
+        self.layout.repeat_period(&mut u);
         u
     }
 
     /// Displacements of the components `at` under a unit force on each of the components `sources`, column by column.
     pub(super) fn columns(&self, sources: &[usize], at: &[usize]) -> Vec<Vec<f64>> {
         let mut columns = Vec::with_capacity(sources.len());
-        for block in sources.chunks(BLOCK) {
-            let mut x = Mat::<f64>::zeros(self.components.len(), block.len());
-            for (j, source) in block.iter().enumerate().filter(|(_, s)| self.moves(**s)) {
+        for group in sources.chunks(SOLVED_TOGETHER) {
+            let mut x = Mat::<f64>::zeros(self.components.len(), group.len());
+            for (j, source) in group.iter().enumerate().filter(|(_, s)| self.moves(**s)) {
                 x[(self.equations[*source] as usize, j)] = 1.0;
             }
             self.llt.solve_in_place(x.as_mut());
-            columns.extend((0..block.len()).map(|j| {
+            columns.extend((0..group.len()).map(|j| {
                 let value = |component: &usize| match self.equations[*component] {
                     FIXED => 0.0,
                     row => x[(row as usize, j)],
@@ -108,7 +108,7 @@ fn number(model: &Model) -> (Vec<usize>, Vec<u32>) {
 fn assemble(model: &Model, equations: &[u32]) -> Vec<Triplet<u32, u32, f64>> {
     let (layout, mesh) = (model.body.layout(), &model.mesh);
     let mut triplets = Vec::with_capacity(36 * mesh.elements());
-    for [i, j] in mesh.places() {
+    for [i, j] in mesh.element_indices() {
         let corners = mesh.corners(i, j);
         let points = corners.map(|n| mesh.point(n[0], n[1]));
         let stiffness = element::stiffness(model.element, &points, &model.elastic, model.thickness);

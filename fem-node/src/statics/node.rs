@@ -2,23 +2,22 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use std::path::PathBuf;
 
 use protocol::{
     Capabilities, Description, Node, NodeError, Outcome, Phase, Setting, Surface, Window,
 };
 
-use super::{Loads, StaticState, Statics, Status};
+use super::contact::DirectedStatus;
+use super::history::{Loads, StaticState, Statics};
 use crate::config::Config;
 use crate::error::FemError;
-use crate::interface;
+use crate::interface::coupling_sets;
 use crate::model::Model;
-use crate::node::HOLD;
 use crate::probe;
 use crate::profile::Profile;
-use crate::vtu;
+use crate::snapshot::{HOLD, Snapshots};
 
-/// Signals of the wheel, in the words of the wheel in motion: `wheel_fn_n` and `wheel_ft_n` are the force of the body
+/// Signals of the wheel, named as those of the wheel in motion: `wheel_fn_n` and `wheel_ft_n` are the force of the body
 /// on it, upwards and towards +x.
 const WHEEL_SIGNALS: [&str; 6] = [
     "wheel_x_m",
@@ -35,8 +34,7 @@ const WHEEL_SIGNALS: [&str; 6] = [
 /// Beside the fields of a snapshot NAME it writes `<participant>-NAME-profile.csv`: x_m, pressure_pa, shear_pa, status.
 pub struct StaticNode {
     model: Model,
-    participant: String,
-    fields: Option<PathBuf>,
+    snapshots: Snapshots,
     statics: Statics,
     loads: Option<Loads>,
     cycling: Cycling,
@@ -44,7 +42,7 @@ pub struct StaticNode {
     done: u64,
     /// The state when the load was complete.
     held: Option<StaticState>,
-    journal: Journal,
+    cycles: CycleRecord,
 }
 
 /// The sideways motion after the loading.
@@ -55,9 +53,9 @@ struct Cycling {
     per_cycle: u32,
 }
 
-/// What the sideways cycles leave in the results.
+/// Record of the sideways cycles.
 #[derive(Clone, Debug, Default)]
-struct Journal {
+struct CycleRecord {
     /// (D, force of the wheel on the body in x) after each increment, the loaded state first.
     path: Vec<[f64; 2]>,
     /// Sn each time D passed zero after the first reversal (%).
@@ -72,8 +70,7 @@ impl StaticNode {
         let wheel = config.wheel.filter(|wheel| wheel.amplitude_m > 0.0);
         Ok(StaticNode {
             statics: Statics::new(&model, loads)?,
-            participant: setting.participant.clone(),
-            fields: setting.fields.clone(),
+            snapshots: Snapshots::new(setting),
             loads,
             cycling: Cycling {
                 amplitude: wheel.map_or(0.0, |wheel| wheel.amplitude_m),
@@ -85,7 +82,7 @@ impl StaticNode {
             },
             done: 0,
             held: None,
-            journal: Journal::default(),
+            cycles: CycleRecord::default(),
             model,
         })
     }
@@ -128,14 +125,14 @@ impl StaticNode {
         self.note();
         if let (true, Some(contact)) = (self.cycling.passes_zero(step), self.statics.contact()) {
             let slipping = 100.0 * contact.slipping_share();
-            self.journal.slipping_at_zero.push(slipping);
+            self.cycles.slipping_at_zero.push(slipping);
         }
         Ok(())
     }
 
     fn note(&mut self) {
         if let Some(contact) = self.statics.contact() {
-            self.journal
+            self.cycles
                 .path
                 .push([contact.lateral, contact.resultant()[0]]);
         }
@@ -149,7 +146,7 @@ impl StaticNode {
             let touching = contact
                 .status
                 .iter()
-                .filter(|s| **s != Status::Open)
+                .filter(|s| **s != DirectedStatus::Open)
                 .count();
             report.extend([
                 contact.lateral,
@@ -164,23 +161,18 @@ impl StaticNode {
     }
 
     fn try_snapshot(&mut self, name: &str) -> Result<(), FemError> {
-        let Some(folder) = &self.fields else {
+        if !self.snapshots.wanted() {
             return Ok(());
-        };
-        let now = || self.statics.state(&self.model);
+        }
         let state = match &self.held {
             Some(held) if name == HOLD => held.clone(),
-            _ => now(),
+            _ => self.statics.state(&self.model),
         };
-        let path = folder.join(format!("{}-{name}.vtu", self.participant));
         let contact = state.contact.as_ref();
-        let touches = contact.map_or(Vec::new(), |contact| contact.touches());
-        vtu::write(&path, &self.model, &state.state, &touches)?;
-        let Some(contact) = &state.contact else {
-            return Ok(());
-        };
-        let path = folder.join(format!("{}-{name}-profile.csv", self.participant));
-        Profile::new(&self.model, contact).write(path)
+        let contacts = contact.map_or(Vec::new(), |contact| contact.node_contacts());
+        let profile = contact.map(|contact| Profile::new(&self.model, contact));
+        self.snapshots
+            .write(name, &self.model, &state.state, &contacts, profile.as_ref())
     }
 
     fn results(&self, held: &StaticState) -> BTreeMap<String, f64> {
@@ -197,7 +189,7 @@ impl StaticNode {
             results.insert("p0_pa", profile.peak());
             results.extend(profile.half_width().map(|a| ("contact_half_width_m", a)));
         }
-        results.extend(self.journal.results(self.cycling.per_cycle as usize));
+        results.extend(self.cycles.results(self.cycling.per_cycle as usize));
         results
             .into_iter()
             .map(|(name, value)| (name.to_string(), value))
@@ -213,13 +205,13 @@ impl Cycling {
         self.amplitude * (TAU * within as f64 / f64::from(self.per_cycle)).sin()
     }
 
-    /// Whether D = 0 after this many increments, having been reversed before.
+    /// True where D = 0 after this many increments, having been reversed before.
     fn passes_zero(&self, step: u64) -> bool {
         (2 * step).is_multiple_of(u64::from(self.per_cycle))
     }
 }
 
-impl Journal {
+impl CycleRecord {
     fn results(&self, per_cycle: usize) -> Vec<(&'static str, f64)> {
         let mut results = Vec::new();
         if let Some(start) = self.path.len().checked_sub(per_cycle + 1) {
@@ -267,7 +259,7 @@ impl Node for StaticNode {
             end_s: Some(self.end() as f64),
             phases: phases.into_iter().filter(|p| p.t1_s > p.t0_s).collect(),
             // None can be coupled; `couple` says why where an interface names one.
-            sets: interface::sets(&self.model),
+            sets: coupling_sets(&self.model),
             signals: probe::surface_names(&self.model)
                 .iter()
                 .chain(wheel)

@@ -1,23 +1,25 @@
 //! A round face: normals differ from node to node, so that normal and tangential parts couple.
 
-use super::contact::{Increment, NodeMotion, Status, Touch, Unsolved};
+use super::coulomb::admissible;
+use super::node_contact::{ContactStatus, NodeContact};
+use super::problem::{Increment, NodeMotion, Unsolved};
 
 /// Residual of the natural map over the largest force at which the sweeps end: forces that are right to ten digits
 /// keep the energy balance below 1e-6 over any number of steps.
 const TOLERANCE: f64 = 1e-10;
 
-/// A wheel as heavy as the nodes that it touches needs some 10 sweeps, one of a hundredth of that some 500.
+/// A wheel as heavy as the nodes that it contacts needs some 10 sweeps, one of a hundredth of that some 500.
 const SWEEPS_MAX: usize = 2_000;
 
-/// Room for the blocks of one step.
+/// Local problems of the nodes below a round face.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Room {
-    blocks: Vec<Block>,
+pub(super) struct RoundFace {
+    nodes: Vec<LocalProblem>,
 }
 
-/// One node: gap = g + n.(w r) and slip = s - t.(w r) plus what the wheel's motion does to both.
+/// Local problem of one node: gap = g + n.(w r) and slip = s - t.(w r) plus what the wheel's motion does to both.
 #[derive(Clone, Copy, Debug)]
-struct Block {
+pub(crate) struct LocalProblem {
     /// Unit vector from the centre of the wheel to the node.
     n: [f64; 2],
     t: [f64; 2],
@@ -30,22 +32,23 @@ struct Block {
     r_t: f64,
 }
 
-impl Room {
+impl RoundFace {
     /// Block Gauss-Seidel: each node in turn obeys Signorini and Coulomb exactly under the present force of all others
     /// on the wheel (Jourdan, Alart, Jean 1998).
     pub(super) fn solve(
         &mut self,
         nodes: &[NodeMotion],
-        (radius, wheel): (f64, &Increment),
-        touches: &mut [Touch],
+        radius: f64,
+        wheel: &Increment,
+        contacts: &mut [NodeContact],
     ) -> Result<(), Unsolved> {
-        let pairs = nodes.iter().zip(touches.iter());
-        self.blocks.clear();
-        self.blocks
-            .extend(pairs.map(|(node, touch)| Block::new(node, radius, wheel, touch)));
+        let pairs = nodes.iter().zip(contacts.iter());
+        self.nodes.clear();
+        self.nodes
+            .extend(pairs.map(|(node, contact)| LocalProblem::new(node, radius, wheel, contact)));
         let solved = self.sweep(wheel);
-        for (block, touch) in self.blocks.iter().zip(touches) {
-            *touch = block.touch(wheel.friction);
+        for (node, contact) in self.nodes.iter().zip(contacts) {
+            *contact = node.contact(wheel.friction);
         }
         solved
     }
@@ -53,11 +56,11 @@ impl Room {
     fn sweep(&mut self, wheel: &Increment) -> Result<(), Unsolved> {
         let mut residual = f64::INFINITY;
         for _ in 0..SWEEPS_MAX {
-            let mut lift = self.blocks.iter().map(Block::lift).sum::<f64>();
-            for block in &mut self.blocks {
-                lift -= block.lift();
-                block.solve(wheel, lift);
-                lift += block.lift();
+            let mut lift = self.nodes.iter().map(LocalProblem::lift).sum::<f64>();
+            for node in &mut self.nodes {
+                lift -= node.lift();
+                node.solve(wheel, lift);
+                lift += node.lift();
             }
             residual = self.residual(wheel);
             if residual <= TOLERANCE {
@@ -73,42 +76,42 @@ impl Room {
     /// Largest |r - r*| over the largest force, r* the projection of r - W^-1 (gap, -slip) onto the admissible
     /// forces, with the diagonal of each block for W. Not a number if any force is not.
     fn residual(&self, wheel: &Increment) -> f64 {
-        let lift = self.blocks.iter().map(Block::lift).sum::<f64>();
-        let worse = |worst: f64, error: f64| match worst.is_nan() || error <= worst {
-            true => worst,
-            false => error,
+        let lift = self.nodes.iter().map(LocalProblem::lift).sum::<f64>();
+        let worse = |worst: f64, error: f64| {
+            if worst.is_nan() || error <= worst {
+                worst
+            } else {
+                error
+            }
         };
-        let largest = self.blocks.iter().map(|b| b.r_n).fold(0.0, worse);
+        let largest = self.nodes.iter().map(|b| b.r_n).fold(0.0, worse);
         let error = self
-            .blocks
+            .nodes
             .iter()
             .map(|b| b.error(wheel, lift))
             .fold(0.0, worse);
-        match error == 0.0 {
-            true => 0.0,
-            false => error / largest,
-        }
+        if error == 0.0 { 0.0 } else { error / largest }
     }
 }
 
-impl Block {
-    fn new(node: &NodeMotion, radius: f64, wheel: &Increment, guess: &Touch) -> Block {
+impl LocalProblem {
+    fn new(node: &NodeMotion, radius: f64, wheel: &Increment, guess: &NodeContact) -> LocalProblem {
         // Measured from the lowest point of the face.
         let [x, y] = [
-            node.point[0] + node.free[0] - wheel.drive[1],
+            node.point[0] + node.free[0] - wheel.lateral[1],
             node.point[1] + node.free[1] - wheel.free_height,
         ];
         let distance = x.hypot(y - radius);
         let n = [x / distance, (y - radius) / distance];
         let t = [-n[1], n[0]];
         let ahead = [
-            wheel.drive[1] - wheel.drive[0],
+            wheel.lateral[1] - wheel.lateral[0],
             wheel.free_height - wheel.height,
         ];
         let slip = [0, 1].map(|k| ahead[k] - (node.free[k] - node.now[k]));
         let [w_x, w_y] = [node.weight[0], node.weight[1] + wheel.weight];
         let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
-        Block {
+        LocalProblem {
             // distance - radius without the cancellation on a large wheel.
             gap: (x * x + y * y - 2.0 * radius * y) / (distance + radius),
             slip: dot(t, slip),
@@ -135,23 +138,25 @@ impl Block {
 
     fn solve(&mut self, wheel: &Increment, lift: f64) {
         let (gap, slip) = self.without(wheel, lift);
-        [self.r_n, self.r_t] = match gap >= 0.0 {
-            true => [0.0, 0.0],
-            false => self.closed(gap, slip, wheel.friction),
+        [self.r_n, self.r_t] = if gap >= 0.0 {
+            [0.0, 0.0]
+        } else {
+            self.closed(gap, slip, wheel.friction)
         };
     }
 
     /// W (r_n, r_t) = (-gap, slip) while |r_t| <= mu r_n, else r_t = +-mu r_n.
-    fn closed(&self, gap: f64, slip: f64, friction: f64) -> [f64; 2] {
+    pub(crate) fn closed(&self, gap: f64, slip: f64, friction: f64) -> [f64; 2] {
         let determinant = self.w_nn * self.w_tt - self.w_nt * self.w_nt;
         // A node that is held in x cannot follow the wheel: it resists with full friction.
         let held = determinant <= 1e-12 * self.w_nn * self.w_nn;
-        let [r_n, r_t] = match held {
-            true => [-gap / self.w_nn, f64::INFINITY.copysign(slip)],
-            false => [
+        let [r_n, r_t] = if held {
+            [-gap / self.w_nn, f64::INFINITY.copysign(slip)]
+        } else {
+            [
                 (-gap * self.w_tt - slip * self.w_nt) / determinant,
                 (slip * self.w_nn + gap * self.w_nt) / determinant,
-            ],
+            ]
         };
         if r_t.abs() <= friction * r_n {
             return [r_n, r_t];
@@ -161,28 +166,29 @@ impl Block {
         [r_n, share * r_n]
     }
 
-    /// Distance from the admissible forces (N), `lift` being the whole force on the wheel.
+    /// Distance of r from the [`admissible`] part of (r_n - gap/W_nn, r_t + slip/W_tt) (N), `lift` being the whole force on the wheel.
     fn error(&self, wheel: &Increment, lift: f64) -> f64 {
         let (gap, slip) = self.without(wheel, lift - self.lift());
         let gap = gap + self.w_nn * self.r_n + self.w_nt * self.r_t;
         let slip = slip - self.w_nt * self.r_n - self.w_tt * self.r_t;
-        let r_n = (self.r_n - gap / self.w_nn).max(0.0);
-        let limit = wheel.friction * r_n;
-        let r_t = match slip == 0.0 || limit == 0.0 {
-            true => self.r_t,
-            false => (self.r_t + slip / self.w_tt).clamp(-limit, limit),
-        };
+        let trial = [self.r_n - gap / self.w_nn, self.r_t + slip / self.w_tt];
+        let [r_n, r_t] = admissible(trial, wheel.friction);
+        let free = slip == 0.0 || wheel.friction * r_n == 0.0;
+        let r_t = if free { self.r_t } else { r_t };
         (self.r_n - r_n).abs().max((self.r_t - r_t).abs())
     }
 
-    fn touch(&self, friction: f64) -> Touch {
+    fn contact(&self, friction: f64) -> NodeContact {
         // Sliding forces sit on the limit by construction, sticking ones below it.
-        let status = match (self.r_n > 0.0, self.r_t.abs() < friction * self.r_n) {
-            (false, _) => Status::Open,
-            (true, true) => Status::Stick,
-            (true, false) => Status::Slip,
+        let sticks = self.r_t.abs() < friction * self.r_n;
+        let status = if self.r_n > 0.0 && sticks {
+            ContactStatus::Stick
+        } else if self.r_n > 0.0 {
+            ContactStatus::Slip
+        } else {
+            ContactStatus::Open
         };
-        Touch {
+        NodeContact {
             normal: self.n.map(|n| n * self.r_n),
             friction: self.t.map(|t| t * self.r_t),
             status,

@@ -5,14 +5,16 @@ use std::thread;
 use protocol::BoundaryInertia;
 
 use super::bar::Bar;
-use super::trial::{Trial, largest, scheme, word};
+use super::trial::{MOVING, Trial, largest, scheme, word};
 use crate::error::Error;
 use crate::scenario::{Dirichlet, Scheme, SchemeWord};
-use crate::scheme::predict::growth::{forces_of_map, growth};
+use crate::scheme::predict::growth::{Disturbance, forces_of_map, growth};
+use crate::scheme::predict::linear_pair::LinearPair;
 use crate::scheme::predict::prediction::{StabilityInputs, compliance, predict};
 use crate::scheme::predict::response::Response;
+use crate::scheme::window::InterfaceState;
 
-/// Part of a motion at the speed of the masses to which a fixed point is repeated.
+/// Part of the largest force to which a fixed point is repeated.
 const REPEATED: f64 = 1e-9;
 
 /// Elements of the bar.
@@ -190,9 +192,15 @@ pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
     let trial = &cell.trial;
     let response = trial.response();
     let repeated = matches!(trial.scheme, Scheme::FixedPoint { .. });
+    let model = trial.model(&response);
+    let start = Disturbance {
+        pair: LinearPair::new(model, MOVING).state,
+        interface: InterfaceState::at_rest(1, 1),
+    };
+    let foreseen = forces_of_map(&trial.scheme, model, &start, windows)?;
     // A fixed point is as exact as its gap; the others end after one repeat whatever the gap.
     let gap_m = if repeated {
-        REPEATED * trial.window_s()
+        REPEATED * inputs(trial, &response).compliance * largest(&foreseen)
     } else {
         1e-6
     };
@@ -205,7 +213,8 @@ pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
         let agree = repelling == run.error.is_some();
         return Ok(if agree { 0.0 } else { f64::INFINITY });
     };
-    let expected = forces_of_map(&trial.scheme, trial.model(&response), &start, windows - 1)?;
+    // From the first window's end on: a compliance that is learnt is known then.
+    let expected = forces_of_map(&trial.scheme, model, &start, windows - 1)?;
     let apart = run.forces.iter().skip(1).zip(&expected).enumerate();
     Ok(apart.fold(0.0, |most: f64, (index, (force, expected))| {
         most.max((force - expected).abs() / largest(&run.forces[..=index + 1]))

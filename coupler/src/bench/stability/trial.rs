@@ -29,6 +29,13 @@ pub const RELAXATION: f64 = 0.5;
 /// Mass of the point itself over the mass behind it, which it tells where it is pushed by forces.
 const POINT: f64 = 0.01;
 
+/// Masses that arrive with 1 m/s.
+pub const MOVING: Masses = Masses {
+    glued_velocity: 1.0,
+    place: 0.0,
+    velocity: 1.0,
+};
+
 /// A scheme of the bench, in which this side takes the motion.
 pub fn scheme(word: SchemeWord, dirichlet: Dirichlet) -> Scheme {
     SchemeKeys {
@@ -85,12 +92,7 @@ impl Trial {
     pub fn run(&self, response: &Response, windows: u64, gap_m: f64) -> Run {
         let model = self.model(response);
         let mut coupling = Coupling::new("glue", self.scheme, Policy::Stop, model.group(gap_m));
-        let moving = Masses {
-            glued_velocity: 1.0,
-            place: 0.0,
-            velocity: 1.0,
-        };
-        let mut pair = LinearPair::new(model, moving);
+        let mut pair = LinearPair::new(model, MOVING);
         let mut run = Run::default();
         for index in 0..windows {
             let window = coupling.group().clock.window(index, index, 1);

@@ -42,7 +42,8 @@ pub fn growth_of_repeats(scheme: &Scheme, model: LinearModel) -> Result<Option<f
     };
     *repeats_max = 5;
     let mut probe = Probe::new(&few, model, 0.0);
-    let disturbance = DVector::from_element(probe.size(), 1.0);
+    // No rigid motion, which would leave nothing to repeat for.
+    let disturbance = DVector::from_fn(probe.size(), |i, _| 1.0 + 0.5 * (i as f64).sin());
     let pair = probe.window(&disturbance)?;
     let told = match scheme.dirichlet() {
         Dirichlet::Wall => &pair.free_velocities,
@@ -117,8 +118,9 @@ struct Probe<'a> {
     model: LinearModel<'a>,
     /// Unit of each number of the state: each moves the interface by about 1 m in a window.
     units: DVector<f64>,
-    /// Whether the displacement that the coupler keeps is a number of the state: that of the continuum otherwise.
-    own_displacement: bool,
+    /// Whether velocity and displacement of the coupler are numbers of the state; otherwise the one is not used, and the other is
+    /// the continuum's.
+    prescribes_velocity: bool,
 }
 
 impl<'a> Probe<'a> {
@@ -128,12 +130,13 @@ impl<'a> Probe<'a> {
         let speed = 1.0 / model.window_s;
         let force = 1.0 / model.response.compliance();
         let continuum = (0..n).map(|i| if i < n / 2 { 1.0 } else { speed });
-        let own_displacement =
+        let prescribes_velocity =
             matches!(scheme, Scheme::Velocity { .. }) || scheme.dirichlet() == Dirichlet::Continuum;
-        // Masses (glued velocity, place, velocity), then lambda, last motion, velocity, displacement of the coupler.
-        let mut rest = vec![speed, 1.0, speed, force, 1.0, speed];
-        if own_displacement {
-            rest.push(1.0);
+        // Masses (glued velocity, place, velocity), then lambda and last motion of the coupler, and its velocity and
+        // displacement where the scheme goes by them.
+        let mut rest = vec![speed, 1.0, speed, force, 1.0];
+        if prescribes_velocity {
+            rest.extend([speed, 1.0]);
         }
         Probe {
             start: coupling.clone(),
@@ -141,7 +144,7 @@ impl<'a> Probe<'a> {
             pair: LinearPair::new(model, Masses::default()),
             units: DVector::from_iterator(n + rest.len(), continuum.chain(rest)),
             model,
-            own_displacement,
+            prescribes_velocity,
         }
     }
 
@@ -185,10 +188,10 @@ impl<'a> Probe<'a> {
         let inner = self.model.response.push.len();
         let continuum = state.rows(0, inner).into_owned();
         let at = |k: usize| state[inner + k];
-        let displacement = if self.own_displacement {
-            at(6)
+        let (velocity, displacement) = if self.prescribes_velocity {
+            (at(5), at(6))
         } else {
-            self.model.response.place.dot(&continuum)
+            (0.0, self.model.response.place.dot(&continuum))
         };
         self.pair.state = PairState {
             continuum,
@@ -205,7 +208,7 @@ impl<'a> Probe<'a> {
         self.coupling.state = InterfaceState {
             lambda: vec![at(3), 0.0],
             last_motion: vec![at(4), 0.0],
-            velocity: vec![at(5), 0.0],
+            velocity: vec![velocity, 0.0],
             displacement: vec![displacement, 0.0],
         };
         let window = self.coupling.group().clock.window(0, 0, 1);

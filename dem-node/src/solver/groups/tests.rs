@@ -1,28 +1,28 @@
 //! Sweeps in groups against sweeps one by one.
 
 use super::*;
-use crate::sample::grading::Dice;
-use crate::wall::Wall;
+use crate::boundary::CompliantBoundary;
+use crate::sample::random::RandomNumbers;
 
 const GRAINS: usize = 60;
 const GLUED: usize = 6;
 
-/// Grains that touch at random, a wheel over some, a yielding wall under others; the law is friction 0.3 and
+/// Grains that touch at random, a wheel over some, a compliant boundary under others; the law is friction 0.3 and
 /// springs. Grain 0 touches all others: more neighbours than there are open groups.
 fn problem() -> Problem {
-    let mut dice = Dice::new(7);
+    let mut random = RandomNumbers::new(7);
     let wheel = GRAINS + GLUED;
     let mut contact = |a: usize, b: usize| {
-        let angle = dice.between(0.0, std::f64::consts::TAU);
+        let angle = random.between(0.0, std::f64::consts::TAU);
         Contact {
             a: a as u32,
             b: b as u32,
             glued: (GRAINS..wheel).contains(&b) || a >= GRAINS,
             normal: [angle.cos(), angle.sin()],
-            stretch: dice.between(-0.05, 0.05),
-            bias: [dice.between(-0.3, 0.1), dice.between(-0.1, 0.1)],
+            relative_gap: random.between(-0.05, 0.05),
+            bias: [random.between(-0.3, 0.1), random.between(-0.1, 0.1)],
             compliance: [0.2, 0.4],
-            impulse: [dice.between(0.0, 0.1), 0.0],
+            impulse: [random.between(0.0, 0.1), 0.0],
             ..Contact::default()
         }
     };
@@ -38,7 +38,7 @@ fn problem() -> Problem {
         }
     }
     contacts.push(contact(GRAINS + 1, wheel));
-    let mover = |i: usize| Mover {
+    let record = |i: usize| BodyRecord {
         velocity: [0.01 * i as f64, -0.02, 0.03],
         inverse_mass: if (GRAINS..wheel).contains(&i) {
             0.0
@@ -51,33 +51,34 @@ fn problem() -> Problem {
     let compliance: Vec<f64> = components
         .map(|k| at(k / (2 * GLUED), k % (2 * GLUED)))
         .collect();
-    let mut wall = Wall::compliant(GLUED, compliance);
-    wall.start(&[0.05; 2 * GLUED]);
+    let mut boundary = CompliantBoundary::compliant(GLUED, compliance);
+    boundary.start(&[0.05; 2 * GLUED]);
     let mut problem = Problem {
         contacts,
-        movers: (0..=wheel).map(mover).collect(),
+        records: (0..=wheel).map(record).collect(),
         first_glued: GRAINS,
         wheel: Some(wheel),
-        wall,
+        boundary,
         friction: 0.3,
         ..Problem::default()
     };
-    problem.prepare().expect("it is well posed");
+    problem.prepare(1.0).expect("it is well posed");
     problem
 }
 
 /// The contacts in the order in which a sweep treats them.
 fn order(sweeper: &Sweeper) -> Vec<u32> {
     let grouped = sweeper
-        .batches()
-        .flat_map(|batch| batch.members.iter().flatten());
+        .lists()
+        .flat_map(|list| list.members.iter().flatten());
     let all = sweeper
         .glued
         .iter()
+        .map(|(_, index)| index)
         .chain(grouped)
         .chain(&sweeper.bonded)
         .chain(&sweeper.wheel)
-        .chain(&sweeper.armed);
+        .chain(&sweeper.clustered);
     all.copied().filter(|index| *index != EMPTY).collect()
 }
 
@@ -89,7 +90,7 @@ fn every_contact_is_swept_once_and_groups_share_no_body() {
     let mut all = order(&sweeper);
     all.sort_unstable();
     assert!(all.iter().copied().eq(0..problem.contacts.len() as u32));
-    for members in &sweeper.blocks[0].work.members {
+    for members in &sweeper.subdomains[0].work.members {
         let mut bodies: Vec<u32> = members
             .iter()
             .filter(|index| **index != EMPTY)
@@ -101,7 +102,7 @@ fn every_contact_is_swept_once_and_groups_share_no_body() {
         bodies.dedup();
         assert_eq!(bodies.len(), count);
     }
-    assert!(sweeper.sorter.taken.iter().all(|taken| *taken == 0));
+    assert!(sweeper.grouping.taken.iter().all(|taken| *taken == 0));
 }
 
 #[test]
@@ -112,13 +113,13 @@ fn a_sweep_in_groups_is_the_sweep_one_by_one() {
         fast.contacts.iter_mut().for_each(|c| c.impulse[1] = 0.0);
         let mut plain = fast.clone();
         for contact in &mut plain.contacts {
-            let softened = crate::law::Block {
+            let softened = crate::law::local::DelassusBlock {
                 nn: contact.block.nn + contact.compliance[0],
                 nt: contact.block.nt,
                 tt: contact.block.tt + contact.compliance[1],
             };
             contact.law =
-                crate::law::LocalLaw::new(softened, friction, (0, 0)).expect("well posed");
+                crate::law::local::LocalLaw::new(softened, friction, (0, 0)).expect("well posed");
         }
         fast.contacts.clone_from(&plain.contacts);
         let mut sweeper = Sweeper::default();
@@ -129,7 +130,7 @@ fn a_sweep_in_groups_is_the_sweep_one_by_one() {
             let mut expected = [0.0; 2];
             let mut contacts = std::mem::take(&mut plain.contacts);
             for index in &order {
-                relax_one(&mut plain, &mut contacts[*index as usize], &mut expected);
+                solve_contact(&mut plain, &mut contacts[*index as usize], &mut expected);
             }
             plain.contacts = contacts;
             for (square, expected) in squares.into_iter().zip(expected) {
@@ -142,12 +143,12 @@ fn a_sweep_in_groups_is_the_sweep_one_by_one() {
                 assert!((r - expected).abs() < 1e-13, "{r} instead of {expected}");
             }
         }
-        for (fast, plain) in fast.movers.iter().zip(&plain.movers) {
+        for (fast, plain) in fast.records.iter().zip(&plain.records) {
             for (v, expected) in fast.velocity.into_iter().zip(plain.velocity) {
                 assert!((v - expected).abs() < 1e-12, "{v} instead of {expected}");
             }
         }
-        for (v, expected) in fast.wall.velocity.iter().zip(&plain.wall.velocity) {
+        for (v, expected) in fast.boundary.velocity.iter().zip(&plain.boundary.velocity) {
             assert!((v - expected).abs() < 1e-12, "{v} instead of {expected}");
         }
     }

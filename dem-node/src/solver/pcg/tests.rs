@@ -1,13 +1,14 @@
 //! The solver against its four equations as they stand, and against itself in several threads.
 
-use super::plain::Plain;
+use super::Workspace;
+use super::textbook::Textbook;
 use crate::bond::{Bond, BondContact};
+use crate::boundary::CompliantBoundary;
 use crate::cohesion::{Cohesion, HPrime};
-use crate::law::{Friction, Law, Penetration};
-use crate::sample::grading::Dice;
-use crate::solver::blocks::Cut;
-use crate::solver::{Algorithm, Contact, Criteria, Mover, Problem, UNARMED, UNBONDED};
-use crate::wall::Wall;
+use crate::law::{Law, Penetration};
+use crate::sample::random::RandomNumbers;
+use crate::solver::partition::Partition;
+use crate::solver::{Algorithm, BodyRecord, Contact, Criteria, NO_BOND, NO_LEVERS, Problem};
 
 const GLUED: usize = 6;
 
@@ -17,8 +18,8 @@ struct Scene {
     grains: usize,
     friction: f64,
     springs: bool,
-    /// A wheel over some grains, and a yielding wall under others.
-    special: bool,
+    /// A wheel over some grains, and a compliant boundary under others.
+    constrained: bool,
     /// Every third contact of two grains has a bond; where there is friction, springs must be.
     bonds: bool,
 }
@@ -27,65 +28,67 @@ struct Scene {
 fn problem(scene: Scene) -> Problem {
     let grains = scene.grains;
     let (column, wheel) = ((grains as f64).sqrt() as usize, grains + GLUED);
-    let mut dice = Dice::new(7);
+    let mut random = RandomNumbers::new(7);
     let mut problem = Problem {
-        movers: (0..=wheel).map(|i| mover(i, grains)).collect(),
+        records: (0..=wheel).map(|i| record(i, grains)).collect(),
         first_glued: grains,
         wheel: Some(wheel),
-        wall: yielding(),
+        boundary: yielding(),
         friction: scene.friction,
         ..Problem::default()
     };
     for a in 0..grains {
         for b in [a + 1, a + column, a + column + 1] {
             if b < grains {
-                let mut contact = touch(&mut dice, [a, b], &scene);
+                let mut contact = touch(&mut random, [a, b], &scene);
                 if scene.bonds && (a + b) % 3 == 0 {
                     contact.bond = problem.bonds.len() as u32;
-                    contact.bias[0] = dice.between(-0.2, 0.2);
+                    contact.bias[0] = random.between(-0.2, 0.2);
                     contact.compliance[1] = 0.0;
                     problem.bonds.push(bond(&scene, problem.bonds.len()));
                 }
                 problem.contacts.push(contact);
             }
         }
-        if scene.special && a % column == 0 {
+        if scene.constrained && a % column == 0 {
             let disk = grains + a / column % GLUED;
-            problem.contacts.push(touch(&mut dice, [a, disk], &scene));
+            problem.contacts.push(touch(&mut random, [a, disk], &scene));
         }
-        if scene.special && a % column == 3 {
-            problem.contacts.push(touch(&mut dice, [a, wheel], &scene));
+        if scene.constrained && a % column == 3 {
+            problem
+                .contacts
+                .push(touch(&mut random, [a, wheel], &scene));
         }
     }
-    if scene.special {
+    if scene.constrained {
         let pair = [grains + 1, wheel];
-        problem.contacts.push(touch(&mut dice, pair, &scene));
+        problem.contacts.push(touch(&mut random, pair, &scene));
     }
-    problem.prepare().expect("it is well posed");
+    problem.prepare(1.0).expect("it is well posed");
     problem
 }
 
-fn touch(dice: &mut Dice, [a, b]: [usize; 2], scene: &Scene) -> Contact {
-    let angle = dice.between(0.0, std::f64::consts::TAU);
+fn touch(random: &mut RandomNumbers, [a, b]: [usize; 2], scene: &Scene) -> Contact {
+    let angle = random.between(0.0, std::f64::consts::TAU);
     let glued = scene.grains..scene.grains + GLUED;
     Contact {
         a: a as u32,
         b: b as u32,
         glued: glued.contains(&a) || glued.contains(&b),
         normal: [angle.cos(), angle.sin()],
-        stretch: dice.between(-0.05, 0.05),
-        bias: [dice.between(-0.3, 0.1), dice.between(-0.1, 0.1)],
+        relative_gap: random.between(-0.05, 0.05),
+        bias: [random.between(-0.3, 0.1), random.between(-0.1, 0.1)],
         compliance: if scene.springs { [0.2, 0.4] } else { [0.0; 2] },
-        impulse: [dice.between(0.0, 0.1), 0.0],
-        bond: UNBONDED,
-        arms: UNARMED,
+        impulse: [random.between(0.0, 0.1), 0.0],
+        bond: NO_BOND,
+        levers: NO_LEVERS,
         ..Contact::default()
     }
 }
 
-fn mover(i: usize, grains: usize) -> Mover {
+fn record(i: usize, grains: usize) -> BodyRecord {
     let glued = (grains..grains + GLUED).contains(&i);
-    Mover {
+    BodyRecord {
         velocity: [0.01 * (i % 13) as f64, -0.02, 0.03],
         inverse_mass: if glued {
             0.0
@@ -95,19 +98,17 @@ fn mover(i: usize, grains: usize) -> Mover {
     }
 }
 
-fn yielding() -> Wall {
+fn yielding() -> CompliantBoundary {
     let diagonal = 2 * GLUED + 1;
     let at = |k: usize| if k.is_multiple_of(diagonal) { 2.0 } else { 0.1 };
-    let mut wall = Wall::compliant(GLUED, (0..4 * GLUED * GLUED).map(at).collect());
+    let mut wall = CompliantBoundary::compliant(GLUED, (0..4 * GLUED * GLUED).map(at).collect());
     wall.start(&[0.05; 2 * GLUED]);
     wall
 }
 
 fn bond(scene: &Scene, index: usize) -> BondContact {
     let law = Law {
-        friction: Friction::Coulomb {
-            coefficient: scene.friction,
-        },
+        friction: scene.friction,
         springs: None,
         cohesion: Some(Cohesion {
             normal: 4.0,
@@ -118,7 +119,7 @@ fn bond(scene: &Scene, index: usize) -> BondContact {
             h_prime: HPrime::Adhesion,
             thickness: 1.0,
             alert: 0.1,
-            fewest: 0,
+            bonds_min: 0,
         }),
         restitution: None,
         penetration: Penetration::Gap,
@@ -142,12 +143,12 @@ fn scenes(grains: usize) -> Vec<Scene> {
         (0.0, false, true),
         (0.3, true, true),
     ] {
-        for special in [false, true] {
+        for constrained in [false, true] {
             scenes.push(Scene {
                 grains,
                 friction,
                 springs,
-                special,
+                constrained,
                 bonds,
             });
         }
@@ -171,28 +172,32 @@ fn exactly(iterations: usize, parallel: bool) -> Criteria {
 fn every_iteration_is_that_of_the_equations() {
     for scene in scenes(400).into_iter().chain(scenes(3200)) {
         let start = problem(scene);
-        let mut plain = Plain::new(&start);
+        let mut textbook = Textbook::new(&start);
         for iterations in 1..=12 {
-            plain.step();
+            textbook.step();
             let mut fast = start.clone();
-            super::solve(&mut fast, &exactly(iterations, false));
+            super::solve(
+                &mut fast,
+                &mut Workspace::default(),
+                &exactly(iterations, false),
+            );
             let near = |what: &str, value: f64, expected: f64| {
                 assert!(
                     (value - expected).abs() < 1e-10,
                     "{scene:?}, iteration {iterations}, {what}: {value} instead of {expected}"
                 );
             };
-            for (contact, expected) in fast.contacts.iter().zip(&plain.impulses) {
+            for (contact, expected) in fast.contacts.iter().zip(&textbook.impulses) {
                 near("r_n", contact.impulse[0], expected[0]);
                 near("r_t", contact.impulse[1], expected[1]);
             }
-            let (bodies, wall) = plain.speeds();
-            for (mover, expected) in fast.movers[..scene.grains].iter().zip(&bodies) {
-                (0..3).for_each(|axis| near("v", mover.velocity[axis], expected[axis]));
+            let (bodies, wall) = textbook.speeds();
+            for (record, expected) in fast.records[..scene.grains].iter().zip(&bodies) {
+                (0..3).for_each(|axis| near("v", record.velocity[axis], expected[axis]));
             }
             let wheel = scene.grains + GLUED;
-            near("wheel", fast.movers[wheel].velocity[1], bodies[wheel][1]);
-            for (v, expected) in fast.wall.velocity.iter().zip(&wall) {
+            near("wheel", fast.records[wheel].velocity[1], bodies[wheel][1]);
+            for (v, expected) in fast.boundary.velocity.iter().zip(&wall) {
                 near("wall", *v, *expected);
             }
         }
@@ -203,19 +208,25 @@ fn every_iteration_is_that_of_the_equations() {
 fn any_number_of_threads_leaves_the_same_bits() {
     for scene in scenes(12_000) {
         let start = problem(scene);
-        let cut = Cut::new(&start);
+        let partition = Partition::new(start.contacts.len(), start.records.len());
         assert!(
-            cut.common(0, scene.grains as u32 / 2).is_none(),
+            partition.common(0, scene.grains as u32 / 2).is_none(),
             "one block"
         );
         let bits = |threads: usize| {
             let mut problem = start.clone();
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             let pool = pool.expect("threads can be started");
-            pool.install(|| super::solve(&mut problem, &exactly(40, threads > 1)));
+            pool.install(|| {
+                super::solve(
+                    &mut problem,
+                    &mut Workspace::default(),
+                    &exactly(40, threads > 1),
+                )
+            });
             let impulses = problem.contacts.iter().flat_map(|c| c.impulse);
-            let velocities = problem.movers.iter().flat_map(|m| m.velocity);
-            let all = impulses.chain(velocities).chain(problem.wall.velocity);
+            let velocities = problem.records.iter().flat_map(|m| m.velocity);
+            let all = impulses.chain(velocities).chain(problem.boundary.velocity);
             all.map(f64::to_bits).collect::<Vec<u64>>()
         };
         let one = bits(1);
@@ -225,23 +236,28 @@ fn any_number_of_threads_leaves_the_same_bits() {
     }
 }
 
-/// The passes see a residual with seven digits of D and on one side of each bond: a tolerance just below one that an
+/// The passes see a residual with seven digits of D and on one branch of each bond: a tolerance just below one that an
 /// iteration has must not be taken for reached.
 #[test]
 fn what_is_accepted_is_within_the_tolerance() {
     for scene in scenes(400) {
         let start = problem(scene);
         for iterations in 1..=20 {
-            let reached = super::solve(&mut start.clone(), &exactly(iterations, false));
+            let reached = super::solve(
+                &mut start.clone(),
+                &mut Workspace::default(),
+                &exactly(iterations, false),
+            );
             let criteria = Criteria {
                 tolerance: reached.residual * (1.0 - 1e-9),
                 max_iterations: 20_000,
                 ..exactly(1, false)
             };
-            let verdict = super::solve(&mut start.clone(), &criteria);
+            let convergence =
+                super::solve(&mut start.clone(), &mut Workspace::default(), &criteria);
             assert!(
-                verdict.converged,
-                "{scene:?}: {verdict:?} for {:e}",
+                convergence.converged,
+                "{scene:?}: {convergence:?} for {:e}",
                 criteria.tolerance
             );
         }

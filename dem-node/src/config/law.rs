@@ -1,0 +1,252 @@
+//! The keys of `law` and their limits.
+
+use protocol::ConfigError;
+use serde::Deserialize;
+
+use super::limits::{at_least, positive, refuse, refuse_given, required, within};
+use crate::cohesion::HPrime;
+use crate::law::Penetration;
+
+/// `law`: unilateral contact with optional friction and compliance.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LawConfig {
+    /// Signorini, Coulomb or cohesion, or LMGC90's name of one with the options that it means.
+    pub kind: LawKind,
+    /// Coefficient of friction, at least 0; with `coulomb` and `cohesion`.
+    pub friction: Option<f64>,
+    /// Stiffness of each contact per thickness (Pa): kn = value x thickness. Rigid contacts when absent.
+    pub contact_stiffness_pa: Option<f64>,
+    /// kt / kn of compliant contacts with friction, above 0.
+    pub tangential_stiffness_ratio: Option<f64>,
+    /// Newton's coefficient of restitution of rigid contacts, 0 to 1; inelastic when absent.
+    pub restitution: Option<f64>,
+    /// Treatment of overlaps of rigid contacts; `gap` when absent, `iqs` with restitution.
+    pub penetration: Option<Penetration>,
+    /// Cn (Pa/m), normal stiffness of a bond over its area r1 r2/(r1 + r2) x thickness; this and all below with `cohesion`.
+    pub cn_pa_per_m: Option<f64>,
+    /// Ct (Pa/m), tangential stiffness, at least 0.
+    pub ct_pa_per_m: Option<f64>,
+    /// w (J/m2), decohesion energy.
+    pub w_j_per_m2: Option<f64>,
+    /// b (Pa m s^p), viscosity of decohesion, at least 0.
+    pub b_pa_m_s: Option<f64>,
+    /// p, power of the rate.
+    pub p: Option<f64>,
+    /// h'.
+    pub h_prime: Option<HPrime>,
+    /// Pairs of grains with a smaller gap are bonded at the start (m).
+    pub alert_m: Option<f64>,
+    /// Grains with fewer bonds, 0 to 6, are bonded to their nearest neighbours as well. With 2 no grain can turn about a
+    /// single bond.
+    #[serde(default)]
+    pub bonds_min: u32,
+}
+
+/// The words for `law.kind`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LawKind {
+    /// Unilateral contact without friction.
+    Signorini,
+    /// Unilateral contact with Coulomb friction.
+    Coulomb,
+    /// Bonds of Raous, Cangémi and Cocou between grains, Coulomb friction elsewhere.
+    Cohesion,
+    /// `coulomb` with `penetration = "iqs"`.
+    #[serde(rename = "IQS_CLB")]
+    IqsClb,
+    /// `coulomb` with `restitution`, which it needs.
+    #[serde(rename = "RST_CLB")]
+    RstClb,
+    /// `cohesion` with `penetration = "iqs"`.
+    #[serde(rename = "IQS_MAC_CZM")]
+    IqsMacCzm,
+}
+
+impl LawKind {
+    /// The kind without LMGC90's name.
+    pub fn plain(self) -> LawKind {
+        match self {
+            LawKind::IqsClb | LawKind::RstClb => LawKind::Coulomb,
+            LawKind::IqsMacCzm => LawKind::Cohesion,
+            plain => plain,
+        }
+    }
+
+    /// The word in the scenario.
+    pub fn word(self) -> &'static str {
+        match self {
+            LawKind::Signorini => "signorini",
+            LawKind::Coulomb => "coulomb",
+            LawKind::Cohesion => "cohesion",
+            LawKind::IqsClb => "IQS_CLB",
+            LawKind::RstClb => "RST_CLB",
+            LawKind::IqsMacCzm => "IQS_MAC_CZM",
+        }
+    }
+}
+
+impl LawConfig {
+    pub(super) fn validate(&self) -> Result<(), ConfigError> {
+        if let Some(stiffness) = self.contact_stiffness_pa {
+            positive("law.contact_stiffness_pa", stiffness, "Pa")?;
+        }
+        self.validate_rigid()?;
+        match self.kind.plain() {
+            LawKind::Signorini => self.validate_frictionless()?,
+            LawKind::Cohesion => {
+                self.validate_friction("law.kind = \"cohesion\"")?;
+                return self.validate_cohesion();
+            }
+            _ => self.validate_friction("law.kind = \"coulomb\"")?,
+        }
+        self.refuse_cohesion()
+    }
+
+    /// The options of rigid contacts: restitution and penetration, written out or meant by a name of LMGC90.
+    fn validate_rigid(&self) -> Result<(), ConfigError> {
+        if let Some(restitution) = self.restitution {
+            within("law.restitution", restitution, 0.0, 1.0)?;
+        }
+        self.refuse_rigid_options_of_springs()?;
+        self.validate_names()?;
+        if self.restitution.is_some() && self.penetration == Some(Penetration::Gap) {
+            return refuse(
+                "law.penetration",
+                "\"gap\" repairs overlaps by velocity, which would add to the rebound of law.restitution",
+                "write \"iqs\", \"split\" or \"projection\"",
+            );
+        }
+        let repairs = [Penetration::Split, Penetration::Projection];
+        if self.kind.plain() == LawKind::Cohesion
+            && self.penetration.is_some_and(|p| repairs.contains(&p))
+        {
+            return refuse(
+                "law.penetration",
+                "moves grains apart after the step, which would stretch their bonds without any work",
+                "write \"iqs\" or \"gap\" with law.kind = \"cohesion\"",
+            );
+        }
+        Ok(())
+    }
+
+    fn refuse_rigid_options_of_springs(&self) -> Result<(), ConfigError> {
+        if self.contact_stiffness_pa.is_none() {
+            return Ok(());
+        }
+        refuse_given(
+            [
+                ("law.restitution", self.restitution.is_some()),
+                ("law.penetration", self.penetration.is_some()),
+                ("law.kind", self.kind.plain() != self.kind),
+            ],
+            "is for rigid contacts, and law.contact_stiffness_pa makes elastic ones, which rebound and overlap by themselves",
+            "remove one of the two",
+        )
+    }
+
+    /// LMGC90's names against the options that they mean.
+    fn validate_names(&self) -> Result<(), ConfigError> {
+        let contradicts = |key: &str, means: &str| {
+            let problem = format!(
+                "contradicts law.kind = \"{}\", which means {means}",
+                self.kind.word()
+            );
+            refuse(
+                key,
+                problem,
+                "remove the key, or choose the plain kind with the options that you want",
+            )
+        };
+        let iqs = matches!(self.kind, LawKind::IqsClb | LawKind::IqsMacCzm);
+        if iqs && self.restitution.is_some() {
+            return contradicts("law.restitution", "inelastic impacts");
+        }
+        if iqs && !matches!(self.penetration, None | Some(Penetration::Iqs)) {
+            return contradicts("law.penetration", "penetration = \"iqs\"");
+        }
+        if self.kind == LawKind::RstClb {
+            let by = "contacts of law.kind = \"RST_CLB\"";
+            required("law.restitution", self.restitution, by)?;
+        }
+        Ok(())
+    }
+
+    fn validate_cohesion(&self) -> Result<(), ConfigError> {
+        let given = |key, value| required(key, value, "law.kind = \"cohesion\"");
+        let [cn, ct, w, b, p, alert] = self.cohesion_numbers();
+        for ((key, value), unit) in [(cn, "Pa/m"), (w, "J/m2"), (p, ""), (alert, "m")] {
+            positive(key, given(key, value)?, unit)?;
+        }
+        for ((key, value), unit) in [(ct, "Pa/m"), (b, "Pa m s")] {
+            at_least(key, given(key, value)?, 0.0, unit)?;
+        }
+        within("law.bonds_min", f64::from(self.bonds_min), 0.0, 6.0)?;
+        match self.h_prime {
+            Some(_) => Ok(()),
+            None => refuse(
+                "law.h_prime",
+                "law.kind = \"cohesion\" needs it and it is missing",
+                "write h_prime = \"one\" or \"adhesion\"",
+            ),
+        }
+    }
+
+    fn refuse_cohesion(&self) -> Result<(), ConfigError> {
+        let numbers = self.cohesion_numbers();
+        let others = [
+            ("law.h_prime", self.h_prime.is_some()),
+            ("law.bonds_min", self.bonds_min > 0),
+        ];
+        refuse_given(
+            numbers
+                .map(|(key, value)| (key, value.is_some()))
+                .into_iter()
+                .chain(others),
+            "belongs to bonds, and this law has none: the key would have no effect",
+            "remove it, or choose law.kind = \"cohesion\"",
+        )
+    }
+
+    fn cohesion_numbers(&self) -> [(&'static str, Option<f64>); 6] {
+        [
+            ("law.cn_pa_per_m", self.cn_pa_per_m),
+            ("law.ct_pa_per_m", self.ct_pa_per_m),
+            ("law.w_j_per_m2", self.w_j_per_m2),
+            ("law.b_pa_m_s", self.b_pa_m_s),
+            ("law.p", self.p),
+            ("law.alert_m", self.alert_m),
+        ]
+    }
+
+    fn validate_frictionless(&self) -> Result<(), ConfigError> {
+        let ratio = self.tangential_stiffness_ratio.is_some();
+        refuse_given(
+            [
+                ("law.friction", self.friction.is_some()),
+                ("law.tangential_stiffness_ratio", ratio),
+            ],
+            "law.kind = \"signorini\" has no tangential force, the key would have no effect",
+            "remove it, or choose law.kind = \"coulomb\"",
+        )
+    }
+
+    fn validate_friction(&self, by: &str) -> Result<(), ConfigError> {
+        let friction = required("law.friction", self.friction, by)?;
+        at_least("law.friction", friction, 0.0, "")?;
+        let key = "law.tangential_stiffness_ratio";
+        match (self.contact_stiffness_pa, self.tangential_stiffness_ratio) {
+            (None, None) => Ok(()),
+            (None, Some(_)) => refuse(
+                key,
+                "rigid contacts have no stiffness, the key would have no effect",
+                "remove it, or give law.contact_stiffness_pa",
+            ),
+            (Some(_), ratio) => {
+                let why = "compliant contacts with friction";
+                positive(key, required(key, ratio, why)?, "")
+            }
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! The keys of `sample` with kind = "layer" and their limits.
+
+use protocol::ConfigError;
+use serde::Deserialize;
+
+use super::limits::{PERIOD, at_least, positive, refuse};
+
+/// More grains than this are taken for a mistyped unit: their bed would be pressed for hours.
+const GRAINS_MAX: f64 = 5e5;
+
+/// A pressed layer of constant thickness on a crowned line.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LayerConfig {
+    /// Distance from the base line to the wheel's face (m).
+    pub thickness_m: f64,
+    /// The layer covers |x| up to this (m).
+    pub half_width_m: f64,
+    /// Radius of the crown of the base line (m); 0 = straight.
+    pub crown_radius_m: f64,
+    /// Smallest radius of the grains (m).
+    pub radius_min_m: f64,
+    /// Largest radius of the grains (m).
+    pub radius_max_m: f64,
+    /// Distribution of the radii.
+    pub law: RadiusLaw,
+    /// Seed of the packing; the run's seed when absent.
+    pub seed: Option<u64>,
+    /// True for a layer that is cut from above too and glued to a body on top, set `lid`; it then has no wheel and no crown.
+    #[serde(default)]
+    pub lid: bool,
+    /// Height of the bed below the cut, and with a lid above the upper one (m). Five mean diameters keep the floor's ordering out of the layer.
+    #[serde(default = "bed_extra")]
+    pub bed_extra_m: f64,
+    /// Pressures under the flat plate, one after the other (Pa). The second, lower one leaves little
+    /// elastic overlap to relax when the side walls go.
+    #[serde(default = "press")]
+    pub press_pa: Vec<f64>,
+    /// Ends of the strip that repeats along x (m), [-half_width_m, half_width_m], instead of side walls; the base is
+    /// straight then.
+    pub periodic_x_m: Option<[f64; 2]>,
+}
+
+fn bed_extra() -> f64 {
+    0.7e-3
+}
+
+fn press() -> Vec<f64> {
+    vec![300e6, 50e6]
+}
+
+/// Distribution of radii between two limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RadiusLaw {
+    /// Equal surface in each class of radius, p ~ r^-2: LMGC90's `granulo_Uniform`, the paper's law.
+    SurfaceUniform,
+    /// Equal number in each class of radius.
+    NumberUniform,
+    /// Equal number in each class of the radius' logarithm.
+    LogUniform,
+}
+
+impl LayerConfig {
+    pub(super) fn validate(&self) -> Result<(), ConfigError> {
+        for (key, value) in [
+            ("thickness_m", self.thickness_m),
+            ("half_width_m", self.half_width_m),
+            ("radius_min_m", self.radius_min_m),
+        ] {
+            positive(&format!("sample.{key}"), value, "m")?;
+        }
+        let widest = self.radius_max_m;
+        for (key, value, least) in [
+            ("radius_max_m", widest, self.radius_min_m),
+            ("bed_extra_m", self.bed_extra_m, 4.0 * widest),
+            ("half_width_m", self.half_width_m, 10.0 * widest),
+            // A layer thinner than a grain consists of glued ones only.
+            ("thickness_m", self.thickness_m, 2.0 * self.radius_min_m),
+        ] {
+            at_least(&format!("sample.{key}"), value, least, "m")?;
+        }
+        self.refuse_too_many_grains()?;
+        at_least("sample.crown_radius_m", self.crown_radius_m, 0.0, "m")?;
+        if self.lid && self.crown_radius_m > 0.0 {
+            return refuse(
+                "sample.crown_radius_m",
+                format!(
+                    "a layer with a lid lies between flat faces, got a crown of {} m",
+                    self.crown_radius_m
+                ),
+                "write crown_radius_m = 0, or remove sample.lid",
+            );
+        }
+        if self.crown_radius_m > 0.0 {
+            let least = 2.0 * self.half_width_m;
+            at_least("sample.crown_radius_m", self.crown_radius_m, least, "m")?;
+        }
+        if self.press_pa.is_empty() {
+            return Err(ConfigError::new(
+                "sample.press_pa",
+                "needs at least one pressure",
+            ));
+        }
+        self.press_pa
+            .iter()
+            .try_for_each(|pressure| positive("sample.press_pa", *pressure, "Pa"))
+    }
+
+    /// Refuses a bed of too many grains. Their number is about its area over that of a grain of the mean square radius when equal surfaces are
+    /// wanted, pi r_min r_max.
+    fn refuse_too_many_grains(&self) -> Result<(), ConfigError> {
+        let depth = self.thickness_m + self.bed_extra_m;
+        let area = std::f64::consts::PI * self.radius_min_m * self.radius_max_m;
+        let grains = 2.0 * self.half_width_m * depth / area;
+        if grains <= GRAINS_MAX {
+            return Ok(());
+        }
+        let key = if self.thickness_m > self.half_width_m {
+            "sample.thickness_m"
+        } else {
+            "sample.radius_min_m"
+        };
+        let problem = format!(
+            "a bed {:e} m wide and {depth:e} m deep needs about {grains:.1e} grains of {:e} to {:e} m, more than {GRAINS_MAX:.0e}",
+            2.0 * self.half_width_m,
+            self.radius_min_m,
+            self.radius_max_m
+        );
+        refuse(
+            key,
+            problem,
+            "check the units (m): a thinner or narrower layer, or larger grains",
+        )
+    }
+
+    /// Returns the largest radius (m).
+    pub(super) fn validate_strip(&self, ends: [f64; 2]) -> Result<f64, ConfigError> {
+        let width = self.half_width_m;
+        if ends != [-width, width] {
+            return refuse(
+                PERIOD,
+                format!("a layer covers its strip, |x| up to sample.half_width_m = {width:e}"),
+                format!("write periodic_x_m = [{:e}, {width:e}]", -width),
+            );
+        }
+        if self.crown_radius_m > 0.0 {
+            return refuse(
+                "sample.crown_radius_m",
+                "a crown does not repeat along x, and sample.periodic_x_m does",
+                "write crown_radius_m = 0",
+            );
+        }
+        Ok(self.radius_max_m)
+    }
+}

@@ -1,0 +1,110 @@
+//! Numbers side by side, one of each contact of a group.
+//!
+//! The compiler turns loops over many arrays into vector code only when it can prove that they do not overlap, and gives
+//! up. Numbers that are loaded by value, and stored at the end, leave nothing to prove.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// A number of each of N contacts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(32))]
+pub struct Lanes<const N: usize>(pub [f64; N]);
+
+impl<const N: usize> Default for Lanes<N> {
+    fn default() -> Self {
+        Lanes([0.0; N])
+    }
+}
+
+/// A number of each contact of a group where seven digits are enough: half the bytes.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(16))]
+pub struct ShortLanes<const N: usize>(pub [f32; N]);
+
+impl<const N: usize> Default for ShortLanes<N> {
+    fn default() -> Self {
+        ShortLanes([0.0; N])
+    }
+}
+
+impl<const N: usize> ShortLanes<N> {
+    /// The same numbers as f64.
+    #[inline(always)]
+    pub fn wide(self) -> Lanes<N> {
+        Lanes(self.0.map(f64::from))
+    }
+}
+
+/// Calls `work` where the compiler may use the widest registers that this machine and the build have. `work` must be marked
+/// `#[inline(always)]`, as must all that it calls: what is not is compiled for the narrow ones after all. Every operation
+/// rounds as it does elsewhere, so the bits are the same.
+#[inline(always)]
+pub fn widest<R>(work: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(work)
+}
+
+impl<const N: usize> Lanes<N> {
+    /// The same number in every lane.
+    #[inline(always)]
+    pub fn splat(value: f64) -> Self {
+        Lanes([value; N])
+    }
+
+    /// Sum of the lanes.
+    pub fn sum(self) -> f64 {
+        self.0.iter().sum()
+    }
+
+    /// True if a lane is not the number 0.
+    #[inline(always)]
+    pub fn any(self) -> bool {
+        self.0.iter().fold(0, |bits, x| bits | x.to_bits()) != 0
+    }
+
+    /// Within bounds, lane by lane; written so that a NaN stays one.
+    #[inline(always)]
+    pub fn clamp(self, low: Self, high: Self) -> Self {
+        self.zip(low, |x, low| if x < low { low } else { x })
+            .least(high)
+    }
+
+    /// The smaller one, lane by lane; a NaN of `self` stays one.
+    #[inline(always)]
+    pub fn least(self, other: Self) -> Self {
+        self.zip(other, |a, b| if a > b { b } else { a })
+    }
+
+    /// Combination of both, lane by lane.
+    #[inline(always)]
+    pub fn zip(self, other: Self, combine: impl Fn(f64, f64) -> f64) -> Self {
+        let mut lanes = self.0;
+        for (lane, right) in lanes.iter_mut().zip(other.0) {
+            *lane = combine(*lane, right);
+        }
+        Lanes(lanes)
+    }
+}
+
+macro_rules! lane_by_lane {
+    ($operator:ident, $method:ident, $symbol:tt) => {
+        impl<const N: usize> $operator for Lanes<N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.zip(other, |a, b| a $symbol b)
+            }
+        }
+    };
+}
+
+lane_by_lane!(Add, add, +);
+lane_by_lane!(Sub, sub, -);
+lane_by_lane!(Mul, mul, *);
+
+impl<const N: usize> Neg for Lanes<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Lanes(self.0.map(|a| -a))
+    }
+}

@@ -1,0 +1,211 @@
+//! The participant's data: the grains with their wheel and walls, committed and on trial, and a step of them.
+
+use std::path::PathBuf;
+
+use protocol::{Setting, Window};
+use serde::{Deserialize, Serialize};
+
+use crate::bodies::Bodies;
+use crate::bond;
+use crate::boundary::CompliantBoundary;
+use crate::bounds::Bounds;
+use crate::config::Config;
+use crate::error::DemError;
+use crate::interface::InterfaceDisks;
+use crate::mass_scaling::MassScaling;
+use crate::prescribed_opening::PrescribedOpening;
+use crate::report::{RunStatistics, StepSpan};
+use crate::sample::{self, Sample};
+use crate::setup;
+use crate::state::State;
+use crate::step::{StepInput, StepSummary, Stepper};
+use crate::threads::SolverThreads;
+use crate::wheel::WheelProgram;
+
+/// A layer or heap of grains, with its wheel and walls, ready to step: the participant.
+pub struct Dem {
+    pub(super) participant: String,
+    pub(super) fields: Option<PathBuf>,
+    pub(super) thickness: f64,
+    /// Mass of a disk over its area, scaled (kg/m2).
+    pub(super) mass_per_area: f64,
+    pub(super) theta: f64,
+    pub(super) own_step: Option<f64>,
+    pub(super) end: Option<f64>,
+    pub(super) bounds: Bounds,
+    pub(super) solver: SolverThreads,
+    pub(super) bodies: Bodies,
+    pub(super) program: Option<WheelProgram>,
+    pub(super) opening: Option<PrescribedOpening>,
+    /// Number of bonds at the start.
+    pub(super) initial_bond_count: usize,
+    /// The longest step with a unique end (s).
+    pub(super) bond_step_limit: Option<f64>,
+    pub(super) solid_fraction: f64,
+    /// Ends of a layer that does not repeat, in |x| (m).
+    pub(super) half_width: Option<f64>,
+    pub(super) scaling: Option<MassScaling>,
+    pub(super) warnings: Vec<String>,
+    pub(super) progress: Progress,
+    /// The state at the end of the window being solved.
+    pub(super) trial: State,
+    pub(super) stepper: Stepper,
+    pub(super) interface: InterfaceDisks,
+    /// Length of the announced windows (s).
+    pub(super) window: Option<f64>,
+    /// The window whose end `trial` holds, until it is committed.
+    pub(super) pending: Option<Pending>,
+    pub(super) initial_energy: [f64; 4],
+}
+
+/// Everything that committed windows change: the checkpoint. The rest follows from configuration and handshake.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Progress {
+    /// The committed state.
+    pub state: State,
+    pub statistics: RunStatistics,
+    pub steps: u64,
+    pub contact_iterations: f64,
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct Pending {
+    pub window: Window,
+    pub summary: StepSummary,
+}
+
+impl Dem {
+    /// Prepares the sample of a configuration and everything around it.
+    pub fn new(config: &Config, setting: &Setting) -> Result<Dem, DemError> {
+        config.validate()?;
+        let bounds = Bounds::new(config);
+        let warnings = match config.time.step_s {
+            Some(step) => bounds.assess(step)?,
+            None => Vec::new(),
+        };
+        let sample = sample::prepare(config, setting.seed)?;
+        let mut bodies = setup::bodies(config, setting.thickness_m, &sample);
+        let (state, opening) = start(config, &mut bodies, &sample)?;
+        let program = config.wheel.map(WheelProgram);
+        let mut stepper = Stepper::default();
+        stepper.problem.boundary = CompliantBoundary::fixed(bodies.glued());
+        Ok(Dem {
+            participant: setting.participant.clone(),
+            fields: setting.fields.clone(),
+            thickness: setting.thickness_m,
+            mass_per_area: config.mass_scale * config.density_kg_per_m3 * setting.thickness_m,
+            theta: config.time.theta,
+            own_step: opening.map(|p| p.step()).or(config.time.step_s),
+            end: program
+                .map(|p| p.end())
+                .or(opening.map(|p| p.end()))
+                .or(config.time.end_s),
+            bounds,
+            solver: SolverThreads::new(setup::criteria(config), setting.threads)?,
+            initial_energy: state.energies(&bodies),
+            initial_bond_count: bond::count(&state.bonds),
+            bond_step_limit: bond::step_limit(&bodies, &state.bonds),
+            opening,
+            trial: state.clone(),
+            progress: Progress {
+                statistics: RunStatistics::new(state.wheel.position[1]),
+                state,
+                steps: 0,
+                contact_iterations: 0.0,
+            },
+            bodies,
+            program,
+            solid_fraction: sample.solid_fraction,
+            half_width: config.sample.ends(),
+            scaling: MassScaling::new(config, &bounds, &sample),
+            warnings,
+            stepper,
+            interface: InterfaceDisks::default(),
+            window: None,
+            pending: None,
+        })
+    }
+
+    /// The committed state.
+    pub fn state(&self) -> &State {
+        &self.progress.state
+    }
+
+    /// The bodies, which do not change.
+    pub fn bodies(&self) -> &Bodies {
+        &self.bodies
+    }
+
+    /// Advances the trial state, or the committed one, from `start` to `end` by a step of the length `step` (s), with the
+    /// velocities a_g of the glued disks (2 n).
+    pub(super) fn advance(
+        &mut self,
+        [start, end]: [f64; 2],
+        step: f64,
+        free_velocity: &[f64],
+        trial: bool,
+    ) -> Result<StepSummary, DemError> {
+        let loaded = start + self.theta * (end - start);
+        let input = StepInput {
+            bodies: &self.bodies,
+            step,
+            theta: self.theta,
+            load: self.program.map_or(0.0, |p| p.load_at(loaded)),
+            wheel_x: self.program.map_or(0.0, |p| p.displacement_at(end)),
+            free_velocity,
+        };
+        let state = if trial {
+            &mut self.trial
+        } else {
+            &mut self.progress.state
+        };
+        let summary = self.solver.advance(&mut self.stepper, state, &input)?;
+        self.progress.steps += 1;
+        self.progress.contact_iterations +=
+            (summary.listed * summary.convergence.iterations) as f64;
+        Ok(summary)
+    }
+
+    /// Records a committed step; `drive_before` is the account of the sideways drive at its start (J).
+    pub(super) fn record(
+        &mut self,
+        start: f64,
+        end: f64,
+        drive_before: f64,
+        summary: &StepSummary,
+    ) {
+        let Progress {
+            state, statistics, ..
+        } = &mut self.progress;
+        let span = StepSpan {
+            start,
+            end,
+            drive_work: state.accounts.drive - drive_before,
+        };
+        statistics.record(self.program.as_ref(), state, summary, &span);
+    }
+}
+
+/// The state at the start, and the prescribed motion of a pair that is pulled apart.
+fn start(
+    config: &Config,
+    bodies: &mut Bodies,
+    sample: &Sample,
+) -> Result<(State, Option<PrescribedOpening>), DemError> {
+    let mut state = State::new(bodies, &sample.free, &sample.glued);
+    if let Some(wheel) = &config.wheel {
+        setup::refuse_idle_wheel(&state)?;
+        state.wheel.velocity[1] = wheel.vy_m_per_s;
+    }
+    setup::refuse_rigid_overlaps(bodies, &state)?;
+    let opening = match &config.drive {
+        None => None,
+        Some(drive) => Some(PrescribedOpening::new(drive, bodies, &state)?),
+    };
+    if let Some(opening) = &opening {
+        let [x, y] = opening.velocity(&state);
+        bodies.prescribed_velocity = Some([x, y]);
+        state.velocities[0] = [x, y, 0.0];
+    }
+    Ok((state, opening))
+}

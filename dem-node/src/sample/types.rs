@@ -1,0 +1,32 @@
+//! The grains of a sample.
+
+use crate::cluster::ClusterMembers;
+use crate::faces::RigidWall;
+
+/// A disk of a sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Disk {
+    /// Centre (m).
+    pub centre: [f64; 2],
+    /// Radius (m).
+    pub radius: f64,
+    /// Velocity and spin at the start (m/s, m/s, rad/s).
+    pub velocity: [f64; 3],
+}
+
+/// Grains at rest in their places, ready to be loaded.
+#[derive(Clone, Debug, Default)]
+pub struct Sample {
+    /// Grains that move by themselves.
+    pub free: Vec<Disk>,
+    /// Disks slaved to the body below, by ascending x, then those slaved to the body above.
+    pub glued: Vec<Disk>,
+    /// Number of those slaved to the body above.
+    pub lid: usize,
+    /// Rigid walls, polylines segment by segment.
+    pub walls: Vec<RigidWall>,
+    /// Free grains that move together.
+    pub clusters: Vec<ClusterMembers>,
+    /// Solid fraction of the packing (0 where it has no meaning).
+    pub solid_fraction: f64,
+}

@@ -1,0 +1,89 @@
+//! A contact of the problem, and the record of a body that it reads and writes.
+
+use crate::law::local::{DelassusBlock, LocalLaw};
+
+/// Velocity and inertia of a body in the contact problem: one aligned record, so that a contact loads each of its
+/// bodies as a whole.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(align(32))]
+pub struct BodyRecord {
+    /// v_x, v_y and spin times radius (m/s).
+    pub velocity: [f64; 3],
+    /// 1/m (1/kg). A disk turns with r^2/I = 2/m, the wheel moves by impulses along y only; 0 where all motion is
+    /// prescribed.
+    pub inverse_mass: f64,
+}
+
+/// The bond of a contact that has none.
+pub const NO_BOND: u32 = u32::MAX;
+
+/// The levers of a contact of two disks, or of a disk with a wall or the wheel.
+pub const NO_LEVERS: u32 = u32::MAX;
+
+/// A contact of the problem.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Contact {
+    /// Candidate; the normal points to it.
+    pub a: u32,
+    /// Antagonist.
+    pub b: u32,
+    /// True if a or b is a glued disk.
+    pub glued: bool,
+    /// Unit normal; the tangent is (-n_y, n_x).
+    pub normal: [f64; 2],
+    /// Gap at detection (m), that of a bond over its reference.
+    pub gap: f64,
+    /// Gap over the sum of the radii of two disks. Both turn about the point that divides the line between the centres
+    /// like their radii: one point for both, or a gap or an overlap would make angular momentum.
+    pub relative_gap: f64,
+    /// The law's own term of U beside u, for instance g/h and d_t/h (m/s).
+    pub bias: [f64; 2],
+    /// Springs on the diagonal, 1/(k h^2) (1/kg).
+    pub compliance: [f64; 2],
+    /// Impulse, normal and tangential (N s).
+    pub impulse: [f64; 2],
+    /// Index of its bond in [`super::Problem::bonds`], or [`NO_BOND`].
+    pub bond: u32,
+    /// Index of its levers in [`super::Problem::levers`], or [`NO_LEVERS`].
+    pub levers: u32,
+    /// Block of W, without springs; filled in by the solver, as is the law.
+    pub(crate) block: DelassusBlock,
+    /// The law prepared for the block with its springs.
+    pub(crate) law: LocalLaw,
+}
+
+impl Contact {
+    /// Lever of each disk over its radius.
+    #[inline(always)]
+    pub(crate) fn lever(&self) -> f64 {
+        1.0 + self.relative_gap
+    }
+
+    /// An impulse (r_n, r_t) in x and y, as it acts on a (N s).
+    #[inline(always)]
+    pub(crate) fn in_xy(&self, impulse: [f64; 2]) -> [f64; 2] {
+        let ([nx, ny], [r_n, r_t]) = (self.normal, impulse);
+        [r_n * nx - r_t * ny, r_n * ny + r_t * nx]
+    }
+
+    /// Diagonal of W with springs, D (1/kg).
+    #[inline(always)]
+    pub(crate) fn diagonal(&self) -> [f64; 2] {
+        [
+            self.block.nn + self.compliance[0],
+            self.block.tt + self.compliance[1],
+        ]
+    }
+
+    /// u = H^T v of two disks that move with the velocities v_a and v_b (m/s):
+    /// u_n = n.(v_a - v_b), u_t = t.(v_a - v_b) - l (w_a + w_b), with w the spin times the radius and l the lever over the
+    /// radius (Jean 1999; v = H* q' in equations 1 to 5 of Renouf, Saulot and Berthier 2006).
+    #[inline(always)]
+    pub(crate) fn relative_velocity(&self, a: [f64; 3], b: [f64; 3]) -> [f64; 2] {
+        let (dx, dy, normal) = (a[0] - b[0], a[1] - b[1], self.normal);
+        [
+            normal[0] * dx + normal[1] * dy,
+            normal[0] * dy - normal[1] * dx - self.lever() * (a[2] + b[2]),
+        ]
+    }
+}

@@ -1,0 +1,212 @@
+//! All contacts and bodies of a solve, and a pass over them.
+//!
+//! Contacts inside a subdomain of [`crate::solver::partition`] are treated subdomain beside subdomain; those across, of the
+//! wheel and of glued disks begin a pass before the subdomains and end it after them. Sums are made subdomain by subdomain.
+
+use super::batch::{ContactBatch, Pass};
+use super::body_state::{BodyState, Momentum, Products};
+use super::constrained::ConstrainedBodies;
+use super::group::Sums;
+use crate::lanes::widest;
+use crate::solver::Problem;
+use crate::solver::partition::{Partition, Subdomain, for_each_subdomain};
+
+/// Buffers of the solver.
+#[derive(Clone, Debug, Default)]
+pub struct Workspace {
+    subdomains: Vec<Subdomain<Interior>>,
+    /// Contacts of bodies of two subdomains, of the wheel and of glued disks.
+    outside: ContactBatch,
+    /// Bodies of subdomains that they touch.
+    shared: Vec<u32>,
+    bodies: Vec<BodyState>,
+    momenta: Vec<Momentum>,
+    constrained: ConstrainedBodies,
+}
+
+/// The contacts inside a subdomain.
+#[derive(Clone, Debug, Default)]
+struct Interior {
+    batch: ContactBatch,
+    /// Products of its bodies, as far as nothing acts on them from outside.
+    products: Products<f64>,
+}
+
+impl Interior {
+    /// A pass over the subdomain; bodies and momenta are its own.
+    #[inline(always)]
+    fn run<const FRICTION: bool, const BONDS: bool>(
+        &mut self,
+        pass: Pass,
+        friction: f64,
+        bodies: &mut [BodyState],
+        momenta: &mut [Momentum],
+    ) {
+        match pass {
+            Pass::Measure => {}
+            Pass::RenewThresholds => bodies.iter_mut().for_each(|body| body.h_w = [0.0; 3]),
+            Pass::Step { alpha, beta } => {
+                for (body, momentum) in bodies.iter_mut().zip(&mut *momenta) {
+                    body.follow(momentum, alpha, beta);
+                }
+            }
+        }
+        let batch = &mut self.batch;
+        batch
+            .advance::<FRICTION, BONDS>(pass, friction, |body, impulse| bodies[body].kick(impulse));
+        batch.measure::<FRICTION, BONDS>(friction, bodies);
+        self.products = Products::default();
+        for (body, momentum) in bodies.iter().zip(&*momenta) {
+            self.products.add(body.inner, &body.h_w, momentum);
+        }
+        self.lose(bodies, momenta);
+    }
+
+    /// Takes what p has lost from H z, but for bodies on which contacts from outside act: those are left.
+    fn lose(&mut self, bodies: &[BodyState], momenta: &mut [Momentum]) {
+        let products = &mut self.products;
+        self.batch.losses.retain(|loss| {
+            let index = loss.body as usize;
+            let body = &bodies[index];
+            if body.inner == 0.0 {
+                return true;
+            }
+            products.lose(body.inner, &body.h_w, &mut momenta[index], &loss.impulse);
+            false
+        });
+    }
+}
+
+impl Workspace {
+    /// Takes over a prepared problem.
+    pub fn load<const FRICTION: bool, const BONDS: bool>(&mut self, problem: &Problem) {
+        self.bodies.clear();
+        self.bodies
+            .extend(problem.records.iter().map(BodyState::new));
+        self.momenta.clear();
+        self.momenta.resize(self.bodies.len(), [0.0; 3]);
+        self.constrained.load(problem, &mut self.bodies);
+        self.share_out(problem);
+        self.outside.load::<FRICTION, BONDS>(problem);
+        for subdomain in &mut self.subdomains {
+            subdomain.work.batch.load::<FRICTION, BONDS>(problem);
+        }
+    }
+
+    /// Shares the contacts out to the subdomains.
+    fn share_out(&mut self, problem: &Problem) {
+        let partition = Partition::new(problem.contacts.len(), problem.records.len());
+        partition.assign(&mut self.subdomains);
+        for subdomain in &mut self.subdomains {
+            subdomain.work.batch.clear(subdomain.bodies.start);
+        }
+        self.outside.clear(0);
+        self.shared.clear();
+        for (index, contact) in problem.contacts.iter().enumerate() {
+            let pair = [contact.a, contact.b];
+            let constrained = &self.constrained;
+            let held = pair.iter().any(|body| constrained.holds(*body as usize));
+            if let Some(common) = partition.common(contact.a, contact.b).filter(|_| !held) {
+                let batch = &mut self.subdomains[common].work.batch;
+                batch.members.push(index as u32);
+                continue;
+            }
+            self.outside.members.push(index as u32);
+            for body in pair {
+                if std::mem::take(&mut self.bodies[body as usize].inner) > 0.0 {
+                    self.shared.push(body);
+                }
+            }
+        }
+    }
+
+    /// Writes impulses and velocities back.
+    pub fn store(&self, problem: &mut Problem) {
+        for subdomain in &self.subdomains {
+            subdomain.work.batch.store(problem);
+        }
+        self.outside.store(problem);
+        for (record, body) in problem.records.iter_mut().zip(&self.bodies) {
+            record.velocity = body.velocity;
+        }
+        self.constrained.store(problem);
+    }
+
+    /// One pass over all contacts.
+    pub fn run<const FRICTION: bool, const BONDS: bool>(
+        &mut self,
+        problem: &Problem,
+        pass: Pass,
+        parallel: bool,
+    ) -> Sums<f64> {
+        let friction = problem.friction;
+        widest(
+            #[inline(always)]
+            || self.begin::<FRICTION, BONDS>(problem, pass),
+        );
+        let work = |subdomain: &mut Subdomain<Interior>,
+                    (bodies, momenta): (&mut [BodyState], &mut [Momentum])| {
+            let interior = &mut subdomain.work;
+            widest(
+                #[inline(always)]
+                || interior.run::<FRICTION, BONDS>(pass, friction, bodies, momenta),
+            );
+        };
+        let items = (&mut self.bodies[..], &mut self.momenta[..]);
+        for_each_subdomain(&mut self.subdomains, items, parallel, &work);
+        widest(
+            #[inline(always)]
+            || self.end::<FRICTION, BONDS>(problem),
+        )
+    }
+
+    #[inline(always)]
+    fn begin<const FRICTION: bool, const BONDS: bool>(&mut self, problem: &Problem, pass: Pass) {
+        if let Pass::Step { alpha, beta } = pass {
+            self.constrained.follow(&mut self.bodies, alpha, beta);
+        }
+        let (bodies, constrained) = (&mut self.bodies, &mut self.constrained);
+        let give = |body: usize, impulse: [f64; 3]| {
+            bodies[body].kick(impulse);
+            constrained.gather(body, impulse);
+        };
+        let outside = &mut self.outside;
+        outside.advance::<FRICTION, BONDS>(pass, problem.friction, give);
+        constrained.settle(&problem.boundary, bodies);
+    }
+
+    #[inline(always)]
+    fn end<const FRICTION: bool, const BONDS: bool>(&mut self, problem: &Problem) -> Sums<f64> {
+        let outside = &mut self.outside;
+        outside.measure::<FRICTION, BONDS>(problem.friction, &mut self.bodies);
+        let mut sums = Sums::<f64>::default();
+        for subdomain in &self.subdomains {
+            sums.products.join(&subdomain.work.products);
+            sums.add(&subdomain.work.batch.sums);
+        }
+        sums.add(&self.outside.sums);
+        let products = &mut sums.products;
+        for index in self.shared.iter().map(|body| *body as usize) {
+            let body = &self.bodies[index];
+            products.add(body.inverse_mass, &body.h_w, &self.momenta[index]);
+        }
+        self.lose(products);
+        self.constrained
+            .measure(&problem.boundary, &self.bodies, &self.momenta, products);
+        sums
+    }
+
+    /// Takes what p has lost on bodies on which contacts from outside act.
+    fn lose(&mut self, products: &mut Products<f64>) {
+        let inside = self.subdomains.iter_mut();
+        let inside = inside.map(|subdomain| &mut subdomain.work.batch);
+        for batch in inside.chain([&mut self.outside]) {
+            for loss in batch.losses.drain(..) {
+                let index = batch.first + loss.body as usize;
+                let (body, momentum) = (&self.bodies[index], &mut self.momenta[index]);
+                products.lose(body.inverse_mass, &body.h_w, momentum, &loss.impulse);
+                self.constrained.gather(index, loss.impulse);
+            }
+        }
+    }
+}

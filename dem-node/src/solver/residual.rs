@@ -1,0 +1,185 @@
+//! Distance of a guess from the solution: the true residual, and LMGC90's incremental criterion beside it.
+
+use super::contact::{Contact, NO_BOND};
+use super::criteria::{Convergence, Criteria};
+use super::problem::Problem;
+use crate::law::local::coulomb_projection;
+
+/// LMGC90's criterion "Quad" (Core/kernel/mod_nlgs.f90, solve_nlgs with i_check; theory in Jean 1999): all contacts are
+/// offered the impulse r' that their own law wants while all others are held. With W the bodies' part of the local block,
+/// dv = W (r' - r) and s = (r + r')/2, summed over the N contacts with s other than 0,
+/// ```text
+/// QuadDV  = sqrt(sum dv.dv / N) / sqrt(sum WR.WR / N)                WR.WR = (|W r|^2 + |W r'|^2)/2
+/// QuadDVR = sqrt(sum (dv.dv)(s.s) / N) / (sum WRR / N)               WRR   = (r.W r + r'.W r')/2
+/// MeanDVoR = sum s.dv / sum WRR
+/// ```
+/// and the criterion is met when all three are below the tolerance in size.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Quad {
+    /// QuadDV, QuadDVR and |MeanDVoR|.
+    pub norms: [f64; 3],
+}
+
+impl Quad {
+    /// The largest of the norms.
+    pub fn largest(&self) -> f64 {
+        // Written so that a NaN stays one.
+        self.norms.iter().fold(
+            0.0,
+            |largest, norm| if *norm <= largest { largest } else { *norm },
+        )
+    }
+}
+
+/// Sums of [`Quad`].
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    active: f64,
+    dv_dv: f64,
+    wr_wr: f64,
+    dv_dv_rr: f64,
+    wrr: f64,
+    dv_r: f64,
+}
+
+impl Sums {
+    fn add(&mut self, contact: &Contact, wanted: [f64; 2]) {
+        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        let r = contact.impulse;
+        let mean = [0.5 * (r[0] + wanted[0]), 0.5 * (r[1] + wanted[1])];
+        let dv = contact.block.times([wanted[0] - r[0], wanted[1] - r[1]]);
+        let (old, new) = (contact.block.times(r), contact.block.times(wanted));
+        self.active += f64::from(mean != [0.0; 2]);
+        self.dv_dv += dot(dv, dv);
+        self.wr_wr += 0.5 * (dot(old, old) + dot(new, new));
+        self.dv_dv_rr += dot(dv, dv) * dot(mean, mean);
+        self.wrr += 0.5 * (dot(old, r) + dot(new, wanted));
+        self.dv_r += dot(mean, dv);
+    }
+}
+
+/// State of convergence after so many iterations. The true residual alone decides.
+pub(super) fn convergence(
+    problem: &Problem,
+    iterations: usize,
+    criteria: &Criteria,
+) -> Convergence {
+    let residual = residual(problem);
+    Convergence {
+        iterations,
+        residual,
+        quad: quad(problem).largest(),
+        converged: residual <= criteria.tolerance,
+    }
+}
+
+/// LMGC90's incremental criterion. Like the residual, it is relative to no less than what rounding makes of it.
+pub fn quad(problem: &Problem) -> Quad {
+    let mut sums = Sums::default();
+    for contact in &problem.contacts {
+        let velocity = problem.relative_velocity(contact);
+        sums.add(contact, problem.local_solution(contact, velocity));
+    }
+    if sums.dv_dv == 0.0 || sums.wrr == 0.0 {
+        return Quad::default();
+    }
+    let size = sums.wr_wr.sqrt();
+    let floored = size / size.max(problem.least_size);
+    let energy = floored / sums.wrr;
+    Quad {
+        norms: [
+            problem.relative(sums.dv_dv.sqrt(), size),
+            (sums.active * sums.dv_dv_rr).sqrt() * energy,
+            sums.dv_r.abs() * energy,
+        ],
+    }
+}
+
+/// The true natural-map residual ||D (r - P(r - U/D))|| / ||D r||, D the diagonal of W with its springs and P the projection
+/// on the Coulomb sector ([`coulomb_projection`]; Alart and Curnier 1991), which bonds replace by the exact local solution.
+/// It is zero at the solution only, however slowly a solver creeps.
+pub fn residual(problem: &Problem) -> f64 {
+    let (mut defect, mut size) = (0.0, 0.0);
+    for contact in &problem.contacts {
+        let (d, r) = (contact.diagonal(), contact.impulse);
+        let u = problem.relative_velocity(contact);
+        let term = |axis: usize, wanted: f64| (d[axis] * (r[axis] - wanted)).powi(2);
+        if contact.bond == NO_BOND {
+            let full = [0, 1].map(|k| u[k] + contact.bias[k] + contact.compliance[k] * r[k]);
+            let x_t = if d[1] > 0.0 {
+                r[1] - full[1] / d[1]
+            } else {
+                r[1]
+            };
+            let [r_n, r_t] = coulomb_projection([r[0] - full[0] / d[0], x_t], problem.friction);
+            defect += term(0, r_n);
+            defect += term(1, r_t);
+        } else {
+            let [r_n, r_t] = problem.local_solution(contact, u);
+            defect += term(0, r_n) + term(1, r_t);
+        }
+        size += term(0, 0.0) + term(1, 0.0);
+    }
+    problem.relative(defect.sqrt(), size.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::local::{DelassusBlock, LocalLaw};
+    use crate::solver::BodyRecord;
+
+    /// A grain of mass 1/2 on a wall, falling at 1.4 m/s under an impulse of 0.2 that has made -1 m/s of it.
+    fn resting(contacts: usize) -> Problem {
+        let block = DelassusBlock {
+            nn: 2.0,
+            nt: 0.0,
+            tt: 6.0,
+        };
+        let contact = |i: usize| Contact {
+            a: 2 * i as u32,
+            b: 2 * i as u32 + 1,
+            normal: [0.0, 1.0],
+            impulse: [0.2, 0.0],
+            bond: NO_BOND,
+            block,
+            law: LocalLaw::new(block, 0.0, (0, 1)).expect("it is well posed"),
+            ..Contact::default()
+        };
+        let grain = BodyRecord {
+            velocity: [0.0, -1.0, 0.0],
+            inverse_mass: 2.0,
+        };
+        Problem {
+            contacts: (0..contacts).map(contact).collect(),
+            records: (0..contacts)
+                .flat_map(|_| [grain, BodyRecord::default()])
+                .collect(),
+            first_glued: 2 * contacts,
+            ..Problem::default()
+        }
+    }
+
+    /// By hand: r = 0.2, r' = 0.2 + 1/2 = 0.7, dv = 1, WR.WR = (0.16 + 1.96)/2, WRR = (0.08 + 0.98)/2, s = 0.45.
+    #[test]
+    fn the_three_norms_are_those_of_lmgc90() {
+        for contacts in [1, 3] {
+            let mut problem = resting(contacts);
+            // A contact that carries nothing does not count among the N.
+            problem.contacts.push(Contact {
+                impulse: [0.0; 2],
+                bias: [5.0, 0.0],
+                ..problem.contacts[0]
+            });
+            let expected = [1.0 / 1.06f64.sqrt(), 0.45 / 0.53, 0.45 / 0.53];
+            for (norm, expected) in quad(&problem).norms.iter().zip(expected) {
+                assert!((norm - expected).abs() < 1e-14, "{norm} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_to_do_meets_the_criterion() {
+        assert_eq!(quad(&Problem::default()).largest(), 0.0);
+    }
+}

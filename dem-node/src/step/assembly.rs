@@ -1,0 +1,207 @@
+//! The contact problem of a step: free velocities, detection, and the contacts that may carry force.
+
+use super::{StepInput, Stepper};
+use crate::bodies::Bodies;
+use crate::bond::{Bond, BondContact, BondCursor};
+use crate::detect::Slot;
+use crate::geometry::{Proximity, extent};
+use crate::positions::{Positions, proximity};
+use crate::solver::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
+use crate::state::State;
+
+impl Stepper {
+    /// Free velocities and contacts.
+    pub(crate) fn assemble(&mut self, state: &mut State, input: &StepInput) {
+        let bodies = input.bodies;
+        self.problem.friction = bodies.law.friction;
+        self.problem.first_glued = bodies.free;
+        self.problem.wheel = bodies.wheel();
+        self.problem.rounding = 4.0 * f64::EPSILON * extent(&state.centres) / input.step;
+        self.problem.boundary.start(input.free_velocity);
+        self.free_records(state, input);
+        let travel = input.step * self.top_speed(bodies);
+        let mut list = std::mem::take(&mut state.list);
+        let positions = positions_at_detection(state, input);
+        let bonded = state.bonds.iter().map(Bond::pair);
+        list.refresh(bodies, &positions, travel, bonded);
+        if bodies.has_joints() {
+            list.hand_over(bodies, &positions);
+        }
+        self.problem.contacts.clear();
+        self.problem.bonds.clear();
+        self.problem.levers.clear();
+        self.slots.clear();
+        let mut bonds = BondCursor::new(&state.bonds);
+        for index in 0..list.slots.len() {
+            let slot = &list.slots[index];
+            let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
+            let bond = bonds.find((slot.a, slot.b));
+            let candidate = self.candidate(state, input, slot, at);
+            let Some(mut contact) = self.accept(state, input, candidate, bond.is_some()) else {
+                // A contact that a rebound has opened leaves the problem: it must not keep its force.
+                (list.slots[index].force, list.slots[index].left) = ([0.0; 2], 0.0);
+                continue;
+            };
+            if let Some((index, bond)) = bond {
+                contact.bond = self.problem.bonds.len() as u32;
+                contact.gap -= bond.reference;
+                contact.bias = [contact.gap / input.step, 0.0];
+                contact.compliance[1] = 0.0;
+                let bonded = BondContact::new(&bodies.law, bond, index, input.step);
+                self.problem.bonds.push(bonded);
+            }
+            self.problem.contacts.push(contact);
+            self.slots.push(index as u32);
+        }
+        state.list = list;
+    }
+
+    /// Free velocities v_free = v + h M^-1 F (equation 7 of Renouf, Saulot and Berthier 2006), F being the weights and the
+    /// load of the wheel, with the velocities that are prescribed.
+    pub fn free_records(&mut self, state: &State, input: &StepInput) {
+        let bodies = input.bodies;
+        let records = &mut self.problem.records;
+        records.clear();
+        let h = input.step;
+        records.extend(state.velocities.iter().zip(&bodies.masses).map(|(v, m)| {
+            let kick = [h * bodies.gravity[0], h * bodies.gravity[1]];
+            BodyRecord {
+                velocity: [v[0] + kick[0], v[1] + kick[1], v[2]],
+                inverse_mass: 1.0 / m,
+            }
+        }));
+        for cluster in bodies.clusters.iter() {
+            for disk in &cluster.disks {
+                records[*disk] = BodyRecord::default();
+            }
+            let start = state.velocities[cluster.leader()];
+            let kick = |k: usize| start[k] + cluster.free[k] * h * bodies.gravity[k];
+            records[cluster.leader()] = BodyRecord {
+                velocity: [kick(0), kick(1), start[2]],
+                inverse_mass: 1.0 / cluster.mass,
+            };
+        }
+        if let (Some([x, y]), Some(grain)) = (bodies.prescribed_velocity, records.first_mut()) {
+            *grain = BodyRecord {
+                velocity: [x, y, 0.0],
+                ..BodyRecord::default()
+            };
+        }
+        records.resize(bodies.disks(), BodyRecord::default());
+        if let Some(mass) = bodies.wheel_mass {
+            let x_velocity = (input.wheel_x - state.wheel.position[0]) / h;
+            records.push(BodyRecord {
+                velocity: [
+                    x_velocity,
+                    state.wheel.velocity[1] - h * input.load / mass,
+                    0.0,
+                ],
+                inverse_mass: 1.0 / mass,
+            });
+        }
+        records.extend(bodies.walls.iter().map(|wall| BodyRecord {
+            velocity: [wall.velocity[0], wall.velocity[1], 0.0],
+            inverse_mass: 0.0,
+        }));
+    }
+
+    fn top_speed(&self, bodies: &Bodies) -> f64 {
+        let records = self
+            .problem
+            .records
+            .iter()
+            .map(|m| [m.velocity[0], m.velocity[1]]);
+        let glued = self
+            .problem
+            .boundary
+            .velocity
+            .chunks_exact(2)
+            .map(|v| [v[0], v[1]]);
+        let squares = records.chain(glued).map(|v| v[0] * v[0] + v[1] * v[1]);
+        let speed = squares.fold(0.0, f64::max).sqrt();
+        let clusters = bodies.clusters.iter();
+        let turning = clusters.map(|c| c.top_speed(self.problem.records[c.leader()].velocity));
+        turning.fold(speed, f64::max)
+    }
+
+    /// The contact that a slot would have; its levers, if it needs any, join the problem.
+    fn candidate(
+        &mut self,
+        state: &State,
+        input: &StepInput,
+        slot: &Slot,
+        at: Proximity,
+    ) -> Contact {
+        let (bodies, h) = (input.bodies, input.step);
+        let pair = [slot.a as usize, slot.b as usize];
+        let glued = pair.map(|body| bodies.glued_index(body).is_some());
+        let mut contact = Contact {
+            a: slot.a,
+            b: slot.b,
+            glued: glued[0] || glued[1],
+            normal: at.normal,
+            gap: at.gap,
+            relative_gap: match bodies.radii.get(slot.b as usize) {
+                Some(radius) => at.gap / (radius + bodies.radii[slot.a as usize]),
+                None => 0.0,
+            },
+            bias: [0.0, slot.spring / h],
+            compliance: bodies.law.compliance(h),
+            impulse: [h * slot.force[0], h * slot.force[1]],
+            bond: NO_BOND,
+            levers: NO_LEVERS,
+            ..Contact::default()
+        };
+        if !bodies.clusters.is_empty() {
+            let disk = |body: usize| (state.centres[body], bodies.radii[body]);
+            let inverse = |body: usize| self.problem.inverse_mass(body);
+            let levers = bodies
+                .clusters
+                .levers(&state.clusters, pair, &at, disk, inverse);
+            if let Some(levers) = levers {
+                contact.levers = self.problem.levers.len() as u32;
+                self.problem.levers.push(levers);
+                [contact.a, contact.b] = pair.map(|body| bodies.clusters.leader_of(body) as u32);
+            }
+        }
+        contact
+    }
+
+    /// A contact, unless the pair has no bond, stays apart in this step and carried no force in the last one.
+    fn accept(
+        &mut self,
+        state: &State,
+        input: &StepInput,
+        mut contact: Contact,
+        bonded: bool,
+    ) -> Option<Contact> {
+        let (bodies, h) = (input.bodies, input.step);
+        if bonded {
+            return Some(contact);
+        }
+        let approach = self.problem.relative_velocity(&contact)[0].min(0.0);
+        let touches = contact.impulse[0] > 0.0 || contact.gap + h * approach < bodies.alert;
+        let before = match bodies.law.restitution {
+            Some(_) if touches => self.relative_before(bodies, state, &contact)[0],
+            _ => 0.0,
+        };
+        let bias = bodies.law.bias(contact.gap, before, h);
+        let Some(bias) = bias.filter(|_| touches) else {
+            self.problem.levers.truncate(contact.levers as usize);
+            return None;
+        };
+        contact.bias[0] = bias;
+        Some(contact)
+    }
+}
+
+/// Positions at which contacts are detected. Grains and height of the wheel have drifted already, its prescribed
+/// way is uniform within the step.
+fn positions_at_detection<'a>(state: &'a State, input: &StepInput) -> Positions<'a> {
+    let bodies = input.bodies;
+    let mut positions = state.positions(bodies);
+    if bodies.wheel_radius > 0.0 {
+        positions.wheel[0] += (1.0 - input.theta) * (input.wheel_x - state.wheel.position[0]);
+    }
+    positions
+}

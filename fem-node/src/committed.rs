@@ -1,0 +1,42 @@
+//! The accepted state of a body in motion.
+
+use serde::{Deserialize, Serialize};
+
+use crate::integrate::State;
+use crate::ledger::Ledger;
+use crate::probe::{HoldRecord, PressureMaxima};
+use crate::wheel::WheelState;
+
+/// Everything that accepted windows have changed; the rest of a body follows from configuration and handshake.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Committed {
+    pub(crate) state: State,
+    pub(crate) wheel: Option<WheelState>,
+    pub(crate) ledger: Ledger,
+    /// Own steps since the start.
+    pub(crate) steps: u64,
+    /// Steps of all windows, repeated ones included.
+    pub(crate) steps_done: u64,
+    /// Steps of all columns of condensed matrices.
+    pub(crate) column_steps: u64,
+    /// Largest pressures at the snapshot of the hold.
+    pub(crate) hold_maxima: Option<PressureMaxima>,
+    /// Contact and pressures just before the wheel starts to move sideways.
+    pub(crate) hold_record: Option<HoldRecord>,
+}
+
+impl Committed {
+    /// The start of a run.
+    pub(crate) fn start(state: State, wheel: Option<WheelState>) -> Committed {
+        Committed {
+            state,
+            wheel,
+            ledger: Ledger::default(),
+            steps: 0,
+            steps_done: 0,
+            column_steps: 0,
+            hold_maxima: None,
+            hold_record: None,
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Choices with a few named values each.
+
+use serde::{Deserialize, Serialize};
+
+/// Kind of analysis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Analysis {
+    /// Explicit dynamics.
+    #[default]
+    Dynamic,
+    /// Equilibrium under the full load.
+    Static,
+}
+
+/// Way in which a body under a wheel comes under its load.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Start {
+    /// The wheel's load grows in time, `wheel.ramp_s` long.
+    #[default]
+    Ramp,
+    /// The motion starts from the equilibrium under the full load, in place of the ramp; `wheel.hold_s` keeps
+    /// its meaning.
+    Static,
+}
+
+/// Finite element.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ElementKind {
+    /// Bilinear quadrilateral, one point, hourglass stiffness of Flanagan and Belytschko.
+    #[default]
+    #[serde(rename = "q4_1point")]
+    Q4OnePoint,
+    /// Bilinear quadrilateral, 2 x 2 points.
+    #[serde(rename = "q4_2x2")]
+    Q4Full,
+    /// Bilinear quadrilateral, 2 x 2 points for the change of shape, one mean value for the change of volume; it
+    /// does not lock when nearly incompressible.
+    #[serde(rename = "q4_bbar")]
+    Q4MeanDilatation,
+}
+
+/// Out-of-plane condition.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Plane {
+    /// ezz = 0.
+    #[default]
+    Strain,
+    /// szz = 0.
+    Stress,
+}
+
+/// Support of the lower edge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Base {
+    /// Both components fixed.
+    #[default]
+    Clamped,
+    /// y fixed, x free, except in the middle node where nothing else holds the body.
+    Roller,
+    /// No support.
+    Free,
+}
+
+/// Support of the lateral edges.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sides {
+    /// No support.
+    #[default]
+    Free,
+    /// x fixed, y free: a laterally confined strip.
+    FixedX,
+}
+
+/// Measure of strain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kinematics {
+    /// The symmetric part of the displacement gradient; rotations must stay small.
+    #[default]
+    Small,
+    /// The stretch without the rotation: rotations may be large, the stretch must stay small.
+    Corotational,
+}

@@ -1,0 +1,189 @@
+//! Keys that must go together.
+
+use protocol::ConfigError;
+
+use super::boundary::SetConfig;
+use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start};
+use super::keys::Config;
+use super::material::MaterialKind;
+use super::number::{not_negative, optional};
+
+impl Config {
+    /// Checks every number that can be judged alone; mesh and step are judged where they are built.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        self.mesh.check()?;
+        self.material.check()?;
+        self.time.check()?;
+        self.boundary.check()?;
+        self.check_wheel()?;
+        self.statics
+            .check(self.wheel.map_or(0.0, |wheel| wheel.load_n))?;
+        self.check_law()?;
+        self.check_period()?;
+        self.check_motion()?;
+        self.check_start()
+    }
+
+    /// True where an equilibrium is solved for.
+    fn solves_equilibrium(&self) -> bool {
+        self.analysis == Analysis::Static || self.start == Start::Static
+    }
+
+    /// Wheel, contact and the keys that make sense only with them.
+    fn check_wheel(&self) -> Result<(), ConfigError> {
+        let start_damping = self.time.start_mass_damping_per_s;
+        optional(start_damping, |rate| {
+            not_negative("time.start_mass_damping_per_s", rate, "1/s")
+        })?;
+        let (wheel, contact) = (self.wheel.is_some(), self.contact.is_some());
+        refuse(
+            !wheel && !contact && start_damping.is_some(),
+            "time.start_mass_damping_per_s",
+            "it acts until the wheel starts to move, and there is no wheel",
+            "remove it, or write mass_damping_per_s for the whole run",
+        )?;
+        refuse(
+            !wheel && !contact && self.start == Start::Static,
+            "start",
+            "\"static\" starts from a body loaded by its wheel, and there is no wheel",
+            "add [participant.config.wheel], or remove `start`",
+        )?;
+        refuse(
+            wheel && !contact,
+            "contact",
+            "the wheel needs a coefficient of friction",
+            "add contact = { friction = 0.3 }, or 0 for a smooth wheel",
+        )?;
+        refuse(
+            contact && !wheel,
+            "wheel",
+            "`contact` says how the body touches a wheel, and there is none",
+            "add [participant.config.wheel], or remove `contact`",
+        )?;
+        let (Some(wheel), Some(contact)) = (&self.wheel, &self.contact) else {
+            return Ok(());
+        };
+        wheel.check()?;
+        contact.check()?;
+        refuse(
+            self.analysis == Analysis::Dynamic && self.time.end_s.is_some(),
+            "time.end_s",
+            "the wheel's history already ends the run",
+            "remove the key, or change wheel.hold_s or wheel.cycles",
+        )
+    }
+
+    /// Law, plane, element and measure of strain.
+    fn check_law(&self) -> Result<(), ConfigError> {
+        let plastic = self.material.law() == MaterialKind::J2;
+        let corotational = self.kinematics == Kinematics::Corotational;
+        refuse(
+            plastic && self.plane == Plane::Stress,
+            "plane",
+            "\"stress\" does not go with a j2 material",
+            "take plane = \"strain\": the return to the yield surface keeps ezz = 0, not szz = 0",
+        )?;
+        refuse(
+            corotational && self.element == ElementKind::Q4MeanDilatation,
+            "kinematics",
+            "\"corotational\" does not go with the element q4_bbar",
+            "take q4_1point or q4_2x2: the mean dilatation is that of small strain",
+        )?;
+        refuse(
+            corotational && plastic,
+            "kinematics",
+            "\"corotational\" does not go with a j2 material",
+            "take kinematics = \"small\", or an elastic material: no exact answer backs the pair yet",
+        )?;
+        let damped = self.time.stiffness_damping_s.is_some_and(|time| time > 0.0);
+        refuse(
+            damped && (plastic || corotational),
+            "time.stiffness_damping_s",
+            "takes the stiffness of a linear elastic body in small strain",
+            "remove it, or the yield stress and kinematics = \"corotational\"; time.mass_damping_per_s goes with any law",
+        )?;
+        if !self.solves_equilibrium() {
+            return Ok(());
+        }
+        for (refused, key) in [
+            (plastic, "material.yield_pa"),
+            (corotational, "kinematics"),
+            (self.base == Base::Free, "base"),
+        ] {
+            refuse(
+                refused,
+                key,
+                "does not go with a static analysis or start, which solve for a supported, linear elastic body",
+                "take analysis = \"dynamic\" and start = \"ramp\", or remove the key",
+            )?;
+        }
+        if self.analysis == Analysis::Static {
+            let cycles = self.wheel.map_or(0.0, |wheel| wheel.cycles);
+            self.statics.check_cycles(cycles)?;
+        }
+        Ok(())
+    }
+
+    /// A periodic body has no ends to hold, load or couple.
+    fn check_period(&self) -> Result<(), ConfigError> {
+        if !self.mesh.periodic_x() {
+            return Ok(());
+        }
+        let ends = |name: &&String| ["left", "right"].contains(&name.as_str());
+        if let Some(name) = self.boundary.0.keys().find(ends) {
+            refuse(
+                true,
+                &format!("boundary.{name}"),
+                "is no edge of a body with mesh.periodic_x, whose left and right edge are one",
+                "remove the set, or write mesh.periodic_x = false",
+            )?;
+        }
+        refuse(
+            self.sides == Sides::FixedX,
+            "sides",
+            "\"fixed_x\" holds the ends of a body that has none: mesh.periodic_x makes its left and right edge one",
+            "remove `sides`, or write mesh.periodic_x = false",
+        )
+    }
+
+    /// A prescribed motion needs time, and leaves nothing for a contact to find.
+    fn check_motion(&self) -> Result<(), ConfigError> {
+        let Some(set) = self.boundary.moved_sets().next() else {
+            return Ok(());
+        };
+        refuse(
+            self.solves_equilibrium(),
+            &format!("boundary.{set}"),
+            "a prescribed motion does not go with a static analysis or start",
+            "give a traction, or take analysis = \"dynamic\" and start = \"ramp\"",
+        )?;
+        refuse(
+            self.wheel.is_some() && self.boundary.moved_sets().any(|set| set == "top"),
+            "boundary.top",
+            "moves the edge that the wheel touches",
+            "remove the motion or the wheel",
+        )
+    }
+
+    /// A static start carries the full tractions; a ramp would take them away again.
+    fn check_start(&self) -> Result<(), ConfigError> {
+        let ramped = |set: &SetConfig| set.ramp_s.is_some_and(|ramp| ramp > 0.0);
+        let mut sets = self.boundary.0.iter().filter(|(_, set)| ramped(set));
+        sets.next().map_or(Ok(()), |(name, _)| {
+            refuse(
+                self.start == Start::Static,
+                &format!("boundary.{name}.ramp_s"),
+                "a static start already carries the full traction",
+                "remove the ramp, or write start = \"ramp\"",
+            )
+        })
+    }
+}
+
+/// Refuses a key where `wrong`.
+fn refuse(wrong: bool, key: &str, problem: &str, help: &str) -> Result<(), ConfigError> {
+    if wrong {
+        return Err(ConfigError::new(key, problem).help(help));
+    }
+    Ok(())
+}

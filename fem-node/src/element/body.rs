@@ -1,0 +1,319 @@
+//! The discretised body: masses, supports and the internal forces of its elements.
+
+use std::sync::Arc;
+
+use super::corners::{CornerRows, StrainPath, StrainState};
+use super::gather::{
+    CORNER_FORCES, GatherBuffers, NodalFields, corner_rows, elements_of, gather, sum_corners,
+};
+use super::layout::Layout;
+use super::q4_1point::{self, Q4OnePoint};
+use super::q4_2x2::Q4FourPoint;
+use super::q4_bbar;
+use super::row_forces::RowForces;
+use super::shape::area;
+use super::stiffness::{Stiffness, four_point};
+use super::supports::{Supports, fixed_components};
+use crate::config::ElementKind;
+use crate::material::Elastic;
+use crate::material::j2::{HISTORY, history_at};
+use crate::material::nonlinear::NonlinearLaw;
+use crate::mesh::{Connectivity, Mesh};
+use crate::pack::vectorised;
+
+/// A body ready to be integrated in time.
+#[derive(Clone, Debug)]
+pub struct Body {
+    layout: Layout,
+    /// Mass of each component (kg), lumped, zero at supports, in the padding, and where a node moves with another one.
+    pub mass: Vec<f64>,
+    /// Its inverse (1/kg), zero where the component cannot move.
+    pub inverse_mass: Vec<f64>,
+    /// Mass of each node (kg), supports included; row after row without padding.
+    node_mass: Vec<f64>,
+    element: Element,
+    /// Connectivity of an unstructured mesh.
+    connectivity: Option<Arc<Connectivity>>,
+}
+
+/// The closed set of elements.
+#[derive(Clone, Debug)]
+enum Element {
+    OnePoint(Q4OnePoint),
+    FourPoint(Q4FourPoint),
+}
+
+impl Body {
+    /// Lumps the masses, a quarter of each element to each of its corners, and prepares the elements.
+    pub fn new(
+        mesh: &Mesh,
+        kind: ElementKind,
+        elastic: &Elastic,
+        supports: Supports,
+        thickness: f64,
+    ) -> Body {
+        let layout = Layout::new(mesh);
+        let element = if kind == ElementKind::Q4OnePoint {
+            Element::OnePoint(Q4OnePoint::new(mesh, layout, elastic, thickness))
+        } else {
+            let mean = kind == ElementKind::Q4MeanDilatation;
+            Element::FourPoint(Q4FourPoint::new(mesh, layout, elastic, thickness, mean))
+        };
+        let node_mass = lump(mesh, elastic.density * thickness);
+        let mut body = Body {
+            layout,
+            mass: vec![0.0; layout.len()],
+            inverse_mass: vec![0.0; layout.len()],
+            node_mass,
+            element,
+            connectivity: mesh.connectivity().cloned(),
+        };
+        body.spread_masses(&fixed_components(mesh, supports, layout));
+        body
+    }
+
+    /// Takes components out of the equations of motion.
+    pub(crate) fn fix(&mut self, components: impl Iterator<Item = usize>) {
+        for index in components {
+            self.mass[index] = 0.0;
+            self.inverse_mass[index] = 0.0;
+        }
+    }
+
+    /// Storage of the components.
+    pub fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    /// Lumped mass of the node (column, row) (kg), supported or not.
+    pub fn node_mass(&self, node: [usize; 2]) -> f64 {
+        self.node_mass[node[1] * self.layout.nodes_in_row + node[0]]
+    }
+
+    /// Elements of an unstructured mesh.
+    pub(crate) fn connectivity(&self) -> Option<&Arc<Connectivity>> {
+        self.connectivity.as_ref()
+    }
+
+    /// Internal forces F(u) = sum over the elements of the integral of B^T s (N), on the whole body, supports included.
+    pub fn internal_force(&self, u: &[f64], force: &mut [f64]) {
+        let layout = self.layout;
+        if let Some(connectivity) = self.connectivity() {
+            let mut corners = vec![0.0; self.corner_forces_len()];
+            let mut buffers = GatherBuffers::new(layout, false);
+            let fields = NodalFields { u, du: &[] };
+            let rows = corners.chunks_mut(CORNER_FORCES * layout.columns);
+            for (row, out) in rows.enumerate() {
+                self.gathered_row(None, row, fields, &mut buffers, &mut [], out);
+            }
+            let (x, y) = force.split_at_mut(layout.stride());
+            return sum_corners(connectivity, &corners, 0, [x, y]);
+        }
+        let mut rows = RowForces::new(layout);
+        for row in 0..layout.node_rows() {
+            if row + 1 < layout.node_rows() {
+                self.element_row(row, structured_row(layout, u, row), &mut rows);
+            } else {
+                rows.clear_upper();
+            }
+            rows.assemble(&mut force[layout.row(row)]);
+            layout.fold_period(&mut force[layout.row(row)]);
+            rows.advance();
+        }
+    }
+
+    /// Forces of a row of elements under the displacements of their corners.
+    pub(crate) fn element_row(&self, row: usize, u: CornerRows, out: &mut RowForces) {
+        vectorised(
+            #[inline(always)]
+            || match &self.element {
+                Element::OnePoint(elements) => elements.row(row, u, out),
+                Element::FourPoint(elements) => elements.row(row, u, out),
+            },
+        );
+    }
+
+    /// Forces of a row of elements under a nonlinear law; returns the dissipation (J).
+    pub(crate) fn nonlinear_row(
+        &self,
+        law: &NonlinearLaw,
+        row: usize,
+        path: StrainPath,
+        out: &mut RowForces,
+    ) -> f64 {
+        vectorised(
+            #[inline(always)]
+            || match &self.element {
+                Element::OnePoint(elements) => elements.nonlinear_row(law, row, path, out),
+                Element::FourPoint(elements) => elements.nonlinear_row(law, row, path, out),
+            },
+        )
+    }
+
+    /// Forces of a row of elements of an unstructured mesh on their corners, element after element, [`CORNER_FORCES`] each.
+    /// Returns the dissipation (J).
+    pub(crate) fn gathered_row(
+        &self,
+        law: Option<&NonlinearLaw>,
+        row: usize,
+        fields: NodalFields,
+        buffers: &mut GatherBuffers,
+        history: &mut [f64],
+        out: &mut [f64],
+    ) -> f64 {
+        let layout = self.layout;
+        let elements = self.gather_displacements(row, fields.u, &mut buffers.u);
+        if !buffers.du[0].is_empty() {
+            gather(elements, layout, fields.du, &mut buffers.du);
+        }
+        let (u, forces) = (corner_rows(&buffers.u), &mut buffers.forces);
+        let dissipated = match law {
+            None => {
+                self.element_row(row, u, forces);
+                0.0
+            }
+            Some(law) => {
+                let du = corner_rows(&buffers.du);
+                self.nonlinear_row(law, row, StrainPath { u, du, history }, forces)
+            }
+        };
+        for (i, out) in out.chunks_exact_mut(CORNER_FORCES).enumerate() {
+            out.copy_from_slice(&forces.of_element(layout.element_stride(), i));
+        }
+        dissipated
+    }
+
+    fn gather_displacements(&self, row: usize, u: &[f64], into: &mut [Vec<f64>; 4]) -> &[[u32; 4]] {
+        let connectivity = self
+            .connectivity()
+            .expect("only unstructured meshes gather");
+        let elements = elements_of(connectivity, self.layout, row);
+        gather(elements, self.layout, u, into);
+        elements
+    }
+
+    /// Numbers that all elements of an unstructured mesh leave.
+    pub(crate) fn corner_forces_len(&self) -> usize {
+        let elements = |connectivity: &Arc<Connectivity>| connectivity.corners().len();
+        CORNER_FORCES * self.connectivity().map_or(0, elements)
+    }
+
+    /// Stored energy less u F(u) / 2 (J) under a nonlinear law.
+    pub(crate) fn energy_correction(&self, law: &NonlinearLaw, u: &[f64], history: &[f64]) -> f64 {
+        let (layout, size) = (self.layout, self.history_row_len(law));
+        let mut gathered = [const { Vec::new() }; 4];
+        if self.connectivity.is_some() {
+            gathered = GatherBuffers::new(layout, false).u;
+        }
+        let mut sum = 0.0;
+        for row in 0..layout.element_rows() {
+            if self.connectivity.is_some() {
+                self.gather_displacements(row, u, &mut gathered);
+            }
+            let now = StrainState {
+                u: match self.connectivity {
+                    None => structured_row(layout, u, row),
+                    Some(_) => corner_rows(&gathered),
+                },
+                history: &history[row * size..(row + 1) * size],
+            };
+            sum += match &self.element {
+                Element::OnePoint(elements) => elements.energy_correction(law, row, now),
+                Element::FourPoint(elements) => elements.energy_correction(law, row, now),
+            };
+        }
+        sum
+    }
+
+    /// History variables of a row of elements.
+    pub(crate) fn history_row_len(&self, law: &NonlinearLaw) -> usize {
+        match law {
+            NonlinearLaw::Plastic(_) => self.points() * HISTORY * self.layout.padded_columns(),
+            NonlinearLaw::Corotational => 0,
+        }
+    }
+
+    /// Points in which an element has a stress of its own.
+    fn points(&self) -> usize {
+        match &self.element {
+            Element::OnePoint(_) => 1,
+            Element::FourPoint(_) => 4,
+        }
+    }
+
+    /// Plastic strain (pxx, pyy, 2 pxy) and its equivalent value at natural coordinates of an element: those of the
+    /// nearest point, at the centroid the mean over the points.
+    pub fn plastic_strain(
+        &self,
+        history: &[f64],
+        [column, row]: [usize; 2],
+        [xi, eta]: [f64; 2],
+    ) -> [f64; HISTORY] {
+        let padded = self.layout.padded_columns();
+        let of_point = |point: usize| {
+            let first = (row * self.points() + point) * HISTORY * padded;
+            history_at(&history[first..first + HISTORY * padded], padded, column)
+        };
+        if history.is_empty() {
+            return [0.0; HISTORY];
+        }
+        if self.points() == 1 {
+            return of_point(0);
+        }
+        if xi == 0.0 && eta == 0.0 {
+            let all = [0, 1, 2, 3].map(of_point);
+            return std::array::from_fn(|k| 0.25 * all.iter().map(|p| p[k]).sum::<f64>());
+        }
+        of_point(2 * usize::from(eta > 0.0) + usize::from(xi > 0.0))
+    }
+
+    fn spread_masses(&mut self, fixed: &[usize]) {
+        let layout = self.layout;
+        let nodes =
+            (0..layout.node_rows()).flat_map(|j| (0..layout.nodes_in_row).map(move |i| [i, j]));
+        for (node, mass) in nodes.zip(&self.node_mass) {
+            for component in 0..2 {
+                self.mass[layout.index(node, component)] = *mass;
+                self.inverse_mass[layout.index(node, component)] = 1.0 / mass;
+            }
+        }
+        self.fix(fixed.iter().copied());
+        self.fix((0..layout.len()).filter(|index| layout.tied_to(*index) != *index));
+    }
+}
+
+/// Tangent stiffness of one element: the derivative of the forces that the body gives it.
+pub fn stiffness(
+    kind: ElementKind,
+    corners: &[[f64; 2]; 4],
+    elastic: &Elastic,
+    thickness: f64,
+) -> Stiffness {
+    match kind {
+        ElementKind::Q4OnePoint => q4_1point::stiffness(corners, elastic, thickness),
+        ElementKind::Q4Full => four_point(corners, elastic.moduli(), thickness),
+        ElementKind::Q4MeanDilatation => q4_bbar::stiffness(corners, elastic, thickness),
+    }
+}
+
+/// Lumped mass of each node (kg), m_a = sum over its elements of rho t A / 4, `surface_density` being density times thickness (kg/m2).
+pub(crate) fn lump(mesh: &Mesh, surface_density: f64) -> Vec<f64> {
+    let mut mass = vec![0.0; mesh.points().len()];
+    for [i, j] in mesh.element_indices() {
+        let corners = mesh.corners(i, j);
+        let quarter = 0.25 * surface_density * area(&corners.map(|n| mesh.point(n[0], n[1])));
+        for node in corners {
+            mass[mesh.number(mesh.tied_to(node))] += quarter;
+        }
+    }
+    mass
+}
+
+/// Displacements of a row of elements of a structured mesh.
+#[inline(always)]
+fn structured_row(layout: Layout, u: &[f64], row: usize) -> CornerRows<'_> {
+    CornerRows::between([&u[layout.row(row)], &u[layout.row(row + 1)]])
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,135 @@
+//! Displacements at the corners of a row of elements, loaded by packs, and constants of the elements by rows.
+
+use super::layout::Layout;
+use crate::material::j2::{HISTORY, History, PointHistory, history_pack};
+use crate::mesh::Mesh;
+use crate::pack::Pack;
+
+/// N constants of each element, row after row: for each row N arrays of [`Layout::padded_columns`], zero in the padding.
+pub(super) fn row_constants<const N: usize>(
+    mesh: &Mesh,
+    layout: Layout,
+    of_element: impl Fn(&[[f64; 2]; 4]) -> [f64; N],
+) -> Vec<f64> {
+    let padded = layout.padded_columns();
+    let mut constants = vec![0.0; mesh.rows() * N * padded];
+    for [i, j] in mesh.element_indices() {
+        let row = &mut constants[j * N * padded..(j + 1) * N * padded];
+        let corners = mesh.corners(i, j).map(|n| mesh.point(n[0], n[1]));
+        for (array, constant) in row.chunks_exact_mut(padded).zip(of_element(&corners)) {
+            array[i] = constant;
+        }
+    }
+    constants
+}
+
+/// One displacement component at the corners of a pack of elements.
+pub(super) struct Corners {
+    u1: Pack,
+    u2: Pack,
+    u3: Pack,
+    u4: Pack,
+}
+
+/// A field at the corners of a row of elements, one slice for each corner, anticlockwise from the lower left one:
+/// element i finds its x component at i and its y component at [`Layout::element_stride`] + i.
+#[derive(Clone, Copy)]
+pub(crate) struct CornerRows<'a>([&'a [f64]; 4]);
+
+impl<'a> CornerRows<'a> {
+    /// Each corner in a slice of its own.
+    pub(super) fn apart(corners: [&'a [f64]; 4]) -> CornerRows<'a> {
+        CornerRows(corners)
+    }
+
+    /// Between an upper and a lower row of nodes of a structured mesh, where neighbours share their corners. Empty rows
+    /// give empty slices.
+    #[inline(always)]
+    pub(crate) fn between([upper, lower]: [&'a [f64]; 2]) -> CornerRows<'a> {
+        let right = |row: &'a [f64]| row.get(1..).unwrap_or_default();
+        CornerRows([lower, right(lower), right(upper), upper])
+    }
+
+    /// Both components at the corners of the elements from `i` on.
+    #[inline(always)]
+    pub(super) fn load(self, stride: usize, i: usize) -> [Corners; 2] {
+        [self.corners(i), self.corners(stride + i)]
+    }
+
+    #[inline(always)]
+    fn corners(self, at: usize) -> Corners {
+        let [u1, u2, u3, u4] = self.0;
+        Corners {
+            u1: Pack::load(u1, at),
+            u2: Pack::load(u2, at),
+            u3: Pack::load(u3, at),
+            u4: Pack::load(u4, at),
+        }
+    }
+}
+
+impl Corners {
+    #[inline(always)]
+    pub(super) fn gradient(&self, bx: [Pack; 2], by: [Pack; 2]) -> (Pack, Pack) {
+        let (d13, d24) = (self.u1 - self.u3, self.u2 - self.u4);
+        (bx[0] * d13 + bx[1] * d24, by[0] * d13 + by[1] * d24)
+    }
+
+    /// Four times the means of u,xi and u,eta over the element.
+    #[inline(always)]
+    pub(super) fn natural(&self) -> (Pack, Pack) {
+        let (d31, d24) = (self.u3 - self.u1, self.u2 - self.u4);
+        (d31 + d24, d31 - d24)
+    }
+
+    /// h.u
+    #[inline(always)]
+    pub(super) fn hourglass(&self) -> Pack {
+        (self.u1 + self.u3) - (self.u2 + self.u4)
+    }
+}
+
+/// Strain path of a row of elements over a step: displacements of the corners, their increments, and the history variables
+/// of the points.
+pub(crate) struct StrainPath<'a> {
+    pub(crate) u: CornerRows<'a>,
+    /// Increments of the last step; empty under a law without history.
+    pub(crate) du: CornerRows<'a>,
+    /// History of this row: for each point [`HISTORY`] arrays of [`Layout::padded_columns`]; empty under a law without.
+    pub(crate) history: &'a mut [f64],
+}
+
+impl StrainPath<'_> {
+    /// History of one of the points.
+    #[inline(always)]
+    pub(super) fn point(&mut self, point: usize, padded: usize) -> PointHistory<'_> {
+        let size = HISTORY * padded;
+        let range = if self.history.is_empty() {
+            0..0
+        } else {
+            point * size..(point + 1) * size
+        };
+        PointHistory {
+            values: &mut self.history[range],
+            stride: padded,
+        }
+    }
+}
+
+/// Strain state of a row of elements: displacements of the corners and history variables of the points.
+#[derive(Clone, Copy)]
+pub(crate) struct StrainState<'a> {
+    pub(crate) u: CornerRows<'a>,
+    pub(crate) history: &'a [f64],
+}
+
+impl StrainState<'_> {
+    /// History variables of one of the points; zero under a law without.
+    #[inline(always)]
+    pub(super) fn history(&self, point: usize, padded: usize, i: usize) -> History {
+        if self.history.is_empty() {
+            return History::default();
+        }
+        history_pack(self.history, padded, point * HISTORY * padded + i)
+    }
+}

@@ -1,0 +1,332 @@
+//! The four Gauss points of the elements of a row, under a nonlinear law.
+
+use super::corners::{StrainPath, StrainState};
+use super::layout::Layout;
+use super::modes::{Modes, plus_minus};
+use super::shape::{GAUSS, jacobian};
+use crate::material::j2::J2;
+use crate::material::nonlinear::{Gradient, NonlinearLaw, corotational_response, hooke};
+use crate::pack::{LANES, Pack};
+
+/// Constants of an element that its geometry gives: the means of x,xi, y,xi, x,eta, y,eta; the slopes of x and y in
+/// xi eta at a Gauss point; t / 16 J at the four points.
+pub(super) const GEOMETRY: usize = 10;
+
+/// The four points of all elements of a row.
+pub(super) struct RowPoints<'a> {
+    /// Arrays of [`Layout::padded_columns`], those of [`geometry`] first.
+    pub(super) constants: &'a [f64],
+    pub(super) layout: Layout,
+    pub(super) moduli: [f64; 3],
+    pub(super) thickness: f64,
+}
+
+/// Derivatives of the position at a point of a pack of elements, and t / 16 J.
+struct GaussPoint {
+    x_xi: Pack,
+    y_xi: Pack,
+    x_eta: Pack,
+    y_eta: Pack,
+    weight: Pack,
+    upper: bool,
+    right: bool,
+}
+
+/// Constants of an element, [`GEOMETRY`].
+pub(super) fn geometry(p: &[[f64; 2]; 4], thickness: f64) -> [f64; GEOMETRY] {
+    let mean = |k: usize, signs: [f64; 4]| 0.25 * (0..4).map(|a| signs[a] * p[a][k]).sum::<f64>();
+    let (s, t, h) = (
+        [-1.0, 1.0, 1.0, -1.0],
+        [-1.0, -1.0, 1.0, 1.0],
+        [1.0, -1.0, 1.0, -1.0],
+    );
+    let weight = |xi: f64, eta: f64| thickness / (16.0 * jacobian(p, [xi, eta]));
+    [
+        mean(0, s),
+        mean(1, s),
+        mean(0, t),
+        mean(1, t),
+        GAUSS * mean(0, h),
+        GAUSS * mean(1, h),
+        weight(-GAUSS, -GAUSS),
+        weight(GAUSS, -GAUSS),
+        weight(-GAUSS, GAUSS),
+        weight(GAUSS, GAUSS),
+    ]
+}
+
+impl RowPoints<'_> {
+    /// Forces by packs of elements, handed to `store` with the modes of the displacement; returns the dissipation (J).
+    #[inline(always)]
+    pub(super) fn forces(
+        &self,
+        law: &NonlinearLaw,
+        path: StrainPath,
+        store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
+    ) -> f64 {
+        match law {
+            NonlinearLaw::Plastic(plastic) => self.plastic_forces(plastic, path, store),
+            NonlinearLaw::Corotational => self.corotational_forces(path, store),
+        }
+    }
+
+    /// Forces of plasticity in small strain: factors that all components or all points share are applied once, increments
+    /// are read once for the four points.
+    #[inline(always)]
+    fn plastic_forces(
+        &self,
+        plastic: &J2,
+        mut path: StrainPath,
+        mut store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
+    ) -> f64 {
+        let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
+        let moduli = self.moduli.map(Pack::splat);
+        let scale = Pack::splat(4.0 / self.thickness);
+        let quarter = Pack::splat(0.25 * self.thickness);
+        let mut dissipated = Pack::splat(0.0);
+        for i in (0..padded).step_by(LANES) {
+            let u = Modes::both(&path.u.load(stride, i));
+            let du = Modes::both(&path.du.load(stride, i));
+            let mut force = [Modes::default(); 2];
+            for k in 0..4 {
+                let point = self.point(k, i);
+                let weight = scale * point.weight;
+                let strain = point.strain(weight, &u);
+                let (relaxed, dissipation) = plastic.return_map(
+                    strain,
+                    #[inline(always)]
+                    || point.strain(weight, &du),
+                    &mut path.point(k, padded),
+                    i,
+                );
+                dissipated = dissipated + point.jacobian() * dissipation;
+                let [xx, yy, xy] = hooke(moduli, strain);
+                let shear = xy - relaxed[2];
+                point.push(xx - relaxed[0], shear, &mut force[0]);
+                point.push(shear, yy - relaxed[1], &mut force[1]);
+            }
+            store(i, [force[0].scaled(quarter), force[1].scaled(quarter)], u);
+        }
+        self.thickness * dissipated.sum()
+    }
+
+    /// Forces under large rotations, which dissipate nothing.
+    #[inline(always)]
+    fn corotational_forces(
+        &self,
+        path: StrainPath,
+        mut store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
+    ) -> f64 {
+        let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
+        for i in (0..padded).step_by(LANES) {
+            let u = Modes::both(&path.u.load(stride, i));
+            let mut force = [Modes::default(); 2];
+            for k in 0..4 {
+                let point = self.point(k, i);
+                let gradient = point.gradient(&u, self.thickness);
+                let response = corotational_response(self.moduli, gradient);
+                point.add(response.stress, self.thickness, &mut force);
+            }
+            store(i, force, u);
+        }
+        0.0
+    }
+
+    /// Stored energy less u F / 2 (J) of the row, [`NonlinearLaw::energy_correction`].
+    pub(super) fn energy_correction(&self, law: &NonlinearLaw, now: StrainState) -> f64 {
+        let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
+        let mut sum = Pack::splat(0.0);
+        for i in (0..padded).step_by(LANES) {
+            let u = Modes::both(&now.u.load(stride, i));
+            for k in 0..4 {
+                let point = self.point(k, i);
+                let gradient = point.gradient(&u, self.thickness);
+                let history = now.history(k, padded, i);
+                let energy = law.energy_correction(self.moduli, gradient, history);
+                sum = sum + point.volume(self.thickness) * energy;
+            }
+        }
+        sum.sum()
+    }
+
+    /// Point `k` in the order of the weights: (-, -), (+, -), (-, +), (+, +).
+    #[inline(always)]
+    fn point(&self, k: usize, i: usize) -> GaussPoint {
+        let padded = self.layout.padded_columns();
+        let constant = |k: usize| Pack::load(self.constants, k * padded + i);
+        let (upper, right) = (k >= 2, k % 2 == 1);
+        let (bx, by) = (constant(4), constant(5));
+        GaussPoint {
+            x_xi: plus_minus(upper, constant(0), bx),
+            y_xi: plus_minus(upper, constant(1), by),
+            x_eta: plus_minus(right, constant(2), bx),
+            y_eta: plus_minus(right, constant(3), by),
+            weight: constant(6 + k),
+            upper,
+            right,
+        }
+    }
+}
+
+impl GaussPoint {
+    /// t J; the weight t / 16 J would give it by a division, and none in the padding.
+    #[inline(always)]
+    fn volume(&self, thickness: f64) -> Pack {
+        Pack::splat(thickness) * self.jacobian()
+    }
+
+    #[inline(always)]
+    fn jacobian(&self) -> Pack {
+        self.x_xi * self.y_eta - self.x_eta * self.y_xi
+    }
+
+    /// Strain (exx, eyy, 2 exy), `weight` being 4/t of its own.
+    #[inline(always)]
+    fn strain(&self, weight: Pack, [u, v]: &[Modes; 2]) -> [Pack; 3] {
+        let (u_xi, u_eta) = self.slopes(u);
+        let (v_xi, v_eta) = self.slopes(v);
+        let shear =
+            (u_eta * self.x_xi - u_xi * self.x_eta) + (v_xi * self.y_eta - v_eta * self.y_xi);
+        [
+            weight * (u_xi * self.y_eta - u_eta * self.y_xi),
+            weight * (v_eta * self.x_xi - v_xi * self.x_eta),
+            weight * shear,
+        ]
+    }
+
+    /// Four times the slopes along xi and eta.
+    #[inline(always)]
+    fn slopes(&self, u: &Modes) -> (Pack, Pack) {
+        (
+            plus_minus(self.upper, u.xi, u.hourglass),
+            plus_minus(self.right, u.eta, u.hourglass),
+        )
+    }
+
+    /// Adds the forces along one axis of the stresses (sx, sy) that act along it, over t/4.
+    #[inline(always)]
+    fn push(&self, sx: Pack, sy: Pack, force: &mut Modes) {
+        let xi = sx * self.y_eta - sy * self.x_eta;
+        let eta = sy * self.x_xi - sx * self.y_xi;
+        force.add_xi(self.upper, xi);
+        force.add_eta(self.right, eta);
+    }
+
+    #[inline(always)]
+    fn gradient(&self, u: &[Modes; 2], thickness: f64) -> Gradient {
+        let scale = Pack::splat(4.0 / thickness) * self.weight;
+        let (x_xi, y_xi) = (scale * self.x_xi, scale * self.y_xi);
+        let (x_eta, y_eta) = (scale * self.x_eta, scale * self.y_eta);
+        let of = |u: &Modes| {
+            let (xi, eta) = self.slopes(u);
+            [xi * y_eta - eta * y_xi, eta * x_xi - xi * x_eta]
+        };
+        [of(&u[0]), of(&u[1])]
+    }
+
+    /// Adds the forces of a stress.
+    #[inline(always)]
+    fn add(&self, [x, y]: Gradient, thickness: f64, [fx, fy]: &mut [Modes; 2]) {
+        let quarter = Pack::splat(0.25 * thickness);
+        self.push(quarter * x[0], quarter * x[1], fx);
+        self.push(quarter * y[0], quarter * y[1], fy);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{MaterialConfig, Plane};
+    use crate::element::corners::{CornerRows, row_constants};
+    use crate::material::Elastic;
+    use crate::mesh::Mesh;
+
+    /// Forces point by point, every factor where the formula has it.
+    fn plain_forces(
+        points: &RowPoints,
+        law: &NonlinearLaw,
+        mut path: StrainPath,
+        mut store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
+    ) -> f64 {
+        let (padded, stride) = (
+            points.layout.padded_columns(),
+            points.layout.element_stride(),
+        );
+        let mut dissipated = Pack::splat(0.0);
+        for i in (0..padded).step_by(LANES) {
+            let [u, du] = [path.u, path.du].map(|field| Modes::both(&field.load(stride, i)));
+            let mut force = [Modes::default(); 2];
+            for k in 0..4 {
+                let point = points.point(k, i);
+                let gradient = point.gradient(&u, points.thickness);
+                let increment = || point.gradient(&du, points.thickness);
+                let history = &mut path.point(k, padded);
+                let response = law.respond(points.moduli, gradient, increment, history, i);
+                let volume = point.volume(points.thickness);
+                dissipated = dissipated + volume * response.dissipated;
+                point.add(response.stress, points.thickness, &mut force);
+            }
+            store(i, force, u);
+        }
+        dissipated.sum()
+    }
+
+    /// A row of five skewed elements of which some yield, some do not, under both paths.
+    #[test]
+    fn the_short_path_of_plasticity_agrees_with_the_plain_one() {
+        let mesh = Mesh::structured(5, 1, |i, j| {
+            let i = i as f64;
+            [i + 0.3 * j as f64, -1.2 * j as f64 + 0.1 * i.sin()]
+        });
+        let material = MaterialConfig {
+            yield_pa: Some(0.5),
+            hardening_pa: Some(0.3),
+            kinematic_hardening_pa: Some(0.2),
+            ..MaterialConfig::elastic(3.0, 0.3, 1.0)
+        };
+        let elastic = Elastic::new(&material, Plane::Strain);
+        let law = NonlinearLaw::Plastic(J2::new(&material, &elastic).expect("it yields"));
+        let layout = Layout::new(&mesh);
+        let points = RowPoints {
+            constants: &row_constants(&mesh, layout, |p| geometry(p, 0.7)),
+            layout,
+            moduli: elastic.moduli(),
+            thickness: 0.7,
+        };
+        let field = |phase: f64| -> Vec<f64> {
+            let wave = |k: usize| (0.9 * k as f64 + phase).sin();
+            (0..layout.row_len()).map(|k| 0.2 * wave(k)).collect()
+        };
+        let rows = [field(0.0), field(1.0), field(2.0), field(3.0)];
+        let run = |short: bool| {
+            let mut history = vec![0.0; 4 * 4 * layout.padded_columns()];
+            for (k, value) in history.iter_mut().enumerate() {
+                *value = 0.01 * (k as f64).cos().abs();
+            }
+            let mut forces = Vec::new();
+            let path = StrainPath {
+                u: CornerRows::between([&rows[0], &rows[1]]),
+                du: CornerRows::between([&rows[2], &rows[3]]),
+                history: &mut history,
+            };
+            let store = |_: usize, force: [Modes; 2], _: [Modes; 2]| {
+                for modes in force {
+                    forces.extend([modes.xi.0, modes.eta.0, modes.hourglass.0].concat());
+                }
+            };
+            let dissipated = if short {
+                points.forces(&law, path, store)
+            } else {
+                plain_forces(&points, &law, path, store)
+            };
+            forces.push(dissipated);
+            forces.extend(history);
+            forces
+        };
+        let (short, plain) = (run(true), run(false));
+        assert!(plain[24 * 2] != 0.0, "some yield");
+        for (k, (short, plain)) in short.iter().zip(&plain).enumerate() {
+            assert!((short - plain).abs() <= 1e-13, "{k}: {short} {plain}");
+        }
+    }
+}

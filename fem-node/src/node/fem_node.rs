@@ -1,0 +1,120 @@
+//! An explicit body with its committed state and the window at hand.
+
+use protocol::Setting;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::committed::Committed;
+use crate::config::{Config, Start};
+use crate::error::FemError;
+use crate::integrate::{Integrator, State};
+use crate::interface::Interface;
+use crate::ledger::Ledger;
+use crate::model::Model;
+use crate::snapshot::Snapshots;
+use crate::statics::{Loads, equilibrium};
+use crate::wheel::WheelState;
+use crate::window::{WindowInput, WindowRun};
+
+/// An elastic body in explicit dynamics.
+///
+/// Beside the fields of a snapshot NAME one with a wheel writes `<participant>-NAME-profile.csv`: x_m, pressure_pa,
+/// shear_pa, status; that of `hold` belongs to the moment before the wheel starts to move sideways.
+pub struct FemNode {
+    pub(super) model: Model,
+    pub(super) snapshots: Snapshots,
+    /// Never the global pool: its size would ignore the setting.
+    pub(super) pool: ThreadPool,
+    pub(super) integrator: Integrator,
+    pub(super) interface: Interface,
+    pub(super) committed: Committed,
+    pub(super) run: WindowRun,
+    /// Index and input of the last window, until it is committed.
+    pub(super) pending: Option<(u64, WindowInput)>,
+}
+
+impl FemNode {
+    /// Builds the body: at rest and undeformed, or in equilibrium with its wheel.
+    pub fn new(config: &Config, setting: &Setting) -> Result<FemNode, FemError> {
+        let model = Model::new(config, setting)?;
+        let threads = setting.threads.max(1);
+        let (state, wheel) = start_state(&model, config)?;
+        let (body, elements) = (&model.body, model.mesh.elements());
+        Ok(FemNode {
+            snapshots: Snapshots::new(setting),
+            pool: start_pool(threads)?,
+            integrator: Integrator::new(body, model.scheme, model.law, elements, threads),
+            interface: Interface::default(),
+            run: WindowRun::new(&model, &state),
+            committed: Committed::start(state, wheel),
+            pending: None,
+            model,
+        })
+    }
+
+    /// Mesh, body, scheme and loads.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The committed state.
+    pub fn state(&self) -> &State {
+        &self.committed.state
+    }
+
+    /// Starts from these displacements (m) and velocities (m/s), given for each position; fixed components stay at rest.
+    /// Only before the first window, and for a linear body without a wheel.
+    pub fn set_in_motion(
+        &mut self,
+        motion: impl Fn([f64; 2]) -> [[f64; 2]; 2],
+    ) -> Result<(), FemError> {
+        let committed = &mut self.committed;
+        if committed.steps > 0 || committed.wheel.is_some() || self.model.law.is_some() {
+            return Err(FemError::InMotion);
+        }
+        let (mesh, body) = (&self.model.mesh, &self.model.body);
+        let layout = body.layout();
+        for [i, j] in mesh.nodes() {
+            let [u, v] = motion(mesh.point(i, j));
+            for k in 0..2 {
+                let index = layout.index([i, j], k);
+                if body.inverse_mass[index] > 0.0 {
+                    committed.state.u[index] = u[k];
+                    committed.state.v[index] = v[k];
+                }
+            }
+        }
+        let state = &mut committed.state;
+        layout.repeat_period(&mut state.u);
+        layout.repeat_period(&mut state.v);
+        body.internal_force(&state.u, &mut state.force);
+        self.run = WindowRun::new(&self.model, state);
+        Ok(())
+    }
+
+    /// The energies up to the committed state.
+    pub fn ledger(&self) -> &Ledger {
+        &self.committed.ledger
+    }
+}
+
+/// The body undeformed and the wheel just touching it, or both in equilibrium under the full load.
+fn start_state(model: &Model, config: &Config) -> Result<(State, Option<WheelState>), FemError> {
+    let wheel = model.wheel.as_ref();
+    if wheel.is_none() || config.start == Start::Ramp {
+        let state = State::at_rest_under(&model.body, model.law.as_ref());
+        return Ok((state, wheel.map(WheelState::at_rest)));
+    }
+    let start = equilibrium(model, Loads::new(config).as_ref())?;
+    let resting = wheel.zip(start.contact).map(|(wheel, contact)| {
+        WheelState::resting(wheel, contact.approach, contact.node_contacts())
+    });
+    Ok((start.state, resting))
+}
+
+fn start_pool(threads: usize) -> Result<ThreadPool, FemError> {
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|error| FemError::Pool {
+        threads,
+        reason: error.to_string(),
+    })
+}

@@ -1,0 +1,220 @@
+//! Windows and condensed matrices that a coupler asks for.
+
+use protocol::{Reaction, Window};
+
+use super::fem_node::FemNode;
+use crate::compliance::{compliance, impedance};
+use crate::error::FemError;
+use crate::interface::Condensed;
+use crate::window::WindowInput;
+
+impl FemNode {
+    /// Advances a window under forces on the exchanged components; returns the increments of their displacements.
+    pub(super) fn try_advance(
+        &mut self,
+        window: &Window,
+        force: &[f64],
+    ) -> Result<Vec<f64>, FemError> {
+        let input = WindowInput {
+            interface: self.paired(window, FORCE, force)?,
+            ..WindowInput::default()
+        };
+        self.try_window(window, input)?;
+        Ok(self.increments())
+    }
+
+    /// Advances a window under prescribed velocities of the exchanged components; returns the reactions.
+    pub(super) fn try_velocity(
+        &mut self,
+        window: &Window,
+        velocity: &[f64],
+    ) -> Result<Reaction, FemError> {
+        self.takes_velocity()?;
+        let input = WindowInput {
+            velocity: self.paired(window, VELOCITY, velocity)?,
+            ..WindowInput::default()
+        };
+        self.try_window(window, input)?;
+        let (force, work) = self.run.reaction().unwrap_or_default();
+        Ok(Reaction {
+            force: force.to_vec(),
+            work: work.to_vec(),
+            increment: self.increments(),
+        })
+    }
+
+    /// A body takes a prescribed velocity if it is linear and bears no wheel of its own.
+    pub(super) fn takes_velocity(&self) -> Result<(), FemError> {
+        match (&self.model.wheel, &self.model.law) {
+            (None, None) => Ok(()),
+            _ => Err(FemError::NoPrescribedVelocity),
+        }
+    }
+
+    /// Accepts the last window; returns its report.
+    pub(super) fn try_commit(
+        &mut self,
+        window: &Window,
+        displacement: &[f64],
+    ) -> Result<Vec<f64>, FemError> {
+        if !displacement.is_empty() {
+            return Err(FemError::Dictated {
+                window: window.index,
+                count: displacement.len(),
+            });
+        }
+        let input = match self.pending.take() {
+            Some((index, input)) if index == window.index => input,
+            other => {
+                return Err(FemError::NotAdvanced {
+                    window: window.index,
+                    advanced: other.map(|(index, _)| index),
+                });
+            }
+        };
+        let committed = &mut self.committed;
+        committed.ledger = self.run.close(&self.model, committed, &input);
+        if let (Some(wheel), Some(run)) = (&mut committed.wheel, &self.run.wheel) {
+            committed.state.resume(&self.run.state);
+            wheel.clone_from(&run.state);
+            let record = self.run.hold_record.take();
+            committed.hold_record = record.or(committed.hold_record.take());
+        } else {
+            committed.state.restore(&self.run.state);
+        }
+        committed.steps += u64::from(input.substeps);
+        Ok(self.report(&input))
+    }
+
+    /// The exchanged components, each with its number of a request.
+    fn paired(
+        &mut self,
+        window: &Window,
+        quantity: Quantity,
+        numbers: &[f64],
+    ) -> Result<Vec<(usize, f64)>, FemError> {
+        self.pending = None;
+        let components = self.interface.components();
+        if numbers.len() != components.len() {
+            return Err(FemError::GivenLength {
+                window: window.index,
+                what: quantity.0,
+                given: numbers.len(),
+                expected: components.len(),
+            });
+        }
+        if let Some(at) = numbers.iter().position(|number| !number.is_finite()) {
+            return Err(FemError::GivenNotFinite {
+                window: window.index,
+                iteration: window.iteration,
+                point: at / 2,
+                component: if at % 2 == 0 { 'x' } else { 'y' },
+                what: quantity.0,
+                number: numbers[at],
+                unit: quantity.1,
+            });
+        }
+        let numbers = numbers.iter().copied();
+        Ok(components.iter().copied().zip(numbers).collect())
+    }
+
+    /// Runs a window from the committed state.
+    fn try_window(&mut self, window: &Window, mut input: WindowInput) -> Result<(), FemError> {
+        if window.substeps == 0 {
+            return Err(FemError::NoSteps);
+        }
+        input.substeps = window.substeps;
+        let (model, integrator) = (&self.model, &mut self.integrator);
+        let (run, committed) = (&mut self.run, &self.committed);
+        let parallel = integrator.strips() > 1;
+        let mut work = || run.run(model, integrator, committed, &input);
+        if parallel {
+            self.pool.install(work);
+        } else {
+            work();
+        }
+        self.committed.steps_done += u64::from(window.substeps);
+        self.check_divergence(window)?;
+        if let Some(failed) = self.run.wheel.as_mut().and_then(|run| run.failed.take()) {
+            return Err(failed);
+        }
+        self.pending = Some((window.index, input));
+        Ok(())
+    }
+
+    /// Displacement increments of the exchanged components over the last window.
+    fn increments(&self) -> Vec<f64> {
+        let moved = |index: &usize| self.run.state.u[*index] - self.committed.state.u[*index];
+        self.interface.components().iter().map(moved).collect()
+    }
+
+    /// Refuses a diverging run: in small strain no displacement comes near the size of the body, long before the numbers
+    /// overflow.
+    fn check_divergence(&self, window: &Window) -> Result<(), FemError> {
+        let far = self.run.largest_displacement();
+        if let Some(found) = self.run.excess {
+            return Err(FemError::EnergyExcess {
+                window: window.index,
+                iteration: window.iteration,
+                step: found.step,
+                time_s: found.step as f64 * self.model.scheme.step,
+                kinetic_j: found.kinetic,
+                supplied_j: found.supplied,
+                step_s: self.model.scheme.step,
+                limit_s: self.model.step_limit,
+            });
+        }
+        if far < self.model.size() {
+            return Ok(());
+        }
+        let steps = self.committed.steps + u64::from(window.substeps);
+        Err(FemError::Diverged {
+            window: window.index,
+            iteration: window.iteration,
+            time_s: steps as f64 * self.model.scheme.step,
+            displacement_m: far,
+            step_s: self.model.scheme.step,
+            limit_s: self.model.step_limit,
+        })
+    }
+
+    /// Condensed matrix of a window of `substeps` over the exchanged components; computed once.
+    pub(super) fn condensed(
+        &mut self,
+        matrix: Condensed,
+        substeps: u32,
+    ) -> Result<Vec<f64>, FemError> {
+        if substeps == 0 {
+            return Err(FemError::NoSteps);
+        }
+        if !self.interface.knows(matrix, substeps) {
+            self.committed.column_steps +=
+                u64::from(substeps) * self.interface.components().len() as u64;
+        }
+        let (model, pool) = (&self.model, &self.pool);
+        let compute = match matrix {
+            Condensed::Compliance => compliance,
+            Condensed::Impedance => impedance,
+        };
+        let columns = self.interface.condensed(matrix, substeps, |components| {
+            pool.install(|| compute(model, components, substeps))
+        });
+        if columns.iter().all(|c| c.is_finite()) {
+            return Ok(columns.to_vec());
+        }
+        Err(FemError::DivergedColumns {
+            what: matrix.word(),
+            substeps,
+            step_s: self.model.scheme.step,
+            limit_s: self.model.step_limit,
+        })
+    }
+}
+
+/// Quantity that a request gives for each exchanged component, and its unit.
+#[derive(Clone, Copy)]
+struct Quantity(&'static str, &'static str);
+
+const FORCE: Quantity = Quantity("force", "N");
+
+const VELOCITY: Quantity = Quantity("velocity", "m/s");

@@ -1,0 +1,217 @@
+//! Equilibrium under a history of loads, increment by increment.
+
+use super::active_set::{ActiveSet, Target};
+use super::contact::{DirectedStatus, WheelContact};
+use super::edge::EdgeCompliance;
+use super::face::Face;
+use super::factor::Factor;
+use crate::config::Config;
+use crate::error::FemError;
+use crate::integrate::State;
+use crate::model::Model;
+
+/// Contact half-width over the radius of a round wheel up to which its undeformed normals are taken.
+const LEAN_MAX: f64 = 0.5;
+
+/// A wheel that is pressed on the upper edge, its load growing from zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Loads {
+    /// Vertical force on the wheel (N).
+    pub load: f64,
+    /// Radius of its face (m); 0 = flat.
+    pub radius: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+    /// True where friction acts while the load grows.
+    pub friction_while_loading: bool,
+    /// Equal increments of the load.
+    pub increments: usize,
+}
+
+impl Loads {
+    /// The loads of a scenario, where it has a wheel.
+    pub fn new(config: &Config) -> Option<Loads> {
+        let (wheel, contact) = config.wheel.as_ref().zip(config.contact.as_ref())?;
+        Some(Loads {
+            load: wheel.load_n,
+            radius: wheel.radius_m,
+            friction: contact.friction,
+            friction_while_loading: contact.friction_while_loading,
+            increments: config.statics.load_increments(wheel.load_n),
+        })
+    }
+}
+
+/// A body in equilibrium.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StaticState {
+    /// Displacements and internal forces; velocities and accelerations are zero.
+    pub state: State,
+    /// Contact forces and the position of the wheel; absent without a wheel.
+    pub contact: Option<WheelContact>,
+}
+
+/// The equilibrium of a body under its full tractions and, where there is one, its wheel.
+pub fn equilibrium(model: &Model, loads: Option<&Loads>) -> Result<StaticState, FemError> {
+    let mut statics = Statics::new(model, loads.copied())?;
+    for _ in 0..statics.loading_increments() {
+        statics.load_increment(model)?;
+    }
+    Ok(statics.state(model))
+}
+
+/// A body under a history of loads.
+pub struct Statics {
+    loads: Option<Loads>,
+    factor: Factor,
+    edge: EdgeCompliance,
+    face: Face,
+    contact: ActiveSet,
+    increments_done: usize,
+}
+
+impl Statics {
+    /// Factorises the stiffness; nothing is loaded yet.
+    pub fn new(model: &Model, loads: Option<Loads>) -> Result<Statics, FemError> {
+        let factor = Factor::new(model)?;
+        let face = Face::new(loads.map_or(0.0, |loads| loads.radius), model);
+        let edge = EdgeCompliance::new(model, &factor);
+        let contact = ActiveSet::open(&edge);
+        Ok(Statics {
+            loads,
+            factor,
+            edge,
+            face,
+            contact,
+            increments_done: 0,
+        })
+    }
+
+    /// Increments that bring the full load. Without friction there is no history, and one is enough.
+    pub fn loading_increments(&self) -> usize {
+        match self.loads {
+            Some(loads) if loads.friction_while_loading && loads.friction > 0.0 => loads.increments,
+            _ => 1,
+        }
+    }
+
+    /// The next increment of load; beyond the full load nothing changes.
+    pub fn load_increment(&mut self, model: &Model) -> Result<(), FemError> {
+        if self.increments_done >= self.loading_increments() {
+            return Ok(());
+        }
+        self.increments_done += 1;
+        self.load_by_one(model)?;
+        if self.increments_done == self.loading_increments() {
+            self.check_size(model)?;
+        }
+        Ok(())
+    }
+
+    /// Refuses a displacement beyond the size of the body: a linear body answers any load, and one that moves it by more than its size has a wrong unit.
+    fn check_size(&self, model: &Model) -> Result<(), FemError> {
+        let moved = self.state(model).state.u.into_iter().map(f64::abs);
+        let approach = self.contact().map_or(0.0, |contact| contact.approach);
+        let beyond = |u: &f64| u.is_nan() || *u > model.size();
+        match moved.chain([approach]).find(beyond) {
+            None => Ok(()),
+            Some(displacement_m) => Err(FemError::StaticSize {
+                displacement_m,
+                size_m: model.size(),
+            }),
+        }
+    }
+
+    fn load_by_one(&mut self, model: &Model) -> Result<(), FemError> {
+        let share = self.increments_done as f64 / self.loading_increments() as f64;
+        let Some(loads) = self.loads else {
+            self.edge.share = share;
+            return Ok(());
+        };
+        let friction = if loads.friction_while_loading {
+            loads.friction
+        } else {
+            0.0
+        };
+        let target = Target {
+            load: share * loads.load,
+            lateral: 0.0,
+            friction,
+        };
+        self.go_to(model, share, target)
+    }
+
+    /// Moves the wheel sideways under the full load, with friction, to this position (m).
+    pub fn move_to(&mut self, model: &Model, lateral: f64) -> Result<(), FemError> {
+        let Some(loads) = self.loads else {
+            return Ok(());
+        };
+        self.increments_done += 1;
+        let target = Target {
+            load: loads.load,
+            lateral,
+            friction: loads.friction,
+        };
+        self.go_to(model, 1.0, target)
+    }
+
+    fn go_to(&mut self, model: &Model, share: f64, target: Target) -> Result<(), FemError> {
+        self.edge.share = share;
+        let (edge, factor) = (&mut self.edge, &self.factor);
+        let solved = self
+            .contact
+            .advance(&self.face, edge, target, |edge, nodes| {
+                edge.extend(model, factor, nodes)
+            });
+        solved.map_err(|failure| FemError::ContactNotConverged {
+            increment: self.increments_done,
+            load_n: target.load,
+            lateral_m: target.lateral,
+            friction: target.friction,
+            violation_n: failure.violation,
+            iterations: failure.iterations,
+        })?;
+        self.check_face()
+    }
+
+    /// Refuses a wheel that has sunk in to half of its width: the normals are those of the undeformed edge.
+    fn check_face(&self) -> Result<(), FemError> {
+        let Some(loads) = self.loads.filter(|loads| loads.radius > 0.0) else {
+            return Ok(());
+        };
+        let contact = self.contact.describe(&self.face);
+        let touching =
+            (0..contact.normals.len()).filter(|k| contact.status[*k] != DirectedStatus::Open);
+        let lean = |node: usize| contact.normals[node][0].abs();
+        match touching.map(lean).find(|lean| *lean > LEAN_MAX) {
+            None => Ok(()),
+            Some(lean) => Err(FemError::NarrowWheel {
+                radius_m: loads.radius,
+                half_width_m: lean * loads.radius,
+                load_n: loads.load,
+            }),
+        }
+    }
+
+    /// The wheel and its contact.
+    pub fn contact(&self) -> Option<WheelContact> {
+        self.loads.map(|_| self.contact.describe(&self.face))
+    }
+
+    /// The whole body in equilibrium with the present loads.
+    pub fn state(&self, model: &Model) -> StaticState {
+        let layout = model.body.layout();
+        let mut load = self.edge.applied(model);
+        let contact = self.contact();
+        if let Some(contact) = &contact {
+            for node in 0..contact.normals.len() {
+                let force = contact.force(node);
+                (0..2).for_each(|k| load[layout.index([node, 0], k)] += force[k]);
+            }
+        }
+        let mut state = State::at_rest(&model.body);
+        state.u = self.factor.solve(&load);
+        model.body.internal_force(&state.u, &mut state.force);
+        StaticState { state, contact }
+    }
+}

@@ -1,0 +1,82 @@
+//! Contact forces and statuses of the nodes of the upper edge.
+
+use serde::{Deserialize, Serialize};
+
+/// Contact of one node at the end of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct NodeContact {
+    /// Normal force on the node (N).
+    pub(crate) normal: [f64; 2],
+    /// Friction on the node (N).
+    pub(crate) friction: [f64; 2],
+    /// Open, sticking or slipping.
+    pub(crate) status: ContactStatus,
+}
+
+/// Status of a node towards the wheel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum ContactStatus {
+    /// Separated.
+    #[default]
+    Open,
+    /// Contact, and no slip.
+    Stick,
+    /// Contact, and slip under the full friction.
+    Slip,
+}
+
+impl NodeContact {
+    pub(crate) fn closed(&self) -> bool {
+        self.status != ContactStatus::Open
+    }
+
+    /// Magnitude of the normal force (N).
+    pub(crate) fn pressing(&self) -> f64 {
+        self.normal[0].hypot(self.normal[1])
+    }
+
+    /// Friction on the node along the surface, positive where the wheel drags it towards +x (N).
+    pub(crate) fn dragging(&self) -> f64 {
+        self.friction[0]
+            .hypot(self.friction[1])
+            .copysign(self.friction[0])
+    }
+}
+
+/// Force of all nodes on the wheel (N).
+pub(super) fn force_on_wheel(contacts: &[NodeContact]) -> [f64; 2] {
+    contacts.iter().fold([0.0, 0.0], |sum, contact| {
+        [0, 1].map(|k| sum[k] - (contact.normal[k] + contact.friction[k]))
+    })
+}
+
+/// Nodes in contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Count {
+    stick: usize,
+    slip: usize,
+}
+
+/// Counts the nodes in contact.
+pub(super) fn count(contacts: &[NodeContact]) -> Count {
+    let mut count = Count::default();
+    for contact in contacts {
+        match contact.status {
+            ContactStatus::Open => {}
+            ContactStatus::Stick => count.stick += 1,
+            ContactStatus::Slip => count.slip += 1,
+        }
+    }
+    count
+}
+
+impl Count {
+    pub(super) fn closed(self) -> usize {
+        self.stick + self.slip
+    }
+
+    /// Sn = slip / (slip + stick) in percent, 0 without contact.
+    pub(super) fn sliding_pct(self) -> f64 {
+        100.0 * self.slip as f64 / self.closed().max(1) as f64
+    }
+}

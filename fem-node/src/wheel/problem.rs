@@ -1,0 +1,46 @@
+//! Data of the contact problem of one step.
+
+/// A node of the upper edge between t_n and t_n+1.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct NodeMotion {
+    /// Position without displacement (m).
+    pub(super) point: [f64; 2],
+    /// Displacement at t_n (m).
+    pub(super) now: [f64; 2],
+    /// Displacement at t_n+1 without contact forces at t_n (m).
+    pub(super) free: [f64; 2],
+    /// Displacement at t_n+1 for each unit of force at t_n (m/N), zero where supported.
+    pub(super) weight: [f64; 2],
+}
+
+impl NodeMotion {
+    /// A node at this position (m), at rest.
+    pub(super) fn at(point: &[f64; 2]) -> NodeMotion {
+        NodeMotion {
+            point: *point,
+            ..NodeMotion::default()
+        }
+    }
+}
+
+/// The wheel between t_n and t_n+1.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Increment {
+    /// Lowest point of the face at t_n (m).
+    pub(super) height: f64,
+    /// Lowest point at t_n+1 without contact forces at t_n (m).
+    pub(super) free_height: f64,
+    /// Vertical displacement at t_n+1 for each unit of force at t_n (m/N).
+    pub(super) weight: f64,
+    /// Sideways displacement at t_n and t_n+1 (m).
+    pub(super) lateral: [f64; 2],
+    /// Coefficient of friction.
+    pub(super) friction: f64,
+}
+
+/// A problem whose residual stayed too large.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Unsolved {
+    pub(super) sweeps: usize,
+    pub(super) residual: f64,
+}

@@ -1,0 +1,105 @@
+//! The rigid wheel of a scenario.
+
+use super::program::Program;
+use crate::config::{ContactConfig, WheelConfig};
+use crate::element::Body;
+use crate::mesh::{Edge, Mesh};
+
+/// Wheel, its load and its friction: everything about it that stays during a run.
+#[derive(Clone, Debug)]
+pub struct Wheel {
+    /// Load and motion over time.
+    pub program: Program,
+    /// Mass (kg).
+    pub(super) mass: f64,
+    /// Radius of the face (m); 0 = flat.
+    pub(super) radius: f64,
+    pub(super) contact: ContactConfig,
+    start_damping: f64,
+    /// Positions of the nodes of the upper edge (m).
+    pub(super) points: Vec<[f64; 2]>,
+    /// Beginning of the y components in a row of nodes.
+    pub(super) stride: usize,
+    /// Lowest point of the face when it just touches the undeformed body (m).
+    pub(super) first_height: f64,
+    /// The last step that ends before the sideways motion starts.
+    motion_step: u64,
+    pub(super) step: f64,
+}
+
+impl Wheel {
+    /// The wheel of a scenario, touching the undeformed body.
+    pub fn new(
+        config: &WheelConfig,
+        contact: &ContactConfig,
+        mesh: &Mesh,
+        body: &Body,
+        step: f64,
+        start_damping: f64,
+    ) -> Wheel {
+        let (nodes, _) = mesh.surface(Edge::Top);
+        let points: Vec<[f64; 2]> = nodes.iter().map(|n| mesh.point(n[0], n[1])).collect();
+        let program = Program::new(config);
+        Wheel {
+            mass: config.mass_kg,
+            radius: config.radius_m,
+            contact: *contact,
+            start_damping,
+            first_height: first_height(config.radius_m, &points),
+            points,
+            stride: body.layout().stride(),
+            // The margin keeps a start that is a multiple of the step up to rounding from moving by one step.
+            motion_step: (program.motion_start() / step + 1e-6) as u64,
+            program,
+            step,
+        }
+    }
+
+    /// The last step that ends before the sideways motion starts.
+    pub(crate) fn motion_step(&self) -> u64 {
+        self.motion_step
+    }
+
+    /// Mass damping that is added at the end of a step (1/s).
+    pub(crate) fn damping_at(&self, step: u64) -> f64 {
+        if step <= self.motion_step {
+            self.start_damping
+        } else {
+            0.0
+        }
+    }
+
+    /// Coefficient of friction at the end of a step.
+    pub(super) fn friction_at(&self, step: u64) -> f64 {
+        if self.contact.friction_while_loading || step >= self.motion_step {
+            self.contact.friction
+        } else {
+            0.0
+        }
+    }
+
+    /// Load at the end of a step (N).
+    pub(super) fn load_at(&self, step: u64) -> f64 {
+        self.program.load_at(step as f64 * self.step)
+    }
+
+    /// Sideways displacement D at the end of a step (m).
+    pub(super) fn lateral_at(&self, step: u64) -> f64 {
+        self.program.lateral_at(step as f64 * self.step)
+    }
+}
+
+/// Lowest point of the face when it just touches the points (m), the wheel standing over x = 0.
+fn first_height(radius: f64, points: &[[f64; 2]]) -> f64 {
+    let below = points
+        .iter()
+        .filter(|p| radius == 0.0 || p[0].abs() < radius);
+    let touching = below.map(|[x, y]| {
+        if radius == 0.0 {
+            return *y;
+        }
+        // R - sqrt(R^2 - x^2) without the cancellation at small x.
+        y - x * x / (radius + (radius * radius - x * x).sqrt())
+    });
+    touching.fold(f64::NEG_INFINITY, f64::max)
+}

@@ -1,0 +1,115 @@
+//! State of the wheel at the end of a step.
+
+use serde::{Deserialize, Serialize};
+
+use super::node_contact::{NodeContact, count, force_on_wheel};
+use super::rigid::Wheel;
+use super::statistics::{CycleStatistics, SIGNALS};
+
+/// Cumulative energies of the wheel and its contact since the start (J); the formulas stand where they are
+/// added.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Energies {
+    /// Work of the load.
+    pub load: f64,
+    /// Work of the sideways drive.
+    pub drive: f64,
+    /// Dissipated by friction.
+    pub friction: f64,
+    /// Dissipated where nodes close and open.
+    pub impact: f64,
+    /// Dissipated by the damping of the start phase, the wheel's part.
+    pub mass_damping: f64,
+    /// Dissipated by the scheme, the wheel's part.
+    pub numerical: f64,
+}
+
+/// State of the wheel and its contact.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct WheelState {
+    /// Lowest point of the face (m).
+    pub(crate) height: f64,
+    /// Upwards (m/s).
+    pub(crate) velocity: f64,
+    /// Upwards (m/s2).
+    pub(crate) acceleration: f64,
+    /// Contact of each node of the upper edge.
+    pub(crate) contacts: Vec<NodeContact>,
+    pub(crate) energies: Energies,
+    pub(crate) statistics: CycleStatistics,
+    /// Own steps since the start.
+    pub(super) step: u64,
+}
+
+impl WheelState {
+    /// At rest, just touching the undeformed body.
+    pub(crate) fn at_rest(wheel: &Wheel) -> WheelState {
+        WheelState {
+            height: wheel.first_height,
+            velocity: 0.0,
+            acceleration: 0.0,
+            contacts: vec![NodeContact::default(); wheel.points.len()],
+            energies: Energies::default(),
+            statistics: CycleStatistics::default(),
+            step: 0,
+        }
+    }
+
+    /// At rest on a body in equilibrium, the face by `approach` (m) below its first contact.
+    pub(crate) fn resting(wheel: &Wheel, approach: f64, contacts: Vec<NodeContact>) -> WheelState {
+        WheelState {
+            height: wheel.first_height - approach,
+            contacts,
+            ..WheelState::at_rest(wheel)
+        }
+    }
+
+    /// True where it touches the body.
+    pub(crate) fn is_touching(&self) -> bool {
+        self.contacts.iter().any(NodeContact::closed)
+    }
+
+    /// Kinetic energy of the vertical motion (J).
+    pub(crate) fn kinetic(&self, wheel: &Wheel) -> f64 {
+        0.5 * wheel.mass * self.velocity * self.velocity
+    }
+
+    /// Force of the body on the wheel (N).
+    pub(crate) fn force(&self) -> [f64; 2] {
+        force_on_wheel(&self.contacts)
+    }
+
+    /// Approach of the wheel since it touched the body (m).
+    pub(crate) fn approach(&self, wheel: &Wheel) -> f64 {
+        wheel.first_height - self.height
+    }
+
+    /// The values of [`SIGNALS`].
+    pub(crate) fn signals(&self, wheel: &Wheel) -> [f64; SIGNALS.len()] {
+        let t = self.step as f64 * wheel.step;
+        let [ft, fn_] = self.force();
+        let count = count(&self.contacts);
+        [
+            wheel.program.lateral_at(t),
+            self.height,
+            wheel.program.speed_at(t),
+            fn_,
+            ft,
+            count.sliding_pct(),
+            count.closed() as f64,
+        ]
+    }
+
+    /// Numbers that can change a later bit.
+    pub(crate) fn numbers(&self) -> Vec<f64> {
+        let e = &self.energies;
+        let mut numbers = vec![self.height, self.velocity, self.acceleration];
+        numbers.extend([e.load, e.drive, e.friction]);
+        numbers.extend([e.impact, e.mass_damping, e.numerical]);
+        for contact in &self.contacts {
+            numbers.extend(contact.normal);
+            numbers.extend(contact.friction);
+        }
+        numbers
+    }
+}
