@@ -107,17 +107,17 @@ impl Operator<'_> {
     /// One window along a straight line of velocities: with the acceleration a the continuum answers
     /// lambda_0 + S a = lambda_0 + (S / H) (v - v_0).
     fn led(&self, start: &Joint) -> Joint {
-        let (h, prescribed) = (self.window_s, &self.response.prescribed);
-        let v_0 = self.response.speed(&start.continuum);
-        let (_, lambda_0) = prescribed.window(&start.continuum, 0.0);
-        let (_, resists) = prescribed.window(&DVector::zeros(start.continuum.len()), 1.0);
+        let (h, response) = (self.window_s, self.response);
+        let v_0 = response.speed(&start.continuum);
+        let (_, lambda_0) = response.prescribed(&start.continuum, 0.0);
+        let (_, resists) = response.prescribed(&DVector::zeros(start.continuum.len()), 1.0);
         let motion = Motion {
             free: v_0 - h * lambda_0 / resists,
             compliance: 1.0 / resists,
         };
         let solved = self.wall.window(&start.masses, start.place, motion);
         let v = solved.masses.glued_velocity;
-        let (continuum, _) = prescribed.window(&start.continuum, (v - v_0) / h);
+        let (continuum, _) = response.prescribed(&start.continuum, (v - v_0) / h);
         Joint {
             continuum,
             masses: solved.masses,
@@ -129,9 +129,10 @@ impl Operator<'_> {
 
     /// One window in which the continuum goes to the velocity that the wall had, and the wall bears its force.
     fn pushed(&self, start: &Joint) -> Joint {
-        let (h, prescribed) = (self.window_s, &self.response.prescribed);
-        let v_0 = self.response.speed(&start.continuum);
-        let (continuum, lambda) = prescribed.window(&start.continuum, (start.motion / h - v_0) / h);
+        let (h, response) = (self.window_s, self.response);
+        let v_0 = response.speed(&start.continuum);
+        let (continuum, lambda) =
+            response.prescribed(&start.continuum, (start.motion / h - v_0) / h);
         let borne = match self.condition {
             TransmissionCondition::LateVelocityAndForce => start.lambda,
             _ => lambda,

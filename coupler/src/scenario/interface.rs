@@ -149,10 +149,11 @@ pub enum Order {
 }
 
 /// The word of a scheme in a scenario.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[allow(missing_docs)]
 pub enum SchemeWord {
+    #[default]
     DualSchur,
     DualSchurSecant,
     DualSchurCheap,
@@ -164,7 +165,7 @@ pub enum SchemeWord {
 }
 
 /// The keys of an interface that belong to single schemes, as a scenario gives them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SchemeKeys {
     /// `scheme`
     pub scheme: SchemeWord,
@@ -185,11 +186,7 @@ impl SchemeKeys {
     pub fn of(scheme: SchemeWord) -> SchemeKeys {
         SchemeKeys {
             scheme,
-            dirichlet: None,
-            repeats_max: None,
-            compliance: None,
-            acceleration: None,
-            relaxation: None,
+            ..SchemeKeys::default()
         }
     }
 
@@ -248,25 +245,15 @@ impl SchemeKeys {
 
     /// The keys that are given and mean nothing for the scheme.
     pub fn unused(&self) -> Vec<&'static str> {
-        use SchemeWord::{
-            DualSchur, DualSchurCheap, DualSchurSecant, FixedPointParallel, FixedPointSerial,
-            StaggeredParallel, StaggeredSerial,
-        };
-        let any_of = |words: &[SchemeWord]| words.contains(&self.scheme);
-        let fixed_point = any_of(&[FixedPointSerial, FixedPointParallel]);
-        let staggered = any_of(&[StaggeredSerial, StaggeredParallel]);
-        let dual_schur = any_of(&[DualSchur, DualSchurSecant, DualSchurCheap]);
+        let scheme = self.scheme();
+        let fixed_point = matches!(scheme, Scheme::FixedPoint { .. });
+        let staggered = matches!(scheme, Scheme::Staggered { .. });
+        let dual_schur = matches!(scheme, Scheme::DualSchur { .. });
+        let (swaps, cheap) = (fixed_point || staggered, SchemeWord::DualSchurCheap);
+        let repeats = !staggered && self.scheme != cheap;
         let keys = [
-            (
-                "dirichlet",
-                self.dirichlet.is_some(),
-                fixed_point || staggered,
-            ),
-            (
-                "repeats_max",
-                self.repeats_max.is_some(),
-                !staggered && self.scheme != DualSchurCheap,
-            ),
+            ("dirichlet", self.dirichlet.is_some(), swaps),
+            ("repeats_max", self.repeats_max.is_some(), repeats),
             ("compliance", self.compliance.is_some(), dual_schur),
             ("acceleration", self.acceleration.is_some(), fixed_point),
             ("relaxation", self.relaxation.is_some(), fixed_point),

@@ -110,14 +110,19 @@ impl Compliance {
             .collect()
     }
 
-    /// C (m/N) for windows of these substeps, once it is known; one block a force-driven participant.
-    pub fn blocks(&self, substeps: u32) -> &[DMatrix<f64>] {
-        &self.by_substeps[&substeps]
-    }
-
-    /// Softness at the start over that of the source.
-    pub fn factor(&self) -> f64 {
-        self.factor
+    /// C (m/N) of each continuum in a full window, where it is made of their own columns.
+    pub fn columns(
+        &mut self,
+        participants: &mut dyn Participants,
+        group: &Group,
+    ) -> Result<Option<Vec<DMatrix<f64>>>, Error> {
+        if self.source != Source::Columns {
+            return Ok(None);
+        }
+        let window = group.clock.window(0, 0, group.clock.substeps);
+        self.prepare(participants, group, &window)?;
+        let blocks = self.by_substeps[&window.substeps].iter();
+        Ok(Some(blocks.map(|block| block / self.factor).collect()))
     }
 
     /// Sees that C for this window is known and that the boundaries are made for it.
@@ -213,14 +218,11 @@ fn update(matrix: &mut DMatrix<f64>, s: &[f64], y: &[f64]) -> bool {
 /// N C N^T of one motion-driven participant (m/N), 2 points x 2 points. The action of the points of another one on the same
 /// continuum is not in it: that part converges in the repeats.
 fn condensed(group: &Group, side: &Side, blocks: &[DMatrix<f64>]) -> DMatrix<f64> {
-    let parts = group
-        .force_driven
-        .iter()
-        .zip(blocks)
-        .map(|(force_driven, block)| {
-            let own = group.mapping.block(&side.range, &force_driven.range);
-            own.condense(block)
-        });
+    let continua = group.force_driven.iter().zip(blocks);
+    let parts = continua.map(|(continuum, block)| {
+        let own = group.mapping.block(&side.range, &continuum.range);
+        own.condense(block)
+    });
     parts
         .reduce(|whole, part| whole + part)
         .expect("a group has a continuum")

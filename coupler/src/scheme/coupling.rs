@@ -1,5 +1,6 @@
 //! The coupling of one group of interfaces: its scheme, its state, and the policy for windows that do not converge.
 
+use nalgebra::DMatrix;
 use protocol::Window;
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +16,7 @@ use super::source::Source;
 use super::window::{AcceptedWindow, Attempt, InterfaceSignals, InterfaceState, SolvedWindow};
 use super::{dual_schur, fixed_point, neumann_dirichlet, staggered, velocity};
 use crate::error::Error;
-use crate::scenario::{CompliancePrior, Dirichlet, Policy, Scheme, Update};
+use crate::scenario::{CompliancePrior, Dirichlet, Policy, Scheme, SchemeWord};
 
 /// The coupler's own state of one group: it changes only when a window is accepted.
 #[derive(Clone, Debug)]
@@ -42,13 +43,7 @@ pub struct CouplingState {
 impl Coupling {
     /// All sides at rest and unloaded; messages speak of the interface `name`.
     pub fn new(name: &str, scheme: Scheme, policy: Policy, group: Group) -> Coupling {
-        let cheap = matches!(
-            scheme,
-            Scheme::DualSchur {
-                update: Update::Cheap,
-                ..
-            }
-        );
+        let cheap = scheme.word() == SchemeWord::DualSchurCheap;
         let factor = if cheap { dual_schur::CHEAP_FACTOR } else { 1.0 };
         Coupling {
             name: name.to_string(),
@@ -257,16 +252,12 @@ impl Coupling {
         signals
     }
 
-    /// C (m/N) of each force-driven participant in a full window, as the scheme goes by it.
-    pub fn compliance(
+    /// C (m/N) of each force-driven participant in a full window, where the scheme goes by their own columns.
+    pub fn columns(
         &mut self,
         participants: &mut dyn Participants,
-    ) -> Result<&Compliance, Error> {
-        let clock = self.group.clock;
-        let window = clock.window(0, 0, clock.substeps);
-        self.compliance
-            .prepare(participants, &self.group, &window)?;
-        Ok(&self.compliance)
+    ) -> Result<Option<Vec<DMatrix<f64>>>, Error> {
+        self.compliance.columns(participants, &self.group)
     }
 
     /// The part of it that windows have changed.
@@ -291,13 +282,8 @@ impl Coupling {
                 self.name
             )));
         }
-        let CouplingState {
-            compliance,
-            state,
-            ledgers,
-        } = state.clone();
-        self.compliance.restore(compliance);
-        (self.state, self.ledgers) = (state, ledgers);
+        self.compliance.restore(state.compliance.clone());
+        (self.state, self.ledgers) = (state.state.clone(), state.ledgers.clone());
         Ok(())
     }
 
@@ -309,17 +295,13 @@ impl Coupling {
 
 /// The source of the compliance that a scheme goes by.
 fn source(scheme: &Scheme) -> Source {
-    match scheme {
-        Scheme::DualSchur { compliance, .. } => match compliance {
+    match (scheme, scheme.dirichlet()) {
+        (Scheme::DualSchur { compliance, .. }, _) => match compliance {
             CompliancePrior::Columns => Source::Columns,
             CompliancePrior::Mass => Source::Mass,
         },
-        Scheme::Velocity { .. } => Source::Impedance,
-        Scheme::FixedPoint { dirichlet, .. } | Scheme::Staggered { dirichlet, .. } => {
-            match dirichlet {
-                Dirichlet::Wall => Source::Rigid,
-                Dirichlet::Continuum => Source::Points,
-            }
-        }
+        (Scheme::Velocity { .. }, _) => Source::Impedance,
+        (_, Dirichlet::Wall) => Source::Rigid,
+        (_, Dirichlet::Continuum) => Source::Points,
     }
 }

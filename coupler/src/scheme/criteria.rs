@@ -56,35 +56,21 @@ pub fn open(
 
 /// The interfaces whose energy defect would be above its bound if the window were accepted.
 pub fn leaking(group: &Group, ledgers: &[InterfaceLedger], solved: &SolvedWindow) -> Vec<Fault> {
-    if group
-        .patches
-        .iter()
-        .all(|patch| patch.energy_defect_max_rel.is_none())
-    {
-        return Vec::new();
-    }
-    let motions = Motions::of(group, solved);
-    let mut faults = Vec::new();
-    for (index, (patch, ledger)) in group.patches.iter().zip(ledgers).enumerate() {
-        let Some(bound) = patch.energy_defect_max_rel else {
-            continue;
-        };
-        let mut ledger = ledger.clone();
-        ledger.add(&motions.entry(patch, solved));
+    let leaking = |(index, patch): (usize, &Patch)| {
+        let bound = patch.energy_defect_max_rel?;
+        let mut ledger = ledgers[index].clone();
+        ledger.add(&Motions::of(group, solved).entry(patch, solved));
         let defect = ledger.energy_defect_rel();
-        // Not `defect > bound`: what is not a number is above every bound.
-        if defect <= bound {
-            continue;
-        }
-        faults.push(Fault {
+        (defect > bound || defect.is_nan()).then(|| Fault {
             patch: index,
             why: format!(
                 "interface `{}`: with window {} (t = {:.6e} s) the interface has lost or made {defect:.3e} of the energy that went through it, energy_defect_max_rel is {bound:.1e}: lower substeps, or take a dual-schur scheme",
                 patch.name, solved.window.index, solved.window.t0_s
             ),
-        });
-    }
-    faults
+        })
+    };
+    let patches = group.patches.iter().enumerate();
+    patches.filter_map(leaking).collect()
 }
 
 /// Motions and forces of a solved window on the other side of the mapping.

@@ -75,11 +75,8 @@ impl Group {
     /// Nodal forces (N) that the points of one motion-driven participant exert; zero on the nodes of the others.
     pub fn borne_by(&self, wall: usize, force: &[f64]) -> Vec<f64> {
         let mut own = vec![0.0; force.len()];
-        for patch in self
-            .patches
-            .iter()
-            .filter(|patch| patch.motion_driven == wall)
-        {
+        let patches = self.patches.iter();
+        for patch in patches.filter(|patch| patch.motion_driven == wall) {
             let range = components(&patch.nodes);
             own[range.clone()].copy_from_slice(&force[range]);
         }
@@ -88,10 +85,8 @@ impl Group {
 
     /// The interface that speaks for a motion-driven participant: its first.
     pub fn first_of(&self, wall: usize) -> usize {
-        let found = self
-            .patches
-            .iter()
-            .position(|patch| patch.motion_driven == wall);
+        let mut patches = self.patches.iter();
+        let found = patches.position(|patch| patch.motion_driven == wall);
         found.expect("it is in the group because of an interface")
     }
 }

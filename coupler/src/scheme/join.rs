@@ -5,7 +5,7 @@ mod suitability;
 
 use std::ops::Range;
 
-use protocol::{Description, Surface};
+use protocol::Surface;
 
 use super::clock::Clock;
 use super::group::{Group, Patch, Side};
@@ -40,8 +40,12 @@ fn join_group(
     let mut pairs = Vec::new();
     for interface in &interfaces {
         let pair = roles(participants, interface)?;
-        let [wall, continuum] = [pair.motion_driven, pair.force_driven]
-            .map(|peer| (participants.name(peer), participants.description(peer)));
+        let [wall, continuum] = [&pair.motion_driven, &pair.force_driven].map(|end| {
+            (
+                participants.name(end.peer),
+                participants.description(end.peer),
+            )
+        });
         refuse_finer_than_solver(interface, wall.0, wall.1)?;
         refuse_without_prescribed_velocity(interface, continuum.0, continuum.1)?;
         pairs.push(pair);
@@ -52,34 +56,20 @@ fn join_group(
     for (interface, pair) in interfaces.iter().zip(pairs) {
         seams.push(seam(participants, interface, pair)?);
     }
-    for peer in each_once(seams.iter().map(|seam| seam.pair.force_driven)) {
-        let own = seams.iter().filter(|seam| seam.pair.force_driven == peer);
-        select(
-            participants,
-            peer,
-            own.map(|seam| (seam.offered, &seam.active)),
-        )?;
-    }
-    for peer in each_once(seams.iter().map(|seam| seam.pair.motion_driven)) {
-        let own = seams.iter().filter(|seam| seam.pair.motion_driven == peer);
-        let all: Vec<(usize, Vec<usize>)> = own
-            .map(|seam| (seam.points.len(), (0..seam.points.len()).collect()))
-            .collect();
-        select(
-            participants,
-            peer,
-            all.iter().map(|(count, points)| (*count, points)),
-        )?;
-    }
+    select(participants, &seams)?;
     Ok(assemble(&interfaces, &seams, clock))
 }
 
-/// The participants of an interface, and their sets.
+/// A set of a participant.
+struct End {
+    peer: usize,
+    set: String,
+}
+
+/// The two sets of an interface.
 struct Pair {
-    force_driven: usize,
-    force_driven_set: String,
-    motion_driven: usize,
-    motion_driven_set: String,
+    force_driven: End,
+    motion_driven: End,
 }
 
 /// An interface with its sets coupled.
@@ -94,27 +84,23 @@ struct Seam {
     mapping: Mapping,
 }
 
+fn refused(interface: &Interface, why: impl std::fmt::Display) -> Error {
+    Error::Refused(format!("interface `{}`: {why}", interface.name))
+}
+
 /// The side that takes forces and the one that stands on the wall, told by what they can do, not by their order.
 fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<Pair, Error> {
-    let mut continuum = None;
-    let mut wall = None;
+    let (mut continuum, mut wall) = (None, None);
     for side in &interface.between {
         let (name, set) = side.split_once('.').unwrap_or((side, ""));
         let peer = (0..participants.count())
             .find(|peer| participants.name(*peer) == name)
-            .ok_or_else(|| {
-                Error::Refused(format!(
-                    "interface `{}`: no participant `{name}`",
-                    interface.name
-                ))
-            })?;
-        let description = participants.description(peer).clone();
+            .ok_or_else(|| refused(interface, format!("no participant `{name}`")))?;
+        let description = participants.description(peer);
         if !description.sets.iter().any(|known| known == set) {
-            return Err(Error::Refused(format!(
-                "interface `{}`: participant `{name}` has no set `{set}`; its sets: {}",
-                interface.name,
-                description.sets.join(", ")
-            )));
+            let known = description.sets.join(", ");
+            let why = format!("participant `{name}` has no set `{set}`; its sets: {known}");
+            return Err(refused(interface, why));
         }
         let capabilities = description.capabilities;
         if !(capabilities.rollback && (capabilities.advance || capabilities.compliant_boundary)) {
@@ -122,45 +108,39 @@ fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<P
             participants.couple(peer, set)?;
         }
         if !capabilities.rollback {
-            return Err(Error::Refused(format!(
-                "interface `{}`: participant `{name}` cannot repeat a window (no checkpoint), which every scheme here needs",
-                interface.name
-            )));
+            let why = format!(
+                "participant `{name}` cannot repeat a window (no checkpoint), which every scheme here needs"
+            );
+            return Err(refused(interface, why));
         }
+        let set = set.to_string();
         if capabilities.advance && continuum.is_none() {
-            continuum = Some((peer, set.to_string()));
+            continuum = Some(End { peer, set });
         } else if capabilities.compliant_boundary && wall.is_none() {
-            wall = Some((peer, set.to_string()));
+            wall = Some(End { peer, set });
         }
     }
-    match (continuum, wall) {
-        (Some((force_driven, force_driven_set)), Some((motion_driven, motion_driven_set))) => {
-            Ok(Pair {
-                force_driven,
-                force_driven_set,
-                motion_driven,
-                motion_driven_set,
-            })
-        }
-        _ => Err(Error::Refused(format!(
+    let (Some(force_driven), Some(motion_driven)) = (continuum, wall) else {
+        return Err(Error::Refused(format!(
             "interface `{}` joins {} and {}: it takes one participant that advances under forces and one that stands on a compliant wall",
             interface.name, interface.between[0], interface.between[1]
-        ))),
-    }
+        )));
+    };
+    Ok(Pair {
+        force_driven,
+        motion_driven,
+    })
 }
 
 /// A participant answers either motion or force in a window, on all of its interfaces.
 fn refuse_two_roles(participants: &dyn Participants, pairs: &[Pair]) -> Result<(), Error> {
-    let both = pairs.iter().find(|pair| {
-        pairs
-            .iter()
-            .any(|other| other.motion_driven == pair.force_driven)
-    });
-    match both {
+    let walls: Vec<usize> = pairs.iter().map(|pair| pair.motion_driven.peer).collect();
+    let mut continua = pairs.iter().map(|pair| pair.force_driven.peer);
+    match continua.find(|peer| walls.contains(peer)) {
         None => Ok(()),
-        Some(pair) => Err(Error::Refused(format!(
+        Some(peer) => Err(Error::Refused(format!(
             "participant `{}` would take forces on one interface and stand on a wall on another: a participant has one role on all of its interfaces",
-            participants.name(pair.force_driven)
+            participants.name(peer)
         ))),
     }
 }
@@ -174,16 +154,15 @@ fn clock(
     let mut first: Option<(&Interface, f64)> = None;
     let mut common = 0;
     for (interface, pair) in interfaces.iter().zip(pairs) {
-        let name = participants.name(pair.force_driven);
-        let step_s = participants.description(pair.force_driven).step_s.ok_or_else(|| {
+        let continuum = pair.force_driven.peer;
+        let step_s = participants.description(continuum).step_s.ok_or_else(|| {
             Error::Refused(format!(
-                "participant `{name}` has no step of its own, the window cannot be counted in it"
+                "participant `{}` has no step of its own, the window cannot be counted in it",
+                participants.name(continuum)
             ))
         })?;
+        refuse_above_limit(participants, interface, step_s, pair.motion_driven.peer)?;
         let window_s = step_s * f64::from(interface.substeps);
-        let wall_name = participants.name(pair.motion_driven);
-        let wall = participants.description(pair.motion_driven);
-        within_limit(interface, step_s, wall_name, wall)?;
         let (leader, leading) = *first.get_or_insert((interface, step_s));
         let leading_s = leading * f64::from(leader.substeps);
         if (window_s - leading_s).abs() > SAME_WINDOW * leading_s {
@@ -201,30 +180,32 @@ fn clock(
     })
 }
 
-fn within_limit(
+fn refuse_above_limit(
+    participants: &dyn Participants,
     interface: &Interface,
     step_s: f64,
-    wall_name: &str,
-    wall: &Description,
+    wall: usize,
 ) -> Result<(), Error> {
-    let window_s = step_s * f64::from(interface.substeps);
-    match wall.step_limit_s {
-        Some(limit) if window_s > limit => Err(Error::Refused(format!(
-            "interface `{}`: the window of {} substeps x {step_s:.4e} s = {window_s:.4e} s is above {} = {limit:.4e} s of participant `{wall_name}`; lower interface.{}.substeps to {} or less",
-            interface.name,
-            interface.substeps,
-            wall.step_limit_name,
-            interface.name,
-            (limit / step_s).floor()
-        ))),
-        _ => Ok(()),
-    }
+    let (name, wall) = (participants.name(wall), participants.description(wall));
+    let substeps = interface.substeps;
+    let window_s = step_s * f64::from(substeps);
+    let Some(limit) = wall.step_limit_s.filter(|limit| window_s > *limit) else {
+        return Ok(());
+    };
+    let why = format!(
+        "the window of {substeps} substeps x {step_s:.4e} s = {window_s:.4e} s is above {} = {limit:.4e} s of participant `{name}`; lower interface.{}.substeps to {} or less",
+        wall.step_limit_name,
+        interface.name,
+        (limit / step_s).floor()
+    );
+    Err(refused(interface, why))
 }
 
 fn greatest_common_divisor(a: u32, b: u32) -> u32 {
-    match b {
-        0 => a,
-        _ => greatest_common_divisor(b, a % b),
+    if b == 0 {
+        a
+    } else {
+        greatest_common_divisor(b, a % b)
     }
 }
 
@@ -233,26 +214,31 @@ fn seam(
     interface: &Interface,
     pair: Pair,
 ) -> Result<Seam, Error> {
-    let all_nodes = participants.couple(pair.force_driven, &pair.force_driven_set)?;
-    let mut points = participants.couple(pair.motion_driven, &pair.motion_driven_set)?;
-    if interface.scheme.dirichlet() == Dirichlet::Continuum {
-        let name = participants.name(pair.motion_driven);
-        let wall = participants.description(pair.motion_driven);
-        points.mass_kg = point_masses(
-            interface,
-            (name, &pair.motion_driven_set),
-            wall,
-            points.len(),
-        )?;
+    let [continuum, wall] = [&pair.force_driven, &pair.motion_driven];
+    let offered = participants.couple(continuum.peer, &continuum.set)?;
+    let mut points = participants.couple(wall.peer, &wall.set)?;
+    let swapped = interface.scheme.dirichlet() == Dirichlet::Continuum;
+    if swapped {
+        let name = participants.name(wall.peer);
+        let told = participants.description(wall.peer);
+        points.mass_kg = point_masses(interface, name, &wall.set, told, points.len())?;
     }
-    let mapping = map(interface, &all_nodes, &points)?;
+    let mapping = Mapping::new(interface.mapping, &places(&offered), &places(&points));
+    let mapping = mapping.map_err(|error| {
+        Error::Refused(format!(
+            "interface `{}` between {} and {}: {error}",
+            interface.name, interface.between[0], interface.between[1]
+        ))
+    })?;
     let active = mapping.active();
     let mapping = mapping.restricted(&active);
-    let nodes = pick(&all_nodes, &active);
-    refuse_massless(interface, &mapping, &nodes, &points)?;
+    let nodes = pick(&offered, &active);
+    if swapped {
+        refuse_massless(interface, &mapping, &nodes, &points)?;
+    }
     Ok(Seam {
         pair,
-        offered: all_nodes.len(),
+        offered: offered.len(),
         mapping,
         nodes,
         points,
@@ -260,22 +246,9 @@ fn seam(
     })
 }
 
-fn map(interface: &Interface, nodes: &Surface, points: &Surface) -> Result<Mapping, Error> {
-    let positions = |surface: &Surface| -> Vec<[f64; 2]> {
-        surface
-            .x_m
-            .iter()
-            .zip(&surface.y_m)
-            .map(|(x, y)| [*x, *y])
-            .collect()
-    };
-    let mapping = Mapping::new(interface.mapping, &positions(nodes), &positions(points));
-    mapping.map_err(|error| {
-        Error::Refused(format!(
-            "interface `{}` between {} and {}: {error}",
-            interface.name, interface.between[0], interface.between[1]
-        ))
-    })
+fn places(surface: &Surface) -> Vec<[f64; 2]> {
+    let places = surface.x_m.iter().zip(&surface.y_m);
+    places.map(|(x, y)| [*x, *y]).collect()
 }
 
 fn pick(surface: &Surface, indices: &[usize]) -> Surface {
@@ -289,60 +262,49 @@ fn pick(surface: &Surface, indices: &[usize]) -> Surface {
     }
 }
 
-/// Selects points of all sets that a participant has coupled: the number of points and the wanted ones, set by set.
-fn select<'a>(
-    participants: &mut dyn Participants,
-    peer: usize,
-    sets: impl Iterator<Item = (usize, &'a Vec<usize>)>,
-) -> Result<(), Error> {
-    let mut points = Vec::new();
-    let mut offset = 0;
-    for (count, wanted) in sets {
-        points.extend(wanted.iter().map(|index| offset + index));
-        offset += count;
+/// Restricts every participant to the points of its sets that are exchanged; a wall exchanges all.
+fn select(participants: &mut dyn Participants, seams: &[Seam]) -> Result<(), Error> {
+    let continua = seams.iter().map(|seam| {
+        let peer = seam.pair.force_driven.peer;
+        (peer, seam.offered, seam.active.clone())
+    });
+    let walls = seams.iter().map(|seam| {
+        let (peer, points) = (seam.pair.motion_driven.peer, seam.points.len());
+        (peer, points, (0..points).collect())
+    });
+    let sets: Vec<(usize, usize, Vec<usize>)> = continua.chain(walls).collect();
+    for peer in each_once(sets.iter().map(|(peer, ..)| *peer)) {
+        let (mut points, mut offset) = (Vec::new(), 0);
+        for (_, offered, wanted) in sets.iter().filter(|(owner, ..)| *owner == peer) {
+            points.extend(wanted.iter().map(|index| offset + index));
+            offset += offered;
+        }
+        participants.select(peer, &points)?;
     }
-    participants.select(peer, &points)
+    Ok(())
 }
 
 fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
-    let own_steps = |peer: usize| {
-        let mut of_peer = interfaces.iter().zip(seams);
-        let (interface, _) = of_peer
-            .find(|(_, seam)| seam.pair.force_driven == peer)
-            .expect("it is in the group because of an interface");
-        interface.substeps / clock.substeps
-    };
-    let (mut force_driven, surface, node_ranges) = line_up(
-        seams
-            .iter()
-            .map(|seam| (seam.pair.force_driven, &seam.nodes))
-            .collect(),
-    );
-    for side in &mut force_driven {
-        side.steps = own_steps(side.peer);
-    }
-    let (motion_driven, glued, point_ranges) = line_up(
-        seams
-            .iter()
-            .map(|seam| (seam.pair.motion_driven, &seam.points))
-            .collect(),
-    );
-    let mut mapping = Mapping::empty(surface.len(), glued.len());
+    let nodes = seams
+        .iter()
+        .map(|seam| (seam.pair.force_driven.peer, &seam.nodes));
+    let points = seams
+        .iter()
+        .map(|seam| (seam.pair.motion_driven.peer, &seam.points));
+    let (mut continua, walls) = (Row::of(nodes.collect()), Row::of(points.collect()));
+    let mut mapping = Mapping::empty(continua.surface.len(), walls.surface.len());
     let mut patches = Vec::new();
     for (index, (interface, seam)) in interfaces.iter().zip(seams).enumerate() {
-        let (nodes, points) = (node_ranges[index].clone(), point_ranges[index].clone());
+        let (force_driven, nodes) = continua.parts[index].clone();
+        let (motion_driven, points) = walls.parts[index].clone();
         mapping.put(points.start, nodes.start, &seam.mapping);
-        let index_of = |sides: &[Side], peer| {
-            let found = sides.iter().position(|side| side.peer == peer);
-            found.expect("all are lined up")
-        };
-        let boundary = index_of(&motion_driven, seam.pair.motion_driven);
+        continua.sides[force_driven].steps = interface.substeps / clock.substeps;
         patches.push(Patch {
             index,
             name: interface.name.clone(),
-            force_driven: index_of(&force_driven, seam.pair.force_driven),
-            outward_y: outward(&glued, &points, &motion_driven[boundary].range),
-            motion_driven: boundary,
+            force_driven,
+            motion_driven,
+            outward_y: outward(&walls.surface, &points, &walls.sides[motion_driven].range),
             spacing_m: seam.nodes.length_m.iter().sum::<f64>() / nodes.len() as f64,
             tolerance_rel: interface.tolerance_rel,
             energy_defect_max_rel: interface.energy_defect_max_rel,
@@ -352,10 +314,10 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
     }
     Group {
         patches,
-        force_driven,
-        motion_driven,
-        nodes: surface,
-        points: glued,
+        force_driven: continua.sides,
+        motion_driven: walls.sides,
+        nodes: continua.surface,
+        points: walls.surface,
         mapping,
         clock,
     }
@@ -368,27 +330,38 @@ fn outward(glued: &Surface, row: &Range<usize>, wall: &Range<usize>) -> f64 {
     if mean(row) > mean(wall) { -1.0 } else { 1.0 }
 }
 
-/// The surfaces of several participants in one: participant after participant, and the place of each surface in it.
-fn line_up(surfaces: Vec<(usize, &Surface)>) -> (Vec<Side>, Surface, Vec<Range<usize>>) {
-    let mut sides = Vec::new();
-    let mut whole = Surface::default();
-    let mut ranges = vec![0..0; surfaces.len()];
-    for peer in each_once(surfaces.iter().map(|(peer, _)| *peer)) {
-        let start = whole.len();
-        for (index, (_, surface)) in surfaces.iter().enumerate() {
-            if surfaces[index].0 == peer {
-                let from = whole.len();
-                append(&mut whole, surface);
-                ranges[index] = from..whole.len();
+/// Surfaces of several participants in one, participant after participant.
+struct Row {
+    sides: Vec<Side>,
+    surface: Surface,
+    /// Side of each surface, and its place in the whole.
+    parts: Vec<(usize, Range<usize>)>,
+}
+
+impl Row {
+    fn of(surfaces: Vec<(usize, &Surface)>) -> Row {
+        let mut row = Row {
+            sides: Vec::new(),
+            surface: Surface::default(),
+            parts: vec![(0, 0..0); surfaces.len()],
+        };
+        for peer in each_once(surfaces.iter().map(|(peer, _)| *peer)) {
+            let start = row.surface.len();
+            for (index, (owner, surface)) in surfaces.iter().enumerate() {
+                if *owner == peer {
+                    let from = row.surface.len();
+                    append(&mut row.surface, surface);
+                    row.parts[index] = (row.sides.len(), from..row.surface.len());
+                }
             }
+            row.sides.push(Side {
+                peer,
+                range: start..row.surface.len(),
+                steps: 1,
+            });
         }
-        sides.push(Side {
-            peer,
-            range: start..whole.len(),
-            steps: 1,
-        });
+        row
     }
-    (sides, whole, ranges)
 }
 
 fn append(whole: &mut Surface, part: &Surface) {

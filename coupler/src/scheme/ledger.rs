@@ -67,12 +67,8 @@ impl InterfaceLedger {
     /// Adds a window that stands.
     pub fn add(&mut self, entry: &WindowEntry) {
         let dot = |motion: &dyn Fn(usize) -> f64| -> f64 {
-            entry
-                .point_force
-                .iter()
-                .enumerate()
-                .map(|(i, force)| force * motion(i))
-                .sum()
+            let forces = entry.point_force.iter().enumerate();
+            forces.map(|(i, force)| force * motion(i)).sum()
         };
         let defect = dot(&|i| entry.point_motion[i] - entry.wall_motion[i]) + entry.late_work_j;
         self.energy_defect_j += defect.abs();
@@ -99,18 +95,16 @@ impl InterfaceLedger {
     /// What the points have stored and lost, as a participant would tell it; nothing where they have no masses.
     pub fn points(&self) -> Option<EnergyLedger> {
         let values = [self.point_kinetic_j, self.point_loss_j];
-        let terms = [
-            ("kinetic", Role::Stored),
-            ("numerical_loss", Role::Dissipated),
-        ];
+        let term = |name: &str, role| Term {
+            name: name.into(),
+            role,
+        };
         let told = values.iter().any(|value| *value != 0.0);
         told.then(|| EnergyLedger {
-            terms: terms
-                .map(|(name, role)| Term {
-                    name: name.into(),
-                    role,
-                })
-                .to_vec(),
+            terms: vec![
+                term("kinetic", Role::Stored),
+                term("numerical_loss", Role::Dissipated),
+            ],
             values: values.to_vec(),
         })
     }
@@ -194,34 +188,22 @@ pub struct EnergyLedger {
 }
 
 impl EnergyLedger {
-    fn sum(&self, wanted: impl Fn(Role) -> bool, size: impl Fn(f64) -> f64) -> f64 {
-        let chosen = self
-            .terms
-            .iter()
-            .zip(&self.values)
-            .filter(|(term, _)| wanted(term.role));
+    /// Sum over the terms of these roles.
+    fn sum(&self, wanted: &[Role], size: fn(f64) -> f64) -> f64 {
+        let terms = self.terms.iter().zip(&self.values);
+        let chosen = terms.filter(|(term, _)| wanted.contains(&term.role));
         chosen.map(|(_, value)| size(*value)).sum()
     }
 
     /// W - dE - D (J).
     pub fn defect_j(&self) -> f64 {
-        let work = self.sum(
-            |role| matches!(role, Role::Work | Role::InterfaceWork),
-            |v| v,
-        );
-        let kept = self.sum(
-            |role| matches!(role, Role::Stored | Role::Dissipated),
-            |v| v,
-        );
-        work - kept
+        let work = self.sum(&[Role::Work, Role::InterfaceWork], |v| v);
+        work - self.sum(&[Role::Stored, Role::Dissipated], |v| v)
     }
 
     /// Sum of |W| over the work terms (J).
     pub fn work_j(&self) -> f64 {
-        self.sum(
-            |role| matches!(role, Role::Work | Role::InterfaceWork),
-            f64::abs,
-        )
+        self.sum(&[Role::Work, Role::InterfaceWork], f64::abs)
     }
 
     /// |W - dE - D| / sum of |W| per term.
@@ -236,10 +218,8 @@ impl EnergyLedger {
 /// say) the defect is compared with the work at the interface.
 pub fn total_balance_rel(ledgers: &[EnergyLedger]) -> f64 {
     let sum = |wanted: Role, size: fn(f64) -> f64| -> f64 {
-        ledgers
-            .iter()
-            .map(|ledger| ledger.sum(|role| role == wanted, size))
-            .sum()
+        let sums = ledgers.iter().map(|ledger| ledger.sum(&[wanted], size));
+        sums.sum()
     };
     let defect: f64 = ledgers.iter().map(EnergyLedger::defect_j).sum();
     let through = sum(Role::InterfaceWork, |v| v);

@@ -87,18 +87,13 @@ impl Mapping {
         for (index, node) in active.iter().enumerate() {
             position[*node] = index;
         }
-        let rows = self
-            .rows
-            .iter()
-            .map(|row| {
-                row.iter()
-                    .filter(|(_, weight)| *weight != 0.0)
-                    .map(|(node, weight)| (position[*node], *weight))
-                    .collect()
-            })
-            .collect();
+        let row = |row: &Vec<(usize, f64)>| {
+            let carries = row.iter().filter(|(_, weight)| *weight != 0.0);
+            let moved = carries.map(|(node, weight)| (position[*node], *weight));
+            moved.collect()
+        };
         Mapping {
-            rows,
+            rows: self.rows.iter().map(row).collect(),
             nodes: active.len(),
         }
     }
@@ -165,15 +160,14 @@ impl Mapping {
 
     /// N C N^T for a nodal matrix C (2 nodes x 2 nodes): the compliance that the points feel.
     pub fn condense(&self, nodal: &DMatrix<f64>) -> DMatrix<f64> {
-        let size = 2 * self.rows.len();
-        let mut half = DMatrix::zeros(2 * self.nodes, size);
-        for column in 0..2 * self.nodes {
-            let moved = self.motion(nodal.column(column).as_slice());
-            half.row_mut(column).copy_from_slice(&moved);
-        }
-        let mut result = DMatrix::zeros(size, size);
-        for column in 0..size {
-            let moved = self.motion(half.column(column).as_slice());
+        self.motions(&self.motions(nodal))
+    }
+
+    /// The motions of the points by each column of nodal motions, row by row.
+    fn motions(&self, nodal: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut result = DMatrix::zeros(nodal.ncols(), 2 * self.rows.len());
+        for (column, motion) in nodal.column_iter().enumerate() {
+            let moved = self.motion(motion.as_slice());
             result.row_mut(column).copy_from_slice(&moved);
         }
         result

@@ -58,18 +58,13 @@ pub fn solve_staggered(
         Order::Serial => one_by_one(problem, &window, &followed)?,
         Order::Parallel => at_once(problem, &window, &followed)?,
     };
-    let window_s = problem.group.window_s(&window);
     let faults = starved(problem.group, &window, &pushed.answer);
+    let increment = motion_of(&pushed.velocity, problem.group.window_s(&window));
+    let solved = solved(problem, window, &followed, reaction, pushed);
     Ok(SolvedWindow {
-        wanted: motion_of(&followed, window_s),
-        increment: motion_of(&pushed.velocity, window_s),
-        lambda: acting(problem, &window, &reaction, &pushed.answer),
-        work: reaction.work,
-        velocity: Some(pushed.velocity),
-        inertia: pushed.inertia,
-        answer: pushed.answer,
+        increment,
         faults,
-        window,
+        ..solved
     })
 }
 
@@ -103,17 +98,34 @@ pub fn solve_fixed_point(
             window.iteration += 1;
             continue;
         }
+        let solved = solved(problem, window, &velocity, reaction, pushed);
         return Ok(SolvedWindow {
-            wanted: increment.clone(),
-            increment,
-            lambda: acting(problem, &window, &reaction, &pushed.answer),
-            work: reaction.work,
             velocity: Some(velocity),
-            inertia: pushed.inertia,
-            answer: pushed.answer,
             faults: verdict.faults(),
-            window,
+            ..solved
         });
+    }
+}
+
+/// The window in which the continua went along a velocity and the walls were pushed.
+fn solved(
+    problem: &Problem,
+    window: Window,
+    followed: &[f64],
+    reaction: Reaction,
+    pushed: Pushed,
+) -> SolvedWindow {
+    let increment = motion_of(followed, problem.group.window_s(&window));
+    SolvedWindow {
+        wanted: increment.clone(),
+        increment,
+        lambda: acting(problem, &window, &reaction, &pushed.answer),
+        work: reaction.work,
+        velocity: Some(pushed.velocity),
+        inertia: pushed.inertia,
+        answer: pushed.answer,
+        faults: Vec::new(),
+        window,
     }
 }
 

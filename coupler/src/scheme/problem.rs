@@ -41,10 +41,18 @@ impl Problem<'_> {
 
     /// The beginning of [`Problem::advance`]: all participants are at work after it.
     pub fn begin_advance(&mut self, window: &Window, force: &[f64]) -> Result<(), Error> {
-        self.group.force_driven.iter().try_for_each(|side| {
-            let request = Request::Advance(side.of(force));
-            self.participants
-                .begin(side.peer, &side.window(window), request)
+        self.begin(window, |side| Request::Advance(side.of(force)))
+    }
+
+    fn begin<'r>(
+        &mut self,
+        window: &Window,
+        request: impl Fn(&Side) -> Request<'r>,
+    ) -> Result<(), Error> {
+        let mut sides = self.group.force_driven.iter();
+        sides.try_for_each(|side| {
+            let window = side.window(window);
+            self.participants.begin(side.peer, &window, request(side))
         })
     }
 
@@ -73,11 +81,7 @@ impl Problem<'_> {
         window: &Window,
         velocity: &[f64],
     ) -> Result<(), Error> {
-        self.group.force_driven.iter().try_for_each(|side| {
-            let request = Request::PrescribeVelocity(side.of(velocity));
-            self.participants
-                .begin(side.peer, &side.window(window), request)
-        })
+        self.begin(window, |side| Request::PrescribeVelocity(side.of(velocity)))
     }
 
     /// The reaction of the window begun.

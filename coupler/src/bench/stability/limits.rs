@@ -2,27 +2,18 @@
 
 use super::bar::Bar;
 use super::map::{bar, boundary_inertia, inputs};
-use super::trial::{Trial, scheme, word};
+use super::trial::{Trial, largest, scheme, word};
 use crate::error::Error;
 use crate::scenario::{Dirichlet, Scheme, SchemeWord};
 use crate::scheme::predict::prediction::{NEUTRAL, explain};
-
-/// The bisected quantity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Axis {
-    /// Mass on the wall over that of the bar.
-    MassRatio,
-    /// Step over its limit.
-    Cfl,
-}
 
 /// A limit, twice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
     /// The scheme.
     pub scheme: Scheme,
-    /// The varied quantity.
-    pub axis: Axis,
+    /// The bisected quantity: `mass_ratio`, mass on the wall over that of the bar, or `cfl`, step over its limit.
+    pub axis: &'static str,
     /// Steps in a window.
     pub substeps: u32,
     /// Step over its limit; of a limit of the step, where the search began.
@@ -99,7 +90,7 @@ fn mass_limit(scheme: Scheme, substeps: u32, cfl: f64) -> Result<Limit, Error> {
     };
     Ok(Limit {
         scheme,
-        axis: Axis::MassRatio,
+        axis: "mass_ratio",
         substeps,
         cfl,
         predicted: bisect(1e-4, 1e4, foreseen)?,
@@ -111,7 +102,7 @@ fn step_limit(scheme: Scheme, substeps: u32) -> Result<Limit, Error> {
     let found = |cfl: f64| Ok(stands(&trial(scheme, substeps, cfl, 1.0)));
     Ok(Limit {
         scheme,
-        axis: Axis::Cfl,
+        axis: "cfl",
         substeps,
         cfl: 0.5,
         predicted: Bar::LIMIT_S,
@@ -131,12 +122,10 @@ fn level(scheme: &Scheme) -> f64 {
 fn stands(trial: &Trial) -> bool {
     let fixed_point = level(&trial.scheme) < GROWTH;
     let windows = if fixed_point { 3 } else { WINDOWS };
-    let response = trial.bar.response(trial.substeps);
-    let run = trial.run(&response, windows, GAP_M);
+    let run = trial.run(&trial.response(), windows, GAP_M);
     if run.error.is_some() || fixed_point {
         return run.error.is_none();
     }
-    let largest = |part: &[f64]| part.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
     let quarter = run.forces.len() / 4;
     let early = largest(&run.forces[2 * quarter..3 * quarter]);
     let late = largest(&run.forces[3 * quarter..]);
@@ -163,13 +152,10 @@ pub fn csv(limits: &[Limit]) -> String {
         "scheme,axis,substeps,cfl,theta,stiffness_ratio,predicted,measured,difference_rel,dirichlet\n",
     );
     for limit in limits {
-        let axis = match limit.axis {
-            Axis::MassRatio => "mass_ratio",
-            Axis::Cfl => "cfl",
-        };
         text.push_str(&format!(
-            "{},{axis},{},{},1,inf,{:.6e},{:.6e},{:.3e},{}\n",
+            "{},{},{},{},1,inf,{:.6e},{:.6e},{:.3e},{}\n",
             word(limit.scheme.word()),
+            limit.axis,
             limit.substeps,
             limit.cfl,
             limit.predicted,

@@ -5,10 +5,11 @@ use std::thread;
 use protocol::BoundaryInertia;
 
 use super::bar::Bar;
-use super::trial::{Trial, scheme, word};
+use super::trial::{MOVING, Trial, largest, scheme, word};
 use crate::error::Error;
 use crate::scenario::{Dirichlet, Scheme, SchemeWord};
 use crate::scheme::predict::growth::{Disturbance, forces_of_map, growth};
+use crate::scheme::predict::linear_pair::LinearPair;
 use crate::scheme::predict::prediction::{StabilityInputs, compliance, predict};
 use crate::scheme::predict::response::Response;
 use crate::scheme::window::InterfaceState;
@@ -95,24 +96,19 @@ pub struct Cell {
 
 /// All cells, in the order of the axes: scheme, theta, mass ratio, substeps, CFL, stiffness ratio.
 pub fn map(axes: &Axes) -> Result<Vec<Cell>, Error> {
-    let bars: Vec<Vec<Response>> = axes
-        .substeps
-        .iter()
-        .map(|m| axes.cfls.iter().map(|cfl| bar(*cfl).response(*m)).collect())
-        .collect();
-    let places: Vec<[usize; 6]> = (0..axes.cells()).map(|index| axes.place(index)).collect();
+    let cells = axes.lengths().iter().product();
     let workers = thread::available_parallelism().map_or(1, usize::from);
-    let share = places.len().div_ceil(workers).max(1);
-    let cell = |place: &[usize; 6]| axes.cell(place, &bars[place[3]][place[4]]);
+    let share = usize::div_ceil(cells, workers).max(1);
     thread::scope(|scope| {
-        let threads: Vec<_> = places
-            .chunks(share)
-            .map(|part| scope.spawn(move || part.iter().map(cell).collect::<Result<Vec<_>, _>>()))
+        let threads: Vec<_> = (0..cells)
+            .step_by(share)
+            .map(|first| first..cells.min(first + share))
+            .map(|part| scope.spawn(move || part.map(|index| axes.cell(index)).collect()))
             .collect();
         let parts = threads
             .into_iter()
             .map(|thread| thread.join().expect("the map does not panic"));
-        Ok(parts.collect::<Result<Vec<_>, Error>>()?.concat())
+        Ok(parts.collect::<Result<Vec<Vec<Cell>>, Error>>()?.concat())
     })
 }
 
@@ -136,39 +132,29 @@ impl Axes {
         ]
     }
 
-    fn cells(&self) -> usize {
-        self.lengths().iter().product()
-    }
-
-    /// Index along each axis; the last one runs fastest.
-    fn place(&self, index: usize) -> [usize; 6] {
-        let mut place = [0; 6];
-        let mut rest = index;
-        for (axis, length) in self.lengths().into_iter().enumerate().rev() {
-            place[axis] = rest % length;
-            rest /= length;
+    /// The cell of this index; the last axis runs fastest.
+    fn cell(&self, mut index: usize) -> Result<Cell, Error> {
+        let mut place = self.lengths();
+        for axis in place.iter_mut().rev() {
+            let length = *axis;
+            *axis = index % length;
+            index /= length;
         }
-        place
-    }
-
-    fn cell(&self, place: &[usize; 6], response: &Response) -> Result<Cell, Error> {
-        let [scheme, theta, mass, substeps, cfl, stiffness] = *place;
+        let [scheme, theta, mass, substeps, cfl, stiffness] = place;
+        let stiffness_ratio = self.stiffness_ratios[stiffness];
         let mass_ratio = self.mass_ratios[mass];
         let trial = Trial {
             bar: bar(self.cfls[cfl]),
             substeps: self.substeps[substeps],
             scheme: self.schemes[scheme],
-            boundary_inertia: boundary_inertia(
-                mass_ratio,
-                self.stiffness_ratios[stiffness],
-                self.thetas[theta],
-            ),
+            boundary_inertia: boundary_inertia(mass_ratio, stiffness_ratio, self.thetas[theta]),
         };
-        let predicted = predict(&inputs(&trial, response), &trial.scheme)?;
+        let response = trial.response();
+        let predicted = predict(&inputs(&trial, &response), &trial.scheme)?;
         Ok(Cell {
             trial,
             mass_ratio,
-            growth: growth(&trial.scheme, trial.model(response))?,
+            growth: growth(&trial.scheme, trial.model(&response))?,
             predicted_stable: predicted.stable() == Some(true),
         })
     }
@@ -204,15 +190,14 @@ pub(super) fn inputs(trial: &Trial, response: &Response) -> StabilityInputs {
 /// infinite where only one of the two finds that a fixed point does not converge.
 pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
     let trial = &cell.trial;
-    let response = trial.bar.response(trial.substeps);
+    let response = trial.response();
     let repeated = matches!(trial.scheme, Scheme::FixedPoint { .. });
     let model = trial.model(&response);
     let start = Disturbance {
-        pair: trial.start(&response),
+        pair: LinearPair::new(model, MOVING).state,
         interface: InterfaceState::at_rest(1, 1),
     };
     let foreseen = forces_of_map(&trial.scheme, model, &start, windows)?;
-    let largest = |part: &[f64]| part.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
     // A fixed point is as exact as its gap; the others end after one repeat whatever the gap.
     let gap_m = if repeated {
         REPEATED * inputs(trial, &response).compliance * largest(&foreseen)

@@ -73,9 +73,8 @@ pub fn bench(folder: &Path) -> Result<Findings, Error> {
     write("limits.csv", limits::csv(&limits))?;
     let mut findings = findings(&cells, SAMPLE)?;
     findings.limits = limits.len();
-    findings.limit_difference_rel = limits
-        .iter()
-        .fold(0.0, |most: f64, limit| most.max(limit.difference_rel()));
+    let differences = limits.iter().map(limits::Limit::difference_rel);
+    findings.limit_difference_rel = differences.fold(0.0, f64::max);
     Ok(findings)
 }
 

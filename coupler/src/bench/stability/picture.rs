@@ -25,26 +25,18 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
     );
     let title =
         "Largest growth of a disturbance a window, over CFL 0.1 to 0.99 and all stiffness ratios";
-    label(&mut svg, (LEFT, 18.0), title, "start");
+    label(&mut svg, [LEFT, 18.0], title, "start");
     let axes_named =
         "right: mass ratio 1e-3 to 1e3; up: substeps 1 to 10 000; swapped: the bar follows";
-    label(&mut svg, (LEFT, 36.0), axes_named, "start");
+    label(&mut svg, [LEFT, 36.0], axes_named, "start");
     for (row, scheme) in axes.schemes.iter().enumerate() {
         let top = TOP + row as f64 * (panel[1] + GAP);
-        label(
-            &mut svg,
-            (LEFT - 16.0, top + 0.5 * panel[1]),
-            &name(scheme),
-            "end",
-        );
+        let place = [LEFT - 16.0, top + 0.5 * panel[1]];
+        label(&mut svg, place, &name(scheme), "end");
         for (column, theta) in axes.thetas.iter().enumerate() {
             let left = LEFT + column as f64 * (panel[0] + GAP);
-            label(
-                &mut svg,
-                (left, top - 6.0),
-                &format!("theta = {theta}"),
-                "start",
-            );
+            let above = format!("theta = {theta}");
+            label(&mut svg, [left, top - 6.0], &above, "start");
             for (i, mass_ratio) in axes.mass_ratios.iter().enumerate() {
                 for (j, substeps) in axes.substeps.iter().enumerate() {
                     let here = |cell: &&Cell| {
@@ -53,11 +45,9 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
                             && cell.mass_ratio == *mass_ratio
                             && cell.trial.substeps == *substeps
                     };
-                    let worst = cells
-                        .iter()
-                        .filter(here)
-                        .fold(0.0, |most: f64, cell| most.max(cell.growth));
-                    let place = (left + BOX * i as f64, top + panel[1] - BOX * (j + 1) as f64);
+                    let found = cells.iter().filter(here).map(|cell| cell.growth);
+                    let worst = found.fold(0.0, f64::max);
+                    let place = [left + BOX * i as f64, top + panel[1] - BOX * (j + 1) as f64];
                     square(&mut svg, place, colour(worst));
                 }
             }
@@ -91,7 +81,7 @@ fn colour(growth: f64) -> &'static str {
     found.map_or("#000000", |(_, colour, _)| colour)
 }
 
-fn square(svg: &mut String, (x, y): (f64, f64), colour: &str) {
+fn square(svg: &mut String, [x, y]: [f64; 2], colour: &str) {
     // Writing to a string cannot fail.
     let _ = write!(
         svg,
@@ -99,7 +89,7 @@ fn square(svg: &mut String, (x, y): (f64, f64), colour: &str) {
     );
 }
 
-fn label(svg: &mut String, (x, y): (f64, f64), text: &str, anchor: &str) {
+fn label(svg: &mut String, [x, y]: [f64; 2], text: &str, anchor: &str) {
     let _ = write!(
         svg,
         r#"<text x="{x:.1}" y="{y:.1}" text-anchor="{anchor}">{text}</text>"#
@@ -109,7 +99,7 @@ fn label(svg: &mut String, (x, y): (f64, f64), text: &str, anchor: &str) {
 fn legend(svg: &mut String, y: f64) {
     for (i, (_, colour, text)) in SCALE.iter().enumerate() {
         let x = LEFT + 130.0 * i as f64;
-        square(svg, (x, y), colour);
-        label(svg, (x + BOX + 6.0, y + 18.0), text, "start");
+        square(svg, [x, y], colour);
+        label(svg, [x + BOX + 6.0, y + 18.0], text, "start");
     }
 }

@@ -1,6 +1,5 @@
 //! Schemes on the bar and the masses, window by window.
 
-use nalgebra::DVector;
 use protocol::BoundaryInertia;
 
 use super::bar::Bar;
@@ -8,7 +7,7 @@ use crate::error::Error;
 use crate::scenario::{Acceleration, Dirichlet, Policy, Scheme, SchemeKeys, SchemeWord};
 use crate::scheme::coupling::Coupling;
 use crate::scheme::predict::growth::Disturbance;
-use crate::scheme::predict::linear_pair::{LinearModel, LinearPair, PairState};
+use crate::scheme::predict::linear_pair::{LinearModel, LinearPair};
 use crate::scheme::predict::response::Response;
 use crate::scheme::predict::sprung_mass::Masses;
 
@@ -30,6 +29,13 @@ pub const RELAXATION: f64 = 0.5;
 /// Mass of the point itself over the mass behind it, which it tells where it is pushed by forces.
 const POINT: f64 = 0.01;
 
+/// Masses that arrive with 1 m/s.
+pub const MOVING: Masses = Masses {
+    glued_velocity: 1.0,
+    place: 0.0,
+    velocity: 1.0,
+};
+
 /// A scheme of the bench, in which this side takes the motion.
 pub fn scheme(word: SchemeWord, dirichlet: Dirichlet) -> Scheme {
     SchemeKeys {
@@ -43,7 +49,7 @@ pub fn scheme(word: SchemeWord, dirichlet: Dirichlet) -> Scheme {
 }
 
 /// Outcome of a trial.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Run {
     /// Interface force (N) in each accepted window.
     pub forces: Vec<f64>,
@@ -67,6 +73,11 @@ impl Trial {
         self.bar.step_s * f64::from(self.substeps)
     }
 
+    /// The bar's window as matrices.
+    pub fn response(&self) -> Response {
+        self.bar.response(self.substeps)
+    }
+
     /// The bar, as its window's matrices, with the masses.
     pub fn model<'a>(&self, response: &'a Response) -> LinearModel<'a> {
         LinearModel {
@@ -77,29 +88,12 @@ impl Trial {
         }
     }
 
-    /// The bar at rest, and masses that arrive with 1 m/s.
-    pub fn start(&self, response: &Response) -> PairState {
-        PairState {
-            continuum: DVector::zeros(response.push.len()),
-            masses: Masses {
-                glued_velocity: 1.0,
-                place: 0.0,
-                velocity: 1.0,
-            },
-            place: 0.0,
-        }
-    }
-
     /// Runs windows from masses that start with 1 m/s, to a gap (m).
     pub fn run(&self, response: &Response, windows: u64, gap_m: f64) -> Run {
         let model = self.model(response);
         let mut coupling = Coupling::new("glue", self.scheme, Policy::Stop, model.group(gap_m));
-        let mut pair = LinearPair::new(model, self.start(response));
-        let mut run = Run {
-            forces: Vec::new(),
-            after_first: None,
-            error: None,
-        };
+        let mut pair = LinearPair::new(model, MOVING);
+        let mut run = Run::default();
         for index in 0..windows {
             let window = coupling.group().clock.window(index, index, 1);
             match coupling.window(&mut pair, window, |_| None) {
@@ -117,6 +111,11 @@ impl Trial {
         }
         run
     }
+}
+
+/// The largest |f|.
+pub fn largest(forces: &[f64]) -> f64 {
+    forces.iter().fold(0.0, |most: f64, f| most.max(f.abs()))
 }
 
 /// The word of a choice in a scenario.

@@ -3,14 +3,15 @@
 use protocol::{Description, Surface};
 
 use crate::error::Error;
-use crate::scenario::{Dirichlet, Interface};
+use crate::scenario::Interface;
 use crate::scheme::mapping::Mapping;
 use crate::scheme::nodal_mass::{massless_node, nodal_mass};
 
 /// The masses (kg) that the solver on the wall told of the points of a set, all of them positive.
 pub(super) fn point_masses(
     interface: &Interface,
-    (participant, set): (&str, &str),
+    participant: &str,
+    set: &str,
     wall: &Description,
     points: usize,
 ) -> Result<Vec<f64>, Error> {
@@ -29,10 +30,8 @@ pub(super) fn point_masses(
             "it tells of {told} for the {points} points of `{set}`"
         ));
     }
-    match masses
-        .iter()
-        .position(|mass| !(*mass > 0.0 && mass.is_finite()))
-    {
+    let sound = |mass: &f64| *mass > 0.0 && mass.is_finite();
+    match masses.iter().position(|mass| !sound(mass)) {
         None => Ok(masses.clone()),
         Some(point) => refuse(format!(
             "that of point {point} of `{set}` is {:e} kg",
@@ -48,9 +47,6 @@ pub(super) fn refuse_massless(
     nodes: &Surface,
     points: &Surface,
 ) -> Result<(), Error> {
-    if interface.scheme.dirichlet() == Dirichlet::Wall {
-        return Ok(());
-    }
     let masses = nodal_mass(mapping, &points.mass_kg, &(0..nodes.len()));
     match massless_node(&masses) {
         None => Ok(()),
@@ -80,7 +76,7 @@ mod tests {
     fn masses_that_are_missing_or_nonsense_are_refused_by_name() {
         let text = "name = \"glue\"\nbetween = [\"a.x\", \"b.base\"]\nscheme = \"fixed-point-serial\"\nsubsteps = 2\ntolerance_rel = 1e-5\ndirichlet = \"continuum\"";
         let interface: Interface = toml::from_str(text).expect("the keys are valid");
-        let masses = |wall: &Description| point_masses(&interface, ("layer", "base"), wall, 2);
+        let masses = |wall: &Description| point_masses(&interface, "layer", "base", wall, 2);
         assert_eq!(masses(&told(&[1.0, 2.0])).expect("sound"), [1.0, 2.0]);
         let cases = [
             (Description::default(), "none for its set `base`"),

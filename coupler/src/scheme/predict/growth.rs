@@ -24,35 +24,28 @@ const REPEATS: u32 = 50;
 pub fn growth(scheme: &Scheme, model: LinearModel) -> Result<f64, Error> {
     match growth_of_repeats(scheme, model)? {
         Some(repeats) if repeats >= 1.0 => Ok(repeats),
-        _ => Ok(spectral_radius(window_map(scheme, model)?)),
+        _ => Ok(spectral_radius(Probe::learnt(scheme, model)?.map()?)),
     }
 }
 
 /// Factor of the residual a repeat, of a fixed point with constant relaxation; the others find their own: one unknown takes
 /// them two answers.
 pub fn growth_of_repeats(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>, Error> {
+    let mut few = *scheme;
     let Scheme::FixedPoint {
         acceleration: Acceleration::Constant,
-        dirichlet,
-        order,
-        relaxation,
+        repeats_max,
         ..
-    } = *scheme
+    } = &mut few
     else {
         return Ok(None);
     };
-    let few = Scheme::FixedPoint {
-        acceleration: Acceleration::Constant,
-        dirichlet,
-        order,
-        relaxation,
-        repeats_max: 5,
-    };
+    *repeats_max = 5;
     let mut probe = Probe::new(&few, model, 0.0);
     // No rigid motion, which would leave nothing to repeat for.
     let disturbance = DVector::from_fn(probe.size(), |i, _| 1.0 + 0.5 * (i as f64).sin());
     let pair = probe.window(&disturbance)?;
-    let told = match dirichlet {
+    let told = match scheme.dirichlet() {
         Dirichlet::Wall => &pair.free_velocities,
         Dirichlet::Continuum => &pair.prescribed_velocities,
     };
@@ -62,11 +55,6 @@ pub fn growth_of_repeats(scheme: &Scheme, model: LinearModel) -> Result<Option<f
         [first, second, ..] if *first != 0.0 => (second / first).abs(),
         _ => 0.0,
     }))
-}
-
-/// The window of a scheme as a matrix over its state.
-pub fn window_map(scheme: &Scheme, model: LinearModel) -> Result<DMatrix<f64>, Error> {
-    Probe::learnt(scheme, model)?.map()
 }
 
 /// Forces (N) of `windows` windows that begin with a disturbance, by the window's map.
@@ -150,15 +138,10 @@ impl<'a> Probe<'a> {
         if prescribes_velocity {
             rest.extend([speed, 1.0]);
         }
-        let rest_state = PairState {
-            continuum: DVector::zeros(n),
-            masses: Masses::default(),
-            place: 0.0,
-        };
         Probe {
             start: coupling.clone(),
             coupling,
-            pair: LinearPair::new(model, rest_state),
+            pair: LinearPair::new(model, Masses::default()),
             units: DVector::from_iterator(n + rest.len(), continuum.chain(rest)),
             model,
             prescribes_velocity,

@@ -5,7 +5,7 @@ use protocol::BoundaryInertia;
 
 use super::prediction::{Prediction, StabilityInputs, explain};
 use crate::error::Error;
-use crate::scenario::{CompliancePrior, Dirichlet, Scheme};
+use crate::scenario::{Dirichlet, Scheme};
 use crate::scheme::coupling::Coupling;
 use crate::scheme::group::{Group, Patch};
 use crate::scheme::nodal_mass::{both_components, nodal_mass};
@@ -51,6 +51,7 @@ fn inputs(
         let limit = limit.filter(positive);
         limit.map(|limit| (limit, name.to_string()))
     };
+    let mut inertia = wall.boundary_inertia;
     let (compliance, point_mass_kg) = match scheme.dirichlet() {
         Dirichlet::Wall => {
             let own = group.mapping.block(&patch.points, &side.range);
@@ -59,21 +60,17 @@ fn inputs(
         Dirichlet::Continuum => {
             let masses = &group.points.mass_kg[patch.points.clone()];
             let mean_kg = masses.iter().sum::<f64>() / masses.len() as f64;
-            let parts = wall
-                .boundary_inertia
-                .is_some_and(|inertia| inertia.may_part);
-            let most = if parts { f64::INFINITY } else { 1.0 };
-            let weights = Weights { mean_kg, most };
+            let mut most = 1.0;
+            if let Some(inertia) = inertia.as_mut().filter(|inertia| inertia.may_part) {
+                // Such points resist by their own mass alone.
+                most = f64::INFINITY;
+                inertia.mass_kg = 0.0;
+                inertia.stiffness_n_per_m = None;
+            }
+            let weigh = |mass: &f64| (mass / mean_kg).min(most);
+            let weights: Vec<f64> = group.points.mass_kg.iter().map(weigh).collect();
             (stiffest(group, patch, block, &weights), mean_kg)
         }
-    };
-    let touched = |inertia: BoundaryInertia| match scheme.dirichlet() {
-        Dirichlet::Continuum if inertia.may_part => BoundaryInertia {
-            mass_kg: 0.0,
-            stiffness_n_per_m: None,
-            ..inertia
-        },
-        _ => inertia,
     };
     StabilityInputs {
         step_s: group.clock.step_s / f64::from(side.steps),
@@ -83,48 +80,29 @@ fn inputs(
         window_limit: limit(wall.step_limit_s, &wall.step_limit_name),
         compliance,
         definite: definite(block),
-        boundary_inertia: wall
-            .boundary_inertia
-            .map(touched)
-            .filter(|inertia| sensible(inertia, point_mass_kg)),
+        boundary_inertia: inertia.filter(|inertia| sensible(inertia, point_mass_kg)),
         point_mass_kg,
     }
 }
 
-/// Masses of points against each other.
-struct Weights {
-    /// Their mean (kg).
-    mean_kg: f64,
-    /// The largest weight.
-    most: f64,
-}
-
 /// H D^-1 (m/N) of the stiffest motion of an interface against the points of its wall, `block` being the impedance D of
 /// its continuum: the smallest eigenvalue of H D^-1 N^T w N. A point that is lighter than the mean resists in
-/// proportion, w = m / mean, and so does a heavier one, but for at most `most`: behind it there may be no more than
-/// behind the others. Several interfaces of a continuum can add up to the sum of their impedances at most.
-fn stiffest(group: &Group, patch: &Patch, block: &DMatrix<f64>, weights: &Weights) -> f64 {
+/// proportion, w = m / mean, and so does a heavier one whose mass may part; another one has w = 1 at most: behind it there may be
+/// no more than behind the others. Several interfaces of a continuum can add up to the sum of their impedances at most.
+fn stiffest(group: &Group, patch: &Patch, block: &DMatrix<f64>, weights: &[f64]) -> f64 {
     let side = &group.force_driven[patch.force_driven];
     let first = 2 * (patch.nodes.start - side.range.start);
     let size = 2 * patch.nodes.len();
     let own = block.view((first, first), (size, size));
-    let relative: Vec<f64> = group
-        .points
-        .mass_kg
-        .iter()
-        .map(|m| (m / weights.mean_kg).min(weights.most))
-        .collect();
-    let resists = both_components(&nodal_mass(&group.mapping, &relative, &patch.nodes));
+    let resists = both_components(&nodal_mass(&group.mapping, weights, &patch.nodes));
     let Some(factor) = resists.cholesky() else {
         return 0.0;
     };
     let lower = factor.l();
     let half = lower.solve_lower_triangular(&own.into_owned());
     let whole = half.and_then(|half| lower.solve_lower_triangular(&half.transpose()));
-    let together = group
-        .patches
-        .iter()
-        .filter(|other| other.force_driven == patch.force_driven);
+    let patches = group.patches.iter();
+    let together = patches.filter(|other| other.force_driven == patch.force_driven);
     let window_s = group.clock.window_s();
     whole.map_or(0.0, |whole| {
         window_s / (largest_eigenvalue(&whole) * together.count() as f64)
@@ -136,21 +114,11 @@ fn blocks(
     coupling: &mut Coupling,
     participants: &mut dyn Participants,
 ) -> Result<Vec<DMatrix<f64>>, Error> {
-    let clock = coupling.group().clock;
-    let window = clock.window(0, 0, clock.substeps);
-    let by_columns = matches!(
-        coupling.scheme(),
-        Scheme::DualSchur {
-            compliance: CompliancePrior::Columns,
-            ..
-        }
-    );
-    if by_columns {
-        let known = coupling.compliance(participants)?;
-        let blocks = known.blocks(window.substeps).iter();
-        return Ok(blocks.map(|block| block / known.factor()).collect());
+    if let Some(columns) = coupling.columns(participants)? {
+        return Ok(columns);
     }
     let (group, dirichlet) = (coupling.group(), coupling.scheme().dirichlet());
+    let window = group.clock.window(0, 0, group.clock.substeps);
     let mut blocks = Vec::new();
     for side in &group.force_driven {
         let (steps, n) = (window.substeps * side.steps, 2 * side.range.len());

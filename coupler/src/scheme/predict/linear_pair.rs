@@ -33,6 +33,15 @@ pub struct LinearModel<'a> {
 }
 
 impl LinearModel<'_> {
+    /// The same with all masses and springs on the wall this many times as large.
+    pub fn times(mut self, factor: f64) -> Self {
+        self.inertia.glued_mass_kg *= factor;
+        self.inertia.mass_kg *= factor;
+        self.inertia.stiffness_n_per_m = self.inertia.stiffness_n_per_m.map(|k| factor * k);
+        self.point_mass_kg *= factor;
+        self
+    }
+
     /// The masses with that of the point, as one body behind the interface.
     pub fn whole(&self) -> SprungMass {
         let inertia = BoundaryInertia {
@@ -114,8 +123,13 @@ pub struct LinearPair<'a> {
 }
 
 impl<'a> LinearPair<'a> {
-    /// A pair at this state.
-    pub fn new(model: LinearModel<'a>, state: PairState) -> LinearPair<'a> {
+    /// A continuum at rest, and these masses.
+    pub fn new(model: LinearModel<'a>, masses: Masses) -> LinearPair<'a> {
+        let state = PairState {
+            continuum: DVector::zeros(model.response.push.len()),
+            masses,
+            place: 0.0,
+        };
         LinearPair {
             model,
             mass: SprungMass::new(&model.inertia, model.window_s),
@@ -127,6 +141,12 @@ impl<'a> LinearPair<'a> {
             free_velocities: Vec::new(),
             prescribed_velocities: Vec::new(),
         }
+    }
+
+    /// Motion of the interface in the window tried (m).
+    fn increment(&self) -> f64 {
+        let place = &self.model.response.place;
+        place.dot(&self.trial.continuum) - place.dot(&self.state.continuum)
     }
 
     /// The moving component alone of a matrix n x n.
@@ -143,11 +163,7 @@ impl Participants for LinearPair<'_> {
     }
 
     fn name(&self, peer: usize) -> &str {
-        if peer == CONTINUUM {
-            "continuum"
-        } else {
-            "masses"
-        }
+        ["continuum", "masses"][peer]
     }
 
     fn description(&self, _peer: usize) -> &Description {
@@ -196,12 +212,10 @@ impl Participants for LinearPair<'_> {
     }
 
     fn finish_advance(&mut self, _: usize, _: &Window, _: usize) -> Result<Vec<f64>, Error> {
-        let Response {
-            carry, push, place, ..
-        } = self.model.response;
-        self.trial.continuum = carry * &self.state.continuum + push * self.asked;
-        let increment = place.dot(&self.trial.continuum) - place.dot(&self.state.continuum);
-        Ok(vec![finite(increment)?, 0.0])
+        let response = self.model.response;
+        self.trial.continuum =
+            &response.carry * &self.state.continuum + &response.push * self.asked;
+        Ok(vec![finite(self.increment())?, 0.0])
     }
 
     /// The works are left at zero: no ledger is read here.
@@ -211,18 +225,13 @@ impl Participants for LinearPair<'_> {
         _window: &Window,
         _n: usize,
     ) -> Result<Reaction, Error> {
-        let response = self.model.response;
-        let before = response.speed(&self.state.continuum);
-        let acceleration = (self.asked - before) / self.model.window_s;
-        let (continuum, force) = response
-            .prescribed
-            .window(&self.state.continuum, acceleration);
-        let place = |state: &DVector<f64>| response.place.dot(state);
-        let increment = place(&continuum) - place(&self.state.continuum);
+        let (response, start) = (self.model.response, &self.state.continuum);
+        let acceleration = (self.asked - response.speed(start)) / self.model.window_s;
+        let (continuum, force) = response.prescribed(start, acceleration);
         self.trial.continuum = continuum;
         Ok(Reaction {
             force: vec![finite(force)?, 0.0],
-            increment: vec![increment, 0.0],
+            increment: vec![self.increment(), 0.0],
             work: vec![0.0; 2],
         })
     }
@@ -237,9 +246,8 @@ impl Participants for LinearPair<'_> {
             free: *self.free_velocities.last().expect("a solve was begun"),
             compliance: self.compliance,
         };
-        let solved = self
-            .mass
-            .window(&self.state.masses, self.state.place, motion);
+        let start = &self.state;
+        let solved = self.mass.window(&start.masses, start.place, motion);
         self.trial.masses = solved.masses;
         Ok(BoundaryAnswer {
             force: vec![finite(solved.force)?, 0.0],

@@ -4,7 +4,7 @@ use protocol::BoundaryInertia;
 
 use super::growth::{growth, growth_of_repeats};
 use super::linear_pair::LinearModel;
-use super::response::{Bar, Response, Step};
+use super::response::{Bar, Response};
 use crate::error::Error;
 use crate::scenario::{Dirichlet, Interface, Scheme};
 
@@ -47,7 +47,7 @@ pub struct Bound {
 }
 
 /// A prediction.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Prediction {
     /// All bounds that apply.
     pub bounds: Vec<Bound>,
@@ -61,25 +61,24 @@ pub struct Prediction {
 /// Predicts the stability of a scheme, and the factor by which more could stand on the wall.
 pub fn explain(inputs: &StabilityInputs, scheme: &Scheme) -> Result<Prediction, Error> {
     let mut prediction = predict(inputs, scheme)?;
-    let Some(inertia) = inputs.boundary_inertia else {
-        return Ok(prediction);
-    };
-    if let Some(margin) = EquivalentPair::new(inputs, scheme, inertia).added_mass_margin()? {
-        prediction.bounds.push(Bound {
+    if let Some(inertia) = inputs.boundary_inertia {
+        let response = inputs.equivalent(scheme);
+        let margin = added_mass_margin(scheme, inputs.model(&response, inertia))?;
+        prediction.bounds.extend(margin.map(|margin| Bound {
             name: "added mass".into(),
             margin,
             stability: true,
-        });
+        }));
     }
     Ok(prediction)
 }
 
 /// Predicts the stability of a scheme.
 pub fn predict(inputs: &StabilityInputs, scheme: &Scheme) -> Result<Prediction, Error> {
-    let window_s = inputs.step_s * f64::from(inputs.substeps);
-    let mut bounds = Vec::new();
+    let window_s = inputs.window_s();
+    let mut prediction = Prediction::default();
     let mut add = |name: &str, margin: f64, stability: bool| {
-        bounds.push(Bound {
+        prediction.bounds.push(Bound {
             name: name.into(),
             margin,
             stability,
@@ -97,19 +96,44 @@ pub fn predict(inputs: &StabilityInputs, scheme: &Scheme) -> Result<Prediction, 
     if !inputs.definite {
         add("compliance that is nowhere negative", 0.0, true);
     }
-    let Some(inertia) = inputs.boundary_inertia else {
-        return Ok(Prediction {
-            bounds,
-            growth: None,
-            added_mass: None,
-        });
-    };
-    let pair = EquivalentPair::new(inputs, scheme, inertia);
-    Ok(Prediction {
-        bounds,
-        growth: Some(pair.growth(1.0)?),
-        added_mass: Some(pair.added_mass()),
-    })
+    if let Some(inertia) = inputs.boundary_inertia {
+        let response = inputs.equivalent(scheme);
+        let model = inputs.model(&response, inertia);
+        let yields = compliance(scheme, &response, window_s);
+        prediction.growth = Some(growth(scheme, model)?);
+        prediction.added_mass = Some(yields * model.whole().stiffness());
+    }
+    Ok(prediction)
+}
+
+impl StabilityInputs {
+    fn window_s(&self) -> f64 {
+        self.step_s * f64::from(self.substeps)
+    }
+
+    /// A window of the bar that agrees with the handshake. An undamped step keeps what a damped one would lose: it errs to the
+    /// unstable side.
+    fn equivalent(&self, scheme: &Scheme) -> Response {
+        let limit = self.step_limit.as_ref();
+        let bar = Bar::equivalent(
+            self.step_s,
+            self.substeps,
+            limit.map_or(self.step_s, |(limit, _)| *limit),
+            self.first_period_s,
+            self.compliance,
+            |response| compliance(scheme, response, self.window_s()),
+        );
+        bar.response(self.step_s, self.substeps)
+    }
+
+    fn model<'a>(&self, response: &'a Response, inertia: BoundaryInertia) -> LinearModel<'a> {
+        LinearModel {
+            response,
+            inertia,
+            point_mass_kg: self.point_mass_kg,
+            window_s: self.window_s(),
+        }
+    }
 }
 
 impl Prediction {
@@ -155,15 +179,14 @@ impl Prediction {
             Some(false) => "UNSTABLE",
             None => "unknown: the solver on the wall tells nothing of its masses",
         };
-        let decides = self
-            .decides()
-            .map(|bound| format!(", {} decides", bound.name))
-            .unwrap_or_default();
-        let growth = match self.growth {
-            Some(growth) => format!(", growth at most {growth:.6} a window"),
-            None => String::new(),
-        };
-        let mut lines = vec![format!("predicted: {verdict}{growth}{decides}")];
+        let mut first = format!("predicted: {verdict}");
+        if let Some(growth) = self.growth {
+            first += &format!(", growth at most {growth:.6} a window");
+        }
+        if let Some(bound) = self.decides() {
+            first += &format!(", {} decides", bound.name);
+        }
+        let mut lines = vec![first];
         lines.extend(self.bounds.iter().map(|bound| {
             let kind = if bound.stability {
                 "stability"
@@ -181,103 +204,34 @@ impl Prediction {
     }
 }
 
-/// The linear pair that agrees with the handshake.
-struct EquivalentPair<'a> {
-    scheme: &'a Scheme,
-    response: Response,
-    inertia: BoundaryInertia,
-    point_mass_kg: f64,
-    window_s: f64,
-}
-
-impl EquivalentPair<'_> {
-    fn new<'a>(
-        inputs: &StabilityInputs,
-        scheme: &'a Scheme,
-        inertia: BoundaryInertia,
-    ) -> EquivalentPair<'a> {
-        // An undamped step keeps what a damped one would lose: it errs to the unstable side.
-        let step = Step {
-            step_s: inputs.step_s,
-            damping: 0.5,
-        };
-        let limit = inputs.step_limit.as_ref();
-        let limit_s = limit.map_or(inputs.step_s, |(limit, _)| *limit);
-        let window_s = inputs.step_s * f64::from(inputs.substeps);
-        let bar = Bar::equivalent(
-            step,
-            inputs.substeps,
-            limit_s,
-            inputs.first_period_s,
-            inputs.compliance,
-            |response| compliance(scheme, response, window_s),
-        );
-        EquivalentPair {
-            scheme,
-            response: bar.response(step, inputs.substeps),
-            inertia,
-            point_mass_kg: inputs.point_mass_kg,
-            window_s,
-        }
+/// Factor by which more could stand on the wall, or less where the continuum takes the motion; nothing where that does not
+/// matter.
+fn added_mass_margin(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>, Error> {
+    let late = matches!(scheme, Scheme::Staggered { .. });
+    if growth_of_repeats(scheme, model)?.is_none() && !late {
+        return Ok(None);
     }
-
-    /// The pair with all masses and springs on the wall this many times as large.
-    fn model(&self, factor: f64) -> LinearModel<'_> {
-        LinearModel {
-            response: &self.response,
-            inertia: BoundaryInertia {
-                glued_mass_kg: factor * self.inertia.glued_mass_kg,
-                mass_kg: factor * self.inertia.mass_kg,
-                stiffness_n_per_m: self.inertia.stiffness_n_per_m.map(|k| factor * k),
-                theta: self.inertia.theta,
-                may_part: self.inertia.may_part,
-            },
-            point_mass_kg: factor * self.point_mass_kg,
-            window_s: self.window_s,
-        }
+    let more = match scheme.dirichlet() {
+        Dirichlet::Wall => 1.0,
+        Dirichlet::Continuum => -1.0,
+    };
+    let stable = |exponent: f64| -> Result<bool, Error> {
+        let times = model.times(10f64.powf(more * exponent));
+        Ok(growth(scheme, times)? <= 1.0 + NEUTRAL)
+    };
+    let (mut low, mut high) = (-9.0, 9.0);
+    if !stable(low)? {
+        return Ok(Some(0.0));
     }
-
-    /// C S.
-    fn added_mass(&self) -> f64 {
-        let compliance = compliance(self.scheme, &self.response, self.window_s);
-        compliance * self.model(1.0).whole().stiffness()
+    if stable(high)? {
+        return Ok(Some(f64::INFINITY));
     }
-
-    fn growth(&self, factor: f64) -> Result<f64, Error> {
-        growth(self.scheme, self.model(factor))
+    while high - low > 1e-3 {
+        let middle = 0.5 * (low + high);
+        let end = if stable(middle)? { &mut low } else { &mut high };
+        *end = middle;
     }
-
-    /// Factor by which more could stand on the wall, or less where the continuum takes the motion; nothing where that does not
-    /// matter.
-    fn added_mass_margin(&self) -> Result<Option<f64>, Error> {
-        let late = matches!(self.scheme, Scheme::Staggered { .. });
-        if growth_of_repeats(self.scheme, self.model(1.0))?.is_none() && !late {
-            return Ok(None);
-        }
-        let more = match self.scheme.dirichlet() {
-            Dirichlet::Wall => 1.0,
-            Dirichlet::Continuum => -1.0,
-        };
-        let stable = |exponent: f64| -> Result<bool, Error> {
-            Ok(self.growth(10f64.powf(more * exponent))? <= 1.0 + NEUTRAL)
-        };
-        let (mut low, mut high) = (-9.0, 9.0);
-        if !stable(low)? {
-            return Ok(Some(0.0));
-        }
-        if stable(high)? {
-            return Ok(Some(f64::INFINITY));
-        }
-        while high - low > 1e-3 {
-            let middle = 0.5 * (low + high);
-            if stable(middle)? {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        Ok(Some(10f64.powf(low)))
-    }
+    Ok(Some(10f64.powf(low)))
 }
 
 /// C (m/N) of the motion that the scheme sends: that under a constant force, or H over the impedance.

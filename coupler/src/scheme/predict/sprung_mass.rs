@@ -31,19 +31,6 @@ pub struct Motion {
     pub compliance: f64,
 }
 
-/// The equation of the glued mass in a window, inertia v_g + p = drive, and the masses without it.
-#[derive(Clone, Copy, Debug)]
-struct Known {
-    /// Spring against the start (m).
-    stretch: f64,
-    /// m + (theta H)^2 k (kg).
-    moved: f64,
-    /// A (kg).
-    inertia: f64,
-    /// R (N s).
-    drive: f64,
-}
-
 /// The masses and their window, of length H.
 #[derive(Clone, Copy, Debug)]
 pub struct SprungMass {
@@ -56,15 +43,17 @@ pub struct SprungMass {
 
 impl SprungMass {
     /// The masses behind a point, as its solver told at the handshake.
-    pub fn new(boundary_inertia: &BoundaryInertia, window_s: f64) -> SprungMass {
-        let rigid = boundary_inertia.stiffness_n_per_m.is_none();
+    pub fn new(inertia: &BoundaryInertia, window_s: f64) -> SprungMass {
+        // Without a spring nothing is behind the glued mass, and any mass does there.
+        let (behind, mass) = match inertia.stiffness_n_per_m {
+            None => (inertia.mass_kg, 1.0),
+            Some(_) => (0.0, inertia.mass_kg),
+        };
         SprungMass {
-            glued: boundary_inertia.glued_mass_kg
-                + if rigid { boundary_inertia.mass_kg } else { 0.0 },
-            // Without a spring nothing is behind it, and any mass does.
-            mass: if rigid { 1.0 } else { boundary_inertia.mass_kg },
-            spring: boundary_inertia.stiffness_n_per_m.unwrap_or(0.0),
-            theta: boundary_inertia.theta,
+            glued: inertia.glued_mass_kg + behind,
+            mass,
+            spring: inertia.stiffness_n_per_m.unwrap_or(0.0),
+            theta: inertia.theta,
             window_s,
         }
     }
@@ -75,29 +64,16 @@ impl SprungMass {
     ///
     /// Without v the glued mass obeys A v_g + p = R; so solved, a wall that moves as it is told moves exactly so.
     pub fn window(&self, start: &Masses, q_0: f64, motion: Motion) -> Solved {
-        let known = self.known(start, q_0);
-        let p =
-            (known.drive - known.inertia * motion.free) / (1.0 + known.inertia * motion.compliance);
-        self.solved(start, &known, motion.free + motion.compliance * p, p)
-    }
-
-    fn known(&self, start: &Masses, q_0: f64) -> Known {
         let (h, theta, k, m) = (self.window_s, self.theta, self.spring, self.mass);
+        // The spring against the start (m), and m + (theta H)^2 k (kg).
         let stretch = start.place + theta * (1.0 - theta) * h * start.velocity - q_0;
         let moved = m + theta * theta * h * h * k;
-        Known {
-            stretch,
-            moved,
-            inertia: self.glued + theta * h * h * k * m / moved,
-            drive: self.glued * start.glued_velocity
-                + h * k * (stretch + theta * theta * h * start.velocity) * m / moved,
-        }
-    }
-
-    fn solved(&self, start: &Masses, known: &Known, v_g: f64, p: f64) -> Solved {
-        let (h, theta, k, m) = (self.window_s, self.theta, self.spring, self.mass);
-        let v =
-            (m * start.velocity - h * k * known.stretch + theta * h * h * k * v_g) / known.moved;
+        let inertia = self.glued + theta * h * h * k * m / moved;
+        let drive = self.glued * start.glued_velocity
+            + h * k * (stretch + theta * theta * h * start.velocity) * m / moved;
+        let p = (drive - inertia * motion.free) / (1.0 + inertia * motion.compliance);
+        let v_g = motion.free + motion.compliance * p;
+        let v = (m * start.velocity - h * k * stretch + theta * h * h * k * v_g) / moved;
         // Without a spring the free mass is nobody's; at rest it does not drift.
         let follows = if k > 0.0 { 1.0 } else { 0.0 };
         Solved {
