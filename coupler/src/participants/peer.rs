@@ -4,11 +4,12 @@ use std::process::Child;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use protocol::{Frame, Header, Kind, Link, LinkError, NodeError, PROTOCOL_VERSION};
+use protocol::{Frame, Header, Kind, Link, LinkError, PROTOCOL_VERSION};
+use serde::de::DeserializeOwned;
 
 use super::process;
 use super::watch::Watch;
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 
 /// How often a wait looks up from the connection to see whether the peer still lives.
 const SLICE: Duration = Duration::from_millis(50);
@@ -61,14 +62,6 @@ impl Peer {
         &self.name
     }
 
-    /// Its process, if it has one of its own.
-    pub fn pid(&self) -> Option<u32> {
-        match &self.life {
-            Some(Life::Process(child)) => Some(child.id()),
-            _ => None,
-        }
-    }
-
     /// Sends a request whose turn has come and returns its frame. One that was sent early is taken as it is, so that it is made,
     /// and its payload summed up, once.
     pub fn send(&mut self, header: Header, payload: Vec<f64>, wait: &Wait) -> Result<Frame, Error> {
@@ -86,14 +79,14 @@ impl Peer {
     }
 
     /// Sends a request that will be the next while the answer to the one before is still to come: the peer then need not sleep in
-    /// between. One at most is under way.
+    /// between. One at most is under way; a tape is told nothing before its turn.
     pub fn send_early(
         &mut self,
         header: Header,
         payload: Vec<f64>,
         wait: &Wait,
     ) -> Result<(), Error> {
-        if self.early.is_none() {
+        if self.early.is_none() && !matches!(self.life, Some(Life::Tape)) {
             let frame = Frame::new(header, payload);
             self.transmit(&frame, wait)?;
             self.early = Some(frame);
@@ -135,18 +128,14 @@ impl Peer {
 
     fn accept(&mut self, frame: Frame, expected: Kind) -> Result<Frame, Error> {
         if frame.header.protocol != PROTOCOL_VERSION {
-            return Err(Error::Refused(format!(
-                "participant `{}` speaks protocol version {}, the coordinator speaks {PROTOCOL_VERSION}: build both from the same release",
-                self.name, frame.header.protocol
-            )));
+            return Err(Error::from(Refusal::Version {
+                participant: self.name.clone(),
+                theirs: frame.header.protocol,
+                ours: PROTOCOL_VERSION,
+            }));
         }
-        frame
-            .verify()
-            .map_err(|error| self.protocol_error(error.to_string()))?;
-        match frame
-            .kind()
-            .map_err(|error| self.protocol_error(error.to_string()))?
-        {
+        let kind = frame.verify().and_then(|()| frame.kind());
+        match kind.map_err(|error| self.protocol_error(error.to_string()))? {
             Kind::Fault => Err(self.fault(&frame)),
             kind if kind == expected => Ok(frame),
             kind => {
@@ -156,14 +145,18 @@ impl Peer {
     }
 
     fn fault(&self, frame: &Frame) -> Error {
-        let said = frame
-            .text()
-            .ok()
-            .and_then(|text| serde_json::from_str::<NodeError>(&text).ok());
-        let Some(error) = said else {
-            return self.protocol_error("reported a fault that cannot be read".into());
-        };
-        Error::of_participant(&self.name, &self.asked, error)
+        match read_json(frame) {
+            Ok(error) => Error::of_participant(&self.name, &self.asked, error),
+            Err(_) => self.protocol_error("reported a fault that cannot be read".into()),
+        }
+    }
+
+    fn lost(&self, why: String) -> Error {
+        Error::PeerLost {
+            peer: self.name.clone(),
+            phase: self.asked.clone(),
+            why,
+        }
     }
 
     /// The error of an answer that does not belong here.
@@ -186,26 +179,24 @@ impl Peer {
 
     /// Tells a peer that died from one that is silent, and a silent one from one that is stopped.
     fn still_alive(&mut self, start: Instant, wait: &Wait) -> Result<(), Error> {
-        let lost = |peer: &Peer, why: String| Error::PeerLost {
-            peer: peer.name.clone(),
-            phase: peer.asked.clone(),
-            why,
-        };
         let state = match &mut self.life {
             Some(Life::Process(child)) => match child.try_wait() {
                 Ok(Some(status)) => {
-                    return Err(lost(self, format!("its process ended with {status}")));
+                    return Err(self.lost(format!("its process ended with {status}")));
                 }
-                _ if process::is_stopped(child.id()) => {
-                    format!(
-                        "process {} is alive but stopped (SIGSTOP or a debugger)",
-                        child.id()
-                    )
+                _ => {
+                    let pid = child.id();
+                    let stopped = process::is_stopped(pid);
+                    let how = if stopped {
+                        "stopped (SIGSTOP or a debugger)"
+                    } else {
+                        "silent"
+                    };
+                    format!("process {pid} is alive but {how}")
                 }
-                _ => format!("process {} is alive but silent", child.id()),
             },
             Some(Life::Thread(thread)) if thread.is_finished() => {
-                return Err(lost(self, "its thread ended".into()));
+                return Err(self.lost("its thread ended".into()));
             }
             Some(Life::Tape) => "the log holds no answer".into(),
             _ => "its thread is alive but silent".into(),
@@ -224,17 +215,15 @@ impl Peer {
 
     fn broken(&mut self, error: LinkError) -> Error {
         match error {
-            LinkError::Closed => Error::PeerLost {
-                peer: self.name.clone(),
-                phase: self.asked.clone(),
-                why: "it closed the connection".into(),
-            },
+            LinkError::Closed => self.lost("it closed the connection".into()),
             other => self.protocol_error(other.to_string()),
         }
     }
+}
 
+impl Drop for Peer {
     /// Closes the connection and sees that nothing of the participant is left running.
-    pub fn end(&mut self) {
+    fn drop(&mut self) {
         self.link = None;
         match self.life.take() {
             Some(Life::Process(mut child)) => process::end(&mut child),
@@ -246,10 +235,10 @@ impl Peer {
     }
 }
 
-impl Drop for Peer {
-    fn drop(&mut self) {
-        self.end();
-    }
+/// Reads the text of a frame as JSON.
+pub fn read_json<T: DeserializeOwned>(frame: &Frame) -> Result<T, String> {
+    let text = frame.text().map_err(|error| error.to_string())?;
+    serde_json::from_str(&text).map_err(|error| error.to_string())
 }
 
 /// Whether a frame says this to the last bit. Equal payloads have equal counts and checksums, which the header of a

@@ -156,7 +156,8 @@ impl Participants for Remote<'_> {
             .communicator
             .peers()
             .header(peer, Kind::Advance, window);
-        self.communicator.send_early(peer, header, force.to_vec())
+        let peers = self.communicator.peers_mut();
+        peers.send_early(peer, header, force.to_vec())
     }
 
     fn report(&mut self, peer: usize) -> Result<Vec<f64>, Error> {

@@ -12,8 +12,7 @@ use std::path::Path;
 use crate::error::Error;
 use crate::log::{Entry, Exchange, Mismatch, recover};
 use crate::run::checkpoint::RestartPoint;
-use crate::scenario::load::Loaded;
-use crate::scenario::load::parse;
+use crate::scenario::load::{Loaded, parse};
 use crate::scenario::source::Source;
 
 pub mod coupler;
@@ -42,14 +41,19 @@ impl Recording {
 
     /// Messages that had passed when a checkpoint was written; none for a replay from the start.
     pub fn messages_before(&self, origin: Option<&RestartPoint>) -> usize {
-        let blocks = origin.map_or(0, |origin| origin.checkpoint.log_blocks as usize);
-        let last = blocks.checked_sub(1).and_then(|last| self.ends.get(last));
-        last.copied().unwrap_or(0)
+        self.before(origin.map_or(0, |origin| origin.checkpoint.log_blocks))
     }
 
     /// Messages of the handshake of a coupled run.
     pub fn handshake(&self) -> usize {
-        self.ends.first().copied().unwrap_or(0)
+        self.before(1)
+    }
+
+    /// Messages of the first so many blocks.
+    fn before(&self, blocks: u64) -> usize {
+        let last = (blocks as usize).checked_sub(1);
+        last.and_then(|last| self.ends.get(last))
+            .map_or(0, |end| *end)
     }
 }
 
