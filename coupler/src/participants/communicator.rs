@@ -137,8 +137,10 @@ pub struct Peers {
     peers: Vec<Peer>,
     /// Held as long as they live, and swept after them.
     _memory: Option<SharedMemory>,
-    run_id: u64,
-    labels: Vec<Label>,
+    /// Identity of the run.
+    pub run_id: u64,
+    /// Labels that the exchange with each participant is recorded under.
+    pub labels: Vec<Label>,
     deadlines: Deadlines,
     /// Signals that end the run.
     pub watch: Watch,
@@ -154,7 +156,7 @@ impl Peers {
         watch: Watch,
     ) -> Peers {
         Peers {
-            labels: peers.iter().map(|p| scenario.label(p.name())).collect(),
+            labels: peers.iter().map(|p| scenario.label(&p.name)).collect(),
             peers,
             _memory: memory,
             run_id,
@@ -168,19 +170,9 @@ impl Peers {
         self.peers.len()
     }
 
-    /// Identity of the run.
-    pub fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
     /// Name of a participant in the scenario.
     pub fn name(&self, peer: usize) -> &str {
-        self.peers[peer].name()
-    }
-
-    /// Label that the exchange with a participant is recorded under.
-    pub fn label(&self, peer: usize) -> &Label {
-        &self.labels[peer]
+        &self.peers[peer].name
     }
 
     /// The error of an answer that does not belong here.

@@ -106,7 +106,7 @@ impl Launcher<'_> {
             .name(name)
             .spawn(move || serve(&session, &mut theirs, build).map_err(|error| error.to_string()))
             .map_err(Error::input(what))?;
-        Ok((Box::new(ours), Life::Thread(thread)))
+        Ok((Box::new(ours), Life::Thread(Some(thread))))
     }
 
     /// The shipped solvers are served by this very program; a foreign program is started through `exec-child`,

@@ -19,7 +19,7 @@ pub enum Life {
     /// In a process of its own.
     Process(Child),
     /// In a thread of the coordinator.
-    Thread(JoinHandle<Result<(), String>>),
+    Thread(Option<JoinHandle<Result<(), String>>>),
     /// In a log.
     Tape,
 }
@@ -36,9 +36,11 @@ pub struct Wait<'a> {
 
 /// One participant.
 pub struct Peer {
-    name: String,
-    link: Option<Box<dyn Link>>,
-    life: Option<Life>,
+    /// Name in the scenario.
+    pub name: String,
+    link: Box<dyn Link>,
+    /// Ends after its connection was closed.
+    life: Life,
     /// The last request, for messages.
     asked: String,
     /// A request that was sent before its turn.
@@ -50,16 +52,11 @@ impl Peer {
     pub fn new(name: &str, link: Box<dyn Link>, life: Life) -> Peer {
         Peer {
             name: name.to_string(),
-            link: Some(link),
-            life: Some(life),
+            link,
+            life,
             asked: "during its launch".into(),
             early: None,
         }
-    }
-
-    /// Name in the scenario.
-    pub fn name(&self) -> &str {
-        &self.name
     }
 
     /// Sends a request whose turn has come and returns its frame. One that was sent early is taken as it is, so that it is made,
@@ -86,7 +83,7 @@ impl Peer {
         payload: Vec<f64>,
         wait: &Wait,
     ) -> Result<(), Error> {
-        if self.early.is_none() && !matches!(self.life, Some(Life::Tape)) {
+        if self.early.is_none() && !matches!(self.life, Life::Tape) {
             let frame = Frame::new(header, payload);
             self.transmit(&frame, wait)?;
             self.early = Some(frame);
@@ -105,7 +102,7 @@ impl Peer {
         let start = Instant::now();
         loop {
             wait.watch.check()?;
-            match self.link_mut()?.send(frame, SLICE) {
+            match self.link.send(frame, SLICE) {
                 Ok(()) => return Ok(()),
                 Err(LinkError::Full { .. }) => self.still_alive(start, wait)?,
                 Err(error) => return Err(self.broken(error)),
@@ -118,7 +115,7 @@ impl Peer {
         let start = Instant::now();
         loop {
             wait.watch.check()?;
-            match self.link_mut()?.receive(SLICE) {
+            match self.link.receive(SLICE) {
                 Ok(Some(frame)) => return self.accept(frame, expected),
                 Ok(None) => self.still_alive(start, wait)?,
                 Err(error) => return Err(self.broken(error)),
@@ -168,39 +165,19 @@ impl Peer {
         }
     }
 
-    fn link_mut(&mut self) -> Result<&mut Box<dyn Link>, Error> {
-        let name = &self.name;
-        self.link.as_mut().ok_or_else(|| Error::PeerLost {
-            peer: name.clone(),
-            phase: "after its end".into(),
-            why: "the connection is closed".into(),
-        })
-    }
-
     /// Tells a peer that died from one that is silent, and a silent one from one that is stopped.
     fn still_alive(&mut self, start: Instant, wait: &Wait) -> Result<(), Error> {
-        let state = match &mut self.life {
-            Some(Life::Process(child)) => match child.try_wait() {
-                Ok(Some(status)) => {
-                    return Err(self.lost(format!("its process ended with {status}")));
-                }
-                _ => {
-                    let pid = child.id();
-                    let stopped = process::is_stopped(pid);
-                    let how = if stopped {
-                        "stopped (SIGSTOP or a debugger)"
-                    } else {
-                        "silent"
-                    };
-                    format!("process {pid} is alive but {how}")
-                }
+        let ended = match &mut self.life {
+            Life::Process(child) => match child.try_wait() {
+                Ok(Some(status)) => Some(format!("its process ended with {status}")),
+                _ => None,
             },
-            Some(Life::Thread(thread)) if thread.is_finished() => {
-                return Err(self.lost("its thread ended".into()));
-            }
-            Some(Life::Tape) => "the log holds no answer".into(),
-            _ => "its thread is alive but silent".into(),
+            Life::Thread(Some(thread)) if thread.is_finished() => Some("its thread ended".into()),
+            _ => None,
         };
+        if let Some(why) = ended {
+            return Err(self.lost(why));
+        }
         if start.elapsed().as_secs_f64() < wait.seconds {
             return Ok(());
         }
@@ -208,12 +185,12 @@ impl Peer {
             peer: self.name.clone(),
             phase: self.asked.clone(),
             seconds: wait.seconds,
-            state,
+            state: self.life.state(),
             key: wait.key,
         })
     }
 
-    fn broken(&mut self, error: LinkError) -> Error {
+    fn broken(&self, error: LinkError) -> Error {
         match error {
             LinkError::Closed => self.lost("it closed the connection".into()),
             other => self.protocol_error(other.to_string()),
@@ -221,16 +198,28 @@ impl Peer {
     }
 }
 
-impl Drop for Peer {
-    /// Closes the connection and sees that nothing of the participant is left running.
-    fn drop(&mut self) {
-        self.link = None;
-        match self.life.take() {
-            Some(Life::Process(mut child)) => process::end(&mut child),
-            Some(Life::Thread(thread)) => {
-                let _ = thread.join();
+impl Life {
+    /// What can be seen of a peer that does not answer.
+    fn state(&self) -> String {
+        match self {
+            Life::Process(child) if process::is_stopped(child.id()) => {
+                let pid = child.id();
+                format!("process {pid} is alive but stopped (SIGSTOP or a debugger)")
             }
-            Some(Life::Tape) | None => {}
+            Life::Process(child) => format!("process {} is alive but silent", child.id()),
+            Life::Thread(_) => "its thread is alive but silent".into(),
+            Life::Tape => "the log holds no answer".into(),
+        }
+    }
+}
+
+impl Drop for Life {
+    /// Sees that nothing of the participant is left running.
+    fn drop(&mut self) {
+        match self {
+            Life::Process(child) => process::end(child),
+            Life::Thread(thread) => drop(thread.take().map(JoinHandle::join)),
+            Life::Tape => {}
         }
     }
 }
@@ -263,12 +252,10 @@ fn asked(frame: &Frame) -> String {
             | Kind::Solve
             | Kind::Commit
             | Kind::AdvanceAlone),
-        ) => {
-            format!(
-                "in window {}, iteration {} ({kind:?}, t = {:.6e} s)",
-                header.window, header.iteration, header.t0_s
-            )
-        }
+        ) => format!(
+            "in window {}, iteration {} ({kind:?}, t = {:.6e} s)",
+            header.window, header.iteration, header.t0_s
+        ),
         Some(Kind::Hello) => "during its set-up".into(),
         Some(kind) => format!("at the handshake ({kind:?})"),
         None => "outside the protocol".into(),

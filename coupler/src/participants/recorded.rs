@@ -27,7 +27,7 @@ pub fn exchange(peers: &Peers, peer: usize, answer: bool, frame: &Frame) -> Opti
         (coupler, name)
     };
     Some(Exchange {
-        interface: peers.label(peer).name.clone(),
+        interface: peers.labels[peer].name.clone(),
         sender,
         receiver,
         frame: frame.clone(),

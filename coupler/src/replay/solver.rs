@@ -153,7 +153,7 @@ fn ask_again(
     answer: &Frame,
     next: Option<&Turn>,
 ) -> Result<Frame, Error> {
-    let run_id = communicator.peers().run_id();
+    let run_id = communicator.peers().run_id;
     let ours = |frame: &Frame| Header {
         run_id,
         ..frame.header

@@ -91,12 +91,9 @@ pub fn read(path: &Path, expected: &About) -> Result<(About, Checkpoint), Unusab
     }
     let (magic, rest) = bytes.split_at(MAGIC.len());
     if magic != MAGIC {
-        let theirs = String::from_utf8_lossy(magic);
-        let why = format!(
-            "its format is `{}`, this build reads `{}`",
-            theirs.trim_end(),
-            String::from_utf8_lossy(MAGIC).trim_end()
-        );
+        let [theirs, ours] = [magic, MAGIC].map(String::from_utf8_lossy);
+        let (theirs, ours) = (theirs.trim_end(), ours.trim_end());
+        let why = format!("its format is `{theirs}`, this build reads `{ours}`");
         return Err(unusable(why, true));
     }
     let (hash, body) = rest.split_at(HASH_BYTES);
@@ -117,25 +114,25 @@ pub fn read(path: &Path, expected: &About) -> Result<(About, Checkpoint), Unusab
     }
 }
 
+/// The first thing that two checkpoints are not alike about.
 fn differs(theirs: &About, ours: &About) -> Option<String> {
-    let pairs = [
-        ("was written by", &theirs.software, &ours.software),
-        (
-            "belongs to scenario",
-            &theirs.scenario_hash,
-            &ours.scenario_hash,
-        ),
+    let told = |about: &About| {
+        let About {
+            software,
+            protocol,
+            scenario_hash,
+            ..
+        } = about.clone();
+        [software, scenario_hash, protocol.to_string()]
+    };
+    let verbs = [
+        "was written by",
+        "belongs to scenario",
+        "speaks protocol version",
     ];
-    let text = pairs.into_iter().find(|(_, theirs, ours)| theirs != ours);
-    if let Some((what, theirs, ours)) = text {
-        return Some(format!("it {what} {theirs}, this is {ours}"));
-    }
-    (theirs.protocol != ours.protocol).then(|| {
-        format!(
-            "it speaks protocol version {}, this is {}",
-            theirs.protocol, ours.protocol
-        )
-    })
+    let mut pairs = verbs.into_iter().zip(told(theirs)).zip(told(ours));
+    let ((verb, theirs), ours) = pairs.find(|((_, theirs), ours)| theirs != ours)?;
+    Some(format!("it {verb} {theirs}, this is {ours}"))
 }
 
 /// Writes a file so that it is either there as a whole or not at all, whenever the machine stops: under another name
