@@ -86,7 +86,7 @@ impl Scratch {
         }
     }
 
-    /// Where it is.
+    /// Its place.
     pub fn path(&self) -> &Path {
         &self.path
     }

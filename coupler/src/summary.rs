@@ -15,7 +15,7 @@ use crate::scenario::Scenario;
 use crate::scheme::coupling::Coupling;
 use crate::scheme::ledger::{EnergyLedger, InterfaceLedger, ratio, total_balance_rel};
 
-/// What a run came to: the file, field by field. Fields that never came about (a run that ended early) are left out of it.
+/// Outcome of a run: the file, field by field. Fields that never came about (a run that ended early) are left out of it.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Summary {
     schema: &'static str,
@@ -58,7 +58,7 @@ struct Hashes {
     state: Option<String>,
 }
 
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 struct ParticipantSummary {
     kind: String,
     pid: u32,
@@ -70,7 +70,7 @@ struct ParticipantSummary {
     work: Option<WorkSummary>,
 }
 
-/// What a participant said at the end.
+/// Work of a participant, as it said at the end.
 #[derive(Clone, Debug, Serialize)]
 struct WorkSummary {
     steps: u64,
@@ -117,7 +117,7 @@ struct LogSummary {
 }
 
 impl Summary {
-    /// A run that has not done anything yet.
+    /// Begins with a run that has not done anything yet.
     pub fn new(scenario: &str, scenario_hash: &str) -> Summary {
         Summary {
             schema: "thirdbody.summary/1",
@@ -137,15 +137,13 @@ impl Summary {
             let summary = ParticipantSummary {
                 kind: greeted.description.kind.clone(),
                 pid: greeted.pid,
-                energy: None,
-                energy_balance_rel: None,
-                work: None,
+                ..ParticipantSummary::default()
             };
             self.participants.push((participant.name.clone(), summary));
         }
     }
 
-    /// What the interfaces of all groups have seen.
+    /// Enters what the interfaces of all groups have seen.
     pub fn interfaces<'a>(&mut self, couplings: impl Iterator<Item = &'a Coupling>) {
         let mut all = InterfaceLedger::default();
         let (mut nodes, mut points) = (0, 0);
@@ -169,7 +167,7 @@ impl Summary {
         self.results.extend(counts);
     }
 
-    /// The latest energies of all participants; points with masses of their own count as one more.
+    /// Enters the latest energies of all participants; points with masses of their own count as one more.
     pub fn energies(&mut self, energies: &[EnergyLedger]) {
         for ((_, participant), energy) in self.participants.iter_mut().zip(energies) {
             participant.energy = Some(joules("", energy));
@@ -181,7 +179,7 @@ impl Summary {
         self.results.insert("energy_balance_rel".into(), balance);
     }
 
-    /// What the participants said at the end, `talk_wall_s` after the greetings and `run_wall_s` after the start of the run.
+    /// Enters what the participants said at the end, `talk_wall_s` after the greetings and `run_wall_s` after the start of the run.
     pub fn farewell(&mut self, farewells: Vec<Farewell>, talk_wall_s: f64, run_wall_s: f64) {
         let mut state = blake3::Hasher::new();
         let mut solving = 0.0;
@@ -212,7 +210,7 @@ impl Summary {
         }
     }
 
-    /// The finished journal, so long (s) after the start of the run.
+    /// Enters the finished journal, so long (s) after the start of the run.
     pub fn close(&mut self, closed: &Closed, closed_wall_s: f64) {
         self.hashes.exchange = Some(closed.hash.clone());
         self.log = closed.log.map(|log| {
@@ -229,7 +227,7 @@ impl Summary {
         });
     }
 
-    /// How it ended.
+    /// Enters how it ended.
     pub fn end(&mut self, wall_s: f64, error: Option<&Error>) {
         self.wall_s = wall_s;
         self.status = error.map_or("completed", Error::status);

@@ -25,7 +25,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 pub struct Row {
     /// Doubles in the request, and as many in the answer.
     pub doubles: usize,
-    /// How both ends wait: `poll` or `event`.
+    /// Way in which both ends wait: `poll` or `event`.
     pub mode: &'static str,
     /// Processes: the coupler and one node, or the coupler and two nodes that are asked in turn while the other waits.
     pub processes: usize,

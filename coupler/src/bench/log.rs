@@ -72,7 +72,7 @@ fn row(path: &Path, doubles: usize) -> Result<Row, Error> {
     })
 }
 
-/// As many different messages as a chunk holds, so that none is packed as the copy of another.
+/// Makes as many different messages as a chunk holds, so that none is packed as the copy of another.
 fn frames(doubles: usize) -> Vec<Frame> {
     let mut bits = 0x9e37_79b9_7f4a_7c15_u64;
     // Marsaglia (2003), xorshift64.

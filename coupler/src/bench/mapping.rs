@@ -22,7 +22,7 @@ pub struct Row {
     pub points: usize,
     /// |sum of nodal forces - sum of point forces| / sum of |point forces|.
     pub force_rel: f64,
-    /// The same for the moment of forces across the line about its middle, over the sum of its parts.
+    /// Error of the moment of forces across the line about its middle, over the sum of its parts.
     pub moment_rel: f64,
     /// |F.(N v) - (N^T F).v| / sum of |F.(N v)|: the energy that the mapping makes or loses.
     pub power_rel: f64,

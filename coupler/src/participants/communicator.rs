@@ -14,7 +14,7 @@ pub trait Communicator {
     /// The participants themselves.
     fn peers(&self) -> &Peers;
 
-    /// The same, to speak to.
+    /// The participants, to speak to.
     fn peers_mut(&mut self) -> &mut Peers;
 
     /// Takes note of a frame that passed: a request whose turn has come, or an answer.
@@ -96,17 +96,15 @@ impl dyn Communicator + '_ {
     /// Waits for the answer of this kind about this window.
     pub fn hear(&mut self, peer: usize, kind: Kind, window: &Window) -> Result<Vec<f64>, Error> {
         let frame = self.receive(peer, kind)?;
-        if (frame.header.window, frame.header.iteration) != (window.index, window.iteration) {
-            let Header {
-                window, iteration, ..
-            } = frame.header;
-            let why = format!("answered for window {window}, iteration {iteration}");
+        let (index, iteration) = (frame.header.window, frame.header.iteration);
+        if (index, iteration) != (window.index, window.iteration) {
+            let why = format!("answered for window {index}, iteration {iteration}");
             return Err(self.peers().protocol_error(peer, why));
         }
         Ok(frame.payload)
     }
 
-    /// The same, for an answer that must hold exactly `length` finite numbers.
+    /// Waits for an answer that must hold exactly `length` finite numbers.
     pub fn hear_exactly(
         &mut self,
         peer: usize,

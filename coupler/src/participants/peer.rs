@@ -11,7 +11,7 @@ use super::process;
 use super::watch::Watch;
 use crate::error::{Error, Refusal};
 
-/// How often a wait looks up from the connection to see whether the peer still lives.
+/// Time after which a wait looks up from the connection to see whether the peer still lives.
 const SLICE: Duration = Duration::from_millis(50);
 
 /// The life at the other end of a connection.
@@ -199,7 +199,7 @@ impl Peer {
 }
 
 impl Life {
-    /// What can be seen of a peer that does not answer.
+    /// Describes what can be seen of a peer that does not answer.
     fn state(&self) -> String {
         match self {
             Life::Process(child) if process::is_stopped(child.id()) => {
@@ -230,7 +230,7 @@ pub fn read_json<T: DeserializeOwned>(frame: &Frame) -> Result<T, String> {
     serde_json::from_str(&text).map_err(|error| error.to_string())
 }
 
-/// Whether a frame says this to the last bit. Equal payloads have equal counts and checksums, which the header of a
+/// Tells if a frame says this to the last bit. Equal payloads have equal counts and checksums, which the header of a
 /// frame still to be made lacks.
 fn says(frame: &Frame, header: &Header, payload: &[f64]) -> bool {
     let header = Header {

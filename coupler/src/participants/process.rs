@@ -14,7 +14,7 @@ use protocol::setting::SESSION_VARIABLE;
 
 use crate::error::Error;
 
-/// How long a participant that was asked to end may take before it is killed.
+/// Time that a participant may take to end after it was asked to, before it is killed.
 const GRACE: Duration = Duration::from_millis(1000);
 
 /// The files of a run in shared memory; removed when dropped, whatever ended the run.
@@ -101,7 +101,7 @@ pub fn end(child: &mut Child) {
     }
 }
 
-/// Whether a process is stopped (SIGSTOP, a debugger), read off the process table.
+/// Tells if a process is stopped (SIGSTOP, a debugger), read off the process table.
 pub fn is_stopped(pid: u32) -> bool {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     let state = stat.rsplit_once(") ").map_or("", |(_, state)| state);

@@ -29,7 +29,7 @@ pub struct Recording {
     pub messages: Vec<Exchange>,
     /// Messages before the end of each block: the handshake of a coupled run, then each window.
     pub ends: Vec<usize>,
-    /// Why the log ends early, if it does.
+    /// Reason why the log ends early, if it does.
     pub damage: Option<String>,
 }
 
@@ -57,7 +57,7 @@ impl Recording {
     }
 }
 
-/// How far an answer was from its logged twin, see [`judge::Ruler`].
+/// The distance of an answer from its logged twin, see [`judge::Ruler`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drift {
     /// Window.
@@ -68,10 +68,10 @@ pub struct Drift {
     pub rel: f64,
 }
 
-/// What came of replaying one participant or the coupler.
+/// Outcome of replaying one participant or the coupler.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replayed {
-    /// Who was run again.
+    /// Name of the participant, or the coupler's.
     pub who: String,
     /// Messages that were compared and equal.
     pub equal: u64,

@@ -15,7 +15,7 @@ use crate::participants::{Communicator, Launcher, Watch, handshake};
 use crate::run::checkpoint::RestartPoint;
 use crate::scenario::Scenario;
 
-/// How a solver is replayed.
+/// Conditions of a solver's replay.
 #[derive(Clone, Copy, Default)]
 pub struct How<'a> {
     /// Begin after this checkpoint instead of at the start.
@@ -87,7 +87,7 @@ fn index_of(scenario: &Scenario, name: &str) -> Result<usize, Error> {
     })
 }
 
-/// What of the past a solver has to be told before its state is given back: what is coupled, and the last wall.
+/// The part of the past that a solver has to be told before its state is given back: what is coupled, and the last wall.
 fn handshake_turns(past: Vec<Turn>) -> Vec<Turn> {
     let kind = |turn: &Turn| turn.request.kind();
     let mut walls = past.iter();

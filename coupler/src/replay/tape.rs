@@ -11,9 +11,9 @@ use crate::log::{COUPLER, Exchange, Mismatch};
 /// A request and its answer.
 #[derive(Clone, Debug)]
 pub struct Turn {
-    /// What the coupler asked.
+    /// The frame of the coupler.
     pub request: Frame,
-    /// What the participant answered; absent where the log ends in between.
+    /// The frame of the participant; absent where the log ends in between.
     pub answer: Option<Frame>,
 }
 
@@ -35,7 +35,7 @@ pub fn turns(messages: &[Exchange], participant: &str) -> Vec<Turn> {
     turns
 }
 
-/// What the tapes of a replay have seen so far; shared with whoever judges it.
+/// Requests that the tapes of a replay have seen so far; shared with whoever judges it.
 #[derive(Debug, Default)]
 pub struct Seen {
     /// Requests that were equal to the logged ones.
@@ -44,7 +44,7 @@ pub struct Seen {
     pub last_window: u64,
     /// The first request that was not.
     pub mismatch: Option<Mismatch>,
-    /// Whether a tape ran out.
+    /// True once a tape ran out.
     pub ended: bool,
 }
 

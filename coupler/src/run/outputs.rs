@@ -32,7 +32,8 @@ pub struct Outputs<'a> {
     pub signals: SignalsFile,
     /// The checkpoints.
     pub keeper: Keeper,
-    progress: Progress,
+    /// Steps done, on stderr.
+    pub progress: Progress,
 }
 
 impl<'a> Outputs<'a> {
@@ -65,11 +66,6 @@ impl<'a> Outputs<'a> {
             descriptions,
             progress: Progress::new(&scenario.run.name, progress),
         })
-    }
-
-    /// Steps that are done, and steps in all, for the progress.
-    pub fn expect(&mut self, done: u64, steps: u64) {
-        self.progress.expect(done, steps);
     }
 
     /// Takes over what the run wrote that is gone on with.
@@ -245,7 +241,7 @@ impl<'a> Outputs<'a> {
     }
 }
 
-/// Whether no group has a window to do that ends at this time.
+/// True if no group has a window to do that ends at this time.
 fn last_at(groups: &[GroupRun], time_s: f64) -> bool {
     let later = |window: Window| window.t1_s > time_s * (1.0 + 1e-9);
     groups.iter().all(|group| group.next().is_none_or(later))

@@ -33,7 +33,7 @@ use crate::scheme::predict::inputs::foresee;
 use crate::scheme::window::AcceptedWindow;
 use crate::summary::Summary;
 
-/// How to run, beside the scenario.
+/// Circumstances of a run, beside the scenario.
 pub struct Options<'a> {
     /// Place of the run directory; by default a new folder below `runs/`.
     pub out: Option<&'a Path>,
@@ -45,17 +45,17 @@ pub struct Options<'a> {
     pub program: PathBuf,
     /// Signals that end the run.
     pub watch: Watch,
-    /// Whether to show progress on stderr.
+    /// Progress is shown on stderr.
     pub progress: bool,
 }
 
-/// How a run ended; the summary is in the run directory too.
+/// The end of a run; the summary is in the run directory too.
 pub struct Ended {
-    /// Where everything lies.
+    /// The run directory.
     pub path: PathBuf,
-    /// What summary.json says.
+    /// Content of summary.json.
     pub summary: Summary,
-    /// Why it ended early, if it did.
+    /// Reason of an early end.
     pub error: Option<Error>,
 }
 
@@ -94,7 +94,7 @@ pub fn run(loaded: &Loaded, options: &Options) -> Result<Ended, Error> {
     go_on(loaded, options, None)
 }
 
-/// The same, going on from a checkpoint of another run of the same scenario, in a run directory of its own: it ends as
+/// Runs a scenario on from a checkpoint of another run of it, in a run directory of its own: it ends as
 /// if that run had never been cut off.
 pub fn go_on(
     loaded: &Loaded,
@@ -129,7 +129,7 @@ pub fn go_on(
         restart,
         summary: Summary::new(&loaded.scenario.run.name, &loaded.hash),
     };
-    let error = session.all(start).err();
+    let error = session.run(start).err();
     let mut summary = session.summary;
     summary.end(start.elapsed().as_secs_f64(), error.as_ref());
     rundir.write("summary.json", &summary.to_json())?;
@@ -160,7 +160,8 @@ struct RunSession<'a> {
 }
 
 impl RunSession<'_> {
-    fn all(&mut self, start: Instant) -> Result<(), Error> {
+    /// Starts the participants, lets them talk, and closes the log whatever came of it.
+    fn run(&mut self, start: Instant) -> Result<(), Error> {
         let launcher = Launcher {
             loaded: self.loaded,
             registry: self.options.registry,
@@ -259,7 +260,8 @@ impl RunSession<'_> {
     ) -> Result<Vec<Exchange>, Error> {
         let state = &restart.checkpoint;
         let journal = &mut recorded.journal;
-        let handshake = journal.carry_over(&restart.log(), state.log_blocks)?;
+        let log = restart.run.join("exchange.mcap");
+        let handshake = journal.carry_over(&log, state.log_blocks)?;
         outputs.carry_over(restart)?;
         journal.sync()?;
         restart.adopt(self.rundir)?;
@@ -306,7 +308,7 @@ impl RunSession<'_> {
             Some(restart) => restart.restore(&mut recorded.peers, greeted, &mut groups)?,
             None => self.predict(recorded, greeted, &mut groups)?,
         }
-        outputs.expect(groups[0].steps_done(), groups[0].end);
+        outputs.progress.expect(groups[0].at.step, groups[0].end);
         let summary = &mut self.summary;
         let seen = |recorded: &mut Recorded, groups: &[GroupRun], window: &_, accepted| {
             let position = position(groups);
@@ -381,7 +383,9 @@ impl RunSession<'_> {
             restart.restore(&mut recorded.peers, greeted, &mut [])?;
             start = restart.checkpoint.position.windows;
         }
-        outputs.expect(start * u64::from(clock.substeps), end);
+        outputs
+            .progress
+            .expect(start * u64::from(clock.substeps), end);
         for index in start..end.div_ceil(clock.substeps.into()) {
             let step = index * u64::from(clock.substeps);
             let window = clock.window(index, step, clock.substeps_before(step, end));

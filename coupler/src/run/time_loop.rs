@@ -20,7 +20,8 @@ pub struct GroupRun {
     pub coupling: Coupling,
     /// Steps of its clock to do.
     pub end: u64,
-    at: GroupPosition,
+    /// Its progress.
+    pub at: GroupPosition,
 }
 
 /// All groups at their start.
@@ -95,16 +96,6 @@ pub fn position(groups: &[GroupRun]) -> Position {
 }
 
 impl GroupRun {
-    /// Steps of its clock that are done.
-    pub fn steps_done(&self) -> u64 {
-        self.at.step
-    }
-
-    /// Puts it where a checkpoint left off.
-    pub fn go_to(&mut self, at: GroupPosition) {
-        self.at = at;
-    }
-
     /// Time that it has come to (s).
     fn reached_s(&self) -> f64 {
         self.at.step as f64 * self.coupling.group().clock.step_s

@@ -21,17 +21,17 @@ pub struct Expected {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// What it shows.
+    /// Name that says what it shows.
     pub name: String,
     /// Author, year, equation, or the table that the numbers are from.
     pub source: String,
     /// Overrides of the scene, as after `--set`.
     #[serde(default)]
     pub set: Vec<String>,
-    /// How the run must end.
+    /// Exit code that the run must end with.
     #[serde(default)]
     pub exit_code: i32,
-    /// What the message must hold.
+    /// Words that the message must hold.
     #[serde(default)]
     pub says: Vec<String>,
     /// Numbers that must come out.
@@ -43,18 +43,18 @@ pub struct Case {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Number {
-    /// Where it is found: a path in summary.json, or `signals.<column>.<last | max | min | mean>`.
+    /// Place of the number: a path in summary.json, or `signals.<column>.<last | max | min | mean>`.
     pub path: String,
-    /// What it must be.
+    /// Value that it must have.
     pub expected: f64,
-    /// How far from it, over it.
+    /// Distance allowed, over the value.
     pub tolerance_rel: Option<f64>,
-    /// How far from it.
+    /// Distance allowed.
     pub tolerance_abs: Option<f64>,
 }
 
 impl Number {
-    /// Whether a number that came out is near enough.
+    /// Tells if a number that came out is near enough.
     pub fn holds(&self, ours: f64) -> bool {
         let relative = self.tolerance_rel.unwrap_or(0.0) * self.expected.abs();
         (ours - self.expected).abs() <= relative.max(self.tolerance_abs.unwrap_or(0.0))

@@ -21,17 +21,17 @@ type Signals = BTreeMap<String, Vec<f64>>;
 pub struct Row {
     /// Scene, case and number.
     pub name: String,
-    /// What came out.
+    /// The value that came out.
     pub ours: Value,
-    /// What should.
+    /// The value that should.
     pub expected: Value,
-    /// Who says so.
+    /// Source of the expectation.
     pub source: String,
-    /// Whether it is near enough.
+    /// True if it is near enough.
     pub holds: bool,
 }
 
-/// How the runs of a suite are done.
+/// Circumstances of the runs of a suite.
 pub struct Runs<'a> {
     /// Shipped solvers.
     pub registry: &'a Registry,
@@ -55,8 +55,8 @@ pub fn run_suite(folder: &Path, runs: &Runs) -> Result<Vec<Row>, Error> {
     let mut rows = Vec::new();
     for scene in &scenes {
         let expected = read(&scene.join("expected.toml"))?;
-        let elsewhere = expected.scene.unwrap_or_default();
-        let scenario = scene.join(elsewhere);
+        let elsewhere = expected.scene.map(|elsewhere| scene.join(elsewhere));
+        let scenario = elsewhere.unwrap_or_else(|| scene.clone());
         for case in expected.case {
             rows.extend(run_case(scene, &scenario, &case, runs)?);
         }
@@ -100,7 +100,7 @@ fn attempt(scene: &Path, case: &Case, runs: &Runs, out: &Path) -> Result<Ended, 
     ended.error.take().map_or(Ok(ended), Err)
 }
 
-/// How the run ended, as a row of its own.
+/// The end of the run, as a row of its own.
 fn ending(case: &Case, outcome: &Result<Ended, Error>) -> Row {
     let (code, message) = match outcome {
         Ok(_) => (0, String::new()),

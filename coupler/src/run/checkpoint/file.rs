@@ -16,14 +16,14 @@ pub const MAGIC: &[u8] = b"thirdbody.checkpoint/2\n";
 const HASH_BYTES: usize = blake3::OUT_LEN;
 const ENDING: &str = "checkpoint";
 
-/// Why a checkpoint cannot be used.
+/// A checkpoint that cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unusable {
     /// The file.
     pub path: PathBuf,
-    /// Why.
+    /// The reason.
     pub why: String,
-    /// Whether it is sound, but of another scenario or version: then so are all others of its run.
+    /// True if it is sound, but of another scenario or version: then so are all others of its run.
     pub foreign: bool,
 }
 
@@ -56,7 +56,7 @@ pub fn list(folder: &Path) -> Vec<Found> {
     found
 }
 
-/// Where the checkpoint after so many windows lies.
+/// Place of the checkpoint after so many windows.
 pub fn path(folder: &Path, window: u64) -> PathBuf {
     folder.join(format!("{window:012}.{ENDING}"))
 }

@@ -44,7 +44,7 @@ pub fn participants(loaded: &Loaded, greeted: &[Greeted]) -> Vec<(String, String
 }
 
 impl Keeper {
-    /// For a run of these participants. A cadence that the scenario asks for needs participants that can be
+    /// Serves a run of these participants. A cadence that the scenario asks for needs participants that can be
     /// resumed; without one, a run of others simply has no checkpoints.
     pub fn new(rundir: &RunDir, loaded: &Loaded, greeted: &[Greeted]) -> Result<Keeper, Error> {
         let run = &loaded.scenario.run;
@@ -78,12 +78,12 @@ impl Keeper {
         })
     }
 
-    /// Whether it writes checkpoints at all.
+    /// Tells if it writes checkpoints at all.
     pub fn writes(&self) -> bool {
         self.every.is_some()
     }
 
-    /// Whether a checkpoint is to be written here: at its cadence, and when the run is interrupted. At its end a run
+    /// Tells if a checkpoint is to be written here: at its cadence, and when the run is interrupted. At its end a run
     /// needs none.
     pub fn due(&self, at: &Position, interrupted: bool) -> bool {
         let due = |every| interrupted || at.windows.is_multiple_of(every);

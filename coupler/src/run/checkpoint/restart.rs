@@ -23,9 +23,9 @@ pub struct RestartPoint {
     pub run: PathBuf,
     /// Its file.
     pub path: PathBuf,
-    /// What it is about.
+    /// Its author and subject.
     pub about: About,
-    /// What it holds.
+    /// Its content.
     pub checkpoint: Checkpoint,
 }
 
@@ -47,9 +47,8 @@ pub fn find(
                 let logged = *logged.get_or_insert_with(|| blocks(&run.join("exchange.mcap")));
                 let due = checkpoint.log_blocks;
                 if logged >= due {
-                    let run = run.into();
                     let point = RestartPoint {
-                        run,
+                        run: run.into(),
                         path,
                         about,
                         checkpoint,
@@ -82,11 +81,6 @@ fn blocks(log: &Path) -> u64 {
 }
 
 impl RestartPoint {
-    /// Where the log of the run lies that is gone on with.
-    pub fn log(&self) -> PathBuf {
-        self.run.join("exchange.mcap")
-    }
-
     fn refuse(&self, problem: String) -> Error {
         let path = self.path.clone();
         Error::from(Refusal::Checkpoint { path, problem })
@@ -155,7 +149,7 @@ impl RestartPoint {
             return Err(self.refuse(problem));
         }
         for ((group, at), coupling) in groups.iter_mut().zip(positions).zip(&state.couplings) {
-            group.go_to(*at);
+            group.at = *at;
             group.coupling.restore(coupling)?;
         }
         Ok(())
