@@ -1,7 +1,7 @@
 //! Time from a request of the coupler to the answer of a node, over shared memory.
 
 use std::path::Path;
-use std::process::{Child, Command};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use protocol::link::shm::{ShmLink, WaitMode};
@@ -11,7 +11,8 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::error::{Error, Refusal};
-use crate::participants::process::{SharedMemory, end, spawn};
+use crate::participants::Life;
+use crate::participants::process::{SharedMemory, spawn};
 use crate::rundir::Scratch;
 
 /// Frames that pass before counting starts.
@@ -77,10 +78,10 @@ pub fn echo() -> Result<(), ParticipateError> {
     Ok(())
 }
 
-/// Links and processes of one set-up; everything is ended and removed when dropped.
+/// Links and processes of one set-up; everything is ended and removed when dropped, in this order.
 struct Bench {
     links: Vec<ShmLink>,
-    children: Vec<Child>,
+    lives: Vec<Life>,
     memory: SharedMemory,
     /// Folder of the other ends' sessions and texts.
     folder: Scratch,
@@ -91,7 +92,7 @@ impl Bench {
         let run_id = nodes as u64 * 2 + u64::from(mode == "poll");
         let mut bench = Bench {
             links: Vec::new(),
-            children: Vec::new(),
+            lives: Vec::new(),
             memory: SharedMemory::new(run_id),
             folder: Scratch::new("bench-exchange", run_id),
         };
@@ -110,7 +111,7 @@ impl Bench {
                 bench.folder.path(),
             )?;
             bench.links.push(link);
-            bench.children.push(child);
+            bench.lives.push(Life::Process(child));
         }
         Ok(bench)
     }
@@ -176,9 +177,6 @@ impl Drop for Bench {
         let goodbye = Frame::new(Header::of(Kind::Finish), Vec::new());
         for link in &mut self.links {
             let _ = link.send(&goodbye, Duration::from_millis(100));
-        }
-        for child in &mut self.children {
-            end(child);
         }
     }
 }

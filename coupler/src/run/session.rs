@@ -198,13 +198,6 @@ impl RunSession<'_> {
         Ok(Some(recorder))
     }
 
-    fn note_warnings(&self, participant: &str, warnings: &[String]) {
-        for warning in warnings {
-            let line = format!("warning: participant `{participant}`: {warning}");
-            self.rundir.note(&line);
-        }
-    }
-
     /// All that is said: greeting, what came before if the run goes on, windows, farewell.
     fn converse(&mut self, recorded: &mut Recorded, start: Instant) -> Result<(), Error> {
         let greeted = handshake::greet(recorded, self.loaded, self.run_id)?;
@@ -270,25 +263,7 @@ impl RunSession<'_> {
         Ok(handshake)
     }
 
-    /// Joins the interfaces. A resumed run must say just what the log already holds.
-    fn join(
-        &self,
-        recorded: &mut Recorded,
-        greeted: &[Greeted],
-        logged: Vec<Exchange>,
-    ) -> Result<Vec<Group>, Error> {
-        let scenario = &self.loaded.scenario;
-        if self.restart.is_none() {
-            let groups = join(&mut Remote::new(recorded, greeted), scenario)?;
-            recorded.end_window(0)?;
-            return Ok(groups);
-        }
-        let mut rehearsed = Rehearsed::new(&mut recorded.peers, logged);
-        let groups = join(&mut Remote::new(&mut rehearsed, greeted), scenario)?;
-        rehearsed.finish()?;
-        Ok(groups)
-    }
-
+    /// Windows of solvers that are joined, all of them to the end.
     fn coupled(
         &mut self,
         recorded: &mut Recorded,
@@ -322,15 +297,23 @@ impl RunSession<'_> {
         outputs.finish(recorded, summary)
     }
 
-    /// Notes the predicted length of the log.
-    fn note_log_volume(&mut self, volume: &Volume) {
-        let output = &self.loaded.scenario.run.output;
-        if output.exchange {
-            let texts = self.loaded.resolved.len() + self.manifest.len();
-            let bytes = volume.bytes(texts, output.flush_every_windows);
-            self.rundir.note(&log_volume::line(volume, bytes));
-            self.summary.log_predicted_bytes = Some(bytes);
+    /// Joins the interfaces. A resumed run must say just what the log already holds.
+    fn join(
+        &self,
+        recorded: &mut Recorded,
+        greeted: &[Greeted],
+        logged: Vec<Exchange>,
+    ) -> Result<Vec<Group>, Error> {
+        let scenario = &self.loaded.scenario;
+        if self.restart.is_none() {
+            let groups = join(&mut Remote::new(recorded, greeted), scenario)?;
+            recorded.end_window(0)?;
+            return Ok(groups);
         }
+        let mut rehearsed = Rehearsed::new(&mut recorded.peers, logged);
+        let groups = join(&mut Remote::new(&mut rehearsed, greeted), scenario)?;
+        rehearsed.finish()?;
+        Ok(groups)
     }
 
     /// Notes the stability that the handshake predicts, and refuses a scheme that is predicted to fail.
@@ -354,6 +337,7 @@ impl RunSession<'_> {
         Ok(())
     }
 
+    /// Windows of a solver without an interface.
     fn alone(
         &mut self,
         recorded: &mut Recorded,
@@ -409,5 +393,23 @@ impl RunSession<'_> {
             outputs.pause(recorded, &[], position)?;
         }
         outputs.finish(recorded, &mut self.summary)
+    }
+
+    /// Notes the predicted length of the log.
+    fn note_log_volume(&mut self, volume: &Volume) {
+        let output = &self.loaded.scenario.run.output;
+        if output.exchange {
+            let texts = self.loaded.resolved.len() + self.manifest.len();
+            let bytes = volume.bytes(texts, output.flush_every_windows);
+            self.rundir.note(&log_volume::line(volume, bytes));
+            self.summary.log_predicted_bytes = Some(bytes);
+        }
+    }
+
+    fn note_warnings(&self, participant: &str, warnings: &[String]) {
+        for warning in warnings {
+            let line = format!("warning: participant `{participant}`: {warning}");
+            self.rundir.note(&line);
+        }
     }
 }
