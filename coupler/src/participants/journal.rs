@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::log::{Entry, Exchange, ExchangeHasher, LogStats, Recorder, recover};
 
 /// Doubles that may wait for the end of their window.
@@ -59,11 +59,8 @@ impl Journal {
                 return Ok(first);
             }
         }
-        Err(Error::Refused(format!(
-            "{}: {} of {blocks} blocks can be read",
-            log.display(),
-            self.blocks
-        )))
+        let found = self.blocks;
+        Err(Refusal::file(log, format!("{found} of {blocks} blocks can be read")).into())
     }
 
     /// Adds a message.

@@ -12,7 +12,7 @@ use protocol::Session;
 use protocol::link::shm;
 use protocol::setting::SESSION_VARIABLE;
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 
 /// Time that a participant may take to end after it was asked to, before it is killed.
 const GRACE: Duration = Duration::from_millis(1000);
@@ -78,9 +78,11 @@ pub fn require_program(participant: &str, program: &str) -> Result<(), Error> {
     let problem = format!(
         "command `{program}` is not a program that can be started; give its path, or a name on PATH"
     );
-    Err(Error::Refused(format!(
-        "participant `{participant}`: {problem}"
-    )))
+    Err(Refusal::Unfit {
+        participant: participant.into(),
+        problem,
+    }
+    .into())
 }
 
 /// Waits for a child that should end by itself, then asks it to, then ends it.

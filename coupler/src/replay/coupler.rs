@@ -42,7 +42,7 @@ pub fn replay(
     let result = windows(&mut peers, scenario, &greeted, from);
     let wall_s = start.elapsed().as_secs_f64();
     let seen = seen.lock();
-    let seen = seen.map_err(|_| Error::Refused("a tape broke".into()))?;
+    let seen = seen.map_err(|_| Refusal::BrokenTape)?;
     let replayed = Replayed {
         equal: seen.equal,
         last_window: seen.last_window,

@@ -163,8 +163,6 @@ fn ask_again(
         let peers = communicator.peers_mut();
         peers.send_early(0, ours(&next.request), next.request.payload.clone())?;
     }
-    let kind = answer
-        .kind()
-        .map_err(|error| Error::Refused(format!("the log: {error}")))?;
+    let kind = answer.kind().map_err(Refusal::from)?;
     communicator.receive(0, kind)
 }

@@ -8,7 +8,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::content::{About, Checkpoint};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 
 /// First bytes of the file: name and version of its format.
 pub const MAGIC: &[u8] = b"thirdbody.checkpoint/2\n";
@@ -63,9 +63,7 @@ pub fn path(folder: &Path, window: u64) -> PathBuf {
 
 /// The bytes of a file.
 pub fn encode(about: &About, checkpoint: &Checkpoint) -> Result<Vec<u8>, Error> {
-    let broken = |error: postcard::Error| {
-        Error::Refused(format!("the run's state cannot be written down: {error}"))
-    };
+    let broken = |error: postcard::Error| Refusal::NoState(error.to_string());
     let mut bytes = MAGIC.to_vec();
     bytes.extend([0; HASH_BYTES]);
     bytes = postcard::to_extend(about, bytes).map_err(broken)?;

@@ -7,7 +7,7 @@ use protocol::{Frame, Kind, PROTOCOL_VERSION};
 
 use super::content::{About, Checkpoint, EVERY_WINDOWS, FOLDER};
 use super::file::{encode, list, path, write_whole};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
@@ -56,9 +56,10 @@ impl Keeper {
             .join(" and ");
         let asked = run.checkpoint_every_windows;
         if !unable.is_empty() && asked.is_some_and(|every| every > 0) {
-            return Err(Error::Refused(format!(
-                "run.checkpoint_every_windows: participant {unable} cannot write a checkpoint (capability `resume`); set it to 0, or leave the key out"
-            )));
+            let problem = format!(
+                "participant {unable} cannot write a checkpoint (capability `resume`); set it to 0, or leave the key out"
+            );
+            return Err(Refusal::argument("run.checkpoint_every_windows", problem).into());
         }
         if !unable.is_empty() && asked.is_none() {
             rundir.note(&format!(

@@ -64,9 +64,7 @@ pub fn find(
             Err(unusable) => unusable,
         };
         if unusable.foreign {
-            return Err(Error::Refused(format!(
-                "{unusable}; resume with the build and the scenario that wrote it"
-            )));
+            return Err(Refusal::Unusable(unusable.to_string()).into());
         }
         passed_over.push(unusable);
     }
