@@ -20,9 +20,8 @@ use coupler::error::Error;
 use coupler::scenario::{Acceleration, Dirichlet, Policy, Scheme, SchemeKeys, SchemeWord};
 use coupler::scheme::coupling::Coupling;
 use coupler::scheme::predict::growth::growth;
-use coupler::scheme::predict::linear_pair::{LinearModel, LinearPair, PairState};
+use coupler::scheme::predict::linear_pair::{LinearModel, LinearPair};
 use coupler::scheme::predict::sprung_mass::Masses;
-use nalgebra::DVector;
 use protocol::BoundaryInertia;
 
 /// m (kg) and k (N/m) of the one element of the bench's bar.
@@ -185,15 +184,11 @@ fn forces(scheme: Scheme, case: Case, tolerance_m: f64) -> Result<(Vec<f64>, u64
     let response = bar.response(case.substeps);
     let model = model(&response, scheme, case);
     let mut coupling = Coupling::new("two", scheme, Policy::Stop, model.group(tolerance_m));
-    let start = PairState {
-        continuum: DVector::zeros(2),
-        masses: Masses {
-            glued_velocity: 1.0,
-            ..Masses::default()
-        },
-        place: 0.0,
+    let moving = Masses {
+        glued_velocity: 1.0,
+        ..Masses::default()
     };
-    let mut pair = LinearPair::new(model, start);
+    let mut pair = LinearPair::new(model, moving);
     let mut forces = Vec::new();
     let mut repeats = 0;
     for index in 0..WINDOWS as u64 {
