@@ -38,10 +38,8 @@ pub struct ScenarioError {
 pub enum Error {
     #[error("{0}")]
     Scenario(Box<ScenarioError>),
-    #[error("{0}")]
-    Refused(String),
     #[error(transparent)]
-    Refusal(#[from] Refusal),
+    Refused(#[from] Refusal),
     #[error("{0}")]
     NotConverged(String),
     #[error("{0}")]
@@ -104,7 +102,11 @@ impl Error {
     pub fn of_participant(peer: &str, phase: &str, error: NodeError) -> Error {
         let what = format!("participant `{peer}` {phase}");
         match error.code {
-            FaultCode::Configuration => Error::Refused(format!("{what}: {}", error.message)),
+            FaultCode::Configuration => Error::from(Refusal::Fault {
+                participant: peer.into(),
+                asked: phase.into(),
+                message: error.message,
+            }),
             FaultCode::Diverged => Error::Diverged(format!("{what}: {}", error.message)),
             FaultCode::Protocol => Error::Protocol {
                 peer: peer.into(),
@@ -130,7 +132,7 @@ impl Error {
 
     fn ending(&self) -> (i32, &'static str) {
         match self {
-            Error::Scenario(_) | Error::Refused(_) | Error::Refusal(_) => (2, "refused"),
+            Error::Scenario(_) | Error::Refused(_) => (2, "refused"),
             Error::Input { .. } | Error::Log(LogError::Read { .. }) => (2, "refused"),
             Error::NotConverged(_) => (3, "not_converged"),
             Error::Diverged(_) | Error::NotFinite(_) => (3, "diverged"),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::error::{Error, Refusal};
 use crate::scenario::load::Loaded;
@@ -30,12 +30,11 @@ impl RunDir {
             let folder = path.join(folder);
             fs::create_dir_all(&folder).map_err(Error::output(folder.display()))?;
         }
-        let journal_path = path.join("logs/coordinator.log");
-        let journal =
-            fs::File::create(&journal_path).map_err(Error::output(journal_path.display()))?;
+        let journal = path.join("logs/coordinator.log");
+        let file = fs::File::create(&journal).map_err(Error::output(journal.display()))?;
         Ok(RunDir {
             path,
-            journal: Mutex::new(journal),
+            journal: Mutex::new(file),
             start: Instant::now(),
         })
     }
@@ -87,7 +86,7 @@ impl Scratch {
         }
     }
 
-    /// Its path.
+    /// Its place.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -133,20 +132,9 @@ fn point_latest(id: &str) {
     }
 }
 
-/// Checkpoint from which a resumed run went on.
-pub struct Resumed<'a> {
-    /// File of the checkpoint.
-    pub checkpoint: &'a Path,
-    /// Windows that stood in it.
-    pub window: u64,
-}
-
-/// The manifest: what ran, where, from which build.
-pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, resumed: Option<Resumed>) -> String {
-    let host = nix::unistd::gethostname()
-        .ok()
-        .and_then(|name| name.into_string().ok())
-        .unwrap_or_default();
+/// The manifest: what ran, where, from which build, and the checkpoint that it went on from.
+pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, resumed: Option<Value>) -> String {
+    let host = nix::unistd::gethostname().map(|name| name.into_string().unwrap_or_default());
     let mut value = json!({
         "schema": "thirdbody.manifest/1",
         "software": format!("thirdbody {}", env!("CARGO_PKG_VERSION")),
@@ -158,10 +146,10 @@ pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, resumed: Option<Re
         "seed": loaded.scenario.run.seed,
         "threads": threads,
         "cores": std::thread::available_parallelism().map_or(1, usize::from),
-        "host": host,
+        "host": host.unwrap_or_default(),
     });
     if let Some(resumed) = resumed {
-        value["resumed"] = json!({ "checkpoint": resumed.checkpoint, "window": resumed.window });
+        value["resumed"] = resumed;
     }
     serde_json::to_string_pretty(&value).expect("JSON values always serialise")
 }

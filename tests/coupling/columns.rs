@@ -7,7 +7,7 @@
 //! definite whatever the window, and C(1) = h^2 / 2 M^-1. Tolerance 1e-12 relative: rounding of 1 000 steps.
 
 use coupler::participants::remote::Remote;
-use coupler::participants::{Launcher, Peers, Watch, handshake};
+use coupler::participants::{Launcher, Watch, handshake};
 use coupler::run::session::fresh_run_id;
 use coupler::rundir::RunDir;
 use coupler::scenario::load::parse;
@@ -54,19 +54,9 @@ fn asked(text: String, transport: &str) -> (Group, Vec<DMatrix<f64>>) {
         threads: 1,
         rundir: &rundir,
     };
-    let memory = launcher.shared_memory();
     let scenario = &loaded.scenario;
-    let peers = scenario.participant.iter().map(|participant| {
-        let started = launcher.start(participant, &memory);
-        started.expect("it starts")
-    });
-    let mut peers = Peers::new(
-        peers.collect(),
-        run_id,
-        scenario.labels(),
-        &scenario.run.deadlines,
-        Watch::default(),
-    );
+    let started = launcher.start(&scenario.participant, Watch::default());
+    let mut peers = started.expect("they start");
     let greeted = handshake::greet(&mut peers, &loaded, run_id).expect("they answer");
     let remote = &mut Remote::new(&mut peers, &greeted);
     let mut groups = join(remote, scenario).expect("they fit");

@@ -184,11 +184,11 @@ fn forces(scheme: Scheme, case: Case, tolerance_m: f64) -> Result<(Vec<f64>, u64
     let response = bar.response(case.substeps);
     let model = model(&response, scheme, case);
     let mut coupling = Coupling::new("two", scheme, Policy::Stop, model.group(tolerance_m));
-    let moving = Masses {
+    let start = Masses {
         glued_velocity: 1.0,
         ..Masses::default()
     };
-    let mut pair = LinearPair::new(model, moving);
+    let mut pair = LinearPair::new(model, start);
     let mut forces = Vec::new();
     let mut repeats = 0;
     for index in 0..WINDOWS as u64 {

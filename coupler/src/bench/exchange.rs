@@ -1,18 +1,19 @@
 //! Time from a request of the coupler to the answer of a node, over shared memory.
 
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::path::Path;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
-use protocol::link::shm::{self, ShmLink, WaitMode};
+use protocol::link::shm::{ShmLink, WaitMode};
 use protocol::participate::{ParticipateError, read_session};
-use protocol::setting::SESSION_VARIABLE;
 use protocol::{Frame, Header, Kind, Link, PROTOCOL_VERSION, Session, Setting, Transport};
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::error::{Error, Refusal};
-use crate::participants::process;
+use crate::participants::Life;
+use crate::participants::process::{SharedMemory, spawn};
+use crate::rundir::Scratch;
 
 /// Frames that pass before counting starts.
 const WARM_UP: usize = 500;
@@ -77,51 +78,42 @@ pub fn echo() -> Result<(), ParticipateError> {
     Ok(())
 }
 
-/// Links and processes of one set-up; everything is ended and removed when dropped.
+/// Links and processes of one set-up; everything is ended and removed when dropped, in this order.
 struct Bench {
     links: Vec<ShmLink>,
-    children: Vec<Child>,
-    session_files: Vec<PathBuf>,
-    root: PathBuf,
-    prefix: String,
+    lives: Vec<Life>,
+    memory: SharedMemory,
+    /// Folder of the other ends' sessions and texts.
+    folder: Scratch,
 }
 
 impl Bench {
     fn start(program: &Path, nodes: usize, mode: &str, wait: WaitMode) -> Result<Bench, Error> {
-        let root = shm::run_root();
-        let _ = shm::remove_dead_runs(&root);
         let run_id = nodes as u64 * 2 + u64::from(mode == "poll");
         let mut bench = Bench {
             links: Vec::new(),
-            children: Vec::new(),
-            session_files: Vec::new(),
-            prefix: shm::run_prefix(std::process::id(), run_id),
-            root,
+            lives: Vec::new(),
+            memory: SharedMemory::new(run_id),
+            folder: Scratch::new("bench-exchange", run_id),
         };
+        let folder = bench.folder.path();
+        std::fs::create_dir_all(folder).map_err(Error::output(folder.display()))?;
         for index in 0..nodes {
             let name = format!("echo-{index}");
-            let link = ShmLink::coordinator(&bench.root, &bench.prefix, &name, wait)
+            let SharedMemory { root, prefix } = &bench.memory;
+            let link = ShmLink::coordinator(root, prefix, &name, wait)
                 .map_err(|error| Refusal::Benchmark(error.to_string()))?;
+            let mut command = Command::new(program);
+            let session = bench.session(&name);
+            let child = spawn(
+                command.args(["bench", "echo"]),
+                &session,
+                bench.folder.path(),
+            )?;
             bench.links.push(link);
-            bench.spawn(program, &name)?;
+            bench.lives.push(Life::Process(child));
         }
         Ok(bench)
-    }
-
-    fn spawn(&mut self, program: &Path, name: &str) -> Result<(), Error> {
-        let session = self.session(name);
-        let path = std::env::temp_dir().join(format!("{}{name}.json", self.prefix));
-        let text = serde_json::to_string(&session).expect("our own types always serialise");
-        std::fs::write(&path, text).map_err(Error::output(path.display()))?;
-        self.session_files.push(path.clone());
-        let child = Command::new(program)
-            .args(["bench", "echo"])
-            .env(SESSION_VARIABLE, &path)
-            .stdin(Stdio::null())
-            .spawn()
-            .map_err(Error::input("starting the other end"))?;
-        self.children.push(child);
-        Ok(())
     }
 
     fn session(&self, name: &str) -> Session {
@@ -138,8 +130,8 @@ impl Bench {
                 fields: None,
             },
             transport: Transport::Shm {
-                root: self.root.clone(),
-                prefix: self.prefix.clone(),
+                root: self.memory.root.clone(),
+                prefix: self.memory.prefix.clone(),
             },
             idle_deadline_s: PATIENCE.as_secs_f64(),
             config: Value::Null,
@@ -169,18 +161,14 @@ impl Bench {
             phase: "in the benchmark".into(),
             why,
         };
-        link.send(frame, PATIENCE)
-            .map_err(|error| fault(error.to_string()))?;
-        match link.receive(PATIENCE) {
-            Ok(Some(answer))
-                if answer.verify().is_ok() && answer.payload.len() == frame.payload.len() =>
-            {
-                Ok(())
-            }
-            Ok(Some(_)) => Err(fault("the answer is not the request".into())),
-            Ok(None) => Err(fault("no answer came".into())),
-            Err(error) => Err(fault(error.to_string())),
+        let sent = link.send(frame, PATIENCE);
+        let answer = sent.and_then(|()| link.receive(PATIENCE));
+        let answer = answer.map_err(|error| fault(error.to_string()))?;
+        let answer = answer.ok_or_else(|| fault("no answer came".into()))?;
+        if answer.verify().is_err() || answer.payload.len() != frame.payload.len() {
+            return Err(fault("the answer is not the request".into()));
         }
+        Ok(())
     }
 }
 
@@ -190,13 +178,5 @@ impl Drop for Bench {
         for link in &mut self.links {
             let _ = link.send(&goodbye, Duration::from_millis(100));
         }
-        for child in &mut self.children {
-            process::end(child);
-        }
-        self.links.clear();
-        for path in &self.session_files {
-            let _ = std::fs::remove_file(path);
-        }
-        let _ = shm::remove_run(&self.root, &self.prefix);
     }
 }

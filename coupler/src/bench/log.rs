@@ -43,10 +43,8 @@ pub fn bench() -> Result<Vec<Row>, Error> {
     let folder = scratch.path();
     std::fs::create_dir_all(folder).map_err(Error::output(folder.display()))?;
     let path = folder.join("exchange.mcap");
-    [100, 1_000, 10_000]
-        .map(|doubles| row(&path, doubles))
-        .into_iter()
-        .collect()
+    let sizes = [100, 1_000, 10_000].into_iter();
+    sizes.map(|doubles| row(&path, doubles)).collect()
 }
 
 fn row(path: &Path, doubles: usize) -> Result<Row, Error> {
@@ -58,10 +56,8 @@ fn row(path: &Path, doubles: usize) -> Result<Row, Error> {
     let found = count(path)?;
     let read_s = start.elapsed().as_secs_f64();
     if found != stats.messages {
-        return Err(Error::from(Refusal::Benchmark(format!(
-            "{found} of {} messages were read back",
-            stats.messages
-        ))));
+        let why = format!("{found} of {} messages were read back", stats.messages);
+        return Err(Refusal::Benchmark(why).into());
     }
     let messages = stats.messages as f64;
     let payload_bytes = 8.0 * messages * doubles as f64;

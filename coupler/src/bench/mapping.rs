@@ -22,7 +22,7 @@ pub struct Row {
     pub points: usize,
     /// |sum of nodal forces - sum of point forces| / sum of |point forces|.
     pub force_rel: f64,
-    /// The error of the moment of forces across the line about its middle, over the sum of its parts.
+    /// Error of the moment of forces across the line about its middle, over the sum of its parts.
     pub moment_rel: f64,
     /// |F.(N v) - (N^T F).v| / sum of |F.(N v)|: the energy that the mapping makes or loses.
     pub power_rel: f64,
@@ -43,15 +43,11 @@ const LONG_ENOUGH_S: f64 = 0.02;
 
 /// All kinds on flat and curved lines of 10 to 10 000 nodes.
 pub fn bench() -> Result<Vec<Row>, Error> {
-    let kinds = [
-        MappingKind::Mortar,
-        MappingKind::Linear,
-        MappingKind::Nearest,
-    ];
+    use MappingKind::{Linear, Mortar, Nearest};
     let mut rows = Vec::new();
     for line in ["flat", "curved"] {
         for nodes in [10, 100, 1_000, 10_000] {
-            for kind in kinds {
+            for kind in [Mortar, Linear, Nearest] {
                 rows.push(row(kind, line, nodes)?);
             }
         }
@@ -107,15 +103,12 @@ fn uneven(count: usize) -> Vec<f64> {
 
 /// Length that a point stands for: halfway to its neighbours.
 fn segment(places: &[f64], i: usize) -> f64 {
-    let left = if i > 0 {
-        places[i - 1]
-    } else {
-        -LENGTH_M - places[0]
-    };
-    let right = match places.get(i + 1) {
-        Some(place) => *place,
-        None => LENGTH_M - places[i],
-    };
+    let left = i
+        .checked_sub(1)
+        .map_or(-LENGTH_M - places[0], |i| places[i]);
+    let right = places
+        .get(i + 1)
+        .map_or(LENGTH_M - places[i], |place| *place);
     0.5 * (right - left)
 }
 
@@ -149,11 +142,8 @@ fn spread(values: impl Iterator<Item = f64>) -> f64 {
     let values: Vec<f64> = values.collect();
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
-    let square = values
-        .iter()
-        .map(|value| (value - mean).powi(2))
-        .sum::<f64>();
-    (square / count).sqrt() / mean
+    let squares = values.iter().map(|value| (value - mean).powi(2));
+    (squares.sum::<f64>() / count).sqrt() / mean
 }
 
 fn time(mapping: &Mapping, force: &[f64], motion: &[f64]) -> f64 {

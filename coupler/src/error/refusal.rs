@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use protocol::FrameError;
 use protocol::participate::ParticipateError;
 use thiserror::Error;
 
@@ -34,6 +35,27 @@ pub enum Refusal {
     },
     #[error("no solver of kind `{kind}` is built in")]
     NoSolver { kind: String },
+    #[error("participant `{participant}`: {problem}")]
+    Unfit {
+        participant: String,
+        problem: String,
+    },
+    #[error("interface `{interface}` between {} and {}: {why}", between[0], between[1])]
+    Geometry {
+        interface: String,
+        between: [String; 2],
+        why: String,
+    },
+    #[error("the masses of the glued points on the surface nodes have no inverse")]
+    SingularMasses,
+    #[error("the run's state cannot be written down: {0}")]
+    NoState(String),
+    #[error("the log: {0}")]
+    Frame(#[from] FrameError),
+    #[error("a tape broke")]
+    BrokenTape,
+    #[error("{0}; resume with the build and the scenario that wrote it")]
+    Unusable(String),
     #[error("participant `{participant}` {problem}")]
     Participant {
         participant: String,

@@ -3,30 +3,43 @@
 use protocol::{Frame, Header, Kind, PROTOCOL_VERSION, Window};
 
 use super::peer::{Peer, Wait};
+use super::process::SharedMemory;
 use super::watch::Watch;
 use crate::error::Error;
-use crate::scenario::{Deadlines, Label};
+use crate::scenario::{Deadlines, Label, Scenario};
 
-/// A way to speak to all participants of a run, frame by frame. [`Peers`] is the plain one; recording and rehearsing are wrapped
-/// around it.
+/// A way to speak to all participants of a run, frame by frame. [`Peers`] is the plain one; recording and rehearsing are
+/// wrapped around it and see every frame.
 pub trait Communicator {
     /// The participants themselves.
     fn peers(&self) -> &Peers;
 
-    /// Sends a request whose turn has come.
-    fn send(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<(), Error>;
+    /// The participants, to speak to.
+    fn peers_mut(&mut self) -> &mut Peers;
 
-    /// Sends a request that will be told next, while the peer still answers the one before: it then need not sleep in
-    /// between, and what the coordinator does with that answer costs no time.
-    fn send_early(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<(), Error>;
-
-    /// Waits for the answer of this kind.
-    fn receive(&mut self, peer: usize, kind: Kind) -> Result<Frame, Error>;
+    /// Takes note of a frame that passed: a request whose turn has come, or an answer.
+    fn witness(&mut self, peer: usize, answer: bool, frame: &Frame) -> Result<(), Error> {
+        let _ = (peer, answer, frame);
+        Ok(())
+    }
 
     /// Closes a window.
     fn end_window(&mut self, window: u64) -> Result<(), Error> {
         let _ = window;
         Ok(())
+    }
+
+    /// Sends a request whose turn has come.
+    fn send(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<(), Error> {
+        let frame = self.peers_mut().transmit(peer, header, payload)?;
+        self.witness(peer, false, &frame)
+    }
+
+    /// Waits for the answer of this kind.
+    fn receive(&mut self, peer: usize, kind: Kind) -> Result<Frame, Error> {
+        let frame = self.peers_mut().await_answer(peer, kind)?;
+        self.witness(peer, true, &frame)?;
+        Ok(frame)
     }
 }
 
@@ -49,6 +62,25 @@ impl dyn Communicator + '_ {
         self.send(peer, header, Frame::with_text(header, text).payload)
     }
 
+    /// Asks all for the same at once, so that they work side by side, and reads their answers.
+    pub fn ask_all<T>(
+        &mut self,
+        (kind, answer): (Kind, Kind),
+        payload: &[f64],
+        read: impl Fn(&Frame) -> Result<T, String>,
+    ) -> Result<Vec<T>, Error> {
+        let count = self.peers().count();
+        for peer in 0..count {
+            self.tell(peer, kind, &Window::default(), payload.to_vec())?;
+        }
+        (0..count)
+            .map(|peer| {
+                let frame = self.receive(peer, answer)?;
+                read(&frame).map_err(|why| self.peers().protocol_error(peer, why))
+            })
+            .collect()
+    }
+
     /// A request of numbers and its answer's numbers, which are about the same window.
     pub fn ask(
         &mut self,
@@ -64,19 +96,15 @@ impl dyn Communicator + '_ {
     /// Waits for the answer of this kind about this window.
     pub fn hear(&mut self, peer: usize, kind: Kind, window: &Window) -> Result<Vec<f64>, Error> {
         let frame = self.receive(peer, kind)?;
-        if (frame.header.window, frame.header.iteration) != (window.index, window.iteration) {
-            return Err(self.peers().protocol_error(
-                peer,
-                format!(
-                    "answered for window {}, iteration {}",
-                    frame.header.window, frame.header.iteration
-                ),
-            ));
+        let (index, iteration) = (frame.header.window, frame.header.iteration);
+        if (index, iteration) != (window.index, window.iteration) {
+            let why = format!("answered for window {index}, iteration {iteration}");
+            return Err(self.peers().protocol_error(peer, why));
         }
         Ok(frame.payload)
     }
 
-    /// The same, for an answer that must hold exactly `length` finite numbers.
+    /// Waits for an answer that must hold exactly `length` finite numbers.
     pub fn hear_exactly(
         &mut self,
         peer: usize,
@@ -86,10 +114,8 @@ impl dyn Communicator + '_ {
     ) -> Result<Vec<f64>, Error> {
         let numbers = self.hear(peer, kind, window)?;
         if numbers.len() != length {
-            return Err(self.peers().protocol_error(
-                peer,
-                format!("answered {} numbers where {length} were due", numbers.len()),
-            ));
+            let why = format!("answered {} numbers where {length} were due", numbers.len());
+            return Err(self.peers().protocol_error(peer, why));
         }
         match numbers.iter().position(|value| !value.is_finite()) {
             None => Ok(numbers),
@@ -107,31 +133,33 @@ impl dyn Communicator + '_ {
 /// All participants of a run, in the order of the scenario.
 pub struct Peers {
     peers: Vec<Peer>,
-    run_id: u64,
-    labels: Vec<Label>,
+    /// Held as long as they live, and swept after them.
+    _memory: Option<SharedMemory>,
+    /// Identity of the run.
+    pub run_id: u64,
+    /// Labels that the exchange with each participant is recorded under.
+    pub labels: Vec<Label>,
     deadlines: Deadlines,
     /// Signals that end the run.
     pub watch: Watch,
-    /// Whether requests may be sent before their turn.
-    pub pipelined: bool,
 }
 
 impl Peers {
-    /// The participants of the run `run_id`, whose frames go under their labels, one a peer.
+    /// Some or all participants of this scenario in the run `run_id`.
     pub fn new(
         peers: Vec<Peer>,
+        memory: Option<SharedMemory>,
         run_id: u64,
-        labels: Vec<Label>,
-        deadlines: &Deadlines,
+        scenario: &Scenario,
         watch: Watch,
     ) -> Peers {
         Peers {
+            labels: peers.iter().map(|p| scenario.label(&p.name)).collect(),
             peers,
+            _memory: memory,
             run_id,
-            labels,
-            deadlines: deadlines.clone(),
+            deadlines: scenario.run.deadlines.clone(),
             watch,
-            pipelined: false,
         }
     }
 
@@ -140,19 +168,9 @@ impl Peers {
         self.peers.len()
     }
 
-    /// Identity of the run.
-    pub fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
     /// Name of a participant in the scenario.
     pub fn name(&self, peer: usize) -> &str {
-        self.peers[peer].name()
-    }
-
-    /// Label that the exchange with a participant is recorded under.
-    pub fn label(&self, peer: usize) -> &Label {
-        &self.labels[peer]
+        &self.peers[peer].name
     }
 
     /// The error of an answer that does not belong here.
@@ -178,18 +196,33 @@ impl Peers {
     }
 
     /// Sends a request and returns its frame.
-    pub fn transmit(
+    fn transmit(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<Frame, Error> {
+        let greeting = header.kind == Kind::Hello as u32;
+        let wait = wait(&self.deadlines, &self.watch, greeting);
+        self.peers[peer].send(header, payload, &wait)
+    }
+
+    /// Sends a request that will be told next, while the peer still answers the one before: it then need not sleep in
+    /// between, and what the coordinator does with that answer costs no time.
+    pub fn send_early(
         &mut self,
         peer: usize,
         header: Header,
         payload: Vec<f64>,
-    ) -> Result<Frame, Error> {
-        let wait = wait(
-            &self.deadlines,
-            &self.watch,
-            header.kind == Kind::Hello as u32,
-        );
-        self.peers[peer].send(header, payload, &wait)
+    ) -> Result<(), Error> {
+        let wait = wait(&self.deadlines, &self.watch, false);
+        self.peers[peer].send_early(header, payload, &wait)
+    }
+
+    fn await_answer(&mut self, peer: usize, kind: Kind) -> Result<Frame, Error> {
+        let wait = wait(&self.deadlines, &self.watch, kind == Kind::Welcome);
+        let frame = self.peers[peer].receive(kind, &wait)?;
+        if frame.header.run_id == self.run_id {
+            return Ok(frame);
+        }
+        let (theirs, ours) = (frame.header.run_id, self.run_id);
+        let why = format!("answered for run {theirs:016x}, this is run {ours:016x}");
+        Err(self.protocol_error(peer, why))
     }
 }
 
@@ -198,31 +231,8 @@ impl Communicator for Peers {
         self
     }
 
-    fn send(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<(), Error> {
-        self.transmit(peer, header, payload).map(|_| ())
-    }
-
-    fn send_early(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<(), Error> {
-        if !self.pipelined {
-            return Ok(());
-        }
-        let wait = wait(&self.deadlines, &self.watch, false);
-        self.peers[peer].send_early(header, payload, &wait)
-    }
-
-    fn receive(&mut self, peer: usize, kind: Kind) -> Result<Frame, Error> {
-        let wait = wait(&self.deadlines, &self.watch, kind == Kind::Welcome);
-        let frame = self.peers[peer].receive(kind, &wait)?;
-        if frame.header.run_id == self.run_id {
-            return Ok(frame);
-        }
-        Err(self.protocol_error(
-            peer,
-            format!(
-                "answered for run {:016x}, this is run {:016x}",
-                frame.header.run_id, self.run_id
-            ),
-        ))
+    fn peers_mut(&mut self) -> &mut Peers {
+        self
     }
 }
 

@@ -4,7 +4,8 @@ use protocol::serve::{Hello, Welcome};
 use protocol::{Description, Kind, PROTOCOL_VERSION};
 
 use super::communicator::Communicator;
-use crate::error::Error;
+use super::peer::read_json;
+use crate::error::{Error, Refusal};
 use crate::scenario::load::Loaded;
 
 /// A participant that answered the greeting.
@@ -46,36 +47,27 @@ fn welcome(
     loaded: &Loaded,
 ) -> Result<Greeted, Error> {
     let frame = communicator.receive(peer, Kind::Welcome)?;
-    let name = communicator.peers().name(peer).to_string();
-    let welcome: Welcome = frame
-        .text()
-        .map_err(|error| error.to_string())
-        .and_then(|text| serde_json::from_str(&text).map_err(|error| error.to_string()))
-        .map_err(|why| {
-            let why = format!("sent a greeting that cannot be read: {why}");
-            communicator.peers().protocol_error(peer, why)
-        })?;
-    let refuse = |what: &str, theirs: String, ours: String| {
-        Err(Error::Refused(format!(
-            "participant `{name}` {what} {theirs}, the coordinator {ours}: build both from the same release and launch both for the same run"
-        )))
-    };
-    if welcome.protocol != PROTOCOL_VERSION {
-        return refuse(
-            "speaks protocol version",
-            welcome.protocol.to_string(),
-            PROTOCOL_VERSION.to_string(),
-        );
-    }
-    if welcome.scenario_hash != loaded.hash {
-        return refuse(
-            "was launched with scenario",
-            welcome.scenario_hash,
-            loaded.hash.clone(),
-        );
-    }
-    if welcome.units != "SI" {
-        return refuse("speaks units", welcome.units, "SI".into());
+    let welcome: Welcome = read_json(&frame).map_err(|why| {
+        let why = format!("sent a greeting that cannot be read: {why}");
+        communicator.peers().protocol_error(peer, why)
+    })?;
+    let protocol = [welcome.protocol, PROTOCOL_VERSION].map(|version| version.to_string());
+    let scenario = [welcome.scenario_hash, loaded.hash.clone()];
+    let told = [
+        ("speaks protocol version", protocol),
+        ("was launched with scenario", scenario),
+        ("speaks units", [welcome.units, "SI".into()]),
+    ];
+    for (what, [theirs, ours]) in told {
+        if theirs != ours {
+            let participant = communicator.peers().name(peer).to_string();
+            return Err(Error::from(Refusal::OtherRun {
+                participant,
+                what,
+                theirs,
+                ours,
+            }));
+        }
     }
     Ok(Greeted {
         pid: welcome.pid,

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::log::{Entry, Exchange, ExchangeHasher, LogStats, Recorder, recover};
 
 /// Doubles that may wait for the end of their window.
@@ -11,6 +11,7 @@ const WAITING_DOUBLES: usize = 1 << 17;
 
 /// Log and hash of an exchange. The messages of a window are hashed and logged when it ends: the participants are then at work
 /// on the next one, so that nobody waits for it.
+#[derive(Default)]
 pub struct Journal {
     waiting: Vec<Exchange>,
     waiting_doubles: usize,
@@ -35,12 +36,8 @@ impl Journal {
     /// An empty journal; it only hashes without a recorder.
     pub fn new(recorder: Option<Recorder>) -> Journal {
         Journal {
-            waiting: Vec::new(),
-            waiting_doubles: 0,
-            hasher: ExchangeHasher::new(),
-            hash_wall: Duration::ZERO,
             recorder,
-            blocks: 0,
+            ..Journal::default()
         }
     }
 
@@ -62,11 +59,8 @@ impl Journal {
                 return Ok(first);
             }
         }
-        Err(Error::Refused(format!(
-            "{}: {} of {blocks} blocks can be read",
-            log.display(),
-            self.blocks
-        )))
+        let found = self.blocks;
+        Err(Refusal::file(log, format!("{found} of {blocks} blocks can be read")).into())
     }
 
     /// Adds a message.

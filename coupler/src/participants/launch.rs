@@ -5,13 +5,15 @@ use std::process::Command;
 use std::thread;
 
 use protocol::link::channel;
-use protocol::link::shm::{self, ShmLink, WaitMode};
-use protocol::{PROTOCOL_VERSION, Session, Setting, Transport, serve};
+use protocol::link::shm::{ShmLink, WaitMode};
+use protocol::{Link, PROTOCOL_VERSION, Session, Setting, Transport, serve};
 
+use super::communicator::Peers;
 use super::peer::{Life, Peer};
-use super::process::{require_program, spawn};
+use super::process::{SharedMemory, require_program, spawn};
 use super::registry::Registry;
-use crate::error::Error;
+use super::watch::Watch;
+use crate::error::{Error, Refusal};
 use crate::rundir::RunDir;
 use crate::scenario::load::Loaded;
 use crate::scenario::{Participant, TransportKind};
@@ -32,90 +34,79 @@ pub struct Launcher<'a> {
     pub rundir: &'a RunDir,
 }
 
-/// The files of a run in shared memory; removed when dropped, whatever ended the run.
-pub struct SharedMemory {
-    root: PathBuf,
-    prefix: String,
-}
-
-impl Drop for SharedMemory {
-    fn drop(&mut self) {
-        // Nothing more can be done about what cannot be removed; the next run tries again.
-        let _ = shm::remove_run(&self.root, &self.prefix);
-    }
-}
-
 impl Launcher<'_> {
-    /// Makes the run's own place in shared memory, after removing what dead coordinators of this user left.
-    pub fn shared_memory(&self) -> SharedMemory {
-        let root = shm::run_root();
-        let _ = shm::remove_dead_runs(&root);
-        SharedMemory {
-            root,
-            prefix: shm::run_prefix(std::process::id(), self.run_id),
+    /// Starts participants of the scenario, each in its process or thread. Children are spawned by the calling thread,
+    /// which must outlive them: a child is told to end when the thread that spawned it ends.
+    pub fn start(&self, participants: &[Participant], watch: Watch) -> Result<Peers, Error> {
+        let memory = SharedMemory::new(self.run_id);
+        let scenario = &self.loaded.scenario;
+        let mut peers = Vec::new();
+        for participant in participants {
+            let name = &participant.name;
+            let (link, life) = match scenario.run.transport {
+                TransportKind::Shm => self.start_process(participant, &memory)?,
+                TransportKind::Channel if participant.command.is_some() => {
+                    return Err(Error::from(Refusal::participant(
+                        name,
+                        "has a command of its own and cannot run inside the coordinator: set run.transport = \"shm\"",
+                    )));
+                }
+                TransportKind::Channel => self.start_thread(participant)?,
+            };
+            peers.push(Peer::new(name, link, life));
         }
-    }
-
-    /// Starts one participant. Children are spawned by the calling thread, which must outlive them: a child is
-    /// told to end when the thread that spawned it ends.
-    pub fn start(&self, participant: &Participant, memory: &SharedMemory) -> Result<Peer, Error> {
-        match self.loaded.scenario.run.transport {
-            TransportKind::Shm => self.start_process(participant, memory),
-            TransportKind::Channel if participant.command.is_some() => {
-                Err(Error::Refused(format!(
-                    "participant `{}` has a command of its own and cannot run inside the coordinator: set run.transport = \"shm\"",
-                    participant.name
-                )))
-            }
-            TransportKind::Channel => self.start_thread(participant),
-        }
+        Ok(Peers::new(
+            peers,
+            Some(memory),
+            self.run_id,
+            scenario,
+            watch,
+        ))
     }
 
     fn start_process(
         &self,
         participant: &Participant,
         memory: &SharedMemory,
-    ) -> Result<Peer, Error> {
+    ) -> Result<(Box<dyn Link>, Life), Error> {
+        let SharedMemory { root, prefix } = memory;
         let transport = Transport::Shm {
-            root: memory.root.clone(),
-            prefix: memory.prefix.clone(),
+            root: root.clone(),
+            prefix: prefix.clone(),
         };
-        let session = self.session(participant, transport);
-        let wait = WaitMode::Auto {
-            processes: self.loaded.scenario.participant.len() + 1,
-        };
-        let link = ShmLink::coordinator(&memory.root, &memory.prefix, &participant.name, wait)
-            .map_err(|error| Error::Protocol {
-                peer: participant.name.clone(),
-                phase: "before its launch".into(),
-                why: error.to_string(),
+        let processes = self.loaded.scenario.participant.len() + 1;
+        let wait = WaitMode::Auto { processes };
+        let link =
+            ShmLink::coordinator(root, prefix, &participant.name, wait).map_err(|error| {
+                Error::Protocol {
+                    peer: participant.name.clone(),
+                    phase: "before its launch".into(),
+                    why: error.to_string(),
+                }
             })?;
-        let mut command = self.command(participant)?;
-        let child = spawn(&mut command, &session, &self.rundir.logs())?;
-        Ok(Peer::new(
-            &participant.name,
-            Box::new(link),
-            Life::Process(child),
-        ))
+        let session = self.session(participant, transport);
+        let child = spawn(
+            &mut self.command(participant)?,
+            &session,
+            &self.rundir.logs(),
+        )?;
+        let (name, kind, pid) = (&participant.name, &participant.kind, child.id());
+        self.rundir
+            .note(&format!("participant `{name}` ({kind}) pid {pid}"));
+        Ok((Box::new(link), Life::Process(child)))
     }
 
-    fn start_thread(&self, participant: &Participant) -> Result<Peer, Error> {
-        let solver = self.registry.find(participant)?;
+    fn start_thread(&self, participant: &Participant) -> Result<(Box<dyn Link>, Life), Error> {
+        let build = self.registry.find(participant)?.build;
         let session = self.session(participant, Transport::Channel);
         let (ours, mut theirs) = channel::pair();
-        let build = solver.build;
+        let name = participant.name.clone();
+        let what = format!("starting participant `{name}`");
         let thread = thread::Builder::new()
-            .name(participant.name.clone())
+            .name(name)
             .spawn(move || serve(&session, &mut theirs, build).map_err(|error| error.to_string()))
-            .map_err(Error::input(format!(
-                "starting participant `{}`",
-                participant.name
-            )))?;
-        Ok(Peer::new(
-            &participant.name,
-            Box::new(ours),
-            Life::Thread(thread),
-        ))
+            .map_err(Error::input(what))?;
+        Ok((Box::new(ours), Life::Thread(Some(thread))))
     }
 
     /// The shipped solvers are served by this very program; a foreign program is started through `exec-child`,
@@ -136,23 +127,19 @@ impl Launcher<'_> {
     }
 
     /// The session that this participant is told before the first frame.
-    pub fn session(&self, participant: &Participant, transport: Transport) -> Session {
+    fn session(&self, participant: &Participant, transport: Transport) -> Session {
         Session {
             protocol: PROTOCOL_VERSION,
             run_id: self.run_id,
             scenario_hash: self.loaded.hash.clone(),
             coordinator_pid: std::process::id(),
-            setting: self.setting(participant),
+            setting: Setting {
+                fields: Some(self.rundir.fields()),
+                ..setting(self.loaded, participant, self.threads)
+            },
             transport,
             idle_deadline_s: self.loaded.scenario.run.deadlines.idle_s,
             config: config_value(participant),
-        }
-    }
-
-    fn setting(&self, participant: &Participant) -> Setting {
-        Setting {
-            fields: Some(self.rundir.fields()),
-            ..setting(self.loaded, participant, self.threads)
         }
     }
 }

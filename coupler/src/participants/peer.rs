@@ -4,13 +4,14 @@ use std::process::Child;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use protocol::{Frame, Header, Kind, Link, LinkError, NodeError, PROTOCOL_VERSION};
+use protocol::{Frame, Header, Kind, Link, LinkError, PROTOCOL_VERSION};
+use serde::de::DeserializeOwned;
 
 use super::process;
 use super::watch::Watch;
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 
-/// How often a wait looks up from the connection to see whether the peer still lives.
+/// Time after which a wait looks up from the connection to see whether the peer still lives.
 const SLICE: Duration = Duration::from_millis(50);
 
 /// The life at the other end of a connection.
@@ -18,7 +19,7 @@ pub enum Life {
     /// In a process of its own.
     Process(Child),
     /// In a thread of the coordinator.
-    Thread(JoinHandle<Result<(), String>>),
+    Thread(Option<JoinHandle<Result<(), String>>>),
     /// In a log.
     Tape,
 }
@@ -35,9 +36,11 @@ pub struct Wait<'a> {
 
 /// One participant.
 pub struct Peer {
-    name: String,
-    link: Option<Box<dyn Link>>,
-    life: Option<Life>,
+    /// Name in the scenario.
+    pub name: String,
+    link: Box<dyn Link>,
+    /// Ends after its connection was closed.
+    life: Life,
     /// The last request, for messages.
     asked: String,
     /// A request that was sent before its turn.
@@ -49,23 +52,10 @@ impl Peer {
     pub fn new(name: &str, link: Box<dyn Link>, life: Life) -> Peer {
         Peer {
             name: name.to_string(),
-            link: Some(link),
-            life: Some(life),
+            link,
+            life,
             asked: "during its launch".into(),
             early: None,
-        }
-    }
-
-    /// Name in the scenario.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// Its process, if it has one of its own.
-    pub fn pid(&self) -> Option<u32> {
-        match &self.life {
-            Some(Life::Process(child)) => Some(child.id()),
-            _ => None,
         }
     }
 
@@ -86,14 +76,14 @@ impl Peer {
     }
 
     /// Sends a request that will be the next while the answer to the one before is still to come: the peer then need not sleep in
-    /// between. One at most is under way.
+    /// between. One at most is under way; a tape is told nothing before its turn.
     pub fn send_early(
         &mut self,
         header: Header,
         payload: Vec<f64>,
         wait: &Wait,
     ) -> Result<(), Error> {
-        if self.early.is_none() {
+        if self.early.is_none() && !matches!(self.life, Life::Tape) {
             let frame = Frame::new(header, payload);
             self.transmit(&frame, wait)?;
             self.early = Some(frame);
@@ -112,7 +102,7 @@ impl Peer {
         let start = Instant::now();
         loop {
             wait.watch.check()?;
-            match self.link_mut()?.send(frame, SLICE) {
+            match self.link.send(frame, SLICE) {
                 Ok(()) => return Ok(()),
                 Err(LinkError::Full { .. }) => self.still_alive(start, wait)?,
                 Err(error) => return Err(self.broken(error)),
@@ -125,7 +115,7 @@ impl Peer {
         let start = Instant::now();
         loop {
             wait.watch.check()?;
-            match self.link_mut()?.receive(SLICE) {
+            match self.link.receive(SLICE) {
                 Ok(Some(frame)) => return self.accept(frame, expected),
                 Ok(None) => self.still_alive(start, wait)?,
                 Err(error) => return Err(self.broken(error)),
@@ -135,18 +125,14 @@ impl Peer {
 
     fn accept(&mut self, frame: Frame, expected: Kind) -> Result<Frame, Error> {
         if frame.header.protocol != PROTOCOL_VERSION {
-            return Err(Error::Refused(format!(
-                "participant `{}` speaks protocol version {}, the coordinator speaks {PROTOCOL_VERSION}: build both from the same release",
-                self.name, frame.header.protocol
-            )));
+            return Err(Error::from(Refusal::Version {
+                participant: self.name.clone(),
+                theirs: frame.header.protocol,
+                ours: PROTOCOL_VERSION,
+            }));
         }
-        frame
-            .verify()
-            .map_err(|error| self.protocol_error(error.to_string()))?;
-        match frame
-            .kind()
-            .map_err(|error| self.protocol_error(error.to_string()))?
-        {
+        let kind = frame.verify().and_then(|()| frame.kind());
+        match kind.map_err(|error| self.protocol_error(error.to_string()))? {
             Kind::Fault => Err(self.fault(&frame)),
             kind if kind == expected => Ok(frame),
             kind => {
@@ -156,14 +142,18 @@ impl Peer {
     }
 
     fn fault(&self, frame: &Frame) -> Error {
-        let said = frame
-            .text()
-            .ok()
-            .and_then(|text| serde_json::from_str::<NodeError>(&text).ok());
-        let Some(error) = said else {
-            return self.protocol_error("reported a fault that cannot be read".into());
-        };
-        Error::of_participant(&self.name, &self.asked, error)
+        match read_json(frame) {
+            Ok(error) => Error::of_participant(&self.name, &self.asked, error),
+            Err(_) => self.protocol_error("reported a fault that cannot be read".into()),
+        }
+    }
+
+    fn lost(&self, why: String) -> Error {
+        Error::PeerLost {
+            peer: self.name.clone(),
+            phase: self.asked.clone(),
+            why,
+        }
     }
 
     /// The error of an answer that does not belong here.
@@ -175,41 +165,19 @@ impl Peer {
         }
     }
 
-    fn link_mut(&mut self) -> Result<&mut Box<dyn Link>, Error> {
-        let name = &self.name;
-        self.link.as_mut().ok_or_else(|| Error::PeerLost {
-            peer: name.clone(),
-            phase: "after its end".into(),
-            why: "the connection is closed".into(),
-        })
-    }
-
     /// Tells a peer that died from one that is silent, and a silent one from one that is stopped.
     fn still_alive(&mut self, start: Instant, wait: &Wait) -> Result<(), Error> {
-        let lost = |peer: &Peer, why: String| Error::PeerLost {
-            peer: peer.name.clone(),
-            phase: peer.asked.clone(),
-            why,
-        };
-        let state = match &mut self.life {
-            Some(Life::Process(child)) => match child.try_wait() {
-                Ok(Some(status)) => {
-                    return Err(lost(self, format!("its process ended with {status}")));
-                }
-                _ if process::is_stopped(child.id()) => {
-                    format!(
-                        "process {} is alive but stopped (SIGSTOP or a debugger)",
-                        child.id()
-                    )
-                }
-                _ => format!("process {} is alive but silent", child.id()),
+        let ended = match &mut self.life {
+            Life::Process(child) => match child.try_wait() {
+                Ok(Some(status)) => Some(format!("its process ended with {status}")),
+                _ => None,
             },
-            Some(Life::Thread(thread)) if thread.is_finished() => {
-                return Err(lost(self, "its thread ended".into()));
-            }
-            Some(Life::Tape) => "the log holds no answer".into(),
-            _ => "its thread is alive but silent".into(),
+            Life::Thread(Some(thread)) if thread.is_finished() => Some("its thread ended".into()),
+            _ => None,
         };
+        if let Some(why) = ended {
+            return Err(self.lost(why));
+        }
         if start.elapsed().as_secs_f64() < wait.seconds {
             return Ok(());
         }
@@ -217,42 +185,52 @@ impl Peer {
             peer: self.name.clone(),
             phase: self.asked.clone(),
             seconds: wait.seconds,
-            state,
+            state: self.life.state(),
             key: wait.key,
         })
     }
 
-    fn broken(&mut self, error: LinkError) -> Error {
+    fn broken(&self, error: LinkError) -> Error {
         match error {
-            LinkError::Closed => Error::PeerLost {
-                peer: self.name.clone(),
-                phase: self.asked.clone(),
-                why: "it closed the connection".into(),
-            },
+            LinkError::Closed => self.lost("it closed the connection".into()),
             other => self.protocol_error(other.to_string()),
         }
     }
+}
 
-    /// Closes the connection and sees that nothing of the participant is left running.
-    pub fn end(&mut self) {
-        self.link = None;
-        match self.life.take() {
-            Some(Life::Process(mut child)) => process::end(&mut child),
-            Some(Life::Thread(thread)) => {
-                let _ = thread.join();
+impl Life {
+    /// Describes what can be seen of a peer that does not answer.
+    fn state(&self) -> String {
+        match self {
+            Life::Process(child) if process::is_stopped(child.id()) => {
+                let pid = child.id();
+                format!("process {pid} is alive but stopped (SIGSTOP or a debugger)")
             }
-            Some(Life::Tape) | None => {}
+            Life::Process(child) => format!("process {} is alive but silent", child.id()),
+            Life::Thread(_) => "its thread is alive but silent".into(),
+            Life::Tape => "the log holds no answer".into(),
         }
     }
 }
 
-impl Drop for Peer {
+impl Drop for Life {
+    /// Sees that nothing of the participant is left running.
     fn drop(&mut self) {
-        self.end();
+        match self {
+            Life::Process(child) => process::end(child),
+            Life::Thread(thread) => drop(thread.take().map(JoinHandle::join)),
+            Life::Tape => {}
+        }
     }
 }
 
-/// Whether a frame says this to the last bit. Equal payloads have equal counts and checksums, which the header of a
+/// Reads the text of a frame as JSON.
+pub fn read_json<T: DeserializeOwned>(frame: &Frame) -> Result<T, String> {
+    let text = frame.text().map_err(|error| error.to_string())?;
+    serde_json::from_str(&text).map_err(|error| error.to_string())
+}
+
+/// Tells if a frame says this to the last bit. Equal payloads have equal counts and checksums, which the header of a
 /// frame still to be made lacks.
 fn says(frame: &Frame, header: &Header, payload: &[f64]) -> bool {
     let header = Header {
@@ -274,12 +252,10 @@ fn asked(frame: &Frame) -> String {
             | Kind::Solve
             | Kind::Commit
             | Kind::AdvanceAlone),
-        ) => {
-            format!(
-                "in window {}, iteration {} ({kind:?}, t = {:.6e} s)",
-                header.window, header.iteration, header.t0_s
-            )
-        }
+        ) => format!(
+            "in window {}, iteration {} ({kind:?}, t = {:.6e} s)",
+            header.window, header.iteration, header.t0_s
+        ),
         Some(Kind::Hello) => "during its set-up".into(),
         Some(kind) => format!("at the handshake ({kind:?})"),
         None => "outside the protocol".into(),

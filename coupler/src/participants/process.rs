@@ -2,19 +2,47 @@
 
 use std::fs::File;
 use std::os::unix::process::CommandExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use protocol::Session;
+use protocol::link::shm;
 use protocol::setting::SESSION_VARIABLE;
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 
-/// How long a participant that was asked to end may take before it is killed.
+/// Time that a participant may take to end after it was asked to, before it is killed.
 const GRACE: Duration = Duration::from_millis(1000);
+
+/// The files of a run in shared memory; removed when dropped, whatever ended the run.
+pub struct SharedMemory {
+    /// Folder of all runs.
+    pub root: PathBuf,
+    /// Beginning of the names of this run's files.
+    pub prefix: String,
+}
+
+impl SharedMemory {
+    /// A run's own place, after removing what dead coordinators of this user left.
+    pub fn new(run_id: u64) -> SharedMemory {
+        let root = shm::run_root();
+        let _ = shm::remove_dead_runs(&root);
+        SharedMemory {
+            root,
+            prefix: shm::run_prefix(std::process::id(), run_id),
+        }
+    }
+}
+
+impl Drop for SharedMemory {
+    fn drop(&mut self) {
+        // Nothing more can be done about what cannot be removed; the next run tries again.
+        let _ = shm::remove_run(&self.root, &self.prefix);
+    }
+}
 
 /// Starts the command of a participant in its own process group (an interrupt from the keyboard must reach the coordinator alone,
 /// which then ends the run in order), its output going to `<name>.log` in this folder.
@@ -38,21 +66,23 @@ pub fn spawn(command: &mut Command, session: &Session, logs: &Path) -> Result<Ch
 
 /// Refuses a command that names no file, directly or on `PATH`.
 pub fn require_program(participant: &str, program: &str) -> Result<(), Error> {
-    match find_program(program) {
-        Some(_) => Ok(()),
-        None => Err(Error::Refused(format!(
-            "participant `{participant}`: command `{program}` is not a program that can be started; give its path, or a name on PATH"
-        ))),
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let found = if program.contains('/') {
+        Path::new(program).is_file()
+    } else {
+        std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
+    };
+    if found {
+        return Ok(());
     }
-}
-
-fn find_program(name: &str) -> Option<std::path::PathBuf> {
-    if name.contains('/') {
-        return Some(Path::new(name).to_path_buf()).filter(|path| path.is_file());
+    let problem = format!(
+        "command `{program}` is not a program that can be started; give its path, or a name on PATH"
+    );
+    Err(Refusal::Unfit {
+        participant: participant.into(),
+        problem,
     }
-    std::env::split_paths(&std::env::var_os("PATH")?)
-        .map(|folder| folder.join(name))
-        .find(|path| path.is_file())
+    .into())
 }
 
 /// Waits for a child that should end by itself, then asks it to, then ends it.
@@ -73,13 +103,9 @@ pub fn end(child: &mut Child) {
     }
 }
 
-/// Whether a process is stopped (SIGSTOP, a debugger), read off the process table.
+/// Tells if a process is stopped (SIGSTOP, a debugger), read off the process table.
 pub fn is_stopped(pid: u32) -> bool {
-    std::fs::read_to_string(format!("/proc/{pid}/stat"))
-        .ok()
-        .and_then(|stat| {
-            stat.rsplit_once(") ")
-                .map(|(_, rest)| rest.starts_with(['T', 't']))
-        })
-        .unwrap_or(false)
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    let state = stat.rsplit_once(") ").map_or("", |(_, state)| state);
+    state.starts_with(['T', 't'])
 }

@@ -1,6 +1,6 @@
 //! A communicator whose exchange is written down.
 
-use protocol::{Frame, Header, Kind};
+use protocol::{Frame, Kind};
 
 use super::communicator::{Communicator, Peers};
 use super::journal::Journal;
@@ -16,7 +16,7 @@ pub struct Recorded {
 }
 
 /// A message between the coupler and a participant, as the log has it; `None` for a frame that carries no interface data.
-pub fn exchange(peers: &Peers, peer: usize, answer: bool, frame: Frame) -> Option<Exchange> {
+pub fn exchange(peers: &Peers, peer: usize, answer: bool, frame: &Frame) -> Option<Exchange> {
     if !Kind::from_number(frame.header.kind).is_some_and(Kind::is_exchange) {
         return None;
     }
@@ -27,20 +27,11 @@ pub fn exchange(peers: &Peers, peer: usize, answer: bool, frame: Frame) -> Optio
         (coupler, name)
     };
     Some(Exchange {
-        interface: peers.label(peer).name.clone(),
+        interface: peers.labels[peer].name.clone(),
         sender,
         receiver,
-        frame,
+        frame: frame.clone(),
     })
-}
-
-impl Recorded {
-    fn keep(&mut self, peer: usize, answer: bool, frame: Frame) -> Result<(), Error> {
-        match exchange(&self.peers, peer, answer, frame) {
-            Some(exchange) => self.journal.add(exchange),
-            None => Ok(()),
-        }
-    }
 }
 
 impl Communicator for Recorded {
@@ -48,19 +39,15 @@ impl Communicator for Recorded {
         &self.peers
     }
 
-    fn send(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<(), Error> {
-        let frame = self.peers.transmit(peer, header, payload)?;
-        self.keep(peer, false, frame)
+    fn peers_mut(&mut self) -> &mut Peers {
+        &mut self.peers
     }
 
-    fn send_early(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<(), Error> {
-        self.peers.send_early(peer, header, payload)
-    }
-
-    fn receive(&mut self, peer: usize, kind: Kind) -> Result<Frame, Error> {
-        let frame = self.peers.receive(peer, kind)?;
-        self.keep(peer, true, frame.clone())?;
-        Ok(frame)
+    fn witness(&mut self, peer: usize, answer: bool, frame: &Frame) -> Result<(), Error> {
+        match exchange(&self.peers, peer, answer, frame) {
+            Some(exchange) => self.journal.add(exchange),
+            None => Ok(()),
+        }
     }
 
     fn end_window(&mut self, window: u64) -> Result<(), Error> {

@@ -3,7 +3,7 @@
 use protocol::setting::proposal;
 use protocol::{ConfigError, Node, NodeError, Session, Setting};
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::scenario::Participant;
 
 /// A shipped solver.
@@ -37,10 +37,13 @@ impl Registry {
         self.get(&participant.kind).ok_or_else(|| {
             let kinds: Vec<&str> = self.solvers.iter().map(|solver| solver.kind).collect();
             let proposal = proposal(&participant.kind, "kinds", &kinds);
-            Error::Refused(format!(
-                "participant `{}`: no solver of kind `{}` is built in; {proposal} For a program of your own, give its command",
-                participant.name, participant.kind
-            ))
+            Error::from(Refusal::Unfit {
+                participant: participant.name.clone(),
+                problem: format!(
+                    "no solver of kind `{}` is built in; {proposal} For a program of your own, give its command",
+                    participant.kind
+                ),
+            })
         })
     }
 }

@@ -2,11 +2,11 @@
 
 use std::collections::VecDeque;
 
-use protocol::{Frame, Header, Kind};
+use protocol::Frame;
 
 use super::communicator::{Communicator, Peers};
 use super::recorded::exchange;
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::log::{Exchange, Mismatch};
 
 /// Participants whose exchange is compared with a logged one, message by message.
@@ -26,15 +26,23 @@ impl Rehearsed<'_> {
 
     /// Refuses an exchange that ended before the logged one.
     pub fn finish(self) -> Result<(), Error> {
-        match self.expected.front() {
+        match self.expected.into_iter().next() {
             None => Ok(()),
-            Some(Exchange { sender, .. }) => Err(Error::Refused(format!(
-                "the handshake ended before that of the log, which goes on with a message of `{sender}`: resume with the build that wrote it"
-            ))),
+            Some(Exchange { sender, .. }) => Err(Refusal::ShortHandshake { sender }.into()),
         }
     }
+}
 
-    fn compare(&mut self, peer: usize, answer: bool, frame: Frame) -> Result<(), Error> {
+impl Communicator for Rehearsed<'_> {
+    fn peers(&self) -> &Peers {
+        self.peers
+    }
+
+    fn peers_mut(&mut self) -> &mut Peers {
+        self.peers
+    }
+
+    fn witness(&mut self, peer: usize, answer: bool, frame: &Frame) -> Result<(), Error> {
         let Some(Exchange { sender, frame, .. }) = exchange(self.peers, peer, answer, frame) else {
             return Ok(());
         };
@@ -47,30 +55,7 @@ impl Rehearsed<'_> {
         };
         match differs {
             None => Ok(()),
-            Some(why) => Err(Error::Refused(format!(
-                "the handshake is not that of the log: {why}; resume with the build that wrote it"
-            ))),
+            Some(why) => Err(Refusal::OtherHandshake { why }.into()),
         }
-    }
-}
-
-impl Communicator for Rehearsed<'_> {
-    fn peers(&self) -> &Peers {
-        self.peers
-    }
-
-    fn send(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<(), Error> {
-        let frame = self.peers.transmit(peer, header, payload)?;
-        self.compare(peer, false, frame)
-    }
-
-    fn send_early(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<(), Error> {
-        self.peers.send_early(peer, header, payload)
-    }
-
-    fn receive(&mut self, peer: usize, kind: Kind) -> Result<Frame, Error> {
-        let frame = self.peers.receive(peer, kind)?;
-        self.compare(peer, true, frame.clone())?;
-        Ok(frame)
     }
 }

@@ -91,9 +91,7 @@ impl Participants for Remote<'_> {
         window_s: f64,
         compliance: &DMatrix<f64>,
     ) -> Result<(), Error> {
-        let mut payload = Vec::with_capacity(1 + compliance.len());
-        payload.push(window_s);
-        payload.extend_from_slice(compliance.as_slice());
+        let payload = [&[window_s], compliance.as_slice()].concat();
         let kinds = (Kind::CompliantBoundary, Kind::Ready);
         let answer = self.communicator.ask(peer, kinds, window, payload);
         answer.map(|_| ())
@@ -156,7 +154,8 @@ impl Participants for Remote<'_> {
             .communicator
             .peers()
             .header(peer, Kind::Advance, window);
-        self.communicator.send_early(peer, header, force.to_vec())
+        let peers = self.communicator.peers_mut();
+        peers.send_early(peer, header, force.to_vec())
     }
 
     fn report(&mut self, peer: usize) -> Result<Vec<f64>, Error> {

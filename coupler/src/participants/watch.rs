@@ -10,9 +10,9 @@ use crate::error::Error;
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
     signal: Arc<AtomicUsize>,
-    /// When a wait first saw it.
+    /// Time at which a wait first saw it.
     seen: Arc<OnceLock<Instant>>,
-    /// How long a window may still take then.
+    /// Time that a window may still take then.
     grace: Duration,
 }
 
@@ -41,7 +41,7 @@ impl Watch {
         }
     }
 
-    /// The same, once the grace of a window has passed: for waits inside of one.
+    /// Passes on the error of [`Watch::interrupted`] once the grace of a window has passed: for waits inside of one.
     pub fn check(&self) -> Result<(), Error> {
         match self.interrupted() {
             Some(error) if self.seen.get_or_init(Instant::now).elapsed() >= self.grace => {

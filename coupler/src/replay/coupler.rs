@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::tape::{Seen, TapeLink, turns};
 use super::{Recording, Replayed};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::log::COUPLER;
 use crate::participants::handshake::{self, Greeted};
 use crate::participants::remote::Remote;
@@ -16,8 +16,8 @@ use crate::scenario::Scenario;
 use crate::scheme::join::join;
 use crate::scheme::predict::inputs::foresee;
 
-/// Runs the coupling loop against tapes, from the start or from a checkpoint. What participants say of themselves is not part of the log, so each
-/// is started once for its greeting.
+/// Runs the coupling loop against tapes, from the start or from a checkpoint. What participants say of themselves is not
+/// part of the log, so each is started once for its greeting.
 pub fn replay(
     recording: &Recording,
     launcher: &Launcher,
@@ -26,48 +26,33 @@ pub fn replay(
 ) -> Result<Replayed, Error> {
     let greeted = greetings(recording, launcher, watch)?;
     let scenario = &recording.loaded.scenario;
-    let mut peers = Vec::new();
-    let mut tapes: Vec<Arc<Mutex<Seen>>> = Vec::new();
-    for participant in &scenario.participant {
-        let mut tape = match from {
-            None => Vec::new(),
-            Some(_) => turns(
-                &recording.messages[..recording.handshake()],
-                &participant.name,
-            ),
-        };
-        let later = &recording.messages[recording.messages_before(from)..];
-        tape.extend(turns(later, &participant.name));
-        let (link, seen) = TapeLink::new(tape);
-        peers.push(Peer::new(&participant.name, Box::new(link), Life::Tape));
-        tapes.push(seen);
-    }
-    let mut peers = Peers::new(
-        peers,
-        launcher.run_id,
-        scenario.labels(),
-        &scenario.run.deadlines,
-        watch.clone(),
-    );
+    let seen = Arc::new(Mutex::new(Seen::default()));
+    // A run that goes on from a checkpoint joins its interfaces once more.
+    let joined = from.map_or(0, |_| recording.handshake());
+    let past = recording.messages_before(from);
+    let peers = scenario.participant.iter().map(|participant| {
+        let mut tape = turns(&recording.messages[..joined], &participant.name);
+        tape.extend(turns(&recording.messages[past..], &participant.name));
+        let link = TapeLink::new(tape, Arc::clone(&seen));
+        Peer::new(&participant.name, Box::new(link), Life::Tape)
+    });
+    let run_id = launcher.run_id;
+    let mut peers = Peers::new(peers.collect(), None, run_id, scenario, watch.clone());
     let start = Instant::now();
     let result = windows(&mut peers, scenario, &greeted, from);
-    let mut replayed = Replayed::of(COUPLER);
-    replayed.wall_s = start.elapsed().as_secs_f64();
-    let mut ended = false;
-    for tape in &tapes {
-        let seen = tape
-            .lock()
-            .map_err(|_| Error::Refused("a tape broke".into()))?;
-        replayed.equal += seen.equal;
-        replayed.last_window = replayed.last_window.max(seen.last_window);
-        ended |= seen.ended;
-        if replayed.mismatch.is_none() {
-            replayed.mismatch.clone_from(&seen.mismatch);
-        }
-    }
+    let wall_s = start.elapsed().as_secs_f64();
+    let seen = seen.lock();
+    let seen = seen.map_err(|_| Refusal::BrokenTape)?;
+    let replayed = Replayed {
+        equal: seen.equal,
+        last_window: seen.last_window,
+        mismatch: seen.mismatch.clone(),
+        wall_s,
+        ..Replayed::of(COUPLER)
+    };
     match result {
         // The lost peer is the tape: at its end, or where the coupler departed from it.
-        Err(Error::PeerLost { .. }) if ended || replayed.mismatch.is_some() => Ok(replayed),
+        Err(Error::PeerLost { .. }) if seen.ended || seen.mismatch.is_some() => Ok(replayed),
         Err(error) => Err(error),
         Ok(()) => Ok(replayed),
     }
@@ -78,20 +63,8 @@ fn greetings(
     launcher: &Launcher,
     watch: &Watch,
 ) -> Result<Vec<Greeted>, Error> {
-    let memory = launcher.shared_memory();
-    let scenario = &recording.loaded.scenario;
-    let peers: Result<Vec<Peer>, Error> = scenario
-        .participant
-        .iter()
-        .map(|participant| launcher.start(participant, &memory))
-        .collect();
-    let mut peers = Peers::new(
-        peers?,
-        launcher.run_id,
-        scenario.labels(),
-        &scenario.run.deadlines,
-        watch.clone(),
-    );
+    let participants = &recording.loaded.scenario.participant;
+    let mut peers = launcher.start(participants, watch.clone())?;
     handshake::greet(&mut peers, &recording.loaded, launcher.run_id)
 }
 
@@ -103,9 +76,7 @@ fn windows(
     from: Option<&RestartPoint>,
 ) -> Result<(), Error> {
     if scenario.interface.is_empty() {
-        return Err(Error::Refused(
-            "a solver that ran alone has no coupler to replay".into(),
-        ));
+        return Err(Refusal::NoCoupler.into());
     }
     let remote = &mut Remote::new(peers, greeted);
     let mut groups = groups_at_start(scenario, greeted, join(remote, scenario)?)?;
@@ -117,5 +88,5 @@ fn windows(
             }
         }
     }
-    each_window(peers, greeted, &mut groups, |_, _, _| Ok(()))
+    each_window(peers, greeted, &mut groups, |_, _, _, _| Ok(()))
 }

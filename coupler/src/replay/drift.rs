@@ -9,7 +9,7 @@ use super::Drift;
 use crate::error::Error;
 use crate::report::plot::{Curve, Labels, plot};
 
-/// What is drawn: kinds of answers, and their colours.
+/// Kinds of answers that are drawn, and their colours.
 const DRAWN: [(Kind, &str, RGBColor); 4] = [
     (Kind::Motion, "motion", RGBColor(31, 90, 160)),
     (Kind::Reaction, "reaction", RGBColor(110, 60, 160)),
@@ -17,7 +17,7 @@ const DRAWN: [(Kind, &str, RGBColor); 4] = [
     (Kind::Report, "report", RGBColor(150, 150, 150)),
 ];
 
-/// Below this a drift is drawn as this: a logarithm has no zero.
+/// The least drift that is drawn, in place of a smaller one: a logarithm has no zero.
 const FLOOR: f64 = 1e-17;
 
 /// The largest drift of each window.

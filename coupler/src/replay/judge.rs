@@ -10,7 +10,7 @@ use protocol::{Frame, Kind};
 pub struct Deviation {
     /// Over the largest number of its kind that the log held so far.
     pub rel: f64,
-    /// Where in the payload.
+    /// Place in the payload.
     pub entry: usize,
 }
 
@@ -46,8 +46,7 @@ impl Ruler {
 
 fn relative(logged: f64, ours: f64, scale: f64) -> f64 {
     match (logged - ours).abs() {
-        _ if logged.to_bits() == ours.to_bits() => 0.0,
-        0.0 => 0.0,
+        difference if difference == 0.0 || logged.to_bits() == ours.to_bits() => 0.0,
         difference if difference.is_nan() => f64::INFINITY,
         difference => difference / scale,
     }

@@ -12,8 +12,7 @@ use std::path::Path;
 use crate::error::Error;
 use crate::log::{Entry, Exchange, Mismatch, recover};
 use crate::run::checkpoint::RestartPoint;
-use crate::scenario::load::Loaded;
-use crate::scenario::load::parse;
+use crate::scenario::load::{Loaded, parse};
 use crate::scenario::source::Source;
 
 pub mod coupler;
@@ -30,7 +29,7 @@ pub struct Recording {
     pub messages: Vec<Exchange>,
     /// Messages before the end of each block: the handshake of a coupled run, then each window.
     pub ends: Vec<usize>,
-    /// Why the log ends early, if it does.
+    /// Reason why the log ends early, if it does.
     pub damage: Option<String>,
 }
 
@@ -42,18 +41,23 @@ impl Recording {
 
     /// Messages that had passed when a checkpoint was written; none for a replay from the start.
     pub fn messages_before(&self, origin: Option<&RestartPoint>) -> usize {
-        let blocks = origin.map_or(0, |origin| origin.checkpoint.log_blocks as usize);
-        let last = blocks.checked_sub(1).and_then(|last| self.ends.get(last));
-        last.copied().unwrap_or(0)
+        self.before(origin.map_or(0, |origin| origin.checkpoint.log_blocks))
     }
 
     /// Messages of the handshake of a coupled run.
     pub fn handshake(&self) -> usize {
-        self.ends.first().copied().unwrap_or(0)
+        self.before(1)
+    }
+
+    /// Messages of the first so many blocks.
+    fn before(&self, blocks: u64) -> usize {
+        let last = (blocks as usize).checked_sub(1);
+        last.and_then(|last| self.ends.get(last))
+            .map_or(0, |end| *end)
     }
 }
 
-/// How far an answer was from its logged twin, see [`judge::Ruler`].
+/// The distance of an answer from its logged twin, see [`judge::Ruler`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drift {
     /// Window.
@@ -64,10 +68,10 @@ pub struct Drift {
     pub rel: f64,
 }
 
-/// What came of replaying one participant or the coupler.
+/// Outcome of replaying one participant or the coupler.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replayed {
-    /// Who was run again.
+    /// Name of the participant, or the coupler's.
     pub who: String,
     /// Messages that were compared and equal.
     pub equal: u64,

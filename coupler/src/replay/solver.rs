@@ -8,13 +8,14 @@ use protocol::{Frame, Header, Kind, Window};
 use super::judge::Ruler;
 use super::tape::{Turn, turns};
 use super::{Drift, Recording, Replayed};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::log::Mismatch;
-use crate::participants::{Communicator, Launcher, Peers, Watch, handshake};
+use crate::participants::peer::read_json;
+use crate::participants::{Communicator, Launcher, Watch, handshake};
 use crate::run::checkpoint::RestartPoint;
 use crate::scenario::Scenario;
 
-/// How a solver is replayed.
+/// Conditions of a solver's replay.
 #[derive(Clone, Copy, Default)]
 pub struct How<'a> {
     /// Begin after this checkpoint instead of at the start.
@@ -36,16 +37,8 @@ pub fn replay(
 ) -> Result<Replayed, Error> {
     let scenario = &recording.loaded.scenario;
     let index = index_of(scenario, name)?;
-    let memory = launcher.shared_memory();
-    let peer = launcher.start(&scenario.participant[index], &memory)?;
-    let mut peers = Peers::new(
-        vec![peer],
-        launcher.run_id,
-        vec![scenario.label(name)],
-        &scenario.run.deadlines,
-        watch.clone(),
-    );
-    peers.pipelined = true;
+    let alone = &scenario.participant[index..=index];
+    let mut peers = launcher.start(alone, watch.clone())?;
     let communicator: &mut dyn Communicator = &mut peers;
     handshake::greet(communicator, &recording.loaded, launcher.run_id)?;
     let mut comparison = Comparison {
@@ -63,52 +56,46 @@ pub fn replay(
         }
         origin.restore_node(communicator, 0, index)?;
     }
+    let mut all_asked = true;
     for (place, turn) in later.iter().enumerate() {
-        if !comparison.ask(communicator, turn, later.get(place + 1))? {
-            comparison.replayed.wall_s = start.elapsed().as_secs_f64();
-            return Ok(comparison.replayed);
+        all_asked = comparison.ask(communicator, turn, later.get(place + 1))?;
+        if !all_asked {
+            break;
         }
     }
-    comparison.replayed.wall_s = start.elapsed().as_secs_f64();
-    communicator.tell(0, Kind::Finish, &Window::default(), Vec::new())?;
-    let outcome = communicator.receive(0, Kind::Finished)?;
-    comparison.replayed.solve_wall_s = solve_wall_s(&outcome);
-    Ok(comparison.replayed)
-}
-
-/// What a foreign solver says of its time may be unreadable; the replay is none the worse.
-fn solve_wall_s(outcome: &Frame) -> Option<f64> {
-    let farewell: Farewell = serde_json::from_str(&outcome.text().ok()?).ok()?;
-    Some(farewell.solve_wall_s)
+    let mut replayed = comparison.replayed;
+    replayed.wall_s = start.elapsed().as_secs_f64();
+    if all_asked {
+        communicator.tell(0, Kind::Finish, &Window::default(), Vec::new())?;
+        let outcome = communicator.receive(0, Kind::Finished)?;
+        // What a foreign solver says of its time may be unreadable; the replay is none the worse.
+        let farewell: Option<Farewell> = read_json(&outcome).ok();
+        replayed.solve_wall_s = farewell.map(|farewell| farewell.solve_wall_s);
+    }
+    Ok(replayed)
 }
 
 fn index_of(scenario: &Scenario, name: &str) -> Result<usize, Error> {
     let mut participants = scenario.participant.iter();
     let index = participants.position(|participant| participant.name == name);
     index.ok_or_else(|| {
-        let names: Vec<&str> = scenario
-            .participant
-            .iter()
-            .map(|participant| participant.name.as_str())
-            .collect();
-        Error::Refused(format!(
-            "no participant `{name}` in this run; participants: {}",
-            names.join(", ")
-        ))
+        let names = scenario.participant.iter().map(|p| p.name.as_str());
+        Error::from(Refusal::NoParticipant {
+            name: name.into(),
+            known: names.collect::<Vec<_>>().join(", "),
+        })
     })
 }
 
-/// What of the past a solver has to be told before its state is given back: what is coupled, and the last wall.
+/// The part of the past that a solver has to be told before its state is given back: what is coupled, and the last wall.
 fn handshake_turns(past: Vec<Turn>) -> Vec<Turn> {
     let kind = |turn: &Turn| turn.request.kind();
-    let wall = past
-        .iter()
-        .rposition(|turn| kind(turn) == Ok(Kind::CompliantBoundary));
-    let mut all = past.into_iter().enumerate().collect::<Vec<_>>();
-    all.retain(|(index, turn)| {
-        matches!(kind(turn), Ok(Kind::Couple | Kind::Select)) || Some(*index) == wall
+    let mut walls = past.iter();
+    let last = walls.rposition(|turn| kind(turn) == Ok(Kind::CompliantBoundary));
+    let told = past.into_iter().enumerate().filter(|(index, turn)| {
+        matches!(kind(turn), Ok(Kind::Couple | Kind::Select)) || Some(*index) == last
     });
-    all.into_iter().map(|(_, turn)| turn).collect()
+    told.map(|(_, turn)| turn).collect()
 }
 
 struct Comparison<'a> {
@@ -166,17 +153,16 @@ fn ask_again(
     answer: &Frame,
     next: Option<&Turn>,
 ) -> Result<Frame, Error> {
-    let run_id = communicator.peers().run_id();
+    let run_id = communicator.peers().run_id;
     let ours = |frame: &Frame| Header {
         run_id,
         ..frame.header
     };
     communicator.send(0, ours(&turn.request), turn.request.payload.clone())?;
     if let Some(next) = next.filter(|next| next.answer.is_some()) {
-        communicator.send_early(0, ours(&next.request), next.request.payload.clone())?;
+        let peers = communicator.peers_mut();
+        peers.send_early(0, ours(&next.request), next.request.payload.clone())?;
     }
-    let kind = answer
-        .kind()
-        .map_err(|error| Error::Refused(format!("the log: {error}")))?;
+    let kind = answer.kind().map_err(Refusal::from)?;
     communicator.receive(0, kind)
 }

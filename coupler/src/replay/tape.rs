@@ -4,17 +4,16 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use protocol::serve::Farewell;
-use protocol::{Frame, Header, Kind, Link, LinkError};
+use protocol::{Frame, Link, LinkError};
 
 use crate::log::{COUPLER, Exchange, Mismatch};
 
 /// A request and its answer.
 #[derive(Clone, Debug)]
 pub struct Turn {
-    /// What the coupler asked.
+    /// The frame of the coupler.
     pub request: Frame,
-    /// What the participant answered; absent where the log ends in between.
+    /// The frame of the participant; absent where the log ends in between.
     pub answer: Option<Frame>,
 }
 
@@ -36,7 +35,7 @@ pub fn turns(messages: &[Exchange], participant: &str) -> Vec<Turn> {
     turns
 }
 
-/// What a tape has seen so far; shared with whoever judges the replay.
+/// Requests that the tapes of a replay have seen so far; shared with whoever judges it.
 #[derive(Debug, Default)]
 pub struct Seen {
     /// Requests that were equal to the logged ones.
@@ -45,7 +44,7 @@ pub struct Seen {
     pub last_window: u64,
     /// The first request that was not.
     pub mismatch: Option<Mismatch>,
-    /// Whether the tape ran out.
+    /// True once a tape ran out.
     pub ended: bool,
 }
 
@@ -58,15 +57,13 @@ pub struct TapeLink {
 }
 
 impl TapeLink {
-    /// A tape and what it will have seen.
-    pub fn new(turns: Vec<Turn>) -> (TapeLink, Arc<Mutex<Seen>>) {
-        let seen = Arc::new(Mutex::new(Seen::default()));
-        let link = TapeLink {
+    /// A tape of these turns.
+    pub fn new(turns: Vec<Turn>, seen: Arc<Mutex<Seen>>) -> TapeLink {
+        TapeLink {
             turns: turns.into(),
             pending: None,
-            seen: Arc::clone(&seen),
-        };
-        (link, seen)
+            seen,
+        }
     }
 
     fn take(&mut self, request: &Frame) -> Result<Frame, LinkError> {
@@ -80,30 +77,18 @@ impl TapeLink {
             return Err(LinkError::Closed);
         };
         if let Some(mismatch) = Mismatch::between(COUPLER, &logged, request) {
-            seen.mismatch = Some(mismatch);
+            seen.mismatch.get_or_insert(mismatch);
             return Err(LinkError::Closed);
         }
         seen.equal += 1;
-        seen.last_window = logged.header.window;
+        seen.last_window = seen.last_window.max(logged.header.window);
         Ok(answer)
     }
 }
 
 impl Link for TapeLink {
     fn send(&mut self, frame: &Frame, _patience: Duration) -> Result<(), LinkError> {
-        let like = |kind: Kind| Header {
-            kind: kind as u32,
-            ..frame.header
-        };
-        let mut answer = match Kind::from_number(frame.header.kind) {
-            Some(Kind::Snapshot) => Frame::new(like(Kind::Saved), Vec::new()),
-            Some(Kind::Finish) => {
-                let text = serde_json::to_string(&Farewell::default())
-                    .expect("our own types always serialise");
-                Frame::with_text(like(Kind::Finished), &text)
-            }
-            _ => self.take(frame)?,
-        };
+        let mut answer = self.take(frame)?;
         answer.header.run_id = frame.header.run_id;
         self.pending = Some(answer);
         Ok(())

@@ -7,7 +7,7 @@ use super::session::fresh_run_id;
 use super::time_loop::groups_at_start;
 use crate::error::Error;
 use crate::participants::remote::Remote;
-use crate::participants::{Launcher, Peer, Peers, Registry, Watch, handshake};
+use crate::participants::{Launcher, Registry, Watch, handshake};
 use crate::rundir::{RunDir, Scratch};
 use crate::scenario::TransportKind;
 use crate::scenario::load::Loaded;
@@ -46,16 +46,7 @@ impl Forecast<'_> {
             threads: self.threads,
             rundir: &rundir,
         };
-        let memory = launcher.shared_memory();
-        let peers: Result<Vec<Peer>, Error> = loaded
-            .scenario
-            .participant
-            .iter()
-            .map(|participant| launcher.start(participant, &memory))
-            .collect();
-        let deadlines = &loaded.scenario.run.deadlines;
-        let labels = loaded.scenario.labels();
-        let mut peers = Peers::new(peers?, run_id, labels, deadlines, Watch::default());
+        let mut peers = launcher.start(&loaded.scenario.participant, Watch::default())?;
         let greeted = handshake::greet(&mut peers, &loaded, run_id)?;
         let scenario = &loaded.scenario;
         let remote = &mut Remote::new(&mut peers, &greeted);

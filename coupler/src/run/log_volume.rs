@@ -7,30 +7,6 @@ use crate::log::{COUPLER, Volume};
 use crate::participants::handshake::Greeted;
 use crate::scenario::{CompliancePrior, Dirichlet, Scenario, Scheme};
 use crate::scheme::clock::Clock;
-use crate::scheme::group::Side;
-
-/// Runs of each side in a window that is repeated once, the least of a scheme that repeats.
-struct Runs {
-    force_driven: u64,
-    motion_driven: u64,
-}
-
-impl Runs {
-    fn of(scheme: &Scheme) -> Runs {
-        let both_again = matches!(
-            scheme,
-            Scheme::FixedPoint {
-                dirichlet: Dirichlet::Continuum,
-                ..
-            }
-        );
-        let once = matches!(scheme, Scheme::Staggered { .. });
-        Runs {
-            force_driven: if once { 1 } else { 2 },
-            motion_driven: if both_again { 2 } else { 1 },
-        }
-    }
-}
 
 /// Messages of a coupled run if every window is repeated once at most and none is halved: repeats, and the new walls of a
 /// compliance that is learnt on the way, come on top.
@@ -38,29 +14,31 @@ pub fn coupled(scenario: &Scenario, greeted: &[Greeted], groups: &[GroupRun]) ->
     let mut volume = Volume::default();
     for (run, members) in groups.iter().zip(scenario.groups()) {
         let scheme = &scenario.interface[members[0]].scheme;
-        let runs = Runs::of(scheme);
-        let clock = run.coupling.group().clock;
-        let windows = run.end.div_ceil(clock.substeps.into());
-        volume.add_windows(windows);
+        // Runs of each side in a window that is repeated once, the least of a scheme that repeats.
+        let once = matches!(scheme, Scheme::Staggered { .. });
+        let both_again = matches!(scheme, Scheme::FixedPoint { .. })
+            && scheme.dirichlet() == Dirichlet::Continuum;
+        let force_runs = if once { 1 } else { 2 };
+        let motion_runs = if both_again { 2 } else { 1 };
         let group = run.coupling.group();
-        let told = |side: &Side| (scenario.participant[side.peer].name.as_str(), side.peer);
+        let windows = run.end.div_ceil(group.clock.substeps.into());
+        volume.add_windows(windows);
         for side in &group.force_driven {
-            let (name, peer) = told(side);
-            let mut both = Both::of(&mut volume, scenario, name);
+            let description = &greeted[side.peer].description;
+            let mut turn = turns(&mut volume, scenario, side.peer);
             let size = 2 * side.range.len();
-            both.turn(windows * runs.force_driven, size, size * answers(scheme));
-            both.turn(windows, 0, report(&greeted[peer].description));
-            let capabilities = greeted[peer].description.capabilities;
-            both.turn(matrices(scheme, capabilities.columns), 0, size * size);
+            turn(windows * force_runs, size, size * answers(scheme));
+            turn(windows, 0, report(description));
+            let matrices = matrices(scheme, description.capabilities.columns);
+            turn(matrices, 0, size * size);
         }
         for side in &group.motion_driven {
-            let (name, peer) = told(side);
-            let mut both = Both::of(&mut volume, scenario, name);
+            let mut turn = turns(&mut volume, scenario, side.peer);
             let size = 2 * side.range.len();
             // Forces, velocities, and what the wall says of its solve.
-            both.turn(windows * runs.motion_driven, size, 2 * size + 3);
-            both.turn(windows, size, report(&greeted[peer].description));
-            both.turn(1, 1 + size * size, 0);
+            turn(windows * motion_runs, size, 2 * size + 3);
+            turn(windows, size, report(&greeted[side.peer].description));
+            turn(1, 1 + size * size, 0);
         }
     }
     volume
@@ -71,12 +49,23 @@ pub fn alone(scenario: &Scenario, description: &Description, clock: &Clock, end:
     let mut volume = Volume::default();
     let windows = end.div_ceil(clock.substeps.into());
     volume.add_windows(windows);
-    Both::of(&mut volume, scenario, &scenario.participant[0].name).turn(
-        windows,
-        0,
-        report(description),
-    );
+    turns(&mut volume, scenario, 0)(windows, 0, report(description));
     volume
+}
+
+/// Adds requests to a participant and its answers: how many, and the doubles in each request and answer.
+fn turns<'a>(
+    volume: &'a mut Volume,
+    scenario: &'a Scenario,
+    peer: usize,
+) -> impl FnMut(u64, usize, usize) + 'a {
+    let name = scenario.participant[peer].name.as_str();
+    let interface = scenario.label(name).name;
+    move |times, request, answer| {
+        let names = [&interface, COUPLER, name];
+        volume.add(times, request, names);
+        volume.add(times, answer, names);
+    }
 }
 
 /// The prediction for a person.
@@ -85,29 +74,6 @@ pub fn line(volume: &Volume, bytes: u64) -> String {
         "log: about {:.3e} bytes, {} windows and {} messages if none is repeated more than once",
         bytes as f64, volume.windows, volume.messages
     )
-}
-
-/// Requests to a participant, and its answers.
-struct Both<'a> {
-    volume: &'a mut Volume,
-    interface: String,
-    name: &'a str,
-}
-
-impl<'a> Both<'a> {
-    fn of(volume: &'a mut Volume, scenario: &Scenario, name: &'a str) -> Both<'a> {
-        Both {
-            volume,
-            interface: scenario.label(name).name,
-            name,
-        }
-    }
-
-    fn turn(&mut self, times: u64, request: usize, answer: usize) {
-        let names = [&self.interface, COUPLER, self.name];
-        self.volume.add(times, request, names);
-        self.volume.add(times, answer, names);
-    }
 }
 
 fn report(description: &Description) -> usize {

@@ -2,7 +2,7 @@
 //!
 //! - [`position`], [`time_loop`]: the loop over all windows;
 //! - [`log_volume`]: the length of the log, foreseen;
-//! - [`checkpoint`]: going on after a run was cut off; [`outputs`]: everything that is written while windows pass;
+//! - [`checkpoint`]: going on after a run was cut off; `outputs`: everything that is written while windows pass;
 //! - [`session`]: a whole run; [`forecast`]: its handshake alone, for `check`.
 
 pub mod checkpoint;

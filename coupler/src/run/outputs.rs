@@ -1,10 +1,10 @@
 //! The outputs of accepted windows: signals, fields, tractions, checkpoints, progress.
 
-use protocol::{Kind, Phase, Window};
+use protocol::{Description, Frame, Header, Kind, Phase, Window};
 
 use super::checkpoint::{Checkpoint, Keeper, RestartPoint};
 use super::position::Position;
-use super::time_loop::{GroupRun, reached_s};
+use super::time_loop::GroupRun;
 use crate::error::Error;
 use crate::output::collection::{self, Moment};
 use crate::output::profile::{self, LoadedNodes, Traction};
@@ -14,7 +14,7 @@ use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
 use crate::rundir::RunDir;
-use crate::scenario::Scenario;
+use crate::scenario::load::Loaded;
 use crate::scheme::ledger::EnergyLedger;
 use crate::scheme::window::{AcceptedWindow, InterfaceSignals};
 use crate::summary::Summary;
@@ -25,148 +25,117 @@ pub struct Outputs<'a> {
     thickness_m: f64,
     signals_every: u64,
     phases: Vec<Phase>,
-    signal_counts: Vec<usize>,
-    /// The latest report of each participant; empty before its first.
-    reports: Vec<Vec<f64>>,
-    /// The latest signals of each interface.
-    interfaces: Vec<InterfaceSignals>,
-    pub energies: Vec<EnergyLedger>,
+    descriptions: Vec<&'a Description>,
+    /// A report is empty, and energies are zero, before the first of their participant.
+    state: OutputState,
+    /// The file signals.csv.
     pub signals: SignalsFile,
-    sampled: SampledMeans,
-    progress: Progress,
-    snapshots_taken: usize,
+    /// The checkpoints.
+    pub keeper: Keeper,
+    /// Steps done, on stderr.
+    pub progress: Progress,
 }
 
 impl<'a> Outputs<'a> {
     /// Nothing yet, of participants that were greeted; `progress` shows it on stderr.
     pub fn new(
-        (rundir, scenario): (&'a RunDir, &Scenario),
-        greeted: &[Greeted],
+        rundir: &'a RunDir,
+        loaded: &Loaded,
+        greeted: &'a [Greeted],
         progress: bool,
     ) -> Result<Outputs<'a>, Error> {
-        let phases = load_history(greeted.iter().map(|greeted| &greeted.description));
-        let energies = greeted
-            .iter()
-            .map(|greeted| EnergyLedger {
-                terms: greeted.description.ledger.clone(),
-                values: vec![0.0; greeted.description.ledger.len()],
-            })
-            .collect();
-        let names = scenario
-            .participant
-            .iter()
-            .map(|participant| participant.name.as_str());
+        let scenario = &loaded.scenario;
         let descriptions: Vec<_> = greeted.iter().map(|greeted| &greeted.description).collect();
+        let phases = load_history(descriptions.iter().copied());
+        let names = scenario.participant.iter().map(|p| p.name.as_str());
+        let zeros = |description: &&Description| vec![0.0; description.ledger.len()];
         Ok(Outputs {
             rundir,
             thickness_m: scenario.run.thickness_m,
             signals_every: scenario.run.output.signals_every_windows,
-            sampled: SampledMeans::new(&phases, &scenario.interface),
+            state: OutputState {
+                energies: descriptions.iter().map(zeros).collect(),
+                reports: vec![Vec::new(); greeted.len()],
+                interfaces: vec![InterfaceSignals::default(); scenario.interface.len()],
+                sampled: SampledMeans::new(&phases, &scenario.interface),
+                ..OutputState::default()
+            },
             phases,
-            reports: vec![Vec::new(); greeted.len()],
-            interfaces: vec![InterfaceSignals::default(); scenario.interface.len()],
-            signal_counts: descriptions
-                .iter()
-                .map(|description| description.signals.len())
-                .collect(),
-            energies,
             signals: SignalsFile::create(rundir, names, &descriptions, &scenario.interface)?,
+            keeper: Keeper::new(rundir, loaded, greeted)?,
+            descriptions,
             progress: Progress::new(&scenario.run.name, progress),
-            snapshots_taken: 0,
         })
-    }
-
-    pub fn expect(&mut self, done: u64, steps: u64) {
-        self.progress.expect(done, steps);
     }
 
     /// Takes over what the run wrote that is gone on with.
     pub fn carry_over(&mut self, restart: &RestartPoint) -> Result<(), Error> {
-        let state = &restart.checkpoint.outputs;
-        for (energies, values) in self.energies.iter_mut().zip(&state.energies) {
-            energies.values.clone_from(values);
-        }
-        self.reports.clone_from(&state.reports);
-        self.interfaces.clone_from(&state.interfaces);
-        self.sampled = state.sampled.clone();
-        self.snapshots_taken = state.snapshots_taken;
+        self.state = restart.checkpoint.outputs.clone();
         let signals = restart.run.join("signals.csv");
-        self.signals.carry_over(&signals, state.signals_bytes)?;
+        self.signals
+            .carry_over(&signals, self.state.signals_bytes)?;
         self.signals.sync()?;
         restart.copy_fields(self.rundir, &self.phases)
+    }
+
+    /// The latest energies of all participants.
+    pub fn energies(&self) -> Vec<EnergyLedger> {
+        let all = self.descriptions.iter().zip(&self.state.energies);
+        all.map(|(description, values)| EnergyLedger {
+            terms: description.ledger.clone(),
+            values: values.clone(),
+        })
+        .collect()
     }
 
     /// Between two windows: writes a checkpoint if one is due, and ends the run if it was interrupted.
     pub fn pause(
         &mut self,
         recorded: &mut Recorded,
-        keeper: &Keeper,
         groups: &[GroupRun],
         position: Position,
     ) -> Result<(), Error> {
         let interrupted = recorded.peers.watch.interrupted();
-        if keeper.due(&position, interrupted.is_some()) {
-            let outputs = self.state()?;
-            keeper.write(recorded, |nodes, log_blocks| Checkpoint {
-                position,
-                log_blocks,
-                nodes,
-                couplings: groups.iter().map(|group| group.coupling.state()).collect(),
-                outputs,
-            })?;
+        if self.keeper.due(&position, interrupted.is_some()) {
+            self.state.signals_bytes = self.signals.sync()?;
+            self.keeper
+                .write(recorded, |nodes, log_blocks| Checkpoint {
+                    position,
+                    log_blocks,
+                    nodes,
+                    couplings: groups.iter().map(|group| group.coupling.state()).collect(),
+                    outputs: self.state.clone(),
+                })?;
         }
         interrupted.map_or(Ok(()), Err)
     }
 
-    fn state(&mut self) -> Result<OutputState, Error> {
-        Ok(OutputState {
-            energies: self.energies.iter().map(|e| e.values.clone()).collect(),
-            reports: self.reports.clone(),
-            interfaces: self.interfaces.clone(),
-            sampled: self.sampled.clone(),
-            snapshots_taken: self.snapshots_taken,
-            signals_bytes: self.signals.sync()?,
-        })
-    }
-
-    pub fn add_alone(
-        &mut self,
-        communicator: &mut dyn Communicator,
-        window: &Window,
-        report: Vec<f64>,
-    ) -> Result<(), Error> {
-        self.keep(communicator, 0, report)?;
-        if window.index.is_multiple_of(self.signals_every) {
-            self.signals.row(window.t1_s, &self.reports, &[])?;
-        }
-        if let Some(phase) = self.phase_ends(communicator, window.t1_s)? {
-            profile::adopt(self.rundir, &phase.name)?;
-        }
-        self.progress.show(window);
-        Ok(())
-    }
-
-    pub fn add_coupled(
+    /// Adds an accepted window, after which all groups have come to `reached_s`; a solver that runs alone has no group.
+    pub fn add(
         &mut self,
         communicator: &mut dyn Communicator,
         groups: &[GroupRun],
         window: &Window,
-        accepted: &AcceptedWindow,
+        accepted: AcceptedWindow,
+        reached_s: f64,
     ) -> Result<(), Error> {
-        for (peer, report) in &accepted.reports {
-            self.keep(communicator, *peer, report.clone())?;
+        for (peer, report) in accepted.reports {
+            self.keep(communicator, peer, report)?;
         }
-        for (interface, signals) in &accepted.signals {
-            self.interfaces[*interface] = *signals;
-            self.sampled.add(window, *interface, signals.pressing_n);
+        let state = &mut self.state;
+        for (interface, signals) in accepted.signals {
+            state.interfaces[interface] = signals;
+            state.sampled.add(window, interface, signals.pressing_n);
         }
         let due = window.index.is_multiple_of(self.signals_every);
-        if due && last_at(groups, window.t1_s) && self.reports.iter().all(|r| !r.is_empty()) {
+        if due && last_at(groups, window.t1_s) && state.reports.iter().all(|r| !r.is_empty()) {
             self.signals
-                .row(window.t1_s, &self.reports, &self.interfaces)?;
+                .row(window.t1_s, &state.reports, &state.interfaces)?;
         }
-        if self.phase_ends(communicator, reached_s(groups))?.is_some() {
-            self.write_profiles(groups)?;
+        match (self.phase_ends(communicator, reached_s)?, groups) {
+            (Some(phase), []) => profile::adopt(self.rundir, &phase.name)?,
+            (Some(_), groups) => self.write_profiles(groups)?,
+            (None, _) => {}
         }
         self.progress.show(window);
         Ok(())
@@ -179,20 +148,16 @@ impl<'a> Outputs<'a> {
         peer: usize,
         report: Vec<f64>,
     ) -> Result<(), Error> {
-        let due = self.signal_counts[peer] + self.energies[peer].terms.len();
-        if report.len() != due {
-            return Err(communicator.peers().protocol_error(
-                peer,
-                format!(
-                    "reported {} numbers where its description announced {due}",
-                    report.len()
-                ),
-            ));
+        let Description {
+            signals, ledger, ..
+        } = self.descriptions[peer];
+        let (numbers, due) = (report.len(), signals.len() + ledger.len());
+        if numbers != due {
+            let why = format!("reported {numbers} numbers where its description announced {due}");
+            return Err(communicator.peers().protocol_error(peer, why));
         }
-        self.energies[peer]
-            .values
-            .copy_from_slice(&report[self.signal_counts[peer]..]);
-        self.reports[peer] = report;
+        self.state.energies[peer].copy_from_slice(&report[signals.len()..]);
+        self.state.reports[peer] = report;
         Ok(())
     }
 
@@ -205,8 +170,13 @@ impl<'a> Outputs<'a> {
     ) -> Result<Option<Phase>, Error> {
         let over = |phase: &&Phase| time_s >= phase.t1_s * (1.0 - 1e-9);
         let mut sampled = None;
-        while let Some(phase) = self.phases.get(self.snapshots_taken).filter(over).cloned() {
-            self.snapshots_taken += 1;
+        while let Some(phase) = self
+            .phases
+            .get(self.state.snapshots_taken)
+            .filter(over)
+            .cloned()
+        {
+            self.state.snapshots_taken += 1;
             snapshot(communicator, &phase.name)?;
             self.collect(communicator, None)?;
             sampled = sampled.or(Some(phase).filter(|phase| phase.sampled));
@@ -216,7 +186,7 @@ impl<'a> Outputs<'a> {
 
     /// Writes and keeps the traction of each interface in its last accepted window.
     fn write_profiles(&mut self, groups: &[GroupRun]) -> Result<(), Error> {
-        let only = self.interfaces.len() == 1;
+        let only = self.state.interfaces.len() == 1;
         for coupling in groups.iter().map(|group| &group.coupling) {
             let group = coupling.group();
             for patch in &group.patches {
@@ -233,7 +203,7 @@ impl<'a> Outputs<'a> {
                     format!("profile-{}.csv", patch.name)
                 };
                 self.rundir.write(&name, &traction.csv())?;
-                self.sampled.keep_traction(patch.index, traction);
+                self.state.sampled.keep_traction(patch.index, traction);
             }
         }
         Ok(())
@@ -245,7 +215,7 @@ impl<'a> Outputs<'a> {
             name: name.into(),
             time_s,
         };
-        let passed = self.phases[..self.snapshots_taken].iter();
+        let passed = self.phases[..self.state.snapshots_taken].iter();
         let mut moments: Vec<Moment> = passed.map(|p| moment(&p.name, p.t1_s)).collect();
         moments.extend(end_s.map(|time_s| moment("end", time_s)));
         let peers = communicator.peers();
@@ -257,6 +227,7 @@ impl<'a> Outputs<'a> {
         Ok(())
     }
 
+    /// Has the fields of the end written, and completes the results.
     pub fn finish(
         &mut self,
         communicator: &mut dyn Communicator,
@@ -265,24 +236,19 @@ impl<'a> Outputs<'a> {
         snapshot(communicator, "end")?;
         self.collect(communicator, Some(summary.sim_time_s))?;
         self.progress.done();
-        summary.results.extend(self.sampled.results());
+        summary.results.extend(self.state.sampled.results());
         Ok(())
     }
 }
 
-/// Whether no group has a window to do that ends at this time.
+/// True if no group has a window to do that ends at this time.
 fn last_at(groups: &[GroupRun], time_s: f64) -> bool {
     let later = |window: Window| window.t1_s > time_s * (1.0 + 1e-9);
     groups.iter().all(|group| group.next().is_none_or(later))
 }
 
 fn snapshot(communicator: &mut dyn Communicator, name: &str) -> Result<(), Error> {
-    let count = communicator.peers().count();
-    for peer in 0..count {
-        communicator.tell_text(peer, Kind::Snapshot, name)?;
-    }
-    for peer in 0..count {
-        communicator.receive(peer, Kind::Saved)?;
-    }
-    Ok(())
+    let text = Frame::with_text(Header::default(), name).payload;
+    let kinds = (Kind::Snapshot, Kind::Saved);
+    communicator.ask_all(kinds, &text, |_| Ok(())).map(|_| ())
 }

@@ -11,7 +11,7 @@ pub struct Position {
     pub t_s: f64,
     /// Position of each group of interfaces; none for a solver that runs alone.
     pub groups: Vec<GroupPosition>,
-    /// Whether no window is left to do.
+    /// True if no window is left to do.
     pub over: bool,
 }
 

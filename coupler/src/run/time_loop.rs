@@ -3,7 +3,7 @@
 use protocol::Window;
 
 use super::position::{GroupPosition, Position};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::remote::Remote;
@@ -20,7 +20,8 @@ pub struct GroupRun {
     pub coupling: Coupling,
     /// Steps of its clock to do.
     pub end: u64,
-    at: GroupPosition,
+    /// Its progress.
+    pub at: GroupPosition,
 }
 
 /// All groups at their start.
@@ -45,17 +46,13 @@ pub fn groups_at_start(
 
 /// `run.end_s`, or the end of the longest load history.
 pub fn end_s(scenario: &Scenario, greeted: &[Greeted]) -> Result<f64, Error> {
-    let ends = greeted
-        .iter()
-        .filter_map(|greeted| greeted.description.end_s);
-    let longest = ends.reduce(f64::max);
-    scenario.run.end_s.or(longest).ok_or_else(|| {
-        Error::Refused("no participant has a load history that ends: give run.end_s".into())
-    })
+    let ends = greeted.iter().filter_map(|one| one.description.end_s);
+    let end_s = scenario.run.end_s.or(ends.reduce(f64::max));
+    end_s.ok_or_else(|| Refusal::NoEnd.into())
 }
 
 /// Runs all windows of all groups until their end, in the order in which the windows end; windows are halved where the
-/// scheme asks for it. `seen` is told of each accepted window, and once, without one, when a window failed.
+/// scheme asks for it. `seen` is told of each accepted window.
 pub fn each_window<C, F>(
     communicator: &mut C,
     greeted: &[Greeted],
@@ -64,21 +61,13 @@ pub fn each_window<C, F>(
 ) -> Result<(), Error>
 where
     C: Communicator,
-    F: FnMut(&mut C, &[GroupRun], Option<(&Window, &AcceptedWindow)>) -> Result<(), Error>,
+    F: FnMut(&mut C, &[GroupRun], &Window, AcceptedWindow) -> Result<(), Error>,
 {
     while let Some((index, window)) = earliest(groups) {
-        let done = groups[index].advance(&mut Remote::new(communicator, greeted), window);
-        let ended = done.and_then(|done| {
-            communicator.end_window(done.0.index)?;
-            Ok(done)
-        });
-        match ended {
-            Ok((window, accepted)) => seen(communicator, groups, Some((&window, &accepted)))?,
-            Err(error) => {
-                seen(communicator, groups, None)?;
-                return Err(error);
-            }
-        }
+        let remote = &mut Remote::new(communicator, greeted);
+        let (window, accepted) = groups[index].advance(remote, window)?;
+        communicator.end_window(window.index)?;
+        seen(communicator, groups, &window, accepted)?;
     }
     Ok(())
 }
@@ -92,10 +81,8 @@ fn earliest(groups: &[GroupRun]) -> Option<(usize, Window)> {
 
 /// Time up to which all groups have come (s).
 pub fn reached_s(groups: &[GroupRun]) -> f64 {
-    groups
-        .iter()
-        .map(GroupRun::reached_s)
-        .fold(f64::INFINITY, f64::min)
+    let reached = groups.iter().map(GroupRun::reached_s);
+    reached.fold(f64::INFINITY, f64::min)
 }
 
 /// The position of all groups together.
@@ -109,18 +96,8 @@ pub fn position(groups: &[GroupRun]) -> Position {
 }
 
 impl GroupRun {
-    /// Steps of its clock that are done.
-    pub fn steps_done(&self) -> u64 {
-        self.at.step
-    }
-
-    /// Puts it where a checkpoint left off.
-    pub fn go_to(&mut self, at: GroupPosition) {
-        self.at = at;
-    }
-
     /// Time that it has come to (s).
-    pub fn reached_s(&self) -> f64 {
+    fn reached_s(&self) -> f64 {
         self.at.step as f64 * self.coupling.group().clock.step_s
     }
 

@@ -2,7 +2,7 @@
 
 use protocol::Window;
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 
 /// More steps than this are taken for a mistyped unit: at a tenth of a microsecond a step they last 28 hours.
 const STEPS_MAX: f64 = 1e12;
@@ -41,10 +41,12 @@ impl Clock {
         if steps <= STEPS_MAX {
             return Ok(steps.max(0.0) as u64);
         }
-        Err(Error::Refused(format!(
-            "the run would take {steps:.1e} steps of {:.3e} s until it ends at {end_s:.3e} s, more than {STEPS_MAX:.0e}: check run.end_s, time.step_s, and the load history (wheel.ramp_s, wheel.hold_s, wheel.cycles, wheel.frequency_hz, or time.end_s)",
-            self.step_s
-        )))
+        Err(Error::from(Refusal::TooManySteps {
+            steps,
+            step_s: self.step_s,
+            end_s,
+            most: STEPS_MAX,
+        }))
     }
 
     /// Substeps of a full window, or what is left before `end`.

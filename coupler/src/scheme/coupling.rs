@@ -15,7 +15,7 @@ use super::problem::Problem;
 use super::source::Source;
 use super::window::{AcceptedWindow, Attempt, InterfaceSignals, InterfaceState, SolvedWindow};
 use super::{dual_schur, fixed_point, neumann_dirichlet, staggered, velocity};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::scenario::{CompliancePrior, Dirichlet, Policy, Scheme, SchemeWord};
 
 /// The coupler's own state of one group: it changes only when a window is accepted.
@@ -277,10 +277,10 @@ impl Coupling {
         let ours = lengths(&self.state, &self.ledgers);
         let theirs = lengths(&state.state, &state.ledgers);
         if theirs != ours || !state.compliance.is_of(&self.group) {
-            return Err(Error::Refused(format!(
-                "interface `{}`: the checkpoint is of other interfaces, with {theirs:?} instead of {ours:?} components",
-                self.name
-            )));
+            let problem = format!(
+                "the checkpoint is of other interfaces, with {theirs:?} instead of {ours:?} components"
+            );
+            return Err(Refusal::interface(&self.name, problem).into());
         }
         self.compliance.restore(state.compliance.clone());
         (self.state, self.ledgers) = (state.state.clone(), state.ledgers.clone());

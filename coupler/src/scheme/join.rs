@@ -11,7 +11,7 @@ use super::clock::Clock;
 use super::group::{Group, Patch, Side};
 use super::mapping::Mapping;
 use super::participants::Participants;
-use crate::error::Error;
+use crate::error::{Error, Refusal, WindowOf};
 use crate::scenario::{Dirichlet, Interface, Scenario};
 use point_mass::{point_masses, refuse_massless};
 use suitability::{refuse_finer_than_solver, refuse_without_prescribed_velocity};
@@ -82,7 +82,7 @@ struct Seam {
 }
 
 fn refused(interface: &Interface, why: impl std::fmt::Display) -> Error {
-    Error::Refused(format!("interface `{}`: {why}", interface.name))
+    Refusal::interface(&interface.name, why.to_string()).into()
 }
 
 /// The side that takes forces and the one that stands on the wall, told by what they can do, not by their order.
@@ -118,10 +118,10 @@ fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<P
         }
     }
     let (Some(force_driven), Some(motion_driven)) = (continuum, wall) else {
-        return Err(Error::Refused(format!(
-            "interface `{}` joins {} and {}: it takes one participant that advances under forces and one that stands on a compliant wall",
-            interface.name, interface.between[0], interface.between[1]
-        )));
+        return Err(Error::from(Refusal::Roles {
+            interface: interface.name.clone(),
+            between: interface.between.clone(),
+        }));
     };
     Ok(Pair {
         force_driven,
@@ -135,9 +135,9 @@ fn refuse_two_roles(participants: &dyn Participants, pairs: &[Pair]) -> Result<(
     let mut continua = pairs.iter().map(|pair| pair.force_driven.peer);
     match continua.find(|peer| walls.contains(peer)) {
         None => Ok(()),
-        Some(peer) => Err(Error::Refused(format!(
-            "participant `{}` would take forces on one interface and stand on a wall on another: a participant has one role on all of its interfaces",
-            participants.name(peer)
+        Some(peer) => Err(Error::from(Refusal::participant(
+            participants.name(peer),
+            "would take forces on one interface and stand on a wall on another: a participant has one role on all of its interfaces",
         ))),
     }
 }
@@ -153,20 +153,23 @@ fn clock(
     for (interface, pair) in interfaces.iter().zip(pairs) {
         let continuum = pair.force_driven.peer;
         let step_s = participants.description(continuum).step_s.ok_or_else(|| {
-            Error::Refused(format!(
-                "participant `{}` has no step of its own, the window cannot be counted in it",
-                participants.name(continuum)
-            ))
+            Refusal::participant(
+                participants.name(continuum),
+                "has no step of its own, the window cannot be counted in it",
+            )
         })?;
         refuse_above_limit(participants, interface, step_s, pair.motion_driven.peer)?;
         let window_s = step_s * f64::from(interface.substeps);
         let (leader, leading) = *first.get_or_insert((interface, step_s));
         let leading_s = leading * f64::from(leader.substeps);
         if (window_s - leading_s).abs() > SAME_WINDOW * leading_s {
-            return Err(Error::Refused(format!(
-                "interfaces `{}` and `{}` are connected but have windows of {leading_s:.9e} s ({} x {leading:.9e} s) and {window_s:.9e} s ({} x {step_s:.9e} s): give substeps and time.step_s with the same product",
-                leader.name, interface.name, leader.substeps, interface.substeps
-            )));
+            let window = |interface: &Interface, step_s| WindowOf {
+                interface: interface.name.clone(),
+                substeps: interface.substeps,
+                step_s,
+            };
+            let windows = Refusal::Windows(window(leader, leading), window(interface, step_s));
+            return Err(windows.into());
         }
         common = greatest_common_divisor(common, interface.substeps);
     }
@@ -222,10 +225,11 @@ fn seam(
     }
     let mapping = Mapping::new(interface.mapping, &places(&offered), &places(&points));
     let mapping = mapping.map_err(|error| {
-        Error::Refused(format!(
-            "interface `{}` between {} and {}: {error}",
-            interface.name, interface.between[0], interface.between[1]
-        ))
+        Error::from(Refusal::Geometry {
+            interface: interface.name.clone(),
+            between: interface.between.clone(),
+            why: error.to_string(),
+        })
     })?;
     let active = mapping.active();
     let mapping = mapping.restricted(&active);

@@ -6,7 +6,7 @@ use protocol::Window;
 use super::group::{Group, Side};
 use super::nodal_mass::{both_components, nodal_mass};
 use super::participants::Participants;
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 
 /// Source of a matrix that is not known yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +42,10 @@ impl Source {
                 let resists = participants.impedance(side.peer, steps, n)?;
                 let yields = inverse_of_what_moves(&resists).ok_or_else(|| {
                     let name = participants.name(side.peer);
-                    Error::Refused(format!("participant `{name}`: its impedance over {steps} steps has no inverse, as that of every explicit body below its stability limit has; lower its time.step_s, or take scheme = \"dual-schur\""))
+                    Error::from(Refusal::Unfit {
+                        participant: name.to_string(),
+                        problem: format!("its impedance over {steps} steps has no inverse, as that of every explicit body below its stability limit has; lower its time.step_s, or take scheme = \"dual-schur\""),
+                    })
                 })?;
                 Ok(yields * group.window_s(window))
             }
@@ -97,9 +100,8 @@ fn points_only(
         resists.row_mut(i).fill(0.0);
         resists.column_mut(i).fill(0.0);
     }
-    let yields = inverse_of_what_moves(&resists).ok_or_else(|| {
-        Error::Refused("the masses of the glued points on the surface nodes have no inverse".into())
-    })?;
+    let yields =
+        inverse_of_what_moves(&resists).ok_or_else(|| Error::from(Refusal::SingularMasses))?;
     Ok(yields * group.window_s(window).powi(2))
 }
 

@@ -21,7 +21,7 @@ pub struct Expected {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// Its name in the table.
+    /// Name that says what it shows.
     pub name: String,
     /// Author, year, equation, or the table that the numbers are from.
     pub source: String,
@@ -43,18 +43,18 @@ pub struct Case {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Number {
-    /// Its place: a path in summary.json, or `signals.<column>.<last | max | min | mean>`.
+    /// Place of the number: a path in summary.json, or `signals.<column>.<last | max | min | mean>`.
     pub path: String,
     /// Value that it must have.
     pub expected: f64,
-    /// Allowed deviation over the expected value.
+    /// Distance allowed, over the value.
     pub tolerance_rel: Option<f64>,
-    /// Allowed deviation.
+    /// Distance allowed.
     pub tolerance_abs: Option<f64>,
 }
 
 impl Number {
-    /// Compares a number that came out with the expected one.
+    /// Tells if a number that came out is near enough.
     pub fn holds(&self, ours: f64) -> bool {
         let relative = self.tolerance_rel.unwrap_or(0.0) * self.expected.abs();
         (ours - self.expected).abs() <= relative.max(self.tolerance_abs.unwrap_or(0.0))

@@ -13,6 +13,9 @@ use crate::run::session::{Ended, Options, fresh_run_id, run};
 use crate::rundir::Scratch;
 use crate::scenario::load::load;
 
+/// Columns of signals.csv.
+type Signals = BTreeMap<String, Vec<f64>>;
+
 /// One line of the table.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
@@ -22,13 +25,13 @@ pub struct Row {
     pub ours: Value,
     /// The value that should.
     pub expected: Value,
-    /// Source of the expected value.
+    /// Source of the expectation.
     pub source: String,
-    /// True where ours is near enough.
+    /// True if it is near enough.
     pub holds: bool,
 }
 
-/// Options of the runs of a suite.
+/// Circumstances of the runs of a suite.
 pub struct Runs<'a> {
     /// Shipped solvers.
     pub registry: &'a Registry,
@@ -52,10 +55,8 @@ pub fn run_suite(folder: &Path, runs: &Runs) -> Result<Vec<Row>, Error> {
     let mut rows = Vec::new();
     for scene in &scenes {
         let expected = read(&scene.join("expected.toml"))?;
-        let scenario = match &expected.scene {
-            Some(elsewhere) => scene.join(elsewhere),
-            None => scene.clone(),
-        };
+        let elsewhere = expected.scene.map(|elsewhere| scene.join(elsewhere));
+        let scenario = elsewhere.unwrap_or_else(|| scene.clone());
         for case in expected.case {
             rows.extend(run_case(scene, &scenario, &case, runs)?);
         }
@@ -64,95 +65,79 @@ pub fn run_suite(folder: &Path, runs: &Runs) -> Result<Vec<Row>, Error> {
 }
 
 fn run_case(scene: &Path, scenario: &Path, case: &Case, runs: &Runs) -> Result<Vec<Row>, Error> {
-    let place = scene
-        .file_name()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned();
-    eprintln!("{place}: {}", case.name);
+    let scene = scene.file_name().unwrap_or_default().to_string_lossy();
+    let name = format!("{scene}: {}", case.name);
+    eprintln!("{name}");
     let out = Scratch::new("validate", fresh_run_id());
     let outcome = attempt(scenario, case, runs, out.path());
     if let Err(Error::Interrupted { signal }) = outcome {
         return Err(Error::Interrupted { signal });
     }
-    let mut rows = vec![ending(&place, case, &outcome)];
+    let mut rows = vec![ending(case, &outcome)];
     if let Ok(ended) = &outcome {
         let summary = ended.summary.value();
         let signals = crate::report::curves::read_csv(&out.path().join("signals.csv"));
-        rows.extend(
-            case.number
-                .iter()
-                .map(|number| judged(&place, case, number, &summary, &signals)),
-        );
+        let numbers = case.number.iter();
+        rows.extend(numbers.map(|number| judged(case, number, &summary, &signals)));
+    }
+    for row in &mut rows {
+        row.name = format!("{name}: {}", row.name);
     }
     Ok(rows)
 }
 
 fn attempt(scene: &Path, case: &Case, runs: &Runs, out: &Path) -> Result<Ended, Error> {
     let loaded = load(&scene.display().to_string(), &case.set)?;
-    let ended = run(
-        &loaded,
-        &Options {
-            out: Some(out),
-            threads: runs.threads,
-            registry: runs.registry,
-            program: runs.program.clone(),
-            watch: runs.watch.clone(),
-            progress: false,
-        },
-    )?;
-    match ended.error {
-        Some(error) => Err(error),
-        None => Ok(ended),
-    }
+    let options = Options {
+        out: Some(out),
+        threads: runs.threads,
+        registry: runs.registry,
+        program: runs.program.clone(),
+        watch: runs.watch.clone(),
+        progress: false,
+    };
+    let mut ended = run(&loaded, &options)?;
+    ended.error.take().map_or(Ok(ended), Err)
 }
 
-/// The ending of a run as a row of its own.
-fn ending(place: &str, case: &Case, outcome: &Result<Ended, Error>) -> Row {
+/// The end of the run, as a row of its own.
+fn ending(case: &Case, outcome: &Result<Ended, Error>) -> Row {
     let (code, message) = match outcome {
         Ok(_) => (0, String::new()),
         Err(error) => (error.exit_code(), error.to_string()),
     };
     let says_all = case.says.iter().all(|word| message.contains(word));
+    let holds = code == case.exit_code && says_all;
     Row {
-        name: format!("{place}: {}: exit code", case.name),
-        ours: if message.is_empty() || code == case.exit_code && says_all {
-            Value::from(code)
+        name: "exit code".into(),
+        ours: if message.is_empty() || holds {
+            code.into()
         } else {
-            Value::from(format!("{code}: {message}"))
+            format!("{code}: {message}").into()
         },
-        expected: Value::from(case.exit_code),
+        expected: case.exit_code.into(),
         source: case.source.clone(),
-        holds: code == case.exit_code && says_all,
+        holds,
     }
 }
 
-fn judged(
-    place: &str,
-    case: &Case,
-    number: &Number,
-    summary: &Value,
-    signals: &BTreeMap<String, Vec<f64>>,
-) -> Row {
+fn judged(case: &Case, number: &Number, summary: &Value, signals: &Signals) -> Row {
+    let keys = number.path.split('.');
     let ours = match number.path.strip_prefix("signals.") {
         Some(path) => of_signals(signals, path),
-        None => number
-            .path
-            .split('.')
-            .fold(summary, |value, key| &value[key])
-            .as_f64(),
+        None => keys.fold(summary, |value, key| &value[key]).as_f64(),
     };
     Row {
-        name: format!("{place}: {}: {}", case.name, number.path),
-        ours: ours.map_or(Value::Null, Value::from),
-        expected: Value::from(number.expected),
+        name: number.path.clone(),
+        ours: ours.into(),
+        expected: number.expected.into(),
         source: case.source.clone(),
         holds: ours.is_some_and(|ours| number.holds(ours)),
     }
 }
 
 /// `<column>.<last | max | min | mean>`; the column's name may hold dots itself.
-fn of_signals(signals: &BTreeMap<String, Vec<f64>>, path: &str) -> Option<f64> {
+fn of_signals(signals: &Signals, path: &str) -> Option<f64> {
     let (column, what) = path.rsplit_once('.')?;
     let values = signals.get(column)?;
     match what {

@@ -8,7 +8,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::content::{About, Checkpoint};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 
 /// First bytes of the file: name and version of its format.
 pub const MAGIC: &[u8] = b"thirdbody.checkpoint/2\n";
@@ -16,14 +16,14 @@ pub const MAGIC: &[u8] = b"thirdbody.checkpoint/2\n";
 const HASH_BYTES: usize = blake3::OUT_LEN;
 const ENDING: &str = "checkpoint";
 
-/// Why a checkpoint cannot be used.
+/// A checkpoint that cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unusable {
     /// The file.
     pub path: PathBuf,
-    /// Why.
+    /// The reason.
     pub why: String,
-    /// Whether it is sound, but of another scenario or version: then so are all others of its run.
+    /// True if it is sound, but of another scenario or version: then so are all others of its run.
     pub foreign: bool,
 }
 
@@ -56,16 +56,14 @@ pub fn list(folder: &Path) -> Vec<Found> {
     found
 }
 
-/// Where the checkpoint after so many windows lies.
+/// Place of the checkpoint after so many windows.
 pub fn path(folder: &Path, window: u64) -> PathBuf {
     folder.join(format!("{window:012}.{ENDING}"))
 }
 
 /// The bytes of a file.
 pub fn encode(about: &About, checkpoint: &Checkpoint) -> Result<Vec<u8>, Error> {
-    let broken = |error: postcard::Error| {
-        Error::Refused(format!("the run's state cannot be written down: {error}"))
-    };
+    let broken = |error: postcard::Error| Refusal::NoState(error.to_string());
     let mut bytes = MAGIC.to_vec();
     bytes.extend([0; HASH_BYTES]);
     bytes = postcard::to_extend(about, bytes).map_err(broken)?;
@@ -91,12 +89,9 @@ pub fn read(path: &Path, expected: &About) -> Result<(About, Checkpoint), Unusab
     }
     let (magic, rest) = bytes.split_at(MAGIC.len());
     if magic != MAGIC {
-        let theirs = String::from_utf8_lossy(magic);
-        let why = format!(
-            "its format is `{}`, this build reads `{}`",
-            theirs.trim_end(),
-            String::from_utf8_lossy(MAGIC).trim_end()
-        );
+        let [theirs, ours] = [magic, MAGIC].map(String::from_utf8_lossy);
+        let (theirs, ours) = (theirs.trim_end(), ours.trim_end());
+        let why = format!("its format is `{theirs}`, this build reads `{ours}`");
         return Err(unusable(why, true));
     }
     let (hash, body) = rest.split_at(HASH_BYTES);
@@ -117,25 +112,25 @@ pub fn read(path: &Path, expected: &About) -> Result<(About, Checkpoint), Unusab
     }
 }
 
+/// The first thing that two checkpoints are not alike about.
 fn differs(theirs: &About, ours: &About) -> Option<String> {
-    let pairs = [
-        ("was written by", &theirs.software, &ours.software),
-        (
-            "belongs to scenario",
-            &theirs.scenario_hash,
-            &ours.scenario_hash,
-        ),
+    let told = |about: &About| {
+        let About {
+            software,
+            protocol,
+            scenario_hash,
+            ..
+        } = about.clone();
+        [software, scenario_hash, protocol.to_string()]
+    };
+    let verbs = [
+        "was written by",
+        "belongs to scenario",
+        "speaks protocol version",
     ];
-    let text = pairs.into_iter().find(|(_, theirs, ours)| theirs != ours);
-    if let Some((what, theirs, ours)) = text {
-        return Some(format!("it {what} {theirs}, this is {ours}"));
-    }
-    (theirs.protocol != ours.protocol).then(|| {
-        format!(
-            "it speaks protocol version {}, this is {}",
-            theirs.protocol, ours.protocol
-        )
-    })
+    let mut pairs = verbs.into_iter().zip(told(theirs)).zip(told(ours));
+    let ((verb, theirs), ours) = pairs.find(|((_, theirs), ours)| theirs != ours)?;
+    Some(format!("it {verb} {theirs}, this is {ours}"))
 }
 
 /// Writes a file so that it is either there as a whole or not at all, whenever the machine stops: under another name

@@ -3,11 +3,11 @@
 use std::fs;
 use std::path::PathBuf;
 
-use protocol::{Kind, PROTOCOL_VERSION, Window};
+use protocol::{Frame, Kind, PROTOCOL_VERSION};
 
 use super::content::{About, Checkpoint, EVERY_WINDOWS, FOLDER};
 use super::file::{encode, list, path, write_whole};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
@@ -36,18 +36,15 @@ pub fn about(loaded: &Loaded) -> About {
 
 /// The name and the software of each participant.
 pub fn participants(loaded: &Loaded, greeted: &[Greeted]) -> Vec<(String, String)> {
-    let names = loaded.scenario.participant.iter();
-    names
-        .zip(greeted)
-        .map(|(participant, greeted)| {
-            let software = greeted.description.software.clone();
-            (participant.name.clone(), software)
-        })
+    let pairs = loaded.scenario.participant.iter().zip(greeted);
+    let software = |greeted: &Greeted| greeted.description.software.clone();
+    pairs
+        .map(|(participant, greeted)| (participant.name.clone(), software(greeted)))
         .collect()
 }
 
 impl Keeper {
-    /// For a run of these participants. A cadence that the scenario asks for needs participants that can be
+    /// Serves a run of these participants. A cadence that the scenario asks for needs participants that can be
     /// resumed; without one, a run of others simply has no checkpoints.
     pub fn new(rundir: &RunDir, loaded: &Loaded, greeted: &[Greeted]) -> Result<Keeper, Error> {
         let run = &loaded.scenario.run;
@@ -57,23 +54,20 @@ impl Keeper {
             .map(|(participant, _)| format!("`{}`", participant.name))
             .collect::<Vec<_>>()
             .join(" and ");
-        let every = match (run.checkpoint_every_windows, unable.is_empty()) {
-            (Some(0), _) => None,
-            (Some(every), true) => Some(every),
-            (Some(_), false) => {
-                return Err(Error::Refused(format!(
-                    "run.checkpoint_every_windows: participant {unable} cannot write a checkpoint (capability `resume`); set it to 0, or leave the key out"
-                )));
-            }
-            (None, true) if run.output.exchange => Some(EVERY_WINDOWS),
-            (None, true) => None,
-            (None, false) => {
-                rundir.note(&format!(
-                    "no checkpoints: participant {unable} cannot write one"
-                ));
-                None
-            }
-        };
+        let asked = run.checkpoint_every_windows;
+        if !unable.is_empty() && asked.is_some_and(|every| every > 0) {
+            let problem = format!(
+                "participant {unable} cannot write a checkpoint (capability `resume`); set it to 0, or leave the key out"
+            );
+            return Err(Refusal::argument("run.checkpoint_every_windows", problem).into());
+        }
+        if !unable.is_empty() && asked.is_none() {
+            rundir.note(&format!(
+                "no checkpoints: participant {unable} cannot write one"
+            ));
+        }
+        let by_itself = (unable.is_empty() && run.output.exchange).then_some(EVERY_WINDOWS);
+        let every = asked.or(by_itself).filter(|every| *every > 0);
         Ok(Keeper {
             folder: rundir.path().join(FOLDER),
             about: About {
@@ -85,12 +79,12 @@ impl Keeper {
         })
     }
 
-    /// Whether it writes checkpoints at all.
+    /// Tells if it writes checkpoints at all.
     pub fn writes(&self) -> bool {
         self.every.is_some()
     }
 
-    /// Whether a checkpoint is to be written here: at its cadence, and when the run is interrupted. At its end a run
+    /// Tells if a checkpoint is to be written here: at its cadence, and when the run is interrupted. At its end a run
     /// needs none.
     pub fn due(&self, at: &Position, interrupted: bool) -> bool {
         let due = |every| interrupted || at.windows.is_multiple_of(every);
@@ -100,11 +94,14 @@ impl Keeper {
     /// Asks all participants for their states and writes them with what `rest` adds; then the oldest goes.
     pub fn write(
         &self,
-        communicator: &mut Recorded,
+        recorded: &mut Recorded,
         rest: impl FnOnce(Vec<Vec<u8>>, u64) -> Checkpoint,
     ) -> Result<(), Error> {
-        let nodes = ask(communicator)?;
-        let log_blocks = communicator.journal.sync()?;
+        let communicator: &mut dyn Communicator = recorded;
+        let kinds = (Kind::Checkpoint, Kind::State);
+        let read = |frame: &Frame| frame.bytes().map_err(|error| error.to_string());
+        let nodes = communicator.ask_all(kinds, &[], read)?;
+        let log_blocks = recorded.journal.sync()?;
         let checkpoint = rest(nodes, log_blocks);
         let bytes = encode(&self.about, &checkpoint)?;
         fs::create_dir_all(&self.folder).map_err(Error::output(self.folder.display()))?;
@@ -115,20 +112,4 @@ impl Keeper {
         }
         Ok(())
     }
-}
-
-fn ask(communicator: &mut dyn Communicator) -> Result<Vec<Vec<u8>>, Error> {
-    let count = communicator.peers().count();
-    for peer in 0..count {
-        communicator.tell(peer, Kind::Checkpoint, &Window::default(), Vec::new())?;
-    }
-    (0..count)
-        .map(|peer| {
-            let frame = communicator.receive(peer, Kind::State)?;
-            frame.bytes().map_err(|error| {
-                let peers = communicator.peers();
-                peers.protocol_error(peer, error.to_string())
-            })
-        })
-        .collect()
 }

@@ -8,7 +8,7 @@ use protocol::{Frame, Kind, Phase, Window};
 use super::content::{About, Checkpoint, FOLDER};
 use super::file::{self, Unusable};
 use super::keeper::{about, participants};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::log::{Entry, recover};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
@@ -23,9 +23,9 @@ pub struct RestartPoint {
     pub run: PathBuf,
     /// Its file.
     pub path: PathBuf,
-    /// What it is about.
+    /// Its author and subject.
     pub about: About,
-    /// What it holds.
+    /// Its content.
     pub checkpoint: Checkpoint,
 }
 
@@ -38,40 +38,33 @@ pub fn find(
     from: Option<u64>,
 ) -> Result<(Option<RestartPoint>, Vec<Unusable>), Error> {
     let mut passed_over = Vec::new();
-    let found = file::list(&run.join(FOLDER));
-    let candidates = found
-        .into_iter()
-        .rev()
-        .filter(|found| from.is_none_or(|from| found.window <= from));
     let mut logged = None;
-    for found in candidates {
-        let unusable = match file::read(&found.path, &about(loaded)) {
+    let found = file::list(&run.join(FOLDER)).into_iter().rev();
+    for found in found.filter(|found| from.is_none_or(|from| found.window <= from)) {
+        let path = found.path;
+        let unusable = match file::read(&path, &about(loaded)) {
             Ok((about, checkpoint)) => {
                 let logged = *logged.get_or_insert_with(|| blocks(&run.join("exchange.mcap")));
-                if logged >= checkpoint.log_blocks {
-                    let origin = RestartPoint {
+                let due = checkpoint.log_blocks;
+                if logged >= due {
+                    let point = RestartPoint {
                         run: run.into(),
-                        path: found.path,
+                        path,
                         about,
                         checkpoint,
                     };
-                    return Ok((Some(origin), passed_over));
+                    return Ok((Some(point), passed_over));
                 }
-                Unusable {
-                    path: found.path,
-                    why: format!(
-                        "exchange.mcap can be read for {logged} of the {} blocks that came before it",
-                        checkpoint.log_blocks
-                    ),
-                    foreign: false,
-                }
+                let why = format!(
+                    "exchange.mcap can be read for {logged} of the {due} blocks that came before it"
+                );
+                let foreign = false;
+                Unusable { path, why, foreign }
             }
             Err(unusable) => unusable,
         };
         if unusable.foreign {
-            return Err(Error::Refused(format!(
-                "{unusable}; resume with the build and the scenario that wrote it"
-            )));
+            return Err(Refusal::Unusable(unusable.to_string()).into());
         }
         passed_over.push(unusable);
     }
@@ -86,33 +79,30 @@ fn blocks(log: &Path) -> u64 {
 }
 
 impl RestartPoint {
-    /// Where the log of the run lies that is gone on with.
-    pub fn log(&self) -> PathBuf {
-        self.run.join("exchange.mcap")
+    fn refuse(&self, problem: String) -> Error {
+        let path = self.path.clone();
+        Error::from(Refusal::Checkpoint { path, problem })
     }
 
     /// Refuses participants that are not those that wrote the checkpoint.
     pub fn check(&self, loaded: &Loaded, greeted: &[Greeted]) -> Result<(), Error> {
         let ours = participants(loaded, greeted);
-        let pairs = self.about.participants.iter().zip(&ours);
-        for ((name, theirs), (_, ours)) in pairs {
+        for ((name, theirs), (_, ours)) in self.about.participants.iter().zip(&ours) {
             if theirs != ours {
-                return Err(Error::Refused(format!(
-                    "checkpoint {}: the state of participant `{name}` was written by {theirs}, this is {ours}; resume with the build that wrote it",
-                    self.path.display()
+                return Err(self.refuse(format!(
+                    "the state of participant `{name}` was written by {theirs}, this is {ours}; resume with the build that wrote it"
                 )));
             }
         }
-        match greeted
-            .iter()
-            .zip(&ours)
-            .find(|(greeted, _)| !greeted.description.capabilities.resume)
-        {
-            None => Ok(()),
-            Some((_, (name, software))) => Err(Error::Refused(format!(
-                "participant `{name}` ({software}) cannot take up a checkpoint (capability `resume`): run the scenario from its start"
-            ))),
+        for ((name, software), greeted) in ours.iter().zip(greeted) {
+            if !greeted.description.capabilities.resume {
+                let problem = format!(
+                    "({software}) cannot take up a checkpoint (capability `resume`): run the scenario from its start"
+                );
+                return Err(Refusal::participant(name, problem).into());
+            }
         }
+        Ok(())
     }
 
     /// Gives the coupler and each participant their states back, and tells the boundaries what they were; not a part of
@@ -152,15 +142,12 @@ impl RestartPoint {
         let state = &self.checkpoint;
         let positions = &state.position.groups;
         if [positions.len(), state.couplings.len()] != [groups.len(); 2] {
-            return Err(Error::Refused(format!(
-                "checkpoint {}: it is of {} groups of interfaces, here are {}",
-                self.path.display(),
-                positions.len(),
-                groups.len()
-            )));
+            let (theirs, ours) = (positions.len(), groups.len());
+            let problem = format!("it is of {theirs} groups of interfaces, here are {ours}");
+            return Err(self.refuse(problem));
         }
         for ((group, at), coupling) in groups.iter_mut().zip(positions).zip(&state.couplings) {
-            group.go_to(*at);
+            group.at = *at;
             group.coupling.restore(coupling)?;
         }
         Ok(())
@@ -169,27 +156,16 @@ impl RestartPoint {
     /// Takes over the fields of the phases that had ended.
     pub fn copy_fields(&self, rundir: &RunDir, phases: &[Phase]) -> Result<(), Error> {
         let ended = &phases[..self.checkpoint.outputs.snapshots_taken.min(phases.len())];
-        let fields = fs::read_dir(self.run.join("fields"));
-        for entry in fields.into_iter().flatten().flatten() {
-            let name = entry.file_name().to_string_lossy().into_owned();
-            let of = |phase: &Phase| {
+        let of_ended = |file: &str| {
+            ended.iter().any(|phase| {
                 let mark = format!("-{}", phase.name);
-                name.contains(&format!("{mark}.")) || name.contains(&format!("{mark}-"))
-            };
-            if ended.iter().any(of) {
-                copy(&entry.path(), &rundir.fields().join(&name))?;
-            }
-        }
-        if !ended.iter().any(|phase| phase.sampled) {
-            return Ok(());
-        }
-        for entry in fs::read_dir(&self.run).into_iter().flatten().flatten() {
-            let name = entry.file_name().to_string_lossy().into_owned();
-            if name.starts_with("profile") && name.ends_with(".csv") {
-                copy(&entry.path(), &rundir.path().join(&name))?;
-            }
-        }
-        Ok(())
+                file.contains(&format!("{mark}.")) || file.contains(&format!("{mark}-"))
+            })
+        };
+        copy(&self.run.join("fields"), &rundir.fields(), of_ended)?;
+        let sampled = ended.iter().any(|phase| phase.sampled);
+        let profile = |file: &str| sampled && file.starts_with("profile") && file.ends_with(".csv");
+        copy(&self.run, rundir.path(), profile)
     }
 
     /// Puts the checkpoint itself into the new run directory: from here on that one can be resumed as well.
@@ -197,15 +173,19 @@ impl RestartPoint {
         let folder = rundir.path().join(FOLDER);
         fs::create_dir_all(&folder).map_err(Error::output(folder.display()))?;
         let bytes = fs::read(&self.path).map_err(Error::input(self.path.display()))?;
-        file::write_whole(
-            &file::path(&folder, self.checkpoint.position.windows),
-            &bytes,
-        )
+        let window = self.checkpoint.position.windows;
+        file::write_whole(&file::path(&folder, window), &bytes)
     }
 }
 
-fn copy(from: &Path, to: &Path) -> Result<(), Error> {
-    fs::copy(from, to)
-        .map(|_| ())
-        .map_err(Error::output(to.display()))
+/// Copies the files of a folder that are wanted by their names.
+fn copy(from: &Path, to: &Path, wanted: impl Fn(&str) -> bool) -> Result<(), Error> {
+    for entry in fs::read_dir(from).into_iter().flatten().flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if wanted(&name) {
+            let to = to.join(&name);
+            fs::copy(entry.path(), &to).map_err(Error::output(to.display()))?;
+        }
+    }
+    Ok(())
 }

@@ -2,7 +2,7 @@
 
 use protocol::{Description, Surface};
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::scenario::Interface;
 use crate::scheme::mapping::Mapping;
 use crate::scheme::nodal_mass::{massless_node, nodal_mass};
@@ -15,11 +15,11 @@ pub(super) fn point_masses(
     wall: &Description,
     points: usize,
 ) -> Result<Vec<f64>, Error> {
-    let name = &interface.name;
     let refuse = |why: String| {
-        Err(Error::Refused(format!(
-            "interface.{name}.dirichlet = \"continuum\" pushes the points of participant `{participant}` by forces and needs their masses, and {why}; take dirichlet = \"wall\", or scheme = \"velocity\""
-        )))
+        let problem = format!(
+            "pushes the points of participant `{participant}` by forces and needs their masses, and {why}; take dirichlet = \"wall\", or scheme = \"velocity\""
+        );
+        Err(Refusal::key(key(interface), problem).into())
     };
     let Some(masses) = wall.point_mass_kg.get(set) else {
         return refuse(format!("it tells of none for its set `{set}`"));
@@ -50,15 +50,22 @@ pub(super) fn refuse_massless(
     let masses = nodal_mass(mapping, &points.mass_kg, &(0..nodes.len()));
     match massless_node(&masses) {
         None => Ok(()),
-        Some(node) => Err(Error::Refused(format!(
-            "interface.{}.dirichlet = \"continuum\" moves each surface node by the masses of the points on it, and the node at ({:.6e}, {:.6e}) m has none that its neighbours have not: {} points hang on {} nodes; take a coarser mesh, smaller grains or another mapping, or dirichlet = \"wall\"",
-            interface.name,
-            nodes.x_m[node],
-            nodes.y_m[node],
-            points.len(),
-            nodes.len()
-        ))),
+        Some(node) => {
+            let problem = format!(
+                "moves each surface node by the masses of the points on it, and the node at ({:.6e}, {:.6e}) m has none that its neighbours have not: {} points hang on {} nodes; take a coarser mesh, smaller grains or another mapping, or dirichlet = \"wall\"",
+                nodes.x_m[node],
+                nodes.y_m[node],
+                points.len(),
+                nodes.len()
+            );
+            Err(Refusal::key(key(interface), problem).into())
+        }
     }
+}
+
+/// The key and its value, as messages name them.
+fn key(interface: &Interface) -> String {
+    format!("interface.{}.dirichlet = \"continuum\"", interface.name)
 }
 
 #[cfg(test)]

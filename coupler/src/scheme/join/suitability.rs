@@ -2,7 +2,7 @@
 
 use protocol::Description;
 
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::scenario::{Dirichlet, Interface, Scheme};
 
 /// A fixed point goes through the answers of the contact solver, and cannot come closer than these are true. The other
@@ -15,10 +15,12 @@ pub(super) fn refuse_finer_than_solver(
     let through_answers = matches!(interface.scheme, Scheme::FixedPoint { .. });
     match &wall.tolerance {
         Some(own) if through_answers && interface.tolerance_rel < own.value => {
-            Err(Error::Refused(format!(
-                "interface.{}.tolerance_rel is {:e}, below participant.{wall_name}.config.{} of {:e}: a fixed point goes through the solver's answers and cannot be closer than they are; raise the first, lower the second, or take scheme = \"dual-schur\"",
-                interface.name, interface.tolerance_rel, own.key, own.value
-            )))
+            let problem = format!(
+                "is {:e}, below participant.{wall_name}.config.{} of {:e}: a fixed point goes through the solver's answers and cannot be closer than they are; raise the first, lower the second, or take scheme = \"dual-schur\"",
+                interface.tolerance_rel, own.key, own.value
+            );
+            let key = format!("interface.{}.tolerance_rel", interface.name);
+            Err(Refusal::key(key, problem).into())
         }
         _ => Ok(()),
     }
@@ -38,10 +40,10 @@ pub(super) fn refuse_without_prescribed_velocity(
     if continuum.capabilities.prescribed_velocity {
         return Ok(());
     }
-    Err(Error::Refused(format!(
-        "interface.{}.{key} prescribes the velocity of participant `{name}`, which cannot follow one: a shipped continuum can if its material is elastic and small-strain; take scheme = \"dual-schur\", or \"dual-schur-secant\" for a continuum that is not linear",
-        interface.name
-    )))
+    let problem = format!(
+        "prescribes the velocity of participant `{name}`, which cannot follow one: a shipped continuum can if its material is elastic and small-strain; take scheme = \"dual-schur\", or \"dual-schur-secant\" for a continuum that is not linear"
+    );
+    Err(Refusal::key(format!("interface.{}.{key}", interface.name), problem).into())
 }
 
 #[cfg(test)]

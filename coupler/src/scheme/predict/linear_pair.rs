@@ -7,7 +7,7 @@ use protocol::{BoundaryAnswer, BoundaryInertia, Description, Reaction, Surface, 
 
 use super::response::Response;
 use super::sprung_mass::{Masses, Motion, SprungMass};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::scenario::MappingKind;
 use crate::scheme::clock::Clock;
 use crate::scheme::group::{Group, Patch, Side};
@@ -171,7 +171,7 @@ impl Participants for LinearPair<'_> {
     }
 
     fn couple(&mut self, _peer: usize, set: &str) -> Result<Surface, Error> {
-        Err(Error::Refused(format!("a model has no set `{set}`")))
+        Err(Refusal::interface("model", format!("no set `{set}`")).into())
     }
 
     fn select(&mut self, _peer: usize, _points: &[usize]) -> Result<(), Error> {

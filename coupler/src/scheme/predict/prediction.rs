@@ -5,7 +5,7 @@ use protocol::BoundaryInertia;
 use super::growth::{growth, growth_of_repeats};
 use super::linear_pair::LinearModel;
 use super::response::{Bar, Response};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::scenario::{Dirichlet, Interface, Scheme};
 
 /// Growth of a window beyond one that is not rounding: undamped schemes keep a disturbance for ever.
@@ -165,11 +165,14 @@ impl Prediction {
             Dirichlet::Wall => "",
             Dirichlet::Continuum => ", dirichlet = \"wall\"",
         };
-        Err(Error::Refused(format!(
-            "interface `{name}`: scheme {:?} with {} substeps is predicted to be unstable{bound}: a disturbance grows {growth:.3}-fold a window; take scheme = \"dual-schur\"{other_way} or fewer substeps, or set interface.{name}.unsafe_window = true to see it fail",
-            interface.scheme.word(),
-            interface.substeps
-        )))
+        Err(Error::from(Refusal::Unstable {
+            interface: name.clone(),
+            scheme: format!("{:?}", interface.scheme.word()),
+            substeps: interface.substeps,
+            bound,
+            growth,
+            other_way,
+        }))
     }
 
     /// For the log of a run and for `check`: the verdict, then a line a bound.
