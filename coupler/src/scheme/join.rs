@@ -40,14 +40,11 @@ fn join_group(
     let mut pairs = Vec::new();
     for interface in &interfaces {
         let pair = roles(participants, interface)?;
-        let [wall, continuum] = [&pair.motion_driven, &pair.force_driven].map(|end| {
-            (
-                participants.name(end.peer),
-                participants.description(end.peer),
-            )
-        });
-        refuse_finer_than_solver(interface, wall.0, wall.1)?;
-        refuse_without_prescribed_velocity(interface, continuum.0, continuum.1)?;
+        let (wall, continuum) = (pair.motion_driven.peer, pair.force_driven.peer);
+        let [wall_name, continuum_name] = [wall, continuum].map(|peer| participants.name(peer));
+        refuse_finer_than_solver(interface, wall_name, participants.description(wall))?;
+        let description = participants.description(continuum);
+        refuse_without_prescribed_velocity(interface, continuum_name, description)?;
         pairs.push(pair);
     }
     refuse_two_roles(participants, &pairs)?;

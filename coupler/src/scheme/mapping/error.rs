@@ -9,18 +9,10 @@ pub enum MappingError {
     #[error("one side of the interface has no points")]
     Empty,
     #[error(
-        "surface nodes {first} and {second} share the place ({x_m:.6e}, {y_m:.6e}) m along the surface"
+        "{what} {first} and {second} share the place ({x_m:.6e}, {y_m:.6e}) m along the surface"
     )]
-    RepeatedNode {
-        first: usize,
-        second: usize,
-        x_m: f64,
-        y_m: f64,
-    },
-    #[error(
-        "glued points {first} and {second} share the place ({x_m:.6e}, {y_m:.6e}) m along the surface"
-    )]
-    RepeatedPoint {
+    Repeated {
+        what: &'static str,
         first: usize,
         second: usize,
         x_m: f64,

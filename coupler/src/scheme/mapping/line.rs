@@ -33,13 +33,7 @@ impl Line {
             // A chord of zero length (all nodes in one place) gives NaN places, which also end here.
             let spacing = pair[1].1 - pair[0].1;
             if spacing.is_nan() || spacing <= 1e-12 * length {
-                let [x_m, y_m] = nodes[pair[0].0];
-                return Err(MappingError::RepeatedNode {
-                    first: pair[0].0.min(pair[1].0),
-                    second: pair[0].0.max(pair[1].0),
-                    x_m,
-                    y_m,
-                });
+                return Err(repeated("surface nodes", [pair[0].0, pair[1].0], nodes));
             }
         }
         Ok(line)
@@ -119,6 +113,16 @@ impl Line {
     }
 }
 
+fn repeated(what: &'static str, [a, b]: [usize; 2], places: &[[f64; 2]]) -> MappingError {
+    MappingError::Repeated {
+        what,
+        first: a.min(b),
+        second: a.max(b),
+        x_m: places[a][0],
+        y_m: places[a][1],
+    }
+}
+
 fn add(row: &mut Vec<(usize, f64)>, node: usize, weight: f64) {
     match row.last_mut() {
         Some((last, sum)) if *last == node => *sum += weight,
@@ -160,13 +164,7 @@ pub(super) fn segments(
     order.sort_by(|a, b| places[*a].total_cmp(&places[*b]));
     for pair in order.windows(2) {
         if places[pair[0]] == places[pair[1]] {
-            let [x_m, y_m] = points[pair[0]];
-            return Err(MappingError::RepeatedPoint {
-                first: pair[0].min(pair[1]),
-                second: pair[0].max(pair[1]),
-                x_m,
-                y_m,
-            });
+            return Err(repeated("glued points", [pair[0], pair[1]], points));
         }
     }
     let result = (0..order.len()).map(|k| {

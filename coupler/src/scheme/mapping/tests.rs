@@ -158,14 +158,21 @@ fn degenerate_input_is_named() {
     let twice = Mapping::mortar(&nodes, &[[0.5, 0.0], [0.5, 0.1]]);
     assert!(matches!(
         twice,
-        Err(MappingError::RepeatedPoint {
+        Err(MappingError::Repeated {
+            what: "glued points",
             first: 0,
             second: 1,
             ..
         })
     ));
     let same = Mapping::mortar(&[[0.0, 0.0], [0.0, 0.0]], &[[0.0, 0.0]]);
-    assert!(matches!(same, Err(MappingError::RepeatedNode { .. })));
+    assert!(matches!(
+        same,
+        Err(MappingError::Repeated {
+            what: "surface nodes",
+            ..
+        })
+    ));
     let single = Mapping::mortar(&nodes, &[[0.25, 0.0]]).expect("one point interpolates");
     assert_eq!(single.motion(&[0.0, 0.0, 4.0, 8.0]), vec![1.0, 2.0]);
 }
