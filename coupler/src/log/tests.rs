@@ -233,7 +233,7 @@ fn equal_exchanges_of_different_runs_have_equal_messages() {
     assert_eq!(bytes_of(&story(3), 1), bytes_of(&other, 1));
 }
 
-/// What a killed writer leaves is the beginning of a file. Whatever its length, what can be read is the beginning
+/// A killed writer leaves the beginning of a file. Whatever its length, what can be read is the beginning
 /// of the story, and a longer file never holds less.
 #[test]
 fn a_truncated_log_holds_the_beginning_of_the_story() {

@@ -1,4 +1,4 @@
-//! How the answers of a solver with another parameter drift away from the logged ones.
+//! Drift of the answers of a solver with another parameter away from the logged ones.
 
 use std::collections::BTreeMap;
 

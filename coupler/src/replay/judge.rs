@@ -1,4 +1,4 @@
-//! How far an answer is from its logged twin, for solvers that do not repeat every bit.
+//! Distance of an answer from its logged twin, for solvers that do not repeat every bit.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

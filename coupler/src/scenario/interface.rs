@@ -39,7 +39,7 @@ impl Interface {
         })
     }
 
-    /// What precedes the names of its results and signals: nothing for the only interface of a run.
+    /// Prefix of the names of its results and signals: nothing for the only interface of a run.
     pub fn prefix_among(&self, interfaces: usize) -> String {
         if interfaces == 1 {
             return String::new();

@@ -34,7 +34,7 @@ pub struct ComplianceState {
 }
 
 impl ComplianceState {
-    /// Whether all its blocks are those of the force-driven participants of this group.
+    /// True if all its blocks are those of the force-driven participants of this group.
     pub fn is_of(&self, group: &Group) -> bool {
         let sizes = || group.force_driven.iter().map(|side| 2 * side.range.len());
         let mut all = self.by_substeps.values();

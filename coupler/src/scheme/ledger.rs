@@ -3,7 +3,7 @@
 use protocol::{Role, Term};
 use serde::{Deserialize, Serialize};
 
-/// What an interface has seen since the start of the run.
+/// Sums and extremes of an interface since the start of the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct InterfaceLedger {
     /// Sum over windows of |lambda . du - F_g . H v_g| (J), which is |F_g . (N du - H v_g)| where lambda is N^T F_g.
@@ -30,7 +30,7 @@ pub struct InterfaceLedger {
     pub contact_residual_max: f64,
     /// Kinetic energy of the points (J), where they have masses that no solver holds.
     pub point_kinetic_j: f64,
-    /// What implicit Euler has lost of it (J).
+    /// The part of it that implicit Euler has lost (J).
     pub point_loss_j: f64,
 }
 
@@ -92,7 +92,7 @@ impl InterfaceLedger {
         self.point_loss_j += lost.sum::<f64>();
     }
 
-    /// What the points have stored and lost, as a participant would tell it; nothing where they have no masses.
+    /// Energies that the points have stored and lost, as a participant would tell it; nothing where they have no masses.
     pub fn points(&self) -> Option<EnergyLedger> {
         let values = [self.point_kinetic_j, self.point_loss_j];
         let term = |name: &str, role| Term {
@@ -181,7 +181,7 @@ pub fn ratio(a: f64, b: f64) -> f64 {
 /// Energies of one participant: its terms and their latest values (J).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EnergyLedger {
-    /// What the terms mean.
+    /// Names and roles of the terms.
     pub terms: Vec<Term>,
     /// Cumulative values (J), one a term.
     pub values: Vec<f64>,

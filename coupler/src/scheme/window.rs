@@ -87,7 +87,7 @@ pub struct Solve {
     pub iterations: u64,
     /// True residual, relative.
     pub residual: f64,
-    /// Whether that is within the solver's own tolerance.
+    /// True if that is within the solver's own tolerance.
     pub converged: bool,
 }
 
@@ -159,7 +159,7 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// Whether another repeat could close a gap: after a starved solve none can.
+    /// True if another repeat could close a gap: after a starved solve none can.
     pub fn wants_repeat(&self) -> bool {
         !self.open.is_empty() && self.starved.is_empty()
     }

@@ -1,4 +1,4 @@
-//! Where each scheme begins to grow: foreseen from the handshake, and found by running the real coupler.
+//! Limits at which each scheme begins to grow: foreseen from the handshake, and found by running the real coupler.
 
 use super::bar::Bar;
 use super::map::{bar, boundary_inertia, inputs};
@@ -118,7 +118,7 @@ fn level(scheme: &Scheme) -> f64 {
     }
 }
 
-/// Whether a real run grows by less than the limit a window, from its third quarter to its last.
+/// True if a real run grows by less than the limit a window, from its third quarter to its last.
 fn stands(trial: &Trial) -> bool {
     let fixed_point = level(&trial.scheme) < GROWTH;
     let windows = if fixed_point { 3 } else { WINDOWS };

@@ -90,7 +90,7 @@ pub struct Cell {
     pub mass_ratio: f64,
     /// Factor of a disturbance a window; a repeat, where the repeats of a window do not converge.
     pub growth: f64,
-    /// What the handshake's numbers alone say.
+    /// The prediction from the handshake's numbers alone.
     pub predicted_stable: bool,
 }
 

@@ -34,7 +34,7 @@ const DEPARTURE: f64 = 1e-6;
 /// Windows of such a run.
 const SAMPLE_WINDOWS: usize = 12;
 
-/// What the bench found.
+/// Findings of the bench.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Findings {
     /// Cells of the map.
@@ -111,7 +111,7 @@ pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
 }
 
 impl Findings {
-    /// Whether the map is what the coupler promises.
+    /// True if the map keeps the coupler's promises.
     pub fn hold(&self) -> bool {
         self.unstable_default == 0
             && self.missed == 0

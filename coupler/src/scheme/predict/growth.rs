@@ -118,7 +118,7 @@ struct Probe<'a> {
     model: LinearModel<'a>,
     /// Unit of each number of the state: each moves the interface by about 1 m in a window.
     units: DVector<f64>,
-    /// Whether velocity and displacement of the coupler are numbers of the state; otherwise the one is not used, and the other is
+    /// True if velocity and displacement of the coupler are numbers of the state; otherwise the one is not used, and the other is
     /// the continuum's.
     prescribes_velocity: bool,
 }

@@ -132,7 +132,7 @@ fn blocks(
     Ok(blocks)
 }
 
-/// Whether masses and springs are possible ones, the point having this mass (kg) of its own.
+/// True if masses and springs are possible ones, the point having this mass (kg) of its own.
 fn sensible(inertia: &BoundaryInertia, point_mass_kg: f64) -> bool {
     let masses = [inertia.glued_mass_kg + point_mass_kg, inertia.mass_kg];
     let resists = match inertia.stiffness_n_per_m {
@@ -164,7 +164,7 @@ fn largest_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
     value
 }
 
-/// Whether no eigenvalue of the symmetric part is below zero, but for rounding.
+/// True if no eigenvalue of the symmetric part is below zero, but for rounding.
 fn definite(matrix: &DMatrix<f64>) -> bool {
     let mut symmetric = 0.5 * (matrix + matrix.transpose());
     let shift = NEGATIVE * symmetric.amax();

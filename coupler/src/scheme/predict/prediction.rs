@@ -27,7 +27,7 @@ pub struct StabilityInputs {
     /// Compliance of the interface over a window (m/N): that of its softest motion or, where the continuum takes the motion,
     /// H over the impedance of its stiffest one.
     pub compliance: f64,
-    /// Whether no motion of the interface has a negative compliance.
+    /// True if no motion of the interface has a negative compliance.
     pub definite: bool,
     /// The masses behind a point of the wall.
     pub boundary_inertia: Option<BoundaryInertia>,
@@ -42,7 +42,7 @@ pub struct Bound {
     pub name: String,
     /// Factor by which the bounded quantity could be larger; below one it is broken.
     pub margin: f64,
-    /// Whether breaking it costs stability; otherwise it costs accuracy.
+    /// True if breaking it costs stability; otherwise it costs accuracy.
     pub stability: bool,
 }
 

@@ -118,7 +118,7 @@ pub struct Bar {
     pub elements: usize,
     /// The upper bound of its frequencies (1/s).
     pub omega_max: f64,
-    /// What a mode takes of a force: 2 over the mass of the bar (1/kg).
+    /// Share of a force that a mode takes: 2 over the mass of the bar (1/kg).
     pub share: f64,
 }
 
@@ -181,7 +181,7 @@ mod tests {
         assert!((compliance - 0.49).abs() < 1e-14, "{compliance}");
     }
 
-    /// What a handshake tells of such a bar gives the bar back.
+    /// The numbers that a handshake tells of such a bar give the bar back.
     #[test]
     fn the_equivalent_of_a_bar_is_itself() {
         let bar = Bar {

@@ -12,7 +12,7 @@ use crate::solver::{Algorithm, BodyRecord, Contact, Criteria, NO_BOND, NO_LEVERS
 
 const GLUED: usize = 6;
 
-/// What a problem has beside grains.
+/// Parts of a problem beside grains.
 #[derive(Clone, Copy, Debug)]
 struct Scene {
     grains: usize,

@@ -143,7 +143,7 @@ struct Owner<'a> {
     prefix: &'a str,
     /// Its process.
     pid: u32,
-    /// When that started, in ticks since the start of the machine.
+    /// Start of that process, in ticks since the start of the machine.
     start: u64,
 }
 
