@@ -4,7 +4,7 @@
 //! `reference/gmsh_*_binary.msh` are from Gmsh 4.15.2 (a rectangle of 4 x 2, 16 elements, its edges as groups).
 //! Tolerance: none.
 
-use fem_node::gmsh::{GmshError, parse};
+use fem_node::gmsh::parse;
 use fem_node::mesh::Mesh;
 
 use crate::fem_msh::{Drawing, fan};
@@ -220,7 +220,7 @@ fn what_is_wrong_with_a_binary_file_is_named() {
         says(b"$EndNodes", b"$EndMoles", "$Nodes should end");
         says(b"$PhysicalNames", b"$Nodes", "$Nodes");
         let cut = parse(&bytes[..bytes.len() - 40], 1.0).expect_err("it is cut");
-        assert!(matches!(cut, GmshError::Truncated { .. }), "{cut}");
+        assert!(cut.problem.contains("the file is truncated"), "{cut}");
     }
     // The first header of 2.2 becomes that of triangles.
     let [two, ..] = files(&fan(3));

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use protocol::ConfigError;
 use serde::{Deserialize, Deserializer};
 
-use super::number::{not_negative, number_or_word, optional, positive};
+use super::number::{not_negative, number_or_word, positive};
 
 /// Boundary condition of each named set.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -84,7 +84,7 @@ impl SetConfig {
             return Err(ConfigError::new(&key, "must hold finite numbers"));
         }
         let ramp_key = format!("boundary.{set}.ramp_s");
-        optional(self.ramp_s, |ramp| not_negative(&ramp_key, ramp, "s"))?;
+        not_negative(&ramp_key, self.ramp_s, "s")?;
         if matches!(load, SetLoad::Displacement(_)) && numbers.iter().any(|d| *d != 0.0) {
             positive(&ramp_key, self.ramp_s.unwrap_or(0.0), "s")?;
         }

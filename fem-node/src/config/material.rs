@@ -3,7 +3,7 @@
 use protocol::ConfigError;
 use serde::{Deserialize, Serialize};
 
-use super::number::{not_negative, optional, positive};
+use super::number::{not_negative, positive};
 
 /// Constitutive law.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -97,6 +97,6 @@ impl MaterialConfig {
         positive("material.yield_pa", yield_pa, "Pa")?;
         keys[1..]
             .iter()
-            .try_for_each(|(key, value)| optional(*value, |value| not_negative(key, value, "Pa")))
+            .try_for_each(|(key, value)| not_negative(key, *value, "Pa"))
     }
 }
