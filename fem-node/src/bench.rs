@@ -124,7 +124,7 @@ fn measure(case: &Case, model: &Model, threads: usize) -> Result<BenchRow, FemEr
         reason: error.to_string(),
     })?;
     let elements = model.mesh.elements();
-    let nodes = model.mesh.points().len() as f64 / elements as f64;
+    let nodes = model.mesh.points.len() as f64 / elements as f64;
     let numbers = case.constants + 2.0 * case.history + NODE_NUMBERS * nodes;
     let operations = case.operations + NODE_OPERATIONS * nodes;
     let memory = 8.0 * numbers / read_rate(&pool, threads, numbers * elements as f64);
@@ -144,12 +144,12 @@ fn step_time(model: &Model, threads: usize) -> f64 {
     let (body, elements) = (&model.body, model.mesh.elements());
     let mut integrator = Integrator::new(body, model.scheme, model.law, elements, threads);
     let mut state = State::at_rest_under(body, model.law.as_ref());
-    for (node, point) in model.mesh.nodes().zip(model.mesh.points()) {
-        state.v[body.layout().index(node, 0)] = 100.0 * point[0];
-        state.v[body.layout().index(node, 1)] = -50.0 * point[1];
+    for (node, point) in model.mesh.nodes().zip(&model.mesh.points) {
+        state.v[body.layout.index(node, 0)] = 100.0 * point[0];
+        state.v[body.layout.index(node, 1)] = -50.0 * point[1];
     }
     let load = Load::none(body);
-    let rows = [0, body.layout().node_rows()];
+    let rows = [0, body.layout.node_rows];
     let mut energies = vec![RowEnergies::default(); rows[1]];
     quietest(|| {
         for _ in 0..STEPS {

@@ -95,7 +95,7 @@ pub(crate) fn build(
         let ramp = Ramp {
             duration: set.ramp_s.unwrap_or(0.0),
         };
-        let layout = body.layout();
+        let layout = body.layout;
         let mut move_nodes = |quantity, values| {
             let motion = motion(body, &nodes, quantity, values, ramp);
             motions.push(without_doubles(name, motion, &motions)?);
@@ -214,7 +214,7 @@ fn motion(
     values: [Component; 2],
     ramp: Ramp,
 ) -> PrescribedMotion {
-    let layout = body.layout();
+    let layout = body.layout;
     let given = |node: &[usize; 2], k: usize| Some((layout.index(*node, k), values[k].given()?));
     let free = |(index, _): &(usize, f64)| body.inverse_mass[layout.tied_to(*index)] > 0.0;
     let all = nodes.iter().flat_map(|node| [0, 1].map(|k| given(node, k)));

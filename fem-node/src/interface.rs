@@ -14,7 +14,7 @@ pub(crate) struct Interface {
     sets: Vec<String>,
     nodes: Vec<[usize; 2]>,
     /// Exchanged components in the order (x0, y0, x1, y1, ...), as indices in the fields.
-    components: Vec<usize>,
+    pub(crate) components: Vec<usize>,
     /// Matrices by their kind and number of steps, n x n, column-major, for the present selection.
     condensed: BTreeMap<(Condensed, u32), Vec<f64>>,
 }
@@ -85,11 +85,6 @@ impl Interface {
         Ok(())
     }
 
-    /// Exchanged components, as indices in the fields.
-    pub(crate) fn components(&self) -> &[usize] {
-        &self.components
-    }
-
     /// The matrix for this number of steps, computed at the first request.
     pub(crate) fn condensed(
         &mut self,
@@ -108,7 +103,7 @@ impl Interface {
     }
 
     fn exchange(&mut self, model: &Model, nodes: Vec<[usize; 2]>) {
-        let layout = model.body.layout();
+        let layout = model.body.layout;
         let components = nodes
             .iter()
             .flat_map(|node| [0, 1].map(|k| layout.index(*node, k)));

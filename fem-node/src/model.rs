@@ -155,7 +155,7 @@ impl Model {
 
 /// An unstructured mesh must name the edges that other keys speak of.
 fn check_sets(config: &Config, mesh: &Mesh) -> Result<(), ConfigError> {
-    if mesh.connectivity().is_none() {
+    if mesh.connectivity.is_none() {
         return Ok(());
     }
     let has = |edge: Edge| mesh.set(edge.name()).is_some();

@@ -26,7 +26,7 @@ pub(crate) fn surface_signals(model: &Model, state: &State) -> Vec<f64> {
         return Vec::new();
     }
     let lengths = model.mesh.tributary(&nodes);
-    let uy = |node: &[usize; 2]| state.u[model.body.layout().index(*node, 1)];
+    let uy = |node: &[usize; 2]| state.u[model.body.layout.index(*node, 1)];
     let weighted: f64 = nodes
         .iter()
         .zip(&lengths)
@@ -40,7 +40,7 @@ pub(crate) fn surface_signals(model: &Model, state: &State) -> Vec<f64> {
 /// area that the line has swept, over its length, exact for sides that stay straight. By name `<set>_outward_m`.
 pub(crate) fn outward_displacements(model: &Model, state: &State) -> Vec<(String, f64)> {
     let mesh = &model.mesh;
-    if mesh.connectivity().is_none() {
+    if mesh.connectivity.is_none() {
         return Vec::new();
     }
     let mut means = Vec::new();
@@ -50,7 +50,7 @@ pub(crate) fn outward_displacements(model: &Model, state: &State) -> Vec<(String
         let (mut swept, mut length) = (0.0, 0.0);
         for [a, b] in segments.filter_map(|pair| mesh.outline(pair[0], pair[1])) {
             let [p, q] = [a, b].map(|node| mesh.point(node[0], node[1]));
-            let [u, v] = [a, b].map(|node| displacement(model.body.layout(), state, node));
+            let [u, v] = [a, b].map(|node| displacement(model.body.layout, state, node));
             let along = [q[0] - p[0], q[1] - p[1]];
             // With the body on the left of a -> b the outward normal times the length is (dy, -dx).
             swept += 0.5 * (along[1] * (u[0] + v[0]) - along[0] * (u[1] + v[1]));
@@ -106,7 +106,7 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
         gauss: f64::NEG_INFINITY,
         nodal: f64::NEG_INFINITY,
     };
-    let mut nodal = vec![(0.0, 0.0); model.mesh.points().len()];
+    let mut nodal = vec![(0.0, 0.0); model.mesh.points.len()];
     for [i, j] in model.mesh.element_indices() {
         let pressure = |xi, eta| pressure(model, state, [i, j], [xi, eta]);
         maxima.centroid = maxima.centroid.max(pressure(0.0, 0.0));
@@ -168,7 +168,7 @@ fn strained(
 ) -> Strained {
     let corners = model.mesh.corners(column, row);
     let points = corners.map(|n| model.mesh.point(n[0], n[1]));
-    let u = corners.map(|node| displacement(model.body.layout(), state, node));
+    let u = corners.map(|node| displacement(model.body.layout, state, node));
     let gradient = gradient(&points, &u, natural);
     let (strain, rotation) = if model.law == Some(NonlinearLaw::Corotational) {
         let (strain, rotation) = stretch_at(gradient);

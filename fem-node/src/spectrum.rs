@@ -79,7 +79,7 @@ impl Krylov {
         for ((z, s), q) in self.scaled.iter_mut().zip(&self.scale).zip(&self.current) {
             *z = s * q;
         }
-        body.layout().repeat_period(&mut self.scaled);
+        body.layout.repeat_period(&mut self.scaled);
         body.internal_force(&self.scaled, &mut self.image);
         self.image
             .iter_mut()

@@ -83,7 +83,7 @@ impl WindowRun {
             hold_record: None,
             state: State::at_rest_under(body, model.law.as_ref()),
             load: Load::none(body),
-            energies: vec![RowEnergies::default(); body.layout().node_rows()],
+            energies: vec![RowEnergies::default(); body.layout.node_rows],
             applied_work: 0.0,
             drive_work: 0.0,
             velocity: None,
@@ -100,7 +100,7 @@ impl WindowRun {
         input: &WindowInput,
     ) {
         self.begin(model, committed, input);
-        let rows = [0, model.body.layout().node_rows()];
+        let rows = [0, model.body.layout.node_rows];
         let mut last = self.loaded_displacements(model);
         for k in 0..input.substeps {
             let step = committed.steps + u64::from(k);
@@ -224,7 +224,7 @@ impl WindowRun {
         };
         let (body, state) = (&model.body, &mut self.state);
         state.accelerate(body, damping, &self.load);
-        let upper = body.layout().row(0);
+        let upper = body.layout.row(0);
         let row = UpperRow {
             u: &state.u[upper.clone()],
             v: &state.v[upper.clone()],
@@ -240,7 +240,7 @@ impl WindowRun {
         for ((a, w), (all, applied)) in nodes.zip(forces) {
             *a += w * (all - applied);
         }
-        body.layout().repeat_period(accelerations);
+        body.layout.repeat_period(accelerations);
     }
 
     /// Takes note of the state at the end of `step` if the wheel moves sideways from then on.
@@ -248,7 +248,7 @@ impl WindowRun {
         let (Some(wheel), Some(run)) = (&model.wheel, &self.wheel) else {
             return;
         };
-        if step == wheel.motion_step() {
+        if step == wheel.motion_step {
             self.hold_record = Some(hold_record(model, &self.state, wheel, &run.state));
         }
     }

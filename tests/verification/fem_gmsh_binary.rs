@@ -196,7 +196,7 @@ fn what_gmsh_writes_is_read() {
     ]
     .map(|bytes| parse(bytes, 1.0).unwrap_or_else(|error| panic!("{error}")));
     assert_eq!(two, four);
-    assert_eq!((two.elements(), two.points().len()), (16, 25));
+    assert_eq!((two.elements(), two.points.len()), (16, 25));
     assert_eq!(two.sets(), ["body", "bottom", "left", "right", "top"]);
     let right = two.set("right").expect("a group");
     let points = right.iter().map(|node| two.point(node[0], node[1]));

@@ -121,7 +121,7 @@ fn what_a_body_does_not_need_is_left_out() {
     );
     let text = text + "$Other\nwhatever 1 2 3\n$EndOther\n";
     let mesh = parse(&text, 1e-3).expect("it is a body all the same");
-    assert_eq!((mesh.elements(), mesh.points().len()), (4, 9));
+    assert_eq!((mesh.elements(), mesh.points.len()), (4, 9));
     assert!((mesh.size() - 2e-3).abs() < 1e-15);
     assert_eq!(mesh.sets(), ["rim", "whole body"]);
 }

@@ -31,8 +31,8 @@ impl State {
 
     /// At rest, undeformed, under a law that may be nonlinear.
     pub fn at_rest_under(body: &Body, law: Option<&NonlinearLaw>) -> State {
-        let zero = vec![0.0; body.layout().len()];
-        let rows = body.layout().element_rows();
+        let zero = vec![0.0; body.layout.len()];
+        let rows = body.layout.rows;
         let history = law.map_or(0, |law| rows * body.history_row_len(law));
         State {
             u: zero.clone(),
@@ -69,6 +69,6 @@ impl State {
         for (a, (d, w)) in self.a.iter_mut().zip(damped) {
             *a -= w * d;
         }
-        body.layout().repeat_period(&mut self.a);
+        body.layout.repeat_period(&mut self.a);
     }
 }

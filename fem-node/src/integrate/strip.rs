@@ -52,8 +52,8 @@ pub(super) fn split<'a>(
             buffers,
         );
     }
-    let row_len = body.layout().row_len();
-    let row_history = state.history.len() / (body.layout().node_rows() - 1);
+    let row_len = body.layout.row_len();
+    let row_history = state.history.len() / (body.layout.node_rows - 1);
     let mut history = state.history[first * row_history..].chunks_mut((rows * row_history).max(1));
     let (range, size) = (first * row_len..end * row_len, rows * row_len);
     let mut u = state.u[range.clone()].chunks_mut(size);
@@ -85,7 +85,7 @@ impl Strip<'_> {
     /// One sweep from the upper to the lower row: predict the next row, compute the elements above it, then
     /// finish the row whose forces are complete. Every number is touched while it is in the cache.
     pub(super) fn step(&mut self, body: &Body, rule: &Rule, load: &Load) {
-        let rows = self.u.len() / body.layout().row_len();
+        let rows = self.u.len() / body.layout.row_len();
         self.predict(&rule.scheme, 0);
         self.elements_above(body);
         for local in 0..rows {
@@ -93,7 +93,7 @@ impl Strip<'_> {
             if local + 1 < rows {
                 self.predict(&rule.scheme, local + 1);
             }
-            if self.first + local + 1 < body.layout().node_rows() {
+            if self.first + local + 1 < body.layout.node_rows {
                 self.elements_below(body, local);
             } else {
                 self.scratch.elements.clear_upper();
@@ -128,7 +128,7 @@ impl Strip<'_> {
 
     /// Elements between this row and the next, which may belong to the strip below.
     fn elements_below(&mut self, body: &Body, local: usize) {
-        let size = body.layout().row_len();
+        let size = body.layout.row_len();
         let Scratch {
             elements,
             below,
@@ -191,7 +191,7 @@ impl Strip<'_> {
         } = &mut *self.scratch;
         elements.assemble(force);
         elements.advance();
-        let layout = body.layout();
+        let layout = body.layout;
         layout.fold_period(force);
         let own = local * force.len()..(local + 1) * force.len();
         let all = layout.row(self.first + local);

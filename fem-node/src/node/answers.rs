@@ -83,7 +83,7 @@ impl Node for FemNode {
     }
 
     fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
-        let none = vec![0.0; self.interface.components().len()];
+        let none = vec![0.0; self.interface.components.len()];
         self.advance(window, &none)?;
         self.commit(window, &[])
     }

@@ -20,7 +20,8 @@ use crate::window::{WindowInput, WindowRun};
 /// Beside the fields of a snapshot NAME one with a wheel writes `<participant>-NAME-profile.csv`: x_m, pressure_pa,
 /// shear_pa, status; that of `hold` belongs to the moment before the wheel starts to move sideways.
 pub struct FemNode {
-    pub(super) model: Model,
+    /// Mesh, body, scheme and loads.
+    pub model: Model,
     pub(super) snapshots: Snapshots,
     /// Never the global pool: its size would ignore the setting.
     pub(super) pool: ThreadPool,
@@ -51,11 +52,6 @@ impl FemNode {
         })
     }
 
-    /// Mesh, body, scheme and loads.
-    pub fn model(&self) -> &Model {
-        &self.model
-    }
-
     /// The committed state.
     pub fn state(&self) -> &State {
         &self.committed.state
@@ -72,7 +68,7 @@ impl FemNode {
             return Err(FemError::InMotion);
         }
         let (mesh, body) = (&self.model.mesh, &self.model.body);
-        let layout = body.layout();
+        let layout = body.layout;
         for [i, j] in mesh.nodes() {
             let [u, v] = motion(mesh.point(i, j));
             for k in 0..2 {

@@ -94,7 +94,7 @@ impl FemNode {
         numbers: &[f64],
     ) -> Result<Vec<(usize, f64)>, FemError> {
         self.pending = None;
-        let components = self.interface.components();
+        let components = &self.interface.components;
         if numbers.len() != components.len() {
             return Err(FemError::GivenLength {
                 window: window.index,
@@ -145,7 +145,7 @@ impl FemNode {
     /// Displacement increments of the exchanged components over the last window.
     fn increments(&self) -> Vec<f64> {
         let moved = |index: &usize| self.run.state.u[*index] - self.committed.state.u[*index];
-        self.interface.components().iter().map(moved).collect()
+        self.interface.components.iter().map(moved).collect()
     }
 
     /// Refuses a diverging run: in small strain no displacement comes near the size of the body, long before the numbers
@@ -189,7 +189,7 @@ impl FemNode {
         }
         if !self.interface.knows(matrix, substeps) {
             self.committed.column_steps +=
-                u64::from(substeps) * self.interface.components().len() as u64;
+                u64::from(substeps) * self.interface.components.len() as u64;
         }
         let (model, pool) = (&self.model, &self.pool);
         let compute = match matrix {

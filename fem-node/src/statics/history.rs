@@ -200,7 +200,7 @@ impl Statics {
 
     /// The whole body in equilibrium with the present loads.
     pub fn state(&self, model: &Model) -> StaticState {
-        let layout = model.body.layout();
+        let layout = model.body.layout;
         let mut load = self.edge.applied(model);
         let contact = self.contact();
         if let Some(contact) = &contact {

@@ -33,15 +33,16 @@ const WHEEL_SIGNALS: [&str; 6] = [
 ///
 /// Beside the fields of a snapshot NAME it writes `<participant>-NAME-profile.csv`: x_m, pressure_pa, shear_pa, status.
 pub struct StaticNode {
-    model: Model,
+    /// Mesh, body and loads.
+    pub model: Model,
     snapshots: Snapshots,
     statics: Statics,
     loads: Option<Loads>,
     cycling: Cycling,
     /// Increments done.
     done: u64,
-    /// The state when the load was complete.
-    held: Option<StaticState>,
+    /// The equilibrium under the full load, once it is reached.
+    pub held: Option<StaticState>,
     cycles: CycleRecord,
 }
 
@@ -85,16 +86,6 @@ impl StaticNode {
             cycles: CycleRecord::default(),
             model,
         })
-    }
-
-    /// Mesh, body and loads.
-    pub fn model(&self) -> &Model {
-        &self.model
-    }
-
-    /// The equilibrium under the full load, once it is reached.
-    pub fn held(&self) -> Option<&StaticState> {
-        self.held.as_ref()
     }
 
     fn loading(&self) -> u64 {
