@@ -86,7 +86,7 @@ impl ColumnRun {
             state: rest.clone(),
             rest,
             load: Load::none(body),
-            energies: vec![RowEnergies::default(); body.layout().node_rows()],
+            energies: vec![RowEnergies::default(); body.layout.node_rows],
             integrator: Integrator::new(body, model.scheme, None, elements, 1),
         }
     }
@@ -99,8 +99,8 @@ impl ColumnRun {
         substeps: u32,
         mut velocity: Option<&mut PrescribedVelocity>,
     ) {
-        let (body, layout) = (&model.body, model.body.layout());
-        let (row, rows) = (layout.row_of(source), layout.node_rows());
+        let (body, layout) = (&model.body, model.body.layout);
+        let (row, rows) = (layout.row_of(source), layout.node_rows);
         let (state, energies) = (&mut self.state, &mut self.energies);
         for step in 1..=substeps as usize {
             let reached = [row.saturating_sub(step), (row + step + 1).min(rows)];

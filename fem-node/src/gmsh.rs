@@ -23,11 +23,7 @@ use protocol::ConfigError;
 
 use crate::config::GmshConfig;
 use crate::mesh::Mesh;
-
-pub use error::GmshError;
-
-/// The key that names the file.
-const KEY: &str = "mesh.gmsh";
+use error::{KEY, other_form};
 
 /// Reads the mesh of a scenario.
 pub fn read(config: &GmshConfig) -> Result<Mesh, ConfigError> {
@@ -42,18 +38,19 @@ pub fn read(config: &GmshConfig) -> Result<Mesh, ConfigError> {
         } else {
             ""
         };
-        let problem = format!("{}{form}: {error}", config.gmsh.display());
-        ConfigError::new(KEY, problem).help(error.help())
+        let problem = format!("{}{form}: {}", config.gmsh.display(), error.problem);
+        ConfigError { problem, ..error }
     })
 }
 
 /// A mesh from the content of a file, whose unit is this long (m).
-pub fn parse(content: impl AsRef<[u8]>, length_unit: f64) -> Result<Mesh, GmshError> {
+pub fn parse(content: impl AsRef<[u8]>, length_unit: f64) -> Result<Mesh, ConfigError> {
     let bytes = content.as_ref();
     let file = if binary::is_binary(bytes) {
         file::File::parse(&binary::to_text(bytes)?)?
     } else {
-        file::File::parse(str::from_utf8(bytes).map_err(|_| GmshError::NoText)?)?
+        let no_text = |_| other_form("it is no text and does not say that it is binary".into());
+        file::File::parse(str::from_utf8(bytes).map_err(no_text)?)?
     };
     body::build(&file, length_unit)
 }

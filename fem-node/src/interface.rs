@@ -14,7 +14,7 @@ pub(crate) struct Interface {
     sets: Vec<String>,
     nodes: Vec<[usize; 2]>,
     /// Exchanged components in the order (x0, y0, x1, y1, ...), as indices in the fields.
-    components: Vec<usize>,
+    pub(crate) components: Vec<usize>,
     /// Matrices by their kind and number of steps, n x n, column-major, for the present selection.
     condensed: BTreeMap<(Condensed, u32), Vec<f64>>,
 }
@@ -48,7 +48,7 @@ impl Interface {
             return Err(FemError::SupportedSet);
         }
         let nodes = model.mesh.open_line(set).ok_or_else(unknown)?;
-        if model.is_moved(set) {
+        if model.moved_sets.iter().any(|moved| moved == set) {
             return Err(FemError::MovedSet { set: set.into() });
         }
         if self.sets.iter().any(|known| known == set) {
@@ -70,24 +70,15 @@ impl Interface {
         let count = self.nodes.len();
         let mut seen = vec![false; count];
         for point in points {
-            let again = seen
-                .get_mut(*point)
-                .map(|seen| std::mem::replace(seen, true));
-            if again != Some(false) {
-                return Err(FemError::Point {
-                    point: *point,
-                    count,
-                });
+            if seen.get(*point) != Some(&false) {
+                let point = *point;
+                return Err(FemError::Point { point, count });
             }
+            seen[*point] = true;
         }
         let nodes = points.iter().map(|point| self.nodes[*point]).collect();
         self.exchange(model, nodes);
         Ok(())
-    }
-
-    /// Exchanged components, as indices in the fields.
-    pub(crate) fn components(&self) -> &[usize] {
-        &self.components
     }
 
     /// The matrix for this number of steps, computed at the first request.
@@ -108,7 +99,7 @@ impl Interface {
     }
 
     fn exchange(&mut self, model: &Model, nodes: Vec<[usize; 2]>) {
-        let layout = model.body.layout();
+        let layout = model.body.layout;
         let components = nodes
             .iter()
             .flat_map(|node| [0, 1].map(|k| layout.index(*node, k)));

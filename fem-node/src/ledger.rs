@@ -1,6 +1,6 @@
 //! The energy ledger: every term from its own formula, none the remainder.
 
-use protocol::{Role, Term};
+use protocol::Role;
 use serde::{Deserialize, Serialize};
 
 use crate::wheel::Energies;
@@ -33,69 +33,30 @@ pub struct Ledger {
     pub plastic: f64,
 }
 
-/// Terms that a body has: only those which the scene requires.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Terms {
-    pub(crate) applied: bool,
-    pub(crate) mass_damping: bool,
-    pub(crate) stiffness_damping: bool,
-    pub(crate) wheel: bool,
-    pub(crate) motion: bool,
-    pub(crate) plastic: bool,
-}
+/// One term: its role, name and value (J).
+pub(crate) type NamedTerm = (Role, &'static str, f64);
 
-impl Terms {
-    /// All terms; that of stiffness damping on request.
-    pub(crate) fn all(stiffness_damping: bool) -> Terms {
-        Terms {
-            applied: true,
-            mass_damping: true,
-            stiffness_damping,
-            wheel: true,
-            motion: true,
-            plastic: true,
-        }
-    }
-
-    /// Names and roles, in the order of [`Terms::values`].
-    pub(crate) fn names(self) -> Vec<Term> {
-        let all = self.select(&Ledger::default()).into_iter();
-        all.map(|(term, _)| term).collect()
-    }
-
-    /// The values (J).
-    pub(crate) fn values(self, ledger: &Ledger) -> Vec<f64> {
-        let all = self.select(ledger).into_iter();
-        all.map(|(_, value)| value).collect()
-    }
-
-    fn select(self, ledger: &Ledger) -> Vec<(Term, f64)> {
+impl Ledger {
+    /// All terms, in the order of a report.
+    pub(crate) fn terms(&self) -> [NamedTerm; 14] {
         use Role::{Dissipated, InterfaceWork, Stored, Work};
-        let wheel = &ledger.wheel;
-        let mass_damping = ledger.mass_damping + wheel.mass_damping;
-        let (stiffness_damping, strain) = (ledger.stiffness_damping, ledger.strain);
-        let numerical = ledger.numerical + wheel.numerical;
-        let mut terms = Vec::new();
-        let mut add = |present: bool, name: &str, role: Role, value: f64| {
-            let name = name.into();
-            terms.extend(present.then_some((Term { name, role }, value)));
-        };
-        let on = self.wheel;
-        add(true, "interface_work", InterfaceWork, ledger.interface_work);
-        add(self.applied, "applied_work", Work, ledger.applied_work);
-        add(self.motion, "drive_work", Work, ledger.drive_work);
-        add(true, "strain", Stored, strain);
-        add(true, "kinetic", Stored, ledger.kinetic);
-        add(self.mass_damping, "mass_damping", Dissipated, mass_damping);
-        let present = self.stiffness_damping;
-        add(present, "stiffness_damping", Dissipated, stiffness_damping);
-        add(true, "numerical_loss", Dissipated, numerical);
-        add(self.plastic, "plastic", Dissipated, ledger.plastic);
-        add(on, "wheel_load", Work, wheel.load);
-        add(on, "wheel_drive", Work, wheel.drive);
-        add(on, "wheel_kinetic", Stored, ledger.wheel_kinetic);
-        add(on, "friction", Dissipated, wheel.friction);
-        add(on, "impact", Dissipated, wheel.impact);
-        terms
+        let (e, w) = (self, &self.wheel);
+        let mass_damping = e.mass_damping + w.mass_damping;
+        [
+            (InterfaceWork, "interface_work", e.interface_work),
+            (Work, "applied_work", e.applied_work),
+            (Work, "drive_work", e.drive_work),
+            (Stored, "strain", e.strain),
+            (Stored, "kinetic", e.kinetic),
+            (Dissipated, "mass_damping", mass_damping),
+            (Dissipated, "stiffness_damping", e.stiffness_damping),
+            (Dissipated, "numerical_loss", e.numerical + w.numerical),
+            (Dissipated, "plastic", e.plastic),
+            (Work, "wheel_load", w.load),
+            (Work, "wheel_drive", w.drive),
+            (Stored, "wheel_kinetic", e.wheel_kinetic),
+            (Dissipated, "friction", w.friction),
+            (Dissipated, "impact", w.impact),
+        ]
     }
 }

@@ -14,12 +14,16 @@ pub(crate) use connectivity::{Connectivity, NodeSet};
 /// length has no meaning; the last one may be shorter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
-    columns: usize,
-    rows: usize,
-    points: Vec<[f64; 2]>,
-    /// True where the nodes of the last column are those of the first.
-    periodic: bool,
-    connectivity: Option<Arc<Connectivity>>,
+    /// Elements in a row; the last row of an unstructured mesh may be shorter.
+    pub columns: usize,
+    /// Rows of elements.
+    pub rows: usize,
+    /// Positions of all nodes, row after row (m).
+    pub points: Vec<[f64; 2]>,
+    /// True where the left and the right edge are one: each node of the last column moves with that of the first.
+    pub periodic: bool,
+    /// Elements and sets of an unstructured mesh.
+    pub(crate) connectivity: Option<Arc<Connectivity>>,
     /// Growth of the size from one graded column to the next, outwards; 1 without grading.
     pub ratio_columns: f64,
     /// Growth of the size from one graded row to the next, downwards; 1 without grading.
@@ -84,7 +88,7 @@ impl Mesh {
 
     /// An unstructured mesh of any quadrilaterals.
     pub(crate) fn unstructured(points: Vec<[f64; 2]>, connectivity: Connectivity) -> Mesh {
-        let elements = connectivity.corners().len();
+        let elements = connectivity.corners.len();
         Mesh {
             columns: elements.min(connectivity::ROW),
             rows: elements.div_ceil(connectivity::ROW),
@@ -96,26 +100,11 @@ impl Mesh {
         }
     }
 
-    /// Elements and sets of an unstructured mesh.
-    pub(crate) fn connectivity(&self) -> Option<&Arc<Connectivity>> {
-        self.connectivity.as_ref()
-    }
-
-    /// Elements in a row; the last row of an unstructured mesh may be shorter.
-    pub fn columns(&self) -> usize {
-        self.columns
-    }
-
-    /// Rows of elements.
-    pub fn rows(&self) -> usize {
-        self.rows
-    }
-
     /// Number of elements.
     pub fn elements(&self) -> usize {
         match &self.connectivity {
             None => self.columns * self.rows,
-            Some(connectivity) => connectivity.corners().len(),
+            Some(connectivity) => connectivity.corners.len(),
         }
     }
 
@@ -142,11 +131,6 @@ impl Mesh {
     /// The position of a node in [`Mesh::points`].
     pub fn number(&self, [column, row]: [usize; 2]) -> usize {
         row * self.nodes_in_row() + column
-    }
-
-    /// Positions of all nodes, row after row (m).
-    pub fn points(&self) -> &[[f64; 2]] {
-        &self.points
     }
 
     /// Position of node (column, row) (m).
@@ -184,11 +168,6 @@ impl Mesh {
             Edge::Left => (0..=self.rows).map(|j| [0, j]).collect(),
             Edge::Right => (0..=self.rows).map(|j| [self.columns, j]).collect(),
         }
-    }
-
-    /// True where the left and the right edge are one: each node of the last column moves with that of the first.
-    pub fn periodic(&self) -> bool {
-        self.periodic
     }
 
     /// The node that this one moves with, itself except on the right edge of a periodic mesh.
@@ -247,7 +226,7 @@ impl Mesh {
                 .filter(|(_, edge)| !(self.periodic && ends(edge)))
                 .map(|(name, _)| *name)
                 .collect(),
-            Some(connectivity) => connectivity.sets().keys().map(String::as_str).collect(),
+            Some(connectivity) => connectivity.sets.keys().map(String::as_str).collect(),
         }
     }
 
@@ -255,10 +234,7 @@ impl Mesh {
     pub fn set(&self, name: &str) -> Option<Vec<[usize; 2]>> {
         match &self.connectivity {
             None => Edge::named(name).map(|edge| self.edge(edge)),
-            Some(connectivity) => connectivity
-                .sets()
-                .get(name)
-                .map(|set| in_row(&set.nodes())),
+            Some(connectivity) => connectivity.sets.get(name).map(|set| in_row(&set.nodes())),
         }
     }
 
@@ -270,7 +246,7 @@ impl Mesh {
             let edge = Edge::named(name).filter(|_| known);
             return edge.map(|edge| vec![self.edge(edge)]);
         };
-        match connectivity.sets().get(name)? {
+        match connectivity.sets.get(name)? {
             NodeSet::Lines(lines) => Some(lines.iter().map(|line| in_row(line)).collect()),
             NodeSet::Region(_) => None,
         }
@@ -305,7 +281,7 @@ impl Mesh {
         match &self.connectivity {
             None => [[i, j + 1], [i + 1, j + 1], [i + 1, j], [i, j]],
             Some(connectivity) => {
-                connectivity.corners()[j * self.columns + i].map(|k| [k as usize, 0])
+                connectivity.corners[j * self.columns + i].map(|k| [k as usize, 0])
             }
         }
     }

@@ -60,7 +60,8 @@ pub struct Model {
     pub(crate) supported: bool,
     /// Prescribed motions of named sets.
     pub motions: Vec<PrescribedMotion>,
-    moved_sets: Vec<String>,
+    /// Sets with a prescribed motion of their own.
+    pub(crate) moved_sets: Vec<String>,
     /// Warnings for the user, before a long run.
     pub warnings: Vec<String>,
 }
@@ -135,27 +136,17 @@ impl Model {
         self.law.as_ref().and_then(NonlinearLaw::plastic)
     }
 
-    /// True for a set with a prescribed motion of its own.
-    pub(crate) fn is_moved(&self, set: &str) -> bool {
-        self.moved_sets.iter().any(|moved| moved == set)
-    }
-
     /// 4 L / c_p (s): a pressure wave's way through the largest height L, held at its base and free at its top, forth and
     /// back twice.
     pub fn first_period(&self) -> f64 {
         let [_, height] = self.mesh.extents();
         4.0 * height / (self.elastic.c11 / self.elastic.density).sqrt()
     }
-
-    /// The larger of width and height (m).
-    pub fn size(&self) -> f64 {
-        self.mesh.size()
-    }
 }
 
 /// An unstructured mesh must name the edges that other keys speak of.
 fn check_sets(config: &Config, mesh: &Mesh) -> Result<(), ConfigError> {
-    if mesh.connectivity().is_none() {
+    if mesh.connectivity.is_none() {
         return Ok(());
     }
     let has = |edge: Edge| mesh.set(edge.name()).is_some();

@@ -64,7 +64,7 @@ impl PrescribedVelocity {
             force.push(component.mass * (component.acceleration - *a));
             *a = component.acceleration;
         }
-        body.layout().repeat_period(&mut state.a);
+        body.layout.repeat_period(&mut state.a);
         PrescribedVelocity {
             work: vec![0.0; components.len()],
             components,
@@ -99,12 +99,7 @@ impl PrescribedVelocity {
             state.a[index] = a_s;
             state.v[index] = component.velocity;
         }
-        body.layout().repeat_period(&mut state.a);
-        body.layout().repeat_period(&mut state.v);
-    }
-
-    /// Work of all reactions since the start of the window (J).
-    pub(crate) fn total_work(&self) -> f64 {
-        self.work.iter().sum()
+        body.layout.repeat_period(&mut state.a);
+        body.layout.repeat_period(&mut state.v);
     }
 }

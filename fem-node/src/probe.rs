@@ -26,12 +26,9 @@ pub(crate) fn surface_signals(model: &Model, state: &State) -> Vec<f64> {
         return Vec::new();
     }
     let lengths = model.mesh.tributary(&nodes);
-    let uy = |node: &[usize; 2]| state.u[model.body.layout().index(*node, 1)];
-    let weighted: f64 = nodes
-        .iter()
-        .zip(&lengths)
-        .map(|(node, length)| length * uy(node))
-        .sum();
+    let uy = |node: &[usize; 2]| state.u[model.body.layout.index(*node, 1)];
+    let pairs = nodes.iter().zip(&lengths);
+    let weighted: f64 = pairs.map(|(node, length)| length * uy(node)).sum();
     let least = nodes.iter().map(uy).fold(f64::INFINITY, f64::min);
     vec![weighted / lengths.iter().sum::<f64>(), least]
 }
@@ -40,7 +37,7 @@ pub(crate) fn surface_signals(model: &Model, state: &State) -> Vec<f64> {
 /// area that the line has swept, over its length, exact for sides that stay straight. By name `<set>_outward_m`.
 pub(crate) fn outward_displacements(model: &Model, state: &State) -> Vec<(String, f64)> {
     let mesh = &model.mesh;
-    if mesh.connectivity().is_none() {
+    if mesh.connectivity.is_none() {
         return Vec::new();
     }
     let mut means = Vec::new();
@@ -50,7 +47,7 @@ pub(crate) fn outward_displacements(model: &Model, state: &State) -> Vec<(String
         let (mut swept, mut length) = (0.0, 0.0);
         for [a, b] in segments.filter_map(|pair| mesh.outline(pair[0], pair[1])) {
             let [p, q] = [a, b].map(|node| mesh.point(node[0], node[1]));
-            let [u, v] = [a, b].map(|node| displacement(model.body.layout(), state, node));
+            let [u, v] = [a, b].map(|node| displacement(model.body.layout, state, node));
             let along = [q[0] - p[0], q[1] - p[1]];
             // With the body on the left of a -> b the outward normal times the length is (dy, -dx).
             swept += 0.5 * (along[1] * (u[0] + v[0]) - along[0] * (u[1] + v[1]));
@@ -73,6 +70,17 @@ pub struct PressureMaxima {
     pub gauss: f64,
     /// Over the nodes, the values of the elements around a node being averaged there.
     pub nodal: f64,
+}
+
+impl PressureMaxima {
+    /// Results by name.
+    pub(crate) fn results(&self) -> [(String, f64); 3] {
+        [
+            ("p_max_centroid_pa".into(), self.centroid),
+            ("p_max_gauss_pa".into(), self.gauss),
+            ("p_max_nodal_pa".into(), self.nodal),
+        ]
+    }
 }
 
 /// Record of the moment before the wheel starts to move sideways.
@@ -106,7 +114,7 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
         gauss: f64::NEG_INFINITY,
         nodal: f64::NEG_INFINITY,
     };
-    let mut nodal = vec![(0.0, 0.0); model.mesh.points().len()];
+    let mut nodal = vec![(0.0, 0.0); model.mesh.points.len()];
     for [i, j] in model.mesh.element_indices() {
         let pressure = |xi, eta| pressure(model, state, [i, j], [xi, eta]);
         maxima.centroid = maxima.centroid.max(pressure(0.0, 0.0));
@@ -127,18 +135,12 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
 
 /// Cauchy stress (sxx, syy, sxy) at natural coordinates of the element (column, row) (Pa).
 pub fn stress(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> [f64; 3] {
-    let Strained {
-        strain,
-        rotation,
-        pressure_stress,
-    } = strained(model, state, element, natural);
-    let [sxx, syy, sxy] = model.elastic.stress(strain);
+    let strained = strained(model, state, element, natural);
+    let [sxx, syy, sxy] = model.elastic.stress(strained.strain);
+    let more = strained.pressure_stress;
     let less = plastic_stress(model, state, element, natural);
-    let stress = [
-        sxx + pressure_stress - less[0],
-        syy + pressure_stress - less[1],
-        sxy - less[2],
-    ];
+    let stress = [sxx + more - less[0], syy + more - less[1], sxy - less[2]];
+    let rotation = strained.rotation;
     rotation.map_or(stress, |rotation| turned(stress, rotation))
 }
 
@@ -168,7 +170,7 @@ fn strained(
 ) -> Strained {
     let corners = model.mesh.corners(column, row);
     let points = corners.map(|n| model.mesh.point(n[0], n[1]));
-    let u = corners.map(|node| displacement(model.body.layout(), state, node));
+    let u = corners.map(|node| displacement(model.body.layout, state, node));
     let gradient = gradient(&points, &u, natural);
     let (strain, rotation) = if model.law == Some(NonlinearLaw::Corotational) {
         let (strain, rotation) = stretch_at(gradient);

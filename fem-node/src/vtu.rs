@@ -20,19 +20,14 @@ pub(crate) fn write(
     state: &State,
     contacts: &[NodeContact],
 ) -> Result<(), FemError> {
-    let failed = |error: std::io::Error| FemError::Write {
-        path: path.into(),
-        reason: error.to_string(),
-    };
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder).map_err(failed)?;
-    }
-    fs::write(path, document(model, state, contacts)).map_err(failed)
+    let folder = path.parent().map_or(Ok(()), fs::create_dir_all);
+    FemError::written(path, folder)?;
+    FemError::written(path, fs::write(path, document(model, state, contacts)))
 }
 
 /// The whole file as text.
 fn document(model: &Model, state: &State, contacts: &[NodeContact]) -> String {
-    let (mesh, layout) = (&model.mesh, model.body.layout());
+    let (mesh, layout) = (&model.mesh, model.body.layout);
     let nodes = || mesh.nodes();
     let vector = |field: &[f64], node| {
         let [x, y] = [0, 1].map(|k| field[layout.index(node, k)]);
@@ -43,11 +38,11 @@ fn document(model: &Model, state: &State, contacts: &[NodeContact]) -> String {
     let stresses: Vec<[f64; 3]> = elements().map(stress).collect();
     let mut file = format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
-        mesh.points().len(),
+        mesh.points.len(),
         mesh.elements()
     );
     file.push_str("<Points>\n");
-    let points = mesh.points().iter().flat_map(|p| [p[0], p[1], 0.0]);
+    let points = mesh.points.iter().flat_map(|p| [p[0], p[1], 0.0]);
     array(&mut file, "points", 3, points);
     file.push_str("</Points>\n<Cells>\n");
     cells(&mut file, model);
@@ -56,9 +51,9 @@ fn document(model: &Model, state: &State, contacts: &[NodeContact]) -> String {
         array(&mut file, name, 3, nodes().flat_map(|n| vector(field, n)));
     }
     if !contacts.is_empty() {
-        let seam = contacts.first().filter(|_| mesh.periodic());
+        let seam = contacts.first().filter(|_| mesh.periodic);
         let edge = || contacts.iter().chain(seam).map(status);
-        let below = mesh.points().len() - edge().count();
+        let below = mesh.points.len() - edge().count();
         let status = edge().chain(std::iter::repeat_n(-1.0, below));
         array(&mut file, "node_status", 1, status);
     }

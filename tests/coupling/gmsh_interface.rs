@@ -25,8 +25,8 @@ fn rail(scene: &toml::Table) -> String {
     let mesh = Mesh::graded(&numbers).expect("the scene is valid");
     let mut text = String::from("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n");
     text += "$PhysicalNames\n2\n1 1 \"crown\"\n1 2 \"bottom\"\n$EndPhysicalNames\n";
-    writeln!(text, "$Nodes\n{}", mesh.points().len()).expect("a string");
-    for (k, [x, y]) in mesh.points().iter().enumerate() {
+    writeln!(text, "$Nodes\n{}", mesh.points.len()).expect("a string");
+    for (k, [x, y]) in mesh.points.iter().enumerate() {
         writeln!(text, "{} {x:e} {y:e} 0", k + 1).expect("a string");
     }
     let number = |node: [usize; 2]| mesh.number(node) + 1;

@@ -43,7 +43,7 @@ fn compliance_of_one_step_is_half_a_step_squared_over_the_mass() {
     let mut node = node(&block());
     let masses = node.couple("top").expect("a set").mass_kg;
     let c = compliance(0.75, 0.0, 1);
-    let half = 0.5 * node.model().scheme.step.powi(2);
+    let half = 0.5 * node.model.scheme.step.powi(2);
     for (k, mass) in masses.iter().enumerate() {
         for component in [2 * k, 2 * k + 1] {
             assert!((c[(component, component)] * mass / half - 1.0).abs() < 1e-14);
@@ -69,7 +69,7 @@ fn spring(damping: f64, substeps: u32) -> f64 {
 fn a_mass_on_a_spring_swings_about_its_static_place() {
     let stiffness = 1e-3 * confined_modulus();
     let speed = (confined_modulus() / 7800.0).sqrt();
-    let step = node(&strip(1e-3, 1e-3, 1e-3)).model().scheme.step;
+    let step = node(&strip(1e-3, 1e-3, 1e-3)).model.scheme.step;
     let omega_h = 2f64.sqrt() * speed / 1e-3 * step;
     let phi = (1.0 - 0.5 * omega_h * omega_h).acos();
     for substeps in 1..=100 {

@@ -87,15 +87,15 @@ fn lame_errors(along: usize) -> [f64; 3] {
     let b2 = OUTER * OUTER;
     let u = |r: f64| (1.0 + nu) / YOUNG * ((1.0 - 2.0 * nu) * a2 * r + a2 * b2 / r);
     let results = node.finish().expect("it ends").results;
-    let state = &node.held().expect("one increment").state;
+    let state = &node.held.as_ref().expect("one increment").state;
     let mut worst: f64 = 0.0;
-    for [i, j] in node.model().mesh.element_indices() {
-        let mesh = &node.model().mesh;
+    for [i, j] in node.model.mesh.element_indices() {
+        let mesh = &node.model.mesh;
         let corners = mesh.corners(i, j).map(|n| mesh.point(n[0], n[1]));
         let [x, y] = [0, 1].map(|k| 0.25 * corners.iter().map(|p| p[k]).sum::<f64>());
         let (r2, [xx, yy, xy]) = (
             x * x + y * y,
-            probe::stress(node.model(), state, [i, j], [0.0, 0.0]),
+            probe::stress(&node.model, state, [i, j], [0.0, 0.0]),
         );
         let rr = (x * x * xx + y * y * yy + 2.0 * x * y * xy) / r2;
         let (exact_rr, exact_tt) = (a2 * (1.0 - b2 / r2), a2 * (1.0 + b2 / r2));
@@ -142,11 +142,11 @@ fn hill_ratio(along: usize, front: f64) -> (f64, f64) {
         }),
     );
     let mut node = node(&config);
-    let steps = (16.0 * period / node.model().scheme.step) as u32;
+    let steps = (16.0 * period / node.model.scheme.step) as u32;
     node.advance_alone(&window(0, steps)).expect("stable");
     let results = node.finish().expect("it ends").results;
     let exact = k2 * front * front * (1.0 - nu * nu) / (YOUNG * OUTER);
-    let (model, state) = (node.model(), node.state());
+    let (model, state) = (&node.model, node.state());
     let strain = |place| model.body.plastic_strain(&state.history, place, [0.0, 0.0])[3];
     let plastic = model
         .mesh

@@ -107,7 +107,7 @@ pub fn number(periods: usize) -> f64 {
 /// u_1 = u_0 + h v_0 - Omega^2/2 u_0, gives v_0.
 pub fn travelling(wave: Wave, periods: usize, amplitude: f64, strip: Value) -> FemNode {
     let mut node = node(&strip);
-    let scheme = node.model().scheme;
+    let scheme = node.model.scheme;
     let z = exact(wave, periods, scheme.step, scheme.damping);
     let omega = rate(wave, periods) * scheme.step;
     let start = move |[x, _]: [f64; 2]| {
@@ -126,9 +126,9 @@ pub fn travelling(wave: Wave, periods: usize, amplitude: f64, strip: Value) -> F
 
 /// sum u_j exp(-i k x_j) over the nodes of the upper edge, each once.
 fn projected(node: &FemNode, wave: Wave, periods: usize) -> [f64; 2] {
-    let (mesh, layout) = (&node.model().mesh, node.model().body.layout());
+    let (mesh, layout) = (&node.model.mesh, node.model.body.layout);
     let mut sum = [0.0, 0.0];
-    for i in 0..mesh.columns() {
+    for i in 0..mesh.columns {
         let (sin, cos) = (number(periods) * mesh.point(i, 0)[0]).sin_cos();
         let u = node.state().u[layout.index([i, 0], wave.component())];
         sum = [sum[0] + u * cos, sum[1] - u * sin];
@@ -155,7 +155,7 @@ fn measured(wave: Wave, periods: usize, b: f64) -> (Factor, Factor) {
         modulus: (length / first).powf(1.0 / steps),
         phase: turned / steps,
     };
-    let step = node.model().scheme.step;
+    let step = node.model.scheme.step;
     (mean, exact(wave, periods, step, b))
 }
 

@@ -38,7 +38,7 @@ fn strip_resists(height: f64, damping: f64, substeps: u32) -> (f64, f64) {
         strip(1e-3, height, 1e-3),
         json!({"time": {"damping": damping}}),
     );
-    let step = node(&config).model().scheme.step;
+    let step = node(&config).model.scheme.step;
     let d = impedance(&config, substeps);
     assert_eq!(d.column(0).amax(), 0.0, "its sides do not move sideways");
     (
@@ -84,7 +84,7 @@ fn the_impedance_is_symmetric_and_never_less_than_the_masses() {
         let masses = coupled.couple("top").expect("a set").mass_kg;
         for substeps in [1, 10, 100, 1000] {
             let d = impedance(&config, substeps);
-            let window = coupled.model().scheme.step * f64::from(substeps);
+            let window = coupled.model.scheme.step * f64::from(substeps);
             let asymmetry = (&d - d.transpose()).amax() / d.amax();
             let mut more = window * 0.5 * (&d + d.transpose());
             for (k, mass) in masses.iter().enumerate() {
@@ -124,7 +124,7 @@ fn a_window_is_affine_in_the_velocity_with_the_impedance_as_slope() {
     let expected = DVector::from_vec(held.force) + d * DVector::from_vec(numbers(9));
     let error = (DVector::from_vec(led.force) - &expected).amax();
     assert!(error <= 1e-12 * expected.amax(), "{error:e}");
-    let window_s = 25.0 * node.model().scheme.step;
+    let window_s = 25.0 * node.model.scheme.step;
     for (k, moved) in led.increment.iter().enumerate() {
         let exact = 0.5 * window_s * (numbers(4)[k] + numbers(9)[k]);
         assert!(

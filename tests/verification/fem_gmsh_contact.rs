@@ -94,12 +94,12 @@ fn a_round_wheel_on_a_divided_mesh_gives_the_pressure_of_hertz() {
     });
     let config: Config = read_config(&config).expect("valid");
     let mut node = StaticNode::new(&config, &setting(1)).expect("it is held");
-    assert!(node.model().mesh.size() > 19.0 * HALF_WIDTH);
+    assert!(node.model.mesh.size() > 19.0 * HALF_WIDTH);
     node.advance_alone(&window(0, 1)).expect("it converges");
     let p0 = 2.0 * load / (pi * HALF_WIDTH * thickness);
-    let contact = node.held().expect("loaded").contact.clone();
+    let contact = node.held.as_ref().expect("loaded").contact.clone();
     let contact = contact.expect("there is a wheel");
-    let mesh = &node.model().mesh;
+    let mesh = &node.model.mesh;
     let nodes = mesh.edge(Edge::Top);
     assert_eq!(nodes.len(), 27 * COARSE + 1);
     let lengths = mesh.tributary(&nodes);

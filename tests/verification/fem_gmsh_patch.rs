@@ -42,7 +42,7 @@ fn field(slope: [[f64; 2]; 2], x: [f64; 2]) -> [f64; 2] {
 /// Displacement and force of every node.
 fn forces(mesh: &Mesh, kind: ElementKind, slope: [[f64; 2]; 2]) -> Vec<[[f64; 2]; 2]> {
     let body = Body::new(mesh, kind, &elastic(), Supports::default(), 1.0);
-    let layout = body.layout();
+    let layout = body.layout;
     let (mut u, mut force) = (vec![0.0; layout.len()], vec![0.0; layout.len()]);
     for node in mesh.nodes() {
         let moved = field(slope, mesh.point(node[0], node[1]));

@@ -32,13 +32,13 @@ fn written(config: &Value) -> [(MshFile, Value); 2] {
 /// Displacements by place, in the order of the block's nodes.
 fn displacements(model: &fem_node::model::Model, u: &[f64], order: &[[f64; 2]]) -> Vec<f64> {
     let mesh = &model.mesh;
-    let number = |p: &[f64; 2]| mesh.points().iter().position(|q| q == p);
+    let number = |p: &[f64; 2]| mesh.points.iter().position(|q| q == p);
     let nodes: Vec<[usize; 2]> = mesh.nodes().collect();
     let nodes = order
         .iter()
         .map(|p| nodes[number(p).expect("the node is there")]);
     nodes
-        .flat_map(|node| [0, 1].map(|k| u[model.body.layout().index(node, k)]))
+        .flat_map(|node| [0, 1].map(|k| u[model.body.layout.index(node, k)]))
         .collect()
 }
 
@@ -58,8 +58,8 @@ fn marched(
 ) -> (Vec<f64>, Vec<f64>, FemNode) {
     let mut node = node(config);
     let report = node.advance_alone(&window(0, steps)).expect("stable");
-    let own: Vec<[f64; 2]> = node.model().mesh.points().to_vec();
-    let u = displacements(node.model(), &node.state().u, order.unwrap_or(&own));
+    let own: Vec<[f64; 2]> = node.model.mesh.points.to_vec();
+    let u = displacements(&node.model, &node.state().u, order.unwrap_or(&own));
     (u, report, node)
 }
 
@@ -121,12 +121,8 @@ fn a_body_in_motion_under_its_wheel_is_the_same_from_a_file() {
         let config = with(with(block(), change), json!({"element": element}));
         let (u, report, block) = marched(&config, 600, None);
         let plastic = block.ledger().plastic;
-        assert_eq!(
-            plastic > 0.0,
-            block.model().plastic().is_some(),
-            "{element}"
-        );
-        let order = block.model().mesh.points().to_vec();
+        assert_eq!(plastic > 0.0, block.model.plastic().is_some(), "{element}");
+        let order = block.model.mesh.points.to_vec();
         for (_file, config) in written(&config) {
             let (v, again, other) = marched(&config, 600, Some(&order));
             let what = format!("{element}, plastic work {plastic:e} J");
@@ -151,14 +147,14 @@ fn the_equilibrium_under_the_wheel_is_the_same_from_a_file() {
         node
     };
     let block = held(&config);
-    let order = block.model().mesh.points().to_vec();
-    let exact = block.held().expect("loaded");
-    let u = displacements(block.model(), &exact.state.u, &order);
+    let order = block.model.mesh.points.to_vec();
+    let exact = block.held.as_ref().expect("loaded");
+    let u = displacements(&block.model, &exact.state.u, &order);
     let exact = exact.contact.as_ref().expect("a wheel");
     for (_file, config) in written(&config) {
         let node = held(&config);
-        let ours = node.held().expect("loaded");
-        let v = displacements(node.model(), &ours.state.u, &order);
+        let ours = node.held.as_ref().expect("loaded");
+        let v = displacements(&node.model, &ours.state.u, &order);
         assert_close(&v, &u, 1e-12, "displacements");
         let ours = ours.contact.as_ref().expect("a wheel");
         assert_close(&ours.normal, &exact.normal, 1e-11, "normal forces");

@@ -62,7 +62,7 @@ fn body_force([x, y]: [f64; 2], law: &Elastic) -> [f64; 2] {
 
 /// Stiffness of all elements, two rows a node, and nodes numbered row after row.
 fn assemble(mesh: &Mesh, kind: ElementKind, law: &Elastic) -> DMatrix<f64> {
-    let size = 2 * mesh.points().len();
+    let size = 2 * mesh.points.len();
     let mut k = DMatrix::zeros(size, size);
     for (i, j) in elements(mesh) {
         let rows = equations(mesh, i, j);
@@ -77,8 +77,8 @@ fn assemble(mesh: &Mesh, kind: ElementKind, law: &Elastic) -> DMatrix<f64> {
 }
 
 fn elements(mesh: &Mesh) -> impl Iterator<Item = (usize, usize)> {
-    let columns = mesh.columns();
-    (0..mesh.rows()).flat_map(move |j| (0..columns).map(move |i| (i, j)))
+    let columns = mesh.columns;
+    (0..mesh.rows).flat_map(move |j| (0..columns).map(move |i| (i, j)))
 }
 
 fn corners(mesh: &Mesh, i: usize, j: usize) -> [[f64; 2]; 4] {
@@ -86,9 +86,7 @@ fn corners(mesh: &Mesh, i: usize, j: usize) -> [[f64; 2]; 4] {
 }
 
 fn equations(mesh: &Mesh, i: usize, j: usize) -> [usize; 8] {
-    let nodes = mesh
-        .corners(i, j)
-        .map(|n| n[1] * (mesh.columns() + 1) + n[0]);
+    let nodes = mesh.corners(i, j).map(|n| n[1] * (mesh.columns + 1) + n[0]);
     std::array::from_fn(|r| 2 * nodes[r / 2] + r % 2)
 }
 
@@ -138,7 +136,7 @@ fn shape([xi, eta]: [f64; 2]) -> [f64; 4] {
 /// Root mean square of the displacement error, and the energy norm of the error, at the Gauss points.
 fn errors(kind: ElementKind, cells: usize) -> [f64; 2] {
     let (mesh, law) = (distorted(cells), elastic(0.3));
-    let mut force = DVector::zeros(2 * mesh.points().len());
+    let mut force = DVector::zeros(2 * mesh.points.len());
     let places = |i: usize, j: usize, natural: [f64; 2]| {
         let (p, n) = (corners(&mesh, i, j), shape(natural));
         let x = [0, 1].map(|k| (0..4).map(|a| n[a] * p[a][k]).sum::<f64>());
@@ -155,7 +153,7 @@ fn errors(kind: ElementKind, cells: usize) -> [f64; 2] {
     }
     let outer = |p: [f64; 2]| p.iter().any(|x| *x == 0.0 || *x == 1.0);
     let given: Vec<Option<f64>> = mesh
-        .points()
+        .points
         .iter()
         .flat_map(|p| exact(*p).map(|value| outer(*p).then_some(value)))
         .collect();
@@ -214,7 +212,7 @@ fn widening(kind: ElementKind, poisson: f64) -> f64 {
         [r * angle.cos(), r * angle.sin()]
     });
     let law = elastic(poisson);
-    let mut force = DVector::zeros(2 * mesh.points().len());
+    let mut force = DVector::zeros(2 * mesh.points.len());
     for i in 0..around {
         let [a, b] = [i, i + 1].map(|i| (mesh.point(i, wall), 2 * (wall * (around + 1) + i)));
         let push = [b.0[1] - a.0[1], a.0[0] - b.0[0]].map(|f| 0.5 * f.abs());

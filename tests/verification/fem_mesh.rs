@@ -24,7 +24,7 @@ fn mesh(sizes: Value) -> (Mesh, MeshConfig) {
 fn the_rails_have_the_stated_numbers_of_elements() {
     for (sizes, columns, rows) in [(paper(), 390, 72), (small(), 188, 30), (quick(), 94, 15)] {
         let (mesh, _) = mesh(sizes);
-        assert_eq!((mesh.columns(), mesh.rows()), (columns, rows));
+        assert_eq!((mesh.columns, mesh.rows), (columns, rows));
     }
 }
 
@@ -43,7 +43,7 @@ fn the_paper_mesh_grows_as_stated() {
     );
     let widest = mesh.point(1, 0)[0] - mesh.point(0, 0)[0];
     assert!((widest - 0.501e-3).abs() < 5e-7, "{widest}");
-    let middle = mesh.columns() / 2;
+    let middle = mesh.columns / 2;
     let deepest = mesh.point(middle, 71)[1] - mesh.point(middle, 72)[1];
     assert!((deepest - 1.037e-3).abs() < 5e-7, "{deepest}");
     assert_eq!(config.size_m, 1e-4);
@@ -53,7 +53,7 @@ fn the_paper_mesh_grows_as_stated() {
 fn the_crown_is_the_origin_and_the_base_is_flat() {
     for sizes in [paper(), small(), quick()] {
         let (mesh, _) = mesh(sizes);
-        let middle = mesh.columns() / 2;
+        let middle = mesh.columns / 2;
         assert!(mesh.point(middle, 0).iter().all(|c| c.abs() < 1e-17));
         let base = mesh.edge(Edge::Bottom);
         assert!(

@@ -19,13 +19,13 @@ fn a_moving_end_sends_the_wave_of_its_velocity() {
                        "boundary": {"top": {"velocity_m_per_s": ["free", -1.0]}}});
     let mut node = node(&with(strip(2e-4, HEIGHT, 1e-4), drive));
     let speed = (confined_modulus() / 7800.0).sqrt();
-    let steps = (0.8 * HEIGHT / speed / node.model().scheme.step) as u32;
-    let time = f64::from(steps) * node.model().scheme.step;
+    let steps = (0.8 * HEIGHT / speed / node.model.scheme.step) as u32;
+    let time = f64::from(steps) * node.model.scheme.step;
     let report = node.advance_alone(&window(0, steps)).expect("stable");
 
     let exact = -7800.0 * speed;
     for row in [40, 60, 80] {
-        let stress = probe::stress(node.model(), node.state(), [0, row], [0.0, 0.0])[1];
+        let stress = probe::stress(&node.model, node.state(), [0, row], [0.0, 0.0])[1];
         assert!(
             (stress / exact - 1.0).abs() < 1e-2,
             "row {row}: {stress:e} {exact:e}"
@@ -42,12 +42,12 @@ fn a_moving_end_sends_the_wave_of_its_velocity() {
 fn a_displacement_is_reached_and_held() {
     let drive = json!({"boundary": {"top": {"displacement_m": [1e-6, -2e-6], "ramp_s": 1e-6}}});
     let mut node = node(&with(block(), drive));
-    let half = (0.5e-6 / node.model().scheme.step) as u32;
+    let half = (0.5e-6 / node.model.scheme.step) as u32;
     let places = |node: &fem_node::FemNode| {
-        [0, 1].map(|k| node.state().u[node.model().body.layout().index([4, 0], k)])
+        [0, 1].map(|k| node.state().u[node.model.body.layout.index([4, 0], k)])
     };
     node.advance_alone(&window(0, half)).expect("stable");
-    let share = f64::from(half) * node.model().scheme.step / 1e-6;
+    let share = f64::from(half) * node.model.scheme.step / 1e-6;
     for (place, end) in places(&node).into_iter().zip([1e-6, -2e-6]) {
         assert!((place / (share * end) - 1.0).abs() < 1e-12, "{place:e}");
     }
@@ -99,10 +99,10 @@ fn a_pressure_pushes_each_edge_inwards() {
         let load =
             json!({"mesh": {"crown_radius_m": 0.0}, "boundary": {set: {"pressure_pa": 2e6}}});
         let node = node(&with(block(), load));
-        let layout = node.model().body.layout();
+        let layout = node.model.body.layout;
         let mut total = [0.0; 2];
-        for (index, force) in &node.model().tractions[0].forces {
-            let component = (index % layout.row_len()) / layout.stride();
+        for (index, force) in &node.model.tractions[0].forces {
+            let component = (index % layout.row_len()) / layout.stride;
             total[component] += force;
         }
         let length = if set == "top" { 12e-3 } else { 7e-3 };

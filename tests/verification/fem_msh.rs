@@ -21,12 +21,12 @@ impl Drawing {
     /// A block with its four edges as groups. Nodes and elements come in another order than in the block, and every third
     /// element runs clockwise.
     pub fn of_block(mesh: &Mesh) -> Drawing {
-        let shuffled = shuffle(mesh.points().len());
+        let shuffled = shuffle(mesh.points.len());
         let mut drawing = Drawing {
-            points: vec![[0.0; 2]; mesh.points().len()],
+            points: vec![[0.0; 2]; mesh.points.len()],
             ..Drawing::default()
         };
-        for (place, point) in shuffled.iter().zip(mesh.points()) {
+        for (place, point) in shuffled.iter().zip(&mesh.points) {
             drawing.points[*place] = *point;
         }
         let number = |node: [usize; 2]| shuffled[mesh.number(node)];

@@ -36,7 +36,7 @@ fn elastic() -> Elastic {
 fn forces(kind: ElementKind, slope: [[f64; 2]; 2], shift: [f64; 2]) -> Vec<([usize; 2], [f64; 2])> {
     let mesh = distorted();
     let body = Body::new(&mesh, kind, &elastic(), Supports::default(), 1.0);
-    let layout = body.layout();
+    let layout = body.layout;
     let nodes: Vec<[usize; 2]> = (0..=SIZE)
         .flat_map(|j| (0..=SIZE).map(move |i| [i, j]))
         .collect();

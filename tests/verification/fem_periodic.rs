@@ -45,8 +45,8 @@ fn a_translation_stretches_nothing() {
             .expect("at rest");
         let start = free.state().u.clone();
         let report = free.advance_alone(&window(0, 50)).expect("stable");
-        let time = 50.0 * free.model().scheme.step;
-        let layout = free.model().body.layout();
+        let time = 50.0 * free.model.scheme.step;
+        let layout = free.model.body.layout;
         let moved = |n: [usize; 2], k: usize| {
             free.state().u[layout.index(n, k)] - start[layout.index(n, k)]
         };
@@ -66,13 +66,13 @@ fn a_wave_runs_across_the_seam_unchanged() {
     const PERIODS: usize = 3;
     for wave in [Wave::P, Wave::S] {
         let mut strip = travelling(wave, PERIODS, 1e-9, wave.strip(0.5));
-        let z = exact(wave, PERIODS, strip.model().scheme.step, 0.5);
+        let z = exact(wave, PERIODS, strip.model.scheme.step, 0.5);
         // Three periods in the strip: every front passes the seam more than twice.
         let steps = (8.0 * std::f64::consts::TAU / z.phase).round() as u32;
         strip.advance_alone(&window(0, steps)).expect("stable");
-        let (mesh, layout) = (&strip.model().mesh, strip.model().body.layout());
+        let (mesh, layout) = (&strip.model.mesh, strip.model.body.layout);
         let component = usize::from(matches!(wave, Wave::S));
-        for i in 0..=mesh.columns() {
+        for i in 0..=mesh.columns {
             let place = number(PERIODS) * mesh.point(i, 0)[0] - f64::from(steps) * z.phase;
             for row in [0, 1] {
                 let u = strip.state().u[layout.index([i, row], component)];
@@ -106,14 +106,14 @@ fn the_fastest_mode_is_that_of_one_element() {
     for wave in [Wave::P, Wave::S] {
         let strip = node(&wave.strip(0.75));
         let fastest = 2.0 * Wave::P.speed() / SIZE;
-        let error = strip.model().omega_max / fastest - 1.0;
+        let error = strip.model.omega_max / fastest - 1.0;
         assert!(error.abs() <= 2e-6, "{wave:?}: {error:e}");
     }
 }
 
 #[test]
 fn the_step_limit_is_that_of_the_closed_body() {
-    let limit = node(&flat()).model().step_limit;
+    let limit = node(&flat()).model.step_limit;
     let run = |share: f64| {
         let time = json!({"time": {"step_s": share * limit, "unsafe_step": true}});
         let mut body = node(&with(flat(), time));
@@ -138,8 +138,8 @@ fn under_a_uniform_traction_every_column_is_alike() {
             with(flat(), load.clone()),
             json!({"element": element}),
         ));
-        let state = equilibrium(body.model(), None).expect("it exists").state;
-        let (mesh, layout) = (&body.model().mesh, body.model().body.layout());
+        let state = equilibrium(&body.model, None).expect("it exists").state;
+        let (mesh, layout) = (&body.model.mesh, body.model.body.layout);
         let moduli = [102.5e9 / 2.6, confined_modulus()];
         for (i, j) in (0..=8).flat_map(|j| (0..=24).map(move |i| (i, j))) {
             let depth = mesh.point(i, j)[1] + 4e-3;
@@ -165,10 +165,10 @@ fn a_flat_wheel_presses_alike_everywhere() {
         friction_while_loading: true,
         increments: 3,
     };
-    let contact = equilibrium(body.model(), Some(&loads))
+    let contact = equilibrium(&body.model, Some(&loads))
         .expect("it exists")
         .contact;
-    let profile = Profile::new(body.model(), &contact.expect("there is a wheel"));
+    let profile = Profile::new(&body.model, &contact.expect("there is a wheel"));
     assert_eq!(profile.x.len(), 24);
     for (x, pressure) in profile.x.iter().zip(&profile.pressure) {
         let error = pressure / (600.0 / (12e-3 * 1e-3)) - 1.0;
@@ -183,7 +183,7 @@ fn a_falling_wheel_finds_no_seam() {
                        "contact": {"friction": 0.3}});
     let mut body = node(&with(flat(), wheel));
     body.advance_alone(&window(0, 400)).expect("stable");
-    let layout = body.model().body.layout();
+    let layout = body.model.body.layout;
     for row in 0..8 {
         let uy = |i: usize| body.state().u[layout.index([i, row], 1)];
         for i in 1..=24 {

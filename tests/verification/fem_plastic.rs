@@ -73,7 +73,7 @@ fn cycled(element: &str, targets: &[f64], isotropic: f64, kinematic: f64) -> Vec
             index += 1;
         }
         stress = *target;
-        node.state().u[node.model().body.layout().index([0, 0], 1)] / height
+        node.state().u[node.model.body.layout.index([0, 0], 1)] / height
     };
     targets.iter().map(&mut go).collect()
 }
@@ -120,9 +120,9 @@ fn a_pulled_block_reaches_the_limit_of_plane_strain() {
                 "boundary": {"top": {"displacement_m": ["free", 5e-5], "ramp_s": 2e-3}},
             }),
         ));
-        let steps = (1.9e-3 / node.model().scheme.step) as u32;
+        let steps = (1.9e-3 / node.model.scheme.step) as u32;
         node.advance_alone(&window(0, steps)).expect("stable");
-        let [sxx, syy, sxy] = probe::stress(node.model(), node.state(), [0, 0], [0.0, 0.0]);
+        let [sxx, syy, sxy] = probe::stress(&node.model, node.state(), [0, 0], [0.0, 0.0]);
         let limit = 2.0 / 3f64.sqrt() * YIELD;
         assert!(
             (syy / limit - 1.0).abs() < 1e-4,
@@ -132,7 +132,7 @@ fn a_pulled_block_reaches_the_limit_of_plane_strain() {
             sxx.abs() < 1e-4 * limit && sxy.abs() < 1e-4 * limit,
             "{sxx:e} {sxy:e}"
         );
-        let pressure = probe::pressure(node.model(), node.state(), [0, 0], [0.0, 0.0]);
+        let pressure = probe::pressure(&node.model, node.state(), [0, 0], [0.0, 0.0]);
         let close = (pressure / (-0.5 * limit) - 1.0).abs() < 1e-4;
         assert!(
             close,

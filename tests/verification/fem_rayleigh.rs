@@ -28,9 +28,9 @@ fn oscillation(wave: Wave, periods: usize, time: Value, stride: u32) -> [f64; 2]
     let mut amplitudes = Vec::new();
     for index in 0..5 {
         strip.advance_alone(&window(index, stride)).expect("stable");
-        let (mesh, layout) = (&strip.model().mesh, strip.model().body.layout());
+        let (mesh, layout) = (&strip.model.mesh, strip.model.body.layout);
         let u = |i: usize| strip.state().u[layout.index([i, 0], component)];
-        let projected = (0..mesh.columns()).map(|i| u(i) * shape(mesh.point(i, 0)[0]));
+        let projected = (0..mesh.columns).map(|i| u(i) * shape(mesh.point(i, 0)[0]));
         amplitudes.push(projected.sum::<f64>());
     }
     // x2 = T x1 - D x0, x3 = T x2 - D x1
@@ -46,7 +46,7 @@ fn oscillation(wave: Wave, periods: usize, time: Value, stride: u32) -> [f64; 2]
 fn the_scheme_damps_as_derived() {
     for periods in [1, 4] {
         let auto = node(&Wave::P.strip(0.5));
-        let step = 0.3 * auto.model().step_limit;
+        let step = 0.3 * auto.model.step_limit;
         let beta = 0.2 * step;
         let time = json!({"step_s": step, "stiffness_damping_s": beta});
         let [trace, determinant] = oscillation(Wave::P, periods, time, 1);
@@ -65,7 +65,7 @@ fn the_scheme_damps_as_derived() {
 fn a_mode_is_damped_by_the_ratio_of_rayleigh() {
     for wave in [Wave::P, Wave::S] {
         for periods in [1, 2, 4] {
-            let step = 0.02 * node(&wave.strip(0.5)).model().step_limit;
+            let step = 0.02 * node(&wave.strip(0.5)).model.step_limit;
             let omega = exact(wave, periods, step, 0.5).phase / step;
             for [by_mass, by_stiffness] in [[0.02, 0.0], [0.0, 0.02], [0.01, 0.015]] {
                 let time = json!({"step_s": step, "mass_damping_per_s": 2.0 * by_mass * omega,
@@ -88,7 +88,7 @@ fn a_mode_is_damped_by_the_ratio_of_rayleigh() {
 
 /// Runs the block at a share of its limit after a kick at the crown.
 fn kicked(b: f64, ratio: f64, more: f64, share: f64) -> Result<f64, protocol::NodeError> {
-    let fastest = node(&block()).model().omega_max;
+    let fastest = node(&block()).model.omega_max;
     let beta = 2.0 * ratio / fastest;
     let limit = ((2.0 / b + 4.0 * ratio * ratio).sqrt() - 2.0 * ratio) / fastest;
     assert_eq!(limit, spectrum::damped_step_limit(fastest, b, beta));
@@ -127,7 +127,7 @@ fn the_limit_is_where_it_is_said_to_be() {
 
 #[test]
 fn a_step_that_only_the_undamped_body_bears_is_refused() {
-    let limit = node(&block()).model().step_limit;
+    let limit = node(&block()).model.step_limit;
     let damped = |step: Value| {
         with(
             block(),
@@ -142,8 +142,8 @@ fn a_step_that_only_the_undamped_body_bears_is_refused() {
         error.problem
     );
     let auto = node(&damped(json!("auto")));
-    assert_eq!(auto.model().scheme.step, 0.9 * auto.model().step_limit);
-    assert!(auto.model().step_limit < 0.6 * limit);
+    assert_eq!(auto.model.scheme.step, 0.9 * auto.model.step_limit);
+    assert!(auto.model.step_limit < 0.6 * limit);
 }
 
 #[test]

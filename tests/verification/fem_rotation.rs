@@ -37,11 +37,11 @@ fn bent(config: &Value, refined: u32) -> [f64; 3] {
         let gone = term("strain") + term("kinetic") + term("numerical_loss");
         worst = worst.max((work - gone).abs() / work.abs());
     }
-    let (mesh, layout) = (&node.model().mesh, node.model().body.layout());
+    let (mesh, layout) = (&node.model.mesh, node.model.body.layout);
     let place = |row: usize| {
         [0, 1].map(|k| mesh.point(2, row)[k] + node.state().u[layout.index([2, row], k)])
     };
-    let length: f64 = (0..mesh.rows())
+    let length: f64 = (0..mesh.rows)
         .map(|row| (place(row), place(row + 1)))
         .map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]))
         .sum();

@@ -26,7 +26,7 @@ fn a_damped_strip_settles_to_hookes_law() {
         }),
     );
     let mut node = node(&config);
-    let steps = (22.0 / omega / node.model().scheme.step) as u32;
+    let steps = (22.0 / omega / node.model.scheme.step) as u32;
     let report = node.advance_alone(&window(0, steps)).expect("stable");
     let sunk = -reported(&node, &report, "surface_mean_uy_m");
     let exact = SIGMA * HEIGHT / confined_modulus();

@@ -18,7 +18,7 @@ fn the_paper_mesh_has_the_limits_of_the_reference() {
     for (damping, limit) in reference {
         let config = with(rail(paper()), json!({"time": {"damping": damping}}));
         let node = node(&config);
-        let model = node.model();
+        let model = &node.model;
         assert!(
             (model.omega_max / 9.18e7 - 1.0).abs() < 2e-3,
             "{:e}",
@@ -39,7 +39,7 @@ fn the_paper_mesh_has_the_limits_of_the_reference() {
 /// Runs the block at a share of its limit after a kick at the crown; the largest displacement, or the fault.
 fn kicked(damping: f64, mass_damping: f64, share: f64) -> Result<f64, protocol::NodeError> {
     let auto = node(&with(block(), json!({"time": {"damping": damping}})));
-    let step = share * auto.model().step_limit;
+    let step = share * auto.model.step_limit;
     let time = json!({"time": {"damping": damping, "mass_damping_per_s": mass_damping,
                                "step_s": step, "unsafe_step": share >= 1.0}});
     let mut node = node(&with(block(), time));
@@ -80,7 +80,7 @@ fn a_step_above_the_limit_diverges_and_is_noticed() {
 /// The step at which a kicked block, 1 % above its limit, is found to have diverged, in windows of this many steps.
 fn found(damping: f64, substeps: u32) -> u64 {
     let auto = node(&with(block(), json!({"time": {"damping": damping}})));
-    let step = 1.01 * auto.model().step_limit;
+    let step = 1.01 * auto.model.step_limit;
     let time = json!({"time": {"damping": damping, "step_s": step, "unsafe_step": true}});
     let mut node = node(&with(block(), time));
     let points = node.couple("top").expect("a set").len();
@@ -112,7 +112,7 @@ fn divergence_is_found_within_a_hundred_steps_in_windows_of_any_length() {
 
 #[test]
 fn a_step_above_the_limit_is_refused_with_the_limit_in_seconds() {
-    let limit = node(&block()).model().step_limit;
+    let limit = node(&block()).model.step_limit;
     let above = with(block(), json!({"time": {"step_s": 1.01 * limit}}));
     let error = fem_node::check(&above, &setting(1)).expect_err("it is above the limit");
     assert_eq!(error.key, "time.step_s");

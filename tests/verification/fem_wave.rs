@@ -18,7 +18,7 @@ const SIGMA: f64 = 100e6;
 fn surface(steps: u64, ramp: f64) -> (Vec<f64>, f64) {
     let load = json!({"boundary": {"top": {"traction_pa": [0.0, -SIGMA], "ramp_s": ramp}}});
     let mut node = node(&with(strip(2e-4, HEIGHT, 1e-4), load));
-    let step = node.model().scheme.step;
+    let step = node.model.scheme.step;
     let march = |index| {
         let report = node.advance_alone(&window(index, 1)).expect("stable");
         reported(&node, &report, "surface_mean_uy_m")

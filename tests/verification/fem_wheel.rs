@@ -119,9 +119,9 @@ fn at_rest() -> f64 {
         friction_while_loading: true,
         increments: INCREMENTS,
     };
-    let state = equilibrium(rail.model(), Some(&loads)).expect("it exists");
+    let state = equilibrium(&rail.model, Some(&loads)).expect("it exists");
     let contact = state.contact.expect("there is a wheel");
-    let profile = Profile::new(rail.model(), &contact);
+    let profile = Profile::new(&rail.model, &contact);
     profile.half_width().expect("26 nodes touch")
 }
 

@@ -104,7 +104,7 @@ fn a_wheel_that_bounces_comes_back() {
 
 #[test]
 fn the_wheel_does_not_lower_the_stability_limit() {
-    let limit = node(&wheel_rail(0.1)).model().step_limit;
+    let limit = node(&wheel_rail(0.1)).model.step_limit;
     let at = |share: f64, more: Value| {
         with(
             with(wheel_rail(0.1), json!({"time": {"step_s": share * limit}})),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use protocol::ConfigError;
 use serde::{Deserialize, Deserializer};
 
-use super::number::{not_negative, number_or_word, optional, positive};
+use super::number::{not_negative, number_or_word, positive};
 
 /// Boundary condition of each named set.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -30,12 +30,10 @@ pub struct SetConfig {
 
 /// A component of a prescribed motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Component {
-    /// Left to the equations of motion.
-    Free,
-    /// Prescribed.
-    Given(f64),
-}
+pub struct Component(
+    /// The prescribed number; none where it is left to the equations of motion.
+    pub Option<f64>,
+);
 
 /// Load or motion of a set, once read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,16 +42,6 @@ pub(crate) enum SetLoad {
     Pressure(f64),
     Velocity([Component; 2]),
     Displacement([Component; 2]),
-}
-
-impl Component {
-    /// The prescribed number.
-    pub fn given(self) -> Option<f64> {
-        match self {
-            Component::Free => None,
-            Component::Given(value) => Some(value),
-        }
-    }
 }
 
 impl SetConfig {
@@ -84,7 +72,7 @@ impl SetConfig {
             return Err(ConfigError::new(&key, "must hold finite numbers"));
         }
         let ramp_key = format!("boundary.{set}.ramp_s");
-        optional(self.ramp_s, |ramp| not_negative(&ramp_key, ramp, "s"))?;
+        not_negative(&ramp_key, self.ramp_s, "s")?;
         if matches!(load, SetLoad::Displacement(_)) && numbers.iter().any(|d| *d != 0.0) {
             positive(&ramp_key, self.ramp_s.unwrap_or(0.0), "s")?;
         }
@@ -94,9 +82,8 @@ impl SetConfig {
 
 impl SetLoad {
     /// The key and its numbers.
-    fn numbers(self) -> (&'static str, Vec<f64>) {
-        let given =
-            |components: [Component; 2]| components.into_iter().filter_map(Component::given);
+    pub(crate) fn numbers(self) -> (&'static str, Vec<f64>) {
+        let given = |components: [Component; 2]| components.into_iter().filter_map(|c| c.0);
         match self {
             SetLoad::Traction(traction) => ("traction_pa", traction.to_vec()),
             SetLoad::Pressure(pressure) => ("pressure_pa", vec![pressure]),
@@ -125,7 +112,6 @@ impl BoundaryConfig {
 
 impl<'de> Deserialize<'de> for Component {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let number = number_or_word(deserializer, "free", "a number or \"free\"")?;
-        Ok(number.map_or(Component::Free, Component::Given))
+        number_or_word(deserializer, "free", "a number or \"free\"").map(Component)
     }
 }

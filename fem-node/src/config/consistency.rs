@@ -6,7 +6,7 @@ use super::boundary::SetConfig;
 use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start};
 use super::keys::Config;
 use super::material::MaterialKind;
-use super::number::{not_negative, optional};
+use super::number::not_negative;
 
 impl Config {
     /// Checks every number that can be judged alone; mesh and step are judged where they are built.
@@ -32,9 +32,7 @@ impl Config {
     /// Wheel, contact and the keys that make sense only with them.
     fn check_wheel(&self) -> Result<(), ConfigError> {
         let start_damping = self.time.start_mass_damping_per_s;
-        optional(start_damping, |rate| {
-            not_negative("time.start_mass_damping_per_s", rate, "1/s")
-        })?;
+        not_negative("time.start_mass_damping_per_s", start_damping, "1/s")?;
         let (wheel, contact) = (self.wheel.is_some(), self.contact.is_some());
         refuse(
             !wheel && !contact && start_damping.is_some(),

@@ -3,7 +3,7 @@
 use protocol::ConfigError;
 use serde::{Deserialize, Serialize};
 
-use super::number::{not_negative, optional, positive};
+use super::number::{not_negative, positive};
 
 /// Constitutive law.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -17,7 +17,7 @@ pub enum MaterialKind {
 }
 
 /// Constitutive law with its numbers.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialConfig {
     /// Kind of law; when absent `j2` beside a `yield_pa`, `elastic` without.
@@ -40,13 +40,10 @@ impl MaterialConfig {
     /// A linear elastic material: Young's modulus (Pa), Poisson's ratio, density (kg/m3).
     pub fn elastic(young_pa: f64, poisson: f64, density_kg_per_m3: f64) -> MaterialConfig {
         MaterialConfig {
-            kind: None,
             young_pa,
             poisson,
             density_kg_per_m3,
-            yield_pa: None,
-            hardening_pa: None,
-            kinematic_hardening_pa: None,
+            ..MaterialConfig::default()
         }
     }
 
@@ -97,6 +94,6 @@ impl MaterialConfig {
         positive("material.yield_pa", yield_pa, "Pa")?;
         keys[1..]
             .iter()
-            .try_for_each(|(key, value)| optional(*value, |value| not_negative(key, value, "Pa")))
+            .try_for_each(|(key, value)| not_negative(key, *value, "Pa"))
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use protocol::ConfigError;
 use serde::Deserialize;
 
-use super::number::{not_negative, optional, positive};
+use super::number::{not_negative, positive};
 
 /// The mesh: `{ width_m = .., .. }`, a graded structured mesh, or `{ gmsh = "rail.msh" }`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -86,11 +86,9 @@ impl MeshConfig {
         positive("mesh.width_m", self.width_m, "m")?;
         positive("mesh.height_m", self.height_m, "m")?;
         positive("mesh.size_m", self.size_m, "m")?;
-        optional(self.fine_width_m, |w| positive("mesh.fine_width_m", w, "m"))?;
-        optional(self.fine_depth_m, |d| positive("mesh.fine_depth_m", d, "m"))?;
-        optional(self.crown_radius_m, |r| {
-            not_negative("mesh.crown_radius_m", r, "m")
-        })
+        positive("mesh.fine_width_m", self.fine_width_m, "m")?;
+        positive("mesh.fine_depth_m", self.fine_depth_m, "m")?;
+        not_negative("mesh.crown_radius_m", self.crown_radius_m, "m")
     }
 }
 

@@ -5,30 +5,32 @@ use std::fmt;
 use protocol::ConfigError;
 use serde::de::{self, Deserializer, Visitor};
 
-/// Refuses what is not a positive finite number.
-pub(crate) fn positive(key: &str, value: f64, unit: &str) -> Result<(), ConfigError> {
-    if value > 0.0 && value.is_finite() {
+/// Refuses what is given and not a positive finite number.
+pub(crate) fn positive(
+    key: &str,
+    value: impl Into<Option<f64>>,
+    unit: &str,
+) -> Result<(), ConfigError> {
+    let wrong = |value: &f64| *value <= 0.0 || !value.is_finite();
+    let Some(value) = value.into().filter(wrong) else {
         return Ok(());
-    }
+    };
     let problem = format!("must be positive and finite, got {value:?} ({unit})");
     Err(ConfigError::new(key, problem).help(format!("write a number above 0, in {unit}")))
 }
 
-/// Refuses what is negative or not finite.
-pub(super) fn not_negative(key: &str, value: f64, unit: &str) -> Result<(), ConfigError> {
-    if value >= 0.0 && value.is_finite() {
+/// Refuses what is given and negative or not finite.
+pub(super) fn not_negative(
+    key: &str,
+    value: impl Into<Option<f64>>,
+    unit: &str,
+) -> Result<(), ConfigError> {
+    let wrong = |value: &f64| *value < 0.0 || !value.is_finite();
+    let Some(value) = value.into().filter(wrong) else {
         return Ok(());
-    }
+    };
     let problem = format!("must be finite and not negative, got {value:?} ({unit})");
     Err(ConfigError::new(key, problem).help("leave the key out to have none"))
-}
-
-/// Checks a value where it is given.
-pub(super) fn optional(
-    value: Option<f64>,
-    check: impl Fn(f64) -> Result<(), ConfigError>,
-) -> Result<(), ConfigError> {
-    value.map_or(Ok(()), check)
 }
 
 /// Reads a number, or this word for none. By hand, because serde's message for an untagged enum does not say what would

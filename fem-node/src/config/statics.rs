@@ -3,7 +3,7 @@
 use protocol::ConfigError;
 use serde::Deserialize;
 
-use super::number::{optional, positive};
+use super::number::positive;
 
 /// Increments of a static analysis and of a static start. Coulomb friction depends on the history of the load, so the
 /// load grows from zero in equal steps.
@@ -67,9 +67,7 @@ impl StaticsConfig {
     }
 
     pub(super) fn check(&self, load: f64) -> Result<(), ConfigError> {
-        optional(self.increment_n, |increment| {
-            positive("statics.increment_n", increment, "N")
-        })?;
+        positive("statics.increment_n", self.increment_n, "N")?;
         let too_small = |increment| load / increment > INCREMENTS_MAX;
         if self.increment_n.is_some_and(too_small) {
             let problem =

@@ -3,7 +3,7 @@
 use protocol::ConfigError;
 use serde::{Deserialize, Deserializer};
 
-use super::number::{not_negative, number_or_word, optional, positive};
+use super::number::{not_negative, number_or_word, positive};
 
 /// Time integration.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -51,14 +51,22 @@ impl TimeConfig {
             return Err(ConfigError::new("time.damping", problem)
                 .help("0.5 adds no damping, 0.75 is the usual choice, below 0.5 the scheme is unstable at any step"));
         }
-        optional(self.safety, check_safety)?;
-        optional(self.mass_damping_per_s, |rate| {
-            not_negative("time.mass_damping_per_s", rate, "1/s")
-        })?;
-        optional(self.stiffness_damping_s, |time| {
-            not_negative("time.stiffness_damping_s", time, "s")
-        })?;
-        optional(self.end_s, |end| positive("time.end_s", end, "s"))
+        self.check_safety()?;
+        not_negative("time.mass_damping_per_s", self.mass_damping_per_s, "1/s")?;
+        not_negative("time.stiffness_damping_s", self.stiffness_damping_s, "s")?;
+        positive("time.end_s", self.end_s, "s")
+    }
+
+    fn check_safety(&self) -> Result<(), ConfigError> {
+        let Some(safety) = self
+            .safety
+            .filter(|safety| !(*safety > 0.0 && *safety <= 1.0))
+        else {
+            return Ok(());
+        };
+        let problem = format!("must lie above 0 and not above 1, got {safety}");
+        Err(ConfigError::new("time.safety", problem)
+            .help("it is the share of the stability limit that `step_s = \"auto\"` takes"))
     }
 }
 
@@ -67,13 +75,4 @@ impl<'de> Deserialize<'de> for StepChoice {
         let step = number_or_word(deserializer, "auto", "a step in seconds or \"auto\"")?;
         Ok(step.map_or(StepChoice::Auto, StepChoice::Seconds))
     }
-}
-
-fn check_safety(safety: f64) -> Result<(), ConfigError> {
-    if safety > 0.0 && safety <= 1.0 {
-        return Ok(());
-    }
-    let problem = format!("must lie above 0 and not above 1, got {safety}");
-    Err(ConfigError::new("time.safety", problem)
-        .help("it is the share of the stability limit that `step_s = \"auto\"` takes"))
 }

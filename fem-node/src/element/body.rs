@@ -24,7 +24,8 @@ use crate::pack::vectorised;
 /// A body ready to be integrated in time.
 #[derive(Clone, Debug)]
 pub struct Body {
-    layout: Layout,
+    /// Storage of the components.
+    pub layout: Layout,
     /// Mass of each component (kg), lumped, zero at supports, in the padding, and where a node moves with another one.
     pub mass: Vec<f64>,
     /// Its inverse (1/kg), zero where the component cannot move.
@@ -33,7 +34,7 @@ pub struct Body {
     node_mass: Vec<f64>,
     element: Element,
     /// Connectivity of an unstructured mesh.
-    connectivity: Option<Arc<Connectivity>>,
+    pub(crate) connectivity: Option<Arc<Connectivity>>,
 }
 
 /// The closed set of elements.
@@ -66,7 +67,7 @@ impl Body {
             inverse_mass: vec![0.0; layout.len()],
             node_mass,
             element,
-            connectivity: mesh.connectivity().cloned(),
+            connectivity: mesh.connectivity.clone(),
         };
         body.spread_masses(&fixed_components(mesh, supports, layout));
         body
@@ -80,25 +81,15 @@ impl Body {
         }
     }
 
-    /// Storage of the components.
-    pub fn layout(&self) -> Layout {
-        self.layout
-    }
-
     /// Lumped mass of the node (column, row) (kg), supported or not.
     pub fn node_mass(&self, node: [usize; 2]) -> f64 {
         self.node_mass[node[1] * self.layout.nodes_in_row + node[0]]
     }
 
-    /// Elements of an unstructured mesh.
-    pub(crate) fn connectivity(&self) -> Option<&Arc<Connectivity>> {
-        self.connectivity.as_ref()
-    }
-
     /// Internal forces F(u) = sum over the elements of the integral of B^T s (N), on the whole body, supports included.
     pub fn internal_force(&self, u: &[f64], force: &mut [f64]) {
         let layout = self.layout;
-        if let Some(connectivity) = self.connectivity() {
+        if let Some(connectivity) = self.connectivity.as_ref() {
             let mut corners = vec![0.0; self.corner_forces_len()];
             let mut buffers = GatherBuffers::new(layout, false);
             let fields = NodalFields { u, du: &[] };
@@ -106,12 +97,12 @@ impl Body {
             for (row, out) in rows.enumerate() {
                 self.gathered_row(None, row, fields, &mut buffers, &mut [], out);
             }
-            let (x, y) = force.split_at_mut(layout.stride());
+            let (x, y) = force.split_at_mut(layout.stride);
             return sum_corners(connectivity, &corners, 0, [x, y]);
         }
         let mut rows = RowForces::new(layout);
-        for row in 0..layout.node_rows() {
-            if row + 1 < layout.node_rows() {
+        for row in 0..layout.node_rows {
+            if row + 1 < layout.node_rows {
                 self.element_row(row, structured_row(layout, u, row), &mut rows);
             } else {
                 rows.clear_upper();
@@ -185,7 +176,8 @@ impl Body {
 
     fn gather_displacements(&self, row: usize, u: &[f64], into: &mut [Vec<f64>; 4]) -> &[[u32; 4]] {
         let connectivity = self
-            .connectivity()
+            .connectivity
+            .as_ref()
             .expect("only unstructured meshes gather");
         let elements = elements_of(connectivity, self.layout, row);
         gather(elements, self.layout, u, into);
@@ -194,8 +186,8 @@ impl Body {
 
     /// Numbers that all elements of an unstructured mesh leave.
     pub(crate) fn corner_forces_len(&self) -> usize {
-        let elements = |connectivity: &Arc<Connectivity>| connectivity.corners().len();
-        CORNER_FORCES * self.connectivity().map_or(0, elements)
+        let elements = |connectivity: &Arc<Connectivity>| connectivity.corners.len();
+        CORNER_FORCES * self.connectivity.as_ref().map_or(0, elements)
     }
 
     /// Stored energy less u F(u) / 2 (J) under a nonlinear law.
@@ -206,7 +198,7 @@ impl Body {
             gathered = GatherBuffers::new(layout, false).u;
         }
         let mut sum = 0.0;
-        for row in 0..layout.element_rows() {
+        for row in 0..layout.rows {
             if self.connectivity.is_some() {
                 self.gather_displacements(row, u, &mut gathered);
             }
@@ -270,7 +262,7 @@ impl Body {
     fn spread_masses(&mut self, fixed: &[usize]) {
         let layout = self.layout;
         let nodes =
-            (0..layout.node_rows()).flat_map(|j| (0..layout.nodes_in_row).map(move |i| [i, j]));
+            (0..layout.node_rows).flat_map(|j| (0..layout.nodes_in_row).map(move |i| [i, j]));
         for (node, mass) in nodes.zip(&self.node_mass) {
             for component in 0..2 {
                 self.mass[layout.index(node, component)] = *mass;
@@ -298,7 +290,7 @@ pub fn stiffness(
 
 /// Lumped mass of each node (kg), m_a = sum over its elements of rho t A / 4, `surface_density` being density times thickness (kg/m2).
 pub(crate) fn lump(mesh: &Mesh, surface_density: f64) -> Vec<f64> {
-    let mut mass = vec![0.0; mesh.points().len()];
+    let mut mass = vec![0.0; mesh.points.len()];
     for [i, j] in mesh.element_indices() {
         let corners = mesh.corners(i, j);
         let quarter = 0.25 * surface_density * area(&corners.map(|n| mesh.point(n[0], n[1])));

@@ -12,7 +12,7 @@ pub(super) fn row_constants<const N: usize>(
     of_element: impl Fn(&[[f64; 2]; 4]) -> [f64; N],
 ) -> Vec<f64> {
     let padded = layout.padded_columns();
-    let mut constants = vec![0.0; mesh.rows() * N * padded];
+    let mut constants = vec![0.0; mesh.rows * N * padded];
     for [i, j] in mesh.element_indices() {
         let row = &mut constants[j * N * padded..(j + 1) * N * padded];
         let corners = mesh.corners(i, j).map(|n| mesh.point(n[0], n[1]));

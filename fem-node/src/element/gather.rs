@@ -41,8 +41,8 @@ pub(crate) struct NodalFields<'a> {
 /// Elements of a row, by their corners.
 pub(super) fn elements_of(connectivity: &Connectivity, layout: Layout, row: usize) -> &[[u32; 4]] {
     let first = row * layout.columns;
-    let end = (first + layout.columns).min(connectivity.corners().len());
-    &connectivity.corners()[first..end]
+    let end = (first + layout.columns).min(connectivity.corners.len());
+    &connectivity.corners[first..end]
 }
 
 /// Copies a field to the corners of a row of elements. Beyond the last element of a row older numbers stay: their forces
@@ -53,7 +53,7 @@ pub(super) fn gather(
     field: &[f64],
     into: &mut [Vec<f64>; 4],
 ) {
-    let (x, y) = field.split_at(layout.stride());
+    let (x, y) = field.split_at(layout.stride);
     let stride = layout.element_stride();
     for (corner, into) in into.iter_mut().enumerate() {
         let (into_x, into_y) = into.split_at_mut(stride);

@@ -9,12 +9,15 @@ use crate::pack::LANES;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
     /// Elements in a row.
-    pub(super) columns: usize,
+    pub columns: usize,
     /// Rows of elements.
-    rows: usize,
+    pub rows: usize,
     pub(super) nodes_in_row: usize,
-    node_rows: usize,
-    stride: usize,
+    /// Rows of nodes.
+    pub node_rows: usize,
+    /// Numbers that a row of nodes keeps for one component: all nodes, and in a structured mesh room to load a whole pack from
+    /// any of them.
+    pub stride: usize,
     /// True where the last node of each row is the first one.
     periodic: bool,
 }
@@ -23,14 +26,14 @@ impl Layout {
     pub(super) fn new(mesh: &Mesh) -> Layout {
         let nodes_in_row = mesh.nodes_in_row();
         let mut layout = Layout {
-            columns: mesh.columns(),
-            rows: mesh.rows(),
+            columns: mesh.columns,
+            rows: mesh.rows,
             nodes_in_row,
-            node_rows: mesh.points().len() / nodes_in_row,
+            node_rows: mesh.points.len() / nodes_in_row,
             stride: nodes_in_row.next_multiple_of(LANES),
-            periodic: mesh.periodic(),
+            periodic: mesh.periodic,
         };
-        if mesh.connectivity().is_none() {
+        if mesh.connectivity.is_none() {
             layout.stride = layout.element_stride();
         }
         layout
@@ -41,7 +44,7 @@ impl Layout {
         if !self.periodic {
             return;
         }
-        for component in force.chunks_exact_mut(self.stride()) {
+        for component in force.chunks_exact_mut(self.stride) {
             component[0] += component[self.columns];
             component[self.columns] = 0.0;
         }
@@ -52,28 +55,18 @@ impl Layout {
         if !self.periodic {
             return;
         }
-        for component in motion.chunks_exact_mut(self.stride()) {
+        for component in motion.chunks_exact_mut(self.stride) {
             component[self.columns] = component[0];
         }
     }
 
     /// The component that this one moves with, itself except in the last node of a periodic row.
     pub(crate) fn tied_to(self, index: usize) -> usize {
-        if self.periodic && index % self.stride() == self.columns {
+        if self.periodic && index % self.stride == self.columns {
             index - self.columns
         } else {
             index
         }
-    }
-
-    /// Elements in a row.
-    pub fn element_columns(self) -> usize {
-        self.columns
-    }
-
-    /// Rows of elements.
-    pub fn element_rows(self) -> usize {
-        self.rows
     }
 
     /// Numbers that a row of elements keeps for one component at its corners: room to load and to store a whole pack
@@ -87,25 +80,14 @@ impl Layout {
         self.columns.next_multiple_of(LANES)
     }
 
-    /// Numbers that a row of nodes keeps for one component: all nodes, and in a structured mesh room to load a whole pack from
-    /// any of them.
-    pub fn stride(self) -> usize {
-        self.stride
-    }
-
     /// Numbers in a row of nodes.
     pub fn row_len(self) -> usize {
-        2 * self.stride()
-    }
-
-    /// Rows of nodes.
-    pub fn node_rows(self) -> usize {
-        self.node_rows
+        2 * self.stride
     }
 
     /// Numbers in a field.
     pub fn len(self) -> usize {
-        self.node_rows() * self.row_len()
+        self.node_rows * self.row_len()
     }
 
     /// True for an empty field; none is.
@@ -115,7 +97,7 @@ impl Layout {
 
     /// Index of component 0 (x) or 1 (y) of the node (column, row).
     pub fn index(self, node: [usize; 2], component: usize) -> usize {
-        node[1] * self.row_len() + component * self.stride() + node[0]
+        node[1] * self.row_len() + component * self.stride + node[0]
     }
 
     /// The row of nodes that holds this index.

@@ -141,7 +141,7 @@ impl Q4FourPoint {
     }
 
     fn row_constants(&self, row: usize) -> &[f64] {
-        let size = self.constants.len() / self.layout.element_rows();
+        let size = self.constants.len() / self.layout.rows;
         &self.constants[row * size..(row + 1) * size]
     }
 

@@ -7,7 +7,9 @@
 
 use std::fmt::{Display, Write};
 
-use super::GmshError;
+use protocol::ConfigError;
+
+use super::error::{damaged, other_form, truncated};
 
 /// Bytes of a count or a floating-point number, the only size that is read.
 const WIDE: &str = "8";
@@ -22,17 +24,17 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
 }
 
 /// The text of a binary file.
-pub(super) fn to_text(bytes: &[u8]) -> Result<String, GmshError> {
+pub(super) fn to_text(bytes: &[u8]) -> Result<String, ConfigError> {
     let mut reader = Reader {
         bytes,
         at: 0,
-        section: "MeshFormat".into(),
+        section: "MeshFormat",
         big_endian: false,
         text: String::new(),
     };
     let four = reader.format()?;
-    while let Some(name) = reader.next_section()? {
-        match name.as_str() {
+    while reader.next_section()? {
+        match reader.section {
             "Nodes" if four => reader.node_blocks()?,
             "Nodes" => reader.nodes()?,
             "Elements" if four => reader.element_blocks()?,
@@ -50,47 +52,49 @@ struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
     /// The section that is being read.
-    section: String,
+    section: &'a str,
     big_endian: bool,
     text: String,
 }
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
     /// The header; true for version 4.1.
-    fn format(&mut self) -> Result<bool, GmshError> {
+    fn format(&mut self) -> Result<bool, ConfigError> {
         self.line()?;
-        let format = self.line()?;
-        let mut words = format.split_whitespace();
-        let version = words.next().unwrap_or_default().to_string();
+        let mut words = self.line()?.split_whitespace();
+        let version = words.next().unwrap_or_default();
         let size = words.nth(1).unwrap_or_default();
         if size != WIDE {
-            return Err(GmshError::DataSize { size: size.into() });
+            return Err(other_form(format!(
+                "it is binary with counts or numbers of {size} bytes, only 8 are read"
+            )));
         }
         self.big_endian = match self.take()? {
             [1, 0, 0, 0] => false,
             [0, 0, 0, 1] => true,
-            _ => return Err(GmshError::NoOne),
+            _ => {
+                let problem = "it says that it is binary, but no 1 of 4 bytes follows";
+                return Err(damaged(problem.into()));
+            }
         };
         self.put(format_args!("$MeshFormat\n{version} 0 {WIDE}\n"));
         self.end()?;
         Ok(version == "4.1")
     }
 
-    /// The name of the next section; what stands between sections is ignored.
-    fn next_section(&mut self) -> Result<Option<String>, GmshError> {
+    /// Goes to the next section, if there is one; what stands between sections is ignored.
+    fn next_section(&mut self) -> Result<bool, ConfigError> {
         while self.at < self.bytes.len() {
-            let line = self.line()?;
-            if let Some(name) = line.trim().strip_prefix('$') {
-                self.section = name.into();
-                return Ok(Some(name.into()));
+            if let Some(name) = self.line()?.trim().strip_prefix('$') {
+                self.section = name;
+                return Ok(true);
             }
         }
-        Ok(None)
+        Ok(false)
     }
 
-    fn nodes(&mut self) -> Result<(), GmshError> {
-        let count = self.begin_counted()?;
-        for _ in 0..count {
+    fn nodes(&mut self) -> Result<(), ConfigError> {
+        for _ in 0..self.begin_counted()? {
             self.integer()?;
             self.doubles(3)?;
             self.put("\n");
@@ -98,7 +102,7 @@ impl Reader<'_> {
         self.end()
     }
 
-    fn node_blocks(&mut self) -> Result<(), GmshError> {
+    fn node_blocks(&mut self) -> Result<(), ConfigError> {
         for _ in 0..self.begin_blocks()? {
             let dimension = self.integer()?;
             self.integer()?;
@@ -116,7 +120,7 @@ impl Reader<'_> {
         self.end()
     }
 
-    fn elements(&mut self) -> Result<(), GmshError> {
+    fn elements(&mut self) -> Result<(), ConfigError> {
         let count = self.begin_counted()?;
         let mut read = 0;
         while read < count {
@@ -136,7 +140,7 @@ impl Reader<'_> {
         self.end()
     }
 
-    fn element_blocks(&mut self) -> Result<(), GmshError> {
+    fn element_blocks(&mut self) -> Result<(), ConfigError> {
         for _ in 0..self.begin_blocks()? {
             self.integers(2)?;
             let kind = self.integer()?;
@@ -154,7 +158,7 @@ impl Reader<'_> {
         self.end()
     }
 
-    fn entities(&mut self) -> Result<(), GmshError> {
+    fn entities(&mut self) -> Result<(), ConfigError> {
         self.begin();
         let counts = [self.size()?, self.size()?, self.size()?, self.size()?];
         for (dimension, count) in counts.into_iter().enumerate() {
@@ -174,7 +178,7 @@ impl Reader<'_> {
     }
 
     /// A section that is text in either form.
-    fn copy(&mut self) -> Result<(), GmshError> {
+    fn copy(&mut self) -> Result<(), ConfigError> {
         self.begin();
         let end = format!("$End{}", self.section);
         loop {
@@ -187,21 +191,21 @@ impl Reader<'_> {
     }
 
     /// A section that a body does not need.
-    fn leave_out(&mut self) -> Result<(), GmshError> {
+    fn leave_out(&mut self) -> Result<(), ConfigError> {
         let end = format!("\n$End{}", self.section);
         let rest = &self.bytes[self.at.saturating_sub(1)..];
         let found = rest.windows(end.len()).position(|w| w == end.as_bytes());
-        self.at += found.ok_or_else(|| self.truncated())? + end.len() - 1;
+        self.at += found.ok_or_else(|| truncated(self.section))? + end.len() - 1;
         Ok(())
     }
 
     fn begin(&mut self) {
-        let section = self.section.clone();
+        let section = self.section;
         self.put(format_args!("${section}\n"));
     }
 
     /// The section's name and the number of its entries, which 2.2 writes as text.
-    fn begin_counted(&mut self) -> Result<u64, GmshError> {
+    fn begin_counted(&mut self) -> Result<u64, ConfigError> {
         self.begin();
         let line = self.line()?;
         self.put(format_args!("{line}\n"));
@@ -209,7 +213,7 @@ impl Reader<'_> {
     }
 
     /// The section's name, the number of its blocks, and three more.
-    fn begin_blocks(&mut self) -> Result<u64, GmshError> {
+    fn begin_blocks(&mut self) -> Result<u64, ConfigError> {
         self.begin();
         let blocks = self.size()?;
         self.sizes(3)?;
@@ -217,15 +221,16 @@ impl Reader<'_> {
     }
 
     /// The section must end here.
-    fn end(&mut self) -> Result<(), GmshError> {
+    fn end(&mut self) -> Result<(), ConfigError> {
         let end = format!("$End{}", self.section);
         let blanks = self.bytes[self.at..].iter();
         self.at += blanks.take_while(|b| b.is_ascii_whitespace()).count();
         if !self.bytes[self.at..].starts_with(end.as_bytes()) {
-            return Err(if self.at == self.bytes.len() {
-                self.truncated()
-            } else {
+            let complete = self.at < self.bytes.len();
+            return Err(if complete {
                 self.misplaced()
+            } else {
+                truncated(self.section)
             });
         }
         self.line()?;
@@ -234,32 +239,32 @@ impl Reader<'_> {
     }
 
     /// Ends the text at an element whose size is not known; whoever reads the text refuses it by its type.
-    fn give_up(&mut self) -> Result<(), GmshError> {
+    fn give_up(&mut self) -> Result<(), ConfigError> {
         self.put("\n$EndElements\n");
         self.at = self.bytes.len();
         Ok(())
     }
 
-    fn line(&mut self) -> Result<String, GmshError> {
+    fn line(&mut self) -> Result<&'a str, ConfigError> {
         let rest = &self.bytes[self.at..];
-        let line = rest.split(|b| *b == b'\n').next().unwrap_or_default();
-        if line.len() == rest.len() && rest.is_empty() {
-            return Err(self.truncated());
+        if rest.is_empty() {
+            return Err(truncated(self.section));
         }
+        let line = rest.split(|b| *b == b'\n').next().unwrap_or_default();
         let text = str::from_utf8(line).map_err(|_| self.misplaced())?;
         self.at = (self.at + line.len() + 1).min(self.bytes.len());
-        Ok(text.trim_end_matches('\r').into())
+        Ok(text.trim_end_matches('\r'))
     }
 
-    fn integers(&mut self, count: u64) -> Result<(), GmshError> {
+    fn integers(&mut self, count: u64) -> Result<(), ConfigError> {
         (0..count).try_for_each(|_| self.integer().map(|_| ()))
     }
 
-    fn sizes(&mut self, count: u64) -> Result<(), GmshError> {
+    fn sizes(&mut self, count: u64) -> Result<(), ConfigError> {
         (0..count).try_for_each(|_| self.size().map(|_| ()))
     }
 
-    fn doubles(&mut self, count: u64) -> Result<(), GmshError> {
+    fn doubles(&mut self, count: u64) -> Result<(), ConfigError> {
         for _ in 0..count {
             let value = f64::from_bits(self.take_wide()?);
             self.put(format_args!("{value:e} "));
@@ -267,39 +272,33 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn integer(&mut self) -> Result<i32, GmshError> {
+    fn integer(&mut self) -> Result<i32, ConfigError> {
         let value = self.take_int()?;
         self.put(format_args!("{value} "));
         Ok(value)
     }
 
-    fn size(&mut self) -> Result<u64, GmshError> {
+    fn size(&mut self) -> Result<u64, ConfigError> {
         let value = self.take_wide()?;
         self.put(format_args!("{value} "));
         Ok(value)
     }
 
-    fn take_int(&mut self) -> Result<i32, GmshError> {
-        let bytes = self.take()?;
-        Ok(if self.big_endian {
-            i32::from_be_bytes(bytes)
-        } else {
-            i32::from_le_bytes(bytes)
-        })
+    fn take_int(&mut self) -> Result<i32, ConfigError> {
+        self.take().map(i32::from_le_bytes)
     }
 
-    fn take_wide(&mut self) -> Result<u64, GmshError> {
-        let bytes = self.take()?;
-        Ok(if self.big_endian {
-            u64::from_be_bytes(bytes)
-        } else {
-            u64::from_le_bytes(bytes)
-        })
+    fn take_wide(&mut self) -> Result<u64, ConfigError> {
+        self.take().map(u64::from_le_bytes)
     }
 
-    fn take<const N: usize>(&mut self) -> Result<[u8; N], GmshError> {
+    /// The next bytes, the lowest first.
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], ConfigError> {
         let taken = self.bytes[self.at..].first_chunk();
-        let taken = *taken.ok_or_else(|| self.truncated())?;
+        let mut taken = *taken.ok_or_else(|| truncated(self.section))?;
+        if self.big_endian {
+            taken.reverse();
+        }
         self.at += N;
         Ok(taken)
     }
@@ -308,17 +307,11 @@ impl Reader<'_> {
         write!(self.text, "{what}").expect("a string takes what it is given");
     }
 
-    fn truncated(&self) -> GmshError {
-        GmshError::Truncated {
-            section: self.section.clone(),
-        }
-    }
-
-    fn misplaced(&self) -> GmshError {
-        GmshError::Misplaced {
-            byte: self.at,
-            section: self.section.clone(),
-        }
+    fn misplaced(&self) -> ConfigError {
+        let (byte, section) = (self.at, self.section);
+        damaged(format!(
+            "byte {byte}: ${section} should end or go on in another way there"
+        ))
     }
 }
 

@@ -2,7 +2,9 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use super::GmshError;
+use protocol::ConfigError;
+
+use super::error::{no_quadrilaterals, refused};
 use super::file::{Element, File};
 use super::lines::{join, sort_from_left};
 use crate::mesh::{Connectivity, Mesh, NodeSet};
@@ -12,10 +14,10 @@ use crate::mesh::{Connectivity, Mesh, NodeSet};
 const NOTHING: f64 = 1e-9;
 
 /// Checks the elements of a file, turns them anticlockwise, and numbers the nodes: those of the group `top` first.
-pub(super) fn build(file: &File, length_unit: f64) -> Result<Mesh, GmshError> {
+pub(super) fn build(file: &File, length_unit: f64) -> Result<Mesh, ConfigError> {
     let mut quads = without_repeats(&file.quads);
     if quads.is_empty() {
-        return Err(GmshError::NoElements);
+        return Err(no_quadrilaterals("it holds no quadrilaterals".into()));
     }
     let used = used_nodes(file, &quads);
     check_size(file, &used, length_unit)?;
@@ -24,7 +26,7 @@ pub(super) fn build(file: &File, length_unit: f64) -> Result<Mesh, GmshError> {
         turn(file, quad)?;
     }
     check_distances(file, &used)?;
-    let sides = Sides::new(file, &quads)?;
+    let sides = sides(file, &quads)?;
     let sets = named_sets(file, &quads, &sides)?;
     Ok(numbered(file, length_unit, &used, &quads, sets))
 }
@@ -58,10 +60,13 @@ fn used_nodes(file: &File, quads: &[Element<4>]) -> Vec<u32> {
 }
 
 /// Beyond these lengths areas and stiffnesses leave what can be computed with long before they leave the numbers.
-fn check_size(file: &File, used: &[u32], length_unit: f64) -> Result<(), GmshError> {
+fn check_size(file: &File, used: &[u32], length_unit: f64) -> Result<(), ConfigError> {
     let size = length_unit * farthest(file, used);
     if !(1e-9..=1e6).contains(&size) {
-        return Err(GmshError::Size { size_m: size });
+        return Err(refused(
+            format!("the body would be {size:.3e} m large"),
+            "mesh.length_unit_m is the length of the file's unit: 1e-3 for millimetres",
+        ));
     }
     Ok(())
 }
@@ -72,7 +77,7 @@ fn farthest(file: &File, used: &[u32]) -> f64 {
     used.iter().flat_map(far).fold(0.0, f64::max)
 }
 
-fn check_plane(file: &File, used: &[u32]) -> Result<(), GmshError> {
+fn check_plane(file: &File, used: &[u32]) -> Result<(), ConfigError> {
     let range = |k: usize| {
         let ends = |[low, high]: [f64; 2], node: &u32| {
             let value = file.nodes[*node as usize].1[k];
@@ -85,11 +90,13 @@ fn check_plane(file: &File, used: &[u32]) -> Result<(), GmshError> {
     if high - low <= NOTHING * (x[1] - x[0]).max(y[1] - y[0]) {
         return Ok(());
     }
-    Err(GmshError::NotPlane { low, high })
+    let problem =
+        format!("its elements do not lie in one plane z = const: z goes from {low:?} to {high:?}");
+    Err(refused(problem, "draw the body in the plane z = 0"))
 }
 
 /// Turns an element anticlockwise; each of its corners must then be convex.
-fn turn(file: &File, quad: &mut Element<4>) -> Result<(), GmshError> {
+fn turn(file: &File, quad: &mut Element<4>) -> Result<(), ConfigError> {
     let at = |corner: u32| file.point(corner);
     if crate::element::area(&quad.corners.map(at)) < 0.0 {
         quad.corners.swap(1, 3);
@@ -108,23 +115,22 @@ fn turn(file: &File, quad: &mut Element<4>) -> Result<(), GmshError> {
             continue;
         }
         let [x, y] = points[corner];
-        return Err(GmshError::Folded {
-            element: quad.number,
-            node: file.nodes[quad.corners[corner] as usize].0,
-            how: if area < -NOTHING * square {
-                "folded, or not convex,"
-            } else {
-                "degenerate, without area or with a straight angle,"
-            },
-            x,
-            y,
-        });
+        let how = if area < -NOTHING * square {
+            "folded, or not convex,"
+        } else {
+            "degenerate, without area or with a straight angle,"
+        };
+        let (element, node) = (quad.number, file.number(quad.corners[corner]));
+        return Err(refused(
+            format!("element {element} is {how} at node {node}, ({x:?}, {y:?}) in the file's unit"),
+            "smooth or refine the mesh there (Mesh.Smoothing, Mesh.RecombinationAlgorithm): every corner must be convex",
+        ));
     }
     Ok(())
 }
 
 /// Refuses two nodes within [`NOTHING`] of each other: a grid of such cells is searched, each with its neighbours.
-fn check_distances(file: &File, used: &[u32]) -> Result<(), GmshError> {
+fn check_distances(file: &File, used: &[u32]) -> Result<(), ConfigError> {
     let near = NOTHING * farthest(file, used);
     let cell = |p: [f64; 2]| p.map(|x| (x / near).floor() as i64);
     let mut cells: HashMap<[i64; 2], u32> = HashMap::new();
@@ -138,12 +144,14 @@ fn check_distances(file: &File, used: &[u32]) -> Result<(), GmshError> {
             };
             let q = file.point(*other);
             if (p[0] - q[0]).hypot(p[1] - q[1]) <= near {
-                return Err(GmshError::SamePlace {
-                    first: file.nodes[*other as usize].0,
-                    second: file.nodes[*node as usize].0,
-                    x: p[0],
-                    y: p[1],
-                });
+                let [first, second] = [*other, *node].map(|node| file.number(node));
+                let [x, y] = p;
+                return Err(refused(
+                    format!(
+                        "nodes {first} and {second} lie in one place, ({x:?}, {y:?}) in the file's unit"
+                    ),
+                    "join the parts (`Coherence;`, `Coherence Mesh;`): nodes in one place would leave a crack",
+                ));
             }
         }
         cells.insert([i, j], *node);
@@ -151,41 +159,32 @@ fn check_distances(file: &File, used: &[u32]) -> Result<(), GmshError> {
     Ok(())
 }
 
-/// The sides of all elements.
-struct Sides(HashSet<[u32; 2]>);
-
-impl Sides {
-    /// Two elements on one side of the same two nodes overlap.
-    fn new(file: &File, quads: &[Element<4>]) -> Result<Sides, GmshError> {
-        let mut directed: HashMap<[u32; 2], u64> = HashMap::new();
-        for quad in quads {
-            for corner in 0..4 {
-                let side = [quad.corners[corner], quad.corners[(corner + 1) % 4]];
-                if let Some(first) = directed.insert(side, quad.number) {
-                    let [a, b] = side.map(|node| file.nodes[node as usize].0);
-                    return Err(GmshError::Overlap {
-                        first,
-                        second: quad.number,
-                        a,
-                        b,
-                    });
-                }
+/// The sides of all elements, each as its element runs along it; two elements on one side of the same two nodes overlap.
+fn sides(file: &File, quads: &[Element<4>]) -> Result<HashMap<[u32; 2], u64>, ConfigError> {
+    let mut directed: HashMap<[u32; 2], u64> = HashMap::new();
+    for quad in quads {
+        for corner in 0..4 {
+            let side = [quad.corners[corner], quad.corners[(corner + 1) % 4]];
+            if let Some(first) = directed.insert(side, quad.number) {
+                let ([a, b], second) = (side.map(|node| file.number(node)), quad.number);
+                return Err(refused(
+                    format!(
+                        "elements {first} and {second} overlap: both lie on one side of nodes {a} and {b}"
+                    ),
+                    "mesh every part of the body once",
+                ));
             }
         }
-        Ok(Sides(directed.into_keys().collect()))
     }
-
-    fn has(&self, [a, b]: [u32; 2]) -> bool {
-        self.0.contains(&[a, b]) || self.0.contains(&[b, a])
-    }
+    Ok(directed)
 }
 
 /// The named groups that hold elements, by positions of nodes in the file.
 fn named_sets(
     file: &File,
     quads: &[Element<4>],
-    sides: &Sides,
-) -> Result<BTreeMap<String, NodeSet>, GmshError> {
+    sides: &HashMap<[u32; 2], u64>,
+) -> Result<BTreeMap<String, NodeSet>, ConfigError> {
     let mut sets = BTreeMap::new();
     for ((dimension, group), name) in &file.names {
         let set = match dimension {
@@ -195,9 +194,12 @@ fn named_sets(
         };
         let Some(set) = set else { continue };
         if sets.insert(name.clone(), set).is_some() {
-            return Err(GmshError::GroupTwice {
-                group: name.clone(),
-            });
+            return Err(refused(
+                format!(
+                    "two physical groups, of lines and of surfaces or with two numbers, are named `{name}`"
+                ),
+                "rename one of them",
+            ));
         }
     }
     Ok(sets)
@@ -207,29 +209,30 @@ fn line_set(
     file: &File,
     group: i64,
     name: &str,
-    sides: &Sides,
-) -> Result<Option<NodeSet>, GmshError> {
+    sides: &HashMap<[u32; 2], u64>,
+) -> Result<Option<NodeSet>, ConfigError> {
     let mut seen = HashSet::new();
     let mut segments = Vec::new();
-    for line in file
-        .lines
-        .iter()
-        .filter(|line| line.groups.contains(&group))
-    {
-        if !sides.has(line.corners) {
-            return Err(GmshError::LooseLine {
-                element: line.number,
-                group: name.into(),
-            });
-        }
+    let lines = file.lines.iter();
+    for line in lines.filter(|line| line.groups.contains(&group)) {
         let [a, b] = line.corners;
+        if ![[a, b], [b, a]].iter().any(|side| sides.contains_key(side)) {
+            let element = line.number;
+            return Err(refused(
+                format!(
+                    "line element {element} of the group `{name}` is no side of any quadrilateral"
+                ),
+                "a group of lines must lie on the outline of a meshed surface, or inside it along sides of elements",
+            ));
+        }
         if seen.insert([a.min(b), a.max(b)]) {
             segments.push(line.corners);
         }
     }
-    let mut lines = join(&segments).map_err(|node| GmshError::Branch {
-        group: name.into(),
-        node: file.nodes[node as usize].0,
+    let mut lines = join(&segments).map_err(|node| {
+        let node = file.number(node);
+        let problem = format!("the group `{name}` branches at node {node}");
+        refused(problem, "give each branch a physical group of its own")
     })?;
     sort_from_left(&mut lines, |node| file.point(node));
     Ok((!lines.is_empty()).then_some(NodeSet::Lines(lines)))

@@ -2,7 +2,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::GmshError;
+use protocol::ConfigError;
+
+use super::error::{beginning, damaged, no_quadrilaterals, other_form};
 use super::text::{Section, Words, sections};
 
 /// Dimension and number of a physical group, or of a part of the geometry.
@@ -39,7 +41,7 @@ enum Version {
 }
 
 impl File {
-    pub(super) fn parse(text: &str) -> Result<File, GmshError> {
+    pub(super) fn parse(text: &str) -> Result<File, ConfigError> {
         let lines: Vec<&str> = text.lines().collect();
         let version = version(&lines)?;
         let sections = sections(&lines)?;
@@ -51,10 +53,18 @@ impl File {
             Some(entities) if version == Version::Four => groups_of_entities(entities)?,
             _ => HashMap::new(),
         };
-        let required = |section| only(&sections, section)?.ok_or(GmshError::NoSection { section });
+        let required = |section| {
+            let missing = || damaged(format!("it has no section ${section}"));
+            only(&sections, section)?.ok_or_else(missing)
+        };
         file.read_nodes(version, required("Nodes")?)?;
         file.read_elements(version, required("Elements")?, &groups)?;
         Ok(file)
+    }
+
+    /// The file's number of a node, by its position in [`File::nodes`].
+    pub(super) fn number(&self, node: u32) -> u64 {
+        self.nodes[node as usize].0
     }
 
     /// Coordinates of a node in the plane, by its position in [`File::nodes`].
@@ -63,7 +73,7 @@ impl File {
         [x, y]
     }
 
-    fn read_names(&mut self, section: &Section) -> Result<(), GmshError> {
+    fn read_names(&mut self, section: &Section) -> Result<(), ConfigError> {
         let mut words = section.words();
         let count: usize = words.integer("the number of names")?;
         for _ in 0..count {
@@ -75,30 +85,22 @@ impl File {
         words.end("PhysicalNames", count)
     }
 
-    fn read_nodes(&mut self, version: Version, section: &Section) -> Result<(), GmshError> {
+    fn read_nodes(&mut self, version: Version, section: &Section) -> Result<(), ConfigError> {
         let mut words = section.words();
-        let mut announced: usize = words.integer("the number of nodes or blocks")?;
-        match version {
-            Version::Two => {
-                for _ in 0..announced {
-                    let number = words.integer("the number of a node")?;
-                    let point = [words.number()?, words.number()?, words.number()?];
-                    self.add_node(words.line, number, point)?;
-                }
-            }
-            Version::Four => {
-                let blocks = announced;
-                announced = words.integer("the number of nodes")?;
-                words.skip(2, "the range of numbers")?;
-                for _ in 0..blocks {
-                    self.read_node_block(&mut words)?;
-                }
+        let names = ["the number of nodes or blocks", "the number of nodes"];
+        let [parts, announced] = parts(&mut words, version, names)?;
+        for _ in 0..parts {
+            if version == Version::Four {
+                self.read_node_block(&mut words)?;
+            } else {
+                let number = words.integer("the number of a node")?;
+                self.read_node(&mut words, number, 0)?;
             }
         }
         words.end("Nodes", announced)
     }
 
-    fn read_node_block(&mut self, words: &mut Words) -> Result<(), GmshError> {
+    fn read_node_block(&mut self, words: &mut Words) -> Result<(), ConfigError> {
         let dimension: usize = words.integer("the dimension of a block")?;
         words.skip(1, "the number of a block")?;
         let parametric: u8 = words.integer("0 or 1, whether nodes have parameters")?;
@@ -108,22 +110,27 @@ impl File {
         for _ in 0..count {
             numbers.push(words.integer("the number of a node")?);
         }
-        for number in numbers {
-            let point = [words.number()?, words.number()?, words.number()?];
-            if parametric != 0 {
-                words.skip(dimension, "a parameter of the node")?;
-            }
-            self.add_node(words.line, number, point)?;
-        }
-        Ok(())
+        let parameters = if parametric == 0 { 0 } else { dimension };
+        let mut numbers = numbers.into_iter();
+        numbers.try_for_each(|number| self.read_node(words, number, parameters))
     }
 
-    fn add_node(&mut self, line: usize, number: u64, point: [f64; 3]) -> Result<(), GmshError> {
+    fn read_node(
+        &mut self,
+        words: &mut Words,
+        number: u64,
+        parameters: usize,
+    ) -> Result<(), ConfigError> {
+        let point = [words.number()?, words.number()?, words.number()?];
+        words.skip(parameters, "a parameter of the node")?;
         let position = self.nodes.len() as u32;
         self.nodes.push((number, point));
         match self.positions.insert(number, position) {
             None => Ok(()),
-            Some(_) => Err(GmshError::NodeTwice { line, node: number }),
+            Some(_) => Err(damaged(format!(
+                "line {}: node {number} is defined a second time",
+                words.line
+            ))),
         }
     }
 
@@ -132,41 +139,38 @@ impl File {
         version: Version,
         section: &Section,
         groups: &HashMap<Entity, Vec<i64>>,
-    ) -> Result<(), GmshError> {
+    ) -> Result<(), ConfigError> {
         let mut words = section.words();
-        let mut announced: usize = words.integer("the number of elements or blocks")?;
-        match version {
-            Version::Two => {
-                for _ in 0..announced {
-                    let number = words.integer("the number of an element")?;
-                    let kind = words.integer("the type of an element")?;
-                    let tags: usize = words.integer("the number of tags")?;
-                    let group: i64 = match tags {
-                        0 => 0,
-                        _ => words.integer("a physical group")?,
-                    };
-                    words.skip(tags.saturating_sub(1), "a tag")?;
-                    // A group with its sign turned is the same group walked along backwards.
-                    self.read_element(&mut words, number, kind, &[group.saturating_abs()])?;
-                }
-            }
-            Version::Four => {
-                let blocks = announced;
-                announced = words.integer("the number of elements")?;
-                words.skip(2, "the range of numbers")?;
-                for _ in 0..blocks {
-                    self.read_element_block(&mut words, groups)?;
-                }
+        let names = ["the number of elements or blocks", "the number of elements"];
+        let [parts, announced] = parts(&mut words, version, names)?;
+        for _ in 0..parts {
+            if version == Version::Four {
+                self.read_element_block(&mut words, groups)?;
+            } else {
+                self.read_tagged_element(&mut words)?;
             }
         }
         words.end("Elements", announced)
+    }
+
+    fn read_tagged_element(&mut self, words: &mut Words) -> Result<(), ConfigError> {
+        let number = words.integer("the number of an element")?;
+        let kind = words.integer("the type of an element")?;
+        let tags: usize = words.integer("the number of tags")?;
+        let group: i64 = match tags {
+            0 => 0,
+            _ => words.integer("a physical group")?,
+        };
+        words.skip(tags.saturating_sub(1), "a tag")?;
+        // A group with its sign turned is the same group walked along backwards.
+        self.read_element(words, number, kind, &[group.saturating_abs()])
     }
 
     fn read_element_block(
         &mut self,
         words: &mut Words,
         groups: &HashMap<Entity, Vec<i64>>,
-    ) -> Result<(), GmshError> {
+    ) -> Result<(), ConfigError> {
         let dimension = words.integer("the dimension of a block")?;
         let part = words.integer("the number of a block")?;
         let kind = words.integer("the type of the elements of a block")?;
@@ -186,24 +190,17 @@ impl File {
         number: u64,
         kind: u32,
         groups: &[i64],
-    ) -> Result<(), GmshError> {
+    ) -> Result<(), ConfigError> {
         match kind {
-            1 => {
-                let element = self.element(words, number, groups)?;
-                self.lines.push(element);
-            }
-            3 => {
-                let element = self.element(words, number, groups)?;
-                self.quads.push(element);
-            }
+            1 => self.lines.push(self.element(words, number, groups)?),
+            3 => self.quads.push(self.element(words, number, groups)?),
             // Points carry nothing that a body needs.
             15 => words.skip(1, "a node")?,
             other => {
-                return Err(GmshError::OtherElement {
-                    line: words.line,
-                    element: number,
-                    kind: name_of(other),
-                });
+                let (line, kind) = (words.line, name_of(other));
+                return Err(no_quadrilaterals(format!(
+                    "line {line}: element {number} is {kind}; a body consists of 4-node quadrilaterals"
+                )));
             }
         }
         Ok(())
@@ -214,16 +211,17 @@ impl File {
         words: &mut Words,
         element: u64,
         groups: &[i64],
-    ) -> Result<Element<N>, GmshError> {
+    ) -> Result<Element<N>, ConfigError> {
         let mut corners = [0; N];
         for corner in &mut corners {
             let node = words.integer("the number of a node")?;
-            let unknown = GmshError::UnknownNode {
-                line: words.line,
-                element,
-                node,
-            };
-            *corner = *self.positions.get(&node).ok_or(unknown)?;
+            let known = self.positions.get(&node);
+            *corner = *known.ok_or_else(|| {
+                let line = words.line;
+                damaged(format!(
+                    "line {line}: element {element} names node {node}, which is not in $Nodes"
+                ))
+            })?;
         }
         Ok(Element {
             number: element,
@@ -234,16 +232,17 @@ impl File {
 }
 
 /// The version, which the first section states.
-fn version(lines: &[&str]) -> Result<Version, GmshError> {
+fn version(lines: &[&str]) -> Result<Version, ConfigError> {
     let mut lines = lines
         .iter()
         .map(|line| line.trim())
         .filter(|line| !line.is_empty());
     let first = lines.next().unwrap_or_default();
     if first != "$MeshFormat" {
-        return Err(GmshError::NoFormat {
-            found: first.chars().take(40).collect(),
-        });
+        let found = beginning(first);
+        return Err(other_form(format!(
+            "it begins with {found:?} and not with $MeshFormat"
+        )));
     }
     let mut words = lines.next().unwrap_or_default().split_whitespace();
     let version = words.next().unwrap_or_default();
@@ -251,16 +250,18 @@ fn version(lines: &[&str]) -> Result<Version, GmshError> {
         "2.2" | "2" => Version::Two,
         "4.1" => Version::Four,
         other => {
-            return Err(GmshError::Version {
-                version: other.chars().take(40).collect(),
-            });
+            return Err(other_form(format!(
+                "it is of version {}, only 2.2 and 4.1 are read",
+                beginning(other)
+            )));
         }
     };
     match words.next() {
         Some("0") => Ok(known),
-        other => Err(GmshError::FileType {
-            found: other.unwrap_or_default().chars().take(40).collect(),
-        }),
+        other => Err(other_form(format!(
+            "its file type is {:?}, neither 0 (ASCII) nor 1 (binary)",
+            beginning(other.unwrap_or_default())
+        ))),
     }
 }
 
@@ -268,21 +269,36 @@ fn version(lines: &[&str]) -> Result<Version, GmshError> {
 fn only<'a, 's>(
     sections: &'s [Section<'a>],
     name: &'static str,
-) -> Result<Option<&'s Section<'a>>, GmshError> {
+) -> Result<Option<&'s Section<'a>>, ConfigError> {
     let mut found = sections.iter().filter(|section| section.name == name);
     let first = found.next();
     match found.next() {
         None => Ok(first),
-        Some(second) => Err(GmshError::SecondSection {
-            line: second.line,
-            section: name,
-        }),
+        Some(second) => Err(damaged(format!(
+            "line {}: a second section ${name}",
+            second.line
+        ))),
     }
+}
+
+/// Parts of a section, which are blocks in 4.1, and entries that it announces; `names` are those of the two numbers.
+fn parts(
+    words: &mut Words,
+    version: Version,
+    names: [&'static str; 2],
+) -> Result<[usize; 2], ConfigError> {
+    let parts = words.integer(names[0])?;
+    if version == Version::Two {
+        return Ok([parts, parts]);
+    }
+    let announced = words.integer(names[1])?;
+    words.skip(2, "the range of numbers")?;
+    Ok([parts, announced])
 }
 
 /// Physical groups of the parts of the geometry (4.1): points have three coordinates, all others a box of six, and
 /// those that have a boundary list it.
-fn groups_of_entities(section: &Section) -> Result<HashMap<Entity, Vec<i64>>, GmshError> {
+fn groups_of_entities(section: &Section) -> Result<HashMap<Entity, Vec<i64>>, ConfigError> {
     let mut words = section.words();
     let mut counts = [0usize; 4];
     for count in &mut counts {

@@ -2,7 +2,9 @@
 
 use std::str::FromStr;
 
-use super::GmshError;
+use protocol::ConfigError;
+
+use super::error::{beginning, damaged, truncated};
 
 /// A section `$Name ... $EndName`.
 #[derive(Clone, Debug)]
@@ -14,7 +16,7 @@ pub(super) struct Section<'a> {
 }
 
 /// Sections in their order. Text between them is ignored, as Gmsh does.
-pub(super) fn sections<'a>(lines: &'a [&'a str]) -> Result<Vec<Section<'a>>, GmshError> {
+pub(super) fn sections<'a>(lines: &'a [&'a str]) -> Result<Vec<Section<'a>>, ConfigError> {
     let mut sections = Vec::new();
     let mut at = 0;
     while at < lines.len() {
@@ -24,11 +26,7 @@ pub(super) fn sections<'a>(lines: &'a [&'a str]) -> Result<Vec<Section<'a>>, Gms
         };
         let end = format!("$End{name}");
         let length = lines[at + 1..].iter().position(|line| line.trim() == end);
-        let Some(length) = length else {
-            return Err(GmshError::Truncated {
-                section: name.into(),
-            });
-        };
+        let length = length.ok_or_else(|| truncated(name))?;
         sections.push(Section {
             name,
             line: at + 2,
@@ -62,11 +60,12 @@ pub(super) struct Words<'a> {
 
 impl<'a> Words<'a> {
     /// The next word; one in double quotes may hold blanks, and comes without them.
-    pub(super) fn word(&mut self, what: &'static str) -> Result<&'a str, GmshError> {
-        self.find().ok_or_else(|| GmshError::SectionEnds {
-            line: self.line,
-            what,
-            section: self.section.into(),
+    pub(super) fn word(&mut self, what: &'static str) -> Result<&'a str, ConfigError> {
+        self.find().ok_or_else(|| {
+            let (line, section) = (self.line, self.section);
+            damaged(format!(
+                "line {line}: {what} is expected, but ${section} ends there"
+            ))
         })
     }
 
@@ -92,13 +91,13 @@ impl<'a> Words<'a> {
     }
 
     /// The next word as a whole number.
-    pub(super) fn integer<T: FromStr>(&mut self, what: &'static str) -> Result<T, GmshError> {
+    pub(super) fn integer<T: FromStr>(&mut self, what: &'static str) -> Result<T, ConfigError> {
         let word = self.word(what)?;
         word.parse().map_err(|_| self.unlike(what, word))
     }
 
     /// The next word as a finite number.
-    pub(super) fn number(&mut self) -> Result<f64, GmshError> {
+    pub(super) fn number(&mut self) -> Result<f64, ConfigError> {
         let what = "a finite number";
         let word = self.word(what)?;
         let number: Option<f64> = word.parse().ok();
@@ -108,27 +107,29 @@ impl<'a> Words<'a> {
     }
 
     /// Leaves out some words.
-    pub(super) fn skip(&mut self, count: usize, what: &'static str) -> Result<(), GmshError> {
+    pub(super) fn skip(&mut self, count: usize, what: &'static str) -> Result<(), ConfigError> {
         (0..count).try_for_each(|_| self.word(what).map(|_| ()))
     }
 
     /// Nothing may be left once `announced` entries have been read.
-    pub(super) fn end(&mut self, section: &'static str, announced: usize) -> Result<(), GmshError> {
+    pub(super) fn end(
+        &mut self,
+        section: &'static str,
+        announced: usize,
+    ) -> Result<(), ConfigError> {
         match self.find() {
             None => Ok(()),
-            Some(_) => Err(GmshError::TooMuch {
-                line: self.line,
-                section,
-                announced,
-            }),
+            Some(_) => Err(damaged(format!(
+                "line {}: ${section} goes on where {announced} entries have been read",
+                self.line
+            ))),
         }
     }
 
-    fn unlike(&self, what: &'static str, word: &str) -> GmshError {
-        GmshError::Word {
-            line: self.line,
-            what,
-            found: word.chars().take(40).collect(),
-        }
+    fn unlike(&self, what: &'static str, word: &str) -> ConfigError {
+        let (line, found) = (self.line, beginning(word));
+        damaged(format!(
+            "line {line}: {what} is expected, {found:?} stands there"
+        ))
     }
 }

@@ -54,7 +54,8 @@ impl Integrator {
             law,
             scratch: vec![Scratch::new(body, law.as_ref()); strips],
             unstructured: body
-                .connectivity()
+                .connectivity
+                .as_ref()
                 .map(|connectivity| Unstructured::new(body, connectivity, law, strips)),
         }
     }
@@ -84,7 +85,7 @@ impl Integrator {
         wheel: Option<(&Wheel, &mut WheelRun)>,
     ) {
         if self.scheme.stiffness_damping > 0.0 {
-            state.damping_force.resize(body.layout().len(), 0.0);
+            state.damping_force.resize(body.layout.len(), 0.0);
         }
         let rule = self.rule();
         if let Some(unstructured) = &mut self.unstructured {
@@ -127,11 +128,11 @@ mod tests {
         };
         let mut integrator = Integrator::with_strips(&body, scheme, None, strips);
         let mut load = Load::none(&body);
-        load.add(body.layout().index([3, 0], 1), -1.0);
-        load.add(body.layout().index([7, 0], 0), 0.5);
+        load.add(body.layout.index([3, 0], 1), -1.0);
+        load.add(body.layout.index([7, 0], 0), 0.5);
         let mut state = State::at_rest(&body);
         state.accelerate(&body, scheme.mass_damping, &load);
-        let mut energies = vec![RowEnergies::default(); body.layout().node_rows()];
+        let mut energies = vec![RowEnergies::default(); body.layout.node_rows];
         for _ in 0..steps {
             integrator.step(&body, &mut state, &load, &mut energies, rows, None);
         }

@@ -34,7 +34,7 @@ pub(super) struct Increments {
 
 impl Scratch {
     pub(super) fn new(body: &Body, law: Option<&NonlinearLaw>) -> Scratch {
-        let zero = vec![0.0; body.layout().row_len()];
+        let zero = vec![0.0; body.layout.row_len()];
         let history = law.map_or(0, |law| body.history_row_len(law));
         let increment = if history > 0 {
             zero.clone()
@@ -42,7 +42,7 @@ impl Scratch {
             Vec::new()
         };
         Scratch {
-            elements: RowForces::new(body.layout()),
+            elements: RowForces::new(body.layout),
             force: zero.clone(),
             acceleration: zero.clone(),
             net: zero.clone(),
@@ -75,7 +75,7 @@ pub(super) fn copy_neighbours(
     buffers: &mut Scratch,
 ) {
     let copy = |row: usize, u: &mut [f64], increments: &mut [f64]| {
-        let row = body.layout().row(row);
+        let row = body.layout.row(row);
         let rates = || state.v[row.clone()].iter().zip(&state.a[row.clone()]);
         for (copy, (u, (v, a))) in u.iter_mut().zip(state.u[row.clone()].iter().zip(rates())) {
             *copy = scheme.predicted(*u, *v, *a);
@@ -90,7 +90,7 @@ pub(super) fn copy_neighbours(
         let above = (first - 1) * size..first * size;
         buffers.history.copy_from_slice(&state.history[above]);
     }
-    if end < body.layout().node_rows() {
+    if end < body.layout.node_rows {
         copy(end, &mut buffers.below, &mut buffers.increments.below);
     }
 }

@@ -7,7 +7,7 @@ use crate::element::Body;
 use crate::material::nonlinear::NonlinearLaw;
 
 /// The state of the body, every field in the order of [`crate::element::Layout`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Displacement (m).
     pub u: Vec<f64>,
@@ -31,16 +31,16 @@ impl State {
 
     /// At rest, undeformed, under a law that may be nonlinear.
     pub fn at_rest_under(body: &Body, law: Option<&NonlinearLaw>) -> State {
-        let zero = vec![0.0; body.layout().len()];
-        let rows = body.layout().element_rows();
+        let zero = vec![0.0; body.layout.len()];
+        let rows = body.layout.rows;
         let history = law.map_or(0, |law| rows * body.history_row_len(law));
         State {
             u: zero.clone(),
             v: zero.clone(),
             force: zero.clone(),
             a: zero,
-            damping_force: Vec::new(),
             history: vec![0.0; history],
+            ..State::default()
         }
     }
 
@@ -69,6 +69,6 @@ impl State {
         for (a, (d, w)) in self.a.iter_mut().zip(damped) {
             *a -= w * d;
         }
-        body.layout().repeat_period(&mut self.a);
+        body.layout.repeat_period(&mut self.a);
     }
 }

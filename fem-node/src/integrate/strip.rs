@@ -52,8 +52,8 @@ pub(super) fn split<'a>(
             buffers,
         );
     }
-    let row_len = body.layout().row_len();
-    let row_history = state.history.len() / (body.layout().node_rows() - 1);
+    let row_len = body.layout.row_len();
+    let row_history = state.history.len() / (body.layout.node_rows - 1);
     let mut history = state.history[first * row_history..].chunks_mut((rows * row_history).max(1));
     let (range, size) = (first * row_len..end * row_len, rows * row_len);
     let mut u = state.u[range.clone()].chunks_mut(size);
@@ -85,7 +85,7 @@ impl Strip<'_> {
     /// One sweep from the upper to the lower row: predict the next row, compute the elements above it, then
     /// finish the row whose forces are complete. Every number is touched while it is in the cache.
     pub(super) fn step(&mut self, body: &Body, rule: &Rule, load: &Load) {
-        let rows = self.u.len() / body.layout().row_len();
+        let rows = self.u.len() / body.layout.row_len();
         self.predict(&rule.scheme, 0);
         self.elements_above(body);
         for local in 0..rows {
@@ -93,7 +93,7 @@ impl Strip<'_> {
             if local + 1 < rows {
                 self.predict(&rule.scheme, local + 1);
             }
-            if self.first + local + 1 < body.layout().node_rows() {
+            if self.first + local + 1 < body.layout.node_rows {
                 self.elements_below(body, local);
             } else {
                 self.scratch.elements.clear_upper();
@@ -104,20 +104,17 @@ impl Strip<'_> {
 
     /// Elements above the strip, which the strip above computes for itself as well.
     fn elements_above(&mut self, body: &Body) {
-        let Scratch {
-            elements,
-            above,
-            increments,
-            history,
-            ..
-        } = &mut *self.scratch;
+        let scratch = &mut *self.scratch;
+        let (elements, above) = (&mut scratch.elements, &scratch.above);
         elements.clear_carried();
         if self.first == 0 {
             return;
         }
         let u = CornerRows::between([above, &self.u[..above.len()]]);
         if let Some(law) = &self.law {
+            let increments = &scratch.increments;
             let du = CornerRows::between([&increments.above, &increments.next]);
+            let history = &mut scratch.history;
             // The strip above counts their dissipation.
             body.nonlinear_row(law, self.first - 1, StrainPath { u, du, history }, elements);
         } else {
@@ -128,17 +125,19 @@ impl Strip<'_> {
 
     /// Elements between this row and the next, which may belong to the strip below.
     fn elements_below(&mut self, body: &Body, local: usize) {
-        let size = body.layout().row_len();
-        let Scratch {
-            elements,
-            below,
-            increments,
-            history,
-            ..
-        } = &mut *self.scratch;
+        let size = body.layout.row_len();
+        let scratch = &mut *self.scratch;
+        let (elements, increments) = (&mut scratch.elements, &scratch.increments);
         let inside = (local + 1) * size < self.u.len();
         let (here, rest) = self.u[local * size..].split_at(size);
-        let u = CornerRows::between([here, if inside { &rest[..size] } else { below }]);
+        let u = CornerRows::between([
+            here,
+            if inside {
+                &rest[..size]
+            } else {
+                &scratch.below
+            },
+        ]);
         let row = self.first + local;
         let Some(law) = &self.law else {
             return body.element_row(row, u, elements);
@@ -148,7 +147,7 @@ impl Strip<'_> {
         } else {
             &increments.below
         };
-        let size = history.len();
+        let size = scratch.history.len();
         let path = StrainPath {
             u,
             du: CornerRows::between([&increments.here, next]),
@@ -182,16 +181,11 @@ impl Strip<'_> {
     }
 
     fn finish(&mut self, body: &Body, rule: &Rule, load: &Load, local: usize) {
-        let Scratch {
-            elements,
-            force,
-            acceleration,
-            net,
-            ..
-        } = &mut *self.scratch;
-        elements.assemble(force);
-        elements.advance();
-        let layout = body.layout();
+        let scratch = &mut *self.scratch;
+        let force = &mut scratch.force;
+        scratch.elements.assemble(force);
+        scratch.elements.advance();
+        let layout = body.layout;
         layout.fold_period(force);
         let own = local * force.len()..(local + 1) * force.len();
         let all = layout.row(self.first + local);
@@ -200,12 +194,12 @@ impl Strip<'_> {
             a: &mut self.a[own.clone()],
             force: &mut self.force[own.clone()],
             new_force: force,
-            new_a: acceleration,
+            new_a: &mut scratch.acceleration,
             load: load.row(self.first + local),
             mass: &body.mass[all.clone()],
             inverse_mass: &body.inverse_mass[all],
             damping_force: self.damping_force.get_mut(own.clone()).unwrap_or_default(),
-            net,
+            net: &mut scratch.net,
         };
         let energies = &mut self.energies[local];
         row.damp_stiffness(&rule.scheme, energies);

@@ -57,8 +57,8 @@ impl Unstructured {
         law: Option<NonlinearLaw>,
         strips: usize,
     ) -> Unstructured {
-        let layout = body.layout();
-        let pieces = layout.element_rows().div_ceil(ROWS);
+        let layout = body.layout;
+        let pieces = layout.rows.div_ceil(ROWS);
         let zero = vec![0.0; layout.len()];
         let row_history = law.map_or(0, |law| body.history_row_len(&law));
         Unstructured {
@@ -119,7 +119,7 @@ impl Unstructured {
         }
         let rows = node_rows(body, state, &mut self.new, load, &mut []);
         let finish = |row: &mut NodeRow, energies: &mut RowEnergies| {
-            row.finish(rule, body.layout(), energies);
+            row.finish(rule, body.layout, energies);
         };
         over_rows(self.parallel, rows, energies, finish);
     }
@@ -138,7 +138,7 @@ impl Unstructured {
     }
 
     fn elements(&mut self, body: &Body, state: &mut State) {
-        let columns = body.layout().element_columns();
+        let columns = body.layout.columns;
         let mut histories = state.history.chunks_mut((ROWS * self.row_history).max(1));
         let outs = self.corners.chunks_mut(ROWS * columns * CORNER_FORCES);
         let buffers = self.buffers.iter_mut().zip(&mut self.dissipated).zip(outs);
@@ -166,7 +166,7 @@ impl Unstructured {
     }
 
     fn sum(&mut self, body: &Body) {
-        let (x, y) = self.new.force.split_at_mut(body.layout().stride());
+        let (x, y) = self.new.force.split_at_mut(body.layout.stride);
         let pieces = x.chunks_mut(NODES).zip(y.chunks_mut(NODES)).enumerate();
         let (connectivity, corners) = (&self.connectivity, &self.corners);
         each(self.parallel, pieces.collect(), |(piece, (x, y))| {

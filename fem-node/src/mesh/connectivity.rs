@@ -8,12 +8,14 @@ pub(crate) const ROW: usize = 64;
 /// Connectivity by numbers of nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Connectivity {
-    corners: Vec<[u32; 4]>,
+    /// Corners of all elements, anticlockwise.
+    pub(crate) corners: Vec<[u32; 4]>,
     /// Beginning of each node's entries in `around`, and the end of the last.
     first: Vec<u32>,
     /// Corners at the nodes, 4 element + corner, ascending: the order in which forces on a node are summed.
     around: Vec<u32>,
-    sets: BTreeMap<String, NodeSet>,
+    /// Named sets.
+    pub(crate) sets: BTreeMap<String, NodeSet>,
 }
 
 /// A named set of nodes.
@@ -54,11 +56,6 @@ impl Connectivity {
         }
     }
 
-    /// Corners of all elements, anticlockwise.
-    pub(crate) fn corners(&self) -> &[[u32; 4]] {
-        &self.corners
-    }
-
     /// Number of nodes.
     pub(crate) fn nodes(&self) -> usize {
         self.first.len() - 1
@@ -67,11 +64,6 @@ impl Connectivity {
     /// Corners that the node is, 4 element + corner.
     pub(crate) fn corners_at(&self, node: usize) -> &[u32] {
         &self.around[self.first[node] as usize..self.first[node + 1] as usize]
-    }
-
-    /// Named sets.
-    pub(crate) fn sets(&self) -> &BTreeMap<String, NodeSet> {
-        &self.sets
     }
 
     /// The two ends of a side of one element, the body on the left; none where two elements share it or none has it.

@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn a_uniform_strip_needs_three_numbers() {
         let mesh = Mesh::graded(&strip()).expect("4 x 2 elements");
-        assert_eq!((mesh.columns(), mesh.rows()), (4, 2));
+        assert_eq!((mesh.columns, mesh.rows), (4, 2));
         assert_eq!(mesh.point(0, 0), [-2.0, 0.0]);
         assert_eq!(mesh.point(4, 2), [2.0, -2.0]);
     }

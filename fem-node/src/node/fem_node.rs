@@ -1,7 +1,7 @@
 //! An explicit body with its committed state and the window at hand.
 
 use protocol::Setting;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 
 use crate::committed::Committed;
 use crate::config::{Config, Start};
@@ -20,7 +20,8 @@ use crate::window::{WindowInput, WindowRun};
 /// Beside the fields of a snapshot NAME one with a wheel writes `<participant>-NAME-profile.csv`: x_m, pressure_pa,
 /// shear_pa, status; that of `hold` belongs to the moment before the wheel starts to move sideways.
 pub struct FemNode {
-    pub(super) model: Model,
+    /// Mesh, body, scheme and loads.
+    pub model: Model,
     pub(super) snapshots: Snapshots,
     /// Never the global pool: its size would ignore the setting.
     pub(super) pool: ThreadPool,
@@ -41,19 +42,18 @@ impl FemNode {
         let (body, elements) = (&model.body, model.mesh.elements());
         Ok(FemNode {
             snapshots: Snapshots::new(setting),
-            pool: start_pool(threads)?,
+            pool: FemError::pool(threads)?,
             integrator: Integrator::new(body, model.scheme, model.law, elements, threads),
             interface: Interface::default(),
             run: WindowRun::new(&model, &state),
-            committed: Committed::start(state, wheel),
+            committed: Committed {
+                state,
+                wheel,
+                ..Committed::default()
+            },
             pending: None,
             model,
         })
-    }
-
-    /// Mesh, body, scheme and loads.
-    pub fn model(&self) -> &Model {
-        &self.model
     }
 
     /// The committed state.
@@ -72,7 +72,7 @@ impl FemNode {
             return Err(FemError::InMotion);
         }
         let (mesh, body) = (&self.model.mesh, &self.model.body);
-        let layout = body.layout();
+        let layout = body.layout;
         for [i, j] in mesh.nodes() {
             let [u, v] = motion(mesh.point(i, j));
             for k in 0..2 {
@@ -109,12 +109,4 @@ fn start_state(model: &Model, config: &Config) -> Result<(State, Option<WheelSta
         WheelState::resting(wheel, contact.approach, contact.node_contacts())
     });
     Ok((start.state, resting))
-}
-
-fn start_pool(threads: usize) -> Result<ThreadPool, FemError> {
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|error| FemError::Pool {
-        threads,
-        reason: error.to_string(),
-    })
 }

@@ -6,11 +6,10 @@ use protocol::Phase;
 
 use super::fem_node::FemNode;
 use crate::error::FemError;
-use crate::integrate::State;
-use crate::ledger::Terms;
+use crate::ledger::NamedTerm;
 use crate::probe;
 use crate::profile::Profile;
-use crate::snapshot::HOLD;
+use crate::snapshot::{HOLD, phases};
 use crate::window::WindowInput;
 
 impl FemNode {
@@ -24,19 +23,25 @@ impl FemNode {
         if let Some((wheel, state)) = self.model.wheel.as_ref().zip(self.committed.wheel.as_ref()) {
             report.extend(state.signals(wheel));
         }
-        report.extend(self.terms().values(&self.committed.ledger));
+        report.extend(self.terms().map(|(_, _, value)| value));
         report
     }
 
-    pub(super) fn terms(&self) -> Terms {
-        Terms {
-            applied: !self.model.tractions.is_empty(),
-            mass_damping: self.model.damping_at(0) > 0.0,
-            stiffness_damping: self.model.scheme.stiffness_damping > 0.0,
-            wheel: self.model.wheel.is_some(),
-            motion: !self.model.motions.is_empty(),
-            plastic: self.model.plastic().is_some(),
-        }
+    /// Energies that this body has: only those which the scene requires.
+    pub(super) fn terms(&self) -> impl Iterator<Item = NamedTerm> {
+        let model = &self.model;
+        let present = |(_, name, _): &NamedTerm| match *name {
+            "applied_work" => !model.tractions.is_empty(),
+            "drive_work" => !model.motions.is_empty(),
+            "mass_damping" => model.damping_at(0) > 0.0,
+            "stiffness_damping" => model.scheme.stiffness_damping > 0.0,
+            "plastic" => model.plastic().is_some(),
+            "wheel_load" | "wheel_drive" | "wheel_kinetic" | "friction" | "impact" => {
+                model.wheel.is_some()
+            }
+            _ => true,
+        };
+        self.committed.ledger.terms().into_iter().filter(present)
     }
 
     /// Results of the hold, or of the last state where there was none.
@@ -55,13 +60,9 @@ impl FemNode {
         }
         let last = || probe::pressure_maxima(&self.model, &self.committed.state);
         let maxima = maxima.unwrap_or_else(last);
-        results.insert("p_max_centroid_pa".into(), maxima.centroid);
-        results.insert("p_max_gauss_pa".into(), maxima.gauss);
-        results.insert("p_max_nodal_pa".into(), maxima.nodal);
-        results.extend(probe::outward_displacements(
-            &self.model,
-            &self.committed.state,
-        ));
+        results.extend(maxima.results());
+        let state = &self.committed.state;
+        results.extend(probe::outward_displacements(&self.model, state));
         results
     }
 
@@ -69,19 +70,16 @@ impl FemNode {
     pub(super) fn state_hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&self.committed.steps.to_le_bytes());
-        let stiffness_damping = self.terms().stiffness_damping;
-        let ledger = Terms::all(stiffness_damping).values(&self.committed.ledger);
-        let State {
-            u,
-            v,
-            history,
-            damping_force,
-            a,
-            ..
-        } = &self.committed.state;
-        let mut fields = vec![u, v, history, damping_force, &ledger];
+        // All terms but that of a damping that the body does not have.
+        let damped = self.model.scheme.stiffness_damping > 0.0;
+        let terms = self.committed.ledger.terms().into_iter();
+        let terms = terms.filter(|(_, name, _)| damped || *name != "stiffness_damping");
+        let ledger: Vec<f64> = terms.map(|(_, _, value)| value).collect();
+        let state = &self.committed.state;
+        let mut fields = vec![&state.u, &state.v, &state.history];
+        fields.extend([&state.damping_force, &ledger]);
         let wheel = self.committed.wheel.as_ref().map(|wheel| wheel.numbers());
-        fields.extend(wheel.iter().chain(wheel.as_ref().map(|_| a)));
+        fields.extend(wheel.iter().chain(wheel.as_ref().map(|_| &state.a)));
         for value in fields.into_iter().flatten() {
             hasher.update(&value.to_le_bytes());
         }
@@ -91,7 +89,10 @@ impl FemNode {
     /// Parts of the body's own load history, where it has one and the run has an end.
     pub(super) fn phases(&self) -> Vec<Phase> {
         if let Some(wheel) = &self.model.wheel {
-            return wheel.program.phases();
+            let program = &wheel.program;
+            let (ramp, moves) = (program.0.ramp_s, program.motion_start());
+            let cycling = ("cycling", moves, program.end());
+            return phases([("ramp", 0.0, ramp), (HOLD, ramp, moves), cycling]);
         }
         let tractions = self.model.tractions.iter().map(|traction| traction.ramp);
         let motions = self.model.motions.iter().map(|motion| motion.ramp);
@@ -100,16 +101,7 @@ impl FemNode {
             return Vec::new();
         };
         let ramp = ramp.max(0.0).min(end);
-        let phases = [("ramp", 0.0, ramp), (HOLD, ramp, end)].into_iter();
-        let lasting = phases.filter(|(_, t0_s, t1_s)| t1_s > t0_s);
-        let phase = |(name, t0_s, t1_s): (&str, f64, f64)| Phase {
-            name: name.into(),
-            t0_s,
-            t1_s,
-            sampled: name == HOLD,
-            picture: name == HOLD,
-        };
-        lasting.map(phase).collect()
+        phases([("ramp", 0.0, ramp), (HOLD, ramp, end)])
     }
 
     /// Writes the fields and the contact profile of the committed state; that of the hold also fixes its pressures.

@@ -89,7 +89,7 @@ impl EdgeCompliance {
 
 /// Indices of (x0, y0, x1, y1, ...) of the upper edge in a field.
 fn components(model: &Model) -> Vec<usize> {
-    let layout = model.body.layout();
+    let layout = model.body.layout;
     let (nodes, _) = model.mesh.surface(Edge::Top);
     nodes
         .into_iter()
@@ -99,7 +99,7 @@ fn components(model: &Model) -> Vec<usize> {
 
 /// Nodal forces of the full tractions (N).
 fn tractions(model: &Model) -> Vec<f64> {
-    let mut load = vec![0.0; model.body.layout().len()];
+    let mut load = vec![0.0; model.body.layout.len()];
     for (index, force) in model.tractions.iter().flat_map(|t| &t.forces) {
         load[*index] += force;
     }

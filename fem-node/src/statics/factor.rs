@@ -42,7 +42,7 @@ impl Factor {
         let llt = Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower)
             .map_err(|error| failed(format!("{error:?}")))?;
         Ok(Factor {
-            layout: model.body.layout(),
+            layout: model.body.layout,
             components,
             equations,
             llt,
@@ -89,7 +89,7 @@ impl Factor {
 
 /// The components that can move, node after node, and the equation of each.
 fn number(model: &Model) -> (Vec<usize>, Vec<u32>) {
-    let (layout, mesh) = (model.body.layout(), &model.mesh);
+    let (layout, mesh) = (model.body.layout, &model.mesh);
     let all = mesh
         .nodes()
         .flat_map(|node| [0, 1].map(|k| layout.index(node, k)));
@@ -106,7 +106,7 @@ fn number(model: &Model) -> (Vec<usize>, Vec<u32>) {
 
 /// Entries of the lower triangle, element after element.
 fn assemble(model: &Model, equations: &[u32]) -> Vec<Triplet<u32, u32, f64>> {
-    let (layout, mesh) = (model.body.layout(), &model.mesh);
+    let (layout, mesh) = (model.body.layout, &model.mesh);
     let mut triplets = Vec::with_capacity(36 * mesh.elements());
     for [i, j] in mesh.element_indices() {
         let corners = mesh.corners(i, j);

@@ -23,7 +23,7 @@ pub struct Wheel {
     /// Lowest point of the face when it just touches the undeformed body (m).
     pub(super) first_height: f64,
     /// The last step that ends before the sideways motion starts.
-    motion_step: u64,
+    pub(crate) motion_step: u64,
     pub(super) step: f64,
 }
 
@@ -39,7 +39,7 @@ impl Wheel {
     ) -> Wheel {
         let (nodes, _) = mesh.surface(Edge::Top);
         let points: Vec<[f64; 2]> = nodes.iter().map(|n| mesh.point(n[0], n[1])).collect();
-        let program = Program::new(config);
+        let program = Program(*config);
         Wheel {
             mass: config.mass_kg,
             radius: config.radius_m,
@@ -47,17 +47,12 @@ impl Wheel {
             start_damping,
             first_height: first_height(config.radius_m, &points),
             points,
-            stride: body.layout().stride(),
+            stride: body.layout.stride,
             // The margin keeps a start that is a multiple of the step up to rounding from moving by one step.
             motion_step: (program.motion_start() / step + 1e-6) as u64,
             program,
             step,
         }
-    }
-
-    /// The last step that ends before the sideways motion starts.
-    pub(crate) fn motion_step(&self) -> u64 {
-        self.motion_step
     }
 
     /// Mass damping that is added at the end of a step (1/s).

@@ -35,7 +35,7 @@ fn the_forces_of_a_body_are_its_stiffness_times_the_displacements() {
         for plane in [Plane::Strain, Plane::Stress] {
             let (law, t) = (law(plane), 0.7);
             let body = Body::new(&mesh, kind, &law, Supports::default(), t);
-            let layout = body.layout();
+            let layout = body.layout;
             let motion = |n: [usize; 2], k: usize| ((31 * n[0] + 17 * n[1] + 5 * k) as f64).sin();
             let (mut u, mut exact) = (vec![0.0; layout.len()], vec![0.0; layout.len()]);
             for (i, j) in (0..4).flat_map(|j| (0..6).map(move |i| (i, j))) {
@@ -66,21 +66,21 @@ const ROTATING: [ElementKind; 2] = [ElementKind::Q4OnePoint, ElementKind::Q4Full
 
 /// The field x -> motion(x) - x of a body and the forces of the corotational law under it.
 fn moved(body: &Body, mesh: &Mesh, motion: impl Fn([f64; 2]) -> [f64; 2]) -> [Vec<f64>; 2] {
-    let mut u = vec![0.0; body.layout().len()];
-    for (i, j) in (0..=mesh.rows()).flat_map(|j| (0..=mesh.columns()).map(move |i| (i, j))) {
+    let mut u = vec![0.0; body.layout.len()];
+    for (i, j) in (0..=mesh.rows).flat_map(|j| (0..=mesh.columns).map(move |i| (i, j))) {
         let (x, y) = (mesh.point(i, j), motion(mesh.point(i, j)));
-        (0..2).for_each(|k| u[body.layout().index([i, j], k)] = y[k] - x[k]);
+        (0..2).for_each(|k| u[body.layout.index([i, j], k)] = y[k] - x[k]);
     }
     let force = forces(body, &u);
     [u, force]
 }
 
 fn forces(body: &Body, u: &[f64]) -> Vec<f64> {
-    let layout = body.layout();
+    let layout = body.layout;
     let mut rows = RowForces::new(layout);
     let mut force = vec![0.0; layout.len()];
-    for row in 0..layout.node_rows() {
-        if row + 1 < layout.node_rows() {
+    for row in 0..layout.node_rows {
+        if row + 1 < layout.node_rows {
             let path = StrainPath {
                 u: CornerRows::between([&u[layout.row(row)], &u[layout.row(row + 1)]]),
                 du: CornerRows::between([&[], &[]]),
@@ -121,7 +121,7 @@ fn a_rotation_gives_no_force_and_turns_the_forces_of_a_stretch() {
             );
             let [_, turned] = moved(&body, &mesh, |x| rotated(bent(x), angle));
             for (i, j) in (0..=4).flat_map(|j| (0..=6).map(move |i| (i, j))) {
-                let of = |f: &[f64]| [0, 1].map(|k| f[body.layout().index([i, j], k)]);
+                let of = |f: &[f64]| [0, 1].map(|k| f[body.layout.index([i, j], k)]);
                 let (exact, computed) = (rotated(of(&still), angle), of(&turned));
                 let error = (exact[0] - computed[0]).hypot(exact[1] - computed[1]);
                 assert!(error < 1e-11 * scale / 0.01, "{kind:?} {angle}: {error:e}");
@@ -145,7 +145,7 @@ fn the_forces_of_a_rotated_body_are_the_slope_of_its_energy() {
             let mut along = vec![0.0; u.len()];
             for (i, j) in (0..=4).flat_map(|j| (0..=6).map(move |i| (i, j))) {
                 let rough = |k: usize| ((seed * 91 + 31 * i + 17 * j + 5 * k) as f64).sin();
-                (0..2).for_each(|k| along[body.layout().index([i, j], k)] = rough(k));
+                (0..2).for_each(|k| along[body.layout.index([i, j], k)] = rough(k));
             }
             let at = |share: f64| -> Vec<f64> {
                 u.iter().zip(&along).map(|(u, d)| u + share * d).collect()

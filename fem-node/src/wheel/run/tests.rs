@@ -38,7 +38,7 @@ impl Flight {
         for node in model.mesh.edge(Edge::Bottom) {
             for component in freed {
                 let (at, mass) = (
-                    model.body.layout().index(node, *component),
+                    model.body.layout.index(node, *component),
                     model.body.node_mass(node),
                 );
                 model.body.mass[at] = mass;
@@ -78,8 +78,8 @@ impl Flight {
 
     /// Mass that moves in x or y (kg), and its momentum (kg m/s).
     fn momentum(&self, component: usize) -> [f64; 2] {
-        let layout = self.model.body.layout();
-        let moving = |at: &usize| at % layout.row_len() / layout.stride() == component;
+        let layout = self.model.body.layout;
+        let moving = |at: &usize| at % layout.row_len() / layout.stride == component;
         let add = |[mass, momentum]: [f64; 2], at: usize| {
             let m = self.model.body.mass[at];
             [mass + m, momentum + m * self.committed.state.v[at]]
