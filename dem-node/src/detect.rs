@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::faces::Face;
-use crate::geometry::Period;
+use crate::geometry::{Period, between_points, range};
 use crate::positions::{Positions, distance};
 
 /// A pair of bodies that may touch, with its memory from step to step.
@@ -231,18 +231,12 @@ impl<'a> NearPairs<'a> {
         reach: f64,
         period: Option<Period>,
     ) -> Self {
-        let limit = |axis: usize, start: f64, pick: fn(f64, f64) -> f64| {
-            centres.iter().map(|c| c[axis]).fold(start, pick)
-        };
-        let mut origin = [
-            limit(0, f64::INFINITY, f64::min),
-            limit(1, f64::INFINITY, f64::min),
-        ];
-        let mut width = limit(0, f64::NEG_INFINITY, f64::max) - origin[0];
+        let [x, y] = [0, 1].map(|axis| range(centres.iter().map(|c| c[axis])));
+        let mut origin = [x[0], y[0]];
+        let (mut width, height) = (x[1] - x[0], y[1] - y[0]);
         if let Some(period) = period {
             (origin[0], width) = (period.left, period.length);
         }
-        let height = limit(1, f64::NEG_INFINITY, f64::max) - origin[1];
         let widest = radii.iter().copied().fold(0.0, f64::max);
         // A grain that flew far away must not make the number of cells explode: four per disk suffice.
         let affordable = (width * height / (4.0 * centres.len() as f64)).sqrt();
@@ -340,11 +334,7 @@ impl<'a> NearPairs<'a> {
     }
 
     fn is_near(&self, a: usize, b: usize) -> bool {
-        let (dx, dy) = (
-            self.centres[a][0] - self.centres[b][0],
-            self.centres[a][1] - self.centres[b][1],
-        );
-        let dx = self.period.map_or(dx, |period| period.nearest(dx));
+        let [dx, dy] = between_points(self.centres[a], self.centres[b], self.period);
         let reach = self.radii[a] + self.radii[b] + self.reach;
         dx * dx + dy * dy < reach * reach
     }

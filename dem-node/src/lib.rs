@@ -148,11 +148,5 @@ pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
 }
 
 fn check_setting(setting: &Setting) -> Result<(), ConfigError> {
-    if setting.thickness_m > 0.0 && setting.thickness_m.is_finite() {
-        return Ok(());
-    }
-    Err(ConfigError::new(
-        "run.thickness_m",
-        format!("must be positive, got {:e} (m)", setting.thickness_m),
-    ))
+    config::limits::positive("run.thickness_m", setting.thickness_m, "m")
 }

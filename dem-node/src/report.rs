@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
+use crate::geometry::range;
 use crate::state::{State, WheelState};
 use crate::step::StepSummary;
 use crate::structure::Structure;
@@ -51,14 +52,12 @@ pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
         return 0;
     };
     let widest = bodies.radii.iter().copied().fold(0.0, f64::max);
-    let heights = |row: &[[f64; 2]], start, pick: fn(f64, f64) -> f64| {
-        row.iter().map(|c| c[1]).fold(start, pick)
-    };
-    let lowest = heights(base, f64::INFINITY, f64::min) - 2.0 * widest;
+    let heights = |row: &[[f64; 2]]| range(row.iter().map(|c| c[1]));
+    let lowest = heights(base)[0] - 2.0 * widest;
     let highest = if lid.is_empty() {
         f64::INFINITY
     } else {
-        heights(lid, f64::NEG_INFINITY, f64::max) + 2.0 * widest
+        heights(lid)[1] + 2.0 * widest
     };
     let beside = |x: f64| bodies.period.is_none() && !(first[0]..=last[0]).contains(&x);
     let inside = |c: &&[f64; 2]| !beside(c[0]) && (lowest..=highest).contains(&c[1]);

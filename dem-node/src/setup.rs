@@ -9,10 +9,10 @@ use crate::cluster::{Cluster, Clusters};
 use crate::cohesion::Cohesion;
 use crate::config::{Config, LawConfig, LawKind};
 use crate::error::DemError;
+use crate::geometry::range;
 use crate::law::{Law, Penetration, Springs};
 use crate::positions::proximity;
 use crate::sample::Sample;
-use crate::solver::Criteria;
 use crate::state::State;
 
 /// Overlap of two rigid disks over the smaller radius above which a sample is refused: its repair in one step would
@@ -23,23 +23,10 @@ const RIGID_OVERLAP: f64 = 0.01;
 pub(crate) const ALERT: f64 = 0.02;
 pub(crate) const SKIN: f64 = 0.2;
 
-/// Stopping criteria of the contact solver, in the calling thread.
-pub fn criteria(config: &Config) -> Criteria {
-    Criteria {
-        algorithm: config.solver.kind,
-        tolerance: config.solver.tolerance,
-        min_iterations: config.solver.min_iterations,
-        max_iterations: config.solver.max_iterations,
-        parallel: false,
-    }
-}
-
 /// The bodies of a prepared sample.
 pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
     let disks = || sample.free.iter().chain(&sample.glued);
-    let smallest = disks()
-        .map(|disk| disk.radius)
-        .fold(f64::INFINITY, f64::min);
+    let [smallest, _] = range(disks().map(|disk| disk.radius));
     let mass = |r: f64| config.density_kg_per_m3 * PI * r * r * thickness * config.mass_scale;
     let mut masses: Vec<f64> = sample.free.iter().map(|disk| mass(disk.radius)).collect();
     let clusters = clusters(config, sample, &masses);

@@ -94,7 +94,7 @@ impl Stepper {
         self.update_bodies(state, input);
         let drift = input.step * input.theta;
         state.drift(bodies, drift);
-        if bodies.law.repairs() {
+        if bodies.law.penetration.repairs() {
             let (repair, problem) = (&mut self.repair, &self.problem);
             repair.make(bodies, state, problem, drift, criteria)?;
             summary.overlap = repair::overlaps(bodies, state);

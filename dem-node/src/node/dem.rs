@@ -101,7 +101,7 @@ impl Dem {
                 .or(opening.map(|p| p.end()))
                 .or(config.time.end_s),
             bounds,
-            solver: SolverThreads::new(setup::criteria(config), setting.threads)?,
+            solver: SolverThreads::new(config.solver, setting.threads)?,
             initial_energy: state.energies(&bodies),
             initial_bond_count: bond::count(&state.bonds),
             bond_step_limit: bond::step_limit(&bodies, &state.bonds),

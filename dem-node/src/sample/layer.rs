@@ -6,6 +6,7 @@
 
 use crate::config::LayerConfig;
 use crate::error::DemError;
+use crate::geometry::range;
 use crate::sample::bed::{self, Bed};
 use crate::sample::relax::Pile;
 use crate::sample::types::{Disk, Sample};
@@ -47,10 +48,7 @@ pub fn prepare(
     };
     let lid = on_top.len();
     glued.extend(on_top);
-    let crown = Crown {
-        radius: recipe.crown_radius_m,
-    };
-    let (free, glued) = (crown.follow(free), crown.follow(glued));
+    let (free, glued) = (follow(recipe, free), follow(recipe, glued));
     let free = if bonded {
         free
     } else {
@@ -145,28 +143,19 @@ fn catch_row(
         .collect()
 }
 
-/// The crowned line below the layer.
-#[derive(Clone, Copy)]
-struct Crown {
-    /// 0 = straight (m).
-    radius: f64,
+/// Drop of the crowned line below the layer, c(x) = R - sqrt(R^2 - x^2), written without cancellation (m); R = 0 is straight.
+fn drop_at(x: f64, crown: f64) -> f64 {
+    if crown == 0.0 {
+        return 0.0;
+    }
+    x * x / (crown + (crown * crown - x * x).sqrt())
 }
 
-impl Crown {
-    /// c(x) = R - sqrt(R^2 - x^2), written without cancellation (m).
-    fn drop(self, x: f64) -> f64 {
-        if self.radius == 0.0 {
-            return 0.0;
-        }
-        x * x / (self.radius + (self.radius * self.radius - x * x).sqrt())
+fn follow(recipe: &LayerConfig, mut disks: Vec<Disk>) -> Vec<Disk> {
+    for disk in &mut disks {
+        disk.centre[1] -= drop_at(disk.centre[0], recipe.crown_radius_m);
     }
-
-    fn follow(self, mut disks: Vec<Disk>) -> Vec<Disk> {
-        for disk in &mut disks {
-            disk.centre[1] -= self.drop(disk.centre[0]);
-        }
-        disks
-    }
+    disks
 }
 
 /// Takes the side walls away and lets the grains relax under the wheel, which is held where the plate was, or between
@@ -197,10 +186,7 @@ fn release(bed: &Bed, free: Vec<Disk>, glued: &[Disk], ceiling: f64) -> (Vec<Dis
 /// Makes the grains smaller until none overlaps. The first step would repair the overlaps of rigid grains with the
 /// velocity g/h, and that threw the wheel 17 um up.
 fn shrink(disks: &mut [Disk], overlap: f64) {
-    let smallest = disks
-        .iter()
-        .map(|disk| disk.radius)
-        .fold(f64::INFINITY, f64::min);
+    let [smallest, _] = range(disks.iter().map(|disk| disk.radius));
     for disk in disks {
         disk.radius *= 1.0 - overlap / smallest;
     }
@@ -223,8 +209,8 @@ mod tests {
 
     #[test]
     fn the_crown_drops_a_tenth_of_a_millimetre_at_eight() {
-        let drop = Crown { radius: 0.3 }.drop(8e-3);
+        let drop = drop_at(8e-3, 0.3);
         assert!((drop - 0.106_685e-3).abs() < 1e-9, "{drop}");
-        assert_eq!(Crown { radius: 0.0 }.drop(8e-3), 0.0);
+        assert_eq!(drop_at(8e-3, 0.0), 0.0);
     }
 }
