@@ -83,7 +83,7 @@ impl VerletList {
             };
             let centre = wall.frame(positions.centres[slot.a as usize], positions.wall_time);
             let successor = match &wall.face {
-                Face::HalfPlane(_) => None,
+                Face::HalfPlane { .. } => None,
                 Face::Segment(segment) => segment.successor(centre),
             };
             if let Some(next) = successor {

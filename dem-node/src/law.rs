@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::cohesion::Cohesion;
 
 /// The law of every contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Law {
     /// Coefficient of Coulomb friction, |r_t| <= coefficient r_n opposed to sliding; 0 is Signorini alone.
     pub friction: f64,

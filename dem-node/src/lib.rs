@@ -53,7 +53,7 @@
 //! | energy lost by a contact, by a bond | [`ledger::contact_loss`], [`bond::end_step`] | [`ledger`] |
 //! | energy stored: kinetic, springs, bonds | [`state::State::energies`] | [`ledger`] |
 //! | pressure in a grain, trace of sum f (x_c - x) / V | [`snapshot::pressures`] | Love 1927; Weber 1966 |
-//! | fabric, mean of n (x) n | [`structure::Structure::new`] | Satake 1982 |
+//! | fabric, mean of n (x) n | [`structure::results`] | Satake 1982 |
 //! | wheel D(t) = A sin(2 pi f (t - t_s)) | [`wheel::WheelProgram::displacement_at`] | RSB, section 6 |
 //! | inertial time t_i = d sqrt(rho/P), bounds on the window | [`bounds::Bounds::new`], [`bounds::Bounds::assess`] | GDR MiDi 2004 |
 //! | mass scaling: inertial number, inertial pressure | [`mass_scaling::MassScaling::new`] | GDR MiDi 2004 |

@@ -122,12 +122,10 @@ impl Stepper {
             self.free_records(state, input);
             let again = self.solver.solve(&mut self.problem, criteria)?;
             let iterations = convergence.iterations + again.iterations;
-            let converged = again.converged && iterations <= criteria.max_iterations;
             convergence = Convergence {
                 iterations,
-                residual: again.residual,
-                quad: again.quad,
-                converged,
+                converged: again.converged && iterations <= criteria.max_iterations,
+                ..again
             };
         }
         Ok(convergence)

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// The algorithm that solves the problem: the words for `solver.kind`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Algorithm {
     /// Block non-linear Gauss-Seidel.

@@ -2,7 +2,7 @@
 
 use super::{StepInput, StepSummary, Stepper};
 use crate::bodies::Bodies;
-use crate::bond::{self, BondStep};
+use crate::bond;
 use crate::detect::Slot;
 use crate::ledger::{ContactStep, contact_loss};
 use crate::solver::{Contact, NO_BOND};
@@ -62,12 +62,10 @@ impl Stepper {
     ) {
         let contact = &self.problem.bonds[index];
         let [before, solved] = contact.adhesion;
-        let step = BondStep {
-            contact: *done,
-            adhesion: [before, solved, self.adhesion[index]],
-        };
+        let adhesion = [before, solved, self.adhesion[index]];
         let bond = &mut state.bonds[contact.index as usize];
-        let loss = bond::end_step(&bodies.law, bond, &mut state.list.slots[slot], &step);
+        let slot = &mut state.list.slots[slot];
+        let loss = bond::end_step(&bodies.law, bond, slot, done, adhesion);
         state.accounts.impact += loss.impact;
         state.accounts.friction += loss.friction;
         state.accounts.cohesion += loss.cohesion;
