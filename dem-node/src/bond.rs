@@ -157,10 +157,7 @@ impl BondContact {
 
     /// The adhesion that the end of the step allows, the gap opening at u_n and sliding at u_t; `bias` is delta/h (m/s).
     pub fn fall(&self, law: &Cohesion, velocity: [f64; 2], bias: f64, h: f64) -> f64 {
-        let drive = law.drive(
-            h * (bias + velocity[0]),
-            h * (self.law.slip() + velocity[1]),
-        );
+        let drive = law.drive(h * (bias + velocity[0]), h * (self.law.slip + velocity[1]));
         let adhesion = law.adhesion_after(self.adhesion[0], drive, h);
         adhesion.min(self.adhesion[1])
     }

@@ -30,7 +30,7 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
     let mass = |r: f64| config.density_kg_per_m3 * PI * r * r * thickness * config.mass_scale;
     let mut masses: Vec<f64> = sample.free.iter().map(|disk| mass(disk.radius)).collect();
     let clusters = clusters(config, sample, &masses);
-    for cluster in clusters.iter() {
+    for cluster in &clusters.list {
         cluster.disks.iter().for_each(|disk| masses[*disk] = 0.0);
         masses[cluster.leader()] = cluster.mass;
     }

@@ -11,7 +11,7 @@ impl Dem {
         window: &Window,
         free_velocity: &[f64],
     ) -> Result<f64, DemError> {
-        let step = match (self.interface.is_empty(), self.window) {
+        let step = match (self.interface.disks.is_empty(), self.window) {
             (false, Some(step)) => step,
             _ => {
                 return request("a window needs a glued row coupled and the wall announced first");
@@ -24,12 +24,12 @@ impl Dem {
                 window.index
             ));
         }
-        if free_velocity.len() != 2 * self.interface.len() {
+        if free_velocity.len() != 2 * self.interface.disks.len() {
             return request(format!(
                 "window {} brings {} velocities for {} glued disks of two components",
                 window.index,
                 free_velocity.len(),
-                self.interface.len()
+                self.interface.disks.len()
             ));
         }
         require_numbers("a velocity of a glued disk", window, free_velocity)?;

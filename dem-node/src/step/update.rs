@@ -80,11 +80,8 @@ impl Stepper {
     ) -> ContactStep {
         let velocity = self.problem.relative_velocity(contact);
         let before = self.relative_before(input.bodies, state, contact);
-        let stretched = input
-            .bodies
-            .law
-            .springs
-            .map_or(0.0, |s| -contact.impulse[1] / (input.step * s.tangential));
+        let springs = input.bodies.law.springs;
+        let stretched = springs.map_or(0.0, |s| -contact.impulse[1] / (input.step * s.tangential));
         // A compliant boundary puts its disks where its own body says, which is not for this ledger to judge.
         let left = if contact.glued && self.problem.boundary.is_compliant() {
             contact.gap
@@ -121,11 +118,8 @@ fn velocity_before(bodies: &Bodies, state: &State, body: usize) -> [f64; 3] {
         return state.velocities[body];
     }
     if let Some(disk) = bodies.glued_index(body) {
-        return [
-            state.glued_velocity[2 * disk],
-            state.glued_velocity[2 * disk + 1],
-            0.0,
-        ];
+        let [x, y] = [0, 1].map(|k| state.glued_velocity[2 * disk + k]);
+        return [x, y, 0.0];
     }
     if Some(body) == bodies.wheel() {
         return [state.wheel.velocity[0], state.wheel.velocity[1], 0.0];

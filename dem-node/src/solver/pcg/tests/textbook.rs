@@ -112,7 +112,7 @@ impl<'a> Textbook<'a> {
             let bond = self.problem.bonds.get(contact.bond as usize);
             let bias = [
                 contact.bias[0],
-                bond.map_or(contact.bias[1], |b| b.law.slip()),
+                bond.map_or(contact.bias[1], |b| b.law.slip),
             ];
             let u = self.relative(i, &speeds);
             let u = [u[0] + bias[0], u[1] + bias[1]];
