@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::faces::Face;
-use crate::geometry::{Period, between_points, range};
+use crate::geometry::{Period, between_points, range, squared_displacements};
 use crate::positions::{Positions, distance};
 
 /// A pair of bodies that may touch, with its memory from step to step.
@@ -108,14 +108,9 @@ impl VerletList {
 
     /// Largest displacement of a body since the list was built (m).
     fn drift(&self, bodies: &Bodies, positions: &Positions) -> f64 {
-        let squared = positions
-            .centres
-            .iter()
-            .zip(&self.centres)
-            .map(|(now, then)| (now[0] - then[0]).powi(2) + (now[1] - then[1]).powi(2))
-            .fold(0.0, f64::max);
+        let squared = squared_displacements(positions.centres, &self.centres);
         let [x, y] = [0, 1].map(|k| positions.wheel[k] - self.wheel[k]);
-        let farthest = squared.sqrt().max(x.hypot(y));
+        let farthest = squared.fold(0.0, f64::max).sqrt().max(x.hypot(y));
         match positions.wall_time - self.wall_time {
             0.0 => farthest,
             time => farthest.max(time * bodies.wall_speed()),

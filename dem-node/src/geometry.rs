@@ -97,6 +97,12 @@ pub fn between_points(a: [f64; 2], b: [f64; 2], period: Option<Period>) -> [f64;
     [period.map_or(dx, |period| period.nearest(dx)), a[1] - b[1]]
 }
 
+/// Squares of the distances by which points have moved (m2).
+pub fn squared_displacements(now: &[[f64; 2]], then: &[[f64; 2]]) -> impl Iterator<Item = f64> {
+    let both = now.iter().zip(then);
+    both.map(|(now, then)| (now[0] - then[0]).powi(2) + (now[1] - then[1]).powi(2))
+}
+
 /// Smallest and largest of these values; infinity and minus infinity where there are none.
 pub fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     let none = [f64::INFINITY, f64::NEG_INFINITY];

@@ -7,6 +7,7 @@ use protocol::ConfigError;
 use crate::bodies::Bodies;
 use crate::cluster::{Cluster, Clusters};
 use crate::cohesion::Cohesion;
+use crate::config::limits::refuse_if;
 use crate::config::{Config, LawConfig, LawKind};
 use crate::error::DemError;
 use crate::geometry::range;
@@ -103,16 +104,13 @@ fn cohesion(config: &LawConfig, thickness: f64) -> Option<Cohesion> {
 }
 
 /// A curved wheel that no disk can reach would fall for ever.
-pub fn refuse_idle_wheel(state: &State) -> Result<(), DemError> {
-    if state.wheel.position[1].is_finite() {
-        return Ok(());
-    }
-    Err(ConfigError::new(
+pub fn refuse_idle_wheel(state: &State) -> Result<(), ConfigError> {
+    refuse_if(
+        !state.wheel.position[1].is_finite(),
         "wheel.radius_m",
         "no disk lies under the wheel, which stands over x = 0: it would fall for ever",
+        "raise the radius, or place disks under the wheel",
     )
-    .help("raise the radius, or place disks under the wheel")
-    .into())
 }
 
 /// Rigid disks may touch at the start, not lie in each other.

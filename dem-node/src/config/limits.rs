@@ -6,7 +6,7 @@ use protocol::ConfigError;
 pub(super) const PERIOD: &str = "sample.periodic_x_m";
 
 /// Refuses a key for a reason, with a help, if something holds.
-pub(super) fn refuse_if(
+pub(crate) fn refuse_if(
     holds: bool,
     key: &str,
     why: impl Into<String>,

@@ -33,7 +33,8 @@ impl Dem {
     /// The energy balance: names, roles and values of its terms, with the energies stored since the start (J).
     fn ledger(&self, stored: [f64; 4]) -> impl Iterator<Item = (&'static str, Role, f64)> {
         let accounts = &self.progress.state.accounts;
-        let walls = (self.bodies.wall_speed() > 0.0).then(|| accounts.of_walls());
+        let walls =
+            (self.bodies.wall_speed() > 0.0).then_some(("walls", Role::Work, accounts.walls));
         accounts.terms(stored).into_iter().chain(walls)
     }
 

@@ -34,42 +34,30 @@ pub fn prepare(
     let highest = recipe.press_pa.iter().copied().fold(0.0, f64::max);
     let bed_stiffness = stiffness.unwrap_or(RIGID_BED_STIFFNESS * highest);
     let bed = bed::press(&bed_of(recipe), bed_stiffness, seed)?;
-    let (free, base) = cut(&bed.pile);
-    let (free, lid) = if recipe.lid {
-        cut_above(free, recipe.thickness_m)
-    } else {
-        (free, Vec::new())
-    };
+    let (mut free, base) = cut(&bed.pile);
+    let (mut lid, mut ceiling) = (Vec::new(), recipe.thickness_m);
+    if recipe.lid {
+        let (below, above) = cut_above(free, recipe.thickness_m);
+        lid = extended(recipe, &below, above, |radius| recipe.thickness_m + radius);
+        (free, ceiling) = (below, f64::INFINITY);
+    }
+    let on_top = lid.len();
     let mut glued = extended(recipe, &free, base, |radius| -radius);
-    let on_top = if recipe.lid {
-        extended(recipe, &free, lid, |radius| recipe.thickness_m + radius)
-    } else {
-        lid
-    };
-    let lid = on_top.len();
-    glued.extend(on_top);
-    let (free, glued) = (follow(recipe, free), follow(recipe, glued));
-    let free = if bonded {
-        free
-    } else {
-        let ceiling = if recipe.lid {
-            f64::INFINITY
-        } else {
-            recipe.thickness_m
-        };
-        let (mut free, overlap) = release(&bed, free, &glued, ceiling);
+    glued.extend(lid);
+    (free, glued) = (follow(recipe, free), follow(recipe, glued));
+    if !bonded {
+        let overlap;
+        (free, overlap) = release(&bed, free, &glued, ceiling);
         if stiffness.is_none() {
             shrink(&mut free, overlap);
         }
-        free
-    };
+    }
     Ok(Sample {
         free: in_columns(free),
         glued,
-        lid,
-        walls: Vec::new(),
-        clusters: Vec::new(),
+        lid: on_top,
         solid_fraction: bed.solid_fraction,
+        ..Sample::default()
     })
 }
 
@@ -91,56 +79,42 @@ fn cut_above(free: Vec<Disk>, height: f64) -> (Vec<Disk>, Vec<Disk>) {
 
 /// Cuts along y = 0: disks wholly below go, disks whose centre is less than r above it are glued.
 fn cut(pile: &Pile) -> (Vec<Disk>, Vec<Disk>) {
-    let disks = pile
-        .centres
-        .iter()
-        .zip(&pile.radii)
-        .map(|(centre, radius)| Disk {
-            centre: *centre,
-            radius: *radius,
-            ..Disk::default()
-        });
+    let disks = pile.centres.iter().zip(&pile.radii);
+    let disks = disks.map(|(centre, radius)| Disk {
+        centre: *centre,
+        radius: *radius,
+        ..Disk::default()
+    });
     disks
         .filter(|disk| disk.centre[1] > -disk.radius)
         .partition(|disk| disk.centre[1] >= disk.radius)
 }
 
-/// A glued row with its catch rows, by ascending x.
+/// A glued row by ascending x with its catch rows: bare touching disks of the mean diameter on both sides, at the height that
+/// their radius gives, flush with the line.
 fn extended(
     recipe: &LayerConfig,
     free: &[Disk],
     mut row: Vec<Disk>,
     height: impl Fn(f64) -> f64,
 ) -> Vec<Disk> {
+    let disks = free.iter().chain(&row);
+    let sum: f64 = disks.clone().map(|disk| disk.radius).sum();
+    let radius = sum / disks.count().max(1) as f64;
+    let place = |side: f64, k: usize| {
+        let x = side * (recipe.half_width_m + (2 * k + 1) as f64 * radius);
+        Disk {
+            centre: [x, height(radius)],
+            radius,
+            ..Disk::default()
+        }
+    };
     if recipe.periodic_x_m.is_none() {
-        row.extend(catch_row(recipe, free, &row, height));
+        let steps = 0..CATCH_DIAMETERS as usize;
+        row.extend(steps.flat_map(|k| [place(-1.0, k), place(1.0, k)]));
     }
     row.sort_by(|a, b| a.centre[0].total_cmp(&b.centre[0]));
     row
-}
-
-/// Bare touching disks of the mean diameter on both sides, at the height that their radius gives: flush with the line.
-fn catch_row(
-    recipe: &LayerConfig,
-    free: &[Disk],
-    glued: &[Disk],
-    height: impl Fn(f64) -> f64,
-) -> Vec<Disk> {
-    let disks = free.iter().chain(glued);
-    let sum: f64 = disks.clone().map(|disk| disk.radius).sum();
-    let radius = sum / disks.count().max(1) as f64;
-    let steps = 0..CATCH_DIAMETERS as usize;
-    let place = |side: f64, k: usize| Disk {
-        centre: [
-            side * (recipe.half_width_m + (2 * k + 1) as f64 * radius),
-            height(radius),
-        ],
-        radius,
-        ..Disk::default()
-    };
-    steps
-        .flat_map(|k| [place(-1.0, k), place(1.0, k)])
-        .collect()
 }
 
 /// Drop of the crowned line below the layer, c(x) = R - sqrt(R^2 - x^2), written without cancellation (m); R = 0 is straight.

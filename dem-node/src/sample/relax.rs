@@ -4,7 +4,7 @@
 //! unit masses the fastest oscillation of a packing is then about 3.5 per unit of time whatever the material.
 
 use crate::detect::NearPairs;
-use crate::geometry::{Period, between_points, range};
+use crate::geometry::{Period, between_points, range, squared_displacements};
 
 /// Disks between rigid plates.
 #[derive(Clone, Debug)]
@@ -115,12 +115,9 @@ impl Pile {
     }
 
     fn refresh(&self, neighbours: &mut Neighbours) {
-        let moved = |now: &[f64; 2], then: &[f64; 2]| {
-            (now[0] - then[0]).powi(2) + (now[1] - then[1]).powi(2)
-        };
         let limit = (0.5 * neighbours.skin).powi(2);
-        let mut both = self.centres.iter().zip(&neighbours.centres);
-        if both.any(|(now, then)| moved(now, then) > limit) {
+        if squared_displacements(&self.centres, &neighbours.centres).any(|squared| squared > limit)
+        {
             *neighbours = self.neighbours();
         }
     }
