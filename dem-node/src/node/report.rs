@@ -18,6 +18,7 @@ impl Dem {
         signals.chain(ledger).collect()
     }
 
+    /// The signals of a step; cohesive laws add `bonds`, those above 0.01 of adhesion.
     fn signals(&self, summary: &StepSummary) -> Vec<(&'static str, f64)> {
         let state = &self.progress.state;
         let mut signals = report::signals(&self.bodies, state, summary).to_vec();
