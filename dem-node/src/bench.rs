@@ -38,8 +38,8 @@ pub struct BenchRow {
     pub disks: usize,
     /// Contacts of the problem, those with plates included.
     pub contacts: usize,
-    /// `nsgs` or `pcg`.
-    pub solver: &'static str,
+    /// The algorithm.
+    pub solver: Algorithm,
     /// `signorini` or `coulomb`.
     pub law: &'static str,
     /// Threads of the solver.
@@ -139,10 +139,7 @@ impl Pack {
             Ok(BenchRow {
                 disks: self.disks.len(),
                 contacts,
-                solver: match algorithm {
-                    Algorithm::Nsgs => "nsgs",
-                    Algorithm::Pcg => "pcg",
-                },
+                solver: algorithm,
                 law: if friction > 0.0 {
                     "coulomb"
                 } else {

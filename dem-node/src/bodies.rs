@@ -6,7 +6,7 @@ use crate::geometry::Period;
 use crate::law::Law;
 
 /// The bodies in their numbering: free grains, glued disks, wheel (if any), walls.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Bodies {
     /// Number of free grains.
     pub free: usize,

@@ -157,22 +157,10 @@ impl BondContact {
 
     /// The adhesion that the end of the step allows, the gap opening at u_n and sliding at u_t; `bias` is delta/h (m/s).
     pub fn fall(&self, law: &Cohesion, velocity: [f64; 2], bias: f64, h: f64) -> f64 {
-        let drive = law.drive(
-            h * (bias + velocity[0]),
-            h * (self.law.slip() + velocity[1]),
-        );
+        let drive = law.drive(h * (bias + velocity[0]), h * (self.law.slip + velocity[1]));
         let adhesion = law.adhesion_after(self.adhesion[0], drive, h);
         adhesion.min(self.adhesion[1])
     }
-}
-
-/// Motion of a bonded contact in a step.
-#[derive(Clone, Copy, Debug)]
-pub struct BondStep {
-    /// Impulse and motion; its gap is delta at detection.
-    pub contact: ContactStep,
-    /// Adhesion at the start, in the solution, and at the end.
-    pub adhesion: [f64; 3],
 }
 
 /// Energy that a bonded contact loses in a step (J).
@@ -188,17 +176,22 @@ pub struct Loss {
 
 /// Moves a bond to the end of a step: its opening, slip and adhesion, and the forces of its slot. Returns the losses.
 ///
-/// Adhesion falls from a_0 to a_1 at the opening before the step, and from a_1 to a_2 at the one after it:
+/// `contact` is its impulse and motion, its gap delta at detection; adhesion is a_0 at the start, a_1 in the solution and a_2 at
+/// the end. Adhesion falls from a_0 to a_1 at the opening before the step, and from a_1 to a_2 at the one after it:
 /// l D (a_0^2 - a_1^2)/2. Springs driven implicitly lose k (e - e_0)^2 / 2; one that closes or opens in the step is
 /// pushed over the rest of the path as well. A rigid contact loses -r_n u_n in compression and -r_f u_t in slip.
 /// The change of the opening between two steps by the turning of the normal is a loss of the scheme, see [`ContactStep::turned`].
-pub fn end_step(law: &Law, bond: &mut Bond, slot: &mut Slot, done: &BondStep) -> Loss {
+pub fn end_step(
+    law: &Law,
+    bond: &mut Bond,
+    slot: &mut Slot,
+    contact: &ContactStep,
+    [before, solved, after]: [f64; 3],
+) -> Loss {
     let Some(cohesion) = &law.cohesion else {
         return Loss::default();
     };
-    let contact = &done.contact;
     let ([r_n, r_t], [u_n, u_t], h) = (contact.impulse, contact.velocity, contact.step);
-    let [before, solved, after] = done.adhesion;
     let [k_n, k_t] = cohesion.stiffness(bond.area, solved);
     let stored = |adhesion, opening, slip| cohesion.stored(bond.area, adhesion, opening, slip);
     let (opening, slip) = (contact.gap + h * u_n, bond.slip + h * u_t);
@@ -278,8 +271,8 @@ fn break_bond(
 mod tests {
     use super::*;
     use crate::cohesion::HPrime;
+    use crate::law::Springs;
     use crate::law::local::DelassusBlock;
-    use crate::law::{Penetration, Springs};
 
     const STEP: f64 = 0.5;
     const BLOCK: DelassusBlock = DelassusBlock {
@@ -303,8 +296,7 @@ mod tests {
                 alert: 0.1,
                 bonds_min: 0,
             }),
-            restitution: None,
-            penetration: Penetration::Gap,
+            ..Law::default()
         }
     }
 
@@ -396,11 +388,14 @@ mod tests {
                 velocity: [0.0; 2],
                 change: [0.0; 2],
             };
-            let step = BondStep {
-                contact,
-                adhesion: [1.0, 1.0, 0.0],
-            };
-            let loss = close_up(&mut bond, &mut slot, &step);
+            let adhesion = [1.0, 1.0, 0.0];
+            let loss = end_step(
+                &law(Some(SPRINGS)),
+                &mut bond,
+                &mut slot,
+                &contact,
+                adhesion,
+            );
             assert_eq!(bond.adhesion, 0.0);
             close(slot.spring, expected);
             close(slot.force[0], 1.6);
@@ -409,9 +404,5 @@ mod tests {
             let kept = 0.5 * 8.0 * 0.04 + 0.5 * expected * expected;
             close(loss.cohesion, 0.5 * slip * slip + 0.5 * 8.0 * 0.09 - kept);
         }
-    }
-
-    fn close_up(bond: &mut Bond, slot: &mut Slot, step: &BondStep) -> Loss {
-        super::end_step(&law(Some(SPRINGS)), bond, slot, step)
     }
 }

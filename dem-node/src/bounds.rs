@@ -4,6 +4,7 @@ use protocol::ConfigError;
 
 use crate::config::{Config, RadiusLaw, SampleConfig};
 use crate::error::DemError;
+use crate::geometry::range;
 use crate::wheel::WheelProgram;
 
 /// Part of t_i below which coupled trials were clean.
@@ -99,14 +100,9 @@ impl Bounds {
 fn radii(config: &Config) -> (f64, f64) {
     match &config.sample {
         SampleConfig::Disks(sample) => {
-            let free: Vec<f64> = sample
-                .disks
-                .iter()
-                .filter(|d| !d.glued)
-                .map(|d| d.radius_m)
-                .collect();
-            let mean = free.iter().sum::<f64>() / free.len() as f64;
-            (mean, free.iter().copied().fold(f64::INFINITY, f64::min))
+            let free = || sample.disks.iter().filter(|d| !d.glued).map(|d| d.radius_m);
+            let mean = free().sum::<f64>() / free().count() as f64;
+            (mean, range(free())[0])
         }
         SampleConfig::Layer(layer) => {
             let (a, b) = (layer.radius_min_m, layer.radius_max_m);

@@ -12,7 +12,8 @@ use crate::solver::Levers;
 /// All clusters of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Clusters {
-    list: Vec<Cluster>,
+    /// All of them, in the order of their poses.
+    pub list: Vec<Cluster>,
     /// Cluster of each disk, [`SINGLE`] for one that belongs to none; empty without clusters.
     of_disk: Vec<u32>,
 }
@@ -33,10 +34,10 @@ pub struct Cluster {
     pub radius: f64,
     /// 1 where it can move, 0 where it is locked: x, y, rotation.
     pub free: [f64; 3],
-    /// Centre of mass at the start (m).
-    centre: [f64; 2],
-    /// Velocity at the start (m/s, m/s, rad/s).
-    velocity: [f64; 3],
+    /// Its pose at the start.
+    pub start: Pose,
+    /// Velocity at the start: v_x, v_y, spin times radius (m/s).
+    pub start_velocity: [f64; 3],
 }
 
 /// The description of a cluster in a sample.
@@ -88,34 +89,22 @@ impl Cluster {
         let inertia = members
             .inertia
             .unwrap_or(inertia.sum::<f64>() * (mass / sum));
+        let radius = (2.0 * inertia / mass).sqrt();
+        let [x, y, spin] = members.velocity;
         Cluster {
             disks: members.disks.clone(),
             offsets: parts.iter().map(|(c, _, _)| offset(*c)).collect(),
             mass: mass * scale,
-            radius: (2.0 * inertia / mass).sqrt(),
+            radius,
             free: members.locked.map(|locked| f64::from(u8::from(!locked))),
-            centre,
-            velocity: members.velocity,
+            start: Pose { centre, angle: 0.0 },
+            start_velocity: [x, y, spin * radius],
         }
     }
 
     /// The disk that stands for the cluster.
     pub fn leader(&self) -> usize {
         self.disks[0]
-    }
-
-    /// Its pose at the start.
-    pub fn start(&self) -> Pose {
-        Pose {
-            centre: self.centre,
-            angle: 0.0,
-        }
-    }
-
-    /// Velocity at the start: v_x, v_y, spin times radius (m/s).
-    pub fn start_velocity(&self) -> [f64; 3] {
-        let [x, y, spin] = self.velocity;
-        [x, y, spin * self.radius]
     }
 
     /// Change by a unit impulse of (v_x, v_y, spin times radius) (1/kg).
@@ -179,16 +168,6 @@ impl Clusters {
             }
         }
         Clusters { list, of_disk }
-    }
-
-    /// True if there are none.
-    pub fn is_empty(&self) -> bool {
-        self.list.is_empty()
-    }
-
-    /// All of them, in the order of their poses.
-    pub fn iter(&self) -> std::slice::Iter<'_, Cluster> {
-        self.list.iter()
     }
 
     /// The cluster of a body that is a disk, with its number.
@@ -262,7 +241,7 @@ mod tests {
     #[test]
     fn mass_centre_and_inertia_are_those_of_the_disks() {
         let cluster = dumbbell();
-        assert_eq!(cluster.start().centre, [3.0, 0.0]);
+        assert_eq!(cluster.start.centre, [3.0, 0.0]);
         assert_eq!(cluster.mass, 40.0);
         assert!((cluster.radius.powi(2) - 10.0).abs() < 1e-14);
     }
@@ -270,8 +249,8 @@ mod tests {
     #[test]
     fn a_quarter_turn_takes_the_disks_along() {
         let (cluster, mut centres) = (dumbbell(), vec![[0.0; 2]; 6]);
-        let mut pose = cluster.start();
-        let velocity = cluster.start_velocity();
+        let mut pose = cluster.start;
+        let velocity = cluster.start_velocity;
         cluster.drift(
             &mut pose,
             velocity,

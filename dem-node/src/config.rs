@@ -3,15 +3,15 @@
 mod disks;
 mod law;
 mod layer;
-mod limits;
+pub(crate) mod limits;
 mod sample;
 
 use protocol::ConfigError;
 use serde::Deserialize;
 
 use crate::law::Penetration;
-use crate::solver::Algorithm;
-use limits::{PERIOD, at_least, finite, positive, refuse, within};
+use crate::solver::{Algorithm, Criteria};
+use limits::{PERIOD, at_least, finite, positive, refuse_given, refuse_if, within};
 
 pub use disks::{ClusterConfig, DisksConfig, WallConfig};
 pub use law::{LawConfig, LawKind};
@@ -28,7 +28,7 @@ pub struct Config {
     /// The law of a contact; the same for every contact, wheel, walls and glued disks included.
     pub law: LawConfig,
     /// The solver of the contact problem of a step.
-    pub solver: SolverConfig,
+    pub solver: Criteria,
     /// Step and scheme.
     pub time: TimeConfig,
     /// Density of the grains (kg/m3).
@@ -51,20 +51,6 @@ pub struct Config {
 
 fn one() -> f64 {
     1.0
-}
-
-/// `solver`: the solver of the contact problem.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SolverConfig {
-    /// The algorithm.
-    pub kind: Algorithm,
-    /// Bound on the true natural-map residual, relative.
-    pub tolerance: f64,
-    /// Iterations after which a window counts as not converged.
-    pub max_iterations: usize,
-    /// Iterations that are always done.
-    pub min_iterations: usize,
 }
 
 /// `time`: step and scheme.
@@ -127,7 +113,7 @@ impl Config {
     /// Refuses values out of range, naming the key, the value and what to do.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.law.validate()?;
-        self.solver.validate()?;
+        validate_solver(&self.solver)?;
         self.time.validate()?;
         positive("density_kg_per_m3", self.density_kg_per_m3, "kg/m3")?;
         at_least("mass_scale", self.mass_scale, 1.0, "")?;
@@ -146,48 +132,48 @@ impl Config {
 
     fn validate_together(&self) -> Result<(), ConfigError> {
         // A compliant bond has a spring in place of friction; a rigid one slides beside its shear.
-        if self.solver.kind == Algorithm::Pcg
-            && self.law.kind.plain() == LawKind::Cohesion
-            && self.law.contact_stiffness_pa.is_none()
-            && self.law.friction != Some(0.0)
-        {
-            return refuse(
-                "solver.kind",
-                "\"pcg\" needs a convex problem, and rigid bonds with friction beside their shear make none",
-                "write solver.kind = \"nsgs\", law.friction = 0, or give law.contact_stiffness_pa",
-            );
+        refuse_if(
+            self.solver.algorithm == Algorithm::Pcg
+                && self.law.kind.plain() == LawKind::Cohesion
+                && self.law.contact_stiffness_pa.is_none()
+                && self.law.friction != Some(0.0),
+            "solver.kind",
+            "\"pcg\" needs a convex problem, and rigid bonds with friction beside their shear make none",
+            "write solver.kind = \"nsgs\", law.friction = 0, or give law.contact_stiffness_pa",
+        )?;
+        if let SampleConfig::Layer(layer) = &self.sample {
+            self.validate_wheel_on(layer)?;
         }
-        let lid = matches!(&self.sample, SampleConfig::Layer(layer) if layer.lid);
-        if lid && self.wheel.is_some() {
-            return refuse(
-                "wheel",
-                "a layer with a lid is held by the body above it, and there is a wheel",
-                "remove [participant.config.wheel], or sample.lid",
-            );
+        refuse_if(
+            self.wheel.is_some() && self.time.end_s.is_some(),
+            "time.end_s",
+            "the wheel's history already ends the run",
+            "remove the key, or change wheel.hold_s or wheel.cycles",
+        )
+    }
+
+    fn validate_wheel_on(&self, layer: &LayerConfig) -> Result<(), ConfigError> {
+        refuse_if(
+            layer.lid && self.wheel.is_some(),
+            "wheel",
+            "a layer with a lid is held by the body above it, and there is a wheel",
+            "remove [participant.config.wheel], or sample.lid",
+        )?;
+        refuse_if(
+            self.wheel.is_none() && !layer.lid,
+            "wheel",
+            "a layer needs the wheel that holds it, and there is none",
+            "add [participant.config.wheel], or sample.lid = true",
+        )?;
+        match self.wheel.filter(|wheel| wheel.radius_m > 0.0) {
+            None => Ok(()),
+            Some(wheel) => {
+                let least = WHEEL_GRAINS * 2.0 * layer.radius_max_m;
+                at_least("wheel.radius_m", wheel.radius_m, least, "m").map_err(|error| {
+                    error.help("a smaller one falls between the grains; write 0 for a flat face")
+                })
+            }
         }
-        if matches!(self.sample, SampleConfig::Layer(_)) && self.wheel.is_none() && !lid {
-            return refuse(
-                "wheel",
-                "a layer needs the wheel that holds it, and there is none",
-                "add [participant.config.wheel], or sample.lid = true",
-            );
-        }
-        if let (SampleConfig::Layer(layer), Some(wheel)) = (&self.sample, &self.wheel)
-            && wheel.radius_m > 0.0
-        {
-            let least = WHEEL_GRAINS * 2.0 * layer.radius_max_m;
-            at_least("wheel.radius_m", wheel.radius_m, least, "m").map_err(|error| {
-                error.help("a smaller one falls between the grains; write 0 for a flat face")
-            })?;
-        }
-        if self.wheel.is_some() && self.time.end_s.is_some() {
-            return refuse(
-                "time.end_s",
-                "the wheel's history already ends the run",
-                "remove the key, or change wheel.hold_s or wheel.cycles",
-            );
-        }
-        Ok(())
     }
 
     /// Refuses options that rigid clusters do not go with.
@@ -195,33 +181,24 @@ impl Config {
         if !self.sample.has_clusters() {
             return Ok(());
         }
-        let refused = [
-            (
-                self.solver.kind == Algorithm::Pcg,
-                "solver.kind",
-                "\"pcg\" solves contacts of single disks only, and sample.disks has clusters",
-                "write solver.kind = \"nsgs\"",
-            ),
-            (
-                self.law.kind.plain() == LawKind::Cohesion,
-                "law.kind",
-                "bonds of clusters are not supported, and sample.disks has clusters",
-                "choose law.kind = \"coulomb\" or \"signorini\"",
-            ),
-            (
-                matches!(
-                    self.law.penetration,
-                    Some(Penetration::Split | Penetration::Projection)
-                ),
-                "law.penetration",
-                "moves single disks apart, and sample.disks has clusters",
-                "write penetration = \"gap\" or \"iqs\"",
-            ),
-        ];
-        match refused.into_iter().find(|(holds, ..)| *holds) {
-            None => Ok(()),
-            Some((_, key, why, help)) => refuse(key, why, help),
-        }
+        refuse_if(
+            self.solver.algorithm == Algorithm::Pcg,
+            "solver.kind",
+            "\"pcg\" solves contacts of single disks only, and sample.disks has clusters",
+            "write solver.kind = \"nsgs\"",
+        )?;
+        refuse_if(
+            self.law.kind.plain() == LawKind::Cohesion,
+            "law.kind",
+            "bonds of clusters are not supported, and sample.disks has clusters",
+            "choose law.kind = \"coulomb\" or \"signorini\"",
+        )?;
+        refuse_if(
+            self.law.penetration.is_some_and(Penetration::repairs),
+            "law.penetration",
+            "moves single disks apart, and sample.disks has clusters",
+            "write penetration = \"gap\" or \"iqs\"",
+        )
     }
 
     /// Refuses what a strip that repeats does not go with.
@@ -230,18 +207,19 @@ impl Config {
             return Ok(());
         };
         self.sample.validate_strip(ends)?;
-        if self.wheel.is_some_and(|wheel| wheel.radius_m > 0.0) {
-            return refuse(
-                "wheel.radius_m",
-                "a curved wheel does not repeat along x, and sample.periodic_x_m does",
-                "write radius_m = 0",
-            );
+        refuse_if(
+            self.wheel.is_some_and(|wheel| wheel.radius_m > 0.0),
+            "wheel.radius_m",
+            "a curved wheel does not repeat along x, and sample.periodic_x_m does",
+            "write radius_m = 0",
+        )?;
+        match self.drive {
+            None => Ok(()),
+            Some(_) => Err(ConfigError::new(
+                PERIOD,
+                "a driven pair does not repeat along x",
+            )),
         }
-        if self.drive.is_some() {
-            let why = "a driven pair does not repeat along x";
-            return Err(ConfigError::new(PERIOD, why));
-        }
-        Ok(())
     }
 
     /// Refuses scenes that a drive cannot move.
@@ -261,62 +239,47 @@ impl Config {
             }
             SampleConfig::Layer(_) => false,
         };
-        if !pair || self.wheel.is_some() {
-            return refuse(
-                "drive",
-                "moves one grain from one glued disk, and the sample is not such a pair",
-                "list two disks in sample.disks, one with glued = true, and no wheel",
-            );
-        }
+        refuse_if(
+            !pair || self.wheel.is_some(),
+            "drive",
+            "moves one grain from one glued disk, and the sample is not such a pair",
+            "list two disks in sample.disks, one with glued = true, and no wheel",
+        )?;
         if self.law.contact_stiffness_pa.is_none() {
             return Err(ConfigError::new(
                 "law.contact_stiffness_pa",
                 "is missing: nothing could stop the prescribed motion of a rigid pair",
             ));
         }
-        for (key, value) in [
-            ("time.step_s", self.time.step_s),
-            ("time.end_s", self.time.end_s),
-        ] {
-            if value.is_some() {
-                return refuse(
-                    key,
-                    "follows from drive.velocity_m_per_s: the pair moves by 30 delta_0 in 100 000 steps",
-                    "remove the key",
-                );
-            }
-        }
-        Ok(())
+        refuse_given(
+            [
+                ("time.step_s", self.time.step_s.is_some()),
+                ("time.end_s", self.time.end_s.is_some()),
+            ],
+            "follows from drive.velocity_m_per_s: the pair moves by 30 delta_0 in 100 000 steps",
+            "remove the key",
+        )
     }
 }
 
-impl SolverConfig {
-    fn validate(&self) -> Result<(), ConfigError> {
-        positive("solver.tolerance", self.tolerance, "")?;
-        within("solver.tolerance", self.tolerance, 0.0, 0.1)?;
-        if self.max_iterations == 0 || self.min_iterations > self.max_iterations {
-            return Err(ConfigError::new(
-                "solver.max_iterations",
-                format!(
-                    "must be at least 1 and at least solver.min_iterations = {}, got {}",
-                    self.min_iterations, self.max_iterations
-                ),
-            ));
-        }
-        Ok(())
+fn validate_solver(solver: &Criteria) -> Result<(), ConfigError> {
+    positive("solver.tolerance", solver.tolerance, "")?;
+    within("solver.tolerance", solver.tolerance, [0.0, 0.1])?;
+    let (least, most) = (solver.min_iterations, solver.max_iterations);
+    if most == 0 || least > most {
+        let problem =
+            format!("must be at least 1 and at least solver.min_iterations = {least}, got {most}");
+        return Err(ConfigError::new("solver.max_iterations", problem));
     }
+    Ok(())
 }
 
 impl TimeConfig {
     fn validate(&self) -> Result<(), ConfigError> {
-        within("time.theta", self.theta, 0.5, 1.0)?;
+        within("time.theta", self.theta, [0.5, 1.0])?;
         positive("time.pressure_pa", self.pressure_pa, "Pa")?;
-        for (key, value) in [("time.step_s", self.step_s), ("time.end_s", self.end_s)] {
-            if let Some(value) = value {
-                positive(key, value, "s")?;
-            }
-        }
-        Ok(())
+        positive("time.step_s", self.step_s, "s")?;
+        positive("time.end_s", self.end_s, "s")
     }
 }
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::faces::Face;
-use crate::geometry::Period;
+use crate::geometry::{Period, between_points, range, squared_displacements};
 use crate::positions::{Positions, distance};
 
 /// A pair of bodies that may touch, with its memory from step to step.
@@ -83,7 +83,7 @@ impl VerletList {
             };
             let centre = wall.frame(positions.centres[slot.a as usize], positions.wall_time);
             let successor = match &wall.face {
-                Face::HalfPlane(_) => None,
+                Face::HalfPlane { .. } => None,
                 Face::Segment(segment) => segment.successor(centre),
             };
             if let Some(next) = successor {
@@ -108,14 +108,9 @@ impl VerletList {
 
     /// Largest displacement of a body since the list was built (m).
     fn drift(&self, bodies: &Bodies, positions: &Positions) -> f64 {
-        let squared = positions
-            .centres
-            .iter()
-            .zip(&self.centres)
-            .map(|(now, then)| (now[0] - then[0]).powi(2) + (now[1] - then[1]).powi(2))
-            .fold(0.0, f64::max);
+        let squared = squared_displacements(positions.centres, &self.centres);
         let [x, y] = [0, 1].map(|k| positions.wheel[k] - self.wheel[k]);
-        let farthest = squared.sqrt().max(x.hypot(y));
+        let farthest = squared.fold(0.0, f64::max).sqrt().max(x.hypot(y));
         match positions.wall_time - self.wall_time {
             0.0 => farthest,
             time => farthest.max(time * bodies.wall_speed()),
@@ -231,18 +226,12 @@ impl<'a> NearPairs<'a> {
         reach: f64,
         period: Option<Period>,
     ) -> Self {
-        let limit = |axis: usize, start: f64, pick: fn(f64, f64) -> f64| {
-            centres.iter().map(|c| c[axis]).fold(start, pick)
-        };
-        let mut origin = [
-            limit(0, f64::INFINITY, f64::min),
-            limit(1, f64::INFINITY, f64::min),
-        ];
-        let mut width = limit(0, f64::NEG_INFINITY, f64::max) - origin[0];
+        let [x, y] = [0, 1].map(|axis| range(centres.iter().map(|c| c[axis])));
+        let mut origin = [x[0], y[0]];
+        let (mut width, height) = (x[1] - x[0], y[1] - y[0]);
         if let Some(period) = period {
             (origin[0], width) = (period.left, period.length);
         }
-        let height = limit(1, f64::NEG_INFINITY, f64::max) - origin[1];
         let widest = radii.iter().copied().fold(0.0, f64::max);
         // A grain that flew far away must not make the number of cells explode: four per disk suffice.
         let affordable = (width * height / (4.0 * centres.len() as f64)).sqrt();
@@ -340,11 +329,7 @@ impl<'a> NearPairs<'a> {
     }
 
     fn is_near(&self, a: usize, b: usize) -> bool {
-        let (dx, dy) = (
-            self.centres[a][0] - self.centres[b][0],
-            self.centres[a][1] - self.centres[b][1],
-        );
-        let dx = self.period.map_or(dx, |period| period.nearest(dx));
+        let [dx, dy] = between_points(self.centres[a], self.centres[b], self.period);
         let reach = self.radii[a] + self.radii[b] + self.reach;
         dx * dx + dy * dy < reach * reach
     }

@@ -26,18 +26,14 @@ pub struct RigidWall {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Face {
     /// All that lies behind a line.
-    HalfPlane(HalfPlane),
+    HalfPlane {
+        /// A point of the face (m).
+        point: [f64; 2],
+        /// Unit normal; the grains stay on its side.
+        normal: [f64; 2],
+    },
     /// A piece of a polyline.
     Segment(Segment),
-}
-
-/// A half-plane; the grains stay on the side of the normal.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HalfPlane {
-    /// A point of the face (m).
-    pub point: [f64; 2],
-    /// Unit normal.
-    pub normal: [f64; 2],
 }
 
 /// A piece of a polyline; the grains stay on its left.
@@ -60,14 +56,6 @@ struct Joint {
 }
 
 impl RigidWall {
-    /// A wall at rest.
-    pub fn at_rest(face: Face) -> RigidWall {
-        RigidWall {
-            face,
-            velocity: [0.0; 2],
-        }
-    }
-
     /// A point in the frame of the wall, which has moved for this time (s).
     pub fn frame(&self, point: [f64; 2], time: f64) -> [f64; 2] {
         [0, 1].map(|k| point[k] - self.velocity[k] * time)
@@ -77,9 +65,9 @@ impl RigidWall {
     /// behind this one, is infinitely far away.
     pub fn proximity(&self, centre: [f64; 2], radius: f64) -> Proximity {
         match &self.face {
-            Face::HalfPlane(plane) => Proximity {
-                normal: plane.normal,
-                gap: plane.height(centre) - radius,
+            Face::HalfPlane { point, normal } => Proximity {
+                normal: *normal,
+                gap: dot(minus(centre, *point), *normal) - radius,
             },
             Face::Segment(segment) => {
                 let apart = Proximity {
@@ -94,15 +82,12 @@ impl RigidWall {
     /// Distance of a point from the face, whatever part of it the point belongs to (m).
     pub fn distance(&self, point: [f64; 2]) -> f64 {
         match &self.face {
-            Face::HalfPlane(plane) => plane.height(point),
+            Face::HalfPlane {
+                point: foot,
+                normal,
+            } => dot(minus(point, *foot), *normal),
             Face::Segment(segment) => segment.distance(point),
         }
-    }
-}
-
-impl HalfPlane {
-    fn height(&self, point: [f64; 2]) -> f64 {
-        dot(minus(point, self.point), self.normal)
     }
 }
 

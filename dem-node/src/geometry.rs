@@ -90,6 +90,26 @@ pub fn height_on(wheel_radius: f64, centre: [f64; 2], radius: f64) -> Option<f64
     (squared >= 0.0).then(|| top - x * x / (reach + squared.sqrt()))
 }
 
+/// Vector from b to a (m), the shortest of its images where a strip repeats.
+#[inline]
+pub fn between_points(a: [f64; 2], b: [f64; 2], period: Option<Period>) -> [f64; 2] {
+    let dx = a[0] - b[0];
+    [period.map_or(dx, |period| period.nearest(dx)), a[1] - b[1]]
+}
+
+/// Squares of the distances by which points have moved (m2).
+pub fn squared_displacements(now: &[[f64; 2]], then: &[[f64; 2]]) -> impl Iterator<Item = f64> {
+    let both = now.iter().zip(then);
+    both.map(|(now, then)| (now[0] - then[0]).powi(2) + (now[1] - then[1]).powi(2))
+}
+
+/// Smallest and largest of these values; infinity and minus infinity where there are none.
+pub fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    let values = values.into_iter();
+    values.fold(none, |[low, high], x| [low.min(x), high.max(x)])
+}
+
 /// Largest coordinate (m): positions, and so gaps, carry its rounding.
 pub fn extent(centres: &[[f64; 2]]) -> f64 {
     let coordinates = centres.iter().flatten();

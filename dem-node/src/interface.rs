@@ -34,7 +34,8 @@ pub fn masses(bodies: &Bodies, mass_per_area: f64) -> BTreeMap<String, Vec<f64>>
 /// Glued disks in the order in which a coupler knows them; a row that no interface couples stays where it is.
 #[derive(Clone, Debug, Default)]
 pub struct InterfaceDisks {
-    disks: Vec<usize>,
+    /// Their numbers among the glued ones.
+    pub disks: Vec<usize>,
 }
 
 impl InterfaceDisks {
@@ -63,16 +64,6 @@ impl InterfaceDisks {
         }
         self.disks.extend(disks.clone());
         Ok(surface(bodies, disks))
-    }
-
-    /// Number of exchanged disks.
-    pub fn len(&self) -> usize {
-        self.disks.len()
-    }
-
-    /// True if no row is coupled.
-    pub fn is_empty(&self) -> bool {
-        self.disks.is_empty()
     }
 
     /// Maps exchanged components to those of all `glued` disks; the others are zero.

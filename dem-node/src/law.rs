@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::cohesion::Cohesion;
 
 /// The law of every contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Law {
     /// Coefficient of Coulomb friction, |r_t| <= coefficient r_n opposed to sliding; 0 is Signorini alone.
     pub friction: f64,
@@ -40,6 +40,13 @@ pub enum Penetration {
     Projection,
 }
 
+impl Penetration {
+    /// True if overlaps are repaired after a step.
+    pub fn repairs(self) -> bool {
+        matches!(self, Penetration::Split | Penetration::Projection)
+    }
+}
+
 /// Springs of a compliant contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Springs {
@@ -50,14 +57,6 @@ pub struct Springs {
 }
 
 impl Law {
-    /// True if overlaps are repaired after a step.
-    pub fn repairs(&self) -> bool {
-        matches!(
-            self.penetration,
-            Penetration::Split | Penetration::Projection
-        )
-    }
-
     /// Addition of the springs to the diagonal of W in a step h (1/kg): 1/(kn h^2) and 1/(kt h^2).
     ///
     /// The force at the end of the step is -kn (g + h u_n), so the impulse r obeys

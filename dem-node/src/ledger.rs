@@ -50,11 +50,6 @@ impl Accounts {
         ]
     }
 
-    /// The term that moving walls add.
-    pub fn of_walls(&self) -> (&'static str, Role, f64) {
-        ("walls", Role::Work, self.walls)
-    }
-
     /// All accounts but that of walls, which rarely move, in order.
     pub fn numbers(&self) -> [f64; 7] {
         [

@@ -53,7 +53,7 @@
 //! | energy lost by a contact, by a bond | [`ledger::contact_loss`], [`bond::end_step`] | [`ledger`] |
 //! | energy stored: kinetic, springs, bonds | [`state::State::energies`] | [`ledger`] |
 //! | pressure in a grain, trace of sum f (x_c - x) / V | [`snapshot::pressures`] | Love 1927; Weber 1966 |
-//! | fabric, mean of n (x) n | [`structure::Structure::new`] | Satake 1982 |
+//! | fabric, mean of n (x) n | [`structure::results`] | Satake 1982 |
 //! | wheel D(t) = A sin(2 pi f (t - t_s)) | [`wheel::WheelProgram::displacement_at`] | RSB, section 6 |
 //! | inertial time t_i = d sqrt(rho/P), bounds on the window | [`bounds::Bounds::new`], [`bounds::Bounds::assess`] | GDR MiDi 2004 |
 //! | mass scaling: inertial number, inertial pressure | [`mass_scaling::MassScaling::new`] | GDR MiDi 2004 |
@@ -148,11 +148,5 @@ pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
 }
 
 fn check_setting(setting: &Setting) -> Result<(), ConfigError> {
-    if setting.thickness_m > 0.0 && setting.thickness_m.is_finite() {
-        return Ok(());
-    }
-    Err(ConfigError::new(
-        "run.thickness_m",
-        format!("must be positive, got {:e} (m)", setting.thickness_m),
-    ))
+    config::limits::positive("run.thickness_m", setting.thickness_m, "m")
 }

@@ -2,7 +2,8 @@
 
 use crate::bounds::Bounds;
 use crate::config::{Config, SampleConfig};
-use crate::sample::Sample;
+use crate::geometry::range;
+use crate::sample::{Disk, Sample};
 use crate::wheel::WheelProgram;
 
 /// Two numbers that tell whether a scaled mass still lets the layer follow the wheel.
@@ -36,12 +37,7 @@ fn height(config: &Config, sample: &Sample) -> f64 {
     if let SampleConfig::Layer(layer) = &config.sample {
         return layer.thickness_m;
     }
-    let limits = sample.free.iter().map(|d| {
-        let (y, r) = (d.centre[1], d.radius);
-        [y - r, y + r]
-    });
-    let [low, high] = limits.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [a, b]| {
-        [low.min(a), high.max(b)]
-    });
+    let ends = |d: &Disk| [d.centre[1] - d.radius, d.centre[1] + d.radius];
+    let [low, high] = range(sample.free.iter().flat_map(ends));
     high - low
 }

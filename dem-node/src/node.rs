@@ -57,19 +57,19 @@ impl Node for Dem {
 
     fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
         let mut interface = self.interface.clone();
-        let surface = interface.couple(&self.bodies, &self.participant, set)?;
+        let surface = interface.couple(&self.bodies, &self.setting.participant, set)?;
         self.refuse_when_coupled()?;
         self.interface = interface;
         Ok(surface)
     }
 
     fn select(&mut self, points: &[usize]) -> Result<(), NodeError> {
-        if points.iter().copied().eq(0..self.interface.len()) {
+        if points.iter().copied().eq(0..self.interface.disks.len()) {
             return Ok(());
         }
         Err(NodeError::configuration(format!(
             "all {} glued disks move with the wall, {} of them were selected: select all",
-            self.interface.len(),
+            self.interface.disks.len(),
             points.len()
         )))
     }
@@ -85,7 +85,7 @@ impl Node for Dem {
                 self.warnings.push(warning);
             }
         }
-        CompliantBoundary::refuse_misfit(self.interface.len(), compliance)?;
+        CompliantBoundary::refuse_misfit(self.interface.disks.len(), compliance)?;
         let glued = self.bodies.glued();
         let compliance = self.interface.scatter_square(compliance, glued);
         self.stepper.problem.boundary = CompliantBoundary::compliant(glued, compliance);
@@ -108,13 +108,9 @@ impl Node for Dem {
             summary,
         });
         let boundary = &self.stepper.problem.boundary;
+        let impulse = self.interface.gather(&boundary.impulse);
         Ok(BoundaryAnswer {
-            force: self
-                .interface
-                .gather(&boundary.impulse)
-                .iter()
-                .map(|p| p / step)
-                .collect(),
+            force: impulse.iter().map(|p| p / step).collect(),
             velocity: self.interface.gather(&boundary.velocity),
             iterations: summary.convergence.iterations as u64,
             residual: summary.convergence.residual,
@@ -129,24 +125,21 @@ impl Node for Dem {
                 window.index
             ))?);
         };
-        if displacement.len() != 2 * self.interface.len() {
+        if displacement.len() != 2 * self.interface.disks.len() {
             return Ok(request(format!(
                 "the commit of window {} brings {} displacements for {} glued disks of two components",
                 window.index,
                 displacement.len(),
-                self.interface.len()
+                self.interface.disks.len()
             ))?);
         }
         require_numbers("a displacement of a glued disk", window, displacement)?;
         let drive_before = self.progress.state.accounts.drive;
         std::mem::swap(&mut self.progress.state, &mut self.trial);
         let displacement = self.interface.scatter(displacement, self.bodies.glued());
-        let glued = &mut self.progress.state.centres[self.bodies.free..];
-        for ((centre, reference), u) in glued
-            .iter_mut()
-            .zip(&self.bodies.reference)
-            .zip(displacement.chunks_exact(2))
-        {
+        let glued = self.progress.state.centres[self.bodies.free..].iter_mut();
+        let both = glued.zip(&self.bodies.reference);
+        for ((centre, reference), u) in both.zip(displacement.chunks_exact(2)) {
             *centre = [reference[0] + u[0], reference[1] + u[1]];
         }
         self.record(window.t0_s, window.t1_s, drive_before, &pending.summary);
@@ -160,7 +153,7 @@ impl Node for Dem {
                 "a run without interface needs a step of its own",
             )
         })?;
-        if !self.interface.is_empty() {
+        if !self.interface.disks.is_empty() {
             return Ok(request("a coupled participant cannot advance alone")?);
         }
         let fixed = vec![0.0; 2 * self.bodies.glued()];
@@ -193,9 +186,10 @@ impl Node for Dem {
     }
 
     fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {
-        if let Some(folder) = &self.fields {
-            let path = folder.join(format!("{}-{name}.vtp", self.participant));
-            snapshot::write(&path, &self.bodies, &self.progress.state, self.thickness)?;
+        if let Some(folder) = &self.setting.fields {
+            let path = folder.join(format!("{}-{name}.vtp", self.setting.participant));
+            let thickness = self.setting.thickness_m;
+            snapshot::write(&path, &self.bodies, &self.progress.state, thickness)?;
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Positions of all bodies at a moment, and the geometry of any two of them.
 
 use crate::bodies::Bodies;
-use crate::geometry::{Proximity, between_disks, under_wheel};
+use crate::geometry::{Proximity, between_disks, between_points, under_wheel};
 
 /// Positions at a moment.
 #[derive(Clone, Copy, Debug)]
@@ -18,12 +18,8 @@ pub struct Positions<'a> {
 pub fn proximity(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> Proximity {
     let (centre, radius) = (positions.centres[a], bodies.radii[a]);
     if b < bodies.disks() {
-        let mut dx = centre[0] - positions.centres[b][0];
-        if let Some(period) = bodies.period {
-            dx = period.nearest(dx);
-        }
-        let dy = centre[1] - positions.centres[b][1];
-        return between_disks([dx, dy], radius + bodies.radii[b]);
+        let from_b = between_points(centre, positions.centres[b], bodies.period);
+        return between_disks(from_b, radius + bodies.radii[b]);
     }
     match bodies.wall_of(b) {
         None => under_wheel(positions.wheel, bodies.wheel_radius, centre, radius),

@@ -12,9 +12,6 @@ const STEPS: u64 = 100_000;
 /// Openings delta_0 at the end of a run; h' = 1 without viscosity then has 1 / 1 800 of w left to give.
 const END: f64 = 30.0;
 
-/// Names of the signals of [`PrescribedOpening::signals`].
-pub const SIGNALS: [&str; 4] = ["opening_m", "adhesion", "stress_pa", "work_j_per_m2"];
-
 /// The program of the pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrescribedOpening {
@@ -66,14 +63,16 @@ impl PrescribedOpening {
     ///
     /// The drive works against the force at the end of each step; the trapezoidal rule has the mean of both ends, and
     /// differs by half a step of the last stress as the first is 0.
-    pub fn signals(&self, state: &State) -> [f64; 4] {
+    pub fn signals(&self, state: &State) -> [(&'static str, f64); 4] {
         let force = state.list.slots.first().map_or(0.0, |slot| slot.force[0]);
         let stress = -force / self.area;
+        let adhesion = state.bonds.first().map_or(0.0, |bond| bond.adhesion);
+        let work = state.accounts.drive / self.area - 0.5 * self.velocity * self.step() * stress;
         [
-            distance(state) - self.distance,
-            state.bonds.first().map_or(0.0, |bond| bond.adhesion),
-            stress,
-            state.accounts.drive / self.area - 0.5 * self.velocity * self.step() * stress,
+            ("opening_m", distance(state) - self.distance),
+            ("adhesion", adhesion),
+            ("stress_pa", stress),
+            ("work_j_per_m2", work),
         ]
     }
 }

@@ -8,7 +8,7 @@
 use crate::bodies::Bodies;
 use crate::boundary::CompliantBoundary;
 use crate::error::DemError;
-use crate::geometry::extent;
+use crate::geometry::{extent, range};
 use crate::law::Penetration;
 use crate::positions::proximity;
 use crate::solver::{BodyRecord, Contact, Criteria, NO_BOND, Problem, Solver};
@@ -115,10 +115,8 @@ impl Repair {
             ..*criteria
         };
         self.solver.solve(problem, &criteria)?;
-        for (centre, record) in state.centres[..bodies.free]
-            .iter_mut()
-            .zip(&problem.records)
-        {
+        let free = &mut state.centres[..bodies.free];
+        for (centre, record) in free.iter_mut().zip(&problem.records) {
             centre[0] += record.velocity[0];
             centre[1] += record.velocity[1];
         }
@@ -141,7 +139,7 @@ fn moved_apart(contact: &Contact, gap: f64, bodies: &Bodies) -> Contact {
 
 /// Overlap that stays (m).
 fn left(bodies: &Bodies) -> f64 {
-    LEFT * bodies.radii.iter().copied().fold(f64::INFINITY, f64::min)
+    LEFT * range(bodies.radii.iter().copied())[0]
 }
 
 /// Mean and largest overlap of the contacts that carry force, where the bodies are (m).

@@ -1,17 +1,13 @@
 //! Reports: signals of each report, results of the run.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
+use crate::geometry::range;
 use crate::state::{State, WheelState};
 use crate::step::StepSummary;
-use crate::structure::Structure;
+use crate::structure;
 use crate::wheel::WheelProgram;
-
-/// Name of the signal that cohesive laws add: bonds above 0.01 of adhesion.
-pub const BONDS: &str = "bonds";
 
 /// The signals of a step under their names. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
 /// towards +x); `glued_f*_n` their force on the compliant boundary; overlaps are over the mean radius.
@@ -51,14 +47,12 @@ pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
         return 0;
     };
     let widest = bodies.radii.iter().copied().fold(0.0, f64::max);
-    let heights = |row: &[[f64; 2]], start, pick: fn(f64, f64) -> f64| {
-        row.iter().map(|c| c[1]).fold(start, pick)
-    };
-    let lowest = heights(base, f64::INFINITY, f64::min) - 2.0 * widest;
+    let heights = |row: &[[f64; 2]]| range(row.iter().map(|c| c[1]));
+    let lowest = heights(base)[0] - 2.0 * widest;
     let highest = if lid.is_empty() {
         f64::INFINITY
     } else {
-        heights(lid, f64::NEG_INFINITY, f64::max) + 2.0 * widest
+        heights(lid)[1] + 2.0 * widest
     };
     let beside = |x: f64| bodies.period.is_none() && !(first[0]..=last[0]).contains(&x);
     let inside = |c: &&[f64; 2]| !beside(c[0]) && (lowest..=highest).contains(&c[1]);
@@ -229,42 +223,44 @@ impl RunStatistics {
         program: Option<&WheelProgram>,
         bodies: &Bodies,
         state: &State,
-    ) -> BTreeMap<String, f64> {
+    ) -> Vec<(&'static str, f64)> {
         let radius = bodies.mean_radius();
-        let mut results = BTreeMap::new();
-        let mut put = |name: &str, value: f64| {
-            results.insert(name.to_string(), value);
-        };
-        for (name, value) in Structure::new(bodies, state).results() {
-            put(&name, value);
-        }
-        put("disks", bodies.free as f64);
-        put("glued_disks", bodies.glued() as f64);
-        put("contacts", self.last.closed as f64);
-        put("true_residual_max", self.residual_max);
-        put("quad_max", self.quad_max);
-        put("momentum_defect_max_n", self.defect_max);
-        put("overlap_mean_rel", self.last.overlap[0] / radius);
-        put("overlap_max_rel", self.overlap_max / radius);
-        put("ejected_grains", lost_grains(bodies, state) as f64);
+        let mut results = structure::results(bodies, state).to_vec();
+        results.extend([
+            ("disks", bodies.free as f64),
+            ("glued_disks", bodies.glued() as f64),
+            ("contacts", self.last.closed as f64),
+            ("true_residual_max", self.residual_max),
+            ("quad_max", self.quad_max),
+            ("momentum_defect_max_n", self.defect_max),
+            ("overlap_mean_rel", self.last.overlap[0] / radius),
+            ("overlap_max_rel", self.overlap_max / radius),
+            ("ejected_grains", lost_grains(bodies, state) as f64),
+        ]);
         let Some(program) = program else {
             return results;
         };
         let height = self.held_height.value().or(self.height_at_motion_start);
         let range = self.height_range.map(|[low, high]| (high - low) / radius);
         let loop_area = program.last_full_cycle().map(|_| self.loop_work);
-        for (name, value) in [
+        results.extend(given([
             ("load_n", Some(program.0.load_n)),
             ("approach_m", height.map(|y| self.first_height - y)),
             ("wheel_force_n", self.held_force.value()),
             ("friction_coefficient", self.friction.value()),
             ("wheel_y_range_over_r", range),
             ("loop_area_j", loop_area),
-        ] {
-            value.into_iter().for_each(|value| put(name, value));
-        }
+        ]));
         results
     }
+}
+
+/// The numbers that there are, under their names.
+pub fn given<const N: usize>(
+    named: [(&'static str, Option<f64>); N],
+) -> impl Iterator<Item = (&'static str, f64)> {
+    let named = named.into_iter();
+    named.filter_map(|(name, value)| Some((name, value?)))
 }
 
 fn wider(range: Option<[f64; 2]>, value: f64) -> [f64; 2] {

@@ -11,7 +11,7 @@ pub use types::{Disk, Sample};
 use crate::cluster::ClusterMembers;
 use crate::config::{Config, DisksConfig, LawKind, SampleConfig, WallConfig};
 use crate::error::DemError;
-use crate::faces::{Face, HalfPlane, RigidWall, polyline};
+use crate::faces::{Face, RigidWall, polyline};
 
 /// Prepares the sample of a scenario. `seed` is the run's, which `sample.seed` overrides.
 pub fn prepare(config: &Config, seed: u64) -> Result<Sample, DemError> {
@@ -67,7 +67,7 @@ fn walls(config: &[WallConfig]) -> Vec<RigidWall> {
                 .into_iter()
                 .map(Face::Segment)
                 .collect(),
-            None => vec![Face::HalfPlane(half_plane(wall))],
+            None => vec![half_plane(wall)],
         };
         walls.extend(faces.into_iter().map(|face| RigidWall {
             face,
@@ -77,10 +77,10 @@ fn walls(config: &[WallConfig]) -> Vec<RigidWall> {
     walls
 }
 
-fn half_plane(wall: &WallConfig) -> HalfPlane {
+fn half_plane(wall: &WallConfig) -> Face {
     let [x, y, nx, ny] = [wall.x_m, wall.y_m, wall.nx, wall.ny].map(Option::unwrap_or_default);
     let length = nx.hypot(ny);
-    HalfPlane {
+    Face::HalfPlane {
         point: [x, y],
         normal: [nx / length, ny / length],
     }
@@ -88,22 +88,18 @@ fn half_plane(wall: &WallConfig) -> HalfPlane {
 
 /// Clusters in the order of their first disks; free grains keep the order in which they are listed.
 fn clusters(config: &DisksConfig) -> Vec<ClusterMembers> {
-    let mut names: Vec<&String> = Vec::new();
-    let mut clusters: Vec<ClusterMembers> = Vec::new();
+    let mut clusters: Vec<(&String, ClusterMembers)> = Vec::new();
     let free = config.disks.iter().filter(|disk| !disk.glued);
     for (number, disk) in free.enumerate() {
         let Some(name) = &disk.cluster else {
             continue;
         };
-        match names.iter().position(|known| *known == name) {
-            Some(index) => clusters[index].disks.push(number),
-            None => {
-                names.push(name);
-                clusters.push(members(config, name, number));
-            }
+        match clusters.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, members)) => members.disks.push(number),
+            None => clusters.push((name, members(config, name, number))),
         }
     }
-    clusters
+    clusters.into_iter().map(|(_, members)| members).collect()
 }
 
 fn members(config: &DisksConfig, name: &str, first: usize) -> ClusterMembers {

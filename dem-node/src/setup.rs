@@ -7,12 +7,13 @@ use protocol::ConfigError;
 use crate::bodies::Bodies;
 use crate::cluster::{Cluster, Clusters};
 use crate::cohesion::Cohesion;
+use crate::config::limits::refuse_if;
 use crate::config::{Config, LawConfig, LawKind};
 use crate::error::DemError;
+use crate::geometry::range;
 use crate::law::{Law, Penetration, Springs};
 use crate::positions::proximity;
 use crate::sample::Sample;
-use crate::solver::Criteria;
 use crate::state::State;
 
 /// Overlap of two rigid disks over the smaller radius above which a sample is refused: its repair in one step would
@@ -23,27 +24,14 @@ const RIGID_OVERLAP: f64 = 0.01;
 pub(crate) const ALERT: f64 = 0.02;
 pub(crate) const SKIN: f64 = 0.2;
 
-/// Stopping criteria of the contact solver, in the calling thread.
-pub fn criteria(config: &Config) -> Criteria {
-    Criteria {
-        algorithm: config.solver.kind,
-        tolerance: config.solver.tolerance,
-        min_iterations: config.solver.min_iterations,
-        max_iterations: config.solver.max_iterations,
-        parallel: false,
-    }
-}
-
 /// The bodies of a prepared sample.
 pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
     let disks = || sample.free.iter().chain(&sample.glued);
-    let smallest = disks()
-        .map(|disk| disk.radius)
-        .fold(f64::INFINITY, f64::min);
+    let [smallest, _] = range(disks().map(|disk| disk.radius));
     let mass = |r: f64| config.density_kg_per_m3 * PI * r * r * thickness * config.mass_scale;
     let mut masses: Vec<f64> = sample.free.iter().map(|disk| mass(disk.radius)).collect();
     let clusters = clusters(config, sample, &masses);
-    for cluster in clusters.iter() {
+    for cluster in &clusters.list {
         cluster.disks.iter().for_each(|disk| masses[*disk] = 0.0);
         masses[cluster.leader()] = cluster.mass;
     }
@@ -116,16 +104,13 @@ fn cohesion(config: &LawConfig, thickness: f64) -> Option<Cohesion> {
 }
 
 /// A curved wheel that no disk can reach would fall for ever.
-pub fn refuse_idle_wheel(state: &State) -> Result<(), DemError> {
-    if state.wheel.position[1].is_finite() {
-        return Ok(());
-    }
-    Err(ConfigError::new(
+pub fn refuse_idle_wheel(state: &State) -> Result<(), ConfigError> {
+    refuse_if(
+        !state.wheel.position[1].is_finite(),
         "wheel.radius_m",
         "no disk lies under the wheel, which stands over x = 0: it would fall for ever",
+        "raise the radius, or place disks under the wheel",
     )
-    .help("raise the radius, or place disks under the wheel")
-    .into())
 }
 
 /// Rigid disks may touch at the start, not lie in each other.

@@ -20,21 +20,16 @@ pub fn write(path: &Path, bodies: &Bodies, state: &State, thickness: f64) -> Res
 
 fn document(bodies: &Bodies, state: &State, thickness: f64) -> String {
     let disks = bodies.disks();
-    let lines: Vec<&Slot> = state
-        .list
-        .slots
-        .iter()
-        .filter(|slot| (slot.b as usize) < disks && slot.force[0] > 0.0)
+    let touching = |slot: &&Slot| (slot.b as usize) < disks && slot.force[0] > 0.0;
+    let lines: Vec<&Slot> = (state.list.slots.iter().filter(touching))
         .filter(|slot| !across_the_seam(bodies, state, slot))
         .collect();
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\">\n<PolyData>\n<Piece NumberOfPoints=\"{disks}\" NumberOfVerts=\"{disks}\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n",
         lines.len()
     );
-    let points = state
-        .centres
-        .iter()
-        .flat_map(|c| [shown(bodies, c[0]), c[1], 0.0]);
+    let points = state.centres.iter();
+    let points = points.flat_map(|c| [shown(bodies, c[0]), c[1], 0.0]);
     text += "<Points>\n";
     array(&mut text, "Float64", "points", 3, points);
     text += "</Points>\n<Verts>\n";

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::bond::{Bond, BondCursor};
-use crate::cluster::{Cluster, Pose};
+use crate::cluster::Pose;
 use crate::detect::VerletList;
 use crate::geometry::height_on;
 use crate::initial_bonds::initial_bonds;
@@ -72,22 +72,20 @@ impl State {
         let all = || free.iter().chain(glued);
         let heights = all().filter_map(|d| height_on(bodies.wheel_radius, d.centre, d.radius));
         let highest = heights.fold(f64::NEG_INFINITY, f64::max);
+        let velocity = |d: &Disk| [d.velocity[0], d.velocity[1], d.velocity[2] * d.radius];
         let mut state = State {
             centres: all().map(|disk| disk.centre).collect(),
-            velocities: free
-                .iter()
-                .map(|d| [d.velocity[0], d.velocity[1], d.velocity[2] * d.radius])
-                .collect(),
+            velocities: free.iter().map(velocity).collect(),
             glued_velocity: vec![0.0; 2 * glued.len()],
             wheel: WheelState {
                 position: [0.0, highest],
                 velocity: [0.0; 2],
             },
-            clusters: bodies.clusters.iter().map(Cluster::start).collect(),
+            clusters: bodies.clusters.list.iter().map(|c| c.start).collect(),
             ..State::default()
         };
-        for cluster in bodies.clusters.iter() {
-            state.velocities[cluster.leader()] = cluster.start_velocity();
+        for cluster in &bodies.clusters.list {
+            state.velocities[cluster.leader()] = cluster.start_velocity;
         }
         let mut list = VerletList::default();
         let positions = state.positions(bodies);
@@ -128,7 +126,7 @@ impl State {
             centre[0] += time * velocity[0];
             centre[1] += time * velocity[1];
         }
-        for (pose, cluster) in self.clusters.iter_mut().zip(bodies.clusters.iter()) {
+        for (pose, cluster) in self.clusters.iter_mut().zip(&bodies.clusters.list) {
             let velocity = self.velocities[cluster.leader()];
             cluster.drift(pose, velocity, time, &mut self.centres);
         }
@@ -204,8 +202,8 @@ impl State {
         };
         self.centres.iter().flatten().for_each(|x| add(*x));
         self.velocities.iter().flatten().for_each(|x| add(*x));
-        for pose in &self.clusters {
-            [pose.centre[0], pose.centre[1], pose.angle]
+        for Pose { centre, angle } in &self.clusters {
+            [centre[0], centre[1], *angle]
                 .into_iter()
                 .for_each(&mut add);
         }

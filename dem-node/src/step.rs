@@ -94,7 +94,7 @@ impl Stepper {
         self.update_bodies(state, input);
         let drift = input.step * input.theta;
         state.drift(bodies, drift);
-        if bodies.law.repairs() {
+        if bodies.law.penetration.repairs() {
             let (repair, problem) = (&mut self.repair, &self.problem);
             repair.make(bodies, state, problem, drift, criteria)?;
             summary.overlap = repair::overlaps(bodies, state);
@@ -122,12 +122,10 @@ impl Stepper {
             self.free_records(state, input);
             let again = self.solver.solve(&mut self.problem, criteria)?;
             let iterations = convergence.iterations + again.iterations;
-            let converged = again.converged && iterations <= criteria.max_iterations;
             convergence = Convergence {
                 iterations,
-                residual: again.residual,
-                quad: again.quad,
-                converged,
+                converged: again.converged && iterations <= criteria.max_iterations,
+                ..again
             };
         }
         Ok(convergence)

@@ -32,7 +32,7 @@ impl WheelProgram {
     /// Highest sideways speed (m/s).
     pub fn top_speed(&self) -> f64 {
         if self.0.cycles > 0.0 {
-            TAU * self.0.frequency_hz * self.0.amplitude_m
+            self.angular_frequency() * self.0.amplitude_m
         } else {
             0.0
         }
@@ -50,7 +50,13 @@ impl WheelProgram {
 
     /// End of the history (s).
     pub fn end(&self) -> f64 {
-        self.motion_start() + self.moving_time()
+        let program = self.0;
+        let moving = if program.cycles > 0.0 {
+            program.cycles / program.frequency_hz
+        } else {
+            0.0
+        };
+        self.motion_start() + moving
     }
 
     /// Start and end of the last full cycle (s).
@@ -58,14 +64,6 @@ impl WheelProgram {
         let full = self.0.cycles.floor();
         let at = |cycle: f64| self.motion_start() + cycle / self.0.frequency_hz;
         (full >= 1.0).then(|| (at(full - 1.0), at(full)))
-    }
-
-    fn moving_time(&self) -> f64 {
-        if self.0.cycles > 0.0 {
-            self.0.cycles / self.0.frequency_hz
-        } else {
-            0.0
-        }
     }
 
     /// The named parts of the history; those without duration are left out.

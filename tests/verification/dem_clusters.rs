@@ -118,7 +118,7 @@ fn momenta(dem: &Dem) -> [f64; 3] {
         // I w = (m radius^2 / 2) (v_2 / radius).
         sum[2] += m * (x[0] * v[1] - x[1] * v[0] + 0.5 * radius * v[2]);
     };
-    for (cluster, pose) in bodies.clusters.iter().zip(&state.clusters) {
+    for (cluster, pose) in bodies.clusters.list.iter().zip(&state.clusters) {
         add(
             cluster.mass,
             pose.centre,

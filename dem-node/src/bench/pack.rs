@@ -5,10 +5,9 @@ use std::f64::consts::PI;
 use super::machine::quietest;
 use crate::bodies::Bodies;
 use crate::boundary::CompliantBoundary;
-use crate::cluster::Clusters;
 use crate::config::RadiusLaw;
-use crate::faces::{Face, HalfPlane, RigidWall};
-use crate::law::{Law, Penetration};
+use crate::faces::{Face, RigidWall};
+use crate::law::Law;
 use crate::sample::random::RandomNumbers;
 use crate::sample::relax::Pile;
 use crate::sample::{Disk, layer};
@@ -60,17 +59,15 @@ impl Pack {
 
     fn bodies(&self, friction: f64) -> Bodies {
         let mass = |disk: &Disk| DENSITY * PI * disk.radius * disk.radius * THICKNESS;
-        let wall = |point, normal| RigidWall::at_rest(Face::HalfPlane(HalfPlane { point, normal }));
+        let wall = |point, normal| RigidWall {
+            face: Face::HalfPlane { point, normal },
+            velocity: [0.0; 2],
+        };
         Bodies {
             free: self.disks.len(),
             radii: self.disks.iter().map(|disk| disk.radius).collect(),
             masses: self.disks.iter().map(mass).collect(),
-            gravity: [0.0; 2],
-            reference: Vec::new(),
-            base: 0,
             wheel_mass: Some(DENSITY * self.width * RADII[1] * THICKNESS),
-            clusters: Clusters::default(),
-            wheel_radius: 0.0,
             walls: vec![
                 wall([0.0, 0.0], [0.0, 1.0]),
                 wall([0.0, 0.0], [1.0, 0.0]),
@@ -78,15 +75,11 @@ impl Pack {
             ],
             law: Law {
                 friction,
-                springs: None,
-                cohesion: None,
-                restitution: None,
-                penetration: Penetration::Gap,
+                ..Law::default()
             },
-            period: None,
-            prescribed_velocity: None,
             alert: ALERT * RADII[0],
             skin: SKIN * RADII[0],
+            ..Bodies::default()
         }
     }
 
@@ -124,6 +117,7 @@ impl Pack {
         let plate = &mut problem.records[self.disks.len()];
         plate.velocity[1] -= STEP * PRESSURE * self.width * THICKNESS * plate.inverse_mass;
     }
+
     /// Opens or closes the gaps by a step, loads the plate again and keeps or forgets the impulses.
     pub fn go_on(&self, problem: &mut Problem, warm: bool) {
         let mut contacts = std::mem::take(&mut problem.contacts);
@@ -141,11 +135,7 @@ impl Pack {
 
 /// Coordinate in the `copy`-th image of [0, length], every other one mirrored.
 fn mirrored(x: f64, length: f64, copy: usize) -> f64 {
-    let inside = if copy.is_multiple_of(2) {
-        x
-    } else {
-        length - x
-    };
+    let inside = [x, length - x][copy % 2];
     inside + length * copy as f64
 }
 

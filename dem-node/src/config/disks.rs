@@ -3,7 +3,8 @@
 use protocol::ConfigError;
 use serde::Deserialize;
 
-use super::limits::{finite, positive, refuse};
+use super::limits::{finite, positive, refuse_if};
+use crate::geometry::range;
 
 /// Disks and walls one by one.
 #[derive(Clone, Debug, Deserialize)]
@@ -81,7 +82,7 @@ pub struct ClusterConfig {
     pub locked: Vec<MotionConfig>,
     /// Mass (kg), before `mass_scale`; the sum of the disks, overlaps counted twice, when absent.
     pub mass_kg: Option<f64>,
-    /// StepSpan of inertia about the centre of mass (kg m2); that of the disks when absent.
+    /// Moment of inertia about the centre of mass (kg m2); that of the disks when absent.
     pub inertia_kg_m2: Option<f64>,
     /// Velocity of the centre of mass at the start (m/s).
     #[serde(default)]
@@ -121,12 +122,13 @@ impl WallConfig {
         let Some(points) = &self.points_m else {
             return validate_plane(key, plane);
         };
-        if let Some((name, _)) = plane.into_iter().find(|(_, value)| value.is_some()) {
-            return refuse(
+        for (name, value) in plane {
+            refuse_if(
+                value.is_some(),
                 &format!("{key}.{name}"),
                 "belongs to a half-plane, and points_m makes the wall a polyline",
                 "remove one of them",
-            );
+            )?;
         }
         validate_corners(&format!("{key}.points_m"), points)
     }
@@ -151,14 +153,15 @@ fn validate_corners(key: &str, points: &[[f64; 2]]) -> Result<(), ConfigError> {
     if points.len() < 2 {
         return Err(ConfigError::new(key, "needs at least two points"));
     }
-    match points.windows(2).position(|ends| ends[0] == ends[1]) {
-        None => Ok(()),
-        Some(i) => refuse(
+    for (i, ends) in points.windows(2).enumerate() {
+        refuse_if(
+            ends[0] == ends[1],
             key,
             format!("points {i} and {} are the same", i + 1),
             "remove one of them",
-        ),
+        )?;
     }
+    Ok(())
 }
 
 impl ClusterConfig {
@@ -169,12 +172,8 @@ impl ClusterConfig {
     }
 
     fn validate(&self, key: &str) -> Result<(), ConfigError> {
-        if let Some(mass) = self.mass_kg {
-            positive(&format!("{key}.mass_kg"), mass, "kg")?;
-        }
-        if let Some(inertia) = self.inertia_kg_m2 {
-            positive(&format!("{key}.inertia_kg_m2"), inertia, "kg m2")?;
-        }
+        positive(&format!("{key}.mass_kg"), self.mass_kg, "kg")?;
+        positive(&format!("{key}.inertia_kg_m2"), self.inertia_kg_m2, "kg m2")?;
         let velocity = [
             ("vx_m_per_s", self.vx_m_per_s),
             ("vy_m_per_s", self.vy_m_per_s),
@@ -183,13 +182,12 @@ impl ClusterConfig {
         for ((name, value), held) in velocity.into_iter().zip(self.holds()) {
             let key = format!("{key}.{name}");
             finite(&key, value)?;
-            if held && value != 0.0 {
-                return refuse(
-                    &key,
-                    "belongs to a motion that is locked",
-                    "remove it, or take the motion out of `locked`",
-                );
-            }
+            refuse_if(
+                held && value != 0.0,
+                &key,
+                "belongs to a motion that is locked",
+                "remove it, or take the motion out of `locked`",
+            )?;
         }
         Ok(())
     }
@@ -208,13 +206,12 @@ impl DisksConfig {
             positive(&key("radius_m"), disk.radius_m, "m")?;
             finite(&key("x_m"), disk.x_m)?;
             finite(&key("y_m"), disk.y_m)?;
-            if disk.lid && !disk.glued {
-                return refuse(
-                    &key("lid"),
-                    "only a glued disk belongs to the lid",
-                    "add glued = true",
-                );
-            }
+            refuse_if(
+                disk.lid && !disk.glued,
+                &key("lid"),
+                "only a glued disk belongs to the lid",
+                "add glued = true",
+            )?;
         }
         for (i, wall) in self.walls.iter().enumerate() {
             wall.validate(&format!("sample.walls[{i}]"))?;
@@ -230,36 +227,30 @@ impl DisksConfig {
     /// Refuses clusters without disks and disks that cannot be in one.
     fn validate_clusters(&self) -> Result<(), ConfigError> {
         for (i, disk) in self.disks.iter().enumerate() {
-            let moves =
-                disk.vx_m_per_s != 0.0 || disk.vy_m_per_s != 0.0 || disk.spin_rad_per_s != 0.0;
-            if disk.cluster.is_some() && (disk.glued || moves) {
-                return refuse(
-                    &format!("sample.disks[{i}].cluster"),
-                    "a disk of a cluster moves with it: it cannot be glued, nor have a velocity of its own",
-                    "give the velocity in sample.clusters",
-                );
-            }
+            let velocity = [disk.vx_m_per_s, disk.vy_m_per_s, disk.spin_rad_per_s];
+            refuse_if(
+                disk.cluster.is_some() && (disk.glued || velocity != [0.0; 3]),
+                &format!("sample.disks[{i}].cluster"),
+                "a disk of a cluster moves with it: it cannot be glued, nor have a velocity of its own",
+                "give the velocity in sample.clusters",
+            )?;
         }
         for (i, cluster) in self.clusters.iter().enumerate() {
             let key = format!("sample.clusters[{i}]");
             cluster.validate(&key)?;
             let named = |disk: &DiskConfig| disk.cluster.as_ref() == Some(&cluster.name);
             let again = self.clusters[..i].iter().any(|c| c.name == cluster.name);
-            if again || !self.disks.iter().any(named) {
-                return refuse(
-                    &format!("{key}.name"),
-                    format!(
-                        "{:?} {}",
-                        cluster.name,
-                        if again {
-                            "is there twice"
-                        } else {
-                            "has no disks"
-                        }
-                    ),
-                    "write cluster = \"name\" at its disks, and one entry a name",
-                );
-            }
+            let fault = if again {
+                "is there twice"
+            } else {
+                "has no disks"
+            };
+            refuse_if(
+                again || !self.disks.iter().any(named),
+                &format!("{key}.name"),
+                format!("{:?} {fault}", cluster.name),
+                "write cluster = \"name\" at its disks, and one entry a name",
+            )?;
         }
         Ok(())
     }
@@ -267,37 +258,31 @@ impl DisksConfig {
     /// Returns the largest radius (m).
     pub(super) fn validate_strip(&self, ends: [f64; 2]) -> Result<f64, ConfigError> {
         self.refuse_torn_clusters(ends[1] - ends[0])?;
-        let level = |nx: Option<f64>| nx == Some(0.0);
-        if let Some(i) = self.walls.iter().position(|wall| !level(wall.nx)) {
-            return refuse(
+        for (i, wall) in self.walls.iter().enumerate() {
+            refuse_if(
+                wall.nx != Some(0.0),
                 &format!("sample.walls[{i}]"),
                 "only a level half-plane repeats along x, and sample.periodic_x_m does",
                 "write nx = 0",
-            );
+            )?;
         }
-        Ok(self
-            .disks
-            .iter()
-            .map(|disk| disk.radius_m)
-            .fold(0.0, f64::max))
+        Ok(range(self.disks.iter().map(|disk| disk.radius_m))[1])
     }
 
     /// A cluster is listed whole, also where it lies across an end: its places are not folded.
     fn refuse_torn_clusters(&self, length: f64) -> Result<(), ConfigError> {
         for (i, disk) in self.disks.iter().enumerate() {
-            let Some(name) = &disk.cluster else {
-                continue;
-            };
-            let mut others = self.disks[..i]
-                .iter()
-                .filter(|d| d.cluster.as_ref() == Some(name));
-            if others.any(|other| (other.x_m - disk.x_m).abs() > 0.5 * length) {
-                return refuse(
-                    &format!("sample.disks[{i}].x_m"),
-                    format!("lies more than half the strip from another disk of cluster {name:?}"),
-                    "list a cluster in one piece, beyond the end of the strip if need be",
-                );
-            }
+            let far = |other: &&DiskConfig| (other.x_m - disk.x_m).abs() > 0.5 * length;
+            let torn = |other: &DiskConfig| disk.cluster.is_some() && other.cluster == disk.cluster;
+            refuse_if(
+                self.disks[..i].iter().filter(far).any(torn),
+                &format!("sample.disks[{i}].x_m"),
+                format!(
+                    "lies more than half the strip from another disk of cluster {:?}",
+                    disk.cluster.as_deref().unwrap_or_default()
+                ),
+                "list a cluster in one piece, beyond the end of the strip if need be",
+            )?;
         }
         Ok(())
     }

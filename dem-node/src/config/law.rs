@@ -1,9 +1,10 @@
 //! The keys of `law` and their limits.
 
 use protocol::ConfigError;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
 
-use super::limits::{at_least, positive, refuse, refuse_given, required, within};
+use super::limits::{at_least, positive, refuse_given, refuse_if, required, within};
 use crate::cohesion::HPrime;
 use crate::law::Penetration;
 
@@ -44,7 +45,7 @@ pub struct LawConfig {
 }
 
 /// The words for `law.kind`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LawKind {
     /// Unilateral contact without friction.
@@ -73,25 +74,11 @@ impl LawKind {
             plain => plain,
         }
     }
-
-    /// The word in the scenario.
-    pub fn word(self) -> &'static str {
-        match self {
-            LawKind::Signorini => "signorini",
-            LawKind::Coulomb => "coulomb",
-            LawKind::Cohesion => "cohesion",
-            LawKind::IqsClb => "IQS_CLB",
-            LawKind::RstClb => "RST_CLB",
-            LawKind::IqsMacCzm => "IQS_MAC_CZM",
-        }
-    }
 }
 
 impl LawConfig {
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        if let Some(stiffness) = self.contact_stiffness_pa {
-            positive("law.contact_stiffness_pa", stiffness, "Pa")?;
-        }
+        positive("law.contact_stiffness_pa", self.contact_stiffness_pa, "Pa")?;
         self.validate_rigid()?;
         match self.kind.plain() {
             LawKind::Signorini => self.validate_frictionless()?,
@@ -106,29 +93,22 @@ impl LawConfig {
 
     /// The options of rigid contacts: restitution and penetration, written out or meant by a name of LMGC90.
     fn validate_rigid(&self) -> Result<(), ConfigError> {
-        if let Some(restitution) = self.restitution {
-            within("law.restitution", restitution, 0.0, 1.0)?;
-        }
+        within("law.restitution", self.restitution, [0.0, 1.0])?;
         self.refuse_rigid_options_of_springs()?;
         self.validate_names()?;
-        if self.restitution.is_some() && self.penetration == Some(Penetration::Gap) {
-            return refuse(
-                "law.penetration",
-                "\"gap\" repairs overlaps by velocity, which would add to the rebound of law.restitution",
-                "write \"iqs\", \"split\" or \"projection\"",
-            );
-        }
-        let repairs = [Penetration::Split, Penetration::Projection];
-        if self.kind.plain() == LawKind::Cohesion
-            && self.penetration.is_some_and(|p| repairs.contains(&p))
-        {
-            return refuse(
-                "law.penetration",
-                "moves grains apart after the step, which would stretch their bonds without any work",
-                "write \"iqs\" or \"gap\" with law.kind = \"cohesion\"",
-            );
-        }
-        Ok(())
+        refuse_if(
+            self.restitution.is_some() && self.penetration == Some(Penetration::Gap),
+            "law.penetration",
+            "\"gap\" repairs overlaps by velocity, which would add to the rebound of law.restitution",
+            "write \"iqs\", \"split\" or \"projection\"",
+        )?;
+        refuse_if(
+            self.kind.plain() == LawKind::Cohesion
+                && self.penetration.is_some_and(Penetration::repairs),
+            "law.penetration",
+            "moves grains apart after the step, which would stretch their bonds without any work",
+            "write \"iqs\" or \"gap\" with law.kind = \"cohesion\"",
+        )
     }
 
     fn refuse_rigid_options_of_springs(&self) -> Result<(), ConfigError> {
@@ -148,24 +128,22 @@ impl LawConfig {
 
     /// LMGC90's names against the options that they mean.
     fn validate_names(&self) -> Result<(), ConfigError> {
-        let contradicts = |key: &str, means: &str| {
-            let problem = format!(
-                "contradicts law.kind = \"{}\", which means {means}",
-                self.kind.word()
-            );
-            refuse(
+        let contradicts = |holds: bool, key: &str, means: &str| {
+            refuse_if(
+                holds,
                 key,
-                problem,
+                format!(
+                    "contradicts law.kind = {}, which means {means}",
+                    json!(self.kind)
+                ),
                 "remove the key, or choose the plain kind with the options that you want",
             )
         };
         let iqs = matches!(self.kind, LawKind::IqsClb | LawKind::IqsMacCzm);
-        if iqs && self.restitution.is_some() {
-            return contradicts("law.restitution", "inelastic impacts");
-        }
-        if iqs && !matches!(self.penetration, None | Some(Penetration::Iqs)) {
-            return contradicts("law.penetration", "penetration = \"iqs\"");
-        }
+        let impacts = iqs && self.restitution.is_some();
+        contradicts(impacts, "law.restitution", "inelastic impacts")?;
+        let other = iqs && !matches!(self.penetration, None | Some(Penetration::Iqs));
+        contradicts(other, "law.penetration", "penetration = \"iqs\"")?;
         if self.kind == LawKind::RstClb {
             let by = "contacts of law.kind = \"RST_CLB\"";
             required("law.restitution", self.restitution, by)?;
@@ -182,28 +160,25 @@ impl LawConfig {
         for ((key, value), unit) in [(ct, "Pa/m"), (b, "Pa m s")] {
             at_least(key, given(key, value)?, 0.0, unit)?;
         }
-        within("law.bonds_min", f64::from(self.bonds_min), 0.0, 6.0)?;
-        match self.h_prime {
-            Some(_) => Ok(()),
-            None => refuse(
-                "law.h_prime",
-                "law.kind = \"cohesion\" needs it and it is missing",
-                "write h_prime = \"one\" or \"adhesion\"",
-            ),
-        }
+        within("law.bonds_min", f64::from(self.bonds_min), [0.0, 6.0])?;
+        refuse_if(
+            self.h_prime.is_none(),
+            "law.h_prime",
+            "law.kind = \"cohesion\" needs it and it is missing",
+            "write h_prime = \"one\" or \"adhesion\"",
+        )
     }
 
     fn refuse_cohesion(&self) -> Result<(), ConfigError> {
-        let numbers = self.cohesion_numbers();
+        let numbers = self
+            .cohesion_numbers()
+            .map(|(key, value)| (key, value.is_some()));
         let others = [
             ("law.h_prime", self.h_prime.is_some()),
             ("law.bonds_min", self.bonds_min > 0),
         ];
         refuse_given(
-            numbers
-                .map(|(key, value)| (key, value.is_some()))
-                .into_iter()
-                .chain(others),
+            numbers.into_iter().chain(others),
             "belongs to bonds, and this law has none: the key would have no effect",
             "remove it, or choose law.kind = \"cohesion\"",
         )
@@ -236,17 +211,16 @@ impl LawConfig {
         let friction = required("law.friction", self.friction, by)?;
         at_least("law.friction", friction, 0.0, "")?;
         let key = "law.tangential_stiffness_ratio";
-        match (self.contact_stiffness_pa, self.tangential_stiffness_ratio) {
-            (None, None) => Ok(()),
-            (None, Some(_)) => refuse(
-                key,
-                "rigid contacts have no stiffness, the key would have no effect",
-                "remove it, or give law.contact_stiffness_pa",
-            ),
-            (Some(_), ratio) => {
-                let why = "compliant contacts with friction";
-                positive(key, required(key, ratio, why)?, "")
-            }
+        let ratio = self.tangential_stiffness_ratio;
+        if self.contact_stiffness_pa.is_some() {
+            let why = "compliant contacts with friction";
+            return positive(key, required(key, ratio, why)?, "");
         }
+        refuse_if(
+            ratio.is_some(),
+            key,
+            "rigid contacts have no stiffness, the key would have no effect",
+            "remove it, or give law.contact_stiffness_pa",
+        )
     }
 }

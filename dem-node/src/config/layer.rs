@@ -3,7 +3,7 @@
 use protocol::ConfigError;
 use serde::Deserialize;
 
-use super::limits::{PERIOD, at_least, positive, refuse};
+use super::limits::{PERIOD, at_least, positive, refuse_if};
 
 /// More grains than this are taken for a mistyped unit: their bed would be pressed for hours.
 const GRAINS_MAX: f64 = 5e5;
@@ -82,16 +82,15 @@ impl LayerConfig {
         }
         self.refuse_too_many_grains()?;
         at_least("sample.crown_radius_m", self.crown_radius_m, 0.0, "m")?;
-        if self.lid && self.crown_radius_m > 0.0 {
-            return refuse(
-                "sample.crown_radius_m",
-                format!(
-                    "a layer with a lid lies between flat faces, got a crown of {} m",
-                    self.crown_radius_m
-                ),
-                "write crown_radius_m = 0, or remove sample.lid",
-            );
-        }
+        refuse_if(
+            self.lid && self.crown_radius_m > 0.0,
+            "sample.crown_radius_m",
+            format!(
+                "a layer with a lid lies between flat faces, got a crown of {} m",
+                self.crown_radius_m
+            ),
+            "write crown_radius_m = 0, or remove sample.lid",
+        )?;
         if self.crown_radius_m > 0.0 {
             let least = 2.0 * self.half_width_m;
             at_least("sample.crown_radius_m", self.crown_radius_m, least, "m")?;
@@ -113,9 +112,6 @@ impl LayerConfig {
         let depth = self.thickness_m + self.bed_extra_m;
         let area = std::f64::consts::PI * self.radius_min_m * self.radius_max_m;
         let grains = 2.0 * self.half_width_m * depth / area;
-        if grains <= GRAINS_MAX {
-            return Ok(());
-        }
         let key = if self.thickness_m > self.half_width_m {
             "sample.thickness_m"
         } else {
@@ -127,7 +123,8 @@ impl LayerConfig {
             self.radius_min_m,
             self.radius_max_m
         );
-        refuse(
+        refuse_if(
+            grains.is_nan() || grains > GRAINS_MAX,
             key,
             problem,
             "check the units (m): a thinner or narrower layer, or larger grains",
@@ -137,20 +134,18 @@ impl LayerConfig {
     /// Returns the largest radius (m).
     pub(super) fn validate_strip(&self, ends: [f64; 2]) -> Result<f64, ConfigError> {
         let width = self.half_width_m;
-        if ends != [-width, width] {
-            return refuse(
-                PERIOD,
-                format!("a layer covers its strip, |x| up to sample.half_width_m = {width:e}"),
-                format!("write periodic_x_m = [{:e}, {width:e}]", -width),
-            );
-        }
-        if self.crown_radius_m > 0.0 {
-            return refuse(
-                "sample.crown_radius_m",
-                "a crown does not repeat along x, and sample.periodic_x_m does",
-                "write crown_radius_m = 0",
-            );
-        }
+        refuse_if(
+            ends != [-width, width],
+            PERIOD,
+            format!("a layer covers its strip, |x| up to sample.half_width_m = {width:e}"),
+            format!("write periodic_x_m = [{:e}, {width:e}]", -width),
+        )?;
+        refuse_if(
+            self.crown_radius_m > 0.0,
+            "sample.crown_radius_m",
+            "a crown does not repeat along x, and sample.periodic_x_m does",
+            "write crown_radius_m = 0",
+        )?;
         Ok(self.radius_max_m)
     }
 }

@@ -1,17 +1,21 @@
-//! Limits of single values, and refusals that name the key, the value and a way out.
+//! Limits of single values, and refusals that name the key, the value and a way out. A value that is absent passes.
 
 use protocol::ConfigError;
 
 /// The key of a strip that repeats, in both kinds of sample.
 pub(super) const PERIOD: &str = "sample.periodic_x_m";
 
-/// Refuses a key for a reason, with a help.
-pub(super) fn refuse<T>(
+/// Refuses a key for a reason, with a help, if something holds.
+pub(crate) fn refuse_if(
+    holds: bool,
     key: &str,
     why: impl Into<String>,
     help: impl Into<String>,
-) -> Result<T, ConfigError> {
-    Err(ConfigError::new(key, why).help(help))
+) -> Result<(), ConfigError> {
+    if holds {
+        return Err(ConfigError::new(key, why).help(help));
+    }
+    Ok(())
 }
 
 /// Refuses the first of these keys that is given.
@@ -20,62 +24,59 @@ pub(super) fn refuse_given(
     why: &str,
     help: &str,
 ) -> Result<(), ConfigError> {
-    match keys.into_iter().find(|(_, given)| *given) {
-        None => Ok(()),
-        Some((key, _)) => refuse(key, why, help),
-    }
+    let mut keys = keys.into_iter();
+    keys.try_for_each(|(key, given)| refuse_if(given, key, why, help))
 }
 
 pub(super) fn required(key: &str, value: Option<f64>, by: &str) -> Result<f64, ConfigError> {
     value.ok_or_else(|| ConfigError::new(key, format!("{by} need it and it is missing")))
 }
 
-pub(super) fn positive(key: &str, value: f64, unit: &str) -> Result<(), ConfigError> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(ConfigError::new(
-        key,
-        format!("must be positive, got {value:e}{}", in_brackets(unit)),
-    ))
+pub(crate) fn positive(
+    key: &str,
+    value: impl Into<Option<f64>>,
+    unit: &str,
+) -> Result<(), ConfigError> {
+    let holds = |value: f64| value > 0.0 && value.is_finite();
+    let must = |value| format!("be positive, got {}", with_unit(value, unit));
+    check(key, value.into(), holds, must)
 }
 
 pub(super) fn at_least(key: &str, value: f64, minimum: f64, unit: &str) -> Result<(), ConfigError> {
-    if value >= minimum && value.is_finite() {
-        return Ok(());
-    }
-    Err(ConfigError::new(
-        key,
-        format!(
-            "must be at least {minimum:e}, got {value:e}{}",
-            in_brackets(unit)
-        ),
-    ))
+    let holds = |value: f64| value >= minimum && value.is_finite();
+    let must = |value| format!("be at least {minimum:e}, got {}", with_unit(value, unit));
+    check(key, Some(value), holds, must)
 }
 
-pub(super) fn within(key: &str, value: f64, low: f64, high: f64) -> Result<(), ConfigError> {
-    if (low..=high).contains(&value) {
-        return Ok(());
-    }
-    Err(ConfigError::new(
-        key,
-        format!("must lie between {low} and {high}, got {value}"),
-    ))
+pub(super) fn within(
+    key: &str,
+    value: impl Into<Option<f64>>,
+    [low, high]: [f64; 2],
+) -> Result<(), ConfigError> {
+    let must = |value| format!("lie between {low} and {high}, got {value}");
+    check(key, value.into(), |x| (low..=high).contains(&x), must)
 }
 
 pub(super) fn finite(key: &str, value: f64) -> Result<(), ConfigError> {
-    if value.is_finite() {
-        return Ok(());
-    }
-    Err(ConfigError::new(
-        key,
-        format!("must be a finite number, got {value}"),
-    ))
+    let must = |value| format!("be a finite number, got {value}");
+    check(key, Some(value), f64::is_finite, must)
 }
 
-fn in_brackets(unit: &str) -> String {
+fn check(
+    key: &str,
+    value: Option<f64>,
+    holds: impl Fn(f64) -> bool,
+    must: impl Fn(f64) -> String,
+) -> Result<(), ConfigError> {
+    match value.filter(|value| !holds(*value)) {
+        None => Ok(()),
+        Some(value) => Err(ConfigError::new(key, format!("must {}", must(value)))),
+    }
+}
+
+fn with_unit(value: f64, unit: &str) -> String {
     match unit {
-        "" => String::new(),
-        unit => format!(" ({unit})"),
+        "" => format!("{value:e}"),
+        unit => format!("{value:e} ({unit})"),
     }
 }

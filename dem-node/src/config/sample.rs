@@ -5,7 +5,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::disks::DisksConfig;
 use super::layer::LayerConfig;
-use super::limits::{PERIOD, finite, refuse};
+use super::limits::{PERIOD, finite, refuse_if};
 use crate::geometry::Period;
 
 /// Diameters of the widest disk that a strip must hold: a grain and its neighbours must not meet around it.
@@ -80,10 +80,8 @@ impl SampleConfig {
             SampleConfig::Disks(disks) => disks.validate_strip(ends)?,
         };
         let (length, narrowest) = (ends[1] - ends[0], 2.0 * DIAMETERS * widest);
-        if length >= narrowest {
-            return Ok(());
-        }
-        refuse(
+        refuse_if(
+            length < narrowest,
             PERIOD,
             format!(
                 "a strip of {length:e} m is narrower than {DIAMETERS} of the widest diameter, {narrowest:e} m"

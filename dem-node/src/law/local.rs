@@ -118,7 +118,7 @@ pub struct BondLaw {
     /// kappa = h^2 l C a^2, normal and tangential (kg).
     kappa: [f64; 2],
     /// delta_t/h (m/s).
-    slip: f64,
+    pub slip: f64,
     /// Coefficient of friction on the compressive part of the force.
     friction: f64,
     block: DelassusBlock,
@@ -147,11 +147,6 @@ impl BondLaw {
     /// 1/kappa, normal and tangential (1/kg); infinite where the bond holds nothing.
     pub fn compliance(&self) -> [f64; 2] {
         self.kappa.map(|kappa| 1.0 / kappa)
-    }
-
-    /// delta_t/h (m/s).
-    pub fn slip(&self) -> f64 {
-        self.slip
     }
 
     /// Prepares the law for a block without springs; `compliance` is that of the compressed contact (1/kg).

@@ -1,7 +1,5 @@
 //! The participant's data: the grains with their wheel and walls, committed and on trial, and a step of them.
 
-use std::path::PathBuf;
-
 use protocol::{Setting, Window};
 use serde::{Deserialize, Serialize};
 
@@ -24,9 +22,7 @@ use crate::wheel::WheelProgram;
 
 /// A layer or heap of grains, with its wheel and walls, ready to step: the participant.
 pub struct Dem {
-    pub(super) participant: String,
-    pub(super) fields: Option<PathBuf>,
-    pub(super) thickness: f64,
+    pub(super) setting: Setting,
     /// Mass of a disk over its area, scaled (kg/m2).
     pub(super) mass_per_area: f64,
     pub(super) theta: f64,
@@ -90,9 +86,7 @@ impl Dem {
         let mut stepper = Stepper::default();
         stepper.problem.boundary = CompliantBoundary::fixed(bodies.glued());
         Ok(Dem {
-            participant: setting.participant.clone(),
-            fields: setting.fields.clone(),
-            thickness: setting.thickness_m,
+            setting: setting.clone(),
             mass_per_area: config.mass_scale * config.density_kg_per_m3 * setting.thickness_m,
             theta: config.time.theta,
             own_step: opening.map(|p| p.step()).or(config.time.step_s),
@@ -101,7 +95,7 @@ impl Dem {
                 .or(opening.map(|p| p.end()))
                 .or(config.time.end_s),
             bounds,
-            solver: SolverThreads::new(setup::criteria(config), setting.threads)?,
+            solver: SolverThreads::new(config.solver, setting.threads)?,
             initial_energy: state.energies(&bodies),
             initial_bond_count: bond::count(&state.bonds),
             bond_step_limit: bond::step_limit(&bodies, &state.bonds),

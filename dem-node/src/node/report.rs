@@ -6,32 +6,36 @@ use protocol::{BoundaryInertia, Role, Term};
 
 use super::dem::Dem;
 use crate::bond;
-use crate::prescribed_opening;
-use crate::report::{self, BONDS};
+use crate::report;
 use crate::step::StepSummary;
 
 impl Dem {
     pub(super) fn report(&self, summary: &StepSummary) -> Vec<f64> {
         let now = self.progress.state.energies(&self.bodies);
         let since = [0, 1, 2, 3].map(|k| now[k] - self.initial_energy[k]);
-        let signals = report::signals(&self.bodies, &self.progress.state, summary);
-        let mut report = signals.map(|(_, value)| value).to_vec();
+        let signals = self.signals(summary).into_iter().map(|(_, value)| value);
+        let ledger = self.ledger(since).map(|(_, _, value)| value);
+        signals.chain(ledger).collect()
+    }
+
+    /// The signals of a step; cohesive laws add `bonds`, those above 0.01 of adhesion.
+    fn signals(&self, summary: &StepSummary) -> Vec<(&'static str, f64)> {
+        let state = &self.progress.state;
+        let mut signals = report::signals(&self.bodies, state, summary).to_vec();
         if self.bodies.law.cohesion.is_some() {
-            report.push(bond::count(&self.progress.state.bonds) as f64);
+            signals.push(("bonds", bond::count(&state.bonds) as f64));
         }
-        report.extend(
-            self.opening
-                .iter()
-                .flat_map(|opening| opening.signals(&self.progress.state)),
-        );
-        report.extend(self.ledger(since).map(|(_, _, value)| value));
-        report
+        if let Some(opening) = &self.opening {
+            signals.extend(opening.signals(state));
+        }
+        signals
     }
 
     /// The energy balance: names, roles and values of its terms, with the energies stored since the start (J).
     fn ledger(&self, stored: [f64; 4]) -> impl Iterator<Item = (&'static str, Role, f64)> {
         let accounts = &self.progress.state.accounts;
-        let walls = (self.bodies.wall_speed() > 0.0).then(|| accounts.of_walls());
+        let walls =
+            (self.bodies.wall_speed() > 0.0).then_some(("walls", Role::Work, accounts.walls));
         accounts.terms(stored).into_iter().chain(walls)
     }
 
@@ -44,19 +48,8 @@ impl Dem {
     }
 
     pub(super) fn signal_names(&self) -> Vec<String> {
-        let bonds = self.bodies.law.cohesion.map(|_| BONDS);
-        let prescribed_velocity = self
-            .opening
-            .map(|_| prescribed_opening::SIGNALS)
-            .into_iter()
-            .flatten();
-        let signals = report::signals(&self.bodies, &self.progress.state, &StepSummary::default());
-        let names = signals
-            .into_iter()
-            .map(|(name, _)| name)
-            .chain(bonds)
-            .chain(prescribed_velocity);
-        names.map(String::from).collect()
+        let signals = self.signals(&StepSummary::default()).into_iter();
+        signals.map(|(name, _)| name.to_string()).collect()
     }
 
     /// A glued disk's share of all that can move, behind the two grains that it carries on average.
@@ -73,35 +66,29 @@ impl Dem {
     }
 
     pub(super) fn results(&self) -> BTreeMap<String, f64> {
-        let mut results = self.progress.statistics.results(
-            self.program.as_ref(),
-            &self.bodies,
-            &self.progress.state,
-        );
-        if self.solid_fraction > 0.0 {
-            results.insert("solid_fraction".into(), self.solid_fraction);
-        }
-        if self.bodies.law.cohesion.is_some() {
-            let bonds = bond::count(&self.progress.state.bonds);
-            results.insert("bonds".into(), bonds as f64);
-            results.insert(
-                "bonds_broken".into(),
-                (self.initial_bond_count - bonds) as f64,
-            );
-        }
-        if let Some(limit) = self.bond_step_limit {
-            results.insert("bond_step_limit_s".into(), limit);
-        }
-        if let Some(scaling) = self.scaling {
-            results.insert("inertial_number".into(), scaling.inertial_number);
-            results.insert("inertia_pressure_pa".into(), scaling.pressure);
-        }
-        if let Some(step) = self.window.or(self.own_step) {
-            results.insert(
-                "step_over_inertial_time".into(),
-                step / self.bounds.inertial_time,
-            );
-        }
-        results
+        let state = &self.progress.state;
+        let statistics = &self.progress.statistics;
+        let results = statistics.results(self.program.as_ref(), &self.bodies, state);
+        let count = bond::count(&state.bonds);
+        let bonds = self.bodies.law.cohesion.map(|_| count as f64);
+        let broken = bonds.map(|_| (self.initial_bond_count - count) as f64);
+        let step = self.window.or(self.own_step);
+        let own = report::given([
+            (
+                "solid_fraction",
+                Some(self.solid_fraction).filter(|x| *x > 0.0),
+            ),
+            ("bonds", bonds),
+            ("bonds_broken", broken),
+            ("bond_step_limit_s", self.bond_step_limit),
+            ("inertial_number", self.scaling.map(|s| s.inertial_number)),
+            ("inertia_pressure_pa", self.scaling.map(|s| s.pressure)),
+            (
+                "step_over_inertial_time",
+                step.map(|step| step / self.bounds.inertial_time),
+            ),
+        ]);
+        let results = results.into_iter().chain(own);
+        results.map(|(name, x)| (name.to_string(), x)).collect()
     }
 }

@@ -3,6 +3,7 @@
 use protocol::{ConfigError, Window};
 
 use super::dem::Dem;
+use crate::config::limits::refuse_if;
 use crate::error::DemError;
 
 impl Dem {
@@ -11,11 +12,8 @@ impl Dem {
         window: &Window,
         free_velocity: &[f64],
     ) -> Result<f64, DemError> {
-        let step = match (self.interface.is_empty(), self.window) {
-            (false, Some(step)) => step,
-            _ => {
-                return request("a window needs a glued row coupled and the wall announced first");
-            }
+        let (false, Some(step)) = (self.interface.disks.is_empty(), self.window) else {
+            return request("a window needs a glued row coupled and the wall announced first");
         };
         let length = window.t1_s - window.t0_s;
         if (length - step).abs() > 1e-6 * step {
@@ -24,12 +22,12 @@ impl Dem {
                 window.index
             ));
         }
-        if free_velocity.len() != 2 * self.interface.len() {
+        if free_velocity.len() != 2 * self.interface.disks.len() {
             return request(format!(
                 "window {} brings {} velocities for {} glued disks of two components",
                 window.index,
                 free_velocity.len(),
-                self.interface.len()
+                self.interface.disks.len()
             ));
         }
         require_numbers("a velocity of a glued disk", window, free_velocity)?;
@@ -37,28 +35,27 @@ impl Dem {
     }
 
     pub(super) fn refuse_when_coupled(&self) -> Result<(), ConfigError> {
-        if self.theta != 1.0 {
-            return Err(ConfigError::new(
-                "time.theta",
-                format!("a coupled participant needs 1, got {}: the glued velocity is the window's mean and the end velocity only then", self.theta),
-            )
-            .help("remove the key or write theta = 1"));
-        }
-        if self.bodies.period.is_some() {
-            return Err(ConfigError::new(
-                "sample.periodic_x_m",
-                "a coupled base belongs to a body with ends, and a strip that repeats has none",
-            )
-            .help("remove the key, or run the participant alone"));
-        }
-        if self.own_step.is_some() {
-            return Err(ConfigError::new(
-                "time.step_s",
-                "a coupled participant steps by the windows of its interface and has no step of its own",
-            )
-            .help("remove the key"));
-        }
-        Ok(())
+        refuse_if(
+            self.theta != 1.0,
+            "time.theta",
+            format!(
+                "a coupled participant needs 1, got {}: the glued velocity is the window's mean and the end velocity only then",
+                self.theta
+            ),
+            "remove the key or write theta = 1",
+        )?;
+        refuse_if(
+            self.bodies.period.is_some(),
+            "sample.periodic_x_m",
+            "a coupled base belongs to a body with ends, and a strip that repeats has none",
+            "remove the key, or run the participant alone",
+        )?;
+        refuse_if(
+            self.own_step.is_some(),
+            "time.step_s",
+            "a coupled participant steps by the windows of its interface and has no step of its own",
+            "remove the key",
+        )
     }
 }
 

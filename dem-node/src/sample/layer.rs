@@ -6,6 +6,7 @@
 
 use crate::config::LayerConfig;
 use crate::error::DemError;
+use crate::geometry::range;
 use crate::sample::bed::{self, Bed};
 use crate::sample::relax::Pile;
 use crate::sample::types::{Disk, Sample};
@@ -33,45 +34,30 @@ pub fn prepare(
     let highest = recipe.press_pa.iter().copied().fold(0.0, f64::max);
     let bed_stiffness = stiffness.unwrap_or(RIGID_BED_STIFFNESS * highest);
     let bed = bed::press(&bed_of(recipe), bed_stiffness, seed)?;
-    let (free, base) = cut(&bed.pile);
-    let (free, lid) = if recipe.lid {
-        cut_above(free, recipe.thickness_m)
-    } else {
-        (free, Vec::new())
-    };
+    let (mut free, base) = cut(&bed.pile);
+    let (mut lid, mut ceiling) = (Vec::new(), recipe.thickness_m);
+    if recipe.lid {
+        let (below, above) = cut_above(free, recipe.thickness_m);
+        lid = extended(recipe, &below, above, |radius| recipe.thickness_m + radius);
+        (free, ceiling) = (below, f64::INFINITY);
+    }
+    let on_top = lid.len();
     let mut glued = extended(recipe, &free, base, |radius| -radius);
-    let on_top = if recipe.lid {
-        extended(recipe, &free, lid, |radius| recipe.thickness_m + radius)
-    } else {
-        lid
-    };
-    let lid = on_top.len();
-    glued.extend(on_top);
-    let crown = Crown {
-        radius: recipe.crown_radius_m,
-    };
-    let (free, glued) = (crown.follow(free), crown.follow(glued));
-    let free = if bonded {
-        free
-    } else {
-        let ceiling = if recipe.lid {
-            f64::INFINITY
-        } else {
-            recipe.thickness_m
-        };
-        let (mut free, overlap) = release(&bed, free, &glued, ceiling);
+    glued.extend(lid);
+    (free, glued) = (follow(recipe, free), follow(recipe, glued));
+    if !bonded {
+        let overlap;
+        (free, overlap) = release(&bed, free, &glued, ceiling);
         if stiffness.is_none() {
             shrink(&mut free, overlap);
         }
-        free
-    };
+    }
     Ok(Sample {
         free: in_columns(free),
         glued,
-        lid,
-        walls: Vec::new(),
-        clusters: Vec::new(),
+        lid: on_top,
         solid_fraction: bed.solid_fraction,
+        ..Sample::default()
     })
 }
 
@@ -93,80 +79,57 @@ fn cut_above(free: Vec<Disk>, height: f64) -> (Vec<Disk>, Vec<Disk>) {
 
 /// Cuts along y = 0: disks wholly below go, disks whose centre is less than r above it are glued.
 fn cut(pile: &Pile) -> (Vec<Disk>, Vec<Disk>) {
-    let disks = pile
-        .centres
-        .iter()
-        .zip(&pile.radii)
-        .map(|(centre, radius)| Disk {
-            centre: *centre,
-            radius: *radius,
-            ..Disk::default()
-        });
+    let disks = pile.centres.iter().zip(&pile.radii);
+    let disks = disks.map(|(centre, radius)| Disk {
+        centre: *centre,
+        radius: *radius,
+        ..Disk::default()
+    });
     disks
         .filter(|disk| disk.centre[1] > -disk.radius)
         .partition(|disk| disk.centre[1] >= disk.radius)
 }
 
-/// A glued row with its catch rows, by ascending x.
+/// A glued row by ascending x with its catch rows: bare touching disks of the mean diameter on both sides, at the height that
+/// their radius gives, flush with the line.
 fn extended(
     recipe: &LayerConfig,
     free: &[Disk],
     mut row: Vec<Disk>,
     height: impl Fn(f64) -> f64,
 ) -> Vec<Disk> {
+    let disks = free.iter().chain(&row);
+    let sum: f64 = disks.clone().map(|disk| disk.radius).sum();
+    let radius = sum / disks.count().max(1) as f64;
+    let place = |side: f64, k: usize| {
+        let x = side * (recipe.half_width_m + (2 * k + 1) as f64 * radius);
+        Disk {
+            centre: [x, height(radius)],
+            radius,
+            ..Disk::default()
+        }
+    };
     if recipe.periodic_x_m.is_none() {
-        row.extend(catch_row(recipe, free, &row, height));
+        let steps = 0..CATCH_DIAMETERS as usize;
+        row.extend(steps.flat_map(|k| [place(-1.0, k), place(1.0, k)]));
     }
     row.sort_by(|a, b| a.centre[0].total_cmp(&b.centre[0]));
     row
 }
 
-/// Bare touching disks of the mean diameter on both sides, at the height that their radius gives: flush with the line.
-fn catch_row(
-    recipe: &LayerConfig,
-    free: &[Disk],
-    glued: &[Disk],
-    height: impl Fn(f64) -> f64,
-) -> Vec<Disk> {
-    let disks = free.iter().chain(glued);
-    let sum: f64 = disks.clone().map(|disk| disk.radius).sum();
-    let radius = sum / disks.count().max(1) as f64;
-    let steps = 0..CATCH_DIAMETERS as usize;
-    let place = |side: f64, k: usize| Disk {
-        centre: [
-            side * (recipe.half_width_m + (2 * k + 1) as f64 * radius),
-            height(radius),
-        ],
-        radius,
-        ..Disk::default()
-    };
-    steps
-        .flat_map(|k| [place(-1.0, k), place(1.0, k)])
-        .collect()
+/// Drop of the crowned line below the layer, c(x) = R - sqrt(R^2 - x^2), written without cancellation (m); R = 0 is straight.
+fn drop_at(x: f64, crown: f64) -> f64 {
+    if crown == 0.0 {
+        return 0.0;
+    }
+    x * x / (crown + (crown * crown - x * x).sqrt())
 }
 
-/// The crowned line below the layer.
-#[derive(Clone, Copy)]
-struct Crown {
-    /// 0 = straight (m).
-    radius: f64,
-}
-
-impl Crown {
-    /// c(x) = R - sqrt(R^2 - x^2), written without cancellation (m).
-    fn drop(self, x: f64) -> f64 {
-        if self.radius == 0.0 {
-            return 0.0;
-        }
-        x * x / (self.radius + (self.radius * self.radius - x * x).sqrt())
+fn follow(recipe: &LayerConfig, mut disks: Vec<Disk>) -> Vec<Disk> {
+    for disk in &mut disks {
+        disk.centre[1] -= drop_at(disk.centre[0], recipe.crown_radius_m);
     }
-
-    fn follow(self, mut disks: Vec<Disk>) -> Vec<Disk> {
-        for disk in &mut disks {
-            disk.centre[1] -= self.drop(disk.centre[0]);
-        }
-        disks
-    }
+    disks
 }
 
 /// Takes the side walls away and lets the grains relax under the wheel, which is held where the plate was, or between
@@ -197,10 +160,7 @@ fn release(bed: &Bed, free: Vec<Disk>, glued: &[Disk], ceiling: f64) -> (Vec<Dis
 /// Makes the grains smaller until none overlaps. The first step would repair the overlaps of rigid grains with the
 /// velocity g/h, and that threw the wheel 17 um up.
 fn shrink(disks: &mut [Disk], overlap: f64) {
-    let smallest = disks
-        .iter()
-        .map(|disk| disk.radius)
-        .fold(f64::INFINITY, f64::min);
+    let [smallest, _] = range(disks.iter().map(|disk| disk.radius));
     for disk in disks {
         disk.radius *= 1.0 - overlap / smallest;
     }
@@ -223,8 +183,8 @@ mod tests {
 
     #[test]
     fn the_crown_drops_a_tenth_of_a_millimetre_at_eight() {
-        let drop = Crown { radius: 0.3 }.drop(8e-3);
+        let drop = drop_at(8e-3, 0.3);
         assert!((drop - 0.106_685e-3).abs() < 1e-9, "{drop}");
-        assert_eq!(Crown { radius: 0.0 }.drop(8e-3), 0.0);
+        assert_eq!(drop_at(8e-3, 0.0), 0.0);
     }
 }

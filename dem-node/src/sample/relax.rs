@@ -4,7 +4,7 @@
 //! unit masses the fastest oscillation of a packing is then about 3.5 per unit of time whatever the material.
 
 use crate::detect::NearPairs;
-use crate::geometry::Period;
+use crate::geometry::{Period, between_points, range, squared_displacements};
 
 /// Disks between rigid plates.
 #[derive(Clone, Debug)]
@@ -101,8 +101,7 @@ impl Pile {
     }
 
     fn neighbours(&self) -> Neighbours {
-        let smallest = self.radii.iter().copied().fold(f64::INFINITY, f64::min);
-        let skin = 0.3 * smallest;
+        let skin = 0.3 * range(self.radii.iter().copied())[0];
         let mut near = NearPairs::new(&self.centres, &self.radii, self.movable, skin, self.period);
         let mut pairs = Vec::new();
         for a in 0..self.movable {
@@ -116,12 +115,9 @@ impl Pile {
     }
 
     fn refresh(&self, neighbours: &mut Neighbours) {
-        let moved = |now: &[f64; 2], then: &[f64; 2]| {
-            (now[0] - then[0]).powi(2) + (now[1] - then[1]).powi(2)
-        };
         let limit = (0.5 * neighbours.skin).powi(2);
-        let mut both = self.centres.iter().zip(&neighbours.centres);
-        if both.any(|(now, then)| moved(now, then) > limit) {
+        if squared_displacements(&self.centres, &neighbours.centres).any(|squared| squared > limit)
+        {
             *neighbours = self.neighbours();
         }
     }
@@ -141,11 +137,7 @@ impl Pile {
     }
 
     fn push_apart(&self, a: usize, b: usize, load: &mut PileForces) {
-        let (dx, dy) = (
-            self.centres[a][0] - self.centres[b][0],
-            self.centres[a][1] - self.centres[b][1],
-        );
-        let dx = self.period.map_or(dx, |period| period.nearest(dx));
+        let [dx, dy] = between_points(self.centres[a], self.centres[b], self.period);
         let reach = self.radii[a] + self.radii[b];
         let squared = dx * dx + dy * dy;
         if squared >= reach * reach || squared == 0.0 {
@@ -236,19 +228,11 @@ impl Fire {
     }
 
     fn step(&mut self, pile: &mut Pile, load: &PileForces) {
-        let floor_force = if pile.thrust.is_some() {
-            load.on_floor
-        } else {
-            0.0
-        };
+        let floor_force = pile.thrust.map_or(0.0, |_| load.on_floor);
         self.steer(load, floor_force);
         let dt = self.step;
-        for ((v, f), x) in self
-            .velocities
-            .iter_mut()
-            .zip(&load.on_disks)
-            .zip(&mut pile.centres)
-        {
+        let moved = self.velocities.iter_mut().zip(&load.on_disks);
+        for ((v, f), x) in moved.zip(&mut pile.centres) {
             v[0] += dt * f[0];
             v[1] += dt * f[1];
             x[0] += dt * v[0];

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// The algorithm that solves the problem: the words for `solver.kind`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Algorithm {
     /// Block non-linear Gauss-Seidel.
@@ -12,18 +12,21 @@ pub enum Algorithm {
     Pcg,
 }
 
-/// Stopping criteria of a solver.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// `solver`: the solver of the contact problem and its stopping criteria.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Criteria {
     /// The algorithm.
+    #[serde(rename = "kind")]
     pub algorithm: Algorithm,
-    /// Bound on the true residual.
+    /// Bound on the true natural-map residual, relative.
     pub tolerance: f64,
-    /// Fewest iterations.
-    pub min_iterations: usize,
-    /// Most iterations.
+    /// Iterations after which a window counts as not converged.
     pub max_iterations: usize,
-    /// True if the rayon pool of the caller may be used. The answer has the same bits either way.
+    /// Iterations that are always done.
+    pub min_iterations: usize,
+    /// True if the rayon pool of the caller may be used, which no key says. The answer has the same bits either way.
+    #[serde(skip)]
     pub parallel: bool,
 }
 

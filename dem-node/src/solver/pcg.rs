@@ -14,7 +14,7 @@
 //! at r_n = 0, so the energy stays convex and smooth; a contact is on the branch of its impulse, and at 0 on the one to which u
 //! pushes it, and its direction ends at 0 as at any bound. The bond's shear has 1/kappa_t and no threshold.
 //!
-//! `textbook.rs` has these equations as they stand, u, q and all velocities formed anew; the tests compare every iteration
+//! `tests/textbook.rs` has these equations as they stand, u, q and all velocities formed anew; the tests compare every iteration
 //! with it. Here is what the fast form does differently:
 //!
 //! W = H^T M^-1 H is never formed, and neither u nor q is kept: what the equations ask of them are sums over the bodies.
@@ -38,8 +38,6 @@ mod constrained;
 mod group;
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
-mod textbook;
 mod workspace;
 
 pub use workspace::Workspace;

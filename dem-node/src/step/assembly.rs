@@ -70,7 +70,7 @@ impl Stepper {
                 inverse_mass: 1.0 / m,
             }
         }));
-        for cluster in bodies.clusters.iter() {
+        for cluster in &bodies.clusters.list {
             for disk in &cluster.disks {
                 records[*disk] = BodyRecord::default();
             }
@@ -90,12 +90,9 @@ impl Stepper {
         records.resize(bodies.disks(), BodyRecord::default());
         if let Some(mass) = bodies.wheel_mass {
             let x_velocity = (input.wheel_x - state.wheel.position[0]) / h;
+            let y_velocity = state.wheel.velocity[1] - h * input.load / mass;
             records.push(BodyRecord {
-                velocity: [
-                    x_velocity,
-                    state.wheel.velocity[1] - h * input.load / mass,
-                    0.0,
-                ],
+                velocity: [x_velocity, y_velocity, 0.0],
                 inverse_mass: 1.0 / mass,
             });
         }
@@ -106,21 +103,17 @@ impl Stepper {
     }
 
     fn top_speed(&self, bodies: &Bodies) -> f64 {
-        let records = self
-            .problem
+        let problem = &self.problem;
+        let records = problem
             .records
             .iter()
-            .map(|m| [m.velocity[0], m.velocity[1]]);
-        let glued = self
-            .problem
-            .boundary
-            .velocity
-            .chunks_exact(2)
-            .map(|v| [v[0], v[1]]);
+            .map(|r| [r.velocity[0], r.velocity[1]]);
+        let glued = problem.boundary.velocity.chunks_exact(2);
+        let glued = glued.map(|v| [v[0], v[1]]);
         let squares = records.chain(glued).map(|v| v[0] * v[0] + v[1] * v[1]);
         let speed = squares.fold(0.0, f64::max).sqrt();
-        let clusters = bodies.clusters.iter();
-        let turning = clusters.map(|c| c.top_speed(self.problem.records[c.leader()].velocity));
+        let clusters = bodies.clusters.list.iter();
+        let turning = clusters.map(|c| c.top_speed(problem.records[c.leader()].velocity));
         turning.fold(speed, f64::max)
     }
 
@@ -152,7 +145,7 @@ impl Stepper {
             levers: NO_LEVERS,
             ..Contact::default()
         };
-        if !bodies.clusters.is_empty() {
+        if !bodies.clusters.list.is_empty() {
             let disk = |body: usize| (state.centres[body], bodies.radii[body]);
             let inverse = |body: usize| self.problem.inverse_mass(body);
             let levers = bodies

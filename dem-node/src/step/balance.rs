@@ -26,7 +26,7 @@ impl Stepper {
                 defect[k] += mass * (h * bodies.gravity[k] - (new[k] - old[k]));
             }
         }
-        if !bodies.clusters.is_empty() {
+        if !bodies.clusters.list.is_empty() {
             let held = self.held_impulse(bodies, h);
             defect = [defect[0] + held[0], defect[1] + held[1]];
         }
@@ -41,7 +41,7 @@ impl Stepper {
                 *sum -= (1.0 - free) * p;
             }
         };
-        for cluster in bodies.clusters.iter() {
+        for cluster in &bodies.clusters.list {
             hold(cluster, bodies.gravity.map(|g| cluster.mass * h * g));
         }
         for contact in &self.problem.contacts {

@@ -2,7 +2,7 @@
 
 use super::{StepInput, StepSummary, Stepper};
 use crate::bodies::Bodies;
-use crate::bond::{self, BondStep};
+use crate::bond;
 use crate::detect::Slot;
 use crate::ledger::{ContactStep, contact_loss};
 use crate::solver::{Contact, NO_BOND};
@@ -62,12 +62,10 @@ impl Stepper {
     ) {
         let contact = &self.problem.bonds[index];
         let [before, solved] = contact.adhesion;
-        let step = BondStep {
-            contact: *done,
-            adhesion: [before, solved, self.adhesion[index]],
-        };
+        let adhesion = [before, solved, self.adhesion[index]];
         let bond = &mut state.bonds[contact.index as usize];
-        let loss = bond::end_step(&bodies.law, bond, &mut state.list.slots[slot], &step);
+        let slot = &mut state.list.slots[slot];
+        let loss = bond::end_step(&bodies.law, bond, slot, done, adhesion);
         state.accounts.impact += loss.impact;
         state.accounts.friction += loss.friction;
         state.accounts.cohesion += loss.cohesion;
@@ -82,11 +80,8 @@ impl Stepper {
     ) -> ContactStep {
         let velocity = self.problem.relative_velocity(contact);
         let before = self.relative_before(input.bodies, state, contact);
-        let stretched = input
-            .bodies
-            .law
-            .springs
-            .map_or(0.0, |s| -contact.impulse[1] / (input.step * s.tangential));
+        let springs = input.bodies.law.springs;
+        let stretched = springs.map_or(0.0, |s| -contact.impulse[1] / (input.step * s.tangential));
         // A compliant boundary puts its disks where its own body says, which is not for this ledger to judge.
         let left = if contact.glued && self.problem.boundary.is_compliant() {
             contact.gap
@@ -123,11 +118,8 @@ fn velocity_before(bodies: &Bodies, state: &State, body: usize) -> [f64; 3] {
         return state.velocities[body];
     }
     if let Some(disk) = bodies.glued_index(body) {
-        return [
-            state.glued_velocity[2 * disk],
-            state.glued_velocity[2 * disk + 1],
-            0.0,
-        ];
+        let [x, y] = [0, 1].map(|k| state.glued_velocity[2 * disk + k]);
+        return [x, y, 0.0];
     }
     if Some(body) == bodies.wheel() {
         return [state.wheel.velocity[0], state.wheel.velocity[1], 0.0];

@@ -102,7 +102,7 @@ pub fn compliance(contact: &Contact, bond: Option<&BondContact>, axis: usize) ->
 /// b without the velocities of the bodies (m/s).
 pub fn bias(contact: &Contact, bond: Option<&BondContact>, axis: usize) -> f64 {
     match bond {
-        Some(bond) if axis == 1 => bond.law.slip(),
+        Some(bond) if axis == 1 => bond.law.slip,
         _ => contact.bias[axis],
     }
 }

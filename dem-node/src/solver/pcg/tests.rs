@@ -1,7 +1,8 @@
 //! The solver against its four equations as they stand, and against itself in several threads.
 
+mod textbook;
+
 use super::Workspace;
-use super::textbook::Textbook;
 use crate::bond::{Bond, BondContact};
 use crate::boundary::CompliantBoundary;
 use crate::cohesion::{Cohesion, HPrime};
@@ -9,6 +10,7 @@ use crate::law::{Law, Penetration};
 use crate::sample::random::RandomNumbers;
 use crate::solver::partition::Partition;
 use crate::solver::{Algorithm, BodyRecord, Contact, Criteria, NO_BOND, NO_LEVERS, Problem};
+use textbook::Textbook;
 
 const GLUED: usize = 6;
 

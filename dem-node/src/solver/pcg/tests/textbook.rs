@@ -1,11 +1,11 @@
-//! The projected conjugate gradient as the equations of [`super`] stand (Renouf and Alart 2005, algorithm CPG): u, q and
+//! The projected conjugate gradient as the equations of [`super::super`] stand (Renouf and Alart 2005, algorithm CPG): u, q and
 //! every velocity formed anew, contact after contact, nothing left out. The tests compare every iteration of the fast form
 //! with it.
 
-use super::INNER;
-use super::group::{compliance, inverse, threshold};
 use crate::law::local::in_tension;
 use crate::solver::Problem;
+use crate::solver::pcg::INNER;
+use crate::solver::pcg::group::{compliance, inverse, threshold};
 
 /// A number of each component of all contacts.
 type Field = Vec<[f64; 2]>;
@@ -112,7 +112,7 @@ impl<'a> Textbook<'a> {
             let bond = self.problem.bonds.get(contact.bond as usize);
             let bias = [
                 contact.bias[0],
-                bond.map_or(contact.bias[1], |b| b.law.slip()),
+                bond.map_or(contact.bias[1], |b| b.law.slip),
             ];
             let u = self.relative(i, &speeds);
             let u = [u[0] + bias[0], u[1] + bias[1]];
