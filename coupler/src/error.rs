@@ -11,7 +11,7 @@ use crate::log::LogError;
 
 mod refusal;
 
-pub use refusal::{Refusal, WindowOf};
+pub use refusal::Refusal;
 
 /// A problem of the scenario: what, where in the file, and what to do.
 #[derive(Debug, Error, Diagnostic)]

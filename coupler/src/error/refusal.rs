@@ -32,18 +32,12 @@ pub enum Refusal {
         participant: String,
         command: String,
     },
-    #[error("no solver of kind `{kind}` is built in")]
-    NoSolver { kind: String },
+    #[error("no solver of kind `{0}` is built in")]
+    NoSolver(String),
     #[error("participant `{participant}` {problem}")]
     Participant {
         participant: String,
         problem: String,
-    },
-    #[error("participant `{participant}` {asked}: {message}")]
-    Fault {
-        participant: String,
-        asked: String,
-        message: String,
     },
     #[error(
         "participant `{participant}` speaks protocol version {theirs}, the coordinator speaks {ours}: build both from the same release"
@@ -68,46 +62,6 @@ pub enum Refusal {
     NoEnd,
     #[error("a solver that ran alone has no coupler to replay")]
     NoCoupler,
-    #[error("{key} {problem}")]
-    Key { key: String, problem: String },
-    #[error("interface `{interface}`: {problem}")]
-    Interface { interface: String, problem: String },
-    #[error(
-        "interface `{interface}` joins {} and {}: it takes one participant that advances under forces and one that stands on a compliant wall", between[0], between[1]
-    )]
-    Roles {
-        interface: String,
-        between: [String; 2],
-    },
-    #[error(
-        "interfaces `{}` and `{}` are connected but have windows of {:.9e} s ({} x {:.9e} s) and {:.9e} s ({} x {:.9e} s): give substeps and time.step_s with the same product",
-        .0.interface, .1.interface,
-        .0.window_s(), .0.substeps, .0.step_s,
-        .1.window_s(), .1.substeps, .1.step_s
-    )]
-    Windows(WindowOf, WindowOf),
-    #[error(
-        "interface `{interface}`: scheme {scheme} with {substeps} substeps is predicted to be unstable{bound}: a disturbance grows {growth:.3}-fold a window; take scheme = \"dual-schur\"{other_way} or fewer substeps, or set interface.{interface}.unsafe_window = true to see it fail"
-    )]
-    Unstable {
-        interface: String,
-        scheme: String,
-        substeps: u32,
-        /// The bound that is broken, if it has a name.
-        bound: String,
-        growth: f64,
-        /// Another remedy, if there is one.
-        other_way: &'static str,
-    },
-    #[error(
-        "the run would take {steps:.1e} steps of {step_s:.3e} s until it ends at {end_s:.3e} s, more than {most:.0e}: check run.end_s, time.step_s, and the load history (wheel.ramp_s, wheel.hold_s, wheel.cycles, wheel.frequency_hz, or time.end_s)"
-    )]
-    TooManySteps {
-        steps: f64,
-        step_s: f64,
-        end_s: f64,
-        most: f64,
-    },
     #[error("checkpoint {}: {problem}", path.display())]
     Checkpoint { path: PathBuf, problem: String },
     #[error("the handshake is not that of the log: {why}; resume with the build that wrote it")]
@@ -116,23 +70,6 @@ pub enum Refusal {
         "the handshake ended before that of the log, which goes on with a message of `{sender}`: resume with the build that wrote it"
     )]
     ShortHandshake { sender: String },
-}
-
-/// The window of an interface.
-#[derive(Clone, Debug)]
-pub struct WindowOf {
-    /// The interface.
-    pub interface: String,
-    /// Steps in it.
-    pub substeps: u32,
-    /// Step of its continuum (s).
-    pub step_s: f64,
-}
-
-impl WindowOf {
-    fn window_s(&self) -> f64 {
-        self.step_s * f64::from(self.substeps)
-    }
 }
 
 impl Refusal {
@@ -156,22 +93,6 @@ impl Refusal {
     pub fn participant(participant: &str, problem: impl Into<String>) -> Refusal {
         Refusal::Participant {
             participant: participant.into(),
-            problem: problem.into(),
-        }
-    }
-
-    /// An interface that cannot be built.
-    pub fn interface(interface: &str, problem: impl Into<String>) -> Refusal {
-        Refusal::Interface {
-            interface: interface.into(),
-            problem: problem.into(),
-        }
-    }
-
-    /// A key of the scenario that does not fit what the participants said; the problem goes on from it.
-    pub fn key(key: impl Into<String>, problem: impl Into<String>) -> Refusal {
-        Refusal::Key {
-            key: key.into(),
             problem: problem.into(),
         }
     }
