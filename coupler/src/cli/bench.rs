@@ -72,23 +72,19 @@ fn show(rows: impl serde::Serialize, json: bool) -> Result<(), Error> {
 
 /// Measures a shipped solver.
 fn solver(registry: &Registry, kind: &str, json: bool) -> Result<(), Error> {
-    let bench = registry
-        .get(kind)
-        .and_then(|solver| solver.bench)
-        .ok_or_else(|| Refusal::Benchmark(format!("the solver `{kind}` has no benchmark")))?;
-    let rows =
-        bench().map_err(|why| Refusal::Benchmark(format!("benchmark of `{kind}`: {why}")))?;
+    let bench = registry.get(kind).and_then(|solver| solver.bench);
+    let rows = match bench.map(|bench| bench()) {
+        None => Err(format!("the solver `{kind}` has no benchmark")),
+        Some(rows) => rows.map_err(|why| format!("benchmark of `{kind}`: {why}")),
+    };
+    let rows = rows.map_err(Refusal::Benchmark)?;
     print_rows(&rows, json, table)
 }
 
 /// Rows of any columns: the names of the first row, then the values.
 fn table(rows: &serde_json::Value) -> String {
-    let rows: Vec<_> = rows
-        .as_array()
-        .into_iter()
-        .flatten()
-        .filter_map(|row| row.as_object())
-        .collect();
+    let rows = rows.as_array().into_iter().flatten();
+    let rows: Vec<_> = rows.filter_map(|row| row.as_object()).collect();
     let Some(first) = rows.first() else {
         return "nothing was measured".into();
     };

@@ -1,11 +1,10 @@
 //! `thirdbody check`: everything that can be said before a run.
 
-use super::common::{ScenarioArguments, VerbResult, own_program, print};
+use super::common::{ScenarioArguments, VerbResult, foreign, own_program, print};
 use crate::participants::Registry;
 use crate::run::forecast::Forecast;
 use crate::run::session::check as check_scenario;
-use crate::scenario::Participant;
-use crate::scenario::load::{Loaded, load};
+use crate::scenario::load::Loaded;
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
@@ -22,7 +21,7 @@ pub struct CheckArguments {
 
 /// Checks a scenario; an error has exit code 2.
 pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
-    let loaded = load(&arguments.scenario.scenario, &arguments.scenario.set)?;
+    let loaded = arguments.scenario.load()?;
     let warnings = check_scenario(&loaded, registry, arguments.scenario.threads())?;
     print(&describe(&loaded))?;
     for warning in warnings {
@@ -31,13 +30,11 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     if loaded.scenario.interface.is_empty() || arguments.no_start {
         return Ok(0);
     }
-    let foreign = |participant: &&Participant| participant.command.is_some();
-    if let Some(participant) = loaded.scenario.participant.iter().find(foreign)
+    if let Some((name, _)) = foreign(&loaded.scenario)
         && !arguments.allow_commands
     {
         print(&format!(
-            "stability: not predicted, participant {} is a program of its own; --allow-commands starts it",
-            participant.name
+            "stability: not predicted, participant {name} is a program of its own; --allow-commands starts it"
         ))?;
         return Ok(0);
     }
@@ -55,29 +52,21 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
 
 fn describe(loaded: &Loaded) -> String {
     let scenario = &loaded.scenario;
-    let mut lines = vec![format!(
-        "{}: valid, scenario {}",
-        scenario.run.name, loaded.hash
-    )];
+    let (name, hash) = (&scenario.run.name, &loaded.hash);
+    let mut lines = vec![format!("{name}: valid, scenario {hash}")];
     for participant in &scenario.participant {
+        let (name, kind) = (&participant.name, &participant.kind);
         let command = match &participant.command {
-            None => format!("thirdbody node {}", participant.kind),
+            None => format!("thirdbody node {kind}"),
             Some(words) => words.join(" "),
         };
-        lines.push(format!(
-            "participant {} ({}): {command}",
-            participant.name, participant.kind
-        ));
+        lines.push(format!("participant {name} ({kind}): {command}"));
     }
     for interface in &scenario.interface {
+        let ([a, b], scheme) = (&interface.between, interface.scheme.word());
         lines.push(format!(
-            "interface {}: {} <-> {}, {:?}, {} substeps a window, gap within {:.1e} node spacings",
-            interface.name,
-            interface.between[0],
-            interface.between[1],
-            interface.scheme.word(),
-            interface.substeps,
-            interface.tolerance_rel
+            "interface {}: {a} <-> {b}, {scheme:?}, {} substeps a window, gap within {:.1e} node spacings",
+            interface.name, interface.substeps, interface.tolerance_rel
         ));
     }
     if scenario.interface.is_empty() {

@@ -7,7 +7,9 @@ use serde::Serialize;
 use serde_json::json;
 
 use crate::error::{Error, Refusal};
+use crate::run::checkpoint::{RestartPoint, find};
 use crate::scenario::Scenario;
+use crate::scenario::load::{Loaded, load};
 
 /// The scenario and its overrides, as several verbs take them.
 #[derive(Debug, clap::Args)]
@@ -23,6 +25,11 @@ pub struct ScenarioArguments {
 }
 
 impl ScenarioArguments {
+    /// Reads the scenario with its overrides.
+    pub(super) fn load(&self) -> Result<Loaded, Error> {
+        load(&self.scenario, &self.set)
+    }
+
     /// Threads of each participant.
     pub fn threads(&self) -> usize {
         threads(self.threads)
@@ -31,10 +38,8 @@ impl ScenarioArguments {
 
 /// Threads of each participant: as asked, or the cores of the machine.
 pub(super) fn threads(asked: Option<u16>) -> usize {
-    asked.map_or_else(
-        || std::thread::available_parallelism().map_or(1, usize::from),
-        usize::from,
-    )
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    asked.map_or_else(cores, usize::from)
 }
 
 /// The log of a run directory, or the log itself.
@@ -53,18 +58,43 @@ pub(super) fn log_of(run: &Path) -> Result<PathBuf, Error> {
 
 /// Refuses a received scenario that starts programs which are not shipped: whoever sent it chose them.
 pub(super) fn refuse_commands(scenario: &Scenario) -> Result<(), Error> {
-    let mut participants = scenario.participant.iter();
-    let foreign = participants.find_map(|participant| {
-        let command = participant.command.as_ref()?;
-        Some((&participant.name, command.join(" ")))
-    });
-    match foreign {
-        None => Ok(()),
-        Some((name, command)) => Err(Error::from(Refusal::ForeignCommand {
-            participant: name.clone(),
-            command,
-        })),
+    let Some((participant, command)) = foreign(scenario) else {
+        return Ok(());
+    };
+    let (participant, command) = (participant.into(), command.join(" "));
+    Err(Refusal::ForeignCommand {
+        participant,
+        command,
     }
+    .into())
+}
+
+/// The first participant that is a program of its own, and how it is started.
+pub(super) fn foreign(scenario: &Scenario) -> Option<(&str, &[String])> {
+    let mut participants = scenario.participant.iter();
+    participants.find_map(|p| Some((p.name.as_str(), p.command.as_deref()?)))
+}
+
+/// The checkpoint from which a run goes on; tells of those that are passed over.
+pub(super) fn restart_point(
+    run: &Path,
+    loaded: &Loaded,
+    from: Option<u64>,
+) -> Result<Option<RestartPoint>, Error> {
+    let (origin, passed_over) = find(run, loaded, from)?;
+    for unusable in passed_over {
+        eprintln!("warning: {unusable}; the one before it is taken");
+    }
+    Ok(origin)
+}
+
+/// Prints JSON, or the same for a person.
+pub(super) fn print_either(
+    json: bool,
+    value: impl FnOnce() -> String,
+    text: impl FnOnce() -> String,
+) -> Result<(), Error> {
+    print(&if json { value() } else { text() })
 }
 
 /// Exit code of a check that failed.
@@ -87,11 +117,11 @@ pub(super) fn print_rows<R: Serialize + ?Sized>(
     json: bool,
     table: impl FnOnce(&R) -> String,
 ) -> Result<(), Error> {
-    print(&if json {
-        json!({ "results": rows }).to_string()
-    } else {
-        table(rows)
-    })
+    print_either(
+        json,
+        || json!({ "results": rows }).to_string(),
+        || table(rows),
+    )
 }
 
 /// Path of this program, to be started again as a participant.

@@ -35,10 +35,8 @@ pub fn export(arguments: &ExportArguments) -> VerbResult {
     };
     let out = &arguments.out;
     if out.is_file() || std::fs::read_dir(out).is_ok_and(|mut files| files.next().is_some()) {
-        return Err(Error::from(Refusal::argument(
-            format!("--out {}", out.display()),
-            "it exists already; an export never overwrites anything",
-        )));
+        let problem = "it exists already; an export never overwrites anything";
+        return Err(Refusal::argument(format!("--out {}", out.display()), problem).into());
     }
     let exported = if out.extension().is_some_and(|ending| ending == "csv") {
         long(&log, &selection, out)?
@@ -49,7 +47,7 @@ pub fn export(arguments: &ExportArguments) -> VerbResult {
         eprintln!("the log ends early, its valid part is exported: {damage}");
     }
     if exported.messages == 0 {
-        return Err(Error::from(Refusal::EmptyExport));
+        return Err(Refusal::EmptyExport.into());
     }
     print(&format!("{} messages", exported.messages))?;
     for file in &exported.files {
@@ -59,17 +57,17 @@ pub fn export(arguments: &ExportArguments) -> VerbResult {
 }
 
 fn kind_named(name: &str) -> Result<Kind, Error> {
-    let kinds = (0..100).filter_map(Kind::from_number);
-    let kinds: Vec<Kind> = kinds.filter(|kind| kind.is_exchange()).collect();
-    let names: Vec<String> = kinds.iter().map(|kind| format!("{kind:?}")).collect();
-    let same = |known: &String| known.eq_ignore_ascii_case(name);
-    if let Some(found) = names.iter().position(same) {
-        return Ok(kinds[found]);
+    let kinds = Kind::WORDS
+        .into_iter()
+        .filter(|(kind, _)| kind.is_exchange());
+    let same = |(_, known): &(Kind, &str)| known.eq_ignore_ascii_case(name);
+    if let Some((kind, _)) = kinds.clone().find(same) {
+        return Ok(kind);
     }
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let proposal = proposal(name, "kinds", &names);
-    Err(Error::from(Refusal::argument(
-        format!("--kind {name}"),
-        format!("no such kind of message; {proposal}"),
-    )))
+    let names: Vec<&str> = kinds.map(|(_, name)| name).collect();
+    let problem = format!(
+        "no such kind of message; {}",
+        proposal(name, "kinds", &names)
+    );
+    Err(Refusal::argument(format!("--kind {name}"), problem).into())
 }

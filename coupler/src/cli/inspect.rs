@@ -1,13 +1,12 @@
 //! `thirdbody inspect`: what a run directory or an exchange log holds.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::common::{VerbResult, log_of, print};
-use crate::error::Error;
-use crate::log::{LogError, LogSummary, summarize};
+use super::common::{VerbResult, log_of, print_either};
+use crate::log::{LogSummary, summarize};
 use crate::run::checkpoint::{FOLDER, file};
 
 /// Arguments of `inspect`.
@@ -26,31 +25,22 @@ pub struct InspectArguments {
 /// Lists streams, windows, checkpoints and provenance. A damaged log has exit code 6.
 pub fn inspect(arguments: &InspectArguments) -> VerbResult {
     let path = log_of(&arguments.path)?;
-    let summary =
-        summarize(&path, arguments.recover).map_err(|error| propose_recovery(error, arguments))?;
-    let checkpoints = checkpoints(&arguments.path);
-    print(&if arguments.json {
-        json(&summary, &checkpoints).to_string()
-    } else {
-        describe(&summary, &checkpoints)
+    let summary = summarize(&path, arguments.recover).inspect_err(|_| {
+        if !arguments.recover {
+            eprintln!(
+                "note: `thirdbody inspect --recover {}` reads the valid part of a damaged log",
+                arguments.path.display()
+            );
+        }
     })?;
+    let found = file::list(&arguments.path.join(FOLDER)).into_iter();
+    let checkpoints: Vec<u64> = found.map(|found| found.window).collect();
+    print_either(
+        arguments.json,
+        || json(&summary, &checkpoints).to_string(),
+        || describe(&summary, &checkpoints),
+    )?;
     Ok(0)
-}
-
-/// Windows after which there is a checkpoint.
-fn checkpoints(run: &Path) -> Vec<u64> {
-    let found = file::list(&run.join(FOLDER));
-    found.into_iter().map(|found| found.window).collect()
-}
-
-fn propose_recovery(error: LogError, arguments: &InspectArguments) -> Error {
-    if !arguments.recover {
-        eprintln!(
-            "note: `thirdbody inspect --recover {}` reads the valid part of a damaged log",
-            arguments.path.display()
-        );
-    }
-    Error::Log(error)
 }
 
 fn describe(summary: &LogSummary, checkpoints: &[u64]) -> String {
@@ -76,49 +66,30 @@ fn describe(summary: &LogSummary, checkpoints: &[u64]) -> String {
     lines.extend(summary.streams.iter().map(|stream| {
         format!(
             "{:<44} {:>9} {:>13}  {} to {}",
-            stream.topic(),
-            stream.messages,
-            stream.bytes,
-            stream.first_window,
-            stream.last_window
+            stream.topic, stream.messages, stream.bytes, stream.first_window, stream.last_window
         )
     }));
     lines.push(match &summary.non_finite {
         None => "all numbers are finite".into(),
         Some(found) => format!(
             "first number that is not finite: {} at entry {} of {}, window {}, iteration {}",
-            found.value, found.index, found.topic, found.window, found.iteration
+            found.value, found.entry, found.topic, found.window, found.iteration
         ),
     });
-    if let Some(damage) = &summary.damage {
-        lines.push(format!("the log ends early: {damage}"));
-    }
-    lines.push("manifest".into());
-    lines.push(summary.provenance.manifest_json.clone());
+    let early = |damage| format!("the log ends early: {damage}");
+    lines.extend(summary.damage.as_ref().map(early));
+    lines.extend(["manifest".into(), summary.provenance.manifest_json.clone()]);
     lines.join("\n")
 }
 
 /// `2833 x 1, 4 x 2`: windows by a number that they have.
 fn counts(of: &BTreeMap<u32, u64>) -> String {
-    let each = of
-        .iter()
-        .map(|(number, windows)| format!("{windows} x {number}"));
+    let each = of.iter();
+    let each = each.map(|(number, windows)| format!("{windows} x {number}"));
     each.collect::<Vec<_>>().join(", ")
 }
 
 fn json(summary: &LogSummary, checkpoints: &[u64]) -> Value {
-    let streams = summary.streams.iter().map(|stream| {
-        json!({
-            "topic": stream.topic(),
-            "interface": stream.interface,
-            "sender": stream.sender,
-            "receiver": stream.receiver,
-            "messages": stream.messages,
-            "payload_bytes": stream.bytes,
-            "first_window": stream.first_window,
-            "last_window": stream.last_window,
-        })
-    });
     let manifest: Value =
         serde_json::from_str(&summary.provenance.manifest_json).unwrap_or(Value::Null);
     json!({
@@ -132,14 +103,8 @@ fn json(summary: &LogSummary, checkpoints: &[u64]) -> Value {
         "windows_by_iterations": summary.stats.by_iterations,
         "windows_by_substeps": summary.stats.by_substeps,
         "checkpoints": checkpoints,
-        "streams": streams.collect::<Vec<_>>(),
-        "non_finite": summary.non_finite.as_ref().map(|found| json!({
-            "topic": found.topic,
-            "window": found.window,
-            "iteration": found.iteration,
-            "entry": found.index,
-            "value": found.value.to_string(),
-        })),
+        "streams": summary.streams,
+        "non_finite": summary.non_finite,
         "damage": summary.damage.as_ref().map(ToString::to_string),
         "manifest": manifest,
         "scenario": summary.provenance.scenario_toml,

@@ -30,9 +30,7 @@ pub struct ExecArguments {
 pub fn node(arguments: &NodeArguments, registry: &Registry) -> VerbResult {
     let solver = registry
         .get(&arguments.kind)
-        .ok_or_else(|| Refusal::NoSolver {
-            kind: arguments.kind.clone(),
-        })?;
+        .ok_or_else(|| Refusal::NoSolver(arguments.kind.clone()))?;
     participate(solver.build).map_err(Refusal::from)?;
     Ok(0)
 }
@@ -42,11 +40,7 @@ pub fn node(arguments: &NodeArguments, registry: &Registry) -> VerbResult {
 pub fn exec_child(arguments: &ExecArguments) -> VerbResult {
     let session = read_session().map_err(Refusal::from)?;
     end_with_coordinator(session.coordinator_pid, Signal::SIGKILL).map_err(Refusal::from)?;
-    let error = Command::new(&arguments.command[0])
-        .args(&arguments.command[1..])
-        .exec();
-    Err(Error::Input {
-        what: format!("cannot start `{}`", arguments.command[0]),
-        source: error,
-    })
+    let (program, rest) = (&arguments.command[0], &arguments.command[1..]);
+    let error = Command::new(program).args(rest).exec();
+    Err(Error::input(format!("cannot start `{program}`"))(error))
 }

@@ -5,15 +5,17 @@ use std::path::{Path, PathBuf};
 use protocol::Kind;
 use serde_json::{Value, json};
 
-use super::common::{VerbResult, log_of, own_program, print, refuse_commands};
+use super::common::{
+    VerbResult, foreign, log_of, own_program, print_either, refuse_commands, restart_point,
+};
 use crate::error::{Error, Refusal};
 use crate::participants::{Launcher, Registry, Watch};
 use crate::replay::solver::How;
 use crate::replay::{Recording, Replayed, coupler, drift, recording, solver};
-use crate::run::checkpoint::{RestartPoint, find};
+use crate::run::checkpoint::RestartPoint;
 use crate::run::session::fresh_run_id;
 use crate::rundir::{RunDir, Scratch};
-use crate::scenario::{Participant, TransportKind};
+use crate::scenario::TransportKind;
 
 /// Exit code of a replay that departs from its log.
 const DEPARTS: i32 = 7;
@@ -56,10 +58,8 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
     check_tolerance(arguments.tolerance)?;
     let log = log_of(&arguments.run)?;
     let mut recording = recording(&log, &[])?;
-    let origin = match arguments.from {
-        None => None,
-        Some(window) => Some(nearest(arguments, &recording, window)?),
-    };
+    let nearest = |window| nearest(arguments, &recording, window);
+    let origin = arguments.from.map(nearest).transpose()?;
     if !arguments.set.is_empty() {
         recording.loaded = crate::replay::recording(&log, &arguments.set)?.loaded;
     }
@@ -70,21 +70,16 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
         tolerance_rel: arguments.tolerance,
         open_loop: !arguments.set.is_empty(),
     };
-    let results = all(
-        &recording,
-        registry,
-        arguments.threads.into(),
-        &chosen,
-        &how,
-    )?;
+    let threads = arguments.threads.into();
+    let results = all(&recording, registry, threads, &chosen, &how)?;
     if how.open_loop {
         draw(arguments, &results)?;
     }
-    print(&if arguments.json {
-        json(arguments, &recording, &results, &how).to_string()
-    } else {
-        table(&recording, &results, &how)
-    })?;
+    print_either(
+        arguments.json,
+        || json(&arguments.run, &recording, &results, &how).to_string(),
+        || table(&recording, &results, &how),
+    )?;
     let departs = results.iter().any(|replayed| replayed.mismatch.is_some());
     Ok(if departs && !how.open_loop {
         DEPARTS
@@ -95,13 +90,12 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
 
 /// Nothing departs by more than NaN or infinity: a replay would find every log equal.
 fn check_tolerance(tolerance: Option<f64>) -> Result<(), Error> {
-    match tolerance {
-        Some(tolerance) if !(0.0..1.0).contains(&tolerance) => Err(Error::from(Refusal::argument(
-            format!("--tolerance {tolerance}"),
-            "must be at least 0 and below 1, it is a share of the largest number of a kind",
-        ))),
-        _ => Ok(()),
-    }
+    let outside = tolerance.filter(|tolerance| !(0.0..1.0).contains(tolerance));
+    outside.map_or(Ok(()), |tolerance| {
+        let problem =
+            "must be at least 0 and below 1, it is a share of the largest number of a kind";
+        Err(Refusal::argument(format!("--tolerance {tolerance}"), problem).into())
+    })
 }
 
 fn nearest(
@@ -109,15 +103,11 @@ fn nearest(
     recording: &Recording,
     window: u64,
 ) -> Result<RestartPoint, Error> {
-    let (origin, passed_over) = find(&arguments.run, &recording.loaded, Some(window))?;
-    for unusable in passed_over {
-        eprintln!("warning: {unusable}; the one before it is taken");
-    }
+    let origin = restart_point(&arguments.run, &recording.loaded, Some(window))?;
     origin.ok_or_else(|| {
-        Error::from(Refusal::argument(
-            format!("--from {window}"),
-            format!("{} holds no checkpoint after at most so many windows; `thirdbody inspect` lists them, run.checkpoints_kept keeps more", arguments.run.display()),
-        ))
+        let run = arguments.run.display();
+        let problem = format!("{run} holds no checkpoint after at most so many windows; `thirdbody inspect` lists them, run.checkpoints_kept keeps more");
+        Refusal::argument(format!("--from {window}"), problem).into()
     })
 }
 
@@ -162,8 +152,7 @@ fn prepare(recording: &mut Recording, allow_commands: bool) -> Result<(), Error>
     if !allow_commands {
         refuse_commands(scenario)?;
     }
-    let foreign = |participant: &Participant| participant.command.is_some();
-    if !scenario.participant.iter().any(foreign) {
+    if foreign(scenario).is_none() {
         scenario.run.transport = TransportKind::Channel;
     }
     Ok(())
@@ -172,38 +161,36 @@ fn prepare(recording: &mut Recording, allow_commands: bool) -> Result<(), Error>
 /// Participants that are replayed: all, or the one that is named. With `--set` it is those whose keys are set, and never the coupler.
 fn chosen(recording: &Recording, arguments: &ReplayArguments) -> Result<Vec<String>, Error> {
     let participants = recording.loaded.scenario.participant.iter();
-    let names: Vec<String> = participants.map(|p| p.name.clone()).collect();
-    let set = |name: &String| {
-        let prefix = format!("participant.{name}.config.");
-        let mut keys = arguments.set.iter();
-        keys.any(|key| key.starts_with(&prefix))
-    };
-    let changed: Vec<String> = names.iter().filter(|name| set(name)).cloned().collect();
-    match (&arguments.node, arguments.set.is_empty()) {
-        (Some(name), true) => Ok(vec![name.clone()]),
-        (None, true) => Ok(names.into_iter().chain(["coupler".to_string()]).collect()),
-        (_, false) if changed.is_empty() => Err(Error::from(Refusal::argument(
-            format!("--set {}", arguments.set.join(" --set ")),
-            format!(
-                "a replay changes keys of a solver, participant.NAME.config.KEY with NAME one of {}",
-                names.join(", ")
-            ),
-        ))),
-        (Some(name), false) => Ok(vec![name.clone()]),
-        (None, false) => Ok(changed),
+    let mut names: Vec<String> = participants.map(|p| p.name.clone()).collect();
+    if arguments.set.is_empty() {
+        names.push("coupler".into());
+    } else {
+        let known = names.join(", ");
+        let set = |name: &String| {
+            let prefix = format!("participant.{name}.config.");
+            let mut keys = arguments.set.iter();
+            keys.any(|key| key.starts_with(&prefix))
+        };
+        names.retain(set);
+        if names.is_empty() {
+            return Err(Refusal::argument(
+                format!("--set {}", arguments.set.join(" --set ")),
+                format!("a replay changes keys of a solver, participant.NAME.config.KEY with NAME one of {known}"),
+            )
+            .into());
+        }
     }
+    Ok(arguments.node.clone().map_or(names, |name| vec![name]))
 }
 
 fn table(recording: &Recording, results: &[Replayed], how: &How) -> String {
     let mut lines = Vec::new();
-    if let Some(damage) = &recording.damage {
-        lines.push(format!(
-            "the log ends early, its valid part is replayed: {damage}"
-        ));
-    }
-    if let Some(origin) = how.from {
-        lines.push(format!("from {}", origin.path.display()));
-    }
+    let early = |damage| format!("the log ends early, its valid part is replayed: {damage}");
+    lines.extend(recording.damage.as_ref().map(early));
+    lines.extend(
+        how.from
+            .map(|origin| format!("from {}", origin.path.display())),
+    );
     if how.open_loop {
         lines.push("open loop: the other side says what it said to the logged solver".into());
     }
@@ -212,30 +199,22 @@ fn table(recording: &Recording, results: &[Replayed], how: &How) -> String {
         Some(tolerance) => format!("identical within {tolerance:e}"),
     };
     for replayed in results {
-        let found = match &replayed.mismatch {
-            None => found.clone(),
-            Some(mismatch) => mismatch.to_string(),
-        };
+        let mismatch = replayed.mismatch.as_ref().map(ToString::to_string);
+        let found = mismatch.as_ref().unwrap_or(&found);
         lines.push(format!(
             "{}: {} messages equal, up to window {}: {found}",
             replayed.who, replayed.equal, replayed.last_window
         ));
-        for (kind, last, largest) in drift::table(&replayed.drift) {
-            lines.push(format!(
-                "  drift of {kind}: {last:.3e} in the last window, {largest:.3e} at most"
-            ));
-        }
+        let drifts = drift::table(&replayed.drift).into_iter();
+        lines.extend(drifts.map(|(kind, last, largest)| {
+            format!("  drift of {kind}: {last:.3e} in the last window, {largest:.3e} at most")
+        }));
     }
     lines.join("\n")
 }
 
-fn json(
-    arguments: &ReplayArguments,
-    recording: &Recording,
-    results: &[Replayed],
-    how: &How,
-) -> Value {
-    let summary = summary_of(&arguments.run);
+fn json(run: &Path, recording: &Recording, results: &[Replayed], how: &How) -> Value {
+    let summary = summary_of(run);
     let rows = results.iter().map(|replayed| {
         let mut row = json!({
             "who": replayed.who,
@@ -263,30 +242,25 @@ fn json(
 
 /// summary.json beside the log; null where only the log was kept.
 fn summary_of(run: &Path) -> Value {
-    let path = if run.is_dir() {
-        run.join("summary.json")
+    let folder = if run.is_dir() {
+        Some(run)
     } else {
-        run.with_file_name("summary.json")
+        run.parent()
     };
-    let text = std::fs::read_to_string(path).unwrap_or_default();
-    serde_json::from_str(&text).unwrap_or_default()
+    let path = folder.map(|folder| folder.join("summary.json"));
+    let text = path.and_then(|path| std::fs::read_to_string(path).ok());
+    serde_json::from_str(&text.unwrap_or_default()).unwrap_or_default()
 }
 
 /// By kind: the drift in the last window, the largest, and that of each window.
 fn drifts(replayed: &Replayed) -> Value {
-    let kinds = [
-        ("motion", Kind::Motion),
-        ("reaction", Kind::Reaction),
-        ("force", Kind::Force),
-        ("report", Kind::Report),
-    ];
-    let rows = drift::table(&replayed.drift)
-        .into_iter()
-        .map(|(name, last, largest)| {
-            let kind = kinds.iter().find(|(known, _)| *known == name);
-            let windows = kind.map(|(_, kind)| drift::by_window(&replayed.drift, *kind));
-            let value = json!({ "last_rel": last, "max_rel": largest, "windows": windows });
-            (name.to_string(), value)
-        });
+    let rows = drift::table(&replayed.drift).into_iter();
+    let rows = rows.map(|(name, last, largest)| {
+        let mut known = Kind::WORDS.iter();
+        let kind = known.find(|(_, word)| word.eq_ignore_ascii_case(name));
+        let windows = kind.map(|(kind, _)| drift::by_window(&replayed.drift, *kind));
+        let value = json!({ "last_rel": last, "max_rel": largest, "windows": windows });
+        (name.to_string(), value)
+    });
     Value::Object(rows.collect())
 }

@@ -2,12 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::common::{VerbResult, own_program, refuse_commands, threads};
-use super::run::{conclude, listen};
-use crate::error::{Error, Refusal};
+use super::common::{VerbResult, refuse_commands, restart_point, threads};
+use super::run::{conclude, options};
+use crate::error::Refusal;
 use crate::participants::Registry;
-use crate::run::checkpoint::{Unusable, find};
-use crate::run::session::{Options, go_on};
+use crate::run::session::go_on;
 use crate::scenario::load::load;
 
 /// Arguments of `resume`.
@@ -36,57 +35,32 @@ pub struct ResumeArguments {
 pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
     let run = &resolved(&arguments.run);
     if !run.join("scenario.toml").is_file() {
-        return Err(Error::from(Refusal::file(
-            run,
-            "no run directory with a scenario.toml",
-        )));
+        return Err(Refusal::file(run, "no run directory with a scenario.toml").into());
     }
     let loaded = load(&run.to_string_lossy(), &[])?;
     if !arguments.allow_commands {
         refuse_commands(&loaded.scenario)?;
     }
-    let (origin, passed_over) = find(run, &loaded, arguments.from)?;
-    tell(
-        run,
-        origin.as_ref().map(|origin| origin.path.as_path()),
-        &passed_over,
-    );
-    let ended = go_on(
-        &loaded,
-        &Options {
-            out: arguments.out.as_deref(),
-            threads: threads(arguments.threads),
-            registry,
-            program: own_program()?,
-            watch: listen()?,
-            progress: true,
-        },
-        origin.as_ref(),
-    )?;
-    conclude(ended, arguments.json)
-}
-
-/// The folder that the path stands for now: runs/latest points to the resumed run as soon as that begins.
-fn resolved(run: &Path) -> PathBuf {
-    let Ok(whole) = run.canonicalize() else {
-        return run.into();
-    };
-    let here = std::env::current_dir().and_then(|here| here.canonicalize());
-    match here.map(|here| whole.strip_prefix(here).map(Path::to_path_buf)) {
-        Ok(Ok(below)) => below,
-        _ => whole,
-    }
-}
-
-fn tell(run: &Path, taken: Option<&Path>, passed_over: &[Unusable]) {
-    for unusable in passed_over {
-        eprintln!("warning: {unusable}; the one before it is taken");
-    }
-    match taken {
-        Some(path) => eprintln!("goes on from {}", path.display()),
+    let origin = restart_point(run, &loaded, arguments.from)?;
+    match &origin {
+        Some(origin) => eprintln!("goes on from {}", origin.path.display()),
         None => eprintln!(
             "{}: no checkpoint to go on from, the run begins again",
             run.display()
         ),
     }
+    let options = options(
+        arguments.out.as_deref(),
+        threads(arguments.threads),
+        registry,
+    )?;
+    conclude(go_on(&loaded, &options, origin.as_ref())?, arguments.json)
+}
+
+/// The folder that the path stands for now: runs/latest points to the resumed run as soon as that begins.
+fn resolved(run: &Path) -> PathBuf {
+    let whole = run.canonicalize().unwrap_or_else(|_| run.into());
+    let here = std::env::current_dir().and_then(|here| here.canonicalize());
+    let below = here.ok().and_then(|here| whole.strip_prefix(here).ok());
+    below.map_or(whole.clone(), Path::to_path_buf)
 }

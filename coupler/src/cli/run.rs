@@ -1,14 +1,14 @@
 //! `thirdbody run`: launch, couple, record.
 
-use std::path::PathBuf;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 
-use super::common::{ScenarioArguments, VerbResult, own_program, print};
+use super::common::{ScenarioArguments, VerbResult, own_program, print_either};
 use crate::error::Error;
 use crate::participants::{Registry, Watch};
 use crate::run::session::{Ended, Options, run as run_scenario};
-use crate::scenario::load::load;
 
 /// Arguments of `run`.
 #[derive(Debug, clap::Args)]
@@ -25,23 +25,30 @@ pub struct RunArguments {
 
 /// Runs a scenario; the exit code is the run's.
 pub fn run(arguments: &RunArguments, registry: &Registry) -> VerbResult {
-    let loaded = load(&arguments.scenario.scenario, &arguments.scenario.set)?;
-    let ended = run_scenario(
-        &loaded,
-        &Options {
-            out: arguments.out.as_deref(),
-            threads: arguments.scenario.threads(),
-            registry,
-            program: own_program()?,
-            watch: listen()?,
-            progress: true,
-        },
-    )?;
-    conclude(ended, arguments.json)
+    let loaded = arguments.scenario.load()?;
+    let threads = arguments.scenario.threads();
+    let options = options(arguments.out.as_deref(), threads, registry)?;
+    conclude(run_scenario(&loaded, &options)?, arguments.json)
+}
+
+/// Options of a run that is started here and shows its progress.
+pub(super) fn options<'a>(
+    out: Option<&'a Path>,
+    threads: usize,
+    registry: &'a Registry,
+) -> Result<Options<'a>, Error> {
+    Ok(Options {
+        out,
+        threads,
+        registry,
+        program: own_program()?,
+        watch: listen()?,
+        progress: true,
+    })
 }
 
 /// Signals that end a run in order.
-pub fn listen() -> Result<Watch, Error> {
+fn listen() -> Result<Watch, Error> {
     let watch = Watch::default();
     for signal in [SIGINT, SIGTERM] {
         signal_hook::flag::register_usize(signal, watch.flag(), signal as usize)
@@ -51,24 +58,20 @@ pub fn listen() -> Result<Watch, Error> {
 }
 
 /// Prints what came of a run; the exit code is the run's.
-pub fn conclude(ended: Ended, json: bool) -> VerbResult {
-    let printed = print(&if json {
-        ended.summary.to_json()
-    } else {
-        table(&ended)
-    });
+pub(super) fn conclude(ended: Ended, json: bool) -> VerbResult {
+    let printed = print_either(json, || ended.summary.to_json(), || table(&ended));
     ended.error.map_or(printed, Err).map(|()| 0)
 }
 
 /// The summary for a person.
 fn table(ended: &Ended) -> String {
-    let value = ended.summary.value();
+    let (summary, value) = (&ended.summary, ended.summary.value());
     let mut lines = vec![
         format!("status    {}", value["status"].as_str().unwrap_or_default()),
         format!("run       {}", ended.path.display()),
         format!(
             "simulated {:.6e} s in {} windows",
-            ended.summary.sim_time_s, ended.summary.windows
+            summary.sim_time_s, summary.windows
         ),
         format!(
             "wall      {:.2} s",
@@ -77,19 +80,18 @@ fn table(ended: &Ended) -> String {
     ];
     if let Some(coupling) = value["coupling"].as_object() {
         lines.push("coupling".into());
-        lines.extend(
-            coupling
-                .iter()
-                .map(|(name, number)| format!("  {name:<24} {number}")),
-        );
+        lines.extend(coupling.iter().map(row));
     }
     lines.push("results".into());
     lines.extend(
-        ended
-            .summary
+        summary
             .results
             .iter()
-            .map(|(name, number)| format!("  {name:<24} {number}")),
+            .map(|(name, number)| row((name, number))),
     );
     lines.join("\n")
+}
+
+fn row((name, number): (&String, impl Display)) -> String {
+    format!("  {name:<24} {number}")
 }

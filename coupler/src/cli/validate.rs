@@ -1,6 +1,6 @@
 //! `thirdbody validate`: the shipped scenes against what must come out of them.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use clap::ValueEnum;
 
@@ -32,8 +32,8 @@ enum Suite {
 /// Runs a suite; exit code 8 if a row does not hold.
 pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResult {
     let folder = match arguments.suite {
-        Suite::Verification => PathBuf::from("scenarios/verification"),
-        Suite::Extremes => PathBuf::from("scenarios/extremes"),
+        Suite::Verification => Path::new("scenarios/verification"),
+        Suite::Extremes => Path::new("scenarios/extremes"),
     };
     let runs = Runs {
         registry,
@@ -41,7 +41,7 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
         threads: 1,
         watch: Watch::default(),
     };
-    let rows = run_suite(&folder, &runs)?;
+    let rows = run_suite(folder, &runs)?;
     print_rows(&rows[..], arguments.json, table)?;
     let all_hold = rows.iter().all(|row| row.holds);
     Ok(if all_hold { 0 } else { CHECK_FAILED })
@@ -53,14 +53,10 @@ fn table(rows: &[Row]) -> String {
         "holds", "ours", "expected"
     )];
     lines.extend(rows.iter().map(|row| {
-        format!(
-            "{:<5} {:>14} {:>14}  {} ({})",
-            if row.holds { "yes" } else { "NO" },
-            number(&row.ours),
-            number(&row.expected),
-            row.name,
-            row.source
-        )
+        let holds = if row.holds { "yes" } else { "NO" };
+        let (ours, expected) = (number(&row.ours), number(&row.expected));
+        let (name, source) = (&row.name, &row.source);
+        format!("{holds:<5} {ours:>14} {expected:>14}  {name} ({source})")
     }));
     let failed = rows.iter().filter(|row| !row.holds).count();
     lines.push(format!("{} rows, {failed} do not hold", rows.len()));

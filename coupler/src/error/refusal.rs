@@ -33,8 +33,8 @@ pub enum Refusal {
         participant: String,
         command: String,
     },
-    #[error("no solver of kind `{kind}` is built in")]
-    NoSolver { kind: String },
+    #[error("no solver of kind `{0}` is built in")]
+    NoSolver(String),
     #[error("participant `{participant}`: {problem}")]
     Unfit {
         participant: String,

@@ -27,6 +27,14 @@ pub struct Exchange {
     pub frame: Frame,
 }
 
+impl Exchange {
+    /// Name of its channel in the log.
+    pub(super) fn topic(&self) -> String {
+        let kind = kind_name(self.frame.header.kind);
+        format!("{}/{}/{kind}", self.interface, self.sender)
+    }
+}
+
 /// Key of a channel's metadata that names its interface.
 pub(super) const INTERFACE: &str = "interface";
 

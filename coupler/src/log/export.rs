@@ -6,7 +6,6 @@
 //! (`Couple`, the name of a set) stand in place of the numbers.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -43,23 +42,15 @@ const TIMES: &str = "window,iteration,step,substeps,t0_s,t1_s";
 /// Writes the chosen messages of a log to one long file.
 pub fn long(log: &Path, selection: &Selection, out: &Path) -> Result<Exported, Error> {
     let mut file = Table::create(out, &format!("{TIMES},sender,receiver,kind,entry,value"))?;
-    let (messages, damage) = each(log, selection, |message| {
-        let header = &message.frame.header;
-        let mut lead = times(message);
-        let _ = write!(
-            lead,
-            ",{},{},{}",
-            message.sender,
-            message.receiver,
-            kind_name(header.kind)
-        );
+    let exported = each(log, selection, |message| {
+        let kind = kind_name(message.frame.header.kind);
+        let (times, sender, receiver) = (times(message), &message.sender, &message.receiver);
+        let lead = format!("{times},{sender},{receiver},{kind}");
         cells(message).try_for_each(|(entry, cell)| file.line(&format!("{lead},{entry},{cell}")))
     })?;
-    file.close()?;
     Ok(Exported {
-        files: vec![out.into()],
-        messages,
-        damage,
+        files: vec![file.close()?],
+        ..exported
     })
 }
 
@@ -74,29 +65,21 @@ pub fn wide(log: &Path, selection: &Selection, folder: &Path) -> Result<Exported
     std::fs::create_dir_all(folder).map_err(Error::output(folder.display()))?;
     let mut tables = BTreeMap::new();
     for (name, width) in widths {
-        let numbers: String = (0..width).fold(String::new(), |mut header, entry| {
-            let _ = write!(header, ",{entry}");
-            header
-        });
-        let table = Table::create(&folder.join(&name), &format!("{TIMES}{numbers}"))?;
+        let numbers = (0..width).map(|entry| entry.to_string());
+        let header = [TIMES.to_string()].into_iter().chain(numbers);
+        let header = header.collect::<Vec<_>>().join(",");
+        let table = Table::create(&folder.join(&name), &header)?;
         tables.insert(name, table);
     }
-    let (messages, damage) = each(log, selection, |message| {
-        let mut line = times(message);
-        for (_, cell) in cells(message) {
-            let _ = write!(line, ",{cell}");
-        }
+    let exported = each(log, selection, |message| {
+        let line = cells(message).fold(times(message), |line, (_, cell)| line + "," + &cell);
         let table = tables.get_mut(&file_name(message));
         table.expect("the log was read once before").line(&line)
     })?;
-    let mut files = Vec::new();
-    for table in tables.into_values() {
-        files.push(table.close()?);
-    }
+    let files: Result<_, _> = tables.into_values().map(Table::close).collect();
     Ok(Exported {
-        files,
-        messages,
-        damage,
+        files: files?,
+        ..exported
     })
 }
 
@@ -105,9 +88,9 @@ fn each(
     log: &Path,
     selection: &Selection,
     mut visit: impl FnMut(&Exchange) -> Result<(), Error>,
-) -> Result<(u64, Option<LogError>), Error> {
+) -> Result<Exported, Error> {
     let mut log = recover(log)?;
-    let mut messages = 0;
+    let mut exported = Exported::default();
     for entry in &mut log {
         let Entry::Exchange(message) = entry? else {
             continue;
@@ -115,11 +98,12 @@ fn each(
         let of_node = |name: &String| *name == message.sender || *name == message.receiver;
         let of_kind = |kind: Kind| message.frame.header.kind == kind as u32;
         if selection.node.as_ref().is_none_or(of_node) && selection.kind.is_none_or(of_kind) {
-            messages += 1;
+            exported.messages += 1;
             visit(&message)?;
         }
     }
-    Ok((messages, log.take_damage()))
+    exported.damage = log.damage;
+    Ok(exported)
 }
 
 fn times(message: &Exchange) -> String {
@@ -133,26 +117,23 @@ fn times(message: &Exchange) -> String {
 /// The numbers of a message, or its text.
 fn cells(message: &Exchange) -> impl Iterator<Item = (usize, String)> + '_ {
     let frame = &message.frame;
-    let text = match frame.kind() {
-        Ok(Kind::Couple) => frame.text().ok(),
-        _ => None,
+    let is_text = matches!(frame.kind(), Ok(Kind::Couple));
+    let text = is_text.then(|| frame.text().ok()).flatten();
+    let count = if text.is_some() {
+        0
+    } else {
+        frame.payload.len()
     };
-    let numbers = match text {
-        Some(_) => &[],
-        None => frame.payload.as_slice(),
-    };
-    let numbers = numbers.iter().map(|value| format!("{value:e}"));
+    let numbers = frame.payload[..count]
+        .iter()
+        .map(|value| format!("{value:e}"));
     text.into_iter().chain(numbers).enumerate()
 }
 
 fn file_name(message: &Exchange) -> String {
-    format!(
-        "{}.{}.{}.{}.csv",
-        message.interface,
-        message.sender,
-        message.receiver,
-        kind_name(message.frame.header.kind)
-    )
+    let kind = kind_name(message.frame.header.kind);
+    let (interface, sender, receiver) = (&message.interface, &message.sender, &message.receiver);
+    format!("{interface}.{sender}.{receiver}.{kind}.csv")
 }
 
 /// A file that is filled line by line.
@@ -177,9 +158,8 @@ impl Table {
     }
 
     fn close(mut self) -> Result<PathBuf, Error> {
-        self.file
-            .flush()
-            .map_err(Error::output(self.path.display()))?;
+        let flushed = self.file.flush();
+        flushed.map_err(Error::output(self.path.display()))?;
         Ok(self.path)
     }
 }

@@ -65,28 +65,25 @@ impl ExchangeHasher {
 }
 
 fn is_handshake(kind: u32) -> bool {
+    use Kind::*;
     matches!(
         Kind::from_number(kind),
-        Some(
-            Kind::Couple
-                | Kind::Surface
-                | Kind::Select
-                | Kind::Columns
-                | Kind::Compliance
-                | Kind::ImpedanceColumns
-                | Kind::Impedance
-                | Kind::CompliantBoundary
-                | Kind::Ready
-        )
+        Some(Couple | Surface | Select | Columns | Compliance | CompliantBoundary | Ready)
+            | Some(ImpedanceColumns | Impedance)
     )
+}
+
+/// Adds a text after its length.
+pub(super) fn add_text(hasher: &mut blake3::Hasher, text: &str) {
+    hasher.update(&(text.len() as u64).to_le_bytes());
+    hasher.update(text.as_bytes());
 }
 
 fn digest(interface: &str, sender: &str, frame: &Frame) -> blake3::Hash {
     let header = &frame.header;
     let mut hasher = blake3::Hasher::new();
     for text in [interface, sender] {
-        hasher.update(&(text.len() as u64).to_le_bytes());
-        hasher.update(text.as_bytes());
+        add_text(&mut hasher, text);
     }
     hasher.update(&header.window.to_le_bytes());
     hasher.update(&header.iteration.to_le_bytes());

@@ -54,37 +54,33 @@ impl Mismatch {
                 difference,
             })
         };
-        if describe(logged) != describe(ours) {
-            return at(Difference::Message {
-                logged: describe(logged),
-                ours: describe(ours),
-            });
+        let words = [logged, ours].map(describe);
+        if words[0] != words[1] {
+            let [logged, ours] = words;
+            return at(Difference::Message { logged, ours });
         }
-        let pairs = logged.payload.iter().zip(&ours.payload);
-        let entry = pairs
-            .clone()
-            .position(|(a, b)| a.to_bits() != b.to_bits())?;
-        let (logged, ours) = (logged.payload[entry], ours.payload[entry]);
-        at(Difference::Number {
-            entry,
-            logged,
-            ours,
-            ulps: ulps(logged, ours),
-        })
+        let mut pairs = logged.payload.iter().zip(&ours.payload);
+        let differ = |(a, b): (&f64, &f64)| a.to_bits() != b.to_bits();
+        at(number(logged, ours, pairs.position(differ)?))
     }
 
     /// The same, naming another entry of the payload.
     pub fn at_entry(self, logged: &Frame, ours: &Frame, entry: usize) -> Mismatch {
-        let (logged, ours) = (logged.payload[entry], ours.payload[entry]);
         Mismatch {
-            difference: Difference::Number {
-                entry,
-                logged,
-                ours,
-                ulps: ulps(logged, ours),
-            },
+            difference: number(logged, ours, entry),
             ..self
         }
+    }
+}
+
+/// The difference of one number of two frames.
+fn number(logged: &Frame, ours: &Frame, entry: usize) -> Difference {
+    let (logged, ours) = (logged.payload[entry], ours.payload[entry]);
+    Difference::Number {
+        entry,
+        logged,
+        ours,
+        ulps: ulps(logged, ours),
     }
 }
 

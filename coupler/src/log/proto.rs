@@ -71,63 +71,71 @@ pub fn descriptors() -> Vec<u8> {
 }
 
 fn descriptor_set() -> FileDescriptorSet {
-    let exchange = message(
-        "Exchange",
-        vec![
-            field(1, "kind", Type::Uint32),
-            field(2, "protocol", Type::Uint32),
-            field(3, "interface", Type::Uint32),
-            field(4, "iteration", Type::Uint32),
-            field(5, "window", Type::Uint64),
-            field(6, "step", Type::Uint64),
-            field(7, "substeps", Type::Uint32),
-            field(8, "t0_s", Type::Double),
-            field(9, "t1_s", Type::Double),
-            field(10, "sender", Type::String),
-            field(11, "receiver", Type::String),
-            packed(field(12, "payload", Type::Double)),
-            field(13, "checksum", Type::Fixed64),
-        ],
-    );
-    let window_end = message("WindowEnd", vec![field(1, "window", Type::Uint64)]);
+    let exchange = [
+        (
+            Type::Uint32,
+            &["kind", "protocol", "interface", "iteration"][..],
+        ),
+        (Type::Uint64, &["window", "step"]),
+        (Type::Uint32, &["substeps"]),
+        (Type::Double, &["t0_s", "t1_s"]),
+        (Type::String, &["sender", "receiver"]),
+        (Type::Double, &[PACKED]),
+        (Type::Fixed64, &["checksum"]),
+    ];
+    let window_end = [(Type::Uint64, &["window"][..])];
     FileDescriptorSet {
         file: vec![FileDescriptorProto {
             name: Some("thirdbody/exchange.proto".into()),
             package: Some("thirdbody".into()),
-            message_type: vec![exchange, window_end],
+            message_type: vec![
+                message("Exchange", &exchange),
+                message("WindowEnd", &window_end),
+            ],
             syntax: Some("proto3".into()),
             ..FileDescriptorProto::default()
         }],
     }
 }
 
-fn message(name: &str, field: Vec<FieldDescriptorProto>) -> DescriptorProto {
+/// The one field that is a list.
+const PACKED: &str = "payload";
+
+/// A message with these fields, numbered from 1: the names that follow each other with one type.
+fn message(name: &str, fields: &[(Type, &[&str])]) -> DescriptorProto {
+    let all = fields
+        .iter()
+        .flat_map(|(kind, names)| names.iter().map(|name| (*kind, *name)));
+    let numbered = (1..).zip(all);
     DescriptorProto {
         name: Some(name.into()),
-        field,
+        field: numbered
+            .map(|(number, (kind, name))| field(number, name, kind))
+            .collect(),
         ..DescriptorProto::default()
     }
 }
 
 fn field(number: i32, name: &str, kind: Type) -> FieldDescriptorProto {
+    let list = name == PACKED;
     FieldDescriptorProto {
         name: Some(name.into()),
         json_name: Some(name.into()),
         number: Some(number),
-        label: Some(Label::Optional.into()),
+        label: Some(
+            if list {
+                Label::Repeated
+            } else {
+                Label::Optional
+            }
+            .into(),
+        ),
         r#type: Some(kind.into()),
-        ..FieldDescriptorProto::default()
-    }
-}
-
-fn packed(field: FieldDescriptorProto) -> FieldDescriptorProto {
-    FieldDescriptorProto {
-        label: Some(Label::Repeated.into()),
-        options: Some(FieldOptions {
+        options: list.then(|| FieldOptions {
             packed: Some(true),
             ..FieldOptions::default()
         }),
-        ..field
+        ..FieldDescriptorProto::default()
     }
 }
 

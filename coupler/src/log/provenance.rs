@@ -7,6 +7,7 @@ use mcap::records::{Metadata, Record, op};
 use mcap::{Attachment, McapError, Writer};
 
 use super::error::chain;
+use super::hash::add_text;
 
 /// The name and version of this format, in the metadata of every log.
 pub const FORMAT: &str = "thirdbody.exchange/1";
@@ -39,16 +40,11 @@ pub(super) fn write<W: Write + Seek>(
         (SCENARIO_KEY, "application/toml", &provenance.scenario_toml),
         (MANIFEST_KEY, "application/json", &provenance.manifest_json),
     ];
-    let mut metadata = BTreeMap::from([
-        (FORMAT_KEY.to_string(), FORMAT.to_string()),
-        (
-            RUN_ID_KEY.to_string(),
-            format!("{:016x}", provenance.run_id),
-        ),
-    ]);
-    for (key, _, text) in texts {
-        metadata.insert(key.into(), text.clone());
-    }
+    let mut metadata: BTreeMap<String, String> = texts
+        .map(|(key, _, text)| (key.into(), text.clone()))
+        .into();
+    metadata.insert(FORMAT_KEY.into(), FORMAT.into());
+    metadata.insert(RUN_ID_KEY.into(), format!("{:016x}", provenance.run_id));
     metadata.insert(HASH_KEY.into(), provenance_hash(&metadata));
     writer.write_metadata(&Metadata {
         name: PROVENANCE.into(),
@@ -101,10 +97,8 @@ pub(super) fn read(data: &[u8]) -> Result<Provenance, String> {
 fn provenance_hash(metadata: &BTreeMap<String, String>) -> String {
     let mut hasher = blake3::Hasher::new();
     for (key, value) in metadata.iter().filter(|(key, _)| *key != HASH_KEY) {
-        for text in [key, value] {
-            hasher.update(&(text.len() as u64).to_le_bytes());
-            hasher.update(text.as_bytes());
-        }
+        add_text(&mut hasher, key);
+        add_text(&mut hasher, value);
     }
     hasher.finalize().to_hex().to_string()
 }

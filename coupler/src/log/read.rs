@@ -52,15 +52,19 @@ pub struct LogFile {
     /// Chunks that were reached, and whether the damage is in the last of them.
     chunks: u64,
     in_chunk: bool,
-    damage: Option<LogError>,
+    pub(super) damage: Option<LogError>,
     /// The rest of the file describes the data again, for readers that seek.
     data_ended: bool,
     ended: bool,
 }
 
 impl LogFile {
-    fn open(path: &Path, tolerant: bool) -> Result<LogFile, LogError> {
-        let file = File::open(path).map_err(|source| read_error(path, source))?;
+    /// Opens a log; `tolerant` of damage.
+    pub(super) fn open(path: &Path, tolerant: bool) -> Result<LogFile, LogError> {
+        let file = File::open(path).map_err(|source| LogError::Read {
+            path: path.into(),
+            source,
+        })?;
         let options = LinearReaderOptions::default()
             .with_emit_chunks(true)
             .with_validate_data_section_crc(true)
@@ -82,8 +86,12 @@ impl LogFile {
             data_ended: false,
             ended: false,
         };
-        log.read_provenance()?;
-        Ok(log)
+        let path = path.to_path_buf();
+        match log.read_provenance() {
+            Ok(()) => Ok(log),
+            Err(Failure::Io(source)) => Err(LogError::Read { path, source }),
+            Err(Failure::Damage(why)) => Err(LogError::NotALog { path, why }),
+        }
     }
 
     /// The run that the log belongs to.
@@ -96,30 +104,15 @@ impl LogFile {
         self.damage.as_ref()
     }
 
-    /// The damage, for those who keep it.
-    pub(super) fn take_damage(self) -> Option<LogError> {
-        self.damage
-    }
-
     /// The first two records are the header and the metadata; a file without them is something else.
-    fn read_provenance(&mut self) -> Result<(), LogError> {
-        let not_a_log = |path: &Path, why: String| LogError::NotALog {
-            path: path.into(),
-            why,
-        };
+    fn read_provenance(&mut self) -> Result<(), Failure> {
         for expected in [op::HEADER, op::METADATA] {
-            let record = self.next_record().map_err(|failure| match failure {
-                Failure::Io(source) => read_error(&self.path, source),
-                Failure::Damage(why) => not_a_log(&self.path, why),
-            })?;
-            let data = record.filter(|(opcode, _)| *opcode == expected);
-            let Some((opcode, data)) = data else {
-                let why = "it does not begin with its provenance".into();
-                return Err(not_a_log(&self.path, why));
-            };
-            if opcode == op::METADATA {
-                let found = provenance::read(&data);
-                self.provenance = found.map_err(|why| not_a_log(&self.path, why))?;
+            let record = self.next_record()?;
+            let (_, data) = record
+                .filter(|(opcode, _)| *opcode == expected)
+                .ok_or_else(|| Failure::Damage("it does not begin with its provenance".into()))?;
+            if expected == op::METADATA {
+                self.provenance = provenance::read(&data).map_err(Failure::Damage)?;
             }
         }
         Ok(())
@@ -129,25 +122,23 @@ impl LogFile {
     fn advance(&mut self) -> Result<(), Failure> {
         while self.entries.is_empty() && !self.ended {
             let start = self.offset;
-            match self.next_record()? {
-                None => self.ended = true,
-                Some((op::DATA_END, _)) => self.data_ended = true,
-                Some((op::CHUNK, data)) if !self.data_ended => {
-                    self.chunks += 1;
-                    if let Err(failure) = self.read_chunk(&data) {
-                        self.offset = start;
-                        self.in_chunk = true;
-                        return Err(failure);
-                    }
-                }
-                Some((opcode, data)) if !self.data_ended => {
-                    if let Err(failure) = plain_record(opcode, &data) {
-                        self.offset = start;
-                        return Err(failure);
-                    }
-                }
-                Some(_) => (),
+            let record = self.next_record()?;
+            self.ended = record.is_none();
+            let Some((opcode, data)) = record.filter(|_| !self.data_ended) else {
+                continue;
+            };
+            self.data_ended = opcode == op::DATA_END;
+            self.in_chunk = opcode == op::CHUNK;
+            let taken = match opcode {
+                op::DATA_END => Ok(()),
+                op::CHUNK => self.read_chunk(&data),
+                _ => plain_record(opcode, &data),
+            };
+            if taken.is_err() {
+                self.offset = start;
+                return taken;
             }
+            self.in_chunk = false;
         }
         Ok(())
     }
@@ -163,20 +154,20 @@ impl LogFile {
 
     fn read_chunk(&mut self, data: &[u8]) -> Result<(), Failure> {
         let mut entries = VecDeque::new();
-        let mut chunk = Chunk::open(data)?;
-        let mut messages = 0;
-        while let Some((opcode, record)) = chunk.next_record()? {
+        self.chunks += 1;
+        let (mut reader, mut rest) = (chunk_reader(data)?, data);
+        while let Some((opcode, record)) = next_record(&mut reader, &mut rest, usize::MAX)? {
             match mcap::parse_record(opcode, &record)? {
                 Record::Channel(channel) => {
                     let interface = channel.metadata.get(INTERFACE).cloned();
                     self.interfaces.insert(channel.id, interface);
                 }
                 Record::Message { header, data } => {
-                    messages += 1;
-                    let entry = self
-                        .entry(header.channel_id, &data)
-                        .map_err(|why| Failure::Damage(format!("message {messages}: {why}")))?;
-                    entries.push_back(entry);
+                    let number = entries.len() + 1;
+                    let entry = self.entry(header.channel_id, &data);
+                    entries.push_back(
+                        entry.map_err(|why| Failure::Damage(format!("message {number}: {why}")))?,
+                    );
                 }
                 _ => (),
             }
@@ -224,10 +215,11 @@ impl LogFile {
     }
 
     fn error(&self, failure: Failure) -> LogError {
+        let path = self.path.clone();
         match failure {
-            Failure::Io(source) => read_error(&self.path, source),
+            Failure::Io(source) => LogError::Read { path, source },
             Failure::Damage(why) => LogError::Damaged {
-                path: self.path.clone(),
+                path,
                 offset: self.offset,
                 place: if self.in_chunk {
                     format!("chunk {}", self.chunks)
@@ -280,6 +272,7 @@ impl From<McapError> for Failure {
 /// Between chunks our writer puts attachments, metadata and indices of messages only. Anything else there, or one of them of
 /// another length than it should have, was a chunk once, and what comes after it must not pass for what comes next.
 fn plain_record(opcode: u8, data: &[u8]) -> Result<(), Failure> {
+    let kind = format!("a record of kind {opcode:#04x}");
     let length = match mcap::parse_record(opcode, data)? {
         Record::MessageIndex(index) => 2 + 4 + 16 * index.records.len(),
         Record::Attachment {
@@ -288,57 +281,38 @@ fn plain_record(opcode: u8, data: &[u8]) -> Result<(), Failure> {
             ..
         } => 8 + 8 + 4 + header.name.len() + 4 + header.media_type.len() + 8 + attached.len() + 4,
         Record::Metadata(_) => data.len(),
-        _ => {
-            return Err(Failure::Damage(format!(
-                "a record of kind {opcode:#04x} stands between chunks"
-            )));
-        }
+        _ => return Err(Failure::Damage(format!("{kind} stands between chunks"))),
     };
     if length == data.len() {
         return Ok(());
     }
     Err(Failure::Damage(format!(
-        "a record of kind {opcode:#04x} holds {} bytes where it counts {length}",
+        "{kind} holds {} bytes where it counts {length}",
         data.len()
     )))
 }
 
-/// The records of a chunk whose checksum has been verified.
-struct Chunk<'a> {
-    reader: LinearReader,
-    rest: &'a [u8],
-}
-
-impl<'a> Chunk<'a> {
-    /// Hands the chunk to a reader of its own as if it were a file: only that one decompresses within a limit
-    /// and verifies before it yields.
-    fn open(data: &'a [u8]) -> Result<Chunk<'a>, Failure> {
-        let Record::Chunk { header, .. } = mcap::parse_record(op::CHUNK, data)? else {
-            return Err(Failure::Damage("the chunk is none".into()));
-        };
-        if header.uncompressed_size > SHRINK_LIMIT * data.len() as u64 {
-            return Err(Failure::Damage(format!(
-                "{} bytes claim to hold {}",
-                data.len(),
-                header.uncompressed_size
-            )));
-        }
-        let options = LinearReaderOptions::default()
-            .with_skip_start_magic(true)
-            .with_skip_end_magic(true)
-            .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(RECORD_LIMIT);
-        let mut reader = LinearReader::new_with_options(options);
-        let mut framing = vec![op::CHUNK];
-        framing.extend_from_slice(&(data.len() as u64).to_le_bytes());
-        reader.insert(framing.len()).copy_from_slice(&framing);
-        reader.notify_read(framing.len());
-        Ok(Chunk { reader, rest: data })
+/// Hands a chunk to a reader of its own as if it were a file: only that one decompresses within a limit and verifies before
+/// it yields.
+fn chunk_reader(data: &[u8]) -> Result<LinearReader, Failure> {
+    let Record::Chunk { header, .. } = mcap::parse_record(op::CHUNK, data)? else {
+        return Err(Failure::Damage("the chunk is none".into()));
+    };
+    let (length, claimed) = (data.len(), header.uncompressed_size);
+    if claimed > SHRINK_LIMIT * length as u64 {
+        let why = format!("{length} bytes claim to hold {claimed}");
+        return Err(Failure::Damage(why));
     }
-
-    fn next_record(&mut self) -> Result<Option<(u8, Vec<u8>)>, Failure> {
-        next_record(&mut self.reader, &mut self.rest, usize::MAX)
-    }
+    let options = LinearReaderOptions::default()
+        .with_skip_start_magic(true)
+        .with_skip_end_magic(true)
+        .with_prevalidate_chunk_crcs(true)
+        .with_record_length_limit(RECORD_LIMIT);
+    let mut reader = LinearReader::new_with_options(options);
+    let framing = [&[op::CHUNK][..], &(length as u64).to_le_bytes()].concat();
+    reader.insert(framing.len()).copy_from_slice(&framing);
+    reader.notify_read(framing.len());
+    Ok(reader)
 }
 
 /// The next record of a reader that is fed from `source`, so many bytes at most at once.
@@ -359,13 +333,6 @@ fn next_record(
                 reader.notify_read(got);
             }
         }
-    }
-}
-
-fn read_error(path: &Path, source: io::Error) -> LogError {
-    LogError::Read {
-        path: path.into(),
-        source,
     }
 }
 

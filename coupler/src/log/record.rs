@@ -1,6 +1,6 @@
 //! Writing the log, on a thread of its own.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use mcap::{Compression, McapError, WriteOptions, Writer};
 use prost::Message;
 use protocol::link::shm::MAX_DOUBLES;
 
-use super::entry::{Exchange, INTERFACE, kind_name};
+use super::entry::{Exchange, INTERFACE};
 use super::error::LogError;
 use super::proto;
 use super::provenance::{self, Provenance};
@@ -21,8 +21,8 @@ use super::provenance::{self, Provenance};
 /// Batches that may wait for the writer. More would only hide for longer that the disk is too slow.
 const WAITING: usize = 16;
 
-/// A disk that takes nothing for so long is broken (s).
-const PATIENCE_S: u64 = 60;
+/// A disk that takes nothing for so long is broken.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A chunk closes beyond this size, whatever the windows do.
 const CHUNK_BYTES: u64 = 1 << 20;
@@ -61,15 +61,6 @@ enum Job {
     Sync(Sender<()>),
 }
 
-/// Messages with a channel of their own.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct Stream {
-    interface: String,
-    sender: String,
-    receiver: String,
-    kind: u32,
-}
-
 impl Recorder {
     /// Starts a log at `path`, in place of what is there. What was recorded is on its way to the disk after every
     /// `flush_every_windows` windows (at least 1): a process that is killed loses no more.
@@ -78,7 +69,9 @@ impl Recorder {
         provenance: &Provenance,
         flush_every_windows: u64,
     ) -> Result<Recorder, LogError> {
-        let file = LogWriter::create(path, provenance, flush_every_windows.max(1))?;
+        let file = File::create(path).map_err(|error| LogError::write(path, &error))?;
+        let file = LogWriter::start(path, file, provenance, flush_every_windows.max(1))
+            .map_err(|error| LogError::write(path, &error))?;
         let (jobs, taken) = bounded(WAITING);
         let (report, outcome) = bounded(1);
         thread::Builder::new()
@@ -123,10 +116,9 @@ impl Recorder {
     pub fn sync(&mut self) -> Result<(), LogError> {
         let (done, waiting) = bounded(1);
         self.hand_over(Job::Sync(done))?;
-        match waiting.recv_timeout(Duration::from_secs(PATIENCE_S)) {
-            Ok(()) => Ok(()),
-            Err(RecvTimeoutError::Timeout) => Err(self.stalled()),
+        match waiting.recv_timeout(PATIENCE) {
             Err(RecvTimeoutError::Disconnected) => Err(self.ended()),
+            other => other.map_err(|_| self.stalled()),
         }
     }
 
@@ -144,22 +136,18 @@ impl Recorder {
         let Some(jobs) = &self.jobs else {
             return Err(self.closed());
         };
-        match jobs.send_timeout(job, Duration::from_secs(PATIENCE_S)) {
-            Ok(()) => Ok(()),
-            Err(SendTimeoutError::Timeout(_)) => Err(self.stalled()),
+        match jobs.send_timeout(job, PATIENCE) {
             Err(SendTimeoutError::Disconnected(_)) => Err(self.ended()),
+            other => other.map_err(|_| self.stalled()),
         }
     }
 
     /// Tells the thread that nothing follows, and waits for what it says.
     fn close(&mut self) -> Result<LogStats, LogError> {
-        if self.jobs.take().is_none() {
-            return Err(self.closed());
-        }
-        match self.outcome.recv_timeout(Duration::from_secs(PATIENCE_S)) {
-            Ok(outcome) => outcome,
-            Err(RecvTimeoutError::Timeout) => Err(self.stalled()),
+        self.jobs.take().ok_or_else(|| self.closed())?;
+        match self.outcome.recv_timeout(PATIENCE) {
             Err(RecvTimeoutError::Disconnected) => Err(self.closed()),
+            other => other.map_err(|_| self.stalled())?,
         }
     }
 
@@ -171,7 +159,7 @@ impl Recorder {
     fn stalled(&self) -> LogError {
         LogError::Stalled {
             path: self.path.clone(),
-            seconds: PATIENCE_S,
+            seconds: PATIENCE.as_secs(),
         }
     }
 
@@ -198,22 +186,11 @@ struct LogWriter {
     flush_every_windows: u64,
     exchange_schema: u16,
     window_channel: u16,
-    channels: HashMap<Stream, u16>,
     log_time: u64,
     stats: LogStats,
 }
 
 impl LogWriter {
-    fn create(
-        path: &Path,
-        provenance: &Provenance,
-        flush_every_windows: u64,
-    ) -> Result<LogWriter, LogError> {
-        let file = File::create(path).map_err(|error| LogError::write(path, &error))?;
-        Self::start(path, file, provenance, flush_every_windows)
-            .map_err(|error| LogError::write(path, &error))
-    }
-
     fn start(
         path: &Path,
         file: File,
@@ -236,7 +213,6 @@ impl LogWriter {
             flush_every_windows,
             exchange_schema,
             window_channel,
-            channels: HashMap::new(),
             log_time: 0,
             stats: LogStats::default(),
         })
@@ -246,7 +222,7 @@ impl LogWriter {
         for job in jobs {
             let start = Instant::now();
             let written = match job {
-                Job::Write { exchanges, window } => self.write_batch(exchanges, window),
+                Job::Write { exchanges, window } => self.write(exchanges, window),
                 Job::Sync(done) => self.sync(&done),
             };
             written.map_err(|error| LogError::write(&self.path, &error))?;
@@ -255,30 +231,19 @@ impl LogWriter {
         self.finish()
     }
 
-    fn write_batch(
-        &mut self,
-        exchanges: Vec<Exchange>,
-        window: Option<u64>,
-    ) -> Result<(), McapError> {
-        for exchange in exchanges {
-            self.write(exchange)?;
-        }
+    fn write(&mut self, exchanges: Vec<Exchange>, window: Option<u64>) -> Result<(), McapError> {
+        exchanges
+            .into_iter()
+            .try_for_each(|exchange| self.write_one(exchange))?;
         window.map_or(Ok(()), |window| self.end_window(window))
     }
 
-    fn write(&mut self, exchange: Exchange) -> Result<(), McapError> {
-        let frame = exchange.frame;
-        let stream = Stream {
-            interface: exchange.interface,
-            sender: exchange.sender,
-            receiver: exchange.receiver,
-            kind: frame.header.kind,
-        };
-        let channel_id = self.channel(&stream)?;
-        let header = frame.header;
+    fn write_one(&mut self, exchange: Exchange) -> Result<(), McapError> {
+        let channel_id = self.channel(&exchange)?;
+        let header = exchange.frame.header;
         // Not a number becomes 0 here; the exact time is in the message.
         self.log_time = (header.t1_s * 1e9).round() as u64;
-        let exchange = proto::Exchange {
+        let message = proto::Exchange {
             kind: header.kind,
             protocol: header.protocol,
             interface: header.interface,
@@ -288,12 +253,12 @@ impl LogWriter {
             substeps: header.substeps,
             t0_s: header.t0_s,
             t1_s: header.t1_s,
-            sender: stream.sender,
-            receiver: stream.receiver,
-            payload: frame.payload,
+            sender: exchange.sender,
+            receiver: exchange.receiver,
+            payload: exchange.frame.payload,
             checksum: header.checksum,
         };
-        self.put(channel_id, header.window, &exchange.encode_to_vec())?;
+        self.put(channel_id, header.window, &message.encode_to_vec())?;
         self.stats.messages += 1;
         Ok(())
     }
@@ -327,37 +292,24 @@ impl LogWriter {
         self.writer.write_to_known_channel(&header, data)
     }
 
-    fn channel(&mut self, stream: &Stream) -> Result<u16, McapError> {
-        if let Some(channel) = self.channels.get(stream) {
-            return Ok(*channel);
-        }
-        let topic = format!(
-            "{}/{}/{}",
-            stream.interface,
-            stream.sender,
-            kind_name(stream.kind)
-        );
+    /// The channel of the messages like this one, opened by the first of them.
+    fn channel(&mut self, exchange: &Exchange) -> Result<u16, McapError> {
         let metadata = BTreeMap::from([
-            (INTERFACE.to_string(), stream.interface.clone()),
-            ("receiver".to_string(), stream.receiver.clone()),
+            (INTERFACE.to_string(), exchange.interface.clone()),
+            ("receiver".to_string(), exchange.receiver.clone()),
         ]);
-        let channel =
-            self.writer
-                .add_channel(self.exchange_schema, &topic, "protobuf", &metadata)?;
-        self.channels.insert(stream.clone(), channel);
-        Ok(channel)
+        let (schema, topic) = (self.exchange_schema, exchange.topic());
+        self.writer
+            .add_channel(schema, &topic, "protobuf", &metadata)
     }
 
     fn finish(mut self) -> Result<LogStats, LogError> {
         let start = Instant::now();
-        self.writer
-            .finish()
-            .map_err(|error| LogError::write(&self.path, &error))?;
+        let ended = self.writer.finish();
+        ended.map_err(|error| LogError::write(&self.path, &error))?;
         let mut buffer = self.writer.into_inner();
-        let size = buffer
-            .flush()
-            .and_then(|()| buffer.get_ref().metadata())
-            .map_err(|error| LogError::write(&self.path, &error))?;
+        let size = buffer.flush().and_then(|()| buffer.get_ref().metadata());
+        let size = size.map_err(|error| LogError::write(&self.path, &error))?;
         Ok(LogStats {
             bytes: size.len(),
             writer_wall: self.stats.writer_wall + start.elapsed(),

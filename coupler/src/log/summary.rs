@@ -4,15 +4,16 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use protocol::{Frame, Kind};
+use serde::{Serialize, Serializer};
 
-use super::entry::{Entry, Exchange, kind_name};
+use super::entry::{Entry, Exchange};
 use super::error::LogError;
 use super::hash::ExchangeHasher;
 use super::provenance::Provenance;
-use super::read::{read, recover};
+use super::read::LogFile;
 
 /// A log in numbers.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct LogSummary {
     /// The run that the log belongs to.
     pub provenance: Provenance,
@@ -66,19 +67,20 @@ impl WindowStats {
 }
 
 /// All messages of one kind between two.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Stream {
+    /// Name of its channel in the log.
+    pub topic: String,
     /// Name of the interface.
     pub interface: String,
     /// Their sender.
     pub sender: String,
     /// Their receiver.
     pub receiver: String,
-    /// [`protocol::Kind`] as its number.
-    pub kind: u32,
     /// Their number.
     pub messages: u64,
     /// Bytes of their payloads.
+    #[serde(rename = "payload_bytes")]
     pub bytes: u64,
     /// Window of the first.
     pub first_window: u64,
@@ -86,20 +88,8 @@ pub struct Stream {
     pub last_window: u64,
 }
 
-impl Stream {
-    /// The name of its channel in the log.
-    pub fn topic(&self) -> String {
-        format!(
-            "{}/{}/{}",
-            self.interface,
-            self.sender,
-            kind_name(self.kind)
-        )
-    }
-}
-
 /// A number that is not finite, and where it was.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NonFinite {
     /// The channel.
     pub topic: String,
@@ -108,28 +98,23 @@ pub struct NonFinite {
     /// Repeat of the window.
     pub iteration: u32,
     /// Entry of the payload.
-    pub index: usize,
-    /// The number.
+    pub entry: usize,
+    /// The number, as text where JSON has none.
+    #[serde(serialize_with = "as_text")]
     pub value: f64,
+}
+
+fn as_text<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(value)
 }
 
 /// Reads a whole log; with `tolerant`, as much of it as can be read.
 pub fn summarize(path: &Path, tolerant: bool) -> Result<LogSummary, LogError> {
-    let mut log = if tolerant {
-        recover(path)?
-    } else {
-        read(path)?
-    };
+    let mut log = LogFile::open(path, tolerant)?;
     let mut summary = LogSummary {
         provenance: log.provenance().clone(),
-        streams: Vec::new(),
         file_bytes: std::fs::metadata(path).map_or(0, |file| file.len()),
-        windows: 0,
-        last_window: None,
-        stats: WindowStats::default(),
-        non_finite: None,
-        hash: String::new(),
-        damage: None,
+        ..LogSummary::default()
     };
     let mut hasher = ExchangeHasher::new();
     for entry in &mut log {
@@ -148,50 +133,40 @@ pub fn summarize(path: &Path, tolerant: bool) -> Result<LogSummary, LogError> {
         }
     }
     summary.hash = hasher.finish();
-    summary.damage = log.take_damage();
+    summary.damage = log.damage;
     Ok(summary)
 }
 
 impl LogSummary {
     fn count(&mut self, exchange: &Exchange) {
-        let header = &exchange.frame.header;
-        let same = |stream: &Stream| {
-            stream.kind == header.kind
-                && stream.sender == exchange.sender
-                && stream.receiver == exchange.receiver
-                && stream.interface == exchange.interface
-        };
+        let (frame, topic) = (&exchange.frame, exchange.topic());
+        let (header, receiver) = (&frame.header, &exchange.receiver);
+        let same = |stream: &Stream| stream.topic == topic && stream.receiver == *receiver;
         let index = self.streams.iter().position(same).unwrap_or_else(|| {
             self.streams.push(Stream {
+                topic: topic.clone(),
                 interface: exchange.interface.clone(),
                 sender: exchange.sender.clone(),
-                receiver: exchange.receiver.clone(),
-                kind: header.kind,
-                messages: 0,
-                bytes: 0,
+                receiver: receiver.clone(),
                 first_window: header.window,
-                last_window: header.window,
+                ..Stream::default()
             });
             self.streams.len() - 1
         });
         let stream = &mut self.streams[index];
         stream.messages += 1;
-        stream.bytes += 8 * exchange.frame.payload.len() as u64;
+        stream.bytes += 8 * frame.payload.len() as u64;
         stream.last_window = header.window;
-        if self.non_finite.is_none() {
-            self.non_finite = first_non_finite(&exchange.frame).map(|(index, value)| NonFinite {
-                topic: stream.topic(),
+        // Texts are not in the way: no eight bytes of UTF-8 make a double that is not finite.
+        let odd = frame.payload.iter().position(|value| !value.is_finite());
+        if let Some(entry) = odd.filter(|_| self.non_finite.is_none()) {
+            self.non_finite = Some(NonFinite {
+                topic,
                 window: header.window,
                 iteration: header.iteration,
-                index,
-                value,
+                entry,
+                value: frame.payload[entry],
             });
         }
     }
-}
-
-/// Texts are not in the way: no eight bytes of UTF-8 make a double that is not finite.
-fn first_non_finite(frame: &Frame) -> Option<(usize, f64)> {
-    let mut values = frame.payload.iter().copied().enumerate();
-    values.find(|(_, value)| !value.is_finite())
 }

@@ -371,7 +371,7 @@ fn a_summary_counts_streams_and_repeats_the_hash() {
     assert_eq!(summary.provenance, origin());
     assert_eq!((summary.windows, summary.last_window), (5, Some(4)));
     assert_eq!(summary.non_finite, None);
-    let topics: Vec<String> = summary.streams.iter().map(Stream::topic).collect();
+    let topics: Vec<String> = summary.streams.iter().map(|s| s.topic.clone()).collect();
     let expected = [
         "coupler/Columns",
         "rail/Compliance",
@@ -402,7 +402,7 @@ fn the_first_number_that_is_not_finite_is_found() {
         topic: "layer-base/rail/Motion".into(),
         window: 3,
         iteration: 0,
-        index: 2,
+        entry: 2,
         value: f64::NEG_INFINITY,
     };
     let summary = summarize(&scratch.0, false).expect("it is whole");

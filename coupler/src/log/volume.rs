@@ -1,9 +1,5 @@
 //! Length of a log, predicted from the messages that are expected in it.
 
-use prost::Message;
-
-use super::proto::Exchange;
-
 /// Shares that lz4 leaves of the payload and of everything around it. They are fitted to the log of the scene `quick`, the
 /// second one being a guess; short runs pack up to a quarter better. Mantissas hardly pack, but each window begins with
 /// the force that ended the one before, and grains that hang on the wall repeat zeros.
@@ -15,6 +11,10 @@ const INDEX_BYTES: u64 = 16;
 
 /// Of a message inside its chunk, before its protobuf: operation, length, channel, sequence and two times (bytes).
 const RECORD_BYTES: u64 = 31;
+
+/// Protobuf of a message in the middle of a run, where numbers have the length that most have, around the payload and the
+/// letters of both names (bytes).
+const MESSAGE_BYTES: u64 = 52;
 
 /// Head and index of a chunk with some twenty streams (bytes).
 const CHUNK_BYTES: u64 = 900;
@@ -39,24 +39,8 @@ impl Volume {
     /// `times` messages of so many doubles, passed between two of these names under the third.
     pub fn add(&mut self, times: u64, doubles: usize, names: [&str; 3]) {
         let [interface, sender, receiver] = names;
-        // Numbers of a window in the middle of a run: they have the length that most have.
-        let example = Exchange {
-            kind: 20,
-            protocol: 1,
-            interface: 1,
-            iteration: 1,
-            window: 1_000,
-            step: 20_000,
-            substeps: 10,
-            t0_s: 1.0,
-            t1_s: 1.0,
-            sender: sender.into(),
-            receiver: receiver.into(),
-            payload: Vec::new(),
-            checksum: 1,
-        };
         let topic = interface.len() as u64;
-        let around = RECORD_BYTES + example.encoded_len() as u64 + 4;
+        let around = RECORD_BYTES + MESSAGE_BYTES + (sender.len() + receiver.len()) as u64;
         self.messages += times;
         self.doubles += times * doubles as u64;
         self.header_bytes += times * around + topic;

@@ -1,6 +1,5 @@
 //! `fields/<participant>.pvd`: the snapshots of a participant over time, as ParaView opens them.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 /// A moment at which the participants wrote their fields.
@@ -18,12 +17,10 @@ pub fn pvd(fields: &Path, participant: &str, moments: &[Moment]) -> Option<Strin
     for moment in moments {
         let stem = format!("{participant}-{}", moment.name);
         let files = ["vtu", "vtp"].map(|extension| format!("{stem}.{extension}"));
+        let time_s = moment.time_s;
         if let Some(file) = files.iter().find(|file| fields.join(file).exists()) {
-            let _ = writeln!(
-                sets,
-                "<DataSet timestep=\"{:e}\" part=\"0\" file=\"{file}\"/>",
-                moment.time_s
-            );
+            let set = format!("<DataSet timestep=\"{time_s:e}\" part=\"0\" file=\"{file}\"/>\n");
+            sets.push_str(&set);
         }
     }
     (!sets.is_empty()).then(|| {

@@ -56,14 +56,10 @@ impl Traction {
         let mut text = String::from("x_m,pressure_pa,shear_pa,status\n");
         for i in 0..self.x_m.len() {
             let loaded = self.normal_n[i] != 0.0 || self.shear_n[i] != 0.0;
-            let _ = writeln!(
-                text,
-                "{:e},{:e},{:e},{}",
-                self.x_m[i],
-                self.normal_n[i] / self.area_m2[i],
-                self.shear_n[i] / self.area_m2[i],
-                if loaded { "tied" } else { "open" }
-            );
+            let status = if loaded { "tied" } else { "open" };
+            let (x, area) = (self.x_m[i], self.area_m2[i]);
+            let (pressure, shear) = (self.normal_n[i] / area, self.shear_n[i] / area);
+            let _ = writeln!(text, "{x:e},{pressure:e},{shear:e},{status}");
         }
         text
     }
@@ -83,10 +79,11 @@ impl Traction {
                 *boxes.entry(cell).or_insert(0.0) += self.normal_n[node] * covered / length;
             }
         }
-        let pressures = boxes
+        let area_m2 = width_m * self.thickness_m;
+        boxes
             .values()
-            .map(|force| force / (width_m * self.thickness_m));
-        pressures.fold(0.0, f64::max)
+            .map(|force| force / area_m2)
+            .fold(0.0, f64::max)
     }
 
     /// Half of the shortest distance that is symmetric about x = 0 and carries `share` of the normal force (m).
@@ -110,10 +107,8 @@ pub fn adopt(rundir: &RunDir, phase: &str) -> Result<(), Error> {
     let fields = rundir.fields();
     let entries = std::fs::read_dir(&fields).map_err(Error::input(fields.display()))?;
     let ending = format!("-{phase}-profile.csv");
-    let written = entries
-        .flatten()
-        .map(|entry| entry.path())
-        .find(|path| path.to_string_lossy().ends_with(&ending));
+    let mut paths = entries.flatten().map(|entry| entry.path());
+    let written = paths.find(|path| path.to_string_lossy().ends_with(&ending));
     let Some(path) = written else { return Ok(()) };
     let text = std::fs::read_to_string(&path).map_err(Error::input(path.display()))?;
     rundir.write("profile.csv", &text)

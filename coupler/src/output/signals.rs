@@ -39,23 +39,12 @@ impl SignalsFile {
         }
         let coupled = !interfaces.is_empty();
         for (participant, description) in names.zip(descriptions) {
-            let prefix = if coupled {
-                format!("{participant}.")
-            } else {
-                String::new()
-            };
-            header.extend(
-                description
-                    .signals
-                    .iter()
-                    .map(|signal| format!("{prefix}{signal}")),
-            );
-            header.extend(
-                description
-                    .ledger
-                    .iter()
-                    .map(|term| format!("{prefix}{}_j", term.name)),
-            );
+            let dotted = format!("{participant}.");
+            let prefix = if coupled { &dotted } else { "" };
+            let signals = description.signals.iter();
+            header.extend(signals.map(|signal| format!("{prefix}{signal}")));
+            let terms = description.ledger.iter();
+            header.extend(terms.map(|term| format!("{prefix}{}_j", term.name)));
         }
         let mut signals = SignalsFile {
             file: BufWriter::new(file),
@@ -77,13 +66,12 @@ impl SignalsFile {
             self.file.write_all(&rows)
         });
         copied.map_err(Error::output(&self.name))?;
-        match rows.len() as u64 {
-            all if all == bytes => Ok(()),
-            fewer => Err(Error::from(Refusal::file(
-                from,
-                format!("holds {fewer} bytes where the checkpoint counts {bytes}"),
-            ))),
+        let found = rows.len() as u64;
+        if found == bytes {
+            return Ok(());
         }
+        let problem = format!("holds {found} bytes where the checkpoint counts {bytes}");
+        Err(Refusal::file(from, problem).into())
     }
 
     /// Sees that all rows are on the disk; returns the size of the file.
@@ -105,11 +93,8 @@ impl SignalsFile {
         let _ = write!(self.line, "{time_s:e}");
         for seen in interfaces {
             let [fx, fy] = seen.force_n;
-            let _ = write!(
-                self.line,
-                ",{},{:e},{fx:e},{fy:e}",
-                seen.repeats, seen.gap_rel
-            );
+            let (repeats, gap_rel) = (seen.repeats, seen.gap_rel);
+            let _ = write!(self.line, ",{repeats},{gap_rel:e},{fx:e},{fy:e}");
         }
         for value in reports.iter().flatten() {
             let _ = write!(self.line, ",{value:e}");

@@ -4,14 +4,14 @@ use std::path::Path;
 
 use plotters::prelude::*;
 
-use super::fields::{Arrays, Moment, read_first};
-use super::view::{Picture, View, elements, full_scale, page, picture, places_mm, pressure_colour};
+use super::fields::{Arrays, Moment, numbers, read_first};
+use super::view::{Picture, View, disk, elements, full_scale, page, places_mm, pressure_colour};
 use crate::error::Error;
 
 /// Hydrostatic pressure in the whole body at the first of these moments that has fields of one.
 pub fn pressure(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Error> {
-    for moment in moments {
-        let Some(arrays) = read_first(run, moment, "vtu")? else {
+    for Moment { name, words } in moments {
+        let Some(arrays) = read_first(run, name, "vtu")? else {
             continue;
         };
         let (Some(view), Some(values)) = (whole(&arrays), arrays.get("hydrostatic_pressure_pa"))
@@ -26,10 +26,7 @@ pub fn pressure(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Error
         let colour = |cell: usize| pressure_colour(values[cell] / full);
         return Ok(Some(Picture {
             file: "pressure.svg",
-            caption: format!(
-                "Hydrostatic pressure in the whole body at the {}",
-                moment.words
-            ),
+            caption: format!("Hydrostatic pressure in the whole body at the {words}"),
             svg: body(view, &arrays, &legend, colour, &[])?,
         }));
     }
@@ -39,27 +36,28 @@ pub fn pressure(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Error
 /// Magnitude of the displacement near the contact, and the contact nodes by their status, at the first two of these moments
 /// that have contact.
 pub fn status(run: &Path, moments: &[Moment]) -> Result<Vec<Picture>, Error> {
-    let names = [
-        (
-            "status.svg",
-            "Nodes that stick and slip, over the displacement of the body",
-        ),
+    let words = "Nodes that stick and slip, over the displacement of the body";
+    let mut names = [
+        ("status.svg", words),
         ("status-later.svg", "The same later"),
-    ];
+    ]
+    .into_iter();
     let mut pictures = Vec::new();
-    for moment in moments {
-        let Some(arrays) = read_first(run, moment, "vtu")? else {
+    for Moment { name, words } in moments {
+        let Some(arrays) = read_first(run, name, "vtu")? else {
             continue;
         };
         let dots = dots(&arrays);
-        let Some((file, caption)) = names.get(pictures.len()).filter(|_| !dots.is_empty()) else {
+        if dots.is_empty() {
+            continue;
+        }
+        let Some((file, caption)) = names.next() else {
             continue;
         };
         let sizes = magnitudes(&arrays);
         let full = sizes.iter().copied().fold(0.0, f64::max);
         let legend = format!(
-            "x (mm), {}; blue to red: |u| 0 to {:.1} um; nodes: filled slip, hollow stick",
-            moment.words,
+            "x (mm), {words}; blue to red: |u| 0 to {:.1} um; nodes: filled slip, hollow stick",
             1e6 * full
         );
         let colour = |cell: usize| pressure_colour(sizes[cell] / full.max(f64::MIN_POSITIVE));
@@ -91,11 +89,7 @@ fn body(
         elements(panel, view, arrays, &colour)?;
         for dot in dots {
             let inside = if dot.slips { BLACK } else { WHITE };
-            let shapes = [
-                Circle::new(dot.at, 3, inside.filled()),
-                Circle::new(dot.at, 3, BLACK.stroke_width(1)),
-            ];
-            panel.draw_series(shapes).map_err(picture)?;
+            disk(panel, dot.at, 3, inside, BLACK.stroke_width(1))?;
         }
         Ok(())
     })
@@ -112,14 +106,10 @@ fn whole(arrays: &Arrays) -> Option<View> {
 
 /// The contact nodes and a margin of half of their width, three times as wide as deep.
 fn around(dots: &[Dot]) -> View {
-    let far = dots
-        .iter()
-        .fold(0.0, |far: f64, dot| far.max(dot.at.0.abs()));
-    let half = 1.5 * far.max(1e-3);
-    let top = dots
-        .iter()
-        .map(|dot| dot.at.1)
-        .fold(f64::NEG_INFINITY, f64::max);
+    let distances = dots.iter().map(|dot| dot.at.0.abs());
+    let half = 1.5 * distances.fold(0.0, f64::max).max(1e-3);
+    let heights = dots.iter().map(|dot| dot.at.1);
+    let top = heights.fold(f64::NEG_INFINITY, f64::max);
     View {
         x_mm: [-half, half],
         y_mm: [top - 0.5 * half, top + 0.08 * half],
@@ -128,24 +118,23 @@ fn around(dots: &[Dot]) -> View {
 
 /// Nodes in contact: status 1 sticks, 2 slips.
 fn dots(arrays: &Arrays) -> Vec<Dot> {
-    let status = arrays.get("node_status").map_or(&[][..], Vec::as_slice);
-    let nodes = places_mm(arrays).into_iter().zip(status);
-    nodes
-        .filter(|(_, status)| **status > 0.0)
-        .map(|(at, status)| Dot {
-            at,
-            slips: *status > 1.0,
-        })
-        .collect()
+    let nodes = places_mm(arrays).into_iter();
+    let nodes = nodes.zip(numbers(arrays, "node_status"));
+    let dot = |(at, status): ((f64, f64), &f64)| {
+        let slips = *status > 1.0;
+        (*status > 0.0).then_some(Dot { at, slips })
+    };
+    nodes.filter_map(dot).collect()
 }
 
 /// Mean |u| of the corners of each element (m).
 fn magnitudes(arrays: &Arrays) -> Vec<f64> {
-    let (Some(u), Some(cells)) = (arrays.get("displacement_m"), arrays.get("connectivity")) else {
+    let u = numbers(arrays, "displacement_m");
+    if u.is_empty() {
         return Vec::new();
-    };
+    }
     let size = |node: &f64| u[3 * *node as usize].hypot(u[3 * *node as usize + 1]);
-    let elements = cells.chunks_exact(4);
+    let elements = numbers(arrays, "connectivity").chunks_exact(4);
     elements
         .map(|cell| cell.iter().map(size).sum::<f64>() / 4.0)
         .collect()

@@ -18,52 +18,78 @@ const PALE_LINE: RGBColor = RGBColor(170, 190, 210);
 /// Share of the profile's length over which the smooth curve of its pressure is a mean.
 const MEAN_SHARE: f64 = 0.05;
 
+/// Signals over another one, in plain lines.
+struct Chart<'a> {
+    file: &'static str,
+    caption: &'a str,
+    labels: [&'a str; 2],
+    /// Signal along x, which is drawn a thousandfold (s to ms, m to mm).
+    x: &'a str,
+    /// Word of the legend, signal and colour of each line.
+    y: &'a [(&'a str, &'a str, RGBColor)],
+}
+
+/// |D| over its amplitude (%): a column that the report adds to those of signals.csv, where the wheel moves.
+const SHARE: &str = "share_of_amplitude_pct";
+
+const CHARTS: [Chart; 3] = [
+    Chart {
+        file: "forces.svg",
+        caption: "Force on the wheel",
+        labels: ["t (ms)", "force (N)"],
+        x: "t_s",
+        y: &[
+            ("normal", "wheel_fn_n", BLUE_LINE),
+            ("tangential", "wheel_ft_n", RED_LINE),
+        ],
+    },
+    Chart {
+        file: "friction.svg",
+        caption: "Tangential force over the wheel's lateral position",
+        labels: ["D (mm)", "tangential force (N)"],
+        x: "wheel_x_m",
+        y: &[("tangential force", "wheel_ft_n", RED_LINE)],
+    },
+    Chart {
+        file: "sliding.svg",
+        caption: "Share of sliding nodes over time",
+        labels: ["t (ms)", "(%)"],
+        x: "t_s",
+        y: &[
+            ("Sn", "sn_pct", BLUE_LINE),
+            ("|D| over its amplitude", SHARE, RED_LINE),
+        ],
+    },
+];
+
 /// Every plot that the run has the columns for.
 pub fn all(run: &Path) -> Result<Vec<Picture>, Error> {
-    let profile = read_csv(&run.join("profile.csv"));
-    let signals = Signals(read_csv(&run.join("signals.csv")));
-    let plots = [
-        pressure(&profile),
-        lines(&signals, &FORCES),
-        lines(&signals, &FRICTION),
-        sliding(&signals),
-        sliding_over_velocity(&signals),
-    ];
-    plots.into_iter().filter_map(Result::transpose).collect()
+    let mut signals = read_csv(&run.join("signals.csv"));
+    if let Some(x) = moving(&signals, "wheel_x_m") {
+        let amplitude = x.iter().fold(0.0, |far: f64, x| far.max(x.abs()));
+        let share = x.iter().map(|x| 100.0 * x.abs() / amplitude).collect();
+        signals.insert(SHARE.into(), share);
+    }
+    let mut pictures = Vec::new();
+    pictures.extend(pressure(&read_csv(&run.join("profile.csv")))?);
+    for chart in &CHARTS {
+        pictures.extend(lines(&signals, chart)?);
+    }
+    pictures.extend(sliding_over_velocity(&signals)?);
+    Ok(pictures)
 }
 
-/// Columns of signals.csv.
-struct Signals(Columns);
-
-impl Signals {
-    /// The first participant's column of this name.
-    fn column(&self, name: &str) -> Option<&Vec<f64>> {
-        let ending = format!(".{name}");
-        let mut columns = self.0.iter();
-        columns
-            .find(|(key, _)| *key == name || key.ends_with(&ending))
-            .map(|(_, values)| values)
-    }
-
-    /// The first participant's columns of these names, if all of them are there.
-    fn columns<const N: usize>(&self, names: [&str; N]) -> Option<[&Vec<f64>; N]> {
-        let found: Vec<&Vec<f64>> = names.iter().filter_map(|name| self.column(name)).collect();
-        found.try_into().ok()
-    }
+/// The first participant's column of this name.
+fn column<'a>(signals: &'a Columns, name: &str) -> Option<&'a [f64]> {
+    let ending = format!(".{name}");
+    let mut columns = signals.iter();
+    let found = columns.find(|(key, _)| *key == name || key.ends_with(&ending));
+    found.map(|(_, values)| values.as_slice())
 }
 
-/// A plot of these curves, as the picture `file`.
-fn drawn(
-    file: &'static str,
-    caption: &str,
-    labels: Labels,
-    curves: &[Curve],
-) -> Result<Option<Picture>, Error> {
-    Ok(Some(Picture {
-        file,
-        caption: caption.into(),
-        svg: plot(labels, curves)?,
-    }))
+/// The same, of a signal that is not zero throughout.
+fn moving<'a>(signals: &'a Columns, name: &str) -> Option<&'a [f64]> {
+    column(signals, name).filter(|values| values.iter().any(|value| *value != 0.0))
 }
 
 fn pressure(profile: &Columns) -> Result<Option<Picture>, Error> {
@@ -74,116 +100,51 @@ fn pressure(profile: &Columns) -> Result<Option<Picture>, Error> {
     let high = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let width = MEAN_SHARE * (high - low);
     let mean = format!("mean over {:.2} mm", 1e3 * width);
+    let curve = |label, pressure, colour| Curve {
+        label,
+        points: join(x, pressure, 1e-6),
+        colour,
+    };
     let curves = [
-        Curve {
-            label: "at the nodes",
-            points: join(x, pressure, 1e3, 1e-6),
-            colour: PALE_LINE,
-        },
-        Curve {
-            label: &mean,
-            points: join(x, &moving_mean(x, pressure, width), 1e3, 1e-6),
-            colour: BLUE_LINE,
-        },
+        curve("at the nodes", pressure, PALE_LINE),
+        curve(&mean, &moving_mean(x, pressure, width), BLUE_LINE),
     ];
     let labels = Labels {
         x: "x (mm)",
         y: "pressure on the surface (MPa)",
     };
-    drawn("profile.svg", "Pressure on the surface", labels, &curves)
+    Ok(Some(Picture {
+        file: "profile.svg",
+        caption: "Pressure on the surface".into(),
+        svg: plot(labels, &curves)?,
+    }))
 }
 
-/// Signals over another one, in plain lines.
-struct Lines<'a> {
-    file: &'static str,
-    caption: &'a str,
-    labels: Labels<'a>,
-    /// Signal along x, which is drawn a thousandfold (s to ms, m to mm).
-    x: &'a str,
-    /// Word of the legend, signal and colour of each line.
-    y: &'a [(&'a str, &'a str, RGBColor)],
-}
-
-const FORCES: Lines = Lines {
-    file: "forces.svg",
-    caption: "Force on the wheel",
-    labels: Labels {
-        x: "t (ms)",
-        y: "force (N)",
-    },
-    x: "t_s",
-    y: &[
-        ("normal", "wheel_fn_n", BLUE_LINE),
-        ("tangential", "wheel_ft_n", RED_LINE),
-    ],
-};
-
-const FRICTION: Lines = Lines {
-    file: "friction.svg",
-    caption: "Tangential force over the wheel's lateral position",
-    labels: Labels {
-        x: "D (mm)",
-        y: "tangential force (N)",
-    },
-    x: "wheel_x_m",
-    y: &[("tangential force", "wheel_ft_n", RED_LINE)],
-};
-
-/// Draws lines where all their signals are there, and that along x is not zero throughout.
-fn lines(signals: &Signals, lines: &Lines<'static>) -> Result<Option<Picture>, Error> {
-    let Some(x) = signals.column(lines.x).filter(|x| moves(x)) else {
-        return Ok(None);
-    };
-    let curve = |(label, signal, colour): &(&'static str, &'static str, RGBColor)| {
-        let points = join(x, signals.column(signal)?, 1e3, 1.0);
+/// Draws a chart where all its signals are there, and that along x is not zero throughout.
+fn lines(signals: &Columns, chart: &Chart<'static>) -> Result<Option<Picture>, Error> {
+    let curve = |(label, signal, colour): &(&'static str, &str, RGBColor)| {
+        let (x, y) = (moving(signals, chart.x)?, column(signals, signal)?);
         Some(Curve {
             label,
-            points,
+            points: join(x, y, 1.0),
             colour: *colour,
         })
     };
-    let curves: Option<Vec<Curve>> = lines.y.iter().map(curve).collect();
-    curves.map_or(Ok(None), |curves| {
-        drawn(lines.file, lines.caption, lines.labels, &curves)
-    })
-}
-
-/// Share of sliding nodes over time, beside |D| over its amplitude.
-fn sliding(signals: &Signals) -> Result<Option<Picture>, Error> {
-    let Some([t, sn, x]) = signals
-        .columns(["t_s", "sn_pct", "wheel_x_m"])
-        .filter(|[_, _, x]| moves(x))
-    else {
+    let Some(curves) = chart.y.iter().map(curve).collect::<Option<Vec<Curve>>>() else {
         return Ok(None);
     };
-    let amplitude = x.iter().fold(0.0, |far: f64, x| far.max(x.abs()));
-    let moved: Vec<f64> = x.iter().map(|x| 100.0 * x.abs() / amplitude).collect();
-    let curves = [
-        Curve {
-            label: "Sn",
-            points: join(t, sn, 1e3, 1.0),
-            colour: BLUE_LINE,
-        },
-        Curve {
-            label: "|D| over its amplitude",
-            points: join(t, &moved, 1e3, 1.0),
-            colour: RED_LINE,
-        },
-    ];
-    let labels = Labels {
-        x: "t (ms)",
-        y: "(%)",
-    };
-    let caption = "Share of sliding nodes over time";
-    drawn("sliding.svg", caption, labels, &curves)
+    let [x, y] = chart.labels;
+    Ok(Some(Picture {
+        file: chart.file,
+        caption: chart.caption.into(),
+        svg: plot(Labels { x, y }, &curves)?,
+    }))
 }
 
 /// Share of sliding nodes over the wheel's lateral velocity, while it moves.
-fn sliding_over_velocity(signals: &Signals) -> Result<Option<Picture>, Error> {
-    let Some([velocity, sn]) = signals
-        .columns(["wheel_vx_m_per_s", "sn_pct"])
-        .filter(|[velocity, _]| moves(velocity))
-    else {
+fn sliding_over_velocity(signals: &Columns) -> Result<Option<Picture>, Error> {
+    let velocity = moving(signals, "wheel_vx_m_per_s");
+    let (Some(velocity), Some(sn)) = (velocity, column(signals, "sn_pct")) else {
         return Ok(None);
     };
     let moving = velocity.iter().zip(sn).filter(|(v, _)| **v != 0.0);
@@ -199,32 +160,25 @@ fn sliding_over_velocity(signals: &Signals) -> Result<Option<Picture>, Error> {
     }))
 }
 
-fn moves(values: &[f64]) -> bool {
-    values.iter().any(|value| *value != 0.0)
-}
-
-/// Points of two columns, scaled, at most about 4 000 of them.
-fn join(x: &[f64], y: &[f64], x_scale: f64, y_scale: f64) -> Vec<(f64, f64)> {
+/// Points of two columns, at most about 4 000 of them: the first is scaled by 1000, the second by `y_scale`.
+fn join(x: &[f64], y: &[f64], y_scale: f64) -> Vec<(f64, f64)> {
     let stride = x.len().div_ceil(4000).max(1);
-    x.iter()
-        .zip(y)
-        .step_by(stride)
-        .map(|(x, y)| (x * x_scale, y * y_scale))
-        .collect()
+    let points = x.iter().zip(y).step_by(stride);
+    points.map(|(x, y)| (x * 1e3, y * y_scale)).collect()
 }
 
 /// Mean of the values whose places lie within half of `width` of each place.
 fn moving_mean(x: &[f64], y: &[f64], width: f64) -> Vec<f64> {
-    x.iter()
-        .map(|centre| {
-            let near = x
-                .iter()
-                .zip(y)
-                .filter(|(x, _)| (**x - centre).abs() <= 0.5 * width * (1.0 + 1e-9));
-            let (sum, count) = near.fold((0.0, 0.0), |(sum, count), (_, y)| (sum + y, count + 1.0));
-            sum / count
-        })
-        .collect()
+    let reach = 0.5 * width * (1.0 + 1e-9);
+    let mean = |centre: &f64| {
+        let near = x
+            .iter()
+            .zip(y)
+            .filter(|(x, _)| (**x - centre).abs() <= reach);
+        let (sum, count) = near.fold((0.0, 0.0), |(sum, count), (_, y)| (sum + y, count + 1.0));
+        sum / count
+    };
+    x.iter().map(mean).collect()
 }
 
 /// Columns of numbers by name; an absent file has none, cells that are no numbers are left out.

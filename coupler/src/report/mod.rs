@@ -25,8 +25,7 @@ pub mod view;
 pub fn write(run: &Path) -> Result<Vec<String>, Error> {
     let summary = read_summary(run)?;
     let moments = moments(&summary);
-    let mut pictures = Vec::new();
-    pictures.extend(scene::contact(run, &moments)?);
+    let mut pictures = Vec::from_iter(scene::contact(run, &moments)?);
     pictures.extend(body::pressure(run, &moments)?);
     pictures.extend(body::status(run, &moments)?);
     pictures.extend(curves::all(run)?);
@@ -42,17 +41,15 @@ pub fn write(run: &Path) -> Result<Vec<String>, Error> {
 
 /// The moments that the participants marked for a picture, then the end of the run.
 fn moments(summary: &Value) -> Vec<Moment> {
-    let moment = |name: &str, words: String| Moment {
-        name: name.into(),
-        words,
-    };
     let phases = summary["phases"].as_array().into_iter().flatten();
     let marked = phases.filter(|phase| phase["picture"] == true);
     let names = marked.filter_map(|phase| phase["name"].as_str());
-    names
-        .map(|name| moment(name, format!("end of the {name}")))
-        .chain([moment("end", "end of the run".into())])
-        .collect()
+    let all = names.map(|name| (name, name)).chain([("end", "run")]);
+    let moment = |(name, of): (&str, &str)| Moment {
+        name: name.into(),
+        words: format!("end of the {of}"),
+    };
+    all.map(moment).collect()
 }
 
 fn read_summary(run: &Path) -> Result<Value, Error> {
@@ -76,21 +73,16 @@ fn page(summary: &Value, pictures: &[Picture]) -> String {
         text("message")
     );
     for picture in pictures {
+        let (svg, caption) = (&picture.svg, escape(&picture.caption));
         let _ = write!(
             html,
-            "<figure>{}<figcaption>{}</figcaption></figure>",
-            picture.svg,
-            escape(&picture.caption)
+            "<figure>{svg}<figcaption>{caption}</figcaption></figure>"
         );
     }
     html.push_str("<h2>Results</h2><table>");
     for (name, value) in summary["results"].as_object().into_iter().flatten() {
-        let _ = write!(
-            html,
-            "<tr><td>{}</td><td>{}</td></tr>",
-            escape(name),
-            escape(&value.to_string())
-        );
+        let (name, value) = (escape(name), escape(&value.to_string()));
+        let _ = write!(html, "<tr><td>{name}</td><td>{value}</td></tr>");
     }
     html.push_str("</table></body></html>\n");
     html

@@ -34,7 +34,7 @@ pub(crate) struct Labels<'a> {
 pub(super) fn cloud(labels: Labels, points: &[(f64, f64)]) -> Result<String, Error> {
     let stride = points.len().div_ceil(DOTS_MAX).max(1);
     svg(SIZE, |area| {
-        let mut chart = axes(area, labels, Ranges::of(points.iter()))?;
+        let mut chart = axes(area, labels, ranges(points.iter()))?;
         let dot = |point: &(f64, f64)| Circle::new(*point, 1, BLUE_LINE.mix(0.35).filled());
         let dots = points.iter().step_by(stride).map(dot);
         chart.draw_series(dots).map(|_| ()).map_err(picture)
@@ -43,11 +43,11 @@ pub(super) fn cloud(labels: Labels, points: &[(f64, f64)]) -> Result<String, Err
 
 /// Lines and their legend.
 pub(crate) fn plot(labels: Labels, curves: &[Curve]) -> Result<String, Error> {
-    let mut ranges = Ranges::of(curves.iter().flat_map(|curve| &curve.points));
+    let [x, mut y] = ranges(curves.iter().flat_map(|curve| &curve.points));
     // The legend stands above all curves.
-    ranges.y.end += LEGEND_LINE * curves.len() as f64 * (ranges.y.end - ranges.y.start);
+    y.end += LEGEND_LINE * curves.len() as f64 * (y.end - y.start);
     svg(SIZE, |area| {
-        let mut chart = axes(area, labels, ranges)?;
+        let mut chart = axes(area, labels, [x, y])?;
         for curve in curves {
             let colour = curve.colour;
             chart
@@ -67,30 +67,21 @@ pub(crate) fn plot(labels: Labels, curves: &[Curve]) -> Result<String, Error> {
 }
 
 /// Extents of the axes.
-struct Ranges {
-    x: Range<f64>,
-    y: Range<f64>,
-}
-
-impl Ranges {
-    fn of<'a>(points: impl Iterator<Item = &'a (f64, f64)> + Clone) -> Ranges {
-        Ranges {
-            x: range(points.clone().map(|point| point.0)),
-            y: range(points.map(|point| point.1)),
-        }
-    }
+fn ranges<'a>(points: impl Iterator<Item = &'a (f64, f64)> + Clone) -> [Range<f64>; 2] {
+    let x = points.clone().map(|point| point.0);
+    [range(x), range(points.map(|point| point.1))]
 }
 
 fn axes<'a, 'b>(
     area: &'a DrawingArea<SVGBackend<'b>, plotters::coord::Shift>,
     labels: Labels,
-    ranges: Ranges,
+    [x, y]: [Range<f64>; 2],
 ) -> Result<Panel<'a, 'b>, Error> {
     let mut chart = ChartBuilder::on(area)
         .margin(14)
         .x_label_area_size(40)
         .y_label_area_size(70)
-        .build_cartesian_2d(ranges.x, ranges.y)
+        .build_cartesian_2d(x, y)
         .map_err(picture)?;
     chart
         .configure_mesh()
@@ -104,11 +95,9 @@ fn axes<'a, 'b>(
 }
 
 fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
-    let (low, high) = values
-        .filter(|value| value.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (low.min(v), high.max(v))
-        });
+    let finite = values.filter(|value| value.is_finite());
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    let (low, high) = finite.fold(none, |(low, high), v| (low.min(v), high.max(v)));
     if low > high {
         return 0.0..1.0;
     }

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use plotters::prelude::*;
 
-use super::fields::{Arrays, Moment, read_first};
+use super::fields::{Arrays, Moment, numbers, read_first};
 use super::view::{
-    Panel, Picture, View, elements, full_scale, page, picture, places_mm, pressure_colour,
+    Panel, Picture, View, disk, elements, full_scale, page, places_mm, pressure_colour,
 };
 use crate::error::Error;
 
@@ -20,19 +20,17 @@ struct Scene {
 /// The scene at the first of these moments that has fields: the whole contact and, where a layer of grains is much longer
 /// than high, its middle below. `None` where no participant wrote fields.
 pub fn contact(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Error> {
-    for moment in moments {
+    for Moment { name, words } in moments {
         let scene = Scene {
-            continuum: read_first(run, moment, "vtu")?,
-            grains: read_first(run, moment, "vtp")?,
+            continuum: read_first(run, name, "vtu")?,
+            grains: read_first(run, name, "vtp")?,
         };
         let views = scene.views();
         if !views.is_empty() {
+            let what = "Hydrostatic pressure in the continuum and pressure on the grains";
             return Ok(Some(Picture {
                 file: "scene.svg",
-                caption: format!(
-                    "Hydrostatic pressure in the continuum and pressure on the grains at the {}",
-                    moment.words
-                ),
+                caption: format!("{what} at the {words}"),
                 svg: scene.draw(&views)?,
             }));
         }
@@ -43,8 +41,11 @@ pub fn contact(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Error>
 impl Scene {
     /// The grains and as much of the continuum as their pressure reaches; without grains all of it.
     fn views(&self) -> Vec<View> {
-        let places = self.continuum.iter().flat_map(places_mm);
-        let nodes = places.map(|place| (place, 0.0));
+        let nodes = self
+            .continuum
+            .iter()
+            .flat_map(places_mm)
+            .map(|place| (place, 0.0));
         let Some(all) = View::around(nodes.chain(self.circles())) else {
             return Vec::new();
         };
@@ -64,15 +65,10 @@ impl Scene {
                 ..layer
             };
             let inside = self.circles().filter(|(place, _)| middle.holds(*place));
-            let near = View::around(inside).unwrap_or(middle);
-            let near = near.with_margin(0.0, 0.5 * near.height_mm(), 0.5 * near.height_mm());
-            views.push(
-                View {
-                    x_mm: middle.x_mm,
-                    ..near
-                }
-                .within(&all),
-            );
+            let mut near = View::around(inside).unwrap_or(middle);
+            near = near.with_margin(0.0, 0.5 * near.height_mm(), 0.5 * near.height_mm());
+            near.x_mm = middle.x_mm;
+            views.push(near.within(&all));
         }
         views
     }
@@ -80,10 +76,8 @@ impl Scene {
     /// Centre and radius of each grain (mm).
     fn circles(&self) -> impl Iterator<Item = ((f64, f64), f64)> {
         self.grains.iter().flat_map(|arrays| {
-            let radii = arrays.get("radius_m").map_or(&[][..], Vec::as_slice);
-            places_mm(arrays)
-                .into_iter()
-                .zip(radii.iter().map(|r| 1e3 * r))
+            let radii = numbers(arrays, "radius_m").iter().map(|r| 1e3 * r);
+            places_mm(arrays).into_iter().zip(radii)
         })
     }
 
@@ -119,26 +113,19 @@ impl Scene {
 }
 
 fn disks(panel: &mut Panel, view: &View, arrays: &Arrays, full_pa: f64) -> Result<(), Error> {
-    let Some(radii) = arrays.get("radius_m") else {
-        return Ok(());
-    };
-    for (i, (centre, radius)) in places_mm(arrays).into_iter().zip(radii).enumerate() {
-        if !view.holds(centre) {
-            continue;
-        }
-        let value = |name: &str| arrays.get(name).and_then(|a| a.get(i)).copied();
+    let (glued, pressure) = (numbers(arrays, "glued"), numbers(arrays, "pressure_pa"));
+    let circles = places_mm(arrays)
+        .into_iter()
+        .zip(numbers(arrays, "radius_m"));
+    for (i, (centre, radius)) in circles.enumerate().filter(|(_, (at, _))| view.holds(*at)) {
         let size = (1e3 * radius * view.scale()).round() as i32;
-        let edge = if value("glued").is_some_and(|glued| glued > 0.0) {
+        let edge = if glued.get(i).is_some_and(|glued| *glued > 0.0) {
             BLACK.stroke_width(2)
         } else {
             BLACK.mix(0.6).stroke_width(1)
         };
-        let colour = pressure_colour(value("pressure_pa").unwrap_or(0.0) / full_pa);
-        let shapes = [
-            Circle::new(centre, size, colour.filled()),
-            Circle::new(centre, size, edge),
-        ];
-        panel.draw_series(shapes).map_err(picture)?;
+        let colour = pressure_colour(pressure.get(i).unwrap_or(&0.0) / full_pa);
+        disk(panel, centre, size, colour, edge)?;
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
-use super::fields::Arrays;
+use super::fields::{Arrays, numbers};
 use crate::error::{Error, Refusal};
 
 /// A picture of the report.
@@ -125,11 +125,8 @@ pub(super) fn pressure_colour(share: f64) -> RGBColor {
         return RGBColor(225, 225, 225);
     }
     let share = share.min(1.0);
-    let upper = STOPS
-        .iter()
-        .position(|(stop, _)| share <= *stop)
-        .unwrap_or(3)
-        .max(1);
+    let upper = STOPS.iter().position(|(stop, _)| share <= *stop);
+    let upper = upper.unwrap_or(3).max(1);
     let ((a, from), (b, to)) = (STOPS[upper - 1], STOPS[upper]);
     let t = (share - a) / (b - a);
     let channel = |k: usize| (from[k] + t * (to[k] - from[k])).round() as u8;
@@ -173,12 +170,11 @@ pub(super) fn svg(
     draw: impl FnOnce(&DrawingArea<SVGBackend, Shift>) -> Result<(), Error>,
 ) -> Result<String, Error> {
     let mut svg = String::new();
-    {
-        let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-        area.fill(&WHITE).map_err(picture)?;
-        draw(&area)?;
-        area.present().map_err(picture)?;
-    }
+    let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+    area.fill(&WHITE).map_err(picture)?;
+    draw(&area)?;
+    area.present().map_err(picture)?;
+    drop(area);
     Ok(svg)
 }
 
@@ -189,17 +185,13 @@ pub(super) fn elements(
     arrays: &Arrays,
     colour: impl Fn(usize) -> RGBColor,
 ) -> Result<(), Error> {
-    let Some(cells) = arrays.get("connectivity") else {
-        return Ok(());
-    };
-    let places = places_mm(arrays);
+    let (cells, places) = (numbers(arrays, "connectivity"), places_mm(arrays));
     for (number, cell) in cells.chunks_exact(4).enumerate() {
         let corners: Vec<(f64, f64)> = cell.iter().map(|node| places[*node as usize]).collect();
         if corners.iter().any(|corner| view.holds(*corner)) {
-            let clipped: Vec<(f64, f64)> =
-                corners.iter().map(|corner| view.clip(*corner)).collect();
+            let clipped: Vec<_> = corners.iter().map(|corner| view.clip(*corner)).collect();
             let shape = Polygon::new(clipped, colour(number).filled());
-            panel.draw_series(std::iter::once(shape)).map_err(picture)?;
+            panel.draw_series([shape]).map_err(picture)?;
         }
     }
     Ok(())
@@ -207,14 +199,22 @@ pub(super) fn elements(
 
 /// Current places of the points of a file (mm).
 pub(super) fn places_mm(arrays: &Arrays) -> Vec<(f64, f64)> {
-    let Some(points) = arrays.get("points") else {
-        return Vec::new();
-    };
-    let moved = arrays.get("displacement_m");
+    let (points, moved) = (numbers(arrays, "points"), arrays.get("displacement_m"));
     let at = |k: usize| 1e3 * (points[k] + moved.map_or(0.0, |u| u[k]));
-    (0..points.len() / 3)
-        .map(|node| (at(3 * node), at(3 * node + 1)))
-        .collect()
+    let nodes = 0..points.len() / 3;
+    nodes.map(|node| (at(3 * node), at(3 * node + 1))).collect()
+}
+
+/// A disk of so many pixels with its edge.
+pub(super) fn disk(
+    panel: &mut Panel,
+    centre: (f64, f64),
+    size: i32,
+    inside: RGBColor,
+    edge: ShapeStyle,
+) -> Result<(), Error> {
+    let shapes = [inside.filled(), edge].map(|style| Circle::new(centre, size, style));
+    panel.draw_series(shapes).map(|_| ()).map_err(picture)
 }
 
 /// Errors of the drawing library, which writes to memory here.

@@ -3,26 +3,32 @@
 use protocol::ConfigError;
 use protocol::setting::proposal;
 
-use super::{CompliancePrior, Dirichlet, Interface, Scenario, SchemeWord};
+use super::{CompliancePrior, Dirichlet, Interface, Participant, Scenario, SchemeWord};
 
 /// Stops at the first that fails.
 pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
     let run = &scenario.run;
     plain_name("run.name", &run.name)?;
-    positive("run.thickness_m", run.thickness_m)?;
-    if let Some(end) = run.end_s {
-        positive("run.end_s", end)?;
-    }
     let (deadlines, output) = (&run.deadlines, &run.output);
-    positive("run.deadlines.setup_s", deadlines.setup_s)?;
-    positive("run.deadlines.answer_s", deadlines.answer_s)?;
-    positive("run.deadlines.idle_s", deadlines.idle_s)?;
-    let every = output.signals_every_windows;
-    at_least_one("run.output.signals_every_windows", every)?;
-    let every = output.flush_every_windows;
-    at_least_one("run.output.flush_every_windows", every)?;
-    at_least_one("run.output.alone_steps", output.alone_steps.into())?;
-    at_least_one("run.checkpoints_kept", run.checkpoints_kept)?;
+    let sizes = [
+        ("run.thickness_m", Some(run.thickness_m)),
+        ("run.end_s", run.end_s),
+        ("run.deadlines.setup_s", Some(deadlines.setup_s)),
+        ("run.deadlines.answer_s", Some(deadlines.answer_s)),
+        ("run.deadlines.idle_s", Some(deadlines.idle_s)),
+    ];
+    for (key, size) in sizes {
+        positive(key, size)?;
+    }
+    let counts = [
+        ("signals_every_windows", output.signals_every_windows),
+        ("flush_every_windows", output.flush_every_windows),
+        ("alone_steps", output.alone_steps.into()),
+    ];
+    for (key, count) in counts {
+        at_least_one(&format!("run.output.{key}"), Some(count))?;
+    }
+    at_least_one("run.checkpoints_kept", Some(run.checkpoints_kept))?;
     if run.checkpoint_every_windows.is_some_and(|every| every > 0) && !run.output.exchange {
         return Err(ConfigError::new(
             "run.checkpoint_every_windows",
@@ -30,7 +36,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
         )
         .help("let run.output.exchange be true, or write no checkpoints"));
     }
-    check_participants(scenario)?;
+    check_participants(&scenario.participant)?;
     match (scenario.participant.len(), scenario.interface.as_slice()) {
         (1, []) => Ok(()),
         (count, []) => Err(ConfigError::new(
@@ -79,21 +85,18 @@ fn check_two_interfaces(
             format!("the name `{}` is taken", interface.name),
         ));
     }
-    match interface
-        .between
-        .iter()
-        .find(|side| before.between.contains(side))
-    {
-        None => Ok(()),
-        Some(set) => Err(ConfigError::new(
+    let mut sides = interface.between.iter();
+    let twice = sides.find(|side| before.between.contains(side));
+    twice.map_or(Ok(()), |set| {
+        let error = ConfigError::new(
             &format!("interface[{index}].between"),
             format!(
                 "`{set}` is joined by the interface `{}` already",
                 before.name
             ),
-        )
-        .help("one interface carries a set: name another set of the participant")),
-    }
+        );
+        Err(error.help("one interface carries a set: name another set of the participant"))
+    })
 }
 
 /// Connected interfaces are solved together, so that they have one value of each key that says how.
@@ -115,43 +118,32 @@ fn check_one_solution(
             first.on_not_converged == interface.on_not_converged,
         ),
     ];
-    match agree.iter().find(|(_, same)| !same) {
-        None => Ok(()),
-        Some((key, _)) => Err(ConfigError::new(
+    agree.iter().find(|(_, same)| !same).map_or(Ok(()), |(key, _)| {
+        let error = ConfigError::new(
             &format!("interface[{index}].{key}"),
             format!(
                 "differs from that of the interface `{}`, which is connected through participants and solved together with `{}`",
                 first.name, interface.name
             ),
-        )
-        .help("give both the same value")),
-    }
+        );
+        Err(error.help("give both the same value"))
+    })
 }
 
-fn check_participants(scenario: &Scenario) -> Result<(), ConfigError> {
-    if scenario.participant.is_empty() {
-        return Err(ConfigError::new(
-            "participant",
-            "a run needs at least one participant",
-        ));
+fn check_participants(participants: &[Participant]) -> Result<(), ConfigError> {
+    if participants.is_empty() {
+        let problem = "a run needs at least one participant";
+        return Err(ConfigError::new("participant", problem));
     }
-    for (index, participant) in scenario.participant.iter().enumerate() {
-        let key = format!("participant[{index}].name");
-        plain_name(&key, &participant.name)?;
-        let twice = scenario.participant[..index]
-            .iter()
-            .any(|p| p.name == participant.name);
-        if twice || participant.name == "coupler" || participant.name == "coordinator" {
-            return Err(ConfigError::new(
-                &key,
-                format!("the name `{}` is taken", participant.name),
-            ));
+    for (index, participant) in participants.iter().enumerate() {
+        let (key, name) = (format!("participant[{index}].name"), &participant.name);
+        plain_name(&key, name)?;
+        let mut taken = participants[..index].iter().map(|p| p.name.as_str());
+        if taken.any(|other| other == name) || ["coupler", "coordinator"].contains(&name.as_str()) {
+            let problem = format!("the name `{name}` is taken");
+            return Err(ConfigError::new(&key, problem));
         }
-        if participant
-            .command
-            .as_ref()
-            .is_some_and(|command| command.is_empty())
-        {
+        if participant.command.as_ref().is_some_and(Vec::is_empty) {
             return Err(ConfigError::new(
                 &format!("participant[{index}].command"),
                 "is empty: give the program and its arguments, or leave the key out",
@@ -168,92 +160,75 @@ fn check_interface(
 ) -> Result<(), ConfigError> {
     let key = |name: &str| format!("interface[{index}].{name}");
     plain_name(&key("name"), &interface.name)?;
-    at_least_one(&key("substeps"), interface.substeps.into())?;
     let given = interface.given;
-    if let Some(repeats) = given.repeats_max {
-        at_least_one(&key("repeats_max"), repeats.into())?;
-    }
-    positive(&key("tolerance_rel"), interface.tolerance_rel)?;
-    if let Some(relaxation) = given.relaxation {
-        positive(&key("relaxation"), relaxation)?;
-    }
-    if let Some(bound) = interface.energy_defect_max_rel {
-        positive(&key("energy_defect_max_rel"), bound)?;
-    }
+    at_least_one(&key("substeps"), Some(interface.substeps.into()))?;
+    at_least_one(&key("repeats_max"), given.repeats_max.map(u64::from))?;
+    positive(&key("tolerance_rel"), Some(interface.tolerance_rel))?;
+    positive(&key("relaxation"), given.relaxation)?;
+    let bound = interface.energy_defect_max_rel;
+    positive(&key("energy_defect_max_rel"), bound)?;
     if let Some(relaxation) = given.relaxation.filter(|relaxation| *relaxation > 1.0) {
-        return Err(ConfigError::new(
-            &key("relaxation"),
-            format!("must be at most 1, got {relaxation}"),
-        ));
+        let problem = format!("must be at most 1, got {relaxation}");
+        return Err(ConfigError::new(&key("relaxation"), problem));
     }
     if given.scheme == SchemeWord::Velocity && given.compliance == Some(CompliancePrior::Mass) {
-        return Err(ConfigError::new(
-            &key("compliance"),
-            "scheme = \"velocity\" goes by the impedance that the continuum tells, not by masses",
-        )
-        .help("remove the key, or take scheme = \"dual-schur-secant\""));
+        let problem =
+            "scheme = \"velocity\" goes by the impedance that the continuum tells, not by masses";
+        let error = ConfigError::new(&key("compliance"), problem);
+        return Err(error.help("remove the key, or take scheme = \"dual-schur-secant\""));
     }
     if given.dirichlet == Some(Dirichlet::Continuum)
         && interface.scheme.dirichlet() != Dirichlet::Continuum
     {
-        return Err(ConfigError::new(
-            &key("dirichlet"),
-            "the scheme gives both sides force and motion at once, so that neither follows the other",
-        )
-        .help("remove the key, or take scheme = \"fixed-point-serial\""));
+        let problem = "the scheme gives both sides force and motion at once, so that neither follows the other";
+        let error = ConfigError::new(&key("dirichlet"), problem);
+        return Err(error.help("remove the key, or take scheme = \"fixed-point-serial\""));
     }
-    let mut joined = Vec::new();
+    check_between(scenario, interface, &key("between"))
+}
+
+/// Both sides are sets of participants, and not of the same one.
+fn check_between(scenario: &Scenario, interface: &Interface, key: &str) -> Result<(), ConfigError> {
+    let participants = scenario.participant.iter();
+    let names: Vec<&str> = participants.map(|p| p.name.as_str()).collect();
     for side in &interface.between {
-        let names: Vec<&str> = scenario
-            .participant
-            .iter()
-            .map(|p| p.name.as_str())
-            .collect();
         let Some((participant, _)) = side.split_once('.') else {
-            return Err(ConfigError::new(
-                &key("between"),
-                format!("`{side}` must be written participant.set, for instance rail.top"),
-            ));
+            let problem =
+                format!("`{side}` must be written participant.set, for instance rail.top");
+            return Err(ConfigError::new(key, problem));
         };
         if !names.contains(&participant) {
-            let error = ConfigError::new(
-                &key("between"),
-                format!("no participant is named `{participant}`"),
-            );
-            return Err(error.help(proposal(participant, "participants", &names)));
+            let problem = format!("no participant is named `{participant}`");
+            let help = proposal(participant, "participants", &names);
+            return Err(ConfigError::new(key, problem).help(help));
         }
-        joined.push(participant);
     }
-    if joined[0] == joined[1] {
-        return Err(ConfigError::new(
-            &key("between"),
-            "joins a participant with itself",
-        ));
+    let [one, other] = interface.participants();
+    if one == other {
+        return Err(ConfigError::new(key, "joins a participant with itself"));
     }
     Ok(())
 }
 
-fn positive(key: &str, value: f64) -> Result<(), ConfigError> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    let problem = format!("must be a positive number, got {value}");
-    Err(ConfigError::new(key, problem))
+fn positive(key: &str, value: Option<f64>) -> Result<(), ConfigError> {
+    let refused = value.filter(|value| !(*value > 0.0 && value.is_finite()));
+    refused.map_or(Ok(()), |value| {
+        let problem = format!("must be a positive number, got {value}");
+        Err(ConfigError::new(key, problem))
+    })
 }
 
-fn at_least_one(key: &str, value: u64) -> Result<(), ConfigError> {
-    match value {
-        0 => Err(ConfigError::new(key, "must be at least 1, got 0")),
-        _ => Ok(()),
+fn at_least_one(key: &str, value: Option<u64>) -> Result<(), ConfigError> {
+    if value == Some(0) {
+        return Err(ConfigError::new(key, "must be at least 1, got 0"));
     }
+    Ok(())
 }
 
 /// A name that can be a file name on any system: letters, digits, `-` and `_`.
 fn plain_name(key: &str, name: &str) -> Result<(), ConfigError> {
-    let plain = name
-        .chars()
-        .all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_');
-    if plain && !name.is_empty() && name.len() <= 64 {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if name.chars().all(plain) && !name.is_empty() && name.len() <= 64 {
         return Ok(());
     }
     let problem =

@@ -38,10 +38,8 @@ pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded, Error> {
 
 /// Reads a scenario from a text with its overrides.
 pub fn parse(source: Source) -> Result<Loaded, Error> {
-    let mut table: toml::Table = source
-        .text
-        .parse()
-        .map_err(|error| syntax_error(&source, &error))?;
+    let table: Result<toml::Table, _> = source.text.parse();
+    let mut table = table.map_err(|error| syntax_error(&source, &error))?;
     for set in &source.overrides {
         apply(&mut table, set)?;
     }
@@ -72,32 +70,27 @@ fn find(scenario: &str) -> Result<PathBuf, Error> {
     let given = Path::new(scenario);
     let named = Path::new("scenarios").join(scenario);
     for candidate in [given, &named] {
-        if candidate.is_file() {
-            return Ok(candidate.to_path_buf());
-        }
         let inside = candidate.join("scenario.toml");
-        if inside.is_file() {
-            return Ok(inside);
+        if let Some(file) = [candidate, &inside].into_iter().find(|file| file.is_file()) {
+            return Ok(file.to_path_buf());
         }
     }
-    Err(Error::from(Refusal::NoScenario {
-        name: scenario.into(),
-        known: known_scenarios(),
-    }))
+    let (name, known) = (scenario.into(), known_scenarios());
+    Err(Refusal::NoScenario { name, known }.into())
 }
 
 fn known_scenarios() -> String {
-    let names: Vec<String> = std::fs::read_dir("scenarios")
-        .into_iter()
+    let entries = std::fs::read_dir("scenarios").into_iter().flatten();
+    let scenes = entries
         .flatten()
-        .flatten()
-        .filter(|entry| entry.path().join("scenario.toml").is_file())
-        .filter_map(|entry| entry.file_name().into_string().ok())
-        .collect();
+        .filter(|entry| entry.path().join("scenario.toml").is_file());
+    let names = scenes.filter_map(|entry| entry.file_name().into_string().ok());
+    let names = names.collect::<Vec<String>>().join(", ");
     if names.is_empty() {
-        return String::new();
+        names
+    } else {
+        format!(" (here: {names})")
     }
-    format!(" (here: {})", names.join(", "))
 }
 
 fn syntax_error(source: &Source, error: &toml::de::Error) -> Error {
@@ -114,20 +107,15 @@ fn syntax_error(source: &Source, error: &toml::de::Error) -> Error {
 fn not_finite(value: &toml::Value) -> Option<(String, f64)> {
     let below = |name: String, value: &toml::Value| {
         let (key, found) = not_finite(value)?;
-        Some((
-            if key.is_empty() {
-                name
-            } else {
-                format!("{name}.{key}")
-            },
-            found,
-        ))
+        let dot = if key.is_empty() { "" } else { "." };
+        Some((format!("{name}{dot}{key}"), found))
     };
     match value {
         toml::Value::Float(number) if !number.is_finite() => Some((String::new(), *number)),
-        toml::Value::Table(table) => table
-            .iter()
-            .find_map(|(name, value)| below(name.clone(), value)),
+        toml::Value::Table(table) => {
+            let mut keys = table.iter();
+            keys.find_map(|(name, value)| below(name.clone(), value))
+        }
         toml::Value::Array(entries) => entries.iter().enumerate().find_map(|(index, value)| {
             let name = value.get("name").and_then(toml::Value::as_str);
             below(name.map_or_else(|| index.to_string(), String::from), value)

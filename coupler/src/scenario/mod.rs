@@ -55,23 +55,13 @@ impl Scenario {
 
     /// Label that the exchange with one participant is recorded under.
     pub fn label(&self, participant: &str) -> Label {
-        let mut own = self.interface.iter().enumerate().filter(|(_, interface)| {
-            let [a, b] = interface.participants();
-            a == participant || b == participant
-        });
-        let Some((index, first)) = own.next() else {
-            return Label {
-                interface: 0,
-                name: "alone".into(),
-            };
-        };
-        let mut name = first.name.clone();
-        for (_, interface) in own {
-            name = format!("{name}+{}", interface.name);
-        }
+        let joins = |interface: &Interface| interface.participants().contains(&participant);
+        let own = self.interface.iter().filter(|interface| joins(interface));
+        let names: Vec<&str> = own.map(|interface| interface.name.as_str()).collect();
+        let first = self.interface.iter().position(joins);
         Label {
-            interface: index as u32,
-            name,
+            interface: first.unwrap_or(0) as u32,
+            name: first.map_or("alone".into(), |_| names.join("+")),
         }
     }
 }

@@ -12,16 +12,12 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<(), Error> {
         .ok_or_else(|| refuse("write it as KEY=VALUE, for instance --set run.seed=2"))?;
     let value = parse_value(value.trim());
     let parts = segments(key.trim());
-    let (last, parents) = parts
-        .split_last()
-        .ok_or_else(|| refuse("the key is empty"))?;
-    let mut current = table;
-    let mut parents = parents.iter();
+    let split = parts.split_last();
+    let (last, parents) = split.ok_or_else(|| refuse("the key is empty"))?;
+    let (mut current, mut parents) = (table, parents.iter());
     while let Some(part) = parents.next() {
-        let child = current
-            .entry(part.clone())
-            .or_insert_with(|| toml::Value::Table(toml::Table::new()));
-        current = match child {
+        let child = current.entry(part.clone());
+        current = match child.or_insert_with(|| toml::Table::new().into()) {
             toml::Value::Table(inner) => inner,
             toml::Value::Array(entries) => {
                 let unnamed = || refuse(&format!("`{part}` is a list, name one of its entries"));
@@ -29,10 +25,9 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<(), Error> {
                 entry_by_name(entries, name)
                     .ok_or_else(|| refuse(&format!("no `{part}` is named `{name}`")))?
             }
-            _ => {
-                let why = format!("`{part}` is a value and has no keys of its own");
-                return Err(refuse(&why).into());
-            }
+            _ => Err(refuse(&format!(
+                "`{part}` is a value and has no keys of its own"
+            )))?,
         };
     }
     current.insert(last.clone(), value);
@@ -40,11 +35,9 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<(), Error> {
 }
 
 fn parse_value(text: &str) -> toml::Value {
-    format!("value = {text}")
-        .parse::<toml::Table>()
-        .ok()
-        .and_then(|mut table| table.remove("value"))
-        .unwrap_or_else(|| toml::Value::String(text.to_string()))
+    let table = format!("value = {text}").parse::<toml::Table>();
+    let value = table.ok().and_then(|mut table| table.remove("value"));
+    value.unwrap_or_else(|| text.into())
 }
 
 fn entry_by_name<'a>(entries: &'a mut [toml::Value], name: &str) -> Option<&'a mut toml::Table> {

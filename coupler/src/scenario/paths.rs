@@ -11,11 +11,9 @@ pub(super) fn make_absolute(scenario: &mut Table, folder: &Path) {
     let participants = scenario
         .get_mut("participant")
         .and_then(Value::as_array_mut);
-    for participant in participants.into_iter().flatten() {
-        if let Some(config) = participant.get_mut("config") {
-            anchor(config, folder);
-        }
-    }
+    let each = participants.into_iter().flatten();
+    each.filter_map(|participant| participant.get_mut("config"))
+        .for_each(|config| anchor(config, folder));
 }
 
 fn anchor(value: &mut Value, folder: &Path) {

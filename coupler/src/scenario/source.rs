@@ -23,25 +23,20 @@ impl Source {
     /// numbered (`participant.rail.config.mesh.size_m`, `participant[0].kind`), pointing at the nearest
     /// part of the path that the file contains.
     pub fn error(&self, key: &str, error: ConfigError) -> Error {
-        let key = &self.named(key);
-        if let Some((set, inside)) = self.overriding(key) {
+        let key = self.named(key);
+        let set = self.overriding(&key);
+        let problem = set.map_or(error.problem.clone(), |(set, inside)| {
             let origin = if inside { "perhaps from" } else { "from" };
-            return Error::Scenario(Box::new(ScenarioError {
-                key: key.to_string(),
-                problem: format!("{} ({origin} --set {set})", error.problem),
-                help: error.help,
-                source_file: None,
-                span: None,
-            }));
-        }
+            format!("{} ({origin} --set {set})", error.problem)
+        });
+        let file = || NamedSource::new(&self.name, self.text.clone()).with_language("TOML");
+        let span = self.span(&key).filter(|_| set.is_none());
         Error::Scenario(Box::new(ScenarioError {
-            key: key.to_string(),
-            problem: error.problem,
+            key,
+            problem,
             help: error.help,
-            source_file: Some(
-                NamedSource::new(&self.name, self.text.clone()).with_language("TOML"),
-            ),
-            span: self.span(key).map(|range| range.into()),
+            source_file: set.is_none().then(file),
+            span: span.map(Into::into),
         }))
     }
 
@@ -50,14 +45,8 @@ impl Source {
         let name_of = |list: &str, entry: &str| -> Option<String> {
             let position: usize = entry.parse().ok()?;
             let table: toml::Table = self.text.parse().ok()?;
-            Some(
-                table
-                    .get(list)?
-                    .get(position)?
-                    .get("name")?
-                    .as_str()?
-                    .to_string(),
-            )
+            let name = table.get(list)?.get(position)?.get("name")?;
+            name.as_str().map(String::from)
         };
         let parts = segments(key);
         match parts.as_slice() {
@@ -77,13 +66,7 @@ impl Source {
             // Entries of a list go by number in serde's paths and by name in overrides.
             a == b || (position == 1 && b.parse::<usize>().is_ok())
         };
-        let written = |set: &String| {
-            segments(
-                set.split_once('=')
-                    .map_or(set.as_str(), |(key, _)| key)
-                    .trim(),
-            )
-        };
+        let written = |set: &String| segments(set.split('=').next().unwrap_or_default().trim());
         let agrees = |set: &&String| written(set).iter().zip(&wanted).enumerate().all(same);
         let mut candidates: Vec<&String> = self.overrides.iter().rev().filter(agrees).collect();
         candidates.sort_by_key(|set| written(set).len() > wanted.len());
@@ -93,30 +76,22 @@ impl Source {
 
     fn span(&self, key: &str) -> Option<std::ops::Range<usize>> {
         let document = DeTable::parse(&self.text).ok()?;
-        let mut found = None;
-        let mut table = document.get_ref();
+        let (mut found, mut table) = (None, document.get_ref());
         let segments = segments(key);
-        let mut index = 0;
-        while index < segments.len() {
-            let (name, value) = table.get_key_value(segments[index].as_str())?;
+        let mut rest = segments.iter();
+        while let Some(segment) = rest.next() {
+            let Some((name, value)) = table.get_key_value(segment.as_str()) else {
+                break;
+            };
             found = Some(name.span());
-            index += 1;
-            match value.get_ref() {
-                DeValue::Table(inner) => table = inner,
-                DeValue::Array(entries) if index < segments.len() => {
-                    let entry = pick(entries, &segments[index]);
-                    let Some(DeValue::Table(inner)) = entry.map(Spanned::get_ref) else {
-                        return found;
-                    };
-                    index += 1;
-                    table = inner;
-                }
-                _ => return found,
-            }
-            let missing = index < segments.len() && !table.contains_key(segments[index].as_str());
-            if missing {
-                return found;
-            }
+            let below = match value.get_ref() {
+                DeValue::Array(entries) => rest.next().and_then(|entry| pick(entries, entry)),
+                _ => Some(value),
+            };
+            let Some(DeValue::Table(inner)) = below.map(Spanned::get_ref) else {
+                break;
+            };
+            table = inner;
         }
         found
     }
@@ -130,12 +105,9 @@ fn pick<'a, 'i>(
     if let Ok(position) = segment.parse::<usize>() {
         return entries.get(position);
     }
-    entries.iter().find(|entry| match entry.get_ref() {
-        DeValue::Table(table) => table
-            .get("name")
-            .and_then(|name| name.get_ref().as_str())
-            .is_some_and(|name| name == segment),
-        _ => false,
+    entries.iter().find(|entry| {
+        let name = entry.get_ref().get("name");
+        name.and_then(|name| name.get_ref().as_str()) == Some(segment)
     })
 }
 
