@@ -8,7 +8,7 @@ use crate::probe::{HoldRecord, PressureMaxima};
 use crate::wheel::WheelState;
 
 /// Everything that accepted windows have changed; the rest of a body follows from configuration and handshake.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Committed {
     pub(crate) state: State,
     pub(crate) wheel: Option<WheelState>,
@@ -23,20 +23,4 @@ pub(crate) struct Committed {
     pub(crate) hold_maxima: Option<PressureMaxima>,
     /// Contact and pressures just before the wheel starts to move sideways.
     pub(crate) hold_record: Option<HoldRecord>,
-}
-
-impl Committed {
-    /// The start of a run.
-    pub(crate) fn start(state: State, wheel: Option<WheelState>) -> Committed {
-        Committed {
-            state,
-            wheel,
-            ledger: Ledger::default(),
-            steps: 0,
-            steps_done: 0,
-            column_steps: 0,
-            hold_maxima: None,
-            hold_record: None,
-        }
-    }
 }

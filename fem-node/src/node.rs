@@ -3,7 +3,7 @@
 //! - `fem_node`: the body, its committed state and the window at hand;
 //! - `windows`: windows and condensed matrices;
 //! - `report`: signals, energies, results and snapshots;
-//! - `checkpoint`: the committed state as bytes;
+//! - `checkpoint`: the committed state of a checkpoint;
 //! - `answers`: the answers to a coupler.
 
 mod answers;

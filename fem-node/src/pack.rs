@@ -76,6 +76,12 @@ impl Pack {
     }
 }
 
+/// The largest of these, none being negative; not a number if any is not.
+pub(crate) fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    let larger = |most: f64, x: f64| if most.is_nan() || x <= most { most } else { x };
+    values.fold(0.0, larger)
+}
+
 macro_rules! lane_by_lane {
     ($($operator:ident $function:ident $symbol:tt),*) => {$(
         impl $operator for Pack {

@@ -102,9 +102,4 @@ impl PrescribedVelocity {
         body.layout.repeat_period(&mut state.a);
         body.layout.repeat_period(&mut state.v);
     }
-
-    /// Work of all reactions since the start of the window (J).
-    pub(crate) fn total_work(&self) -> f64 {
-        self.work.iter().sum()
-    }
 }

@@ -46,6 +46,7 @@ pub fn damped_step_limit(omega_max: f64, damping: f64, stiffness_damping: f64) -
 }
 
 /// Directions of the iteration and the tridiagonal matrix to which they reduce the operator.
+#[derive(Default)]
 struct Krylov {
     scale: Vec<f64>,
     previous: Vec<f64>,
@@ -69,8 +70,7 @@ impl Krylov {
             current,
             image: zero.clone(),
             scaled: zero,
-            alpha: Vec::new(),
-            beta: Vec::new(),
+            ..Krylov::default()
         }
     }
 
@@ -81,10 +81,9 @@ impl Krylov {
         }
         body.layout.repeat_period(&mut self.scaled);
         body.internal_force(&self.scaled, &mut self.image);
-        self.image
-            .iter_mut()
-            .zip(&self.scale)
-            .for_each(|(y, s)| *y *= s);
+        for (y, s) in self.image.iter_mut().zip(&self.scale) {
+            *y *= s;
+        }
         let alpha = dot(&self.current, &self.image);
         let last = self.beta.last().copied().unwrap_or(0.0);
         let directions = self.current.iter().zip(&self.previous);
@@ -122,11 +121,8 @@ impl Krylov {
 fn start_vector(scale: &[f64]) -> Vec<f64> {
     let rough = |k: usize| (k as f64 * 0.618_033_988_749_894_9).fract() - 0.5;
     let free = |s: &f64| if *s > 0.0 { 1.0 } else { 0.0 };
-    scale
-        .iter()
-        .enumerate()
-        .map(|(k, s)| free(s) * rough(k + 1))
-        .collect()
+    let entries = scale.iter().enumerate();
+    entries.map(|(k, s)| free(s) * rough(k + 1)).collect()
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

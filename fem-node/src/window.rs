@@ -6,6 +6,7 @@ use crate::element::Body;
 use crate::integrate::{Damping, Integrator, Load, RowEnergies, State, UpperRow};
 use crate::ledger::Ledger;
 use crate::model::Model;
+use crate::pack::largest;
 use crate::prescribed_velocity::PrescribedVelocity;
 use crate::probe::{HoldRecord, hold_record};
 use crate::wheel::WheelRun;
@@ -42,7 +43,7 @@ pub(crate) struct WindowInput {
 }
 
 /// The state that a window leads to, kept apart from the committed one until it is accepted.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct WindowRun {
     /// The state at the end of the window.
     pub(crate) state: State,
@@ -64,7 +65,7 @@ pub(crate) struct WindowRun {
     energies: Vec<RowEnergies>,
     applied_work: f64,
     drive_work: f64,
-    velocity: Option<PrescribedVelocity>,
+    pub(crate) velocity: Option<PrescribedVelocity>,
     /// a M a at the start of the window, under its own force (W).
     start_product: f64,
 }
@@ -76,18 +77,11 @@ impl WindowRun {
         WindowRun {
             start_strain: strain_energy(start),
             start_kinetic: kinetic_energy(body, start),
-            supplied: 0.0,
-            excess: None,
-            suspected: None,
             wheel: model.wheel.as_ref().map(WheelRun::new),
-            hold_record: None,
             state: State::at_rest_under(body, model.law.as_ref()),
             load: Load::none(body),
             energies: vec![RowEnergies::default(); body.layout.node_rows],
-            applied_work: 0.0,
-            drive_work: 0.0,
-            velocity: None,
-            start_product: 0.0,
+            ..WindowRun::default()
         }
     }
 
@@ -168,10 +162,7 @@ impl WindowRun {
                 supplied,
             });
         }
-        self.suspected = self
-            .suspected
-            .filter(|before| *before < step)
-            .or(Some(step));
+        self.suspected = self.suspected.filter(|_| again).or(Some(step));
     }
 
     /// Work of the interface force since the start of the window (J).
@@ -185,7 +176,7 @@ impl WindowRun {
     /// Work of the reactions to a prescribed velocity since the start of the window (J).
     fn reaction_work(&self) -> f64 {
         let velocity = self.velocity.as_ref();
-        velocity.map_or(0.0, PrescribedVelocity::total_work)
+        velocity.map_or(0.0, |velocity| velocity.work.iter().sum())
     }
 
     /// The committed state under the forces of the window. Interface forces jump from one window to the next, so that
@@ -338,22 +329,9 @@ impl WindowRun {
         forces.map(|(index, _)| self.state.u[*index]).collect()
     }
 
-    /// Reactions to a prescribed velocity: forces (N) on its components at the end of the window, and their works (J).
-    pub(crate) fn reaction(&self) -> Option<(&[f64], &[f64])> {
-        let velocity = self.velocity.as_ref()?;
-        Some((&velocity.force, &velocity.work))
-    }
-
     /// The displacement that is farthest from zero (m), not a number if any is not.
     pub(crate) fn largest_displacement(&self) -> f64 {
-        let farther = |far: f64, u: &f64| {
-            if far.is_nan() || u.abs() <= far {
-                far
-            } else {
-                u.abs()
-            }
-        };
-        self.state.u.iter().fold(0.0, farther)
+        largest(self.state.u.iter().map(|u| u.abs()))
     }
 
     /// Interface force and tractions at the end of a step; at the start of a window from scratch.
@@ -401,10 +379,6 @@ fn kinetic_energy(body: &Body, state: &State) -> f64 {
 
 /// u F(u) / 2 (J), exact for linear elasticity.
 fn strain_energy(state: &State) -> f64 {
-    0.5 * state
-        .u
-        .iter()
-        .zip(&state.force)
-        .map(|(u, f)| u * f)
-        .sum::<f64>()
+    let products = state.u.iter().zip(&state.force).map(|(u, f)| u * f);
+    0.5 * products.sum::<f64>()
 }

@@ -3,7 +3,7 @@
 use crate::element::Body;
 
 /// Applied nodal forces (N), nearly all of them zero.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Load {
     pub(super) values: Vec<f64>,
     touched: Vec<usize>,
@@ -17,10 +17,10 @@ impl Load {
         let layout = body.layout;
         Load {
             values: vec![0.0; layout.len()],
-            touched: Vec::new(),
             loaded_rows: vec![false; layout.node_rows],
             row_len: layout.row_len(),
             zero_row: vec![0.0; layout.row_len()],
+            ..Load::default()
         }
     }
 

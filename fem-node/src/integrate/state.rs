@@ -7,7 +7,7 @@ use crate::element::Body;
 use crate::material::nonlinear::NonlinearLaw;
 
 /// The state of the body, every field in the order of [`crate::element::Layout`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Displacement (m).
     pub u: Vec<f64>,
@@ -39,8 +39,8 @@ impl State {
             v: zero.clone(),
             force: zero.clone(),
             a: zero,
-            damping_force: Vec::new(),
             history: vec![0.0; history],
+            ..State::default()
         }
     }
 

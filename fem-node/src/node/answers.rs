@@ -2,14 +2,18 @@
 
 use std::collections::BTreeMap;
 
+use protocol::checkpoint::{pack, unpack};
 use protocol::{Capabilities, Description, Node, NodeError, Outcome, Reaction, Surface, Window};
 
 use super::fem_node::FemNode;
+use super::windows::{FORCE, VELOCITY};
+use crate::committed::Committed;
 use crate::error::FemError;
 use crate::interface::{Condensed, coupling_sets};
 use crate::model::limit_name;
 use crate::probe;
 use crate::wheel::SIGNALS;
+use crate::window::WindowInput;
 
 impl Node for FemNode {
     fn describe(&self) -> Description {
@@ -62,7 +66,12 @@ impl Node for FemNode {
     }
 
     fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, NodeError> {
-        Ok(self.try_advance(window, force)?)
+        let input = WindowInput {
+            interface: self.paired(window, FORCE, force)?,
+            ..WindowInput::default()
+        };
+        self.try_window(window, input)?;
+        Ok(self.increments())
     }
 
     fn impedance(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
@@ -75,11 +84,47 @@ impl Node for FemNode {
         window: &Window,
         velocity: &[f64],
     ) -> Result<Reaction, NodeError> {
-        Ok(self.try_velocity(window, velocity)?)
+        self.takes_velocity()?;
+        let input = WindowInput {
+            velocity: self.paired(window, VELOCITY, velocity)?,
+            ..WindowInput::default()
+        };
+        self.try_window(window, input)?;
+        let reaction = self.run.velocity.as_ref();
+        let reaction = reaction.map(|of| (of.force.clone(), of.work.clone()));
+        let (force, work) = reaction.unwrap_or_default();
+        let increment = self.increments();
+        Ok(Reaction {
+            force,
+            work,
+            increment,
+        })
     }
 
     fn commit(&mut self, window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
-        Ok(self.try_commit(window, displacement)?)
+        if !displacement.is_empty() {
+            let (window, count) = (window.index, displacement.len());
+            return Err(FemError::Dictated { window, count }.into());
+        }
+        let input = match self.pending.take() {
+            Some((index, input)) if index == window.index => input,
+            other => {
+                let (window, advanced) = (window.index, other.map(|(index, _)| index));
+                return Err(FemError::NotAdvanced { window, advanced }.into());
+            }
+        };
+        let committed = &mut self.committed;
+        committed.ledger = self.run.close(&self.model, committed, &input);
+        if let (Some(wheel), Some(run)) = (&mut committed.wheel, &self.run.wheel) {
+            committed.state.resume(&self.run.state);
+            wheel.clone_from(&run.state);
+            let record = self.run.hold_record.take();
+            committed.hold_record = record.or(committed.hold_record.take());
+        } else {
+            committed.state.restore(&self.run.state);
+        }
+        committed.steps += u64::from(input.substeps);
+        Ok(self.report(&input))
     }
 
     fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
@@ -89,11 +134,12 @@ impl Node for FemNode {
     }
 
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
-        self.checkpoint_bytes()
+        pack(&(&self.committed, self.state_hash()))
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
-        self.restore_bytes(state)
+        let (committed, hash): (Committed, String) = unpack(state)?;
+        self.take_up(committed, &hash)
     }
 
     fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {

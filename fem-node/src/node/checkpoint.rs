@@ -1,7 +1,6 @@
-//! The committed state as bytes, and back.
+//! The committed state of a checkpoint, taken up again.
 
 use protocol::NodeError;
-use protocol::checkpoint::{pack, unpack};
 
 use super::fem_node::FemNode;
 use crate::committed::Committed;
@@ -9,15 +8,9 @@ use crate::integrate::State;
 use crate::wheel::WheelState;
 
 impl FemNode {
-    /// The committed state, and the hash of the node that wrote it: bytes that are read into other fields than they came
-    /// from give another one.
-    pub(super) fn checkpoint_bytes(&self) -> Result<Vec<u8>, NodeError> {
-        pack(&(&self.committed, self.state_hash()))
-    }
-
-    /// Takes up the committed state of such bytes, if they are of this body.
-    pub(super) fn restore_bytes(&mut self, bytes: &[u8]) -> Result<(), NodeError> {
-        let (committed, hash): (Committed, String) = unpack(bytes)?;
+    /// Takes up a committed state if it is of this body; `hash` is that of the node that wrote it: bytes that are read into
+    /// other fields than they came from give another one.
+    pub(super) fn take_up(&mut self, committed: Committed, hash: &str) -> Result<(), NodeError> {
         let refuse = |why: &str| {
             Err(NodeError::configuration(format!(
                 "the checkpoint is not of this body: {why}; resume with the build and the scenario that wrote it"

@@ -46,7 +46,11 @@ impl FemNode {
             integrator: Integrator::new(body, model.scheme, model.law, elements, threads),
             interface: Interface::default(),
             run: WindowRun::new(&model, &state),
-            committed: Committed::start(state, wheel),
+            committed: Committed {
+                state,
+                wheel,
+                ..Committed::default()
+            },
             pending: None,
             model,
         })

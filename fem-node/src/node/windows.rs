@@ -1,6 +1,6 @@
 //! Windows and condensed matrices that a coupler asks for.
 
-use protocol::{Reaction, Window};
+use protocol::Window;
 
 use super::fem_node::FemNode;
 use crate::compliance::{compliance, impedance};
@@ -9,40 +9,6 @@ use crate::interface::Condensed;
 use crate::window::WindowInput;
 
 impl FemNode {
-    /// Advances a window under forces on the exchanged components; returns the increments of their displacements.
-    pub(super) fn try_advance(
-        &mut self,
-        window: &Window,
-        force: &[f64],
-    ) -> Result<Vec<f64>, FemError> {
-        let input = WindowInput {
-            interface: self.paired(window, FORCE, force)?,
-            ..WindowInput::default()
-        };
-        self.try_window(window, input)?;
-        Ok(self.increments())
-    }
-
-    /// Advances a window under prescribed velocities of the exchanged components; returns the reactions.
-    pub(super) fn try_velocity(
-        &mut self,
-        window: &Window,
-        velocity: &[f64],
-    ) -> Result<Reaction, FemError> {
-        self.takes_velocity()?;
-        let input = WindowInput {
-            velocity: self.paired(window, VELOCITY, velocity)?,
-            ..WindowInput::default()
-        };
-        self.try_window(window, input)?;
-        let (force, work) = self.run.reaction().unwrap_or_default();
-        Ok(Reaction {
-            force: force.to_vec(),
-            work: work.to_vec(),
-            increment: self.increments(),
-        })
-    }
-
     /// A body takes a prescribed velocity if it is linear and bears no wheel of its own.
     pub(super) fn takes_velocity(&self) -> Result<(), FemError> {
         match (&self.model.wheel, &self.model.law) {
@@ -51,43 +17,8 @@ impl FemNode {
         }
     }
 
-    /// Accepts the last window; returns its report.
-    pub(super) fn try_commit(
-        &mut self,
-        window: &Window,
-        displacement: &[f64],
-    ) -> Result<Vec<f64>, FemError> {
-        if !displacement.is_empty() {
-            return Err(FemError::Dictated {
-                window: window.index,
-                count: displacement.len(),
-            });
-        }
-        let input = match self.pending.take() {
-            Some((index, input)) if index == window.index => input,
-            other => {
-                return Err(FemError::NotAdvanced {
-                    window: window.index,
-                    advanced: other.map(|(index, _)| index),
-                });
-            }
-        };
-        let committed = &mut self.committed;
-        committed.ledger = self.run.close(&self.model, committed, &input);
-        if let (Some(wheel), Some(run)) = (&mut committed.wheel, &self.run.wheel) {
-            committed.state.resume(&self.run.state);
-            wheel.clone_from(&run.state);
-            let record = self.run.hold_record.take();
-            committed.hold_record = record.or(committed.hold_record.take());
-        } else {
-            committed.state.restore(&self.run.state);
-        }
-        committed.steps += u64::from(input.substeps);
-        Ok(self.report(&input))
-    }
-
     /// The exchanged components, each with its number of a request.
-    fn paired(
+    pub(super) fn paired(
         &mut self,
         window: &Window,
         quantity: Quantity,
@@ -119,7 +50,11 @@ impl FemNode {
     }
 
     /// Runs a window from the committed state.
-    fn try_window(&mut self, window: &Window, mut input: WindowInput) -> Result<(), FemError> {
+    pub(super) fn try_window(
+        &mut self,
+        window: &Window,
+        mut input: WindowInput,
+    ) -> Result<(), FemError> {
         if window.substeps == 0 {
             return Err(FemError::NoSteps);
         }
@@ -143,7 +78,7 @@ impl FemNode {
     }
 
     /// Displacement increments of the exchanged components over the last window.
-    fn increments(&self) -> Vec<f64> {
+    pub(super) fn increments(&self) -> Vec<f64> {
         let moved = |index: &usize| self.run.state.u[*index] - self.committed.state.u[*index];
         self.interface.components.iter().map(moved).collect()
     }
@@ -213,8 +148,8 @@ impl FemNode {
 
 /// Quantity that a request gives for each exchanged component, and its unit.
 #[derive(Clone, Copy)]
-struct Quantity(&'static str, &'static str);
+pub(super) struct Quantity(&'static str, &'static str);
 
-const FORCE: Quantity = Quantity("force", "N");
+pub(super) const FORCE: Quantity = Quantity("force", "N");
 
-const VELOCITY: Quantity = Quantity("velocity", "m/s");
+pub(super) const VELOCITY: Quantity = Quantity("velocity", "m/s");

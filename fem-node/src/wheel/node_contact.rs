@@ -37,9 +37,8 @@ impl NodeContact {
 
     /// Friction on the node along the surface, positive where the wheel drags it towards +x (N).
     pub(crate) fn dragging(&self) -> f64 {
-        self.friction[0]
-            .hypot(self.friction[1])
-            .copysign(self.friction[0])
+        let [x, y] = self.friction;
+        x.hypot(y).copysign(x)
     }
 }
 
@@ -51,32 +50,23 @@ pub(super) fn force_on_wheel(contacts: &[NodeContact]) -> [f64; 2] {
 }
 
 /// Nodes in contact.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Count {
-    stick: usize,
+    pub(super) closed: usize,
     slip: usize,
 }
 
 /// Counts the nodes in contact.
 pub(super) fn count(contacts: &[NodeContact]) -> Count {
-    let mut count = Count::default();
-    for contact in contacts {
-        match contact.status {
-            ContactStatus::Open => {}
-            ContactStatus::Stick => count.stick += 1,
-            ContactStatus::Slip => count.slip += 1,
-        }
+    let slips = |contact: &&NodeContact| contact.status == ContactStatus::Slip;
+    Count {
+        closed: contacts.iter().filter(|contact| contact.closed()).count(),
+        slip: contacts.iter().filter(slips).count(),
     }
-    count
 }
 
 impl Count {
-    pub(super) fn closed(self) -> usize {
-        self.stick + self.slip
-    }
-
     /// Sn = slip / (slip + stick) in percent, 0 without contact.
-    pub(super) fn sliding_pct(self) -> f64 {
-        100.0 * self.slip as f64 / self.closed().max(1) as f64
+    pub(super) fn sliding_pct(&self) -> f64 {
+        100.0 * self.slip as f64 / self.closed.max(1) as f64
     }
 }

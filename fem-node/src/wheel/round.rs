@@ -3,6 +3,7 @@
 use super::coulomb::admissible;
 use super::node_contact::{ContactStatus, NodeContact};
 use super::problem::{Increment, NodeMotion, Unsolved};
+use crate::pack::largest;
 
 /// Residual of the natural map over the largest force at which the sweeps end: forces that are right to ten digits
 /// keep the energy balance below 1e-6 over any number of steps.
@@ -77,20 +78,9 @@ impl RoundFace {
     /// forces, with the diagonal of each block for W. Not a number if any force is not.
     fn residual(&self, wheel: &Increment) -> f64 {
         let lift = self.nodes.iter().map(LocalProblem::lift).sum::<f64>();
-        let worse = |worst: f64, error: f64| {
-            if worst.is_nan() || error <= worst {
-                worst
-            } else {
-                error
-            }
-        };
-        let largest = self.nodes.iter().map(|b| b.r_n).fold(0.0, worse);
-        let error = self
-            .nodes
-            .iter()
-            .map(|b| b.error(wheel, lift))
-            .fold(0.0, worse);
-        if error == 0.0 { 0.0 } else { error / largest }
+        let force = largest(self.nodes.iter().map(|b| b.r_n));
+        let error = largest(self.nodes.iter().map(|b| b.error(wheel, lift)));
+        if error == 0.0 { 0.0 } else { error / force }
     }
 }
 

@@ -11,7 +11,7 @@ use crate::error::FemError;
 use crate::integrate::{Rule, Scheme, UpperRow};
 
 /// Steps the wheel along with the body.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct WheelRun {
     pub(crate) state: WheelState,
     /// Failure of a step; the steps after it mean nothing.
@@ -28,11 +28,10 @@ impl WheelRun {
     pub(crate) fn new(wheel: &Wheel) -> WheelRun {
         WheelRun {
             state: WheelState::at_rest(wheel),
-            failed: None,
             nodes: wheel.points.iter().map(NodeMotion::at).collect(),
-            sweeps: RoundFace::default(),
             load: vec![0.0; 2 * wheel.stride],
             old: vec![NodeContact::default(); wheel.points.len()],
+            ..WheelRun::default()
         }
     }
 

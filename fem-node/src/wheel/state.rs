@@ -25,7 +25,7 @@ pub struct Energies {
 }
 
 /// State of the wheel and its contact.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct WheelState {
     /// Lowest point of the face (m).
     pub(crate) height: f64,
@@ -46,12 +46,8 @@ impl WheelState {
     pub(crate) fn at_rest(wheel: &Wheel) -> WheelState {
         WheelState {
             height: wheel.first_height,
-            velocity: 0.0,
-            acceleration: 0.0,
             contacts: vec![NodeContact::default(); wheel.points.len()],
-            energies: Energies::default(),
-            statistics: CycleStatistics::default(),
-            step: 0,
+            ..WheelState::default()
         }
     }
 
@@ -60,7 +56,7 @@ impl WheelState {
         WheelState {
             height: wheel.first_height - approach,
             contacts,
-            ..WheelState::at_rest(wheel)
+            ..WheelState::default()
         }
     }
 
@@ -96,7 +92,7 @@ impl WheelState {
             fn_,
             ft,
             count.sliding_pct(),
-            count.closed() as f64,
+            count.closed as f64,
         ]
     }
 
