@@ -9,8 +9,8 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use protocol::{ConfigError, Setting, read_config};
+use rayon::ThreadPool;
 use rayon::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Serialize;
 use serde_json::json;
 
@@ -43,43 +43,23 @@ pub struct BenchRow {
     pub bound_ns: f64,
 }
 
-/// Work of a case in an element and its share of a node: constants, history variables, operations.
-struct Case {
-    element: &'static str,
-    material: &'static str,
-    constants: f64,
-    history: f64,
-    operations: f64,
-}
+/// Element and material of a case, and its work in an element: constants, history variables, operations.
+type Case = (&'static str, &'static str, [f64; 3]);
+
+const CASES: [Case; 6] = [
+    ("q4_1point", "elastic", [8.0, 0.0, 79.0]),
+    ("q4_1point", "j2", [8.0, 4.0, 140.0]),
+    ("q4_2x2", "elastic", [10.0, 0.0, 220.0]),
+    ("q4_2x2", "j2", [10.0, 16.0, 520.0]),
+    ("q4_bbar", "elastic", [11.0, 0.0, 240.0]),
+    ("q4_bbar", "j2", [11.0, 16.0, 540.0]),
+];
 
 /// Operations of the update of a node: both components of prediction, acceleration, numerical loss and correction.
 const NODE_OPERATIONS: f64 = 58.0;
 
 /// Numbers of a node that a step reads or writes: u v a F in and out, m and 1/m in, two components each.
 const NODE_NUMBERS: f64 = 20.0;
-
-const fn case(
-    element: &'static str,
-    material: &'static str,
-    [constants, history, operations]: [f64; 3],
-) -> Case {
-    Case {
-        element,
-        material,
-        constants,
-        history,
-        operations,
-    }
-}
-
-const CASES: [Case; 6] = [
-    case("q4_1point", "elastic", [8.0, 0.0, 79.0]),
-    case("q4_1point", "j2", [8.0, 4.0, 140.0]),
-    case("q4_2x2", "elastic", [10.0, 0.0, 220.0]),
-    case("q4_2x2", "j2", [10.0, 16.0, 520.0]),
-    case("q4_bbar", "elastic", [11.0, 0.0, 240.0]),
-    case("q4_bbar", "j2", [11.0, 16.0, 540.0]),
-];
 
 /// Measures every element and material at 28 080 elements, on one thread and on two.
 pub fn bench() -> Result<Vec<BenchRow>, FemError> {
@@ -97,14 +77,14 @@ pub fn bench() -> Result<Vec<BenchRow>, FemError> {
     Ok(rows)
 }
 
-fn model(case: &Case, mesh: &serde_json::Value) -> Result<Model, ConfigError> {
+fn model((element, kind, _): &Case, mesh: &serde_json::Value) -> Result<Model, ConfigError> {
     let mut material = json!({"young_pa": 102.5e9, "poisson": 0.3, "density_kg_per_m3": 7800.0});
-    if case.material == "j2" {
+    if *kind == "j2" {
         material["yield_pa"] = json!(1e3);
         material["hardening_pa"] = json!(2e9);
     }
     let config: Config = read_config(&json!({
-        "element": case.element, "mesh": mesh, "material": material, "base": "free",
+        "element": element, "mesh": mesh, "material": material, "base": "free",
         "time": {"step_s": "auto", "damping": 0.75},
     }))?;
     let setting = Setting {
@@ -118,20 +98,17 @@ fn model(case: &Case, mesh: &serde_json::Value) -> Result<Model, ConfigError> {
 }
 
 fn measure(case: &Case, model: &Model, threads: usize) -> Result<BenchRow, FemError> {
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| FemError::Pool {
-        threads,
-        reason: error.to_string(),
-    })?;
+    let (element, material, [constants, history, operations]) = *case;
+    let pool = FemError::pool(threads)?;
     let elements = model.mesh.elements();
     let nodes = model.mesh.points.len() as f64 / elements as f64;
-    let numbers = case.constants + 2.0 * case.history + NODE_NUMBERS * nodes;
-    let operations = case.operations + NODE_OPERATIONS * nodes;
+    let numbers = constants + 2.0 * history + NODE_NUMBERS * nodes;
+    let operations = operations + NODE_OPERATIONS * nodes;
     let memory = 8.0 * numbers / read_rate(&pool, threads, numbers * elements as f64);
     let arithmetic = operations / operation_rate(&pool, threads);
     Ok(BenchRow {
-        element: case.element,
-        material: case.material,
+        element,
+        material,
         threads,
         elements,
         ns_per_element_step: 1e9 * pool.install(|| step_time(model, threads)) / elements as f64,
@@ -237,7 +214,7 @@ mod tests {
                 row.ns_per_element_step > 0.0 && row.bound_ns > 0.0,
                 "{row:?}"
             );
-            assert_eq!(model.plastic().is_some(), case.material == "j2");
+            assert_eq!(model.plastic().is_some(), case.1 == "j2");
         }
     }
 }

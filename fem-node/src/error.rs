@@ -1,8 +1,10 @@
 //! Errors after the configuration was accepted.
 
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
 
 use protocol::{ConfigError, NodeError};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use thiserror::Error;
 
 /// Failure of a body to be built, or to answer.
@@ -151,6 +153,25 @@ pub enum FemError {
     Write { path: PathBuf, reason: String },
     #[error("`{name}` cannot name a snapshot: use letters, digits, `-`, `_` and `.`")]
     SnapshotName { name: String },
+}
+
+impl FemError {
+    /// A pool of this many threads.
+    pub(crate) fn pool(threads: usize) -> Result<ThreadPool, FemError> {
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.map_err(|error| FemError::Pool {
+            threads,
+            reason: error.to_string(),
+        })
+    }
+
+    /// The outcome of writing a file.
+    pub(crate) fn written(path: &Path, outcome: io::Result<()>) -> Result<(), FemError> {
+        outcome.map_err(|error| FemError::Write {
+            path: path.into(),
+            reason: error.to_string(),
+        })
+    }
 }
 
 impl From<FemError> for NodeError {

@@ -70,15 +70,11 @@ impl Interface {
         let count = self.nodes.len();
         let mut seen = vec![false; count];
         for point in points {
-            let again = seen
-                .get_mut(*point)
-                .map(|seen| std::mem::replace(seen, true));
-            if again != Some(false) {
-                return Err(FemError::Point {
-                    point: *point,
-                    count,
-                });
+            if seen.get(*point) != Some(&false) {
+                let point = *point;
+                return Err(FemError::Point { point, count });
             }
+            seen[*point] = true;
         }
         let nodes = points.iter().map(|point| self.nodes[*point]).collect();
         self.exchange(model, nodes);

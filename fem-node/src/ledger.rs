@@ -71,31 +71,42 @@ impl Terms {
 
     fn select(self, ledger: &Ledger) -> Vec<(Term, f64)> {
         use Role::{Dissipated, InterfaceWork, Stored, Work};
-        let wheel = &ledger.wheel;
-        let mass_damping = ledger.mass_damping + wheel.mass_damping;
-        let (stiffness_damping, strain) = (ledger.stiffness_damping, ledger.strain);
-        let numerical = ledger.numerical + wheel.numerical;
-        let mut terms = Vec::new();
-        let mut add = |present: bool, name: &str, role: Role, value: f64| {
-            let name = name.into();
-            terms.extend(present.then_some((Term { name, role }, value)));
+        let (e, w) = (ledger, &ledger.wheel);
+        let mass_damping = e.mass_damping + w.mass_damping;
+        let (on, stiffness) = (self.wheel, self.stiffness_damping);
+        let all = [
+            (true, "interface_work", InterfaceWork, e.interface_work),
+            (self.applied, "applied_work", Work, e.applied_work),
+            (self.motion, "drive_work", Work, e.drive_work),
+            (true, "strain", Stored, e.strain),
+            (true, "kinetic", Stored, e.kinetic),
+            (self.mass_damping, "mass_damping", Dissipated, mass_damping),
+            (
+                stiffness,
+                "stiffness_damping",
+                Dissipated,
+                e.stiffness_damping,
+            ),
+            (
+                true,
+                "numerical_loss",
+                Dissipated,
+                e.numerical + w.numerical,
+            ),
+            (self.plastic, "plastic", Dissipated, e.plastic),
+            (on, "wheel_load", Work, w.load),
+            (on, "wheel_drive", Work, w.drive),
+            (on, "wheel_kinetic", Stored, e.wheel_kinetic),
+            (on, "friction", Dissipated, w.friction),
+            (on, "impact", Dissipated, w.impact),
+        ];
+        let present = all.into_iter().filter(|(present, ..)| *present);
+        let term = |name: &str, role| Term {
+            name: name.into(),
+            role,
         };
-        let on = self.wheel;
-        add(true, "interface_work", InterfaceWork, ledger.interface_work);
-        add(self.applied, "applied_work", Work, ledger.applied_work);
-        add(self.motion, "drive_work", Work, ledger.drive_work);
-        add(true, "strain", Stored, strain);
-        add(true, "kinetic", Stored, ledger.kinetic);
-        add(self.mass_damping, "mass_damping", Dissipated, mass_damping);
-        let present = self.stiffness_damping;
-        add(present, "stiffness_damping", Dissipated, stiffness_damping);
-        add(true, "numerical_loss", Dissipated, numerical);
-        add(self.plastic, "plastic", Dissipated, ledger.plastic);
-        add(on, "wheel_load", Work, wheel.load);
-        add(on, "wheel_drive", Work, wheel.drive);
-        add(on, "wheel_kinetic", Stored, ledger.wheel_kinetic);
-        add(on, "friction", Dissipated, wheel.friction);
-        add(on, "impact", Dissipated, wheel.impact);
-        terms
+        present
+            .map(|(_, name, role, value)| (term(name, role), value))
+            .collect()
     }
 }

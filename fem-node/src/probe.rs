@@ -27,11 +27,8 @@ pub(crate) fn surface_signals(model: &Model, state: &State) -> Vec<f64> {
     }
     let lengths = model.mesh.tributary(&nodes);
     let uy = |node: &[usize; 2]| state.u[model.body.layout.index(*node, 1)];
-    let weighted: f64 = nodes
-        .iter()
-        .zip(&lengths)
-        .map(|(node, length)| length * uy(node))
-        .sum();
+    let pairs = nodes.iter().zip(&lengths);
+    let weighted: f64 = pairs.map(|(node, length)| length * uy(node)).sum();
     let least = nodes.iter().map(uy).fold(f64::INFINITY, f64::min);
     vec![weighted / lengths.iter().sum::<f64>(), least]
 }
@@ -73,6 +70,17 @@ pub struct PressureMaxima {
     pub gauss: f64,
     /// Over the nodes, the values of the elements around a node being averaged there.
     pub nodal: f64,
+}
+
+impl PressureMaxima {
+    /// Results by name.
+    pub(crate) fn results(&self) -> [(String, f64); 3] {
+        [
+            ("p_max_centroid_pa".into(), self.centroid),
+            ("p_max_gauss_pa".into(), self.gauss),
+            ("p_max_nodal_pa".into(), self.nodal),
+        ]
+    }
 }
 
 /// Record of the moment before the wheel starts to move sideways.
@@ -127,18 +135,12 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
 
 /// Cauchy stress (sxx, syy, sxy) at natural coordinates of the element (column, row) (Pa).
 pub fn stress(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> [f64; 3] {
-    let Strained {
-        strain,
-        rotation,
-        pressure_stress,
-    } = strained(model, state, element, natural);
-    let [sxx, syy, sxy] = model.elastic.stress(strain);
+    let strained = strained(model, state, element, natural);
+    let [sxx, syy, sxy] = model.elastic.stress(strained.strain);
+    let more = strained.pressure_stress;
     let less = plastic_stress(model, state, element, natural);
-    let stress = [
-        sxx + pressure_stress - less[0],
-        syy + pressure_stress - less[1],
-        sxy - less[2],
-    ];
+    let stress = [sxx + more - less[0], syy + more - less[1], sxy - less[2]];
+    let rotation = strained.rotation;
     rotation.map_or(stress, |rotation| turned(stress, rotation))
 }
 

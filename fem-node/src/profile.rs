@@ -1,11 +1,9 @@
 //! The pressure between wheel and body.
 
 use std::fmt::Write;
-use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::FemError;
 use crate::mesh::Edge;
 use crate::model::Model;
 use crate::statics::{DirectedStatus, WheelContact};
@@ -95,14 +93,6 @@ impl Profile {
         let zero = x - p2 * variance / covariance;
         let outermost = closed.last().map_or(0.0, |k| self.x[*k]);
         (zero > 0.0 && zero <= 2.0 * outermost).then_some(zero)
-    }
-
-    /// Writes [`Profile::csv`].
-    pub(crate) fn write(&self, path: PathBuf) -> Result<(), FemError> {
-        std::fs::write(&path, self.csv()).map_err(|error| FemError::Write {
-            path,
-            reason: error.to_string(),
-        })
     }
 
     /// A table with the columns x_m, pressure_pa, shear_pa and status.

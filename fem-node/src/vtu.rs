@@ -20,14 +20,9 @@ pub(crate) fn write(
     state: &State,
     contacts: &[NodeContact],
 ) -> Result<(), FemError> {
-    let failed = |error: std::io::Error| FemError::Write {
-        path: path.into(),
-        reason: error.to_string(),
-    };
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder).map_err(failed)?;
-    }
-    fs::write(path, document(model, state, contacts)).map_err(failed)
+    let folder = path.parent().map_or(Ok(()), fs::create_dir_all);
+    FemError::written(path, folder)?;
+    FemError::written(path, fs::write(path, document(model, state, contacts)))
 }
 
 /// The whole file as text.

@@ -94,7 +94,7 @@ impl SetConfig {
 
 impl SetLoad {
     /// The key and its numbers.
-    fn numbers(self) -> (&'static str, Vec<f64>) {
+    pub(crate) fn numbers(self) -> (&'static str, Vec<f64>) {
         let given =
             |components: [Component; 2]| components.into_iter().filter_map(Component::given);
         match self {

@@ -17,7 +17,7 @@ pub enum MaterialKind {
 }
 
 /// Constitutive law with its numbers.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialConfig {
     /// Kind of law; when absent `j2` beside a `yield_pa`, `elastic` without.
@@ -40,13 +40,10 @@ impl MaterialConfig {
     /// A linear elastic material: Young's modulus (Pa), Poisson's ratio, density (kg/m3).
     pub fn elastic(young_pa: f64, poisson: f64, density_kg_per_m3: f64) -> MaterialConfig {
         MaterialConfig {
-            kind: None,
             young_pa,
             poisson,
             density_kg_per_m3,
-            yield_pa: None,
-            hardening_pa: None,
-            kinematic_hardening_pa: None,
+            ..MaterialConfig::default()
         }
     }
 

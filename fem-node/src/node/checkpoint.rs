@@ -34,19 +34,9 @@ impl FemNode {
 
 /// Lengths of all fields.
 fn lengths(state: &State) -> [usize; 6] {
-    let State {
-        u,
-        v,
-        force,
-        a,
-        damping_force,
-        history,
-    } = state;
     // Empty until something has been damped.
-    let damping_force = if damping_force.is_empty() {
-        u
-    } else {
-        damping_force
-    };
-    [u, v, force, a, damping_force, history].map(Vec::len)
+    let damped = Some(&state.damping_force).filter(|force| !force.is_empty());
+    let damped = damped.unwrap_or(&state.u);
+    let [u, v, a] = [&state.u, &state.v, &state.a];
+    [u, v, &state.force, a, damped, &state.history].map(Vec::len)
 }

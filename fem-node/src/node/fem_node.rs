@@ -1,7 +1,7 @@
 //! An explicit body with its committed state and the window at hand.
 
 use protocol::Setting;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 
 use crate::committed::Committed;
 use crate::config::{Config, Start};
@@ -42,7 +42,7 @@ impl FemNode {
         let (body, elements) = (&model.body, model.mesh.elements());
         Ok(FemNode {
             snapshots: Snapshots::new(setting),
-            pool: start_pool(threads)?,
+            pool: FemError::pool(threads)?,
             integrator: Integrator::new(body, model.scheme, model.law, elements, threads),
             interface: Interface::default(),
             run: WindowRun::new(&model, &state),
@@ -109,12 +109,4 @@ fn start_state(model: &Model, config: &Config) -> Result<(State, Option<WheelSta
         WheelState::resting(wheel, contact.approach, contact.node_contacts())
     });
     Ok((start.state, resting))
-}
-
-fn start_pool(threads: usize) -> Result<ThreadPool, FemError> {
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|error| FemError::Pool {
-        threads,
-        reason: error.to_string(),
-    })
 }

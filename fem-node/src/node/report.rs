@@ -6,11 +6,10 @@ use protocol::Phase;
 
 use super::fem_node::FemNode;
 use crate::error::FemError;
-use crate::integrate::State;
 use crate::ledger::Terms;
 use crate::probe;
 use crate::profile::Profile;
-use crate::snapshot::HOLD;
+use crate::snapshot::{HOLD, phases};
 use crate::window::WindowInput;
 
 impl FemNode {
@@ -55,13 +54,9 @@ impl FemNode {
         }
         let last = || probe::pressure_maxima(&self.model, &self.committed.state);
         let maxima = maxima.unwrap_or_else(last);
-        results.insert("p_max_centroid_pa".into(), maxima.centroid);
-        results.insert("p_max_gauss_pa".into(), maxima.gauss);
-        results.insert("p_max_nodal_pa".into(), maxima.nodal);
-        results.extend(probe::outward_displacements(
-            &self.model,
-            &self.committed.state,
-        ));
+        results.extend(maxima.results());
+        let state = &self.committed.state;
+        results.extend(probe::outward_displacements(&self.model, state));
         results
     }
 
@@ -71,17 +66,11 @@ impl FemNode {
         hasher.update(&self.committed.steps.to_le_bytes());
         let stiffness_damping = self.terms().stiffness_damping;
         let ledger = Terms::all(stiffness_damping).values(&self.committed.ledger);
-        let State {
-            u,
-            v,
-            history,
-            damping_force,
-            a,
-            ..
-        } = &self.committed.state;
-        let mut fields = vec![u, v, history, damping_force, &ledger];
+        let state = &self.committed.state;
+        let mut fields = vec![&state.u, &state.v, &state.history];
+        fields.extend([&state.damping_force, &ledger]);
         let wheel = self.committed.wheel.as_ref().map(|wheel| wheel.numbers());
-        fields.extend(wheel.iter().chain(wheel.as_ref().map(|_| a)));
+        fields.extend(wheel.iter().chain(wheel.as_ref().map(|_| &state.a)));
         for value in fields.into_iter().flatten() {
             hasher.update(&value.to_le_bytes());
         }
@@ -91,7 +80,10 @@ impl FemNode {
     /// Parts of the body's own load history, where it has one and the run has an end.
     pub(super) fn phases(&self) -> Vec<Phase> {
         if let Some(wheel) = &self.model.wheel {
-            return wheel.program.phases();
+            let program = &wheel.program;
+            let (ramp, moves) = (program.0.ramp_s, program.motion_start());
+            let cycling = ("cycling", moves, program.end());
+            return phases([("ramp", 0.0, ramp), (HOLD, ramp, moves), cycling]);
         }
         let tractions = self.model.tractions.iter().map(|traction| traction.ramp);
         let motions = self.model.motions.iter().map(|motion| motion.ramp);
@@ -100,16 +92,7 @@ impl FemNode {
             return Vec::new();
         };
         let ramp = ramp.max(0.0).min(end);
-        let phases = [("ramp", 0.0, ramp), (HOLD, ramp, end)].into_iter();
-        let lasting = phases.filter(|(_, t0_s, t1_s)| t1_s > t0_s);
-        let phase = |(name, t0_s, t1_s): (&str, f64, f64)| Phase {
-            name: name.into(),
-            t0_s,
-            t1_s,
-            sampled: name == HOLD,
-            picture: name == HOLD,
-        };
-        lasting.map(phase).collect()
+        phases([("ramp", 0.0, ramp), (HOLD, ramp, end)])
     }
 
     /// Writes the fields and the contact profile of the committed state; that of the hold also fixes its pressures.

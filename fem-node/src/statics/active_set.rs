@@ -68,7 +68,7 @@ struct StatusChange {
 }
 
 /// An increment that did not end.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Failure {
     /// The worst violation of a law in the last round, as a force (N).
     pub(super) violation: f64,
@@ -202,15 +202,11 @@ impl ActiveSet {
     /// Changes of the statuses whose own condition is violated. Without friction the direction of the slip has no
     /// consequence and is only noted.
     fn violations(&mut self, increment: &Increment, edge: &EdgeCompliance) -> Vec<StatusChange> {
-        let Increment {
-            before,
-            face,
-            target,
-        } = increment;
+        let (face, target) = (increment.face, &increment.target);
         let zero = ROUNDING * target.load;
         let mut changes = Vec::new();
         for node in 0..self.status.len() {
-            let slip = self.slip(before, face, node);
+            let slip = self.slip(increment.before, face, node);
             let friction_acts = target.friction_acts(edge, node);
             if self.status[node] != DirectedStatus::Open && !friction_acts {
                 self.status[node] = DirectedStatus::slipping(slip);
@@ -285,10 +281,7 @@ impl Increment<'_> {
             return Ok(trial);
         }
         trial.start(self.face, self.target);
-        let mut failure = Failure {
-            violation: 0.0,
-            iterations: 0,
-        };
+        let mut failure = Failure::default();
         for round in 0..ROUNDS_MAX {
             let unknown = trial.unknown_nodes(edge);
             if !unknown.is_empty() {
@@ -347,11 +340,7 @@ impl System {
     /// Rows g_i = 0 of the closed nodes, t_i . (d - d_before - u_i + u_i,before) = 0 of those that stick, and
     /// sum (r_n n_y - r_t t_y) = load of the wheel.
     pub(crate) fn new(now: &ActiveSet, increment: &Increment, edge: &EdgeCompliance) -> System {
-        let Increment {
-            before,
-            face,
-            target,
-        } = increment;
+        let (before, face, target) = (increment.before, increment.face, &increment.target);
         let unknowns = unknowns(now, increment, edge);
         let (count, scale) = (unknowns.len(), edge.scale);
         let mut matrix = Mat::zeros(count + 1, count + 1);

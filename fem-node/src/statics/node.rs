@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use protocol::{
-    Capabilities, Description, Node, NodeError, Outcome, Phase, Setting, Surface, Window,
-};
+use protocol::{Capabilities, Description, Node, NodeError, Outcome, Setting, Surface, Window};
 
 use super::contact::DirectedStatus;
 use super::history::{Loads, StaticState, Statics};
@@ -15,7 +13,7 @@ use crate::interface::coupling_sets;
 use crate::model::Model;
 use crate::probe;
 use crate::profile::Profile;
-use crate::snapshot::{HOLD, Snapshots};
+use crate::snapshot::{HOLD, Snapshots, phases};
 
 /// Signals of the wheel, named as those of the wheel in motion: `wheel_fn_n` and `wheel_ft_n` are the force of the body
 /// on it, upwards and towards +x.
@@ -123,9 +121,8 @@ impl StaticNode {
 
     fn note(&mut self) {
         if let Some(contact) = self.statics.contact() {
-            self.cycles
-                .path
-                .push([contact.lateral, contact.resultant()[0]]);
+            let point = [contact.lateral, contact.resultant()[0]];
+            self.cycles.path.push(point);
         }
     }
 
@@ -134,11 +131,8 @@ impl StaticNode {
         let mut report = probe::surface_signals(&self.model, &state.state);
         if let Some(contact) = state.contact {
             let [fx, fy] = contact.resultant();
-            let touching = contact
-                .status
-                .iter()
-                .filter(|s| **s != DirectedStatus::Open)
-                .count();
+            let statuses = contact.status.iter();
+            let touching = statuses.filter(|s| **s != DirectedStatus::Open).count();
             report.extend([
                 contact.lateral,
                 contact.approach,
@@ -168,24 +162,22 @@ impl StaticNode {
 
     fn results(&self, held: &StaticState) -> BTreeMap<String, f64> {
         let maxima = probe::pressure_maxima(&self.model, &held.state);
-        let mut results = BTreeMap::from([
-            ("p_max_centroid_pa", maxima.centroid),
-            ("p_max_gauss_pa", maxima.gauss),
-            ("p_max_nodal_pa", maxima.nodal),
-        ]);
+        let mut results = BTreeMap::from(maxima.results());
+        let mut add = |name: &str, value: f64| results.insert(name.to_string(), value);
         if let Some((loads, contact)) = self.loads.zip(held.contact.as_ref()) {
             let profile = Profile::new(&self.model, contact);
-            results.insert("load_n", loads.load);
-            results.insert("approach_m", contact.approach);
-            results.insert("p0_pa", profile.peak());
-            results.extend(profile.half_width().map(|a| ("contact_half_width_m", a)));
+            add("load_n", loads.load);
+            add("approach_m", contact.approach);
+            add("p0_pa", profile.peak());
+            if let Some(width) = profile.half_width() {
+                add("contact_half_width_m", width);
+            }
         }
-        results.extend(self.cycles.results(self.cycling.per_cycle as usize));
+        for (name, value) in self.cycles.results(self.cycling.per_cycle as usize) {
+            add(name, value);
+        }
+        results.extend(probe::outward_displacements(&self.model, &held.state));
         results
-            .into_iter()
-            .map(|(name, value)| (name.to_string(), value))
-            .chain(probe::outward_displacements(&self.model, &held.state))
-            .collect()
     }
 }
 
@@ -208,9 +200,9 @@ impl CycleRecord {
         if let Some(start) = self.path.len().checked_sub(per_cycle + 1) {
             results.push(("loop_area_j", loop_area(&self.path[start..])));
         }
-        if !self.slipping_at_zero.is_empty() {
-            let sum: f64 = self.slipping_at_zero.iter().sum();
-            let mean = sum / self.slipping_at_zero.len() as f64;
+        let zeros = &self.slipping_at_zero;
+        if !zeros.is_empty() {
+            let mean = zeros.iter().sum::<f64>() / zeros.len() as f64;
             results.push(("sn_max_velocity_pct", mean));
         }
         results
@@ -226,17 +218,7 @@ fn loop_area(path: &[[f64; 2]]) -> f64 {
 impl Node for StaticNode {
     fn describe(&self) -> Description {
         let wheel = WHEEL_SIGNALS.iter().filter(|_| self.loads.is_some());
-        let phase = |name: &str, t0: u64, t1: u64| Phase {
-            name: name.into(),
-            t0_s: t0 as f64,
-            t1_s: t1 as f64,
-            sampled: name == HOLD,
-            picture: true,
-        };
-        let phases = [
-            phase(HOLD, 0, self.loading()),
-            phase("cycling", self.loading(), self.end()),
-        ];
+        let [loaded, end] = [self.loading(), self.end()].map(|increments| increments as f64);
         Description {
             kind: "fem".into(),
             software: format!("fem-node {}", env!("CARGO_PKG_VERSION")),
@@ -247,8 +229,8 @@ impl Node for StaticNode {
             step_s: Some(1.0),
             step_limit_s: None,
             step_limit_name: "none: the time of a static analysis counts increments".into(),
-            end_s: Some(self.end() as f64),
-            phases: phases.into_iter().filter(|p| p.t1_s > p.t0_s).collect(),
+            end_s: Some(end),
+            phases: phases([(HOLD, 0.0, loaded), ("cycling", loaded, end)]),
             // None can be coupled; `couple` says why where an interface names one.
             sets: coupling_sets(&self.model),
             signals: probe::surface_names(&self.model)

@@ -2,14 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use protocol::Phase;
-
 use crate::config::WheelConfig;
 
 /// The load ramps up, is held, and from t_s = ramp + hold on the wheel is moved sideways by
 /// D(t) = A sin(2 pi f (t - t_s)), at once at its full speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Program(pub(super) WheelConfig);
+pub struct Program(pub(crate) WheelConfig);
 
 impl Program {
     /// The program of a scenario.
@@ -74,22 +72,6 @@ impl Program {
         let at = |cycle: f64| self.motion_start() + cycle / self.0.frequency_hz;
         (full >= 1.0).then(|| [at(full - 1.0), at(full)])
     }
-
-    /// The named parts of the history; those without duration are left out.
-    pub fn phases(&self) -> Vec<Phase> {
-        let limits = [0.0, self.0.ramp_s, self.motion_start(), self.end()];
-        let parts = ["ramp", "hold", "cycling"].iter().zip(limits.windows(2));
-        parts
-            .filter(|(_, t)| t[1] > t[0])
-            .map(|(name, t)| Phase {
-                name: name.to_string(),
-                t0_s: t[0],
-                t1_s: t[1],
-                sampled: *name == "hold",
-                picture: *name != "ramp",
-            })
-            .collect()
-    }
 }
 
 #[cfg(test)]
@@ -132,16 +114,5 @@ pub(super) mod tests {
         let [start, end] = program().last_full_cycle().expect("there are two");
         assert!((start - (9e-4 + 1.0 / 300.0)).abs() < 1e-12);
         assert!((end - (9e-4 + 2.0 / 300.0)).abs() < 1e-12);
-    }
-
-    #[test]
-    fn parts_without_duration_are_no_phases() {
-        let still = Program(WheelConfig {
-            ramp_s: 0.0,
-            cycles: 0.0,
-            ..program().0
-        });
-        let names: Vec<String> = still.phases().into_iter().map(|p| p.name).collect();
-        assert_eq!(names, ["hold"]);
     }
 }
