@@ -101,24 +101,20 @@ pub(crate) fn build(
             motions.push(without_doubles(name, motion, &motions)?);
             Ok(())
         };
-        let forces = match set.load() {
-            None => continue,
-            Some(SetLoad::Velocity(velocity)) => {
-                move_nodes(Quantity::Velocity, velocity)?;
-                continue;
-            }
-            Some(SetLoad::Displacement(shift)) => {
-                move_nodes(Quantity::Displacement, shift)?;
-                continue;
-            }
+        let mut pull = |forces| tractions.push(Traction { forces, ramp });
+        match set.load() {
+            None => {}
+            Some(SetLoad::Velocity(velocity)) => move_nodes(Quantity::Velocity, velocity)?,
+            Some(SetLoad::Displacement(shift)) => move_nodes(Quantity::Displacement, shift)?,
             Some(SetLoad::Traction(traction)) => {
-                traction_forces(mesh, layout, &lines, traction.map(|t| t * thickness))
+                let forces = traction.map(|t| t * thickness);
+                pull(traction_forces(mesh, layout, &lines, forces));
             }
             Some(SetLoad::Pressure(pressure)) => {
-                pressure_forces(mesh, layout, &lines, pressure * thickness)
+                let force = pressure * thickness;
+                pull(pressure_forces(mesh, layout, &lines, force));
             }
-        };
-        tractions.push(Traction { forces, ramp });
+        }
     }
     for motion in &motions {
         body.fix(motion.components.iter().map(|(index, _)| *index));
@@ -215,7 +211,7 @@ fn motion(
     ramp: Ramp,
 ) -> PrescribedMotion {
     let layout = body.layout;
-    let given = |node: &[usize; 2], k: usize| Some((layout.index(*node, k), values[k].given()?));
+    let given = |node: &[usize; 2], k: usize| Some((layout.index(*node, k), values[k].0?));
     let free = |(index, _): &(usize, f64)| body.inverse_mass[layout.tied_to(*index)] > 0.0;
     let all = nodes.iter().flat_map(|node| [0, 1].map(|k| given(node, k)));
     PrescribedMotion {

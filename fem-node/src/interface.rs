@@ -48,7 +48,7 @@ impl Interface {
             return Err(FemError::SupportedSet);
         }
         let nodes = model.mesh.open_line(set).ok_or_else(unknown)?;
-        if model.is_moved(set) {
+        if model.moved_sets.iter().any(|moved| moved == set) {
             return Err(FemError::MovedSet { set: set.into() });
         }
         if self.sets.iter().any(|known| known == set) {

@@ -60,7 +60,8 @@ pub struct Model {
     pub(crate) supported: bool,
     /// Prescribed motions of named sets.
     pub motions: Vec<PrescribedMotion>,
-    moved_sets: Vec<String>,
+    /// Sets with a prescribed motion of their own.
+    pub(crate) moved_sets: Vec<String>,
     /// Warnings for the user, before a long run.
     pub warnings: Vec<String>,
 }
@@ -133,11 +134,6 @@ impl Model {
     /// The plastic law, where the material has one.
     pub fn plastic(&self) -> Option<&J2> {
         self.law.as_ref().and_then(NonlinearLaw::plastic)
-    }
-
-    /// True for a set with a prescribed motion of its own.
-    pub(crate) fn is_moved(&self, set: &str) -> bool {
-        self.moved_sets.iter().any(|moved| moved == set)
     }
 
     /// 4 L / c_p (s): a pressure wave's way through the largest height L, held at its base and free at its top, forth and

@@ -30,12 +30,10 @@ pub struct SetConfig {
 
 /// A component of a prescribed motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Component {
-    /// Left to the equations of motion.
-    Free,
-    /// Prescribed.
-    Given(f64),
-}
+pub struct Component(
+    /// The prescribed number; none where it is left to the equations of motion.
+    pub Option<f64>,
+);
 
 /// Load or motion of a set, once read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,16 +42,6 @@ pub(crate) enum SetLoad {
     Pressure(f64),
     Velocity([Component; 2]),
     Displacement([Component; 2]),
-}
-
-impl Component {
-    /// The prescribed number.
-    pub fn given(self) -> Option<f64> {
-        match self {
-            Component::Free => None,
-            Component::Given(value) => Some(value),
-        }
-    }
 }
 
 impl SetConfig {
@@ -95,8 +83,7 @@ impl SetConfig {
 impl SetLoad {
     /// The key and its numbers.
     pub(crate) fn numbers(self) -> (&'static str, Vec<f64>) {
-        let given =
-            |components: [Component; 2]| components.into_iter().filter_map(Component::given);
+        let given = |components: [Component; 2]| components.into_iter().filter_map(|c| c.0);
         match self {
             SetLoad::Traction(traction) => ("traction_pa", traction.to_vec()),
             SetLoad::Pressure(pressure) => ("pressure_pa", vec![pressure]),
@@ -125,7 +112,6 @@ impl BoundaryConfig {
 
 impl<'de> Deserialize<'de> for Component {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let number = number_or_word(deserializer, "free", "a number or \"free\"")?;
-        Ok(number.map_or(Component::Free, Component::Given))
+        number_or_word(deserializer, "free", "a number or \"free\"").map(Component)
     }
 }

@@ -26,7 +26,7 @@ pub(super) fn build(file: &File, length_unit: f64) -> Result<Mesh, ConfigError> 
         turn(file, quad)?;
     }
     check_distances(file, &used)?;
-    let sides = Sides::new(file, &quads)?;
+    let sides = sides(file, &quads)?;
     let sets = named_sets(file, &quads, &sides)?;
     Ok(numbered(file, length_unit, &used, &quads, sets))
 }
@@ -159,40 +159,31 @@ fn check_distances(file: &File, used: &[u32]) -> Result<(), ConfigError> {
     Ok(())
 }
 
-/// The sides of all elements.
-struct Sides(HashSet<[u32; 2]>);
-
-impl Sides {
-    /// Two elements on one side of the same two nodes overlap.
-    fn new(file: &File, quads: &[Element<4>]) -> Result<Sides, ConfigError> {
-        let mut directed: HashMap<[u32; 2], u64> = HashMap::new();
-        for quad in quads {
-            for corner in 0..4 {
-                let side = [quad.corners[corner], quad.corners[(corner + 1) % 4]];
-                if let Some(first) = directed.insert(side, quad.number) {
-                    let ([a, b], second) = (side.map(|node| file.number(node)), quad.number);
-                    return Err(refused(
-                        format!(
-                            "elements {first} and {second} overlap: both lie on one side of nodes {a} and {b}"
-                        ),
-                        "mesh every part of the body once",
-                    ));
-                }
+/// The sides of all elements, each as its element runs along it; two elements on one side of the same two nodes overlap.
+fn sides(file: &File, quads: &[Element<4>]) -> Result<HashMap<[u32; 2], u64>, ConfigError> {
+    let mut directed: HashMap<[u32; 2], u64> = HashMap::new();
+    for quad in quads {
+        for corner in 0..4 {
+            let side = [quad.corners[corner], quad.corners[(corner + 1) % 4]];
+            if let Some(first) = directed.insert(side, quad.number) {
+                let ([a, b], second) = (side.map(|node| file.number(node)), quad.number);
+                return Err(refused(
+                    format!(
+                        "elements {first} and {second} overlap: both lie on one side of nodes {a} and {b}"
+                    ),
+                    "mesh every part of the body once",
+                ));
             }
         }
-        Ok(Sides(directed.into_keys().collect()))
     }
-
-    fn has(&self, [a, b]: [u32; 2]) -> bool {
-        self.0.contains(&[a, b]) || self.0.contains(&[b, a])
-    }
+    Ok(directed)
 }
 
 /// The named groups that hold elements, by positions of nodes in the file.
 fn named_sets(
     file: &File,
     quads: &[Element<4>],
-    sides: &Sides,
+    sides: &HashMap<[u32; 2], u64>,
 ) -> Result<BTreeMap<String, NodeSet>, ConfigError> {
     let mut sets = BTreeMap::new();
     for ((dimension, group), name) in &file.names {
@@ -218,13 +209,14 @@ fn line_set(
     file: &File,
     group: i64,
     name: &str,
-    sides: &Sides,
+    sides: &HashMap<[u32; 2], u64>,
 ) -> Result<Option<NodeSet>, ConfigError> {
     let mut seen = HashSet::new();
     let mut segments = Vec::new();
     let lines = file.lines.iter();
     for line in lines.filter(|line| line.groups.contains(&group)) {
-        if !sides.has(line.corners) {
+        let [a, b] = line.corners;
+        if ![[a, b], [b, a]].iter().any(|side| sides.contains_key(side)) {
             let element = line.number;
             return Err(refused(
                 format!(
@@ -233,7 +225,6 @@ fn line_set(
                 "a group of lines must lie on the outline of a meshed surface, or inside it along sides of elements",
             ));
         }
-        let [a, b] = line.corners;
         if seen.insert([a.min(b), a.max(b)]) {
             segments.push(line.corners);
         }

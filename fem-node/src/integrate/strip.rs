@@ -104,20 +104,17 @@ impl Strip<'_> {
 
     /// Elements above the strip, which the strip above computes for itself as well.
     fn elements_above(&mut self, body: &Body) {
-        let Scratch {
-            elements,
-            above,
-            increments,
-            history,
-            ..
-        } = &mut *self.scratch;
+        let scratch = &mut *self.scratch;
+        let (elements, above) = (&mut scratch.elements, &scratch.above);
         elements.clear_carried();
         if self.first == 0 {
             return;
         }
         let u = CornerRows::between([above, &self.u[..above.len()]]);
         if let Some(law) = &self.law {
+            let increments = &scratch.increments;
             let du = CornerRows::between([&increments.above, &increments.next]);
+            let history = &mut scratch.history;
             // The strip above counts their dissipation.
             body.nonlinear_row(law, self.first - 1, StrainPath { u, du, history }, elements);
         } else {
@@ -129,16 +126,18 @@ impl Strip<'_> {
     /// Elements between this row and the next, which may belong to the strip below.
     fn elements_below(&mut self, body: &Body, local: usize) {
         let size = body.layout.row_len();
-        let Scratch {
-            elements,
-            below,
-            increments,
-            history,
-            ..
-        } = &mut *self.scratch;
+        let scratch = &mut *self.scratch;
+        let (elements, increments) = (&mut scratch.elements, &scratch.increments);
         let inside = (local + 1) * size < self.u.len();
         let (here, rest) = self.u[local * size..].split_at(size);
-        let u = CornerRows::between([here, if inside { &rest[..size] } else { below }]);
+        let u = CornerRows::between([
+            here,
+            if inside {
+                &rest[..size]
+            } else {
+                &scratch.below
+            },
+        ]);
         let row = self.first + local;
         let Some(law) = &self.law else {
             return body.element_row(row, u, elements);
@@ -148,7 +147,7 @@ impl Strip<'_> {
         } else {
             &increments.below
         };
-        let size = history.len();
+        let size = scratch.history.len();
         let path = StrainPath {
             u,
             du: CornerRows::between([&increments.here, next]),
@@ -182,15 +181,10 @@ impl Strip<'_> {
     }
 
     fn finish(&mut self, body: &Body, rule: &Rule, load: &Load, local: usize) {
-        let Scratch {
-            elements,
-            force,
-            acceleration,
-            net,
-            ..
-        } = &mut *self.scratch;
-        elements.assemble(force);
-        elements.advance();
+        let scratch = &mut *self.scratch;
+        let force = &mut scratch.force;
+        scratch.elements.assemble(force);
+        scratch.elements.advance();
         let layout = body.layout;
         layout.fold_period(force);
         let own = local * force.len()..(local + 1) * force.len();
@@ -200,12 +194,12 @@ impl Strip<'_> {
             a: &mut self.a[own.clone()],
             force: &mut self.force[own.clone()],
             new_force: force,
-            new_a: acceleration,
+            new_a: &mut scratch.acceleration,
             load: load.row(self.first + local),
             mass: &body.mass[all.clone()],
             inverse_mass: &body.inverse_mass[all],
             damping_force: self.damping_force.get_mut(own.clone()).unwrap_or_default(),
-            net,
+            net: &mut scratch.net,
         };
         let energies = &mut self.energies[local];
         row.damp_stiffness(&rule.scheme, energies);

@@ -13,16 +13,6 @@ pub(crate) struct NodeMotion {
     pub(super) weight: [f64; 2],
 }
 
-impl NodeMotion {
-    /// A node at this position (m), at rest.
-    pub(super) fn at(point: &[f64; 2]) -> NodeMotion {
-        NodeMotion {
-            point: *point,
-            ..NodeMotion::default()
-        }
-    }
-}
-
 /// The wheel between t_n and t_n+1.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Increment {
@@ -36,11 +26,4 @@ pub(crate) struct Increment {
     pub(super) lateral: [f64; 2],
     /// Coefficient of friction.
     pub(super) friction: f64,
-}
-
-/// A problem whose residual stayed too large.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Unsolved {
-    pub(super) sweeps: usize,
-    pub(super) residual: f64,
 }

@@ -10,11 +10,6 @@ use crate::config::WheelConfig;
 pub struct Program(pub(crate) WheelConfig);
 
 impl Program {
-    /// The program of a scenario.
-    pub fn new(config: &WheelConfig) -> Program {
-        Program(*config)
-    }
-
     /// Load at a time (N), downwards.
     pub fn load_at(&self, t: f64) -> f64 {
         if t < self.0.ramp_s {

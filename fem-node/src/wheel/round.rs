@@ -2,7 +2,7 @@
 
 use super::coulomb::admissible;
 use super::node_contact::{ContactStatus, NodeContact};
-use super::problem::{Increment, NodeMotion, Unsolved};
+use super::problem::{Increment, NodeMotion};
 use crate::pack::largest;
 
 /// Residual of the natural map over the largest force at which the sweeps end: forces that are right to ten digits
@@ -10,7 +10,7 @@ use crate::pack::largest;
 const TOLERANCE: f64 = 1e-10;
 
 /// A wheel as heavy as the nodes that it contacts needs some 10 sweeps, one of a hundredth of that some 500.
-const SWEEPS_MAX: usize = 2_000;
+pub(super) const SWEEPS_MAX: usize = 2_000;
 
 /// Local problems of the nodes below a round face.
 #[derive(Clone, Debug, Default)]
@@ -35,14 +35,14 @@ pub(crate) struct LocalProblem {
 
 impl RoundFace {
     /// Block Gauss-Seidel: each node in turn obeys Signorini and Coulomb exactly under the present force of all others
-    /// on the wheel (Jourdan, Alart, Jean 1998).
+    /// on the wheel (Jourdan, Alart, Jean 1998). Fails with the residual after [`SWEEPS_MAX`].
     pub(super) fn solve(
         &mut self,
         nodes: &[NodeMotion],
         radius: f64,
         wheel: &Increment,
         contacts: &mut [NodeContact],
-    ) -> Result<(), Unsolved> {
+    ) -> Result<(), f64> {
         let pairs = nodes.iter().zip(contacts.iter());
         self.nodes.clear();
         self.nodes
@@ -54,7 +54,7 @@ impl RoundFace {
         solved
     }
 
-    fn sweep(&mut self, wheel: &Increment) -> Result<(), Unsolved> {
+    fn sweep(&mut self, wheel: &Increment) -> Result<(), f64> {
         let mut residual = f64::INFINITY;
         for _ in 0..SWEEPS_MAX {
             let mut lift = self.nodes.iter().map(LocalProblem::lift).sum::<f64>();
@@ -68,10 +68,7 @@ impl RoundFace {
                 return Ok(());
             }
         }
-        Err(Unsolved {
-            sweeps: SWEEPS_MAX,
-            residual,
-        })
+        Err(residual)
     }
 
     /// Largest |r - r*| over the largest force, r* the projection of r - W^-1 (gap, -slip) onto the admissible

@@ -5,7 +5,7 @@ use super::newmark::Newmark;
 use super::node_contact::NodeContact;
 use super::problem::{Increment, NodeMotion};
 use super::rigid::Wheel;
-use super::round::RoundFace;
+use super::round::{RoundFace, SWEEPS_MAX};
 use super::state::WheelState;
 use crate::error::FemError;
 use crate::integrate::{Rule, Scheme, UpperRow};
@@ -26,9 +26,13 @@ pub(crate) struct WheelRun {
 impl WheelRun {
     /// Buffers for a wheel at rest.
     pub(crate) fn new(wheel: &Wheel) -> WheelRun {
+        let still = |point: &[f64; 2]| NodeMotion {
+            point: *point,
+            ..NodeMotion::default()
+        };
         WheelRun {
             state: WheelState::at_rest(wheel),
-            nodes: wheel.points.iter().map(NodeMotion::at).collect(),
+            nodes: wheel.points.iter().map(still).collect(),
             load: vec![0.0; 2 * wheel.stride],
             old: vec![NodeContact::default(); wheel.points.len()],
             ..WheelRun::default()
@@ -183,14 +187,14 @@ impl WheelRun {
         let solved = self
             .sweeps
             .solve(&self.nodes, wheel.radius, &increment, contacts);
-        if let Err(unsolved) = solved
+        if let Err(residual) = solved
             && self.failed.is_none()
         {
             self.failed = Some(FemError::Contact {
                 step,
                 time_s: step as f64 * wheel.step,
-                sweeps: unsolved.sweeps,
-                residual: unsolved.residual,
+                sweeps: SWEEPS_MAX,
+                residual,
             });
         }
     }
