@@ -1,6 +1,6 @@
 //! The energy ledger: every term from its own formula, none the remainder.
 
-use protocol::{Role, Term};
+use protocol::Role;
 use serde::{Deserialize, Serialize};
 
 use crate::wheel::Energies;
@@ -33,80 +33,30 @@ pub struct Ledger {
     pub plastic: f64,
 }
 
-/// Terms that a body has: only those which the scene requires.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Terms {
-    pub(crate) applied: bool,
-    pub(crate) mass_damping: bool,
-    pub(crate) stiffness_damping: bool,
-    pub(crate) wheel: bool,
-    pub(crate) motion: bool,
-    pub(crate) plastic: bool,
-}
+/// One term: its role, name and value (J).
+pub(crate) type NamedTerm = (Role, &'static str, f64);
 
-impl Terms {
-    /// All terms; that of stiffness damping on request.
-    pub(crate) fn all(stiffness_damping: bool) -> Terms {
-        Terms {
-            applied: true,
-            mass_damping: true,
-            stiffness_damping,
-            wheel: true,
-            motion: true,
-            plastic: true,
-        }
-    }
-
-    /// Names and roles, in the order of [`Terms::values`].
-    pub(crate) fn names(self) -> Vec<Term> {
-        let all = self.select(&Ledger::default()).into_iter();
-        all.map(|(term, _)| term).collect()
-    }
-
-    /// The values (J).
-    pub(crate) fn values(self, ledger: &Ledger) -> Vec<f64> {
-        let all = self.select(ledger).into_iter();
-        all.map(|(_, value)| value).collect()
-    }
-
-    fn select(self, ledger: &Ledger) -> Vec<(Term, f64)> {
+impl Ledger {
+    /// All terms, in the order of a report.
+    pub(crate) fn terms(&self) -> [NamedTerm; 14] {
         use Role::{Dissipated, InterfaceWork, Stored, Work};
-        let (e, w) = (ledger, &ledger.wheel);
+        let (e, w) = (self, &self.wheel);
         let mass_damping = e.mass_damping + w.mass_damping;
-        let (on, stiffness) = (self.wheel, self.stiffness_damping);
-        let all = [
-            (true, "interface_work", InterfaceWork, e.interface_work),
-            (self.applied, "applied_work", Work, e.applied_work),
-            (self.motion, "drive_work", Work, e.drive_work),
-            (true, "strain", Stored, e.strain),
-            (true, "kinetic", Stored, e.kinetic),
-            (self.mass_damping, "mass_damping", Dissipated, mass_damping),
-            (
-                stiffness,
-                "stiffness_damping",
-                Dissipated,
-                e.stiffness_damping,
-            ),
-            (
-                true,
-                "numerical_loss",
-                Dissipated,
-                e.numerical + w.numerical,
-            ),
-            (self.plastic, "plastic", Dissipated, e.plastic),
-            (on, "wheel_load", Work, w.load),
-            (on, "wheel_drive", Work, w.drive),
-            (on, "wheel_kinetic", Stored, e.wheel_kinetic),
-            (on, "friction", Dissipated, w.friction),
-            (on, "impact", Dissipated, w.impact),
-        ];
-        let present = all.into_iter().filter(|(present, ..)| *present);
-        let term = |name: &str, role| Term {
-            name: name.into(),
-            role,
-        };
-        present
-            .map(|(_, name, role, value)| (term(name, role), value))
-            .collect()
+        [
+            (InterfaceWork, "interface_work", e.interface_work),
+            (Work, "applied_work", e.applied_work),
+            (Work, "drive_work", e.drive_work),
+            (Stored, "strain", e.strain),
+            (Stored, "kinetic", e.kinetic),
+            (Dissipated, "mass_damping", mass_damping),
+            (Dissipated, "stiffness_damping", e.stiffness_damping),
+            (Dissipated, "numerical_loss", e.numerical + w.numerical),
+            (Dissipated, "plastic", e.plastic),
+            (Work, "wheel_load", w.load),
+            (Work, "wheel_drive", w.drive),
+            (Stored, "wheel_kinetic", e.wheel_kinetic),
+            (Dissipated, "friction", w.friction),
+            (Dissipated, "impact", w.impact),
+        ]
     }
 }

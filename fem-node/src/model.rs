@@ -142,11 +142,6 @@ impl Model {
         let [_, height] = self.mesh.extents();
         4.0 * height / (self.elastic.c11 / self.elastic.density).sqrt()
     }
-
-    /// The larger of width and height (m).
-    pub fn size(&self) -> f64 {
-        self.mesh.size()
-    }
 }
 
 /// An unstructured mesh must name the edges that other keys speak of.

@@ -3,13 +3,16 @@
 use std::collections::BTreeMap;
 
 use protocol::checkpoint::{pack, unpack};
-use protocol::{Capabilities, Description, Node, NodeError, Outcome, Reaction, Surface, Window};
+use protocol::{
+    Capabilities, Description, Node, NodeError, Outcome, Reaction, Surface, Term, Window,
+};
 
 use super::fem_node::FemNode;
 use super::windows::{FORCE, VELOCITY};
 use crate::committed::Committed;
 use crate::error::FemError;
 use crate::interface::{Condensed, coupling_sets};
+use crate::ledger::NamedTerm;
 use crate::model::limit_name;
 use crate::probe;
 use crate::wheel::SIGNALS;
@@ -18,6 +21,10 @@ use crate::window::WindowInput;
 impl Node for FemNode {
     fn describe(&self) -> Description {
         let alone = self.model.wheel.is_none();
+        let term = |(role, name, _): NamedTerm| Term {
+            name: name.into(),
+            role,
+        };
         let forces = ["interface_force_x_n", "interface_force_y_n"];
         Description {
             kind: "fem".into(),
@@ -43,7 +50,7 @@ impl Node for FemNode {
                 .chain(SIGNALS.iter().filter(|_| !alone))
                 .map(|name| (*name).into())
                 .collect(),
-            ledger: self.terms().names(),
+            ledger: self.terms().map(term).collect(),
             warnings: self.model.warnings.clone(),
             first_period_s: Some(self.model.first_period()),
             ..Description::default()

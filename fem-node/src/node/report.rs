@@ -6,7 +6,7 @@ use protocol::Phase;
 
 use super::fem_node::FemNode;
 use crate::error::FemError;
-use crate::ledger::Terms;
+use crate::ledger::NamedTerm;
 use crate::probe;
 use crate::profile::Profile;
 use crate::snapshot::{HOLD, phases};
@@ -23,19 +23,25 @@ impl FemNode {
         if let Some((wheel, state)) = self.model.wheel.as_ref().zip(self.committed.wheel.as_ref()) {
             report.extend(state.signals(wheel));
         }
-        report.extend(self.terms().values(&self.committed.ledger));
+        report.extend(self.terms().map(|(_, _, value)| value));
         report
     }
 
-    pub(super) fn terms(&self) -> Terms {
-        Terms {
-            applied: !self.model.tractions.is_empty(),
-            mass_damping: self.model.damping_at(0) > 0.0,
-            stiffness_damping: self.model.scheme.stiffness_damping > 0.0,
-            wheel: self.model.wheel.is_some(),
-            motion: !self.model.motions.is_empty(),
-            plastic: self.model.plastic().is_some(),
-        }
+    /// Energies that this body has: only those which the scene requires.
+    pub(super) fn terms(&self) -> impl Iterator<Item = NamedTerm> {
+        let model = &self.model;
+        let present = |(_, name, _): &NamedTerm| match *name {
+            "applied_work" => !model.tractions.is_empty(),
+            "drive_work" => !model.motions.is_empty(),
+            "mass_damping" => model.damping_at(0) > 0.0,
+            "stiffness_damping" => model.scheme.stiffness_damping > 0.0,
+            "plastic" => model.plastic().is_some(),
+            "wheel_load" | "wheel_drive" | "wheel_kinetic" | "friction" | "impact" => {
+                model.wheel.is_some()
+            }
+            _ => true,
+        };
+        self.committed.ledger.terms().into_iter().filter(present)
     }
 
     /// Results of the hold, or of the last state where there was none.
@@ -64,8 +70,11 @@ impl FemNode {
     pub(super) fn state_hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&self.committed.steps.to_le_bytes());
-        let stiffness_damping = self.terms().stiffness_damping;
-        let ledger = Terms::all(stiffness_damping).values(&self.committed.ledger);
+        // All terms but that of a damping that the body does not have.
+        let damped = self.model.scheme.stiffness_damping > 0.0;
+        let terms = self.committed.ledger.terms().into_iter();
+        let terms = terms.filter(|(_, name, _)| damped || *name != "stiffness_damping");
+        let ledger: Vec<f64> = terms.map(|(_, _, value)| value).collect();
         let state = &self.committed.state;
         let mut fields = vec![&state.u, &state.v, &state.history];
         fields.extend([&state.damping_force, &ledger]);

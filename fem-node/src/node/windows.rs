@@ -99,7 +99,7 @@ impl FemNode {
                 limit_s: self.model.step_limit,
             });
         }
-        if far < self.model.size() {
+        if far < self.model.mesh.size() {
             return Ok(());
         }
         let steps = self.committed.steps + u64::from(window.substeps);

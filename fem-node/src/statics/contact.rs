@@ -32,32 +32,29 @@ impl WheelContact {
 
     /// Force of the wheel on the node (N).
     pub fn force(&self, node: usize) -> [f64; 2] {
-        let [nx, ny] = self.normals[node];
-        let (normal, tangential) = (self.normal[node], self.tangential[node]);
-        [
-            tangential * ny - normal * nx,
-            -tangential * nx - normal * ny,
-        ]
+        let contact = self.node_contact(node);
+        [0, 1].map(|k| contact.friction[k] + contact.normal[k])
     }
 
-    /// Contact as that of a wheel in motion.
+    /// Contact of a node as that of a wheel in motion.
+    fn node_contact(&self, node: usize) -> NodeContact {
+        let [nx, ny] = self.normals[node];
+        let (normal, tangential) = (self.normal[node], self.tangential[node]);
+        NodeContact {
+            normal: [-normal * nx, -normal * ny],
+            friction: [tangential * ny, -tangential * nx],
+            status: match self.status[node] {
+                DirectedStatus::Open => ContactStatus::Open,
+                DirectedStatus::Stick => ContactStatus::Stick,
+                DirectedStatus::SlipForward | DirectedStatus::SlipBackward => ContactStatus::Slip,
+            },
+        }
+    }
+
+    /// Contacts as those of a wheel in motion.
     pub(crate) fn node_contacts(&self) -> Vec<NodeContact> {
-        let contact = |node: usize| {
-            let [nx, ny] = self.normals[node];
-            let (normal, tangential) = (self.normal[node], self.tangential[node]);
-            NodeContact {
-                normal: [-normal * nx, -normal * ny],
-                friction: [tangential * ny, -tangential * nx],
-                status: match self.status[node] {
-                    DirectedStatus::Open => ContactStatus::Open,
-                    DirectedStatus::Stick => ContactStatus::Stick,
-                    DirectedStatus::SlipForward | DirectedStatus::SlipBackward => {
-                        ContactStatus::Slip
-                    }
-                },
-            }
-        };
-        (0..self.normals.len()).map(contact).collect()
+        let nodes = 0..self.normals.len();
+        nodes.map(|node| self.node_contact(node)).collect()
     }
 
     /// Force of the wheel on the body (N).

@@ -112,12 +112,12 @@ impl Statics {
     fn check_size(&self, model: &Model) -> Result<(), FemError> {
         let moved = self.state(model).state.u.into_iter().map(f64::abs);
         let approach = self.contact().map_or(0.0, |contact| contact.approach);
-        let beyond = |u: &f64| u.is_nan() || *u > model.size();
+        let beyond = |u: &f64| u.is_nan() || *u > model.mesh.size();
         match moved.chain([approach]).find(beyond) {
             None => Ok(()),
             Some(displacement_m) => Err(FemError::StaticSize {
                 displacement_m,
-                size_m: model.size(),
+                size_m: model.mesh.size(),
             }),
         }
     }
