@@ -49,7 +49,11 @@ impl Flight {
         Flight {
             integrator: Integrator::new(&model.body, model.scheme, None, model.mesh.elements(), 1),
             run: WindowRun::new(&model, &State::at_rest(&model.body)),
-            committed: Committed::start(State::at_rest(&model.body), Some(wheel)),
+            committed: Committed {
+                state: State::at_rest(&model.body),
+                wheel: Some(wheel),
+                ..Committed::default()
+            },
             model,
         }
     }
