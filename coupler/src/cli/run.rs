@@ -80,18 +80,18 @@ fn table(ended: &Ended) -> String {
     ];
     if let Some(coupling) = value["coupling"].as_object() {
         lines.push("coupling".into());
-        lines.extend(coupling.iter().map(row));
+        lines.extend(coupling.iter().map(|(name, number)| row(name, number)));
     }
     lines.push("results".into());
     lines.extend(
         summary
             .results
             .iter()
-            .map(|(name, number)| row((name, number))),
+            .map(|(name, number)| row(name, number)),
     );
     lines.join("\n")
 }
 
-fn row((name, number): (&String, impl Display)) -> String {
+fn row(name: &str, number: impl Display) -> String {
     format!("  {name:<24} {number}")
 }
