@@ -231,7 +231,7 @@ fn json(run: &Path, recording: &Recording, results: &[Replayed], how: &How) -> V
         row
     });
     json!({
-        "windows": recording.blocks(),
+        "windows": recording.ends.len(),
         "damage": recording.damage,
         "from_window": how.from.map(|origin| origin.checkpoint.position.windows),
         "tolerance_rel": how.tolerance_rel,

@@ -34,11 +34,6 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Blocks that ended.
-    pub fn blocks(&self) -> u64 {
-        self.ends.len() as u64
-    }
-
     /// Messages that had passed when a checkpoint was written; none for a replay from the start.
     pub fn messages_before(&self, origin: Option<&RestartPoint>) -> usize {
         self.before(origin.map_or(0, |origin| origin.checkpoint.log_blocks))

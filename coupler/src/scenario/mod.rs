@@ -47,12 +47,6 @@ impl Scenario {
         groups
     }
 
-    /// Labels that the exchange with each participant is recorded under.
-    pub fn labels(&self) -> Vec<Label> {
-        let participants = self.participant.iter();
-        participants.map(|p| self.label(&p.name)).collect()
-    }
-
     /// Label that the exchange with one participant is recorded under.
     pub fn label(&self, participant: &str) -> Label {
         let joins = |interface: &Interface| interface.participants().contains(&participant);
