@@ -198,6 +198,11 @@ fn forces(scheme: Scheme, case: Case, tolerance_m: f64) -> Result<(Vec<f64>, u64
         repeats = coupling.ledgers[0].repeats - before;
         forces.push(coupling.state.lambda[0]);
     }
+    // A converged fixed point gives the nodes just the force that the mass and its point leave for them.
+    if matches!(scheme, Scheme::FixedPoint { .. }) {
+        let residual = coupling.ledgers[0].force_residual_rel();
+        assert!(residual <= 1e-6, "{scheme:?}: {residual:e}");
+    }
     Ok((forces, repeats))
 }
 
