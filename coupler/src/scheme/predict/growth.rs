@@ -15,7 +15,7 @@ use crate::scheme::coupling::Coupling;
 use crate::scheme::window::InterfaceState;
 
 /// Gap (m) to which fixed points are converged, under disturbances that move the interface by about 1 m.
-const CONVERGED_M: f64 = 1e-12;
+const CONVERGED_M: f64 = 1e-14;
 
 /// Repeats in which a fixed point of one unknown is converged by quasi-Newton, with plenty to spare.
 const REPEATS: u32 = 50;
