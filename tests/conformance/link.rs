@@ -1,4 +1,4 @@
-//! What every `Link` must do, and what shared memory must do besides.
+//! Duties of every `Link`, and those of shared memory besides.
 //!
 //! A new link passes [`suite::check`] unchanged. The time limits here only tell a failure from a link that
 //! hangs; nothing is asserted about speed.

@@ -11,7 +11,7 @@
 //!
 //! Exact answers (Saint-Venant, Love 1927, articles 282 to 284): on the wall the contact carries rho c v0 = v0 sqrt(k m) for
 //! the time 2 L/c, and the bar leaves with -v0; a mass M of the bar's own mass leaves with v0 (1 - exp(-2)) = 0.8647 v0.
-//! What windows of 0.9 L/100 c and four times that leave of it was measured by independent prototypes: contact time +1 %,
+//! The error with windows of 0.9 L/100 c and of four times that was measured by independent prototypes: contact time +1 %,
 //! plateau -1 %, rebound -0.987 v0 at H = 0.036 L/c; 0.859 v0 with one step a window, 0.855 v0 with four. Ours loses less
 //! than theirs on the wall: -0.991 v0, contact time -1 % (it is counted in windows of 1.8 %), plateau -0.03 %.
 

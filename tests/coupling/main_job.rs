@@ -1,6 +1,6 @@
 //! The main job, `thirdbody run quick`, as a user runs it: three processes, shared memory, one command.
 //!
-//! What must hold is exact or given by the solvers' own tolerances: the interface carries the wheel's load, forces and
+//! Its claims are exact or given by the solvers' own tolerances: the interface carries the wheel's load, forces and
 //! momentum balance to rounding, friction stays inside Coulomb's cone, the gap is closed, the energies close.
 
 use std::collections::BTreeSet;

@@ -1,4 +1,4 @@
-//! What becomes of a window that should not stand: an energy defect above its bound, and numbers that are not finite. The
+//! Policies for a window that should not be accepted: an energy defect above its bound, and numbers that are not finite. The
 //! other two faults, no convergence and a starved contact solve, are in `schemes` and `starved`.
 //!
 //! Problem: an elastic bar of 20 elements of 1 kg and 1 N/m with a held left end, glued to a body of its own mass that starts

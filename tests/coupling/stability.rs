@@ -1,4 +1,4 @@
-//! What the coupler says of stability before a run (issue: prediction and map), against runs.
+//! Predictions of stability before a run, and the map of them, against runs.
 //!
 //! Problem: an elastic bar of ten elements of 1 kg and 1 N/m, held at its far end, with masses on its other end: a glued one,
 //! or a free one behind a spring.

@@ -1,4 +1,4 @@
-//! What happens when something is wrong: bad scenarios, bad peers, processes that die or fall silent, disks that are full.
+//! Answers to faults: bad scenarios, bad peers, processes that die or fall silent, disks that are full.
 
 mod bad_scenario;
 mod full_disk;

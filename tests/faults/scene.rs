@@ -137,7 +137,7 @@ pub fn gone_within(pids: &[i32], limit: Duration) {
     }
 }
 
-/// What lies in shared memory under the name of this coordinator.
+/// Files in shared memory under the name of this coordinator.
 pub fn shared_memory_of(coordinator: u32) -> Vec<String> {
     let root = protocol::link::shm::run_root();
     [

@@ -1,4 +1,4 @@
-//! What a log and a replay cost: the size that is foreseen, the share of the run, the time of a replay.
+//! Costs of a log and of a replay: the size that is foreseen, the share of the run, the time of a replay.
 //!
 //! Reference: the file itself, and the clocks of run and replay. The size is foreseen within 25 %, as lz4 packs no two
 //! scenes alike.
@@ -8,7 +8,7 @@ use harness::runs::{Scratch, parse_json, thirdbody};
 
 use super::resume::{conduct, loaded, shipped};
 
-/// What the command printed.
+/// Output of the command.
 fn printed(arguments: &[&str]) -> Vec<u8> {
     let scratch = Scratch::new("printed");
     let output = thirdbody(scratch.path()).args(arguments).output();

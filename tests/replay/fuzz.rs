@@ -19,7 +19,7 @@ fn real_log() -> (Left, Vec<u8>) {
     (left, bytes)
 }
 
-/// What a reader got, and whether it was told of damage.
+/// Messages that a reader got, and the damage that it was told of.
 struct Got {
     provenance: Provenance,
     entries: Vec<Entry>,
@@ -118,7 +118,7 @@ fn ten_thousand_flipped_bits_never_give_another_stream() {
     assert_eq!(reported, 10_000, "every bit is under a checksum");
 }
 
-/// Where records end: kind, length in eight bytes, data (MCAP 0, "Records").
+/// Ends of records: kind, length in eight bytes, data (MCAP 0, "Records").
 fn record_ends(bytes: &[u8]) -> Vec<usize> {
     const MAGIC: usize = 8;
     let mut ends = vec![MAGIC];

@@ -59,7 +59,7 @@ pub(crate) fn shipped(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// What two runs must have in common: hashes, results, and every file but those that hold wall-clock times.
+/// Parts that two runs must have in common: hashes, results, and every file but those that hold wall-clock times.
 fn assert_same(one: &Ended, other: &Ended) {
     let (a, b) = (one.summary.value(), other.summary.value());
     for key in ["hashes", "results", "windows", "sim_time_s", "repeats_mean"] {

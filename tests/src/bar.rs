@@ -38,7 +38,7 @@ pub struct Config {
     /// Mass on the right end besides its own (kg).
     #[serde(default)]
     pub end_mass_kg: f64,
-    /// Whether the left end is held.
+    /// True for a held left end.
     #[serde(default)]
     pub left_fixed: bool,
     /// Velocity of the whole bar at the start (m/s).
@@ -49,7 +49,7 @@ pub struct Config {
     /// Answer NaN in windows of more steps than this, to see what comes of it.
     #[serde(default)]
     pub nan_above_substeps: Option<u32>,
-    /// How a step is put together.
+    /// Order of operations in a step.
     #[serde(default)]
     pub grouping: Grouping,
 }
@@ -58,13 +58,13 @@ pub struct Config {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pulse {
-    /// Where its crest is (m).
+    /// Position of its crest (m).
     pub centre_m: f64,
     /// Its width (m).
     pub width_m: f64,
 }
 
-/// How a step is put together; the two are the same scheme for a force without jumps.
+/// Order of operations in a step; the two are the same scheme for a force without jumps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Grouping {

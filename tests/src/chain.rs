@@ -134,7 +134,7 @@ impl Chain {
         force
     }
 
-    /// How far a mass moves in units of its end velocity (s), and what it moves besides (m).
+    /// Motion of a mass in units of its end velocity (s), and its motion besides (m).
     fn motion(&self, mass: usize) -> (f64, f64) {
         let (h, theta) = (self.window_s, self.config.theta);
         match self.glued.contains(&mass) {

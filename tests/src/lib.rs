@@ -1,4 +1,4 @@
-//! What the suites share: small solvers whose coupled motion is known on paper, and the means to run scenarios.
+//! Means that the suites share: small solvers whose coupled motion is known on paper, and the means to run scenarios.
 //!
 //! - [`bar`]: an elastic bar, explicit, the continuum side of the one-dimensional cases;
 //! - [`chain`]: masses and springs, implicit, the side that stands on the wall; one mass is a rigid body;

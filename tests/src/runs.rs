@@ -45,9 +45,9 @@ impl Drop for Scratch {
     }
 }
 
-/// What a run left.
+/// Files and summary that a run left.
 pub struct Left {
-    /// How it ended.
+    /// The end of the run: error, exit code, results.
     pub ended: Ended,
     /// Columns of signals.csv by name.
     pub signals: BTreeMap<String, Vec<f64>>,

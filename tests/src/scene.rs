@@ -12,7 +12,7 @@ pub const POISSON: f64 = 0.3;
 /// Edge of the square elements of a strip (m).
 pub const SPACING_M: f64 = 0.4e-3;
 
-/// What is common to all participants.
+/// Keys common to all participants.
 pub fn head(name: &str, thickness_m: f64, keys: &str) -> String {
     format!("[run]\nname = \"{name}\"\nthickness_m = {thickness_m:?}\n{keys}\n")
 }
@@ -71,7 +71,7 @@ pub fn plate(points: u32, traction_pa: f64, end_s: f64) -> String {
     participant("plate", "plate", &format!("{row}\n{load}"))
 }
 
-/// What joins two sets.
+/// Join of two sets.
 pub fn interface(
     name: &str,
     between: [&str; 2],

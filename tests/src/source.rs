@@ -82,7 +82,7 @@ pub fn crate_lines(sources: &Sources) -> usize {
     files.map(|(file, text)| code_lines(file, text)).sum()
 }
 
-/// Whether a file is of a module `tests`, or of one below it.
+/// True for a file of a module `tests`, or of one below it.
 fn is_of_tests(file: &str) -> bool {
     let mut names = file.split('/');
     names.any(|name| name == "tests.rs" || name == "tests")
@@ -227,7 +227,7 @@ fn begins_item(tokens: &[TokenTree]) -> bool {
     matches!(words.next(), Some(Some(word)) if ITEM_WORDS.contains(&word.as_str()))
 }
 
-/// Whether the token is this punctuation mark.
+/// True for this punctuation mark.
 pub(crate) fn is_mark(token: &TokenTree, mark: char) -> bool {
     matches!(token, TokenTree::Punct(punct) if punct.as_char() == mark)
 }

@@ -41,7 +41,7 @@ pub struct Joint {
     pub lambda: f64,
     /// Motion of the interface in the last window (m).
     pub motion: f64,
-    /// Where the wall takes the interface to be (m).
+    /// Position of the interface as the wall takes it (m).
     pub place: f64,
 }
 

@@ -16,7 +16,7 @@ use crate::dem_support::{build, march, scene};
 const MIN_FRICTION: f64 = 0.267949192431;
 const R: f64 = 1e-3;
 
-/// How far the top disk sinks in 5 ms (m).
+/// Sinking of the top disk in 5 ms (m).
 fn sinking(friction: f64) -> f64 {
     let top = R + 3f64.sqrt() * R;
     let sample = json!({

@@ -1,4 +1,4 @@
-//! What the results say of the arrangement of contacts.
+//! Results that describe the arrangement of contacts.
 //!
 //! ```text
 //!      (2)          a pyramid of three disks on a floor, between side walls, under gravity

@@ -1,4 +1,4 @@
-//! What the cases share: small scenes as JSON, and reports read by the names that the node gives.
+//! Means that the cases share: small scenes as JSON, and reports read by the names that the node gives.
 
 use dem_node::Dem;
 use protocol::{Description, Node, Role, Setting, Window};

@@ -77,7 +77,7 @@ impl Case {
             .sum()
     }
 
-    /// Where D = w.
+    /// Opening at which D = w.
     fn onset(&self) -> f64 {
         let (mut low, mut high) = (0.0, 2.0 * critical(self.direction));
         for _ in 0..100 {

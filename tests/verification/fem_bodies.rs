@@ -73,7 +73,7 @@ pub fn with(mut base: Value, change: Value) -> Value {
     base
 }
 
-/// What the coordinator would say, with 1 mm of thickness.
+/// Setting that a coordinator would give, with 1 mm of thickness.
 pub fn setting(threads: usize) -> Setting {
     Setting {
         participant: "rail".into(),

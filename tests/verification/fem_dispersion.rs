@@ -82,7 +82,7 @@ pub struct Factor {
     pub phase: f64,
 }
 
-/// What the relation in the head says of the wave with n periods in the strip.
+/// Amplification factor by the relation in the head for the wave with n periods in the strip.
 pub fn exact(wave: Wave, periods: usize, step: f64, b: f64) -> Factor {
     let omega = rate(wave, periods) * step;
     let modulus = (1.0 - (b - 0.5) * omega * omega).sqrt();

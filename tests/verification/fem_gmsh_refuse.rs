@@ -131,7 +131,7 @@ fn what_a_body_does_not_need_is_left_out() {
     assert_eq!(mesh.sets(), ["rim", "whole body"]);
 }
 
-/// What `check` says of a body with these keys and a mesh of four elements, with groups of these names.
+/// The answer of `check` to a body with these keys and a mesh of four elements, with groups of these names.
 fn judged(groups: &[(&'static str, [usize; 2])], change: Value) -> String {
     let mut drawing = fan(4);
     drawing.lines = groups

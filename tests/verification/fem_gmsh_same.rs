@@ -63,8 +63,8 @@ fn marched(
     (u, report, node)
 }
 
-/// What a coordinator hears of a body; the stability limit, an iteration's result, to six digits. Only a block knows keys
-/// to blame for sizes that grow fast.
+/// Description of a body as a coordinator hears it; the stability limit, an iteration's result, to six digits. Only a
+/// block knows keys to blame for sizes that grow fast.
 fn described(node: &FemNode) -> String {
     let mut description = node.describe();
     let limit = description.step_limit_s.take().expect("it is explicit");

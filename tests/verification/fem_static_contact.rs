@@ -366,7 +366,7 @@ fn a_static_start_under_a_round_wheel_is_close_to_equilibrium() {
     }
 }
 
-/// What a static analysis says that must not end well.
+/// Error of a static analysis that must not end well.
 fn refused(change: Value) -> String {
     let config = with(loaded(small(), 8000.0, 0.3), change);
     let config: Config = read_config(&config).expect("the keys are valid");

@@ -28,7 +28,7 @@ enum What {
     Log(Format),
     /// Errors, ripple and cost of each mapping between nodes and glued points.
     Mapping(Format),
-    /// Where the coupling schemes are stable: stability.csv, limits.csv and a picture.
+    /// Stable and unstable cells of the coupling schemes: stability.csv, limits.csv and a picture.
     Stability {
         /// Folder for the files.
         #[arg(long)]

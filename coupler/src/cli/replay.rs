@@ -38,11 +38,11 @@ pub struct ReplayArguments {
     /// every bit.
     #[arg(long, value_name = "REL", allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// What if a solver had another parameter: participant.third-body.config.law.friction=0.2. Its answers are compared to the
+    /// Give a solver another parameter: participant.third-body.config.law.friction=0.2. Its answers are compared to the
     /// end, in open loop: the other side still says what it said to the logged solver.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Where the picture of the drift goes that --set draws.
+    /// File for the picture of the drift that --set draws.
     #[arg(long, value_name = "FILE.svg", default_value = "replay-drift.svg")]
     plot: PathBuf,
     /// Start programs that the logged scenario names.

@@ -12,7 +12,7 @@ use crate::validate::suite::{Row, Runs};
 /// Arguments of `validate`.
 #[derive(Debug, clap::Args)]
 pub struct ValidateArguments {
-    /// Which scenes: a folder below scenarios/.
+    /// Scenes to run: a folder below scenarios/.
     #[arg(long, default_value = "verification")]
     suite: Suite,
     /// Print the rows as JSON.

@@ -13,8 +13,8 @@
 //! compliance: a_g = N (v_0 - H M_n^-1 lambda), W_g = N M_n^-1 N^T, which is what [`super::dual_schur`] tells it with
 //! C = H^2 M_n^-1. What cannot move of the continuum cannot on the line.
 //!
-//! What it comes to is scheme `velocity` for a continuum that is M_n heavier: the masses of the points are a part of the
-//! model, which they are not where the wall follows. A repeat contracts by |1 - omega (1 + 1 / (C S))| with C = H D^-1,
+//! Converged, it equals scheme `velocity` for a continuum that is M_n heavier: the masses of the points are a part of the
+//! model, which they are not where the wall takes the motion. A repeat contracts by |1 - omega (1 + 1 / (C S))| with C = H D^-1,
 //! D the impedance of the continuum, and S what the wall with its points resists: where the wall is heavy the continuum is
 //! a good follower, and the added mass of Causin, Gerbeau and Nobile (2005) works the other way round (relaxations: Kuettler
 //! and Wall 2008).

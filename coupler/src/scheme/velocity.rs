@@ -13,11 +13,11 @@
 //! H D = M_i + H^2/2 K_i + sum L L^T (1 - cos(omega H)) is never less than the lumped masses of the interface, so that C
 //! exists for any window. Differentiated once, the continuum keeps W = a.(M - h^2/4 K).a / 2 + v.K v / 2 inside a window but
 //! for the work a_s.(lambda - lambda_0) of the wall, a_s = (v - v_0) / H, and the implicit wall takes that very work in.
-//! Where the line bends from one window to the next W loses M_i (a_s - a_s0)^2 / 2, and what h^2/8 a.K a jumps by. Hence W
+//! At a bend of the line between two windows W loses M_i (a_s - a_s0)^2 / 2 and the jump of h^2/8 a.K a. Hence W
 //! does not grow for theta = 1 but by that term of h^2, while the mechanical energy itself may rise for a window. The *mean*
 //! force of the window in place of that at its end has no such balance and is unstable.
 //!
-//! What it costs: the displacements of both sides differ by H (v - v_0) / 2, which does not accumulate, and the impulse on
+//! The price: the displacements of both sides differ by H (v - v_0) / 2, which does not accumulate, and the impulse on
 //! the continuum is that of its own force along the line, not H lambda. Of several walls each takes the forces of the
 //! others as they were in the run before, which takes many repeats where the continuum between them is nearly rigid.
 

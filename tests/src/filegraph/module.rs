@@ -99,7 +99,7 @@ struct Reader<'a> {
     modules: &'a mut Modules,
     sources: &'a Sources,
     module: usize,
-    /// Where the files of its children are.
+    /// Folder of its children's files.
     folder: String,
 }
 
@@ -250,7 +250,7 @@ impl Reader<'_> {
     }
 }
 
-/// Whether an item's name may follow: items of a module, and statics inside `thread_local!`.
+/// True where an item's name may follow: items of a module, and statics inside `thread_local!`.
 fn defines(word: &str, at_top: bool) -> bool {
     (at_top && DEFINING.contains(&word)) || word == "static"
 }

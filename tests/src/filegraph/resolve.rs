@@ -51,7 +51,7 @@ pub(super) fn names(modules: &Modules) -> Vec<Named> {
     found
 }
 
-/// Whether a name has its meaning without a glob.
+/// True for a name that has its meaning without a glob.
 fn is_known(module: &Module, name: &str) -> bool {
     module.items.contains(name) || module.imports.contains_key(name)
 }

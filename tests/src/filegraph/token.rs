@@ -13,7 +13,7 @@ pub(super) enum Token {
     PathMark,
     /// Any other mark; a literal is `"`.
     Mark(char),
-    /// What stands between brackets.
+    /// Tokens between brackets.
     Group { brace: bool, inside: Vec<Token> },
 }
 
@@ -26,7 +26,7 @@ impl Token {
         }
     }
 
-    /// Whether it is this word.
+    /// True for this word.
     pub(super) fn is(&self, word: &str) -> bool {
         self.word() == Some(word)
     }
