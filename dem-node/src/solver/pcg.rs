@@ -46,7 +46,7 @@ use super::criteria::{Convergence, Criteria};
 use super::problem::Problem;
 use super::residual::convergence;
 use batch::Pass;
-use group::Sums;
+use group::{Has, Kind, Sums};
 
 /// Part of the true residual below which the box problem is solved well enough to take its thresholds anew. At 10 000
 /// disks 0.1 costs a fifth more iterations, and 1, anew in every iteration, five times as many.
@@ -68,12 +68,12 @@ struct InnerSolve {
 /// The passes see it with seven digits of D, and a bond on the branch of its impulse, where [`super::residual`] looks at both.
 /// If they are satisfied and it is not, iterations begin anew with a tighter bound.
 pub fn solve(problem: &mut Problem, workspace: &mut Workspace, criteria: &Criteria) -> Convergence {
-    let iterate = if !problem.bonds.is_empty() {
-        iterate::<true, true>
-    } else if problem.friction > 0.0 {
-        iterate::<true, false>
-    } else {
-        iterate::<false, false>
+    let soft = problem.contacts.iter().any(|c| c.compliance != [0.0; 2]);
+    let iterate = match (!problem.bonds.is_empty(), problem.friction > 0.0) {
+        (true, _) => iterate::<Has<true, true, true>>,
+        (false, true) => iterate::<Has<true, false, true>>,
+        (false, false) if soft => iterate::<Has<false, false, true>>,
+        (false, false) => iterate::<Has<false, false, false>>,
     };
     let mut asked = *criteria;
     let mut iterations = 0;
@@ -92,14 +92,14 @@ pub fn solve(problem: &mut Problem, workspace: &mut Workspace, criteria: &Criter
     }
 }
 
-/// Iterations compiled without what their problem has not: FRICTION, which bonds need for their shear, and BONDS.
-fn iterate<const FRICTION: bool, const BONDS: bool>(
+/// Iterations compiled without what their problem has not.
+fn iterate<K: Kind>(
     workspace: &mut Workspace,
     problem: &Problem,
     criteria: &Criteria,
 ) -> InnerSolve {
-    workspace.load::<FRICTION, BONDS>(problem);
-    let mut run = |pass| workspace.run::<FRICTION, BONDS>(problem, pass, criteria.parallel);
+    workspace.load::<K>(problem);
+    let mut run = |pass| workspace.run::<K>(problem, pass, criteria.parallel);
     let ended = |iterations: usize, reached: bool| InnerSolve {
         iterations,
         reached,
@@ -113,7 +113,7 @@ fn iterate<const FRICTION: bool, const BONDS: bool>(
             return ended(iteration, true);
         }
         let mut beta = -sums.products.wp / curvature;
-        if FRICTION && sums.held.sqrt() <= INNER * sums.defect.sqrt() {
+        if K::FRICTION && sums.held.sqrt() <= INNER * sums.defect.sqrt() {
             sums = run(Pass::RenewThresholds);
             beta = 0.0;
         }

@@ -3,7 +3,7 @@
 use super::body_state::{BodyState, Loss};
 use super::branches::Branches;
 use super::group::{ContactFrames, Iterate, LANES, Lanes, Preconditioner, Sums, Tangential};
-use super::group::{bias, compliance, threshold};
+use super::group::{Kind, bias, compliance, threshold};
 use crate::law::vector::{normal_defect, tangential_impulse};
 use crate::solver::Problem;
 
@@ -56,19 +56,19 @@ impl ContactBatch {
     }
 
     /// Takes over its members.
-    pub fn load<const FRICTION: bool, const BONDS: bool>(&mut self, problem: &Problem) {
+    pub fn load<K: Kind>(&mut self, problem: &Problem) {
         let groups = self.members.len().div_ceil(LANES);
         let some = |wanted: bool| if wanted { groups } else { 0 };
-        let axes = if FRICTION { 2 } else { 1 };
+        let axes = if K::FRICTION { 2 } else { 1 };
         renew(&mut self.frames, groups);
-        renew(&mut self.tangentials, some(FRICTION));
+        renew(&mut self.tangentials, some(K::FRICTION));
         for axis in 0..2 {
             renew(&mut self.preconditioners[axis], some(axis < axes));
             renew(&mut self.biases[axis], some(axis < axes));
             renew(&mut self.iterates[axis], some(axis < axes));
-            renew(&mut self.springs[axis], some(axis < axes));
+            renew(&mut self.springs[axis], some(K::SOFT && axis < axes));
         }
-        renew(&mut self.branches, some(BONDS));
+        renew(&mut self.branches, some(K::BONDS));
         for (i, member) in self.members.iter().enumerate() {
             let (g, k) = (i / LANES, i % LANES);
             let contact = &problem.contacts[*member as usize];
@@ -82,13 +82,15 @@ impl ContactBatch {
                 self.preconditioners[axis][g].set(k, contact, bond, axis);
                 self.biases[axis][g].0[k] = bias(contact, bond, axis);
                 self.iterates[axis][g].impulse.0[k] = contact.impulse[axis];
-                self.springs[axis][g].0[k] = compliance(contact, bond, axis);
+                if K::SOFT {
+                    self.springs[axis][g].0[k] = compliance(contact, bond, axis);
+                }
             }
-            if FRICTION {
+            if K::FRICTION {
                 self.tangentials[g].lever.0[k] = contact.lever();
                 self.tangentials[g].limit.0[k] = threshold(contact, bond, problem.friction);
             }
-            if BONDS {
+            if K::BONDS {
                 self.branches[g].set(k, contact, bond);
             }
         }
@@ -108,7 +110,7 @@ impl ContactBatch {
 
     /// The part of a pass before measuring; `give` gets the impulses that a projection adds, body by body.
     #[inline(always)]
-    pub fn advance<const FRICTION: bool, const BONDS: bool>(
+    pub fn advance<K: Kind>(
         &mut self,
         pass: Pass,
         friction: f64,
@@ -117,29 +119,20 @@ impl ContactBatch {
         for g in 0..self.frames.len() {
             match pass {
                 Pass::Measure => {}
-                Pass::RenewThresholds => {
-                    self.renew_thresholds::<FRICTION, BONDS>(g, friction, &mut give)
-                }
-                Pass::Step { alpha, beta } => {
-                    self.step::<FRICTION, BONDS>(g, [alpha, beta], &mut give)
-                }
+                Pass::RenewThresholds => self.renew_thresholds::<K>(g, friction, &mut give),
+                Pass::Step { alpha, beta } => self.step::<K>(g, [alpha, beta], &mut give),
             }
         }
     }
 
     /// p = w + beta z and r' = P(r + alpha p).
     #[inline(always)]
-    fn step<const FRICTION: bool, const BONDS: bool>(
-        &mut self,
-        g: usize,
-        factors: [f64; 2],
-        give: impl FnMut(usize, [f64; 3]),
-    ) {
+    fn step<K: Kind>(&mut self, g: usize, factors: [f64; 2], give: impl FnMut(usize, [f64; 3])) {
         let factors = factors.map(Lanes::splat);
-        let bounds = self.bounds::<BONDS>(g);
+        let bounds = self.bounds::<K>(g);
         let surplus_n = self.iterates[0][g].advance(factors, bounds);
         let mut surplus_t = Lanes::default();
-        if FRICTION {
+        if K::FRICTION {
             let limit = self.tangentials[g].limit;
             surplus_t = self.iterates[1][g].advance(factors, [-limit, limit]);
         }
@@ -150,17 +143,17 @@ impl ContactBatch {
 
     /// Takes the thresholds anew, s = mu r_n, and brings r_t within them.
     #[inline(always)]
-    fn renew_thresholds<const FRICTION: bool, const BONDS: bool>(
+    fn renew_thresholds<K: Kind>(
         &mut self,
         g: usize,
         friction: f64,
         give: impl FnMut(usize, [f64; 3]),
     ) {
-        if !FRICTION {
+        if !K::FRICTION {
             return;
         }
         let mut limit = Lanes::splat(friction) * self.iterates[0][g].impulse;
-        if BONDS {
+        if K::BONDS {
             limit = self.branches[g].select(self.tangentials[g].limit, limit);
         }
         self.tangentials[g].limit = limit;
@@ -175,26 +168,22 @@ impl ContactBatch {
 
     /// u, w and z at the impulses reached, H w and the sums. `friction` is the coefficient.
     #[inline(always)]
-    pub fn measure<const FRICTION: bool, const BONDS: bool>(
-        &mut self,
-        friction: f64,
-        bodies: &mut [BodyState],
-    ) {
+    pub fn measure<K: Kind>(&mut self, friction: f64, bodies: &mut [BodyState]) {
         self.sums = Sums::default();
         for g in 0..self.frames.len() {
             let frame = self.frames[g];
-            let lever = if FRICTION {
+            let lever = if K::FRICTION {
                 self.tangentials[g].lever
             } else {
                 Lanes::default()
             };
-            let [u_n, u_t] = frame.relative::<FRICTION>(lever, bodies);
-            let ([w_n, lost_n], cone) = self.measure_normal::<BONDS>(g, friction, u_n);
+            let [u_n, u_t] = frame.relative::<K>(lever, bodies);
+            let ([w_n, lost_n], cone) = self.measure_normal::<K>(g, friction, u_n);
             let [mut w_t, mut lost_t] = [Lanes::default(); 2];
-            if FRICTION {
-                [w_t, lost_t] = self.measure_tangent::<BONDS>(g, cone, u_t);
+            if K::FRICTION {
+                [w_t, lost_t] = self.measure_tangent::<K>(g, cone, u_t);
             }
-            frame.scatter::<FRICTION>(lever, [w_n, w_t], bodies);
+            frame.scatter::<K>(lever, [w_n, w_t], bodies);
             if lost_n.any() || lost_t.any() {
                 self.lose(g, [lost_n, lost_t]);
             }
@@ -203,7 +192,7 @@ impl ContactBatch {
 
     /// Normal part of the measurement; also returns the thresholds of friction that belong to P(r - u/D).
     #[inline(always)]
-    fn measure_normal<const BONDS: bool>(
+    fn measure_normal<K: Kind>(
         &mut self,
         g: usize,
         friction: f64,
@@ -212,22 +201,25 @@ impl ContactBatch {
         let r = self.iterates[0][g].impulse;
         let preconditioner = &mut self.preconditioners[0][g];
         let mut u = u + self.biases[0][g];
-        let compliance = &mut self.springs[0][g];
-        let before = *compliance;
-        if BONDS {
-            self.branches[g].take(r, u, compliance, &mut preconditioner.inverse);
+        let (mut before, mut c) = (Lanes::default(), Lanes::default());
+        if K::SOFT {
+            let compliance = &mut self.springs[0][g];
+            before = *compliance;
+            if K::BONDS {
+                self.branches[g].take(r, u, compliance, &mut preconditioner.inverse);
+            }
+            c = *compliance;
+            u = u + c * r;
         }
-        let c = *compliance;
-        u = u + c * r;
         let diagonal = preconditioner.diagonal.wide();
         let inverse = preconditioner.inverse.wide();
-        let bounds = self.bounds::<BONDS>(g);
+        let bounds = self.bounds::<K>(g);
         let back = -u * inverse;
         let sums = &mut self.sums;
-        let found = self.iterates[0][g].measure([u, back], [before, c], bounds, sums);
+        let found = self.iterates[0][g].measure::<K>([u, back], [before, c], bounds, sums);
         let scaled = diagonal * r;
         let mut off = normal_defect(u, scaled);
-        if BONDS {
+        if K::BONDS {
             let bonded = diagonal * (r - (r + back).clamp(bounds[0], bounds[1]));
             off = self.branches[g].select(bonded, off);
         }
@@ -239,25 +231,24 @@ impl ContactBatch {
     }
 
     #[inline(always)]
-    fn measure_tangent<const BONDS: bool>(
-        &mut self,
-        g: usize,
-        mut cone: Lanes,
-        u: Lanes,
-    ) -> [Lanes; 2] {
+    fn measure_tangent<K: Kind>(&mut self, g: usize, mut cone: Lanes, u: Lanes) -> [Lanes; 2] {
         let r = self.iterates[1][g].impulse;
         let limit = self.tangentials[g].limit;
         let preconditioner = &self.preconditioners[1][g];
         let diagonal = preconditioner.diagonal.wide();
         let bias = self.biases[1].get(g);
-        let c = self.springs[1][g];
-        let u = bias.map_or(u, |bias| u + *bias) + c * r;
-        if BONDS {
+        let mut u = bias.map_or(u, |bias| u + *bias);
+        let mut c = Lanes::default();
+        if K::SOFT {
+            c = self.springs[1][g];
+            u = u + c * r;
+        }
+        if K::BONDS {
             cone = self.branches[g].select(limit, cone);
         }
         let back = -u * preconditioner.inverse.wide();
         let sums = &mut self.sums;
-        let found = self.iterates[1][g].measure([u, back], [c, c], [-limit, limit], sums);
+        let found = self.iterates[1][g].measure::<K>([u, back], [c, c], [-limit, limit], sums);
         let held = diagonal * (r - tangential_impulse(r + back, limit));
         let defect = diagonal * (r - tangential_impulse(r + back, cone));
         let scaled = diagonal * r;
@@ -269,8 +260,8 @@ impl ContactBatch {
 
     /// Bounds of r_n; both are 0 on one branch of a bond.
     #[inline(always)]
-    fn bounds<const BONDS: bool>(&self, g: usize) -> [Lanes; 2] {
-        if BONDS {
+    fn bounds<K: Kind>(&self, g: usize) -> [Lanes; 2] {
+        if K::BONDS {
             self.branches[g].bounds
         } else {
             [Lanes::splat(0.0), Lanes::splat(f64::INFINITY)]

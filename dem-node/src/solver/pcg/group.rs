@@ -9,6 +9,27 @@ use crate::solver::Contact;
 /// Contacts in a group.
 pub const LANES: usize = 4;
 
+/// Contents of a problem: iterations are compiled without the rest.
+pub trait Kind {
+    /// Friction, which bonds need for their shear.
+    const FRICTION: bool;
+    /// Bonds.
+    const BONDS: bool;
+    /// Springs, or bonds.
+    const SOFT: bool;
+}
+
+/// FRICTION, BONDS and SOFT as they are written.
+pub struct Has<const FRICTION: bool, const BONDS: bool, const SOFT: bool>;
+
+impl<const FRICTION: bool, const BONDS: bool, const SOFT: bool> Kind
+    for Has<FRICTION, BONDS, SOFT>
+{
+    const FRICTION: bool = FRICTION;
+    const BONDS: bool = BONDS;
+    const SOFT: bool = SOFT;
+}
+
 /// A number of each contact of a group.
 pub type Lanes = lanes::Lanes<LANES>;
 
@@ -145,7 +166,7 @@ impl Iterate {
 
     /// w from -u/D and what p loses, and the sums that they enter; the compliances are that along p and the one now.
     #[inline(always)]
-    pub fn measure(
+    pub fn measure<K: Kind>(
         &mut self,
         [u, back]: [Lanes; 2],
         [before, c]: [Lanes; 2],
@@ -158,12 +179,14 @@ impl Iterate {
         self.gradient = w;
         sums.uw = sums.uw + u * w;
         sums.uz = sums.uz + u * z;
-        let cw = c * w;
-        let products = &mut sums.products;
-        products.wp = products.wp + before * w * p;
-        products.ww = products.ww + cw * w;
-        products.wz = products.wz + cw * z;
-        products.zz = products.zz + c * z * z;
+        if K::SOFT {
+            let cw = c * w;
+            let products = &mut sums.products;
+            products.wp = products.wp + before * w * p;
+            products.ww = products.ww + cw * w;
+            products.wz = products.wz + cw * z;
+            products.zz = products.zz + c * z * z;
+        }
         [w, p - z]
     }
 }
@@ -171,7 +194,7 @@ impl Iterate {
 impl ContactFrames {
     /// (u_n, u_t) of the contact points, a against b.
     #[inline(always)]
-    pub fn relative<const FRICTION: bool>(&self, lever: Lanes, bodies: &[BodyState]) -> [Lanes; 2] {
+    pub fn relative<K: Kind>(&self, lever: Lanes, bodies: &[BodyState]) -> [Lanes; 2] {
         let (mut dx, mut dy, mut ds) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         for k in 0..LANES {
             let a = &bodies[self.a[k] as usize].velocity;
@@ -181,7 +204,7 @@ impl ContactFrames {
             ds[k] = a[2] + b[2];
         }
         let ([nx, ny], dx, dy) = (self.normal, lanes::Lanes(dx), lanes::Lanes(dy));
-        let tangential = if FRICTION {
+        let tangential = if K::FRICTION {
             nx * dy - ny * dx - lever * lanes::Lanes(ds)
         } else {
             Lanes::default()
@@ -191,16 +214,11 @@ impl ContactFrames {
 
     /// Adds w of the contacts, (w_n, w_t), to H w.
     #[inline(always)]
-    pub fn scatter<const FRICTION: bool>(
-        &self,
-        lever: Lanes,
-        [n, t]: [Lanes; 2],
-        bodies: &mut [BodyState],
-    ) {
+    pub fn scatter<K: Kind>(&self, lever: Lanes, [n, t]: [Lanes; 2], bodies: &mut [BodyState]) {
         let [nx, ny] = self.normal;
         let (mut px, mut py) = (n * nx, n * ny);
         let mut turn = Lanes::default();
-        if FRICTION {
+        if K::FRICTION {
             px = px - t * ny;
             py = py + t * nx;
             turn = lever * t;

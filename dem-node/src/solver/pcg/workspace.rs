@@ -6,7 +6,7 @@
 use super::batch::{ContactBatch, Pass};
 use super::body_state::{BodyState, Momentum, Products};
 use super::constrained::ConstrainedBodies;
-use super::group::Sums;
+use super::group::{Kind, Sums};
 use crate::lanes::widest;
 use crate::solver::Problem;
 use crate::solver::partition::{Partition, Subdomain, for_each_subdomain};
@@ -35,7 +35,7 @@ struct Interior {
 impl Interior {
     /// A pass over the subdomain; bodies and momenta are its own.
     #[inline(always)]
-    fn run<const FRICTION: bool, const BONDS: bool>(
+    fn run<K: Kind>(
         &mut self,
         pass: Pass,
         friction: f64,
@@ -52,9 +52,8 @@ impl Interior {
             }
         }
         let batch = &mut self.batch;
-        batch
-            .advance::<FRICTION, BONDS>(pass, friction, |body, impulse| bodies[body].kick(impulse));
-        batch.measure::<FRICTION, BONDS>(friction, bodies);
+        batch.advance::<K>(pass, friction, |body, impulse| bodies[body].kick(impulse));
+        batch.measure::<K>(friction, bodies);
         self.products = Products::default();
         for (body, momentum) in bodies.iter().zip(&*momenta) {
             self.products.add(body.inner, &body.h_w, momentum);
@@ -79,7 +78,7 @@ impl Interior {
 
 impl Workspace {
     /// Takes over a prepared problem.
-    pub fn load<const FRICTION: bool, const BONDS: bool>(&mut self, problem: &Problem) {
+    pub fn load<K: Kind>(&mut self, problem: &Problem) {
         self.bodies.clear();
         self.bodies
             .extend(problem.records.iter().map(BodyState::new));
@@ -87,9 +86,9 @@ impl Workspace {
         self.momenta.resize(self.bodies.len(), [0.0; 3]);
         self.constrained.load(problem, &mut self.bodies);
         self.share_out(problem);
-        self.outside.load::<FRICTION, BONDS>(problem);
+        self.outside.load::<K>(problem);
         for subdomain in &mut self.subdomains {
-            subdomain.work.batch.load::<FRICTION, BONDS>(problem);
+            subdomain.work.batch.load::<K>(problem);
         }
     }
 
@@ -133,35 +132,30 @@ impl Workspace {
     }
 
     /// One pass over all contacts.
-    pub fn run<const FRICTION: bool, const BONDS: bool>(
-        &mut self,
-        problem: &Problem,
-        pass: Pass,
-        parallel: bool,
-    ) -> Sums<f64> {
+    pub fn run<K: Kind>(&mut self, problem: &Problem, pass: Pass, parallel: bool) -> Sums<f64> {
         let friction = problem.friction;
         widest(
             #[inline(always)]
-            || self.begin::<FRICTION, BONDS>(problem, pass),
+            || self.begin::<K>(problem, pass),
         );
         let work = |subdomain: &mut Subdomain<Interior>,
                     (bodies, momenta): (&mut [BodyState], &mut [Momentum])| {
             let interior = &mut subdomain.work;
             widest(
                 #[inline(always)]
-                || interior.run::<FRICTION, BONDS>(pass, friction, bodies, momenta),
+                || interior.run::<K>(pass, friction, bodies, momenta),
             );
         };
         let items = (&mut self.bodies[..], &mut self.momenta[..]);
         for_each_subdomain(&mut self.subdomains, items, parallel, &work);
         widest(
             #[inline(always)]
-            || self.end::<FRICTION, BONDS>(problem),
+            || self.end::<K>(problem),
         )
     }
 
     #[inline(always)]
-    fn begin<const FRICTION: bool, const BONDS: bool>(&mut self, problem: &Problem, pass: Pass) {
+    fn begin<K: Kind>(&mut self, problem: &Problem, pass: Pass) {
         if let Pass::Step { alpha, beta } = pass {
             self.constrained.follow(&mut self.bodies, alpha, beta);
         }
@@ -171,14 +165,14 @@ impl Workspace {
             constrained.gather(body, impulse);
         };
         let outside = &mut self.outside;
-        outside.advance::<FRICTION, BONDS>(pass, problem.friction, give);
+        outside.advance::<K>(pass, problem.friction, give);
         constrained.settle(&problem.boundary, bodies);
     }
 
     #[inline(always)]
-    fn end<const FRICTION: bool, const BONDS: bool>(&mut self, problem: &Problem) -> Sums<f64> {
+    fn end<K: Kind>(&mut self, problem: &Problem) -> Sums<f64> {
         let outside = &mut self.outside;
-        outside.measure::<FRICTION, BONDS>(problem.friction, &mut self.bodies);
+        outside.measure::<K>(problem.friction, &mut self.bodies);
         let mut sums = Sums::<f64>::default();
         for subdomain in &self.subdomains {
             sums.products.join(&subdomain.work.products);
