@@ -56,6 +56,7 @@ pub mod error;
 pub mod log;
 pub mod output;
 pub mod participants;
+pub mod plausible;
 pub mod replay;
 pub mod report;
 pub mod run;

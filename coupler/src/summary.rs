@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use protocol::Phase;
 use protocol::serve::Farewell;
+use protocol::{Finding, HeldLoad, Phase};
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value};
 
@@ -11,9 +11,13 @@ use crate::error::Error;
 use crate::output::sample::load_history;
 use crate::participants::handshake::Greeted;
 use crate::participants::journal::Closed;
-use crate::scenario::Scenario;
+use crate::plausible::{self, Warning};
+use crate::scenario::{Plausible, Scenario};
 use crate::scheme::coupling::Coupling;
 use crate::scheme::ledger::{EnergyLedger, InterfaceLedger, ratio, total_balance_rel};
+
+/// Exit code of a run with a value beyond its second bound.
+const SUSPECT: i32 = 8;
 
 /// Outcome of a run: the file, field by field. Fields that never came about (a run that ended early) are left out of it.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -28,6 +32,8 @@ pub struct Summary {
     wall_s: f64,
     /// Windows that stand.
     pub windows: u64,
+    /// Values and keys that are not plausible, in the order in which they were found.
+    pub warnings: Vec<Warning>,
     #[serde(serialize_with = "by_name")]
     participants: Vec<(String, ParticipantSummary)>,
     /// Results by name, unit in the name.
@@ -49,6 +55,20 @@ pub struct Summary {
     /// Energies of points with masses of their own, of all interfaces.
     #[serde(skip)]
     points: Option<EnergyLedger>,
+    /// The participants that each interface of `interfaces` joins.
+    #[serde(skip)]
+    joins: Vec<Join>,
+    /// Loads that participants hold.
+    #[serde(skip)]
+    held: Vec<Option<HeldLoad>>,
+}
+
+/// The participants that an interface joins, and its index in the scenario.
+#[derive(Clone, Copy, Debug)]
+struct Join {
+    index: usize,
+    continuum: usize,
+    wall: usize,
 }
 
 #[derive(Clone, Debug, Default, Serialize)]
@@ -64,6 +84,9 @@ struct ParticipantSummary {
     pid: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
     energy: Option<Map<String, Value>>,
+    /// False for a participant whose energies cannot be judged; absent where they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ledger: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
     energy_balance_rel: Option<f64>,
     #[serde(flatten)]
@@ -156,6 +179,11 @@ impl Summary {
                 all.merge(ledger, place > 0);
                 let summary = InterfaceSummary::of(ledger);
                 self.interfaces.push((patch.name.clone(), summary));
+                self.joins.push(Join {
+                    index: patch.index,
+                    continuum: group.force_driven[patch.force_driven].peer,
+                    wall: group.motion_driven[patch.motion_driven].peer,
+                });
             }
         }
         self.windows = all.windows;
@@ -170,8 +198,15 @@ impl Summary {
     /// Enters the latest energies of all participants; points with masses of their own count as one more.
     pub fn energies(&mut self, energies: &[EnergyLedger]) {
         for ((_, participant), energy) in self.participants.iter_mut().zip(energies) {
+            if energy.terms.is_empty() {
+                participant.ledger = Some(false);
+                continue;
+            }
             participant.energy = Some(joules("", energy));
             participant.energy_balance_rel = Some(energy.balance_rel());
+        }
+        if energies.iter().any(|energy| energy.terms.is_empty()) {
+            return;
         }
         let points = self.points.iter();
         let all: Vec<EnergyLedger> = energies.iter().chain(points).cloned().collect();
@@ -185,6 +220,7 @@ impl Summary {
         let mut solving = 0.0;
         for ((name, participant), farewell) in self.participants.iter_mut().zip(farewells) {
             let outcome = farewell.outcome;
+            self.held.push(outcome.held_load);
             state.update(name.as_bytes());
             state.update(outcome.state_hash.as_bytes());
             solving += farewell.solve_wall_s;
@@ -227,12 +263,64 @@ impl Summary {
         });
     }
 
-    /// Enters how it ended.
-    pub fn end(&mut self, wall_s: f64, error: Option<&Error>) {
+    /// Warnings about forces, energies and joins; `through_n` is the mean force through each interface of the scenario while results
+    /// are sampled, as it pushes the continuum down (N).
+    pub fn judged(&self, bounds: &Plausible, through_n: &[Option<f64>]) -> Vec<Warning> {
+        let mut found = Vec::new();
+        let mut add = |place: &str, finding: Option<Finding>| {
+            found.extend(finding.map(|finding| Warning::of(place, finding)));
+        };
+        for (peer, (name, participant)) in self.participants.iter().enumerate() {
+            let balance = participant.energy_balance_rel;
+            let judged = |value| plausible::energy_balance(bounds.energy_balance_rel, value);
+            add(name, balance.and_then(judged));
+            let load = self.held.get(peer).copied().flatten();
+            let through = self.joins.iter().map(|join| join.force_of(peer, through_n));
+            let through: Option<f64> = through.flatten().reduce(|sum, force| sum + force);
+            let judged =
+                |(load, through)| plausible::force_balance(bounds.force_balance_rel, load, through);
+            add(name, load.zip(through).and_then(judged));
+        }
+        for (name, interface) in &self.interfaces {
+            let energy = interface.energy_defect_rel;
+            add(
+                name,
+                plausible::interface_energy(bounds.interface_energy_rel, energy),
+            );
+            add(name, plausible::gap(bounds.gap_rel, interface.gap_max_rel));
+            let accepted = interface.not_converged_windows;
+            let judged = plausible::not_converged(bounds.not_converged_rel, accepted, self.windows);
+            add(name, judged);
+        }
+        let total = self.results.get("energy_balance_rel");
+        let judged = |value: &f64| plausible::energy_balance(bounds.energy_balance_rel, *value);
+        let several = self.participants.len() > 1;
+        add("run", total.filter(|_| several).and_then(judged));
+        found
+    }
+
+    /// Enters how it ended; `strict` makes any warning suspect.
+    pub fn end(&mut self, wall_s: f64, error: Option<&Error>, strict: bool) {
+        let suspect = |warning: &Warning| strict || warning.suspect;
+        let (code, status) = if self.warnings.iter().any(suspect) {
+            (SUSPECT, "suspect")
+        } else {
+            (0, "completed")
+        };
         self.wall_s = wall_s;
-        self.status = error.map_or("completed", Error::status);
-        self.exit_code = error.map_or(0, Error::exit_code);
+        self.status = error.map_or(status, Error::status);
+        self.exit_code = error.map_or(code, Error::exit_code);
         self.message = error.map_or_else(String::new, ToString::to_string);
+    }
+
+    /// The word for how it ended.
+    pub fn status(&self) -> &'static str {
+        self.status
+    }
+
+    /// The exit code of the run.
+    pub fn exit_code(&self) -> i32 {
+        self.exit_code
     }
 
     /// The text of summary.json.
@@ -243,6 +331,20 @@ impl Summary {
     /// summary.json as a value.
     pub fn value(&self) -> Value {
         serde_json::to_value(self).expect("plain data always serialises")
+    }
+}
+
+impl Join {
+    /// The mean force that leaves a participant downwards here (N): a wall pushes its continuum, which pushes back.
+    fn force_of(&self, peer: usize, through_n: &[Option<f64>]) -> Option<f64> {
+        let force = through_n.get(self.index).copied().flatten()?;
+        if peer == self.wall {
+            Some(force)
+        } else if peer == self.continuum {
+            Some(-force)
+        } else {
+            None
+        }
     }
 }
 

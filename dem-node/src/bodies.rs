@@ -14,6 +14,8 @@ pub struct Bodies {
     pub radii: Vec<f64>,
     /// Scaled masses of the free grains (kg); a cluster's is that of its first disk, its others have none.
     pub masses: Vec<f64>,
+    /// Part of those masses that `mass_scale` adds, 1 - 1/scale.
+    pub added_mass_rel: f64,
     /// Acceleration that the weight gives to the scaled masses (m/s2).
     pub gravity: [f64; 2],
     /// Positions of the glued disks in the undeformed boundary (m): those of the base, then those of the lid, each by ascending x.

@@ -97,7 +97,7 @@ impl Bounds {
 }
 
 /// Mean and smallest radius (m). For a layer these are the law's, so that the bound does not depend on the seed.
-fn radii(config: &Config) -> (f64, f64) {
+pub(crate) fn radii(config: &Config) -> (f64, f64) {
     match &config.sample {
         SampleConfig::Disks(sample) => {
             let free = || sample.disks.iter().filter(|d| !d.glued).map(|d| d.radius_m);

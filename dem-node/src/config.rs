@@ -4,6 +4,7 @@ mod disks;
 mod law;
 mod layer;
 pub(crate) mod limits;
+mod plausible;
 mod sample;
 
 use protocol::ConfigError;
@@ -16,7 +17,11 @@ use limits::{PERIOD, at_least, finite, positive, refuse_given, refuse_if, within
 pub use disks::{ClusterConfig, DisksConfig, WallConfig};
 pub use law::{LawConfig, LawKind};
 pub use layer::{LayerConfig, RadiusLaw};
+pub use plausible::PlausibleConfig;
 pub use sample::SampleConfig;
+
+/// Residuals that mean something: one below is rounding, one above no solution.
+const TOLERANCES: [f64; 2] = [1e-14, 0.1];
 
 /// Largest diameters that the radius of a round wheel on a layer must have, or it falls between the grains.
 const WHEEL_GRAINS: f64 = 2.0;
@@ -47,6 +52,9 @@ pub struct Config {
     /// Opens or closes the only contact of a pair of disks.
     #[serde(default)]
     pub drive: Option<DriveConfig>,
+    /// Bounds of the checks of plausibility.
+    #[serde(default)]
+    pub plausible: PlausibleConfig,
 }
 
 fn one() -> f64 {
@@ -120,6 +128,7 @@ impl Config {
         for component in self.gravity_m_per_s2 {
             finite("gravity_m_per_s2", component)?;
         }
+        self.plausible.validate()?;
         self.sample.validate()?;
         if let Some(wheel) = &self.wheel {
             wheel.validate()?;
@@ -263,8 +272,9 @@ impl Config {
 }
 
 fn validate_solver(solver: &Criteria) -> Result<(), ConfigError> {
-    positive("solver.tolerance", solver.tolerance, "")?;
-    within("solver.tolerance", solver.tolerance, [0.0, 0.1])?;
+    within("solver.tolerance", solver.tolerance, TOLERANCES).map_err(|error| {
+        error.help("a residual is a relative number: doubles do not resolve a smaller one")
+    })?;
     let (least, most) = (solver.min_iterations, solver.max_iterations);
     if most == 0 || least > most {
         let problem =

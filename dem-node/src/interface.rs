@@ -7,6 +7,7 @@ use std::ops::Range;
 use protocol::{NodeError, Surface};
 
 use crate::bodies::Bodies;
+use crate::sample::layer::drop_at;
 
 /// The rows of glued disks, on the bodies below and above: names of their sets, and their disks among the glued ones.
 fn rows(bodies: &Bodies) -> impl Iterator<Item = (&'static str, Range<usize>)> {
@@ -28,6 +29,22 @@ pub fn masses(bodies: &Bodies, mass_per_area: f64) -> BTreeMap<String, Vec<f64>>
     let of = |disks: Range<usize>| bodies.radii[bodies.free..][disks].iter().map(mass);
     rows(bodies)
         .map(|(name, disks)| (name.to_string(), of(disks).collect()))
+        .collect()
+}
+
+/// Outward normals of the sets: the base lies on a body below, the lid hangs on one above.
+pub fn outward(bodies: &Bodies) -> BTreeMap<String, [f64; 2]> {
+    let side = |name: &str| if name == "base" { -1.0 } else { 1.0 };
+    let normals = rows(bodies).map(|(name, _)| (name.to_string(), [0.0, side(name)]));
+    normals.collect()
+}
+
+/// Places on the crown under or over each disk of the sets (m): a layer is cut along it, through disks at random.
+pub fn smooth(bodies: &Bodies, crown_radius: f64) -> BTreeMap<String, Vec<[f64; 2]>> {
+    let place = |centre: &[f64; 2]| [centre[0], -drop_at(centre[0], crown_radius)];
+    let places = |disks: Range<usize>| bodies.reference[disks].iter().map(place).collect();
+    rows(bodies)
+        .map(|(name, disks)| (name.to_string(), places(disks)))
         .collect()
 }
 

@@ -107,6 +107,7 @@ pub mod law;
 pub mod ledger;
 pub mod mass_scaling;
 pub mod node;
+pub mod plausible;
 pub mod positions;
 pub mod prescribed_opening;
 pub mod repair;
@@ -132,12 +133,14 @@ pub fn check(config: &serde_json::Value, setting: &Setting) -> Result<Vec<String
     let config: Config = protocol::read_config(config)?;
     config.validate()?;
     check_setting(setting)?;
-    match config.time.step_s {
-        None => Ok(Vec::new()),
+    let mut advice = match config.time.step_s {
+        None => Vec::new(),
         Some(step) => bounds::Bounds::new(&config)
             .assess(step)
-            .map_err(|error| ConfigError::new("time.step_s", error.to_string())),
-    }
+            .map_err(|error| ConfigError::new("time.step_s", error.to_string()))?,
+    };
+    advice.extend(mass_scaling::advice(&config, setting.thickness_m));
+    Ok(advice)
 }
 
 /// Builds the participant of a session: reads its keys and prepares its sample.

@@ -51,6 +51,10 @@ impl Node for Dem {
                 value: self.solver.criteria.tolerance,
             }),
             point_mass_kg: interface::masses(&self.bodies, self.mass_per_area),
+            outward: interface::outward(&self.bodies),
+            smooth_m: self.crown.map_or_else(BTreeMap::new, |radius| {
+                interface::smooth(&self.bodies, radius)
+            }),
             ..Description::default()
         }
     }
@@ -195,6 +199,7 @@ impl Node for Dem {
     }
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
+        let judged = self.judged();
         Ok(Outcome {
             steps: self.progress.steps,
             work: BTreeMap::from([(
@@ -203,12 +208,9 @@ impl Node for Dem {
             )]),
             results: self.results(),
             state_hash: self.progress.state.hash(),
-            warnings: self.progress.statistics.warnings(
-                self.program.as_ref(),
-                &self.bodies,
-                &self.progress.state,
-                self.half_width,
-            ),
+            warnings: Vec::new(),
+            findings: judged.findings(),
+            held_load: judged.held_load(),
         })
     }
 }

@@ -59,15 +59,6 @@ pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
     bodies.free - state.centres[..bodies.free].iter().filter(inside).count()
 }
 
-/// Mean overlap of rigid contacts over the mean radius above which the geometry is no longer that of rigid grains.
-const OVERLAP_BUDGET: f64 = 1e-3;
-
-/// Tolerated distance of the wheel's force from its load in the second half of the hold, over the load.
-const SETTLED: f64 = 0.1;
-/// Half-width of a layer over that of 98 % of the wheel's force, below which the ends give way: against the rail alone, two
-/// loads that rub with partial slip lost 6 % of their friction loop at 1.38 and 17 % at 1.21, and 1 to 4 % at 1.51.
-const ENDS: f64 = 1.4;
-
 /// A mean that is filled value by value.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Mean {
@@ -83,6 +74,31 @@ impl Mean {
 
     fn value(&self) -> Option<f64> {
         (self.count > 0).then(|| self.sum / self.count as f64)
+    }
+}
+
+/// Ratio of two sums over the last half to three quarters of all steps: how a run begins says little of how it goes on.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct RecentRatio {
+    steps: u64,
+    /// Sums since the last power of two of steps, and between that and the one before.
+    recent: [f64; 2],
+    before: [f64; 2],
+}
+
+impl RecentRatio {
+    fn add(&mut self, over: f64, under: f64) {
+        if self.steps.is_power_of_two() {
+            self.before = std::mem::take(&mut self.recent);
+        }
+        self.steps += 1;
+        self.recent[0] += over;
+        self.recent[1] += under;
+    }
+
+    fn value(&self) -> Option<f64> {
+        let [over, under] = [0, 1].map(|k| self.recent[k] + self.before[k]);
+        (under > 0.0).then(|| over / under)
     }
 }
 
@@ -106,6 +122,8 @@ pub struct RunStatistics {
     /// 53 at 4 kN, so that a moment says less than the mean.
     held_force: Mean,
     held_height: Mean,
+    /// Force of the grains on the boundary, downwards.
+    held_boundary: Mean,
     /// Least and largest force on the wheel in the second half of the hold (N).
     held_range: Option<[f64; 2]>,
     /// Vertical velocity of the wheel at the end of the hold (m/s).
@@ -119,6 +137,10 @@ pub struct RunStatistics {
     /// Largest overlap, and largest mean overlap, of any step (m).
     overlap_max: f64,
     overlap_mean_max: f64,
+    added_inertia: RecentRatio,
+    /// Steps with a load, and those of them whose residual was measured against rounding.
+    loaded_steps: u64,
+    rounding_steps: u64,
     last: StepSummary,
 }
 
@@ -144,9 +166,19 @@ impl RunStatistics {
         self.defect_max = self.defect_max.max(step.momentum_defect);
         self.overlap_mean_max = self.overlap_mean_max.max(step.overlap[0]);
         self.overlap_max = self.overlap_max.max(step.overlap[1]);
+        let h = moment.end - moment.start;
+        let loading = program.is_some_and(|program| moment.start < program.0.ramp_s);
+        if !loading {
+            self.added_inertia
+                .add(step.added_inertia * h, step.through * h);
+        }
+        if step.through > 0.0 {
+            self.loaded_steps += 1;
+            self.rounding_steps += u64::from(step.convergence.rounding);
+        }
         self.last = *step;
         if let Some(program) = program {
-            self.record_wheel(program, state.wheel, step.on_wheel, moment);
+            self.record_wheel(program, state.wheel, step, moment);
         }
     }
 
@@ -154,9 +186,10 @@ impl RunStatistics {
         &mut self,
         program: &WheelProgram,
         wheel: WheelState,
-        force: [f64; 2],
+        step: &StepSummary,
         moment: &StepSpan,
     ) {
+        let force = step.on_wheel;
         let height = wheel.position[1];
         let middle = 0.5 * (moment.start + moment.end);
         let motion = program.motion_start();
@@ -165,6 +198,7 @@ impl RunStatistics {
             if middle > 0.5 * (program.0.ramp_s + motion) {
                 self.held_force.add(force[1]);
                 self.held_height.add(height);
+                self.held_boundary.add(-step.on_boundary[1]);
                 self.held_range = Some(wider(self.held_range, force[1]));
                 self.held_velocity = wheel.velocity[1];
             }
@@ -180,41 +214,40 @@ impl RunStatistics {
         }
     }
 
-    /// Warnings that belong beside the results.
-    pub fn warnings(
-        &self,
-        program: Option<&WheelProgram>,
-        bodies: &Bodies,
-        state: &State,
-        half_width: Option<f64>,
-    ) -> Vec<String> {
-        let overlaps = self.overlaps(bodies);
-        let unsettled = program.and_then(|program| self.unsettled(program));
-        let ends = half_width.and_then(|half_width| close_to_the_ends(bodies, state, half_width));
-        [overlaps, unsettled, ends].into_iter().flatten().collect()
+    /// Largest overlap, and largest mean overlap, of any step (m).
+    pub fn overlaps(&self) -> [f64; 2] {
+        [self.overlap_max, self.overlap_mean_max]
     }
 
-    /// A warning if the wheel was not at rest when its results were taken.
-    fn unsettled(&self, program: &WheelProgram) -> Option<String> {
-        let [low, high] = self.held_range?;
-        let (load, slack) = (program.0.load_n, SETTLED * program.0.load_n);
-        (low < load - slack || high > load + slack).then(|| {
-            format!(
-                "the wheel is not at rest at the end of its hold: it moves at {:.2e} m/s, and over the second half of the hold the grains carried {low:.0} to {high:.0} N of its {load} N: make wheel.hold_s or wheel.ramp_s longer, or bring wheel.vy_m_per_s closer to 0",
-                self.held_velocity
-            )
-        })
+    /// Mean force of the grains on the wheel in the second half of the hold (N).
+    pub fn held_force(&self) -> Option<f64> {
+        self.held_force.value()
     }
 
-    /// A warning if rigid contacts overlapped beyond their budget.
-    fn overlaps(&self, bodies: &Bodies) -> Option<String> {
-        let mean = self.overlap_mean_max / bodies.mean_radius();
-        if bodies.law.springs.is_some() || mean <= OVERLAP_BUDGET {
-            return None;
-        }
-        Some(format!(
-            "the mean overlap of rigid contacts reached {mean:.2e} of the mean radius, the budget is {OVERLAP_BUDGET:e}: lower time.step_s or solver.tolerance, or write law.penetration = \"split\""
-        ))
+    /// Least and largest force on the wheel in the second half of the hold (N).
+    pub fn held_range(&self) -> Option<[f64; 2]> {
+        self.held_range
+    }
+
+    /// Mean force of the grains on the boundary in the second half of the hold (N), downwards.
+    pub fn held_boundary_force(&self) -> Option<f64> {
+        self.held_boundary.value()
+    }
+
+    /// Vertical velocity of the wheel at the end of the hold (m/s).
+    pub fn held_velocity(&self) -> f64 {
+        self.held_velocity
+    }
+
+    /// Impulse that moved the added mass of the grains over the impulse that went through them, after the ramp of a wheel, in
+    /// the last half of the steps or a little more.
+    pub fn added_inertia(&self) -> Option<f64> {
+        self.added_inertia.value()
+    }
+
+    /// Share of the loaded steps in which rounding decided that the contact solve had converged.
+    pub fn rounding_limited(&self) -> Option<f64> {
+        (self.loaded_steps > 0).then(|| self.rounding_steps as f64 / self.loaded_steps as f64)
     }
 
     /// The results so far.
@@ -237,6 +270,8 @@ impl RunStatistics {
             ("overlap_max_rel", self.overlap_max / radius),
             ("ejected_grains", lost_grains(bodies, state) as f64),
         ]);
+        let rounding = self.rounding_limited().filter(|share| *share > 0.0);
+        results.extend(given([("rounding_limited_rel", rounding)]));
         let Some(program) = program else {
             return results;
         };
@@ -266,37 +301,4 @@ pub fn given<const N: usize>(
 fn wider(range: Option<[f64; 2]>, value: f64) -> [f64; 2] {
     let [low, high] = range.unwrap_or([value; 2]);
     [low.min(value), high.max(value)]
-}
-
-/// Half-width of 98 % of the force on the wheel (m), `None` where nothing touches it.
-fn pressed_half_width(bodies: &Bodies, state: &State) -> Option<f64> {
-    let on_wheel = state
-        .list
-        .slots
-        .iter()
-        .filter(|slot| Some(slot.b as usize) == bodies.wheel() && slot.force[0] > 0.0);
-    let mut forces: Vec<(f64, f64)> = on_wheel
-        .map(|slot| (state.centres[slot.a as usize][0].abs(), slot.force[0]))
-        .collect();
-    forces.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let total: f64 = forces.iter().map(|(_, force)| force).sum();
-    let mut sum = 0.0;
-    let within = forces.iter().find(|(_, force)| {
-        sum += force;
-        sum >= 0.98 * total
-    });
-    within.map(|(x, _)| *x)
-}
-
-/// A warning if the wheel presses so near to the ends of a layer that they give way.
-fn close_to_the_ends(bodies: &Bodies, state: &State, half_width: f64) -> Option<String> {
-    let pressed = pressed_half_width(bodies, state)?;
-    (half_width < ENDS * pressed).then(|| {
-        format!(
-            "98 % of the wheel's force lies within {:.2} mm of the middle and the layer ends at {:.2} mm, where it gives way sideways: results of slip are off by several per cent; make sample.half_width_m at least {:.2e}",
-            1e3 * pressed,
-            1e3 * half_width,
-            ENDS * pressed
-        )
-    })
 }

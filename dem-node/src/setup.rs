@@ -39,6 +39,7 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
         free: sample.free.len(),
         radii: disks().map(|disk| disk.radius).collect(),
         masses,
+        added_mass_rel: 1.0 - 1.0 / config.mass_scale,
         clusters,
         gravity: config.gravity_m_per_s2.map(|g| g / config.mass_scale),
         reference: sample.glued.iter().map(|disk| disk.centre).collect(),

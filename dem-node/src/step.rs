@@ -50,6 +50,10 @@ pub struct StepSummary {
     pub on_boundary: [f64; 2],
     /// Largest component of (forces on the free grains - change of their momentum / h) (N).
     pub momentum_defect: f64,
+    /// Part of that change of momentum over h which belongs to mass that `mass_scale` adds (N).
+    pub added_inertia: f64,
+    /// Half the sum of the forces between the free grains and everything else (N).
+    pub through: f64,
 }
 
 /// Makes steps; owns the buffers that they share.
@@ -90,7 +94,10 @@ impl Stepper {
         };
         let mut summary = self.update_contacts(state, input);
         summary.convergence = convergence;
-        summary.momentum_defect = self.momentum_defect(state, input);
+        let balance = self.momentum_balance(state, input);
+        summary.momentum_defect = balance.defect;
+        summary.added_inertia = balance.inertia * bodies.added_mass_rel;
+        summary.through = balance.through;
         self.update_bodies(state, input);
         let drift = input.step * input.theta;
         state.drift(bodies, drift);

@@ -23,4 +23,6 @@ pub(crate) struct Committed {
     pub(crate) hold_maxima: Option<PressureMaxima>,
     /// Contact and pressures just before the wheel starts to move sideways.
     pub(crate) hold_record: Option<HoldRecord>,
+    /// Largest strain at the ends of the phases so far.
+    pub(crate) strain_max: f64,
 }

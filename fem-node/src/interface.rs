@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use protocol::Surface;
 
 use crate::error::FemError;
-use crate::mesh::Edge;
+use crate::mesh::{Edge, Mesh};
 use crate::model::Model;
 
 /// Coupled nodes, those of them that are exchanged, and the matrices condensed onto them.
@@ -114,6 +114,30 @@ pub(crate) fn coupling_sets(model: &Model) -> Vec<String> {
     let movable = sets.filter(|name| !(model.supported && *name == Edge::Bottom.name()));
     let lines = movable.filter(|name| model.mesh.open_line(name).is_some());
     lines.map(String::from).collect()
+}
+
+/// Mean outward normals of those sets, by name.
+pub(crate) fn outward_normals(model: &Model) -> BTreeMap<String, [f64; 2]> {
+    let normal = |name: String| {
+        let line = model.mesh.open_line(&name)?;
+        let [x, y] = outward_sum(&model.mesh, &line);
+        let length = x.hypot(y);
+        (length > 0.0).then(|| (name, [x / length, y / length]))
+    };
+    coupling_sets(model)
+        .into_iter()
+        .filter_map(normal)
+        .collect()
+}
+
+/// Sum over a line of outward normal times length (m): with the body on the left of a -> b that is (dy, -dx).
+fn outward_sum(mesh: &Mesh, line: &[[usize; 2]]) -> [f64; 2] {
+    let segments = line.windows(2);
+    let segments = segments.filter_map(|pair| mesh.outline(pair[0], pair[1]));
+    segments.fold([0.0; 2], |sum, ends| {
+        let [p, q] = ends.map(|node| mesh.point(node[0], node[1]));
+        [sum[0] + q[1] - p[1], sum[1] - q[0] + p[0]]
+    })
 }
 
 fn surface(model: &Model, nodes: &[[usize; 2]], length_m: Vec<f64>) -> Surface {

@@ -98,6 +98,7 @@ mod compliance;
 mod error;
 mod interface;
 mod pack;
+mod plausible;
 mod prescribed_velocity;
 mod snapshot;
 mod vtu;

@@ -4,8 +4,8 @@ use protocol::{ConfigError, Setting};
 
 use crate::boundary::{self, PrescribedMotion, Traction};
 use crate::config::{
-    Analysis, Base, Config, ElementKind, Kinematics, MaterialKind, MeshSource, Sides, Start,
-    StepChoice, WheelConfig, positive,
+    Analysis, Base, Config, ElementKind, Kinematics, MaterialKind, MeshSource, PlausibleConfig,
+    Sides, Start, StepChoice, WheelConfig, positive,
 };
 use crate::element::{Body, Supports};
 use crate::gmsh;
@@ -64,6 +64,10 @@ pub struct Model {
     pub(crate) moved_sets: Vec<String>,
     /// Warnings for the user, before a long run.
     pub warnings: Vec<String>,
+    /// Radius of the wheel's face (m), 0 for a flat one or none.
+    pub(crate) wheel_radius: f64,
+    /// Bounds of the checks of plausibility.
+    pub(crate) plausible: PlausibleConfig,
 }
 
 impl Model {
@@ -122,6 +126,8 @@ impl Model {
             supported: config.base != Base::Free,
             moved_sets: config.boundary.moved_sets().map(String::from).collect(),
             warnings,
+            wheel_radius: config.wheel.map_or(0.0, |wheel| wheel.radius_m),
+            plausible: config.plausible,
         })
     }
 

@@ -133,6 +133,32 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
     maxima
 }
 
+/// Largest entry of the displacement gradient over the centroids, which rotations spoil as strains do; under corotational
+/// kinematics the largest component of the stretch's strain. Not a number where any entry is none.
+pub fn largest_strain(model: &Model, state: &State) -> f64 {
+    let mut largest: f64 = 0.0;
+    for [column, row] in model.mesh.element_indices() {
+        let corners = model.mesh.corners(column, row);
+        let points = corners.map(|n| model.mesh.point(n[0], n[1]));
+        let u = corners.map(|node| displacement(model.body.layout, state, node));
+        let gradient = gradient(&points, &u, [0.0, 0.0]);
+        let entries = if model.law == Some(NonlinearLaw::Corotational) {
+            let ([xx, yy, xy], _) = stretch_at(gradient);
+            [xx, yy, 0.5 * xy, 0.0]
+        } else {
+            let [[xx, xy], [yx, yy]] = gradient;
+            [xx, xy, yx, yy]
+        };
+        for entry in entries {
+            // Written so that no number stays none.
+            if entry.abs() > largest || entry.is_nan() {
+                largest = entry.abs();
+            }
+        }
+    }
+    largest
+}
+
 /// Cauchy stress (sxx, syy, sxy) at natural coordinates of the element (column, row) (Pa).
 pub fn stress(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> [f64; 3] {
     let strained = strained(model, state, element, natural);

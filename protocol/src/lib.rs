@@ -9,6 +9,7 @@
 //! - [`frame`]: the fixed header and its payload of doubles;
 //! - [`setting`]: the setting that a participant is launched with, and the checked reading of its own keys;
 //! - [`node`]: the requests that a solver answers, and the types of its answers;
+//! - [`finding`]: values that are not plausible, and the bounds of a check;
 //! - [`checkpoint`]: a node's state as bytes;
 //! - [`link`]: the ways a frame travels: an in-process channel or shared memory;
 //! - [`serve`](mod@serve): the loop that turns frames into calls of a [`Node`];
@@ -21,6 +22,7 @@
 //! ```
 
 pub mod checkpoint;
+pub mod finding;
 pub mod frame;
 pub mod link;
 pub mod node;
@@ -28,11 +30,12 @@ pub mod participate;
 pub mod serve;
 pub mod setting;
 
+pub use finding::{Bounds, Finding};
 pub use frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 pub use link::{Link, LinkError};
 pub use node::{
-    BoundaryAnswer, BoundaryInertia, Capabilities, Description, FaultCode, Node, NodeError,
-    Outcome, Phase, Reaction, Role, Surface, Term, Tolerance, Window,
+    BoundaryAnswer, BoundaryInertia, Capabilities, Description, FaultCode, HeldLoad, Node,
+    NodeError, Outcome, Phase, Reaction, Role, Surface, Term, Tolerance, Window,
 };
 pub use participate::{ParticipateError, participate};
 pub use serve::{ServeError, serve};

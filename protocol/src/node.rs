@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::finding::Finding;
 use crate::setting::ConfigError;
 
 /// A solver, seen from the coupler. Vectors over the exchanged points hold two components a point,
@@ -170,6 +171,14 @@ pub struct Description {
     /// needs that to push them by a force. A set that is missing has no such masses.
     #[serde(default)]
     pub point_mass_kg: BTreeMap<String, Vec<f64>>,
+    /// Places on the smooth surface (m) that the points of a set stand for, in the order of its [`Surface`], by the name of the
+    /// set: the points of a rough row lie off it. Points of a set that is missing stand for themselves.
+    #[serde(default)]
+    pub smooth_m: BTreeMap<String, Vec<[f64; 2]>>,
+    /// Mean outward normal of each set, of length 1: two sets that are joined face each other. Not checked for a set that is
+    /// missing.
+    #[serde(default)]
+    pub outward: BTreeMap<String, [f64; 2]>,
 }
 
 /// Residual to which a solver iterates.
@@ -358,6 +367,22 @@ pub struct Outcome {
     /// Advice to the user about the quality of the results.
     #[serde(default)]
     pub warnings: Vec<String>,
+    /// Values that are not plausible.
+    #[serde(default)]
+    pub findings: Vec<Finding>,
+    /// The load that leaves through the coupled sets while results are sampled, where this node knows one.
+    #[serde(default)]
+    pub held_load: Option<HeldLoad>,
+}
+
+/// A load that presses on a node's coupled sets in the last half of its sampled phase, when all is at rest: what the
+/// interfaces must carry then.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct HeldLoad {
+    /// The load that the scenario asks for (N), downwards.
+    pub wanted_n: f64,
+    /// Mean of the force that the load exerts (N), downwards.
+    pub mean_n: f64,
 }
 
 impl Outcome {
@@ -452,8 +477,7 @@ mod tests {
             steps: 1,
             work: BTreeMap::new(),
             results: results.map(|(name, value)| (name.into(), value)).into(),
-            state_hash: String::new(),
-            warnings: Vec::new(),
+            ..Outcome::default()
         };
         let sent = outcome.with_finite_results();
         assert_eq!(sent.results, BTreeMap::from([("a_m".into(), 1.0)]));

@@ -1,5 +1,6 @@
 //! The whole life of a participant in a process of its own.
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -71,7 +72,7 @@ fn end_on_signals(
             if !is_child_of(coordinator_pid) {
                 let _ = shm::remove_run(&root, &prefix);
             }
-            eprintln!("ended by signal {signal}");
+            let _ = writeln!(std::io::stderr(), "ended by signal {signal}");
             std::process::exit(128 + signal);
         }
     });

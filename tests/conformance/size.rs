@@ -1,4 +1,5 @@
-//! The four crates stay small enough to be read: at most 31 500 lines of code. A line counts that holds code of the product:
+//! The four crates stay small enough to be read: at most 31 500 lines of code for what they did when the schemes became pure
+//! algorithms, and an allowance for each feature since. A line counts that holds code of the product:
 //! not blank, no comment or documentation, no code that `#[cfg(test)]` marks, and in no file of a module `tests`.
 
 use std::path::Path;
@@ -7,8 +8,11 @@ use harness::source::{Sources, code_lines, crate_lines, read_sources};
 
 const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 
-/// Lines of code of all crates together.
-const LIMIT: usize = 31_500;
+/// Lines of code of all crates together at that time.
+const REDESIGN: usize = 31_500;
+
+/// Features since, with the lines that they may take.
+const SINCE: [(&str, usize); 2] = [("checks of plausibility", 900), ("strict logs", 370)];
 
 #[test]
 fn the_crates_have_no_more_lines_than_the_limit() {
@@ -18,9 +22,10 @@ fn the_crates_have_no_more_lines_than_the_limit() {
     });
     let total: usize = counts.iter().map(|(_, lines)| lines).sum();
     println!("{total} lines of code: {counts:?}");
+    let limit = REDESIGN + SINCE.iter().map(|(_, lines)| lines).sum::<usize>();
     assert!(
-        total <= LIMIT,
-        "{total} lines, more than {LIMIT}: {counts:?}"
+        total <= limit,
+        "{total} lines, more than {limit}: {counts:?}"
     );
 }
 

@@ -3,6 +3,7 @@
 mod bad_scenario;
 mod full_disk;
 mod lost_peer;
+mod plausible;
 mod resume;
 mod same_bits;
 mod scene;

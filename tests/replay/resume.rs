@@ -28,6 +28,7 @@ pub(crate) fn conduct(
         program: program("thirdbody"),
         watch: Watch::default(),
         progress: false,
+        strict: false,
     };
     let ended = match from {
         None => run(loaded, &options),

@@ -169,6 +169,7 @@ fn run_text(text: &str, overrides: &[&str]) -> Result<Left, Error> {
             program: program("thirdbody"),
             watch: Watch::default(),
             progress: false,
+            strict: false,
         },
     )?;
     let signals = read_csv(&scratch.path().join("signals.csv"));

@@ -305,7 +305,9 @@ fn held(changes: Value) -> (Report, Vec<String>) {
     let mut dem = layer_under_wheel(0.3, changes);
     let end = dem.describe().end_s.expect("the wheel has an end");
     let report = march(&mut dem, 0, (end / 6.12e-7).ceil() as u32);
-    (report, dem.finish().expect("it finishes").warnings)
+    let findings = dem.finish().expect("it finishes").findings;
+    let texts = findings.into_iter().map(|finding| finding.text);
+    (report, texts.collect())
 }
 
 /// The ledger is exact but for the solver's residual: what springs lose as their contacts turn, 4 % here, is in it.

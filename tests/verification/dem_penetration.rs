@@ -134,7 +134,8 @@ fn pressed(penetration: &str) -> (f64, Vec<String>) {
     let outcome = dem.finish().expect("it finishes");
     close("result", outcome.results["overlap_mean_rel"], mean, 0.0);
     assert!(outcome.results["overlap_max_rel"] >= mean);
-    (mean, outcome.warnings)
+    let warnings = outcome.findings.into_iter().map(|finding| finding.text);
+    (mean, warnings.collect())
 }
 
 #[test]

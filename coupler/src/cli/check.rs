@@ -25,7 +25,7 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     let warnings = check_scenario(&loaded, registry, arguments.scenario.threads())?;
     print(&describe(&loaded))?;
     for warning in warnings {
-        print(&format!("warning: {warning}"))?;
+        print(&warning.line())?;
     }
     if loaded.scenario.interface.is_empty() || arguments.no_start {
         return Ok(0);

@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use crate::error::{Error, Refusal};
+use crate::output::tell;
 use crate::run::checkpoint::{RestartPoint, find};
 use crate::scenario::Scenario;
 use crate::scenario::load::{Loaded, load};
@@ -83,7 +84,7 @@ pub(super) fn restart_point(
 ) -> Result<Option<RestartPoint>, Error> {
     let (origin, passed_over) = find(run, loaded, from)?;
     for unusable in passed_over {
-        eprintln!("warning: {unusable}; the one before it is taken");
+        tell(&format!("warning: {unusable}; the one before it is taken"));
     }
     Ok(origin)
 }

@@ -8,6 +8,7 @@ use protocol::setting::proposal;
 use super::common::{VerbResult, log_of, print};
 use crate::error::{Error, Refusal};
 use crate::log::export::{Selection, long, wide};
+use crate::output::tell;
 
 /// Arguments of `export`.
 #[derive(Debug, clap::Args)]
@@ -44,7 +45,9 @@ pub fn export(arguments: &ExportArguments) -> VerbResult {
         wide(&log, &selection, out)?
     };
     if let Some(damage) = exported.damage {
-        eprintln!("the log ends early, its valid part is exported: {damage}");
+        tell(&format!(
+            "the log ends early, its valid part is exported: {damage}"
+        ));
     }
     if exported.messages == 0 {
         return Err(Refusal::EmptyExport.into());

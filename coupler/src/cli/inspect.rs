@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::common::{VerbResult, log_of, print_either};
 use crate::log::{LogSummary, summarize};
+use crate::output::tell;
 use crate::run::checkpoint::{FOLDER, file};
 
 /// Arguments of `inspect`.
@@ -27,10 +28,10 @@ pub fn inspect(arguments: &InspectArguments) -> VerbResult {
     let path = log_of(&arguments.path)?;
     let summary = summarize(&path, arguments.recover).inspect_err(|_| {
         if !arguments.recover {
-            eprintln!(
+            tell(&format!(
                 "note: `thirdbody inspect --recover {}` reads the valid part of a damaged log",
                 arguments.path.display()
-            );
+            ));
         }
     })?;
     let found = file::list(&arguments.path.join(FOLDER)).into_iter();

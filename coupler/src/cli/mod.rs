@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::error::Error;
+use crate::output::tell;
 use crate::participants::Registry;
 
 pub mod bench;
@@ -80,7 +81,7 @@ pub fn main(registry: &Registry) -> ExitCode {
 /// Tells on stderr what went wrong; scenario errors point into the file.
 fn print_error(error: Error) {
     match error {
-        Error::Scenario(scenario) => eprintln!("{:?}", miette::Report::new(*scenario)),
-        other => eprintln!("error: {other}"),
+        Error::Scenario(scenario) => tell(&format!("{:?}", miette::Report::new(*scenario))),
+        other => tell(&format!("error: {other}")),
     }
 }

@@ -9,6 +9,7 @@ use super::common::{
     VerbResult, foreign, log_of, own_program, print_either, refuse_commands, restart_point,
 };
 use crate::error::{Error, Refusal};
+use crate::output::tell;
 use crate::participants::{Launcher, Registry, Watch};
 use crate::replay::solver::How;
 use crate::replay::{Recording, Replayed, coupler, drift, recording, solver};
@@ -142,7 +143,7 @@ fn draw(arguments: &ReplayArguments, results: &[Replayed]) -> Result<(), Error> 
     let drift: Vec<_> = results.iter().flat_map(|r| r.drift.clone()).collect();
     let path = &arguments.plot;
     std::fs::write(path, drift::picture(&drift)?).map_err(Error::output(path.display()))?;
-    eprintln!("{}", path.display());
+    tell(&path.display().to_string());
     Ok(())
 }
 

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::common::{VerbResult, refuse_commands, restart_point, threads};
-use super::run::{conclude, options};
+use super::run::{EndingArguments, conclude, options};
 use crate::error::Refusal;
+use crate::output::tell;
 use crate::participants::Registry;
 use crate::run::session::go_on;
 use crate::scenario::load::load;
@@ -26,9 +27,8 @@ pub struct ResumeArguments {
     /// Start programs that the scenario of the run names.
     #[arg(long)]
     allow_commands: bool,
-    /// Print summary.json on stdout instead of a short table.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    ending: EndingArguments,
 }
 
 /// Goes on; the exit code is the run's.
@@ -43,18 +43,19 @@ pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
     }
     let origin = restart_point(run, &loaded, arguments.from)?;
     match &origin {
-        Some(origin) => eprintln!("goes on from {}", origin.path.display()),
-        None => eprintln!(
+        Some(origin) => tell(&format!("goes on from {}", origin.path.display())),
+        None => tell(&format!(
             "{}: no checkpoint to go on from, the run begins again",
             run.display()
-        ),
+        )),
     }
-    let options = options(
+    let mut options = options(
         arguments.out.as_deref(),
         threads(arguments.threads),
         registry,
     )?;
-    conclude(go_on(&loaded, &options, origin.as_ref())?, arguments.json)
+    options.strict = arguments.ending.strict;
+    conclude(go_on(&loaded, &options, origin.as_ref())?, arguments.ending)
 }
 
 /// The folder that the path stands for now: runs/latest points to the resumed run as soon as that begins.

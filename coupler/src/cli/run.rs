@@ -18,17 +18,28 @@ pub struct RunArguments {
     /// Run directory: a new or an empty folder. By default a new one below runs/.
     #[arg(long)]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    ending: EndingArguments,
+}
+
+/// Arguments of the verbs that bring a run to its end.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct EndingArguments {
     /// Print summary.json on stdout instead of a short table.
     #[arg(long)]
     json: bool,
+    /// End as suspect, with exit code 8, after any warning.
+    #[arg(long)]
+    pub(super) strict: bool,
 }
 
 /// Runs a scenario; the exit code is the run's.
 pub fn run(arguments: &RunArguments, registry: &Registry) -> VerbResult {
     let loaded = arguments.scenario.load()?;
     let threads = arguments.scenario.threads();
-    let options = options(arguments.out.as_deref(), threads, registry)?;
-    conclude(run_scenario(&loaded, &options)?, arguments.json)
+    let mut options = options(arguments.out.as_deref(), threads, registry)?;
+    options.strict = arguments.ending.strict;
+    conclude(run_scenario(&loaded, &options)?, arguments.ending)
 }
 
 /// Options of a run that is started here and shows its progress.
@@ -44,6 +55,7 @@ pub(super) fn options<'a>(
         program: own_program()?,
         watch: listen()?,
         progress: true,
+        strict: false,
     })
 }
 
@@ -58,9 +70,10 @@ fn listen() -> Result<Watch, Error> {
 }
 
 /// Prints what came of a run; the exit code is the run's.
-pub(super) fn conclude(ended: Ended, json: bool) -> VerbResult {
-    let printed = print_either(json, || ended.summary.to_json(), || table(&ended));
-    ended.error.map_or(printed, Err).map(|()| 0)
+pub(super) fn conclude(ended: Ended, ending: EndingArguments) -> VerbResult {
+    let printed = print_either(ending.json, || ended.summary.to_json(), || table(&ended));
+    let code = ended.summary.exit_code();
+    ended.error.map_or(printed, Err).map(|()| code)
 }
 
 /// The summary for a person.
@@ -81,6 +94,11 @@ fn table(ended: &Ended) -> String {
     if let Some(coupling) = value["coupling"].as_object() {
         lines.push("coupling".into());
         lines.extend(coupling.iter().map(|(name, number)| row(name, number)));
+    }
+    if !summary.warnings.is_empty() {
+        lines.push("warnings".into());
+        let found = summary.warnings.iter();
+        lines.extend(found.map(|warning| format!("  {}", warning.line())));
     }
     lines.push("results".into());
     lines.extend(

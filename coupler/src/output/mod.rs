@@ -10,8 +10,10 @@ pub mod progress;
 pub mod sample;
 pub mod signals;
 pub mod state;
+mod stderr;
 
 pub use progress::Progress;
 pub use sample::SampledMeans;
 pub use signals::SignalsFile;
 pub use state::OutputState;
+pub use stderr::tell;

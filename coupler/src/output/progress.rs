@@ -75,7 +75,7 @@ impl Progress {
     /// Leaves the line standing.
     pub fn done(&self) {
         if self.shown && self.terminal {
-            eprintln!();
+            super::stderr::tell("");
         }
     }
 }

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::profile::Traction;
 use crate::scenario::Interface;
+use crate::scheme::window::InterfaceSignals;
 
 /// The load history of a run: that of the first participant which has one.
 pub fn load_history<'a>(participants: impl Iterator<Item = &'a Description>) -> Vec<Phase> {
@@ -29,6 +30,8 @@ struct InterfaceMean {
     prefix: String,
     windows: u64,
     force_sum_n: f64,
+    /// Force that pushes the continuum down (N).
+    down_sum_n: f64,
     traction: Option<Traction>,
 }
 
@@ -40,6 +43,7 @@ impl SampledMeans {
             prefix: interface.prefix_among(interfaces.len()),
             windows: 0,
             force_sum_n: 0.0,
+            down_sum_n: 0.0,
             traction: None,
         };
         SampledMeans {
@@ -48,20 +52,28 @@ impl SampledMeans {
         }
     }
 
-    /// Adds an accepted window of an interface, with the force that presses on its continuum (N).
-    pub fn add(&mut self, window: &Window, interface: usize, pressing_n: f64) {
+    /// Adds an accepted window of an interface with the forces on its continuum.
+    pub fn add(&mut self, window: &Window, interface: usize, signals: &InterfaceSignals) {
         let inside =
             |(start, end): (f64, f64)| window.t0_s >= start && window.t1_s <= end * (1.0 + 1e-9);
         if self.span.is_some_and(inside) {
             let mean = &mut self.interfaces[interface];
             mean.windows += 1;
-            mean.force_sum_n += pressing_n;
+            mean.force_sum_n += signals.pressing_n;
+            mean.down_sum_n -= signals.force_n[1];
         }
     }
 
     /// Keeps the traction of an interface at the end of the phase.
     pub fn keep_traction(&mut self, interface: usize, traction: Traction) {
         self.interfaces[interface].traction = Some(traction);
+    }
+
+    /// Mean force that pushes the continuum of each interface down (N), where windows were sampled.
+    pub fn down_n(&self) -> Vec<Option<f64>> {
+        let interfaces = self.interfaces.iter();
+        let mean = |of: &InterfaceMean| (of.windows > 0).then(|| of.down_sum_n / of.windows as f64);
+        interfaces.map(mean).collect()
     }
 
     /// Results by their names in summary.json.

@@ -124,8 +124,8 @@ impl<'a> Outputs<'a> {
         }
         let state = &mut self.state;
         for (interface, signals) in accepted.signals {
+            state.sampled.add(window, interface, &signals);
             state.interfaces[interface] = signals;
-            state.sampled.add(window, interface, signals.pressing_n);
         }
         let due = window.index.is_multiple_of(self.signals_every);
         if due && last_at(groups, window.t1_s) && state.reports.iter().all(|r| !r.is_empty()) {
@@ -225,6 +225,11 @@ impl<'a> Outputs<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Mean force through each interface while results are sampled, as it pushes the continuum down (N).
+    pub fn sampled_down_n(&self) -> Vec<Option<f64>> {
+        self.state.sampled.down_n()
     }
 
     /// Has the fields of the end written, and completes the results.

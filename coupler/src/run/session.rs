@@ -15,6 +15,7 @@ use super::position::Position;
 use super::time_loop::{GroupRun, describe, each_window, end_s, groups_at_start, position};
 use crate::error::{Error, Refusal};
 use crate::log::{Exchange, Provenance, Recorder, Volume};
+use crate::output::tell;
 use crate::participants::handshake::{self, Greeted};
 use crate::participants::journal::Journal;
 use crate::participants::launch::{Launcher, config_value, setting};
@@ -24,6 +25,7 @@ use crate::participants::recorded::Recorded;
 use crate::participants::rehearsed::Rehearsed;
 use crate::participants::remote::Remote;
 use crate::participants::{Communicator, Registry, Watch};
+use crate::plausible::{self, Warning};
 use crate::rundir::{RunDir, manifest};
 use crate::scenario::load::Loaded;
 use crate::scheme::clock::Clock;
@@ -47,6 +49,8 @@ pub struct Options<'a> {
     pub watch: Watch,
     /// Progress is shown on stderr.
     pub progress: bool,
+    /// Any warning makes the run suspect.
+    pub strict: bool,
 }
 
 /// The end of a run; the summary is in the run directory too.
@@ -60,7 +64,7 @@ pub struct Ended {
 }
 
 /// Checks a scenario as far as that goes without starting anything; returns what the user should know.
-pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec<String>, Error> {
+pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec<Warning>, Error> {
     let mut warnings = Vec::new();
     for participant in &loaded.scenario.participant {
         let name = &participant.name;
@@ -75,14 +79,16 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
             loaded.source.error(&key, error)
         })?;
         let found = found.iter();
-        warnings.extend(found.map(|warning| format!("participant `{name}`: {warning}")));
+        warnings.extend(found.map(|text| Warning::advice("advice", name, text)));
     }
     for interface in &loaded.scenario.interface {
         let scheme = toml::Value::try_from(interface.scheme.word()).expect("it is a word");
         let name = &interface.name;
         let unused = interface.given.unused().into_iter();
         warnings.extend(unused.map(|key| {
-            format!("interface.{name}.{key} means nothing for scheme = {scheme} and is not used")
+            let place = format!("interface.{name}.{key}");
+            let text = format!("means nothing for scheme = {scheme} and is not used");
+            Warning::advice("unused_key", &place, text)
         }));
     }
     Ok(warnings)
@@ -117,9 +123,6 @@ pub fn go_on(
     if let Some(restart) = restart {
         rundir.note(&format!("goes on from {}", restart.path.display()));
     }
-    for warning in &warnings {
-        rundir.note(&format!("warning: {warning}"));
-    }
     let mut session = RunSession {
         loaded,
         options,
@@ -129,12 +132,17 @@ pub fn go_on(
         restart,
         summary: Summary::new(&loaded.scenario.run.name, &loaded.hash),
     };
+    session.found(warnings);
     let error = session.run(start).err();
     let mut summary = session.summary;
-    summary.end(start.elapsed().as_secs_f64(), error.as_ref());
+    summary.end(
+        start.elapsed().as_secs_f64(),
+        error.as_ref(),
+        options.strict,
+    );
     rundir.write("summary.json", &summary.to_json())?;
     rundir.note(&match &error {
-        None => "completed".to_string(),
+        None => summary.status().to_string(),
         Some(error) => format!("ended early: {error}"),
     });
     Ok(Ended {
@@ -208,7 +216,8 @@ impl RunSession<'_> {
             self.rundir.note(&format!(
                 "participant `{name}` is {software} in process {pid}"
             ));
-            self.note_warnings(name, &description.warnings);
+            let said = description.warnings.iter();
+            self.found(said.map(|text| Warning::advice("advice", name, text)));
         }
         self.summary.greet(scenario, &greeted);
         let talking = Instant::now();
@@ -234,12 +243,18 @@ impl RunSession<'_> {
         let farewells: Vec<Farewell> = communicator.ask_all(kinds, &[], |frame| {
             read_json(frame).map_err(|why| format!("sent an outcome that cannot be read: {why}"))
         })?;
-        for (participant, farewell) in scenario.participant.iter().zip(&farewells) {
-            self.note_warnings(&participant.name, &farewell.outcome.warnings);
-        }
         let talk_wall_s = talking.elapsed().as_secs_f64();
         let run_wall_s = start.elapsed().as_secs_f64();
+        for (participant, farewell) in scenario.participant.iter().zip(&farewells) {
+            let (name, outcome) = (&participant.name, &farewell.outcome);
+            let found = outcome.findings.iter().cloned();
+            self.found(found.map(|finding| Warning::of(name, finding)));
+            let said = outcome.warnings.iter();
+            self.found(said.map(|text| Warning::advice("advice", name, text)));
+        }
         self.summary.farewell(farewells, talk_wall_s, run_wall_s);
+        let bounds = &scenario.run.plausible;
+        self.found(self.summary.judged(bounds, &outputs.sampled_down_n()));
         Ok(())
     }
 
@@ -276,6 +291,11 @@ impl RunSession<'_> {
         let mut groups = groups_at_start(scenario, greeted, joined)?;
         for group in &groups {
             self.rundir.note(&describe(group));
+            for patch in &group.coupling.group().patches {
+                let bounds = scenario.run.plausible.surface_offset_rel;
+                let found = plausible::surface_offset(bounds, patch.offset_rel);
+                self.found(found.map(|finding| Warning::of(&patch.name, finding)));
+            }
         }
         self.note_log_volume(&log_volume::coupled(scenario, greeted, &groups));
         match self.restart {
@@ -406,10 +426,17 @@ impl RunSession<'_> {
         }
     }
 
-    fn note_warnings(&self, participant: &str, warnings: &[String]) {
+    /// Tells and keeps warnings, each once: what `check` said of a participant it may say again.
+    fn found(&mut self, warnings: impl IntoIterator<Item = Warning>) {
         for warning in warnings {
-            let line = format!("warning: participant `{participant}`: {warning}");
-            self.rundir.note(&line);
+            if self.summary.warnings.contains(&warning) {
+                continue;
+            }
+            self.rundir.note(&warning.line());
+            if self.options.progress {
+                tell(&warning.line());
+            }
+            self.summary.warnings.push(warning);
         }
     }
 }

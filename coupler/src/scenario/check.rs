@@ -29,6 +29,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
         at_least_one(&format!("run.output.{key}"), Some(count))?;
     }
     at_least_one("run.checkpoints_kept", Some(run.checkpoints_kept))?;
+    run.plausible.check()?;
     if run.checkpoint_every_windows.is_some_and(|every| every > 0) && !run.output.exchange {
         return Err(ConfigError::new(
             "run.checkpoint_every_windows",

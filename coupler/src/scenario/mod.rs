@@ -7,12 +7,14 @@ mod interface;
 pub mod load;
 mod overrides;
 mod paths;
+mod plausible;
 pub mod source;
 
 pub use interface::{
     Acceleration, CompliancePrior, Dirichlet, Interface, MappingKind, Order, Policy, Scheme,
     SchemeKeys, SchemeWord, Update,
 };
+pub use plausible::Plausible;
 
 /// A whole scenario, as resolved from the file and `--set`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -97,6 +99,9 @@ pub struct Run {
     /// Longest waits.
     #[serde(default)]
     pub deadlines: Deadlines,
+    /// Bounds of the checks of plausibility.
+    #[serde(default)]
+    pub plausible: Plausible,
 }
 
 /// One more than the latest: a disk may lose that.

@@ -47,6 +47,8 @@ pub struct Patch {
     pub points: Range<usize>,
     /// 1 where the wall lies above the continuum, -1 where it hangs below: the side of the continuum's outward normal.
     pub outward_y: f64,
+    /// Difference in shape between its points and its surface line, over the spacing of the points.
+    pub offset_rel: f64,
     /// Mean spacing of its exchanged nodes (m).
     pub spacing_m: f64,
     /// Largest gap that counts as closed, over the spacing.

@@ -1,5 +1,6 @@
 //! From the interfaces of a scenario to groups that are ready for their first window.
 
+mod geometry;
 mod point_mass;
 mod suitability;
 
@@ -12,7 +13,8 @@ use super::group::{Group, Patch, Side};
 use super::mapping::Mapping;
 use super::participants::Participants;
 use crate::error::{Error, Refusal, WindowOf};
-use crate::scenario::{Dirichlet, Interface, Scenario};
+use crate::scenario::{Dirichlet, Interface, MappingKind, Scenario};
+use geometry::{offset_rel, same_side};
 use point_mass::{point_masses, refuse_massless};
 use suitability::{refuse_finer_than_solver, refuse_without_prescribed_velocity};
 
@@ -79,6 +81,7 @@ struct Seam {
     nodes: Surface,
     points: Surface,
     mapping: Mapping,
+    offset_rel: f64,
 }
 
 fn refused(interface: &Interface, why: impl std::fmt::Display) -> Error {
@@ -223,14 +226,25 @@ fn seam(
         let told = participants.description(wall.peer);
         points.mass_kg = point_masses(interface, name, &wall.set, told, points.len())?;
     }
-    let mapping = Mapping::new(interface.mapping, &places(&offered), &places(&points));
-    let mapping = mapping.map_err(|error| {
+    let refuse = |why: String| {
         Error::from(Refusal::Geometry {
             interface: interface.name.clone(),
             between: interface.between.clone(),
-            why: error.to_string(),
+            why,
         })
-    })?;
+    };
+    let normal = |end: &End| participants.description(end.peer).outward.get(&end.set);
+    if let Some(why) = normal(continuum).zip(normal(wall)).and_then(same_side) {
+        return Err(refuse(why));
+    }
+    let (nodes, glued) = (places(&offered), places(&points));
+    let relate =
+        |kind| Mapping::new(kind, &nodes, &glued).map_err(|error| refuse(error.to_string()));
+    let smooth = participants.description(wall.peer).smooth_m.get(&wall.set);
+    let shape = smooth.filter(|places| places.len() == glued.len());
+    let linear = relate(MappingKind::Linear)?;
+    let offset_rel = offset_rel(&linear, &nodes, shape.unwrap_or(&glued));
+    let mapping = relate(interface.mapping)?;
     let active = mapping.active();
     let mapping = mapping.restricted(&active);
     let nodes = pick(&offered, &active);
@@ -240,6 +254,7 @@ fn seam(
     Ok(Seam {
         pair,
         offered: offered.len(),
+        offset_rel,
         mapping,
         nodes,
         points,
@@ -306,6 +321,7 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
             force_driven,
             motion_driven,
             outward_y: outward(&walls.surface, &points, &walls.sides[motion_driven].range),
+            offset_rel: seam.offset_rel,
             spacing_m: seam.nodes.length_m.iter().sum::<f64>() / nodes.len() as f64,
             tolerance_rel: interface.tolerance_rel,
             energy_defect_max_rel: interface.energy_defect_max_rel,

@@ -206,9 +206,15 @@ impl EnergyLedger {
         self.sum(&[Role::Work, Role::InterfaceWork], f64::abs)
     }
 
-    /// |W - dE - D| / sum of |W| per term.
+    /// |W - dE - D| / sum of |W| per term, or of |dE| and |D| where no work is done.
     pub fn balance_rel(&self) -> f64 {
-        ratio(self.defect_j().abs(), self.work_j())
+        let own = self.sum(&[Role::Stored, Role::Dissipated], f64::abs);
+        let scale = if self.work_j() > 0.0 {
+            self.work_j()
+        } else {
+            own
+        };
+        ratio(self.defect_j().abs(), scale)
     }
 }
 

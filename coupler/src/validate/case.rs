@@ -34,6 +34,9 @@ pub struct Case {
     /// Words that the message must hold.
     #[serde(default)]
     pub says: Vec<String>,
+    /// Codes of the warnings that the run must end with, each once, in any order.
+    #[serde(default)]
+    pub warns: Vec<String>,
     /// Numbers that must come out.
     #[serde(default)]
     pub number: Vec<Number>,

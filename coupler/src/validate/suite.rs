@@ -1,14 +1,16 @@
 //! Running the cases of a folder of scenes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::case::{Case, Number, read};
 use crate::error::Error;
+use crate::output::tell;
 use crate::participants::{Registry, Watch};
+use crate::plausible::Warning;
 use crate::run::session::{Ended, Options, fresh_run_id, run};
 use crate::rundir::Scratch;
 use crate::scenario::load::load;
@@ -67,7 +69,7 @@ pub fn run_suite(folder: &Path, runs: &Runs) -> Result<Vec<Row>, Error> {
 fn run_case(scene: &Path, scenario: &Path, case: &Case, runs: &Runs) -> Result<Vec<Row>, Error> {
     let scene = scene.file_name().unwrap_or_default().to_string_lossy();
     let name = format!("{scene}: {}", case.name);
-    eprintln!("{name}");
+    tell(&name);
     let out = Scratch::new("validate", fresh_run_id());
     let outcome = attempt(scenario, case, runs, out.path());
     if let Err(Error::Interrupted { signal }) = outcome {
@@ -76,6 +78,7 @@ fn run_case(scene: &Path, scenario: &Path, case: &Case, runs: &Runs) -> Result<V
     let mut rows = vec![ending(case, &outcome)];
     if let Ok(ended) = &outcome {
         let summary = ended.summary.value();
+        rows.push(warnings(case, &ended.summary.warnings));
         let signals = crate::report::curves::read_csv(&out.path().join("signals.csv"));
         let numbers = case.number.iter();
         rows.extend(numbers.map(|number| judged(case, number, &summary, &signals)));
@@ -95,6 +98,7 @@ fn attempt(scene: &Path, case: &Case, runs: &Runs, out: &Path) -> Result<Ended, 
         program: runs.program.clone(),
         watch: runs.watch.clone(),
         progress: false,
+        strict: false,
     };
     let mut ended = run(&loaded, &options)?;
     ended.error.take().map_or(Ok(ended), Err)
@@ -103,7 +107,7 @@ fn attempt(scene: &Path, case: &Case, runs: &Runs, out: &Path) -> Result<Ended, 
 /// The end of the run, as a row of its own.
 fn ending(case: &Case, outcome: &Result<Ended, Error>) -> Row {
     let (code, message) = match outcome {
-        Ok(_) => (0, String::new()),
+        Ok(ended) => (ended.summary.exit_code(), String::new()),
         Err(error) => (error.exit_code(), error.to_string()),
     };
     let says_all = case.says.iter().all(|word| message.contains(word));
@@ -118,6 +122,24 @@ fn ending(case: &Case, outcome: &Result<Ended, Error>) -> Row {
         expected: case.exit_code.into(),
         source: case.source.clone(),
         holds,
+    }
+}
+
+/// The warnings of a run that came to its end.
+fn warnings(case: &Case, found: &[Warning]) -> Row {
+    let ours: BTreeSet<&str> = found.iter().map(|warning| warning.code.as_str()).collect();
+    let expected: BTreeSet<&str> = case.warns.iter().map(String::as_str).collect();
+    let lines: Vec<String> = found.iter().map(Warning::line).collect();
+    Row {
+        name: "warnings".into(),
+        holds: ours == expected,
+        ours: if ours == expected {
+            json!(ours)
+        } else {
+            json!(lines)
+        },
+        expected: json!(expected),
+        source: case.source.clone(),
     }
 }
 

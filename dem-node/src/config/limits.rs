@@ -53,7 +53,13 @@ pub(super) fn within(
     value: impl Into<Option<f64>>,
     [low, high]: [f64; 2],
 ) -> Result<(), ConfigError> {
-    let must = |value| format!("lie between {low} and {high}, got {value}");
+    let must = |value| {
+        format!(
+            "lie between {} and {high}, got {}",
+            plain(low),
+            plain(value)
+        )
+    };
     check(key, value.into(), |x| (low..=high).contains(&x), must)
 }
 
@@ -71,6 +77,15 @@ fn check(
     match value.filter(|value| !holds(*value)) {
         None => Ok(()),
         Some(value) => Err(ConfigError::new(key, format!("must {}", must(value)))),
+    }
+}
+
+/// A number that is not written with a row of zeros.
+fn plain(value: f64) -> String {
+    if value != 0.0 && value.abs() < 1e-4 {
+        format!("{value:e}")
+    } else {
+        value.to_string()
     }
 }
 

@@ -60,6 +60,14 @@ impl SampleConfig {
         }
     }
 
+    /// Radius of the crown that a layer follows (m), 0 = flat.
+    pub fn crown(&self) -> Option<f64> {
+        match self {
+            SampleConfig::Layer(layer) => Some(layer.crown_radius_m),
+            SampleConfig::Disks(_) => None,
+        }
+    }
+
     /// True if any disks move together.
     pub(super) fn has_clusters(&self) -> bool {
         matches!(self, SampleConfig::Disks(disks) if disks.has_clusters())

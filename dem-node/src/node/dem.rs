@@ -7,7 +7,7 @@ use crate::bodies::Bodies;
 use crate::bond;
 use crate::boundary::CompliantBoundary;
 use crate::bounds::Bounds;
-use crate::config::Config;
+use crate::config::{Config, PlausibleConfig};
 use crate::error::DemError;
 use crate::interface::InterfaceDisks;
 use crate::mass_scaling::MassScaling;
@@ -40,6 +40,8 @@ pub struct Dem {
     pub(super) solid_fraction: f64,
     /// Ends of a layer that does not repeat, in |x| (m).
     pub(super) half_width: Option<f64>,
+    /// Radius of the crown that a layer is cut along (m), 0 = flat.
+    pub(super) crown: Option<f64>,
     pub(super) scaling: Option<MassScaling>,
     pub(super) warnings: Vec<String>,
     pub(super) progress: Progress,
@@ -52,6 +54,7 @@ pub struct Dem {
     /// The window whose end `trial` holds, until it is committed.
     pub(super) pending: Option<Pending>,
     pub(super) initial_energy: [f64; 4],
+    pub(super) plausible: PlausibleConfig,
 }
 
 /// Everything that committed windows change: the checkpoint. The rest follows from configuration and handshake.
@@ -111,12 +114,14 @@ impl Dem {
             program,
             solid_fraction: sample.solid_fraction,
             half_width: config.sample.ends(),
+            crown: config.sample.crown(),
             scaling: MassScaling::new(config, &bounds, &sample),
             warnings,
             stepper,
             interface: InterfaceDisks::default(),
             window: None,
             pending: None,
+            plausible: config.plausible,
         })
     }
 

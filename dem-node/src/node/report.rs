@@ -6,6 +6,7 @@ use protocol::{BoundaryInertia, Role, Term};
 
 use super::dem::Dem;
 use crate::bond;
+use crate::plausible::Judged;
 use crate::report;
 use crate::step::StepSummary;
 
@@ -90,5 +91,17 @@ impl Dem {
         ]);
         let results = results.into_iter().chain(own);
         results.map(|(name, x)| (name.to_string(), x)).collect()
+    }
+
+    /// The run as it is judged at its end.
+    pub(super) fn judged(&self) -> Judged<'_> {
+        Judged {
+            bounds: self.plausible,
+            bodies: &self.bodies,
+            state: &self.progress.state,
+            statistics: &self.progress.statistics,
+            program: self.program,
+            half_width: self.half_width,
+        }
     }
 }

@@ -118,7 +118,7 @@ fn extended(
 }
 
 /// Drop of the crowned line below the layer, c(x) = R - sqrt(R^2 - x^2), written without cancellation (m); R = 0 is straight.
-fn drop_at(x: f64, crown: f64) -> f64 {
+pub(crate) fn drop_at(x: f64, crown: f64) -> f64 {
     if crown == 0.0 {
         return 0.0;
     }

@@ -41,4 +41,6 @@ pub struct Convergence {
     pub quad: f64,
     /// True if the residual is within the tolerance.
     pub converged: bool,
+    /// True if the residual is within the tolerance only because it is measured against rounding, not against the impulses.
+    pub rounding: bool,
 }

@@ -64,12 +64,14 @@ pub(super) fn convergence(
     iterations: usize,
     criteria: &Criteria,
 ) -> Convergence {
-    let residual = residual(problem);
+    let [defect, size] = defect_and_size(problem);
+    let residual = problem.relative(defect, size);
     Convergence {
         iterations,
         residual,
         quad: quad(problem).largest(),
         converged: residual <= criteria.tolerance,
+        rounding: residual <= criteria.tolerance && defect > criteria.tolerance * size,
     }
 }
 
@@ -99,6 +101,12 @@ pub fn quad(problem: &Problem) -> Quad {
 /// on the Coulomb sector ([`coulomb_projection`]; Alart and Curnier 1991), which bonds replace by the exact local solution.
 /// It is zero at the solution only, however slowly a solver creeps.
 pub fn residual(problem: &Problem) -> f64 {
+    let [defect, size] = defect_and_size(problem);
+    problem.relative(defect, size)
+}
+
+/// ||D (r - P(r - U/D))|| and ||D r|| (m/s).
+fn defect_and_size(problem: &Problem) -> [f64; 2] {
     let (mut defect, mut size) = (0.0, 0.0);
     for contact in &problem.contacts {
         let (d, r) = (contact.diagonal(), contact.impulse);
@@ -120,7 +128,7 @@ pub fn residual(problem: &Problem) -> f64 {
         }
         size += term(0, 0.0) + term(1, 0.0);
     }
-    problem.relative(defect.sqrt(), size.sqrt())
+    [defect.sqrt(), size.sqrt()]
 }
 
 #[cfg(test)]

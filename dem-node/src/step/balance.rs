@@ -6,31 +6,47 @@ use crate::cluster::Cluster;
 use crate::solver::Contact;
 use crate::state::State;
 
+/// Momentum of the free grains in a step.
+pub(super) struct MomentumBalance {
+    /// Largest component of (forces on them - change of their momentum / h) (N).
+    pub defect: f64,
+    /// Change of their momentum / h (N).
+    pub inertia: f64,
+    /// Half the sum of the contact forces between them and everything else (N).
+    pub through: f64,
+}
+
 impl Stepper {
     /// Balance of the free grains: impulses from wheel, boundary and weight against the change of momentum.
-    pub(super) fn momentum_defect(&self, state: &State, input: &StepInput) -> f64 {
+    pub(super) fn momentum_balance(&self, state: &State, input: &StepInput) -> MomentumBalance {
         let (bodies, h) = (input.bodies, input.step);
-        if bodies.prescribed_velocity.is_some() {
-            // The drive takes up whatever force there is.
-            return 0.0;
-        }
-        let mut defect = [0.0; 2];
+        let (mut defect, mut change, mut through) = ([0.0; 2], [0.0; 2], 0.0);
         let outer = |c: &&Contact| (c.a as usize) < bodies.free && c.b as usize >= bodies.free;
         for contact in self.problem.contacts.iter().filter(outer) {
             let push = contact.in_xy(contact.impulse);
             defect = [defect[0] + push[0], defect[1] + push[1]];
+            through += 0.5 * push[0].hypot(push[1]);
         }
         for (i, mass) in bodies.masses.iter().enumerate() {
             let (new, old) = (self.problem.records[i].velocity, state.velocities[i]);
             for k in 0..2 {
                 defect[k] += mass * (h * bodies.gravity[k] - (new[k] - old[k]));
+                change[k] += mass * (new[k] - old[k]);
             }
         }
         if !bodies.clusters.list.is_empty() {
             let held = self.held_impulse(bodies, h);
             defect = [defect[0] + held[0], defect[1] + held[1]];
         }
-        defect[0].abs().max(defect[1].abs()) / h
+        if bodies.prescribed_velocity.is_some() {
+            // The drive takes up whatever force there is.
+            defect = [0.0; 2];
+        }
+        MomentumBalance {
+            defect: defect[0].abs().max(defect[1].abs()) / h,
+            inertia: change[0].hypot(change[1]) / h,
+            through: through / h,
+        }
     }
 
     /// Impulse by which the locked motions of clusters are held: against contacts and weight (N s).

@@ -15,6 +15,7 @@ impl Config {
         self.material.check()?;
         self.time.check()?;
         self.boundary.check()?;
+        self.plausible.check()?;
         self.check_wheel()?;
         self.statics
             .check(self.wheel.map_or(0.0, |wheel| wheel.load_n))?;

@@ -6,6 +6,7 @@ use super::boundary::BoundaryConfig;
 use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start};
 use super::material::MaterialConfig;
 use super::mesh::MeshSource;
+use super::plausible::PlausibleConfig;
 use super::statics::StaticsConfig;
 use super::time::TimeConfig;
 use super::wheel::{ContactConfig, WheelConfig};
@@ -51,4 +52,7 @@ pub struct Config {
     /// Increments of a static analysis or a static start.
     #[serde(default)]
     pub statics: StaticsConfig,
+    /// Bounds of the checks of plausibility.
+    #[serde(default)]
+    pub plausible: PlausibleConfig,
 }

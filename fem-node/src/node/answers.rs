@@ -11,7 +11,7 @@ use super::fem_node::FemNode;
 use super::windows::{FORCE, VELOCITY};
 use crate::committed::Committed;
 use crate::error::FemError;
-use crate::interface::{Condensed, coupling_sets};
+use crate::interface::{Condensed, coupling_sets, outward_normals};
 use crate::ledger::NamedTerm;
 use crate::model::limit_name;
 use crate::probe;
@@ -53,6 +53,7 @@ impl Node for FemNode {
             ledger: self.terms().map(term).collect(),
             warnings: self.model.warnings.clone(),
             first_period_s: Some(self.model.first_period()),
+            outward: outward_normals(&self.model),
             ..Description::default()
         }
     }
@@ -167,7 +168,8 @@ impl Node for FemNode {
             ]),
             results: self.results(),
             state_hash: self.state_hash(),
-            warnings: Vec::new(),
+            findings: self.findings(),
+            ..Outcome::default()
         })
     }
 }

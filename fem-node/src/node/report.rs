@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use protocol::Phase;
+use protocol::{Finding, Phase};
 
 use super::fem_node::FemNode;
 use crate::error::FemError;
 use crate::ledger::NamedTerm;
+use crate::plausible;
 use crate::probe;
 use crate::profile::Profile;
 use crate::snapshot::{HOLD, phases};
@@ -66,6 +67,25 @@ impl FemNode {
         results
     }
 
+    /// Values beyond their bounds.
+    pub(super) fn findings(&self) -> Vec<Finding> {
+        let (model, committed) = (&self.model, &self.committed);
+        let strain = plausible::strain_so_far(committed.strain_max, model, &committed.state);
+        let mut findings = vec![plausible::strain(model, strain)];
+        if let Some((wheel, state)) = model.wheel.as_ref().zip(committed.wheel.as_ref()) {
+            let load = wheel.program.0.load_n;
+            let range = state.statistics.held_range();
+            findings.push(plausible::wheel_at_rest(model, load, range));
+            let last = Profile::in_motion(model, &state.contacts);
+            let held = committed.hold_record.as_ref().map(|record| &record.profile);
+            findings.push(plausible::contact_reach(
+                model,
+                held.into_iter().chain([&last]),
+            ));
+        }
+        findings.into_iter().flatten().collect()
+    }
+
     /// blake3 of every number that can change a later bit: displacements, velocities, histories, energies, time.
     pub(super) fn state_hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
@@ -111,6 +131,8 @@ impl FemNode {
             return Err(FemError::SnapshotName { name: name.into() });
         }
         let committed = &mut self.committed;
+        committed.strain_max =
+            plausible::strain_so_far(committed.strain_max, &self.model, &committed.state);
         if name == HOLD {
             let maxima = probe::pressure_maxima(&self.model, &committed.state);
             committed.hold_maxima = Some(maxima);

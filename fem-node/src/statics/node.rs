@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use protocol::{Capabilities, Description, Node, NodeError, Outcome, Setting, Surface, Window};
+use protocol::{
+    Capabilities, Description, Finding, Node, NodeError, Outcome, Setting, Surface, Window,
+};
 
 use super::contact::DirectedStatus;
 use super::history::{Loads, StaticState, Statics};
@@ -11,6 +13,7 @@ use crate::config::Config;
 use crate::error::FemError;
 use crate::interface::coupling_sets;
 use crate::model::Model;
+use crate::plausible;
 use crate::probe;
 use crate::profile::Profile;
 use crate::snapshot::{HOLD, Snapshots, phases};
@@ -160,6 +163,21 @@ impl StaticNode {
             .write(name, &self.model, &state.state, &contacts, profile.as_ref())
     }
 
+    /// Values beyond their bounds, of the equilibrium under the full load and of the last.
+    fn findings(&self, states: [&StaticState; 2]) -> Vec<Finding> {
+        let model = &self.model;
+        let strain = states.iter().fold(0.0, |largest, state| {
+            plausible::strain_so_far(largest, model, &state.state)
+        });
+        let contacts = states.iter().filter_map(|state| state.contact.as_ref());
+        let profiles: Vec<Profile> = contacts.map(|c| Profile::new(model, c)).collect();
+        let reach = plausible::contact_reach(model, profiles.iter());
+        [plausible::strain(model, strain), reach]
+            .into_iter()
+            .flatten()
+            .collect()
+    }
+
     fn results(&self, held: &StaticState) -> BTreeMap<String, f64> {
         let maxima = probe::pressure_maxima(&self.model, &held.state);
         let mut results = BTreeMap::from(maxima.results());
@@ -279,13 +297,16 @@ impl Node for StaticNode {
         for value in last.state.u.iter().chain(forces) {
             hasher.update(&value.to_le_bytes());
         }
-        let results = self.results(self.held.as_ref().unwrap_or(&last));
+        let held = self.held.as_ref().unwrap_or(&last);
+        let results = self.results(held);
+        let findings = self.findings([held, &last]);
         Ok(Outcome {
             steps: self.done,
             work: BTreeMap::from([("load_increments".into(), self.done as f64)]),
             results,
             state_hash: hasher.finalize().to_hex().to_string(),
-            warnings: Vec::new(),
+            findings,
+            ..Outcome::default()
         })
     }
 }

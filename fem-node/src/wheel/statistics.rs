@@ -67,6 +67,9 @@ impl Range {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct CycleStatistics {
     held_force: Mean,
+    held_range: Option<Range>,
+    /// Force on the wheel at the end of the last step before it starts to move (N).
+    before_motion: f64,
     friction: Mean,
     sn_zero: Mean,
     sn_reversal: Mean,
@@ -114,8 +117,10 @@ impl CycleStatistics {
         let t = step as f64 * wheel.step;
         let [ft, fn_] = force_on_wheel(contacts);
         let Some(periods) = program.periods_at(t) else {
+            self.before_motion = fn_;
             if t >= 0.5 * (program.0.ramp_s + program.motion_start()) {
                 self.held_force.add(fn_);
+                self.held_range = Some(Range::of(fn_, self.held_range));
             }
             return;
         };
@@ -139,6 +144,13 @@ impl CycleStatistics {
             let shared = t.min(end) - (t - wheel.step).max(start);
             self.loop_area += drive_work * shared.max(0.0) / wheel.step;
         }
+    }
+
+    /// Least and largest force on the wheel in the second half of the hold, or the last one before the motion where there
+    /// is no hold (N).
+    pub(crate) fn held_range(&self) -> [f64; 2] {
+        let range = self.held_range;
+        range.map_or([self.before_motion; 2], |range| [range.low, range.high])
     }
 
     /// Results by name.

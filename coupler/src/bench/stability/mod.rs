@@ -16,6 +16,7 @@
 use std::path::Path;
 
 use crate::error::Error;
+use crate::output::tell;
 use crate::scenario::Scheme;
 use crate::scheme::predict::prediction::NEUTRAL;
 use map::{Axes, Cell};
@@ -94,7 +95,9 @@ pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
     for cell in &sample {
         let here = map::departure(cell, SAMPLE_WINDOWS)?;
         if here > DEPARTURE {
-            eprintln!("the scheme departs from its window's map by {here:e}: {cell:?}");
+            tell(&format!(
+                "the scheme departs from its window's map by {here:e}: {cell:?}"
+            ));
         }
         departure = departure.max(here);
     }

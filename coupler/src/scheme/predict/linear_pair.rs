@@ -68,6 +68,7 @@ impl LinearModel<'_> {
         };
         Group {
             patches: vec![Patch {
+                offset_rel: 0.0,
                 index: 0,
                 name: "model".into(),
                 force_driven: 0,

@@ -1,0 +1,150 @@
+//! Warnings of a run: what its participants found about themselves, and what the coupler finds about forces, energies and joins.
+
+use protocol::{Bounds, Finding, HeldLoad};
+use serde::Serialize;
+
+/// A line of `warnings` in summary.json.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Warning {
+    /// Word for scripts: that of a check, `advice` for a text that has no number, `unused_key`.
+    pub code: String,
+    /// Participant, interface or key that it is about, as the scenario names it.
+    #[serde(rename = "where")]
+    pub place: String,
+    /// What was found, and what to do about it.
+    pub text: String,
+    /// The value, where the check has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
+    /// The bound that it passed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound: Option<f64>,
+    /// True beyond the second bound.
+    #[serde(skip)]
+    pub suspect: bool,
+}
+
+impl Warning {
+    /// A text without a number.
+    pub fn advice(code: &str, place: &str, text: impl Into<String>) -> Warning {
+        Warning {
+            code: code.into(),
+            place: place.into(),
+            text: text.into(),
+            value: None,
+            bound: None,
+            suspect: false,
+        }
+    }
+
+    /// A value beyond its bound.
+    pub fn of(place: &str, finding: Finding) -> Warning {
+        Warning {
+            value: Some(finding.value),
+            bound: Some(finding.bound),
+            suspect: finding.suspect,
+            ..Warning::advice(&finding.code, place, finding.text)
+        }
+    }
+
+    /// One line for a person.
+    pub fn line(&self) -> String {
+        let numbers = self.value.zip(self.bound);
+        let numbers = numbers.map_or_else(String::new, |(value, bound)| {
+            format!(" ({} {value:.4e}, bound {bound:e})", self.code)
+        });
+        format!("warning: {}: {}{numbers}", self.place, self.text)
+    }
+}
+
+/// The force through the interfaces of a participant against the load that it holds. `through_n` is what leaves the
+/// participant downwards, the mean over the same time (N).
+pub fn force_balance(bounds: Bounds, load: HeldLoad, through_n: f64) -> Option<Finding> {
+    let off = [load.wanted_n, load.mean_n].map(|force| (through_n - force).abs());
+    let value = off[0].max(off[1]) / load.wanted_n.abs();
+    let judged = bounds.judge("force_balance", value, || {
+        format!(
+            "its load is {:.5e} N and exerted {:.5e} N over the last half of the sampled phase, and {through_n:.5e} N went through its interfaces: nothing was at rest there, or something else bears the load; load more slowly, hold longer, or lower the masses",
+            load.wanted_n, load.mean_n
+        )
+    });
+    judged.filter(|_| load.wanted_n != 0.0)
+}
+
+/// The energy that a ledger cannot account for.
+pub fn energy_balance(bounds: Bounds, value: f64) -> Option<Finding> {
+    bounds.judge("energy_balance", value, || {
+        format!("{value:.3e} of the work done is neither stored nor dissipated by any account: shorten the step, or look for windows that were accepted without having converged")
+    })
+}
+
+/// The energy that an interface lost or made.
+pub fn interface_energy(bounds: Bounds, value: f64) -> Option<Finding> {
+    bounds.judge("interface_energy", value, || {
+        format!("it lost or made {value:.3e} of the energy that went through it: lower substeps, or take a dual-schur scheme")
+    })
+}
+
+/// The gap that the windows left.
+pub fn gap(bounds: Bounds, value: f64) -> Option<Finding> {
+    bounds.judge("gap", value, || {
+        format!("a window was accepted with a gap of {value:.3e} node spacings: lower substeps, or take a scheme that closes it")
+    })
+}
+
+/// The shape of two surfaces that are joined.
+pub fn surface_offset(bounds: Bounds, value: f64) -> Option<Finding> {
+    bounds.judge("surface_offset", value, || {
+        format!("the shape of the row of its points is off that of the surface which carries them by {value:.3} of their spacing: give both sides the same shape (mesh.crown_radius_m and sample.crown_radius_m)")
+    })
+}
+
+/// Windows that were accepted all the same.
+pub fn not_converged(bounds: Bounds, accepted: u64, windows: u64) -> Option<Finding> {
+    let value = accepted as f64 / windows.max(1) as f64;
+    bounds.judge("not_converged", value, || {
+        format!("{accepted} of {windows} windows were accepted without having converged, as on_not_converged = \"accept\" asks")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOUNDS: Bounds = Bounds {
+        warn: 0.02,
+        suspect: 0.1,
+    };
+
+    fn load(wanted_n: f64, mean_n: f64) -> HeldLoad {
+        HeldLoad { wanted_n, mean_n }
+    }
+
+    #[test]
+    fn the_interface_must_bear_the_load_that_is_wanted_and_the_one_that_is_exerted() {
+        let found = |through| force_balance(BOUNDS, load(100.0, 99.0), through).map(|f| f.suspect);
+        assert_eq!(found(100.0), None);
+        assert_eq!(found(97.0), Some(false));
+        assert_eq!(found(101.5), Some(false), "2.5 N above what is exerted");
+        assert_eq!(found(89.0), Some(true));
+        assert_eq!(found(-100.0), Some(true));
+        assert_eq!(found(f64::NAN), Some(true));
+        assert_eq!(force_balance(BOUNDS, load(0.0, 0.0), 1.0), None);
+    }
+
+    #[test]
+    fn a_warning_is_one_line_with_its_numbers() {
+        let finding = not_converged(BOUNDS, 3, 10).expect("three tenths");
+        let line = Warning::of("layer-base", finding).line();
+        assert!(
+            line.starts_with("warning: layer-base: 3 of 10 windows"),
+            "{line}"
+        );
+        assert!(
+            line.ends_with("(not_converged 3.0000e-1, bound 1e-1)"),
+            "{line}"
+        );
+        let advice = Warning::advice("advice", "rail", "take care").line();
+        assert_eq!(advice, "warning: rail: take care");
+    }
+}

@@ -1,0 +1,37 @@
+//! The bounds of the checks of plausibility.
+
+use protocol::{Bounds, ConfigError};
+use serde::Deserialize;
+
+/// `plausible`: bounds `[warn, suspect]` of each check, larger values being worse.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlausibleConfig {
+    /// Largest distance of the wheel's force from its load in the second half of the hold, over the load.
+    pub wheel_force_rel: Bounds,
+    /// Distance of the outermost node in contact from the middle of the upper edge, over that of the edge's end, where wheel
+    /// or edge is curved.
+    pub contact_reach_rel: Bounds,
+    /// Largest strain of a centroid, under small-strain kinematics the largest displacement gradient, rotation included.
+    pub strain: Bounds,
+}
+
+impl Default for PlausibleConfig {
+    fn default() -> PlausibleConfig {
+        let bounds = |warn, suspect| Bounds { warn, suspect };
+        PlausibleConfig {
+            wheel_force_rel: bounds(0.05, 0.2),
+            contact_reach_rel: bounds(0.5, 0.9),
+            strain: bounds(0.1, 0.3),
+        }
+    }
+}
+
+impl PlausibleConfig {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        self.wheel_force_rel.check("plausible.wheel_force_rel")?;
+        self.contact_reach_rel
+            .check("plausible.contact_reach_rel")?;
+        self.strain.check("plausible.strain")
+    }
+}
