@@ -105,6 +105,7 @@ struct WorkSummary {
     #[serde(skip_serializing_if = "Option::is_none")]
     ns_per_work: Option<f64>,
     peak_rss_bytes: u64,
+    state_hash: String,
     warnings: Vec<String>,
 }
 
@@ -235,6 +236,7 @@ impl Summary {
                 work: outcome.work,
                 ns_per_work: (work > 0.0).then(|| 1e9 * farewell.solve_wall_s / work),
                 peak_rss_bytes: farewell.peak_rss_bytes,
+                state_hash: outcome.state_hash,
                 warnings: outcome.warnings,
             });
         }

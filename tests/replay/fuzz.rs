@@ -119,7 +119,7 @@ fn ten_thousand_flipped_bits_never_give_another_stream() {
 }
 
 /// Ends of records: kind, length in eight bytes, data (MCAP 0, "Records").
-fn record_ends(bytes: &[u8]) -> Vec<usize> {
+pub(crate) fn record_ends(bytes: &[u8]) -> Vec<usize> {
     const MAGIC: usize = 8;
     let mut ends = vec![MAGIC];
     let mut at = MAGIC;

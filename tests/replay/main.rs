@@ -1,6 +1,7 @@
 //! Replay of logged runs: bit for bit where nothing changed, and the first departure named where something did.
 
 mod cost;
+mod damage;
 mod fuzz;
 mod resume;
 mod resume_kinds;

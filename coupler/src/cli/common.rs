@@ -101,6 +101,17 @@ pub(super) fn print_either(
 /// Exit code of a check that failed.
 pub(super) const CHECK_FAILED: i32 = 8;
 
+/// Exit code of a log that is damaged inside.
+pub(super) const DAMAGED: i32 = 6;
+
+/// Leave to use a log that is not whole.
+#[derive(Debug, clap::Args)]
+pub struct RecoverArgument {
+    /// Accept the valid part of a damaged log, which has exit code 6 otherwise.
+    #[arg(long)]
+    pub recover: bool,
+}
+
 /// Exit code of a verb, or its error.
 pub(super) type VerbResult = Result<i32, Error>;
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use protocol::Kind;
 use protocol::setting::proposal;
 
-use super::common::{VerbResult, log_of, print};
+use super::common::{DAMAGED, RecoverArgument, VerbResult, log_of, print};
 use crate::error::{Error, Refusal};
 use crate::log::export::{Selection, long, wide};
 use crate::output::tell;
@@ -25,9 +25,11 @@ pub struct ExportArguments {
     /// Only messages of this kind, for instance Motion.
     #[arg(long)]
     kind: Option<String>,
+    #[command(flatten)]
+    damaged: RecoverArgument,
 }
 
-/// Writes the tables. Of a log that ends early, the valid beginning.
+/// Writes the tables. Of a log that ends early, the valid beginning; if it is damaged inside, the exit code is 6.
 pub fn export(arguments: &ExportArguments) -> VerbResult {
     let log = log_of(&arguments.run)?;
     let selection = Selection {
@@ -44,19 +46,23 @@ pub fn export(arguments: &ExportArguments) -> VerbResult {
     } else {
         wide(&log, &selection, out)?
     };
+    let mut code = 0;
     if let Some(damage) = exported.damage {
         tell(&format!(
             "the log ends early, its valid part is exported: {damage}"
         ));
+        if !damage.is_torn() && !arguments.damaged.recover {
+            code = DAMAGED;
+        }
     }
-    if exported.messages == 0 {
+    if exported.messages == 0 && code == 0 {
         return Err(Refusal::EmptyExport.into());
     }
     print(&format!("{} messages", exported.messages))?;
     for file in &exported.files {
         print(&file.display().to_string())?;
     }
-    Ok(0)
+    Ok(code)
 }
 
 fn kind_named(name: &str) -> Result<Kind, Error> {

@@ -5,9 +5,8 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::common::{VerbResult, log_of, print_either};
+use super::common::{RecoverArgument, VerbResult, log_of, print_either};
 use crate::log::{LogSummary, summarize};
-use crate::output::tell;
 use crate::run::checkpoint::{FOLDER, file};
 
 /// Arguments of `inspect`.
@@ -15,25 +14,18 @@ use crate::run::checkpoint::{FOLDER, file};
 pub struct InspectArguments {
     /// A run directory, or an exchange.mcap.
     path: PathBuf,
-    /// Read the valid part of a log whose writer was killed.
-    #[arg(long)]
-    recover: bool,
+    #[command(flatten)]
+    damaged: RecoverArgument,
     /// Print JSON.
     #[arg(long)]
     json: bool,
 }
 
-/// Lists streams, windows, checkpoints and provenance. A damaged log has exit code 6.
+/// Lists streams, windows, checkpoints and provenance, of a log that ends early those of its valid beginning. Unless that is
+/// what was asked for, it has exit code 6.
 pub fn inspect(arguments: &InspectArguments) -> VerbResult {
     let path = log_of(&arguments.path)?;
-    let summary = summarize(&path, arguments.recover).inspect_err(|_| {
-        if !arguments.recover {
-            tell(&format!(
-                "note: `thirdbody inspect --recover {}` reads the valid part of a damaged log",
-                arguments.path.display()
-            ));
-        }
-    })?;
+    let summary = summarize(&path, true)?;
     let found = file::list(&arguments.path.join(FOLDER)).into_iter();
     let checkpoints: Vec<u64> = found.map(|found| found.window).collect();
     print_either(
@@ -41,7 +33,10 @@ pub fn inspect(arguments: &InspectArguments) -> VerbResult {
         || json(&summary, &checkpoints).to_string(),
         || describe(&summary, &checkpoints),
     )?;
-    Ok(0)
+    match summary.damage {
+        Some(damage) if !arguments.damaged.recover => Err(damage.into()),
+        _ => Ok(0),
+    }
 }
 
 fn describe(summary: &LogSummary, checkpoints: &[u64]) -> String {

@@ -6,7 +6,8 @@ use protocol::Kind;
 use serde_json::{Value, json};
 
 use super::common::{
-    VerbResult, foreign, log_of, own_program, print_either, refuse_commands, restart_point,
+    CHECK_FAILED, DAMAGED, RecoverArgument, VerbResult, foreign, log_of, own_program, print_either,
+    refuse_commands, restart_point,
 };
 use crate::error::{Error, Refusal};
 use crate::output::tell;
@@ -49,12 +50,15 @@ pub struct ReplayArguments {
     /// Start programs that the logged scenario names.
     #[arg(long)]
     allow_commands: bool,
+    #[command(flatten)]
+    damaged: RecoverArgument,
     /// Print JSON.
     #[arg(long)]
     json: bool,
 }
 
-/// Replays; exit code 7 at the first departure. With `--set` departures are what is looked for, and the code is 0.
+/// Replays; exit code 7 at the first departure, 8 if there was nothing to compare. With `--set` departures are what is looked
+/// for, and the code is 0. A log that is damaged inside has exit code 6, whatever came of its valid beginning.
 pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
     check_tolerance(arguments.tolerance)?;
     let log = log_of(&arguments.run)?;
@@ -72,21 +76,54 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
         open_loop: !arguments.set.is_empty(),
     };
     let threads = arguments.threads.into();
-    let results = all(&recording, registry, threads, &chosen, &how)?;
+    let corrupt = recording.damage.is_some() && !recording.torn && !arguments.damaged.recover;
+    let mut results = match all(&recording, registry, threads, &chosen, &how) {
+        // What is left of a damaged log may be too little to begin with.
+        Err(error) if corrupt => {
+            tell(&format!("the valid part cannot be replayed: {error}"));
+            Vec::new()
+        }
+        results => results?,
+    };
+    let summary = summary_of(&arguments.run);
+    judge_states(&recording, &mut results, &summary, &how);
     if how.open_loop {
         draw(arguments, &results)?;
     }
     print_either(
         arguments.json,
-        || json(&arguments.run, &recording, &results, &how).to_string(),
+        || json(&summary, &recording, &results, &how).to_string(),
         || table(&recording, &results, &how),
     )?;
+    if let Some(damage) = recording.damage.filter(|_| corrupt) {
+        tell(&format!("error: exchange log: {damage}"));
+        return Ok(DAMAGED);
+    }
     let departs = results.iter().any(|replayed| replayed.mismatch.is_some());
-    Ok(if departs && !how.open_loop {
-        DEPARTS
-    } else {
-        0
-    })
+    if departs && !how.open_loop {
+        return Ok(DEPARTS);
+    }
+    let failed = results.iter().any(compared_nothing);
+    Ok(if failed { CHECK_FAILED } else { 0 })
+}
+
+/// True if there was nothing to compare: that says nothing about the solver.
+fn compared_nothing(replayed: &Replayed) -> bool {
+    replayed.equal == 0 && replayed.mismatch.is_none()
+}
+
+/// Compares the final states with those of summary.json, if the log reaches to the end of the run and every bit counts; a
+/// solver that was asked nothing has none.
+fn judge_states(recording: &Recording, results: &mut [Replayed], summary: &Value, how: &How) {
+    if recording.damage.is_some() || how.open_loop || how.tolerance_rel.is_some() {
+        return;
+    }
+    for replayed in results.iter_mut().filter(|one| !compared_nothing(one)) {
+        let state = &summary["participants"][&replayed.who]["state_hash"];
+        if let Some(logged) = state.as_str() {
+            replayed.judge_state(logged);
+        }
+    }
 }
 
 /// Nothing departs by more than NaN or infinity: a replay would find every log equal.
@@ -202,10 +239,17 @@ fn table(recording: &Recording, results: &[Replayed], how: &How) -> String {
     for replayed in results {
         let mismatch = replayed.mismatch.as_ref().map(ToString::to_string);
         let found = mismatch.as_ref().unwrap_or(&found);
-        lines.push(format!(
-            "{}: {} messages equal, up to window {}: {found}",
-            replayed.who, replayed.equal, replayed.last_window
-        ));
+        let Replayed {
+            who,
+            equal,
+            last_window,
+            ..
+        } = replayed;
+        lines.push(if compared_nothing(replayed) {
+            format!("{who}: nothing was compared, the log holds no answer to it")
+        } else {
+            format!("{who}: {equal} messages equal, up to window {last_window}: {found}")
+        });
         let drifts = drift::table(&replayed.drift).into_iter();
         lines.extend(drifts.map(|(kind, last, largest)| {
             format!("  drift of {kind}: {last:.3e} in the last window, {largest:.3e} at most")
@@ -214,8 +258,7 @@ fn table(recording: &Recording, results: &[Replayed], how: &How) -> String {
     lines.join("\n")
 }
 
-fn json(run: &Path, recording: &Recording, results: &[Replayed], how: &How) -> Value {
-    let summary = summary_of(run);
+fn json(summary: &Value, recording: &Recording, results: &[Replayed], how: &How) -> Value {
     let rows = results.iter().map(|replayed| {
         let mut row = json!({
             "who": replayed.who,

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::common::{VerbResult, print};
-use crate::report;
+use crate::{log, report};
 
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]
@@ -12,10 +12,11 @@ pub struct ReportArguments {
     run: PathBuf,
 }
 
-/// Writes report.html and its pictures into the run directory.
+/// Writes report.html and its pictures into the run directory. They do not show the log; one that is damaged has exit code 6.
 pub fn report(arguments: &ReportArguments) -> VerbResult {
     for name in report::write(&arguments.run)? {
         print(&arguments.run.join(name).display().to_string())?;
     }
-    Ok(0)
+    let damage = log::damage(&arguments.run.join("exchange.mcap"))?;
+    damage.map_or(Ok(0), |damage| Err(damage.into()))
 }

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::common::{VerbResult, refuse_commands, restart_point, threads};
+use super::common::{RecoverArgument, VerbResult, refuse_commands, restart_point, threads};
 use super::run::{EndingArguments, conclude, options};
 use crate::error::Refusal;
+use crate::log::damage;
 use crate::output::tell;
 use crate::participants::Registry;
 use crate::run::session::go_on;
@@ -28,10 +29,12 @@ pub struct ResumeArguments {
     #[arg(long)]
     allow_commands: bool,
     #[command(flatten)]
+    damaged: RecoverArgument,
+    #[command(flatten)]
     ending: EndingArguments,
 }
 
-/// Goes on; the exit code is the run's.
+/// Goes on; the exit code is the run's. A damaged log is not gone on with unless that is asked for.
 pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
     let run = &resolved(&arguments.run);
     if !run.join("scenario.toml").is_file() {
@@ -40,6 +43,11 @@ pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
     let loaded = load(&run.to_string_lossy(), &[])?;
     if !arguments.allow_commands {
         refuse_commands(&loaded.scenario)?;
+    }
+    if !arguments.damaged.recover
+        && let Some(damage) = damage(&run.join("exchange.mcap"))?
+    {
+        return Err(damage.into());
     }
     let origin = restart_point(run, &loaded, arguments.from)?;
     match &origin {

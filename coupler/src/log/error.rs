@@ -23,19 +23,33 @@ pub enum LogError {
         source: std::io::Error,
     },
     #[error("{path} is not an exchange log: {why}", path = .path.display())]
-    NotALog { path: PathBuf, why: String },
+    NotALog {
+        path: PathBuf,
+        why: String,
+        torn: bool,
+    },
     #[error(
-        "{path} is damaged at byte {offset}, in {place}: {why}; `thirdbody inspect --recover` reads what comes before", path = .path.display()
+        "{path} {found} at byte {offset}, in {place}: {why}; what comes before is valid, and --recover accepts it", path = .path.display(),
+        found = if *.torn { "was cut off by the end of its writer" } else { "is damaged" }
     )]
     Damaged {
         path: PathBuf,
         offset: u64,
         place: String,
         why: String,
+        torn: bool,
     },
 }
 
 impl LogError {
+    /// True for a file that is only the beginning of a log, as a killed writer leaves it; false for damage inside of it.
+    pub fn is_torn(&self) -> bool {
+        let (LogError::NotALog { torn, .. } | LogError::Damaged { torn, .. }) = self else {
+            return false;
+        };
+        *torn
+    }
+
     pub(super) fn write(path: &Path, error: &dyn Error) -> LogError {
         LogError::Write {
             path: path.into(),

@@ -64,7 +64,8 @@ impl ExchangeHasher {
     }
 }
 
-fn is_handshake(kind: u32) -> bool {
+/// True for kinds of the handshake, which name no window of their own.
+pub(super) fn is_handshake(kind: u32) -> bool {
     use Kind::*;
     matches!(
         Kind::from_number(kind),

@@ -45,23 +45,28 @@ pub enum Difference {
 impl Mismatch {
     /// Compares a message with its logged twin, bit for bit; run ids may differ.
     pub fn between(sender: &str, logged: &Frame, ours: &Frame) -> Option<Mismatch> {
-        let at = |difference| {
-            Some(Mismatch {
-                sender: sender.to_string(),
-                window: logged.header.window,
-                iteration: logged.header.iteration,
-                kind: kind(logged),
-                difference,
-            })
-        };
-        let words = [logged, ours].map(describe);
-        if words[0] != words[1] {
-            let [logged, ours] = words;
-            return at(Difference::Message { logged, ours });
+        let differing = || Mismatch::at(sender, logged, &describe(logged), &describe(ours));
+        if about(logged) != about(ours) {
+            return Some(differing());
         }
         let mut pairs = logged.payload.iter().zip(&ours.payload);
         let differ = |(a, b): (&f64, &f64)| a.to_bits() != b.to_bits();
-        at(number(logged, ours, pairs.position(differ)?))
+        let entry = pairs.position(differ)?;
+        Some(differing().at_entry(logged, ours, entry))
+    }
+
+    /// A departure of `sender` at a message of the log, in words: what the log has there, and what the replay.
+    pub fn at(sender: &str, message: &Frame, logged: &str, ours: &str) -> Mismatch {
+        Mismatch {
+            sender: sender.to_string(),
+            window: message.header.window,
+            iteration: message.header.iteration,
+            kind: kind(message),
+            difference: Difference::Message {
+                logged: logged.to_string(),
+                ours: ours.to_string(),
+            },
+        }
     }
 
     /// The same, naming another entry of the payload.
@@ -117,17 +122,38 @@ fn kind(frame: &Frame) -> String {
     )
 }
 
-/// Everything of a frame but run, checksum and numbers.
+/// Everything of a frame but run, checksum and numbers, as bits. The log does not keep the sign of a time that is zero.
+fn about(frame: &Frame) -> [u64; 10] {
+    let header = &frame.header;
+    [
+        header.kind.into(),
+        header.protocol.into(),
+        header.interface.into(),
+        frame.payload.len() as u64,
+        header.window,
+        header.iteration.into(),
+        header.step,
+        header.substeps.into(),
+        (header.t0_s + 0.0).to_bits(),
+        (header.t1_s + 0.0).to_bits(),
+    ]
+}
+
+/// The same in words.
 fn describe(frame: &Frame) -> String {
     let header = &frame.header;
     format!(
-        "{} of {} doubles for window {}, iteration {}, steps {} + {}",
+        "{} of {} doubles for window {}, iteration {}, steps {} + {}, {:e} to {:e} s, interface {}, protocol {}",
         kind(frame),
         frame.payload.len(),
         header.window,
         header.iteration,
         header.step,
-        header.substeps
+        header.substeps,
+        header.t0_s,
+        header.t1_s,
+        header.interface,
+        header.protocol
     )
 }
 

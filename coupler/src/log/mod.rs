@@ -9,7 +9,8 @@
 //! - [`Entry`] and [`Exchange`], the frames that passed; [`Provenance`], the run that they are of;
 //! - [`proto`]: the messages, and their description for other tools;
 //! - [`record`](mod@record): writing, on a thread of its own;
-//! - [`read`](mod@read): reading back, with every checksum verified, also what a killed writer left;
+//! - [`read`](mod@read): reading back, with every checksum verified, also what a killed writer left; `torn` and `order` tell
+//!   that from damage;
 //! - [`summary`]: what a log holds; [`export`]: as tables of text;
 //! - [`hash`]: the fingerprint of an exchange; [`mismatch`]: the first difference of two; [`volume`]: how long a log will be.
 
@@ -18,11 +19,13 @@ mod error;
 pub mod export;
 pub mod hash;
 pub mod mismatch;
+mod order;
 pub mod proto;
 mod provenance;
 pub mod read;
 pub mod record;
 pub mod summary;
+mod torn;
 pub mod volume;
 
 pub use entry::{COUPLER, Entry, Exchange};
@@ -30,7 +33,7 @@ pub use error::LogError;
 pub use hash::ExchangeHasher;
 pub use mismatch::Mismatch;
 pub use provenance::{FORMAT, Provenance};
-pub use read::{LogFile, read, recover};
+pub use read::{LogFile, damage, read, recover};
 pub use record::{LogStats, Recorder};
 pub use summary::{LogSummary, NonFinite, Stream, WindowStats, summarize};
 pub use volume::Volume;

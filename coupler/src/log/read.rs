@@ -14,8 +14,10 @@ use protocol::{Frame, Header};
 
 use super::entry::{Entry, Exchange, INTERFACE};
 use super::error::{LogError, chain};
+use super::order::Order;
 use super::proto;
 use super::provenance::{self, Provenance};
+use super::torn::is_torn;
 
 /// No record and no chunk of ours is longer: the longest message, and room for a chunk that was about to close.
 const RECORD_LIMIT: usize = 8 * MAX_DOUBLES + (4 << 20);
@@ -37,6 +39,23 @@ pub fn recover(path: &Path) -> Result<LogFile, LogError> {
     LogFile::open(path, true)
 }
 
+/// Damage inside of a log, which is read to its end. None for a log that is whole, for the beginning of one that a killed writer
+/// left, and where there is no log.
+pub fn damage(path: &Path) -> Result<Option<LogError>, LogError> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    let found = match recover(path) {
+        Ok(mut log) => {
+            log.try_for_each(|entry| entry.map(|_| ()))?;
+            log.damage
+        }
+        Err(error @ LogError::NotALog { .. }) => Some(error),
+        Err(error) => return Err(error),
+    };
+    Ok(found.filter(|error| !error.is_torn()))
+}
+
 /// The entries of a log in the order in which they were recorded. A chunk (about 1 MiB, or one long message) is in
 /// memory at a time, and yields nothing before its checksum is verified.
 pub struct LogFile {
@@ -47,6 +66,7 @@ pub struct LogFile {
     provenance: Provenance,
     interfaces: HashMap<u16, Option<String>>,
     entries: VecDeque<Entry>,
+    order: Order,
     /// Start of the record that is read next (bytes).
     offset: u64,
     /// Chunks that were reached, and whether the damage is in the last of them.
@@ -79,6 +99,7 @@ impl LogFile {
             provenance: Provenance::default(),
             interfaces: HashMap::new(),
             entries: VecDeque::new(),
+            order: Order::default(),
             offset: mcap::MAGIC.len() as u64,
             chunks: 0,
             in_chunk: false,
@@ -90,7 +111,10 @@ impl LogFile {
         match log.read_provenance() {
             Ok(()) => Ok(log),
             Err(Failure::Io(source)) => Err(LogError::Read { path, source }),
-            Err(Failure::Damage(why)) => Err(LogError::NotALog { path, why }),
+            Err(Failure::Damage(why)) => {
+                let torn = is_torn(&log.file, log.offset).unwrap_or(false);
+                Err(LogError::NotALog { path, why, torn })
+            }
         }
     }
 
@@ -107,12 +131,16 @@ impl LogFile {
     /// The first two records are the header and the metadata; a file without them is something else.
     fn read_provenance(&mut self) -> Result<(), Failure> {
         for expected in [op::HEADER, op::METADATA] {
+            let start = self.offset;
             let record = self.next_record()?;
             let (_, data) = record
                 .filter(|(opcode, _)| *opcode == expected)
                 .ok_or_else(|| Failure::Damage("it does not begin with its provenance".into()))?;
             if expected == op::METADATA {
-                self.provenance = provenance::read(&data).map_err(Failure::Damage)?;
+                self.provenance = provenance::read(&data).map_err(|why| {
+                    self.offset = start;
+                    Failure::Damage(why)
+                })?;
             }
         }
         Ok(())
@@ -164,7 +192,10 @@ impl LogFile {
                 }
                 Record::Message { header, data } => {
                     let number = entries.len() + 1;
-                    let entry = self.entry(header.channel_id, &data);
+                    let entry = self.entry(header.channel_id, &data).and_then(|entry| {
+                        self.order.take(&entry)?;
+                        Ok(entry)
+                    });
                     entries.push_back(
                         entry.map_err(|why| Failure::Damage(format!("message {number}: {why}")))?,
                     );
@@ -227,6 +258,7 @@ impl LogFile {
                     format!("a record after {} chunks", self.chunks)
                 },
                 why,
+                torn: is_torn(&self.file, self.offset).unwrap_or(false),
             },
         }
     }

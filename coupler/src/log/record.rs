@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -69,7 +72,7 @@ impl Recorder {
         provenance: &Provenance,
         flush_every_windows: u64,
     ) -> Result<Recorder, LogError> {
-        let file = File::create(path).map_err(|error| LogError::write(path, &error))?;
+        let file = Counted::create(path).map_err(|error| LogError::write(path, &error))?;
         let file = LogWriter::start(path, file, provenance, flush_every_windows.max(1))
             .map_err(|error| LogError::write(path, &error))?;
         let (jobs, taken) = bounded(WAITING);
@@ -180,9 +183,9 @@ impl Drop for Recorder {
 /// The file, on the side of the thread.
 struct LogWriter {
     path: PathBuf,
-    writer: Writer<BufWriter<File>>,
-    /// Handle of the same file, by which it is told to reach the disk.
-    disk: File,
+    writer: Writer<BufWriter<Counted>>,
+    /// The same file, by which it is told to reach the disk.
+    disk: Counted,
     flush_every_windows: u64,
     exchange_schema: u16,
     window_channel: u16,
@@ -193,11 +196,14 @@ struct LogWriter {
 impl LogWriter {
     fn start(
         path: &Path,
-        file: File,
+        file: Counted,
         provenance: &Provenance,
         flush_every_windows: u64,
     ) -> Result<LogWriter, McapError> {
-        let disk = file.try_clone()?;
+        let disk = Counted {
+            file: file.file.try_clone()?,
+            written: Arc::clone(&file.written),
+        };
         let mut writer = options().create(BufWriter::new(file))?;
         provenance::write(&mut writer, provenance)?;
         let descriptors = proto::descriptors();
@@ -269,13 +275,15 @@ impl LogWriter {
         self.stats.windows += 1;
         if self.stats.windows.is_multiple_of(self.flush_every_windows) {
             self.writer.flush()?;
+            self.disk.in_place(&self.path)?;
         }
         Ok(())
     }
 
     fn sync(&mut self, done: &Sender<()>) -> Result<(), McapError> {
         self.writer.flush()?;
-        self.disk.sync_data()?;
+        self.disk.file.sync_data()?;
+        self.disk.in_place(&self.path)?;
         // Whoever waited in vain has gone.
         let _ = done.send(());
         Ok(())
@@ -308,13 +316,67 @@ impl LogWriter {
         let ended = self.writer.finish();
         ended.map_err(|error| LogError::write(&self.path, &error))?;
         let mut buffer = self.writer.into_inner();
-        let size = buffer.flush().and_then(|()| buffer.get_ref().metadata());
-        let size = size.map_err(|error| LogError::write(&self.path, &error))?;
+        let size = buffer.flush().and_then(|()| self.disk.in_place(&self.path));
+        let bytes = size.map_err(|error| LogError::write(&self.path, &error))?;
         Ok(LogStats {
-            bytes: size.len(),
+            bytes,
             writer_wall: self.stats.writer_wall + start.elapsed(),
             ..self.stats
         })
+    }
+}
+
+/// A file that is written at its end, wherever that is by then, and the bytes that it took.
+struct Counted {
+    file: File,
+    written: Arc<AtomicU64>,
+}
+
+impl Counted {
+    fn create(path: &Path) -> io::Result<Counted> {
+        File::create(path)?;
+        Ok(Counted {
+            file: File::options().append(true).open(path)?,
+            written: Arc::default(),
+        })
+    }
+
+    /// Bytes that were written, if all of them are there under this name: a file that somebody removed, replaced or cut short
+    /// takes everything and keeps nothing.
+    fn in_place(&self, path: &Path) -> io::Result<u64> {
+        let (ours, written) = (self.file.metadata()?, self.written.load(Ordering::Relaxed));
+        let refuse = |why: String| Err(io::Error::other(why));
+        match path.metadata() {
+            Err(error) => refuse(format!("it was removed during the run ({error})")),
+            Ok(found) if (found.dev(), found.ino()) != (ours.dev(), ours.ino()) => {
+                refuse("it was replaced by another file during the run".into())
+            }
+            Ok(found) if found.len() != written => {
+                let size = found.len();
+                refuse(format!(
+                    "it was changed during the run: it holds {size} bytes, {written} were written"
+                ))
+            }
+            Ok(_) => Ok(written),
+        }
+    }
+}
+
+impl Write for Counted {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let count = self.file.write(bytes)?;
+        self.written.fetch_add(count as u64, Ordering::Relaxed);
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for Counted {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
     }
 }
 

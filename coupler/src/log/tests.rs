@@ -254,7 +254,8 @@ fn a_truncated_log_holds_the_beginning_of_the_story() {
             .by_ref()
             .collect::<Result<_, _>>()
             .expect("what cannot be read is left out");
-        assert!(log.damage().is_some(), "{length} bytes");
+        let damage = log.damage().expect("it has no end");
+        assert!(damage.is_torn(), "{length} bytes: {damage}");
         assert!(found.len() >= most, "{length} bytes");
         most = found.len();
         assert_same(&found, &entries[..most]);
@@ -276,8 +277,12 @@ fn one_flipped_bit_anywhere_is_an_error() {
                 "byte {index} of {}, bit {bit}",
                 bytes.len()
             );
-            if let Ok(log) = recover(&scratch.0) {
-                let mut found: Vec<Entry> = log.filter_map(Result::ok).collect();
+            if let Ok(mut log) = recover(&scratch.0) {
+                let mut found: Vec<Entry> = log.by_ref().filter_map(Result::ok).collect();
+                let damage = log.damage().expect("a bit was flipped");
+                // The end may have become the kind of a record that was cut off.
+                let torn = damage.is_torn() && index != bytes.len() - 8;
+                assert!(!torn, "byte {index} of {}, bit {bit}", bytes.len());
                 // The number of the run is in no chunk: only the checksum at the end of the file covers it.
                 for entry in &mut found {
                     if let Entry::Exchange(exchange) = entry {
@@ -352,6 +357,35 @@ fn a_full_disk_is_an_error_and_not_a_panic() {
     assert!(text.contains("No space left"), "{text}");
     let nowhere = Recorder::create(Path::new("/nowhere/log.mcap"), &origin(), 1);
     assert!(matches!(nowhere.err(), Some(LogError::Write { .. })));
+}
+
+#[test]
+fn a_log_that_is_not_under_its_name_when_it_is_closed_is_an_error() {
+    type Harm = fn(&Path) -> std::io::Result<()>;
+    let harms: [(&str, Harm); 4] = [
+        ("removed", |log| fs::remove_file(log)),
+        ("replaced", |log| {
+            fs::remove_file(log)?;
+            fs::write(log, b"")
+        }),
+        ("changed", |log| fs::write(log, b"")),
+        ("changed", |log| {
+            let mut file = fs::File::options().append(true).open(log)?;
+            std::io::Write::write_all(&mut file, &[0])
+        }),
+    ];
+    for (words, harm) in harms {
+        let scratch = Scratch::new();
+        let mut recorder = Recorder::create(&scratch.0, &origin(), 100).expect("it is created");
+        story(3)
+            .iter()
+            .try_for_each(|entry| put(&mut recorder, entry))
+            .expect("it is recorded");
+        harm(&scratch.0).expect("the folder is writable");
+        let error = recorder.finish().expect_err(words).to_string();
+        assert!(error.contains(words), "{error}");
+        assert!(error.contains(&scratch.0.display().to_string()), "{error}");
+    }
 }
 
 #[test]

@@ -33,7 +33,8 @@ pub fn replay(
     let peers = scenario.participant.iter().map(|participant| {
         let mut tape = turns(&recording.messages[..joined], &participant.name);
         tape.extend(turns(&recording.messages[past..], &participant.name));
-        let link = TapeLink::new(tape, Arc::clone(&seen));
+        let open = recording.open_turns(&participant.name);
+        let link = TapeLink::new(tape, open, Arc::clone(&seen));
         Peer::new(&participant.name, Box::new(link), Life::Tape)
     });
     let run_id = launcher.run_id;
@@ -41,6 +42,8 @@ pub fn replay(
     let start = Instant::now();
     let result = windows(&mut peers, scenario, &greeted, from);
     let wall_s = start.elapsed().as_secs_f64();
+    // A tape tells what is left of it when it goes.
+    drop(peers);
     let seen = seen.lock();
     let seen = seen.map_err(|_| Refusal::BrokenTape)?;
     let replayed = Replayed {

@@ -9,11 +9,14 @@
 
 use std::path::Path;
 
+use protocol::{Frame, Header, Kind};
+
 use crate::error::Error;
-use crate::log::{Entry, Exchange, Mismatch, recover};
+use crate::log::{Entry, Exchange, LogError, Mismatch, recover};
 use crate::run::checkpoint::RestartPoint;
 use crate::scenario::load::{Loaded, parse};
 use crate::scenario::source::Source;
+use tape::turns;
 
 pub mod coupler;
 pub mod drift;
@@ -31,6 +34,8 @@ pub struct Recording {
     pub ends: Vec<usize>,
     /// Reason why the log ends early, if it does.
     pub damage: Option<String>,
+    /// True if it ends early and is sound up to there, as a killed writer leaves it.
+    pub torn: bool,
 }
 
 impl Recording {
@@ -42,6 +47,12 @@ impl Recording {
     /// Messages of the handshake of a coupled run.
     pub fn handshake(&self) -> usize {
         self.before(1)
+    }
+
+    /// Turns of a participant after the last window that ended: whoever repeats them may stop among them as well.
+    fn open_turns(&self, participant: &str) -> usize {
+        let ended = self.before(self.ends.len() as u64);
+        turns(&self.messages[ended..], participant).len()
     }
 
     /// Messages of the first so many blocks.
@@ -80,6 +91,8 @@ pub struct Replayed {
     pub solve_wall_s: Option<f64>,
     /// Every answer, where the replay went on after the first departure.
     pub drift: Vec<Drift>,
+    /// [`protocol::Outcome::state_hash`] of a solver that was asked everything.
+    pub state_hash: Option<String>,
 }
 
 impl Replayed {
@@ -88,6 +101,21 @@ impl Replayed {
         Replayed {
             who: who.to_string(),
             ..Replayed::default()
+        }
+    }
+
+    /// Compares the state that a solver ended in with the one that the run says it ended in. An answer that had departed
+    /// before comes first.
+    pub fn judge_state(&mut self, logged: &str) {
+        let differs = |ours: &&String| *ours != logged;
+        if let Some(ours) = self.state_hash.as_ref().filter(differs) {
+            let header = Header {
+                window: self.last_window,
+                ..Header::of(Kind::Finished)
+            };
+            let [logged, ours] = [logged, ours].map(|hash| format!("the final state {hash}"));
+            let found = Mismatch::at(&self.who, &Frame::new(header, Vec::new()), &logged, &ours);
+            self.mismatch.get_or_insert(found);
         }
     }
 }
@@ -113,5 +141,6 @@ pub fn recording(path: &Path, overrides: &[String]) -> Result<Recording, Error> 
         messages,
         ends,
         damage: log.damage().map(ToString::to_string),
+        torn: log.damage().is_some_and(LogError::is_torn),
     })
 }

@@ -10,6 +10,7 @@ use super::tape::{Turn, turns};
 use super::{Drift, Recording, Replayed};
 use crate::error::{Error, Refusal};
 use crate::log::Mismatch;
+use crate::log::mismatch::Difference;
 use crate::participants::peer::read_json;
 use crate::participants::{Communicator, Launcher, Watch, handshake};
 use crate::run::checkpoint::RestartPoint;
@@ -56,21 +57,28 @@ pub fn replay(
         }
         origin.restore_node(communicator, 0, index)?;
     }
-    let mut all_asked = true;
-    for (place, turn) in later.iter().enumerate() {
-        all_asked = comparison.ask(communicator, turn, later.get(place + 1))?;
-        if !all_asked {
-            break;
-        }
+    let mut asked = 0;
+    while let Some(turn) = later.get(asked)
+        && comparison.ask(communicator, turn, later.get(asked + 1))?
+    {
+        asked += 1;
     }
     let mut replayed = comparison.replayed;
     replayed.wall_s = start.elapsed().as_secs_f64();
-    if all_asked {
+    let left = later.len() - asked;
+    if left > recording.open_turns(name).min(1) && replayed.mismatch.is_none() {
+        let request = &later[asked].request;
+        let found = Mismatch::at(name, request, "no answer, and goes on", "its end");
+        replayed.mismatch = Some(found);
+    }
+    if left == 0 {
         communicator.tell(0, Kind::Finish, &Window::default(), Vec::new())?;
         let outcome = communicator.receive(0, Kind::Finished)?;
         // What a foreign solver says of its time may be unreadable; the replay is none the worse.
-        let farewell: Option<Farewell> = read_json(&outcome).ok();
-        replayed.solve_wall_s = farewell.map(|farewell| farewell.solve_wall_s);
+        if let Ok(farewell) = read_json::<Farewell>(&outcome) {
+            replayed.solve_wall_s = Some(farewell.solve_wall_s);
+            replayed.state_hash = Some(farewell.outcome.state_hash);
+        }
     }
     Ok(replayed)
 }
@@ -139,10 +147,10 @@ impl Comparison<'_> {
                 rel: deviation.rel,
             });
         }
-        match self.how.tolerance_rel {
-            Some(tolerance) if deviation.rel <= tolerance => None,
-            Some(_) => exact.map(|mismatch| mismatch.at_entry(logged, ours, deviation.entry)),
-            None => exact,
+        match (self.how.tolerance_rel, &exact.as_ref()?.difference) {
+            (None, _) | (_, Difference::Message { .. }) => exact,
+            (Some(tolerance), _) if deviation.rel <= tolerance => None,
+            _ => exact.map(|mismatch| mismatch.at_entry(logged, ours, deviation.entry)),
         }
     }
 }

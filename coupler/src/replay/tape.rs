@@ -52,15 +52,18 @@ pub struct Seen {
 /// hold, and at its end.
 pub struct TapeLink {
     turns: VecDeque<Turn>,
+    /// Turns of its end that may be left when the coupler meets the end of a tape: those of a window that did not end.
+    open: usize,
     pending: Option<Frame>,
     seen: Arc<Mutex<Seen>>,
 }
 
 impl TapeLink {
-    /// A tape of these turns.
-    pub fn new(turns: Vec<Turn>, seen: Arc<Mutex<Seen>>) -> TapeLink {
+    /// A tape of these turns; so many of them are of a window that did not end.
+    pub fn new(turns: Vec<Turn>, open: usize, seen: Arc<Mutex<Seen>>) -> TapeLink {
         TapeLink {
             turns: turns.into(),
+            open,
             pending: None,
             seen,
         }
@@ -83,6 +86,22 @@ impl TapeLink {
         seen.equal += 1;
         seen.last_window = seen.last_window.max(logged.header.window);
         Ok(answer)
+    }
+}
+
+impl Drop for TapeLink {
+    /// A coupler that asks for less than the log holds departs from it.
+    fn drop(&mut self) {
+        let Ok(mut seen) = self.seen.lock() else {
+            return;
+        };
+        let may_be_left = if seen.ended { self.open } else { 0 };
+        if let Some(next) = self.turns.front()
+            && self.turns.len() > may_be_left
+        {
+            let left = Mismatch::at(COUPLER, &next.request, "this request", "its end");
+            seen.mismatch.get_or_insert(left);
+        }
     }
 }
 

@@ -1,0 +1,73 @@
+//! The order of a log: what is over never comes again, or part of the file was put in twice.
+
+use std::collections::HashMap;
+
+use protocol::Kind;
+
+use super::entry::{COUPLER, Entry, Exchange};
+use super::hash::is_handshake;
+
+/// Windows and blocks that have passed.
+#[derive(Default)]
+pub(super) struct Order {
+    blocks: u64,
+    participants: HashMap<String, Progress>,
+}
+
+/// Windows of a participant: interfaces that share nothing count their own.
+#[derive(Default)]
+struct Progress {
+    at_hand: Option<u64>,
+    over: Option<u64>,
+}
+
+impl Order {
+    /// Takes the next entry, or refuses it because it repeats one.
+    pub(super) fn take(&mut self, entry: &Entry) -> Result<(), String> {
+        match entry {
+            Entry::Exchange(exchange) => self.take_exchange(exchange),
+            Entry::WindowEnd(window) => self.end_block(*window),
+        }
+    }
+
+    fn take_exchange(&mut self, exchange: &Exchange) -> Result<(), String> {
+        let header = &exchange.frame.header;
+        let (kind, window) = (Kind::from_number(header.kind), header.window);
+        if matches!(kind, Some(Kind::Couple | Kind::Surface)) && self.blocks > 0 {
+            return Err("the handshake is repeated".into());
+        }
+        if is_handshake(header.kind) {
+            return Ok(());
+        }
+        let name = if exchange.sender == COUPLER {
+            &exchange.receiver
+        } else {
+            &exchange.sender
+        };
+        if !self.participants.contains_key(name) {
+            self.participants.insert(name.clone(), Progress::default());
+        }
+        let progress = self.participants.get_mut(name).expect("just inserted");
+        if progress.over.is_some_and(|over| window <= over) {
+            return Err(format!("window {window} of `{name}` is repeated"));
+        }
+        progress.at_hand = Some(window);
+        Ok(())
+    }
+
+    /// Only the first block, the handshake of a coupled run, ends without a window at hand.
+    fn end_block(&mut self, window: u64) -> Result<(), String> {
+        let mut progressed = false;
+        for progress in self.participants.values_mut() {
+            if let Some(done) = progress.at_hand.take() {
+                progress.over = Some(done);
+                progressed = true;
+            }
+        }
+        if !progressed && self.blocks > 0 {
+            return Err(format!("the end of window {window} is repeated"));
+        }
+        self.blocks += 1;
+        Ok(())
+    }
+}

@@ -1,0 +1,99 @@
+//! The end that a killed writer leaves, told from damage.
+
+use std::fs::File;
+use std::io;
+use std::os::unix::fs::FileExt;
+
+use mcap::MAGIC;
+use mcap::records::op;
+
+/// The kind and the length before the data of each record (bytes).
+const FRAMING: usize = 9;
+
+/// The longest beginning of a record that is looked at (bytes).
+const BEGINNING: u64 = 1 << 12;
+
+/// True if a file is the beginning of a log: it ends inside of the record at `offset`, or right before it. A file with the end
+/// of a log was closed, and a record whose parts do not add up to its length has another length than was written: what
+/// comes after it was lost to damage.
+pub(super) fn is_torn(file: &File, offset: u64) -> io::Result<bool> {
+    let size = file.metadata()?.len();
+    let part = |start: u64, length: u64| {
+        let mut bytes = vec![0; length.min(size.saturating_sub(start)) as usize];
+        file.read_exact_at(&mut bytes, start).map(|()| bytes)
+    };
+    let magic = MAGIC.len() as u64;
+    let (first, last) = (part(0, magic)?, part(size.saturating_sub(magic), magic)?);
+    if size <= magic {
+        return Ok(MAGIC.starts_with(&first));
+    }
+    if first != MAGIC || last == MAGIC {
+        return Ok(false);
+    }
+    let beginning = part(offset, BEGINNING)?;
+    let Some((framing, data)) = beginning.split_at_checked(FRAMING) else {
+        let record = beginning.first().is_none_or(|kind| *kind <= op::DATA_END);
+        return Ok(record || MAGIC.starts_with(&beginning));
+    };
+    let (opcode, length) = (framing[0], number(&framing[1..]));
+    let left = size - offset - FRAMING as u64;
+    Ok(length > left && may_have_length(opcode, data, length))
+}
+
+/// True unless the beginning of a record tells another length of it.
+fn may_have_length(opcode: u8, data: &[u8], length: u64) -> bool {
+    match opcode {
+        op::DATA_END => length == 4,
+        // The description of the data at the end of the file, which is read by nobody here.
+        op::FOOTER | op::SCHEMA | op::CHANNEL | op::STATISTICS | op::SUMMARY_OFFSET => true,
+        op::CHUNK_INDEX | op::ATTACHMENT_INDEX | op::METADATA_INDEX => true,
+        _ => match parts_of(opcode) {
+            None => false,
+            Some(parts) => parts.length(data).is_none_or(|due| due == length),
+        },
+    }
+}
+
+/// Parts of a record in their order (MCAP 0, "Records").
+struct Parts {
+    /// Bytes of the numbers in front.
+    front: u64,
+    /// Parts that follow their own length, by the bytes of that length.
+    counted: &'static [u64],
+    /// Bytes of the numbers at the end.
+    back: u64,
+}
+
+fn parts_of(opcode: u8) -> Option<Parts> {
+    let (front, counted, back): (_, &[u64], _) = match opcode {
+        op::HEADER | op::METADATA => (0, &[4, 4], 0),
+        op::CHUNK => (8 + 8 + 8 + 4, &[4, 8], 0),
+        op::MESSAGE_INDEX => (2, &[4], 0),
+        op::ATTACHMENT => (8 + 8, &[4, 4, 8], 4),
+        _ => return None,
+    };
+    Some(Parts {
+        front,
+        counted,
+        back,
+    })
+}
+
+impl Parts {
+    /// Length of all of them, if so much of the record is there that it can be told.
+    fn length(&self, data: &[u8]) -> Option<u64> {
+        let mut end = self.front;
+        for width in self.counted {
+            let start = usize::try_from(end).ok()?;
+            let count = data.get(start..start.checked_add(*width as usize)?)?;
+            end = end.checked_add(width + number(count))?;
+        }
+        end.checked_add(self.back)
+    }
+}
+
+/// A little-endian number of up to eight bytes.
+fn number(bytes: &[u8]) -> u64 {
+    let digits = bytes.iter().rev();
+    digits.fold(0, |number, byte| number << 8 | u64::from(*byte))
+}
