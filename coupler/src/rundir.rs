@@ -122,8 +122,12 @@ fn default_path(name: &str, run_id: u64) -> Result<PathBuf, Error> {
     Ok(path)
 }
 
-/// Two runs may start at the same time: the link is made under a name of its own and renamed, which is atomic.
+/// Two runs may start at the same time: the link is made under a name of its own and renamed, which is atomic. What a user
+/// has put there, which is no link, stays.
 fn point_latest(id: &str) {
+    if fs::symlink_metadata("runs/latest").is_ok_and(|found| !found.is_symlink()) {
+        return;
+    }
     let temporary = Path::new("runs").join(format!(".latest-{id}"));
     if std::os::unix::fs::symlink(id, &temporary).is_ok()
         && fs::rename(&temporary, "runs/latest").is_err()

@@ -7,7 +7,7 @@ use std::time::Duration;
 use nix::sys::prctl::set_pdeathsig;
 use nix::sys::signal::Signal;
 use nix::unistd::getppid;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use thiserror::Error;
 
@@ -42,7 +42,7 @@ pub enum ParticipateError {
 /// Takes part in the run that the environment names: reads the session file, ties this process's life to the
 /// coordinator's, connects through shared memory and serves the node that `build` makes.
 ///
-/// The process ends on SIGTERM and SIGINT, whatever it is computing, and is sent SIGTERM when the coordinator ends,
+/// The process ends on SIGTERM, SIGINT and SIGHUP, whatever it is computing, and is sent SIGTERM when the coordinator ends,
 /// however that happens.
 pub fn participate<F>(build: F) -> Result<(), ParticipateError>
 where
@@ -66,7 +66,7 @@ fn end_on_signals(
     root: PathBuf,
     prefix: String,
 ) -> Result<(), ParticipateError> {
-    let mut signals = Signals::new([SIGTERM, SIGINT]).map_err(ParticipateError::Signals)?;
+    let mut signals = Signals::new([SIGTERM, SIGINT, SIGHUP]).map_err(ParticipateError::Signals)?;
     std::thread::spawn(move || {
         if let Some(signal) = signals.forever().next() {
             if !is_child_of(coordinator_pid) {

@@ -217,3 +217,36 @@ fn a_scenario_that_does_not_exist_says_where_it_was_looked_for() {
     let output = run(thirdbody(work.path()).args(["run", "nowhere"]));
     fails(&output, 2, &["nowhere", "scenarios/"]);
 }
+
+#[test]
+fn control_characters_and_names_that_look_like_options_are_refused() {
+    refused(
+        &["run.seed=2\nrun.thickness_m=1.0"],
+        2,
+        &["--set run.seed=2\\nrun.thickness_m=1.0", "line break"],
+    );
+    text_refused(
+        "name = \"rail\"",
+        "name = \"-rail\"",
+        &["participant.-rail.name", "`-rail`", "the first no `-`"],
+    );
+    text_refused(
+        "name = \"rail\"",
+        "name = \"ra\\u001b[31mil\"",
+        &["participant.ra?[31mil.name", "`ra\\u{1b}[31mil`"],
+    );
+}
+
+/// What a user has put under the name of the link is not ours to replace.
+#[test]
+fn a_file_of_the_user_called_latest_stays() {
+    let work = Scratch::new("latest");
+    std::fs::create_dir(work.path().join("runs")).expect("writable");
+    let latest = work.path().join("runs/latest");
+    std::fs::write(&latest, "mine").expect("writable");
+    let mut command = thirdbody(work.path());
+    command.arg("run").arg(folder("quick"));
+    let output = run(command.args(["--set", "run.end_s=6e-6"]));
+    assert!(output.status.success());
+    assert_eq!(std::fs::read_to_string(&latest).expect("it stays"), "mine");
+}

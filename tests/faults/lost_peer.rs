@@ -90,7 +90,11 @@ fn a_stopped_node_is_told_from_a_dead_one() {
 
 #[test]
 fn an_interrupt_keeps_the_valid_part() {
-    for (signal, code) in [(Signal::SIGINT, 130), (Signal::SIGTERM, 143)] {
+    for (signal, code) in [
+        (Signal::SIGINT, 130),
+        (Signal::SIGTERM, 143),
+        (Signal::SIGHUP, 129),
+    ] {
         let work = Scratch::new("interrupted");
         let running = in_the_midst(work.path(), &[]);
         let pids = running.participants();

@@ -1,8 +1,10 @@
 //! The command line: one file a verb.
 
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::{Parser, Subcommand};
+use signal_hook::consts::SIGXFSZ;
 
 use crate::error::Error;
 use crate::output::tell;
@@ -57,6 +59,8 @@ enum Verb {
 
 /// Runs the command line with the solvers that this binary ships.
 pub fn main(registry: &Registry) -> ExitCode {
+    // A file that may not grow further is then an error of the write, not the end of the process.
+    let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     let result = match Cli::parse().verb {
         Verb::Run(arguments) => run::run(&arguments, registry),
         Verb::Check(arguments) => check::check(&arguments, registry),

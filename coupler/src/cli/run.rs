@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use super::common::{ScenarioArguments, VerbResult, own_program, print_either};
 use crate::error::Error;
@@ -62,7 +62,7 @@ pub(super) fn options<'a>(
 /// Signals that end a run in order.
 fn listen() -> Result<Watch, Error> {
     let watch = Watch::default();
-    for signal in [SIGINT, SIGTERM] {
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
         signal_hook::flag::register_usize(signal, watch.flag(), signal as usize)
             .map_err(Error::input("listening for signals"))?;
     }

@@ -229,10 +229,12 @@ fn at_least_one(key: &str, value: Option<u64>) -> Result<(), ConfigError> {
 /// A name that can be a file name on any system: letters, digits, `-` and `_`.
 fn plain_name(key: &str, name: &str) -> Result<(), ConfigError> {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-    if name.chars().all(plain) && !name.is_empty() && name.len() <= 64 {
+    if name.chars().all(plain) && (1..=64).contains(&name.len()) && !name.starts_with('-') {
         return Ok(());
     }
-    let problem =
-        format!("`{name}` must be 1 to 64 letters, digits, `-` or `_`: it becomes a file name");
+    let problem = format!(
+        "`{}` must be 1 to 64 letters, digits, `-` or `_`, the first no `-`: it becomes a file name",
+        name.escape_debug()
+    );
     Err(ConfigError::new(key, problem))
 }

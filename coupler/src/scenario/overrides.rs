@@ -6,7 +6,12 @@ use crate::error::{Error, Refusal};
 /// Applies one `KEY=VALUE`. VALUE is TOML; what does not parse as TOML is a string. Entries of
 /// `[[participant]]` and `[[interface]]` are addressed by name.
 pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<(), Error> {
-    let refuse = |why: &str| Refusal::argument(format!("--set {set}"), why);
+    let refuse = |why: &str| Refusal::argument(format!("--set {}", set.escape_debug()), why);
+    if set.chars().any(|c| c.is_control() && c != '\t') {
+        return Err(
+            refuse("holds a line break or another control character: one key a --set").into(),
+        );
+    }
     let (key, value) = set
         .split_once('=')
         .ok_or_else(|| refuse("write it as KEY=VALUE, for instance --set run.seed=2"))?;

@@ -32,7 +32,8 @@ impl Source {
         let file = || NamedSource::new(&self.name, self.text.clone()).with_language("TOML");
         let span = self.span(&key).filter(|_| set.is_none());
         Error::Scenario(Box::new(ScenarioError {
-            key,
+            // A name of the user's may hold what a terminal would take for a command.
+            key: key.replace(char::is_control, "?"),
             problem,
             help: error.help,
             source_file: set.is_none().then(file),
