@@ -11,7 +11,7 @@ pub struct Warning {
     /// Participant, interface or key that it is about, as the scenario names it.
     #[serde(rename = "where")]
     pub place: String,
-    /// What was found, and what to do about it.
+    /// The fault in words, and what to do about it.
     pub text: String,
     /// The value, where the check has one.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -16,7 +16,7 @@ pub struct Judged<'a> {
     pub bodies: &'a Bodies,
     /// The last state.
     pub state: &'a State,
-    /// What the steps left.
+    /// Statistics over its steps.
     pub statistics: &'a RunStatistics,
     /// The wheel, where there is one.
     pub program: Option<WheelProgram>,

@@ -9,7 +9,7 @@ use crate::setting::ConfigError;
 pub struct Finding {
     /// Word for scripts, for instance `wheel_at_rest`.
     pub code: String,
-    /// What was found, and what to do about it.
+    /// The fault in words, and what to do about it.
     pub text: String,
     /// The value; the largest finite number for one that is infinite or no number.
     pub value: f64,

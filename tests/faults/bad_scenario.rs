@@ -237,7 +237,7 @@ fn control_characters_and_names_that_look_like_options_are_refused() {
     );
 }
 
-/// What a user has put under the name of the link is not ours to replace.
+/// A file of the user's under the name of the link is not ours to replace.
 #[test]
 fn a_file_of_the_user_called_latest_stays() {
     let work = Scratch::new("latest");

@@ -19,9 +19,10 @@ fn run(scene: &str, sets: &[&str], more: &[&str]) -> (Option<i32>, Value, Output
         command.args(["--set", set]);
     }
     let output = command.args(more).output().expect("the program starts");
-    let summary = match output.stdout.is_empty() {
-        true => Value::Null,
-        false => parse_json(&output.stdout),
+    let summary = if output.stdout.is_empty() {
+        Value::Null
+    } else {
+        parse_json(&output.stdout)
     };
     (output.status.code(), summary, output)
 }

@@ -19,7 +19,8 @@ pub struct PlausibleConfig {
     /// Distance of the mean force on the glued disks from that on the wheel in the second half of the hold, weight and all
     /// fixed bodies being allowed for, over the load.
     pub boundary_force_rel: Bounds,
-    /// Force that moves the mass added by `mass_scale`, over the force that goes through the grains, both summed over the run.
+    /// Force that moves the mass added by `mass_scale`, over the force that goes through the grains, both summed over the last
+    /// half of the steps or a little more, without a wheel's ramp.
     pub added_inertia_rel: Bounds,
     /// Half-width of 98 % of the wheel's force over that of a layer that ends there. Against the rail alone, two loads that
     /// rub with partial slip lost 6 % of their friction loop at 0.72 and 17 % at 0.83, and 1 to 4 % at 0.66.
