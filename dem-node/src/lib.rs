@@ -120,6 +120,7 @@ pub mod state;
 pub mod step;
 pub mod structure;
 mod threads;
+mod trend;
 pub mod wheel;
 
 use protocol::{ConfigError, Node, NodeError, Session, Setting};
@@ -140,6 +141,9 @@ pub fn check(config: &serde_json::Value, setting: &Setting) -> Result<Vec<String
             .map_err(|error| ConfigError::new("time.step_s", error.to_string()))?,
     };
     advice.extend(mass_scaling::advice(&config, setting.thickness_m));
+    if let config::SampleConfig::Layer(layer) = &config.sample {
+        advice.extend(layer.advice(config.law.contact_stiffness_pa));
+    }
     Ok(advice)
 }
 

@@ -8,6 +8,9 @@ use crate::report::{RunStatistics, lost_grains};
 use crate::state::State;
 use crate::wheel::WheelProgram;
 
+/// Settling of the grains that counts as rest whatever the approach is, over the mean radius.
+const SETTLING: f64 = 0.01;
+
 /// A run that is judged.
 pub struct Judged<'a> {
     /// The bounds.
@@ -32,8 +35,10 @@ impl Judged<'_> {
             self.ejected(),
             self.wheel_at_rest(),
             self.layer_at_rest(),
+            self.wheel_drift(),
             self.added_inertia(),
             self.contact_width(),
+            self.contact_residual(),
         ];
         all.into_iter().flatten().collect()
     }
@@ -86,8 +91,21 @@ impl Judged<'_> {
         let bounds = self.bounds.wheel_force_rel;
         bounds.judge("wheel_at_rest", value, || {
             format!(
-                "the wheel is not at rest at the end of its hold: it moves at {:.2e} m/s, and over the second half of the hold the grains carried {low:.0} to {high:.0} N of its {load} N: make wheel.hold_s or wheel.ramp_s longer, or bring wheel.vy_m_per_s closer to 0",
+                "the wheel is not at rest before its motion: it moves at {:.2e} m/s, and over the second half of the hold (without one, at its end) the grains carried {low:.0} to {high:.0} N of its {load} N: make wheel.hold_s or wheel.ramp_s longer, or bring wheel.vy_m_per_s closer to 0",
                 self.statistics.held_velocity()
+            )
+        })
+    }
+
+    /// A wheel that bears its load may still sink with all that carries it.
+    fn wheel_drift(&self) -> Option<Finding> {
+        self.program.filter(|program| program.0.load_n > 0.0)?;
+        let [lost, approach] = self.statistics.held_drift()?;
+        let value = lost.abs() / (approach.abs() + SETTLING * self.bodies.mean_radius());
+        let bounds = self.bounds.wheel_drift_rel;
+        bounds.judge("wheel_drift", value, || {
+            format!(
+                "over the second half of the hold the wheel sank by {lost:.2e} m, of {approach:.2e} m in all: what carries it is not at rest; make wheel.hold_s or wheel.ramp_s longer, or lower densities and masses"
             )
         })
     }
@@ -113,6 +131,14 @@ impl Judged<'_> {
         let bounds = self.bounds.added_inertia_rel;
         bounds.judge("added_inertia", value, || {
             format!("moving the mass that mass_scale adds to the grains took {value:.3} of the force that goes through them: lower mass_scale, or load more slowly")
+        })
+    }
+
+    fn contact_residual(&self) -> Option<Finding> {
+        let value = self.statistics.largest_residual();
+        let bounds = self.bounds.contact_residual;
+        bounds.judge("contact_residual", value, || {
+            format!("the contact solve of a step was left with a residual of {value:.1e}, and friction is off by per cents: lower solver.tolerance")
         })
     }
 

@@ -7,6 +7,7 @@ use crate::geometry::range;
 use crate::state::{State, WheelState};
 use crate::step::StepSummary;
 use crate::structure;
+use crate::trend::Trend;
 use crate::wheel::WheelProgram;
 
 /// The signals of a step under their names. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
@@ -122,11 +123,14 @@ pub struct RunStatistics {
     /// 53 at 4 kN, so that a moment says less than the mean.
     held_force: Mean,
     held_height: Mean,
+    held_trend: Trend,
     /// Force of the grains on the boundary, downwards.
     held_boundary: Mean,
     /// Least and largest force on the wheel in the second half of the hold (N).
     held_range: Option<[f64; 2]>,
-    /// Vertical velocity of the wheel at the end of the hold (m/s).
+    /// Force on the wheel in the last step before the motion, 0 where there is none (N).
+    before_motion: Option<f64>,
+    /// Vertical velocity of the wheel before the motion (m/s).
     held_velocity: f64,
     friction: Mean,
     height_range: Option<[f64; 2]>,
@@ -198,12 +202,17 @@ impl RunStatistics {
             if middle > 0.5 * (program.0.ramp_s + motion) {
                 self.held_force.add(force[1]);
                 self.held_height.add(height);
+                self.held_trend.add(middle, height);
                 self.held_boundary.add(-step.on_boundary[1]);
                 self.held_range = Some(wider(self.held_range, force[1]));
-                self.held_velocity = wheel.velocity[1];
             }
+            if 2.0 * moment.end - middle >= motion {
+                self.before_motion = Some(force[1]);
+            }
+            self.held_velocity = wheel.velocity[1];
             return;
         }
+        self.before_motion.get_or_insert(0.0);
         self.height_range = Some(wider(self.height_range, height));
         if force[1] > 0.0 {
             self.friction.add(force[0].abs() / force[1]);
@@ -224,9 +233,18 @@ impl RunStatistics {
         self.held_force.value()
     }
 
-    /// Least and largest force on the wheel in the second half of the hold (N).
+    /// Least and largest force on the wheel in the second half of the hold, or the last one before the motion where there is
+    /// no hold (N).
     pub fn held_range(&self) -> Option<[f64; 2]> {
         self.held_range
+            .or(self.before_motion.map(|force| [force; 2]))
+    }
+
+    /// Height that the wheel lost in the second half of the hold, by its trend, and before (m).
+    pub fn held_drift(&self) -> Option<[f64; 2]> {
+        let lost = -self.held_trend.change()?;
+        let height = self.held_height.value()?;
+        Some([lost, self.first_height - height])
     }
 
     /// Mean force of the grains on the boundary in the second half of the hold (N), downwards.
@@ -234,7 +252,7 @@ impl RunStatistics {
         self.held_boundary.value()
     }
 
-    /// Vertical velocity of the wheel at the end of the hold (m/s).
+    /// Vertical velocity of the wheel before the motion (m/s).
     pub fn held_velocity(&self) -> f64 {
         self.held_velocity
     }
@@ -243,6 +261,11 @@ impl RunStatistics {
     /// the last half of the steps or a little more.
     pub fn added_inertia(&self) -> Option<f64> {
         self.added_inertia.value()
+    }
+
+    /// Largest residual of a contact solve that was accepted.
+    pub fn largest_residual(&self) -> f64 {
+        self.residual_max
     }
 
     /// Share of the loaded steps in which rounding decided that the contact solve had converged.

@@ -15,7 +15,7 @@ pub(crate) fn wheel_at_rest(model: &Model, load: f64, range: [f64; 2]) -> Option
     let value = (high - load).max(load - low) / load;
     let bounds = model.plausible.wheel_force_rel;
     let judged = bounds.judge("wheel_at_rest", value, || {
-        format!("the wheel is not at rest at the end of its hold: over the second half of the hold the body carried {low:.4e} to {high:.4e} N of its {load:e} N: make wheel.hold_s or wheel.ramp_s longer, lower wheel.mass_kg, or change time.start_mass_damping_per_s")
+        format!("the wheel is not at rest before its motion: over the second half of the hold (without one, at its end) the body carried {low:.4e} to {high:.4e} N of its {load:e} N: make wheel.hold_s or wheel.ramp_s longer, lower wheel.mass_kg, or change time.start_mass_damping_per_s")
     });
     judged.filter(|_| load > 0.0)
 }

@@ -118,6 +118,69 @@ fn windows_accepted_without_convergence_are_counted_against_the_run() {
 }
 
 #[test]
+fn a_wheel_that_moves_at_once_under_its_load_is_suspect() {
+    let key = "participant.third-body.config.wheel";
+    let set = |name: &str| format!("{key}.{name}");
+    let (code, summary, _) = run(
+        "layer-alone",
+        &["run.end_s=1e-5", &set("ramp_s=0.0"), &set("hold_s=0.0")],
+        &[],
+    );
+    assert_eq!(code, Some(8), "{summary}");
+    assert!(codes(&summary).contains(&"wheel_at_rest"), "{summary}");
+    let short_ramp = [&set("ramp_s=2e-5")[..], &set("hold_s=0.0")];
+    let (_, summary, _) = run(
+        "layer-alone",
+        &[&["run.end_s=3e-5"], &short_ramp[..]].concat(),
+        &[],
+    );
+    let rest = |w: &&Value| w["code"] == "wheel_at_rest";
+    let warnings = summary["warnings"].as_array().expect("a list");
+    let value = warnings.iter().find(rest).map(|w| &w["value"]);
+    assert!(
+        value.is_some_and(|value| value.as_f64() > Some(0.05)),
+        "the last force of a ramp of 0.02 ms is far off: {summary}"
+    );
+    let (_, summary, _) = run(
+        "layer-alone",
+        &[&["run.end_s=1e-5"], &short_ramp[..]].concat(),
+        &[],
+    );
+    assert!(
+        !codes(&summary).contains(&"wheel_at_rest"),
+        "it is still being loaded: {summary}"
+    );
+}
+
+#[test]
+fn a_rail_too_heavy_to_come_to_rest_is_told() {
+    let heavy = "participant.rail.config.material.density_kg_per_m3=1e7";
+    let alone = "participant.third-body.config.wheel.cycles=0.0";
+    let (code, summary, _) = run("quick", &[heavy, alone], &[]);
+    // The approach is 2.7 % below that of a rail of steel.
+    assert_eq!((code, codes(&summary)), (Some(0), vec!["wheel_drift"]));
+}
+
+#[test]
+fn a_rough_tolerance_and_a_layer_under_stress_are_told() {
+    let rough = "participant.third-body.config.solver.tolerance=0.05";
+    let (_, summary, _) = run("quick", &["run.end_s=6e-5", rough], &[]);
+    assert_eq!(codes(&summary), ["contact_residual"]);
+    let work = Scratch::new("prestress");
+    let mut check = thirdbody(work.path());
+    let set = "participant.third-body.config.sample.press_pa=[1e10]";
+    check.arg("check").arg(folder("quick")).args(["--set", set]);
+    let told = check.output().expect("the program starts");
+    let told = [told.stdout, told.stderr].concat();
+    let told = String::from_utf8_lossy(&told);
+    let flat: Vec<&str> = told.split_whitespace().collect();
+    assert!(
+        flat.join(" ").contains("sample.press_pa: the layer"),
+        "{told}"
+    );
+}
+
+#[test]
 fn a_tolerance_below_rounding_is_refused() {
     let set = "participant.third-body.config.solver.tolerance=1e-100";
     let (code, _, output) = run("quick", &[SHORT, set], &[]);

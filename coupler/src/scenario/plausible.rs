@@ -30,7 +30,7 @@ impl Default for Plausible {
             energy_balance_rel: bounds(0.01, 0.1),
             interface_energy_rel: bounds(0.02, 0.1),
             gap_rel: bounds(0.01, 1.0),
-            surface_offset_rel: bounds(0.05, 0.3),
+            surface_offset_rel: bounds(0.01, 0.3),
             not_converged_rel: bounds(0.0, 0.01),
         }
     }

@@ -75,7 +75,7 @@ impl FemNode {
         if let Some((wheel, state)) = model.wheel.as_ref().zip(committed.wheel.as_ref()) {
             let load = wheel.program.0.load_n;
             let range = state.statistics.held_range();
-            findings.push(plausible::wheel_at_rest(model, load, range));
+            findings.push(range.and_then(|range| plausible::wheel_at_rest(model, load, range)));
             let last = Profile::in_motion(model, &state.contacts);
             let held = committed.hold_record.as_ref().map(|record| &record.profile);
             findings.push(plausible::contact_reach(

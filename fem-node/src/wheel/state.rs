@@ -53,11 +53,13 @@ impl WheelState {
 
     /// At rest on a body in equilibrium, the face by `approach` (m) below its first contact.
     pub(crate) fn resting(wheel: &Wheel, approach: f64, contacts: Vec<NodeContact>) -> WheelState {
-        WheelState {
+        let mut state = WheelState {
             height: wheel.first_height - approach,
             contacts,
             ..WheelState::default()
-        }
+        };
+        state.statistics.begin_at_rest(state.force()[1]);
+        state
     }
 
     /// True where it touches the body.

@@ -68,8 +68,8 @@ impl Range {
 pub(crate) struct CycleStatistics {
     held_force: Mean,
     held_range: Option<Range>,
-    /// Force on the wheel at the end of the last step before it starts to move (N).
-    before_motion: f64,
+    /// Force on the wheel at the end of the last step before it starts to move, 0 where there is none (N).
+    before_motion: Option<f64>,
     friction: Mean,
     sn_zero: Mean,
     sn_reversal: Mean,
@@ -117,13 +117,16 @@ impl CycleStatistics {
         let t = step as f64 * wheel.step;
         let [ft, fn_] = force_on_wheel(contacts);
         let Some(periods) = program.periods_at(t) else {
-            self.before_motion = fn_;
+            if t + 1.5 * wheel.step >= program.motion_start() {
+                self.before_motion = Some(fn_);
+            }
             if t >= 0.5 * (program.0.ramp_s + program.motion_start()) {
                 self.held_force.add(fn_);
                 self.held_range = Some(Range::of(fn_, self.held_range));
             }
             return;
         };
+        self.before_motion.get_or_insert(0.0);
         let sn = count(contacts).sliding_pct();
         match cycle_part(program, periods) {
             CyclePart::NearZero => self.sn_zero.add(sn),
@@ -148,9 +151,14 @@ impl CycleStatistics {
 
     /// Least and largest force on the wheel in the second half of the hold, or the last one before the motion where there
     /// is no hold (N).
-    pub(crate) fn held_range(&self) -> [f64; 2] {
-        let range = self.held_range;
-        range.map_or([self.before_motion; 2], |range| [range.low, range.high])
+    pub(crate) fn held_range(&self) -> Option<[f64; 2]> {
+        let range = self.held_range.map(|range| [range.low, range.high]);
+        range.or(self.before_motion.map(|force| [force; 2]))
+    }
+
+    /// Takes note of a wheel that begins in equilibrium under this force (N).
+    pub(super) fn begin_at_rest(&mut self, force: f64) {
+        self.before_motion = Some(force);
     }
 
     /// Results by name.

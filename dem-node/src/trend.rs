@@ -1,0 +1,59 @@
+//! The straight line through values over time.
+
+use serde::{Deserialize, Serialize};
+
+/// Sums from which the line of least squares follows, y = a + b t.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Trend {
+    count: f64,
+    t: f64,
+    y: f64,
+    tt: f64,
+    ty: f64,
+    first: f64,
+    last: f64,
+}
+
+impl Trend {
+    /// Adds a value at a time; times rise.
+    pub fn add(&mut self, t: f64, y: f64) {
+        if self.count == 0.0 {
+            self.first = t;
+        }
+        self.last = t;
+        // From the first time on: squares of large times would cost digits.
+        let t = t - self.first;
+        self.count += 1.0;
+        self.t += t;
+        self.y += y;
+        self.tt += t * t;
+        self.ty += t * y;
+    }
+
+    /// Change of the line from the first to the last time; `None` of less than three values.
+    pub fn change(&self) -> Option<f64> {
+        let spread = self.count * self.tt - self.t * self.t;
+        let slope = (self.count * self.ty - self.t * self.y) / spread;
+        (self.count >= 3.0).then(|| slope * (self.last - self.first))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_found_below_an_oscillation() {
+        let mut trend = Trend::default();
+        for i in 0..=1000 {
+            assert_eq!(trend.change().is_some(), i >= 3);
+            let t = 7.0 + 1e-3 * f64::from(i);
+            trend.add(t, 5.0 - 0.2 * (t - 7.0) + (0.1 * f64::from(i)).sin());
+        }
+        let change = trend.change().expect("there are enough values");
+        assert!((change + 0.2).abs() < 0.05, "{change}");
+        let mut line = Trend::default();
+        [(1.0, 1.0), (2.0, 3.0), (3.0, 5.0)].map(|(t, y)| line.add(t, y));
+        assert!((line.change().expect("three") - 4.0).abs() < 1e-12);
+    }
+}
