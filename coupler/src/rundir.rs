@@ -1,11 +1,13 @@
 //! The run directory: `runs/<id>/` with everything that a run leaves.
 
 use std::fs;
-use std::io::Write;
+use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
+use nix::fcntl::posix_fallocate;
+use nix::sys::statvfs::statvfs;
 use serde_json::{Value, json};
 
 use crate::error::{Error, Refusal};
@@ -15,6 +17,8 @@ use crate::scenario::load::Loaded;
 pub struct RunDir {
     path: PathBuf,
     journal: Mutex<fs::File>,
+    /// Space on the disk for the summary, kept free from the start: a run that fills the disk can still say so.
+    reserved: Option<fs::File>,
     start: Instant,
 }
 
@@ -33,6 +37,7 @@ impl RunDir {
         let journal = path.join("logs/coordinator.log");
         let file = fs::File::create(&journal).map_err(Error::output(journal.display()))?;
         Ok(RunDir {
+            reserved: reserve(&path.join(SUMMARY_PART)),
             path,
             journal: Mutex::new(file),
             start: Instant::now(),
@@ -63,6 +68,25 @@ impl RunDir {
             .map_err(Error::output(path.display()))
     }
 
+    /// Writes `summary.json` into the space that is kept for it.
+    pub fn write_summary(&self, text: &str) -> Result<(), Error> {
+        let Some(mut file) = self.reserved.as_ref() else {
+            return self.write("summary.json", text);
+        };
+        let path = self.path.join("summary.json");
+        file.seek(SeekFrom::Start(0))
+            .and_then(|_| file.write_all(text.as_bytes()))
+            .and_then(|()| file.set_len(text.len() as u64))
+            .and_then(|()| fs::rename(self.path.join(SUMMARY_PART), &path))
+            .map_err(Error::output(path.display()))
+    }
+
+    /// Space that the disk has left for the run's files (bytes); `None` where it does not say.
+    pub fn free_bytes(&self) -> Option<u64> {
+        let disk = statvfs(&self.path).ok()?;
+        Some(disk.blocks_available() * disk.fragment_size())
+    }
+
     /// Adds a line to `logs/coordinator.log`, with the seconds since the start.
     pub fn note(&self, text: &str) {
         if let Ok(mut file) = self.journal.lock() {
@@ -70,6 +94,21 @@ impl RunDir {
             let _ = writeln!(file, "{:10.3} {text}", self.start.elapsed().as_secs_f64());
         }
     }
+}
+
+const SUMMARY_PART: &str = "summary.json.part";
+
+/// Bytes kept for the summary; one of two participants has 5 000.
+const SUMMARY_BYTES: i64 = 256 << 10;
+
+/// A file with this space, or none where the disk keeps no space.
+fn reserve(path: &Path) -> Option<fs::File> {
+    let file = fs::File::create(path).ok()?;
+    if posix_fallocate(&file, 0, SUMMARY_BYTES).is_err() {
+        let _ = fs::remove_file(path);
+        return None;
+    }
+    Some(file)
 }
 
 /// A place for a run directory that nobody keeps; removed when dropped.

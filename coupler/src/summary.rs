@@ -49,9 +49,9 @@ pub struct Summary {
     coupling: Option<InterfaceSummary>,
     #[serde(serialize_with = "by_name", skip_serializing_if = "Vec::is_empty")]
     interfaces: Vec<(String, InterfaceSummary)>,
-    /// Size of the log (bytes) as it was foreseen after the handshake.
+    /// Size of the log (bytes) as it was foreseen after the handshake, with the fewest and the most repeats.
     #[serde(skip)]
-    pub log_predicted_bytes: Option<u64>,
+    pub log_predicted_bytes: Option<[u64; 2]>,
     /// Energies of points with masses of their own, of all interfaces.
     #[serde(skip)]
     points: Option<EnergyLedger>,
@@ -133,6 +133,9 @@ struct InterfaceSummary {
 struct LogSummary {
     bytes: u64,
     predicted_bytes: Option<u64>,
+    /// If every window takes as many repeats as it may, where that is more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    predicted_max_bytes: Option<u64>,
     messages: u64,
     wall_s: f64,
     share: f64,
@@ -253,9 +256,13 @@ impl Summary {
         self.hashes.exchange = Some(closed.hash.clone());
         self.log = closed.log.map(|log| {
             let wall_s = log.caller_wall.as_secs_f64();
+            let most = self.log_predicted_bytes;
             LogSummary {
                 bytes: log.bytes,
-                predicted_bytes: self.log_predicted_bytes,
+                predicted_bytes: self.log_predicted_bytes.map(|[least, _]| least),
+                predicted_max_bytes: most
+                    .filter(|[least, most]| most > least)
+                    .map(|[_, most]| most),
                 messages: log.messages,
                 wall_s,
                 share: ratio(wall_s, closed_wall_s),

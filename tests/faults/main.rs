@@ -2,6 +2,7 @@
 
 mod bad_scenario;
 mod full_disk;
+mod limits;
 mod lost_peer;
 mod plausible;
 mod resume;

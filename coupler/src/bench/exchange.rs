@@ -105,11 +105,8 @@ impl Bench {
                 .map_err(|error| Refusal::Benchmark(error.to_string()))?;
             let mut command = Command::new(program);
             let session = bench.session(&name);
-            let child = spawn(
-                command.args(["bench", "echo"]),
-                &session,
-                bench.folder.path(),
-            )?;
+            command.args(["bench", "echo"]);
+            let child = spawn(command, &session, bench.folder.path())?;
             bench.links.push(link);
             bench.lives.push(Life::Process(child));
         }

@@ -31,7 +31,7 @@ pub struct ReplayArguments {
     #[arg(long)]
     node: Option<String>,
     /// Threads of each participant.
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: u16,
     /// Begin at the nearest checkpoint after at most so many windows instead of at the start.
     #[arg(long, value_name = "WINDOW")]

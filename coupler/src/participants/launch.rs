@@ -10,7 +10,7 @@ use protocol::{Link, PROTOCOL_VERSION, Session, Setting, Transport, serve};
 
 use super::communicator::Peers;
 use super::peer::{Life, Peer};
-use super::process::{SharedMemory, require_program, spawn};
+use super::process::{SharedMemory, require_open_files, require_program, spawn};
 use super::registry::Registry;
 use super::watch::Watch;
 use crate::error::{Error, Refusal};
@@ -40,6 +40,9 @@ impl Launcher<'_> {
     pub fn start(&self, participants: &[Participant], watch: Watch) -> Result<Peers, Error> {
         let memory = SharedMemory::new(self.run_id);
         let scenario = &self.loaded.scenario;
+        if scenario.run.transport == TransportKind::Shm {
+            require_open_files(participants.len())?;
+        }
         let mut peers = Vec::new();
         for participant in participants {
             let name = &participant.name;
@@ -85,11 +88,7 @@ impl Launcher<'_> {
                 }
             })?;
         let session = self.session(participant, transport);
-        let child = spawn(
-            &mut self.command(participant)?,
-            &session,
-            &self.rundir.logs(),
-        )?;
+        let child = spawn(self.command(participant)?, &session, &self.rundir.logs())?;
         let (name, kind, pid) = (&participant.name, &participant.kind, child.id());
         self.rundir
             .note(&format!("participant `{name}` ({kind}) pid {pid}"));

@@ -1,7 +1,7 @@
 //! Participants: their start, their life, and the ways to speak to them.
 //!
 //! - [`registry`]: the solvers that the binary ships; [`watch`]: signals that end a run;
-//! - [`process`], [`peer`], [`launch`]: one participant, its connection and its life, and its start;
+//! - [`process`], [`printed`], [`peer`], [`launch`]: one participant, its words, its connection and its life, and its start;
 //! - [`communicator`]: requests and answers of all of them; [`journal`], [`recorded`]: the same written down; [`rehearsed`]: the
 //!   same compared with a log;
 //! - [`handshake`]: the greeting;
@@ -13,6 +13,7 @@ pub mod handshake;
 pub mod journal;
 pub mod launch;
 pub mod peer;
+pub mod printed;
 pub mod process;
 pub mod recorded;
 pub mod registry;

@@ -1,13 +1,12 @@
 //! One participant, seen from the coordinator: its connection and its life.
 
-use std::process::Child;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use protocol::{Frame, Header, Kind, Link, LinkError, PROTOCOL_VERSION};
 use serde::de::DeserializeOwned;
 
-use super::process;
+use super::process::{self, Process};
 use super::watch::Watch;
 use crate::error::{Error, Refusal};
 
@@ -17,7 +16,7 @@ const SLICE: Duration = Duration::from_millis(50);
 /// The life at the other end of a connection.
 pub enum Life {
     /// In a process of its own.
-    Process(Child),
+    Process(Process),
     /// In a thread of the coordinator.
     Thread(Option<JoinHandle<Result<(), String>>>),
     /// In a log.
@@ -217,9 +216,9 @@ impl Drop for Life {
     /// Sees that nothing of the participant is left running.
     fn drop(&mut self) {
         match self {
-            Life::Process(child) => process::end(child),
             Life::Thread(thread) => drop(thread.take().map(JoinHandle::join)),
-            Life::Tape => {}
+            // A process ends itself when dropped.
+            Life::Process(_) | Life::Tape => {}
         }
     }
 }

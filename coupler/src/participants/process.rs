@@ -3,15 +3,17 @@
 use std::fs::File;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
+use nix::sys::resource::{Resource, getrlimit, setrlimit};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use protocol::Session;
 use protocol::link::shm;
 use protocol::setting::SESSION_VARIABLE;
 
+use super::printed::Printed;
 use crate::error::{Error, Refusal};
 
 /// Time that a participant may take to end after it was asked to, before it is killed.
@@ -44,24 +46,82 @@ impl Drop for SharedMemory {
     }
 }
 
+/// A process whose words go to a log; ended when dropped.
+pub struct Process {
+    child: Child,
+    /// Ends after the process.
+    _printed: Printed,
+}
+
+impl Process {
+    /// Its number.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Its end, if it has come.
+    pub fn try_wait(&mut self) -> std::io::Result<Option<ExitStatus>> {
+        self.child.try_wait()
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        end(&mut self.child);
+    }
+}
+
+/// Files that the coordinator needs open, and those of each connection over shared memory: `two-rails` has 8 + 3 x 24 open, and
+/// its nodes fewer.
+const OPEN_FILES: u64 = 24;
+const OPEN_FILES_EACH: u64 = 26;
+
+/// Refuses a limit on open files that so many participants would run into, after raising it as far as is needed and allowed.
+pub fn require_open_files(participants: usize) -> Result<(), Error> {
+    let needed = OPEN_FILES + OPEN_FILES_EACH * participants as u64;
+    let Ok((now, most)) = getrlimit(Resource::RLIMIT_NOFILE) else {
+        return Ok(());
+    };
+    if now >= needed || setrlimit(Resource::RLIMIT_NOFILE, needed.min(most), most).is_err() {
+        return Ok(());
+    }
+    if most >= needed {
+        return Ok(());
+    }
+    let why = format!(
+        "they need {needed} open files and this user may have {most}: raise the limit (ulimit -n), or set run.transport = \"channel\""
+    );
+    let what = format!("starting {participants} participants over shared memory");
+    Err(Error::input(what)(std::io::Error::other(why)))
+}
+
 /// Starts the command of a participant in its own process group (an interrupt from the keyboard must reach the coordinator alone,
-/// which then ends the run in order), its output going to `<name>.log` in this folder.
-pub fn spawn(command: &mut Command, session: &Session, logs: &Path) -> Result<Child, Error> {
+/// which then ends the run in order), the words that it prints going to `<name>.log` in this folder.
+pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Process, Error> {
     let name = &session.setting.participant;
     let path = logs.join(format!("{name}.session.json"));
     let text = serde_json::to_string_pretty(session).expect("our own types always serialise");
     std::fs::write(&path, text).map_err(Error::output(path.display()))?;
     let log_path = logs.join(format!("{name}.log"));
     let log = File::create(&log_path).map_err(Error::output(log_path.display()))?;
-    let errors = log.try_clone().map_err(Error::output(log_path.display()))?;
-    command
+    let failed = || Error::input(format!("starting participant `{name}`"));
+    let (words, printer) = std::io::pipe().map_err(failed())?;
+    let errors = printer.try_clone().map_err(failed())?;
+    let child = command
         .env(SESSION_VARIABLE, &path)
         .stdin(Stdio::null())
-        .stdout(log)
+        .stdout(printer)
         .stderr(errors)
         .process_group(0)
         .spawn()
-        .map_err(Error::input(format!("starting participant `{name}`")))
+        .map_err(failed())?;
+    // Our own ends of the pipe, which would keep it open.
+    drop(command);
+    let printed = Printed::keep(words, log).map_err(failed())?;
+    Ok(Process {
+        child,
+        _printed: printed,
+    })
 }
 
 /// Refuses a command that names no file, directly or on `PATH`.
@@ -86,7 +146,7 @@ pub fn require_program(participant: &str, program: &str) -> Result<(), Error> {
 }
 
 /// Waits for a child that should end by itself, then asks it to, then ends it.
-pub fn end(child: &mut Child) {
+fn end(child: &mut Child) {
     let asked = Pid::from_raw(child.id() as i32);
     for signal in [None, Some(Signal::SIGTERM), Some(Signal::SIGKILL)] {
         if let Some(signal) = signal {

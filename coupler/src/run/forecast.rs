@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::log_volume;
+use super::log_volume::{self, Repeats};
 use super::session::fresh_run_id;
 use super::time_loop::groups_at_start;
 use crate::error::Error;
@@ -51,7 +51,8 @@ impl Forecast<'_> {
         let scenario = &loaded.scenario;
         let remote = &mut Remote::new(&mut peers, &greeted);
         let mut groups = groups_at_start(scenario, &greeted, join(remote, scenario)?)?;
-        let volume = log_volume::coupled(scenario, &greeted, &groups);
+        let volumes = [Repeats::Least, Repeats::Most]
+            .map(|repeats| log_volume::coupled(scenario, &greeted, &groups, repeats));
         let mut lines = Vec::new();
         for coupling in groups.iter_mut().map(|group| &mut group.coupling) {
             for (index, prediction) in foresee(coupling, remote)? {
@@ -68,8 +69,9 @@ impl Forecast<'_> {
         }
         let output = &self.loaded.scenario.run.output;
         if output.exchange {
-            let bytes = volume.bytes(self.loaded.resolved.len(), output.flush_every_windows);
-            lines.push(log_volume::line(&volume, bytes));
+            let texts = self.loaded.resolved.len();
+            let [least, most] = volumes.map(|v| v.bytes(texts, output.flush_every_windows));
+            lines.push(log_volume::line(&volumes[0], least, most));
         }
         Ok(lines)
     }

@@ -1,25 +1,57 @@
 //! The length of the exchange log, predicted before the first window.
 
+use std::path::Path;
+
 use protocol::Description;
 
 use super::time_loop::GroupRun;
+use crate::error::Error;
 use crate::log::{COUPLER, Volume};
 use crate::participants::handshake::Greeted;
-use crate::scenario::{CompliancePrior, Dirichlet, Scenario, Scheme};
+use crate::scenario::{CompliancePrior, Dirichlet, Scenario, Scheme, Update};
 use crate::scheme::clock::Clock;
 
-/// Messages of a coupled run if every window is repeated once at most and none is halved: repeats, and the new walls of a
-/// compliance that is learnt on the way, come on top.
-pub fn coupled(scenario: &Scenario, greeted: &[Greeted], groups: &[GroupRun]) -> Volume {
+/// Repeats of a window that are counted on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Repeats {
+    /// One, the least of a scheme that repeats.
+    Least,
+    /// As many as `repeats_max` allows, by schemes that iterate to a fixed point or learn a compliance.
+    Most,
+}
+
+impl Repeats {
+    fn of(self, scheme: &Scheme) -> u64 {
+        match scheme {
+            Scheme::Staggered { .. } => 0,
+            Scheme::FixedPoint { repeats_max, .. }
+            | Scheme::DualSchur {
+                update: Update::Secant,
+                repeats_max,
+                ..
+            } if self == Repeats::Most => u64::from(*repeats_max).max(1),
+            _ => 1,
+        }
+    }
+}
+
+/// Messages of a coupled run if every window takes these repeats and none is halved; the new walls of a compliance that is
+/// learnt on the way come on top.
+pub fn coupled(
+    scenario: &Scenario,
+    greeted: &[Greeted],
+    groups: &[GroupRun],
+    repeats: Repeats,
+) -> Volume {
     let mut volume = Volume::default();
     for (run, members) in groups.iter().zip(scenario.groups()) {
         let scheme = &scenario.interface[members[0]].scheme;
-        // Runs of each side in a window that is repeated once, the least of a scheme that repeats.
-        let once = matches!(scheme, Scheme::Staggered { .. });
+        // Runs of each side in a window.
+        let again = repeats.of(scheme);
         let both_again = matches!(scheme, Scheme::FixedPoint { .. })
             && scheme.dirichlet() == Dirichlet::Continuum;
-        let force_runs = if once { 1 } else { 2 };
-        let motion_runs = if both_again { 2 } else { 1 };
+        let force_runs = 1 + again;
+        let motion_runs = if both_again { 1 + again } else { again.max(1) };
         let group = run.coupling.group();
         let windows = run.end.div_ceil(group.clock.substeps.into());
         volume.add_windows(windows);
@@ -68,12 +100,32 @@ fn turns<'a>(
     }
 }
 
-/// The prediction for a person.
-pub fn line(volume: &Volume, bytes: u64) -> String {
+/// The prediction for a person: the bytes of these messages, and of a run that repeats each window as often as it may.
+pub fn line(volume: &Volume, bytes: u64, most: u64) -> String {
+    let more = if most > bytes {
+        format!(
+            ", up to {:.3e} bytes if each takes repeats_max",
+            most as f64
+        )
+    } else {
+        String::new()
+    };
     format!(
-        "log: about {:.3e} bytes, {} windows and {} messages if none is repeated more than once",
+        "log: about {:.3e} bytes, {} windows and {} messages if none is repeated more than once{more}",
         bytes as f64, volume.windows, volume.messages
     )
+}
+
+/// Refuses a log that the disk has no room for.
+pub fn require_space(bytes: u64, free: Option<u64>, log: &Path) -> Result<(), Error> {
+    let Some(free) = free.filter(|free| *free < bytes) else {
+        return Ok(());
+    };
+    let why = format!(
+        "about {:.3e} bytes are to come and the disk has {:.3e} left: make room, choose another --out, or set run.output.exchange = false",
+        bytes as f64, free as f64
+    );
+    Err(Error::output(log.display())(std::io::Error::other(why)))
 }
 
 fn report(description: &Description) -> usize {

@@ -9,7 +9,7 @@ use protocol::serve::Farewell;
 use serde_json::json;
 
 use super::checkpoint::RestartPoint;
-use super::log_volume;
+use super::log_volume::{self, Repeats};
 use super::outputs::Outputs;
 use super::position::Position;
 use super::time_loop::{GroupRun, describe, each_window, end_s, groups_at_start, position};
@@ -140,7 +140,7 @@ pub fn go_on(
         error.as_ref(),
         options.strict,
     );
-    rundir.write("summary.json", &summary.to_json())?;
+    rundir.write_summary(&summary.to_json())?;
     rundir.note(&match &error {
         None => summary.status().to_string(),
         Some(error) => format!("ended early: {error}"),
@@ -297,7 +297,9 @@ impl RunSession<'_> {
                 self.found(found.map(|finding| Warning::of(&patch.name, finding)));
             }
         }
-        self.note_log_volume(&log_volume::coupled(scenario, greeted, &groups));
+        let volumes = [Repeats::Least, Repeats::Most]
+            .map(|repeats| log_volume::coupled(scenario, greeted, &groups, repeats));
+        self.foresee_log(volumes)?;
         match self.restart {
             // The prediction, and what was asked for it, is in the log that is gone on with.
             Some(restart) => restart.restore(&mut recorded.peers, greeted, &mut groups)?,
@@ -381,7 +383,8 @@ impl RunSession<'_> {
             substeps: scenario.run.output.alone_steps,
         };
         let end = clock.steps_until(end_s(scenario, greeted)?)?;
-        self.note_log_volume(&log_volume::alone(scenario, description, &clock, end));
+        let volume = log_volume::alone(scenario, description, &clock, end);
+        self.foresee_log([volume; 2])?;
         let mut start = 0;
         if let Some(restart) = self.restart {
             restart.restore(&mut recorded.peers, greeted, &mut [])?;
@@ -415,15 +418,27 @@ impl RunSession<'_> {
         outputs.finish(recorded, &mut self.summary)
     }
 
-    /// Notes the predicted length of the log.
-    fn note_log_volume(&mut self, volume: &Volume) {
+    /// Notes the predicted length of the log, with the fewest and the most repeats, and refuses one that the disk has no room for.
+    fn foresee_log(&mut self, volumes: [Volume; 2]) -> Result<(), Error> {
         let output = &self.loaded.scenario.run.output;
-        if output.exchange {
-            let texts = self.loaded.resolved.len() + self.manifest.len();
-            let bytes = volume.bytes(texts, output.flush_every_windows);
-            self.rundir.note(&log_volume::line(volume, bytes));
-            self.summary.log_predicted_bytes = Some(bytes);
+        if !output.exchange {
+            return Ok(());
         }
+        let texts = self.loaded.resolved.len() + self.manifest.len();
+        let [least, most] = volumes.map(|v| v.bytes(texts, output.flush_every_windows));
+        self.rundir
+            .note(&log_volume::line(&volumes[0], least, most));
+        self.summary.log_predicted_bytes = Some([least, most]);
+        let free = self.rundir.free_bytes();
+        let log = self.rundir.path().join("exchange.mcap");
+        log_volume::require_space(least, free, &log)?;
+        let rest = log_volume::require_space(most, free, &log).err();
+        self.found(
+            rest.map(|error| {
+                Warning::advice("log_space", "run.output.exchange", error.to_string())
+            }),
+        );
+        Ok(())
     }
 
     /// Tells and keeps warnings, each once: what `check` said of a participant it may say again.

@@ -5,6 +5,9 @@ use protocol::setting::proposal;
 
 use super::{CompliancePrior, Dirichlet, Interface, Participant, Scenario, SchemeWord};
 
+/// Longest deadline (s): a year.
+const LONGEST_WAIT: f64 = 3.2e7;
+
 /// Stops at the first that fails.
 pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
     let run = &scenario.run;
@@ -19,6 +22,10 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
     ];
     for (key, size) in sizes {
         positive(key, size)?;
+        if key.contains("deadlines") && size > Some(LONGEST_WAIT) {
+            let problem = format!("must be at most {LONGEST_WAIT:e} s");
+            return Err(ConfigError::new(key, problem));
+        }
     }
     let counts = [
         ("signals_every_windows", output.signals_every_windows),

@@ -25,9 +25,17 @@ pub struct Loaded {
     pub source: Source,
 }
 
+/// Longest scenario (bytes); layers of listed disks take some 100 a disk.
+const LONGEST_FILE: u64 = 64 << 20;
+
 /// Reads a scenario by folder, file, or name under `scenarios/`, and applies `KEY=VALUE` overrides in order.
 pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded, Error> {
     let path = find(scenario)?;
+    let length = path.metadata().map_or(0, |file| file.len());
+    if length > LONGEST_FILE {
+        let problem = format!("a scenario has at most {LONGEST_FILE} bytes, this file {length}");
+        return Err(Refusal::file(path, problem).into());
+    }
     let text = std::fs::read_to_string(&path).map_err(Error::input(path.display()))?;
     parse(Source {
         name: path.display().to_string(),
@@ -73,6 +81,13 @@ fn find(scenario: &str) -> Result<PathBuf, Error> {
         let inside = candidate.join("scenario.toml");
         if let Some(file) = [candidate, &inside].into_iter().find(|file| file.is_file()) {
             return Ok(file.to_path_buf());
+        }
+        if let Some(other) = [candidate, &inside]
+            .into_iter()
+            .find(|path| path.exists() && !path.is_dir())
+        {
+            let problem = "is a pipe or a device; a scenario is a file that can be read twice";
+            return Err(Refusal::file(other, problem).into());
         }
     }
     let (name, known) = (scenario.into(), known_scenarios());

@@ -146,7 +146,7 @@ impl Default for Output {
 }
 
 /// Longest waits (s). They are far longer than any answer that we have measured, so that only
-/// a participant that has really stopped runs into them.
+/// a participant that has really stopped runs into them. At most a year each.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Deadlines {
