@@ -175,13 +175,17 @@ fn point_latest(id: &str) {
     }
 }
 
+/// Hash of the sources, locked dependencies and compiler of this build, in hexadecimal.
+pub const BUILD: &str = env!("THIRDBODY_BUILD");
+
 /// The manifest: what ran, where, from which build, and the checkpoint that it went on from.
 pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, resumed: Option<Value>) -> String {
     let host = nix::unistd::gethostname().map(|name| name.into_string().unwrap_or_default());
     let mut value = json!({
         "schema": "thirdbody.manifest/1",
         "software": format!("thirdbody {}", env!("CARGO_PKG_VERSION")),
-        "git": option_env!("THIRDBODY_GIT").unwrap_or("unknown"),
+        "build": BUILD,
+        "git": env!("THIRDBODY_GIT"),
         "protocol": protocol::PROTOCOL_VERSION,
         "run_id": format!("{run_id:016x}"),
         "scenario_file": loaded.source.name,

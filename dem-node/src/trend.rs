@@ -34,7 +34,7 @@ impl Trend {
     pub fn change(&self) -> Option<f64> {
         let spread = self.count * self.tt - self.t * self.t;
         let slope = (self.count * self.ty - self.t * self.y) / spread;
-        (self.count >= 3.0).then(|| slope * (self.last - self.first))
+        (self.count >= 3.0).then_some(slope * (self.last - self.first))
     }
 }
 

@@ -15,7 +15,7 @@ const REDESIGN: usize = 31_500;
 const SINCE: [(&str, usize); 3] = [
     ("checks of plausibility", 1000),
     ("strict logs", 370),
-    ("limits of disk, files and words", 220),
+    ("limits of disk, files and words", 240),
 ];
 
 #[test]

@@ -8,7 +8,6 @@
 //! is pushed by last window's inertia force; with 10 substeps a window the force comes back larger than it went
 //! (growth > 2 a window, 13 measured by independent prototypes).
 
-use coupler::error::Error;
 use harness::runs::{Left, run_in_process, run_over_shared_memory};
 use harness::scene::{bar, body, glue, head};
 
@@ -120,13 +119,10 @@ fn the_default_stays_bounded_over_shared_memory_alike() {
 #[test]
 fn the_staggered_grouping_of_the_continuum_step_is_unstable() {
     let wrong = ["participant.bar.config.grouping=staggered"];
-    let unstable = [1, 2, 3, 5, 10].into_iter().filter(|substeps| {
-        let end = run_in_process(&scenario("dual-schur", 1.0, *substeps, 400), &wrong);
-        match end {
-            Ok(left) => left.ended.error.is_some() || late_growth(&left, 1.0) > 1.0 + 1e-6,
-            Err(Error::Diverged(_)) => true,
-            Err(other) => panic!("{other}"),
-        }
-    });
-    assert!(unstable.count() > 0);
+    for substeps in [1, 2] {
+        let end = run_in_process(&scenario("dual-schur", 1.0, substeps, 400), &wrong);
+        let grown = late_growth(&end.expect("it is valid").completed(), 1.0);
+        println!("{substeps} substeps: growth {grown:.9} a window");
+        assert!(grown > 1.0 + 1e-5, "{substeps} substeps: growth {grown}");
+    }
 }

@@ -58,17 +58,22 @@ fn quick_carries_the_load_through_three_processes() {
     assert_eq!(distinct_pids(&log), 3, "{log}");
 
     let force = number(&summary, "results.interface_force_n");
+    // The layer still rings a little at the end of the hold: 6.2e-4 and 3.9e-4.
     assert!(
-        (force / LOAD_N - 1.0).abs() <= 0.01,
+        (force / LOAD_N - 1.0).abs() <= 8e-4,
         "interface force {force}"
     );
     let wheel = number(&summary, "results.wheel_force_n");
     assert!(
-        (force / wheel - 1.0).abs() <= 1e-3,
+        (force / wheel - 1.0).abs() <= 5e-4,
         "interface {force}, wheel {wheel}"
     );
-    assert!(number(&summary, "coupling.gap_max_rel") <= 1e-4);
-    assert!(number(&summary, "results.energy_balance_rel") <= 0.02);
+    assert!(number(&summary, "coupling.gap_max_rel") <= 1e-15);
+    assert!(number(&summary, "coupling.energy_defect_rel") <= 1e-12);
+    assert!(number(&summary, "coupling.force_residual_rel") <= 1e-14);
+    // The contact solver's tolerance of 1e-4 leaves 5.9e-7.
+    assert!(number(&summary, "results.energy_balance_rel") <= 2e-6);
+    assert!(number(&summary, "participants.rail.energy_balance_rel") <= 1e-13);
     assert!(number(&summary, "results.true_residual_max") <= 1e-4);
     assert_eq!(number(&summary, "coupling.not_converged_windows"), 0.0);
 

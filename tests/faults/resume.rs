@@ -6,7 +6,9 @@ use std::process::Output;
 use std::time::{Duration, Instant};
 
 use coupler::run::checkpoint::FOLDER;
-use coupler::run::checkpoint::file::{MAGIC, list};
+use coupler::run::checkpoint::file::{MAGIC, encode, list, read, write_whole};
+use coupler::run::checkpoint::keeper::about;
+use coupler::scenario::load::load;
 use harness::runs::{Scratch, as_programs, parse_json, program, thirdbody};
 use harness::scene::{bar, body, glue, head};
 use nix::sys::signal::{Signal, kill};
@@ -194,6 +196,30 @@ fn a_checkpoint_of_another_version_or_scenario_is_refused_by_name() {
         2,
         &["thirdbody.checkpoint/9"],
     );
+}
+
+#[test]
+fn a_checkpoint_of_another_build_of_this_version_is_refused_by_name() {
+    let work = Scratch::new("other-build");
+    let out = work.path().join("out");
+    completed(&mut short_quick(work.path(), &OFTEN));
+    let manifest = std::fs::read(out.join("manifest.json")).expect("it was written");
+    let manifest = parse_json(&manifest);
+    let build = manifest["build"].as_str().expect("a hash").to_string();
+    assert!(
+        build.len() == 16 && manifest["git"].is_string(),
+        "{manifest}"
+    );
+    let loaded = load(&out.display().to_string(), &[]).expect("it ran");
+    for path in checkpoints(&out) {
+        let (mut about, checkpoint) = read(&path, &about(&loaded)).expect("this build wrote it");
+        assert!(about.software.ends_with(&format!(" build {build}")));
+        about.software = about.software.replace(&build, "0123456789abcdef");
+        let bytes = encode(&about, &checkpoint).expect("plain numbers");
+        write_whole(&path, &bytes).expect("writable");
+    }
+    let words = ["build 0123456789abcdef", &build, "resume with the build"];
+    fails(&resume(work.path(), "out", "other", &[]), 2, &words);
 }
 
 fn foreign() -> String {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use harness::runs::{Scratch, parse_json};
+use harness::runs::{Scratch, parse_json, thirdbody};
 use serde_json::Value;
 
 use crate::scene::{completed, short_quick};
@@ -34,6 +34,80 @@ fn threads_and_transport_change_no_bit() {
         run(&["run.transport=channel"], "1"),
         "in one process"
     );
+}
+
+/// 4 050 disks in 12 000 contacts, above the 8 192 from which the contact solver cuts its problem, on a strip of 5 040 elements,
+/// above the 5 000 from which two threads share them.
+fn large_scene(folder: &Path) {
+    let (radius, columns, rows) = (0.1e-3, 90, 45);
+    let d = 2.0 * radius * (1.0 - 1e-6);
+    let disks: Vec<String> = (0..columns * rows)
+        .map(|i| {
+            let (column, row) = (f64::from(i / rows), f64::from(i % rows));
+            let x = d * (column + 0.5 * (row % 2.0)) - 0.5 * f64::from(columns) * d;
+            let y = radius + 0.75f64.sqrt() * d * row;
+            let glued = i % rows == 0;
+            format!("{{ x_m = {x:e}, y_m = {y:e}, radius_m = {radius:e}, glued = {glued} }}")
+        })
+        .collect();
+    let text = format!(
+        r#"
+[run]
+name = "large"
+thickness_m = 1e-3
+end_s = 3e-6
+[[participant]]
+name = "strip"
+kind = "fem"
+[participant.config]
+base = "clamped"
+sides = "free"
+mesh = {{ width_m = 24e-3, height_m = 8.4e-3, size_m = 0.2e-3 }}
+material = {{ young_pa = 102.5e9, poisson = 0.3, density_kg_per_m3 = 7800.0 }}
+time = {{ step_s = 3e-8, damping = 0.75 }}
+[[participant]]
+name = "grains"
+kind = "dem"
+[participant.config]
+density_kg_per_m3 = 7800.0
+mass_scale = 1000.0
+law = {{ kind = "coulomb", friction = 0.3, contact_stiffness_pa = 2.255e11, tangential_stiffness_ratio = 0.5 }}
+solver = {{ kind = "nsgs", tolerance = 1e-3, max_iterations = 2000, min_iterations = 2 }}
+time = {{ pressure_pa = 1e9 }}
+plausible = {{ ejected_rel = [1.0, 1.0], added_inertia_rel = [3.0, 3.0] }}
+sample = {{ kind = "disks", disks = [{}] }}
+wheel = {{ load_n = 8e3, mass_kg = 0.01, radius_m = 0.0, amplitude_m = 0.0, frequency_hz = 300.0, ramp_s = 1e-6, hold_s = 1e-3, cycles = 0.0 }}
+[[interface]]
+name = "joint"
+between = ["strip.top", "grains.base"]
+scheme = "dual-schur"
+substeps = 10
+tolerance_rel = 1e-5
+"#,
+        disks.join(", ")
+    );
+    std::fs::write(folder.join("scenario.toml"), text).expect("the folder is ours");
+}
+
+#[test]
+fn threads_change_no_bit_where_there_is_work_for_them() {
+    let work = Scratch::new("large");
+    large_scene(work.path());
+    let run = |threads: &str, out: &str, transport: &str| {
+        let mut command = thirdbody(work.path());
+        command
+            .args(["run", "scenario.toml", "--json", "--out", out])
+            .args(["--threads", threads])
+            .args(["--set", &format!("run.transport={transport}")]);
+        let summary = completed(&mut command);
+        let force = summary["results"]["contacts"].as_f64();
+        assert!(force > Some(4000.0), "contacts that carry force: {force:?}");
+        hashes(&summary)
+    };
+    let first = run("1", "one", "shm");
+    assert_eq!(first, run("2", "two", "shm"), "two threads");
+    let inside = [first.1, run("4", "four", "channel").1];
+    assert_eq!(inside[0], inside[1], "four threads in one process");
 }
 
 #[test]

@@ -15,7 +15,7 @@ pub const EVERY_WINDOWS: u64 = 1000;
 /// The author and the subject of a checkpoint. It comes first in the file, so that a file of another version can say so.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct About {
-    /// Name and version of the coordinator.
+    /// Name, version and build of the coordinator.
     pub software: String,
     /// Version of the protocol.
     pub protocol: u32,

@@ -12,7 +12,7 @@ use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
 use crate::run::position::Position;
-use crate::rundir::RunDir;
+use crate::rundir::{BUILD, RunDir};
 use crate::scenario::load::Loaded;
 
 /// Knows when a checkpoint is due, and writes it.
@@ -27,11 +27,16 @@ pub struct Keeper {
 /// The author and subject of a checkpoint of this scenario by this build; participants are known after their greeting.
 pub fn about(loaded: &Loaded) -> About {
     About {
-        software: concat!("thirdbody ", env!("CARGO_PKG_VERSION")).into(),
+        software: software(),
         protocol: PROTOCOL_VERSION,
         scenario_hash: loaded.hash.clone(),
         participants: Vec::new(),
     }
+}
+
+/// Name, version and build of the coordinator: another build may keep its state otherwise.
+fn software() -> String {
+    format!("thirdbody {} build {BUILD}", env!("CARGO_PKG_VERSION"))
 }
 
 /// The name and the software of each participant.
