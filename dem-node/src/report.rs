@@ -40,8 +40,8 @@ fn top_speed(state: &State) -> f64 {
     squares.fold(0.0, f64::max).sqrt()
 }
 
-/// Free grains that left the glued rows: beside the base unless it repeats, or more than a diameter of the widest disk
-/// below it or above the lid.
+/// Free grains that left the glued rows: more than a radius of the widest disk beside the base unless it repeats, or more than
+/// its diameter below it or above the lid.
 pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
     let (base, lid) = bodies.reference.split_at(bodies.base);
     let (Some(first), Some(last)) = (base.first(), base.last()) else {
@@ -55,7 +55,8 @@ pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
     } else {
         heights(lid)[1] + 2.0 * widest
     };
-    let beside = |x: f64| bodies.period.is_none() && !(first[0]..=last[0]).contains(&x);
+    let beside =
+        |x: f64| bodies.period.is_none() && !(first[0] - widest..=last[0] + widest).contains(&x);
     let inside = |c: &&[f64; 2]| !beside(c[0]) && (lowest..=highest).contains(&c[1]);
     bodies.free - state.centres[..bodies.free].iter().filter(inside).count()
 }

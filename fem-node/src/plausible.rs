@@ -20,6 +20,27 @@ pub(crate) fn wheel_at_rest(model: &Model, load: f64, range: [f64; 2]) -> Option
     judged.filter(|_| load > 0.0)
 }
 
+/// A curved contact must be wider than its nodes are apart.
+pub(crate) fn contact_resolution(model: &Model, profile: &Profile) -> Option<Finding> {
+    let touching = profile.status.iter();
+    let touching = touching.filter(|status| **status != DirectedStatus::Open);
+    let nodes = touching.count();
+    let value = 1.0 / nodes as f64;
+    let bounds = model.plausible.contact_resolution;
+    let judged = bounds.judge("contact_resolution", value, || {
+        format!("only {nodes} nodes of the body touch the wheel, too few for its pressure and approach: make mesh.size_m smaller under the wheel, or raise wheel.load_n")
+    });
+    judged.filter(|_| nodes > 0 && is_curved(model))
+}
+
+/// True if a flat wheel would not touch all of the upper edge.
+fn is_curved(model: &Model) -> bool {
+    let nodes = model.mesh.edge(Edge::Top);
+    let height = |n: &[usize; 2]| model.mesh.point(n[0], n[1])[1];
+    let first = nodes.first().map(height);
+    model.wheel_radius != 0.0 || nodes.iter().any(|node| Some(height(node)) != first)
+}
+
 /// A curved contact must end before the body does.
 pub(crate) fn contact_reach<'a>(
     model: &Model,
@@ -29,8 +50,7 @@ pub(crate) fn contact_reach<'a>(
     let points = nodes.iter().map(|n| model.mesh.point(n[0], n[1]));
     let points: Vec<[f64; 2]> = points.collect();
     let (first, last) = (points.first()?, points.last()?);
-    let flat = points.iter().all(|point| point[1] == first[1]);
-    if flat && model.wheel_radius == 0.0 {
+    if !is_curved(model) {
         return None;
     }
     let (middle, half) = (0.5 * (first[0] + last[0]), 0.5 * (last[0] - first[0]).abs());

@@ -27,6 +27,8 @@ enum Suite {
     Verification,
     /// Inputs at their limits: right, refused by name, or detected.
     Extremes,
+    /// The shipped scenes as they are, against their published and measured figures; takes minutes.
+    Scenes,
 }
 
 /// Runs a suite; exit code 8 if a row does not hold.
@@ -34,6 +36,7 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
     let folder = match arguments.suite {
         Suite::Verification => Path::new("scenarios/verification"),
         Suite::Extremes => Path::new("scenarios/extremes"),
+        Suite::Scenes => Path::new("scenarios"),
     };
     let runs = Runs {
         registry,

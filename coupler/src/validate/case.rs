@@ -28,6 +28,9 @@ pub struct Case {
     /// Overrides of the scene, as after `--set`.
     #[serde(default)]
     pub set: Vec<String>,
+    /// Overrides of a second run, after those of the first, which gives the numbers that have none to expect: a finer step or
+    /// mesh, another element or solver.
+    pub reference: Option<Vec<String>>,
     /// Exit code that the run must end with.
     #[serde(default)]
     pub exit_code: i32,
@@ -48,8 +51,8 @@ pub struct Case {
 pub struct Number {
     /// Place of the number: a path in summary.json, or `signals.<column>.<last | max | min | mean>`.
     pub path: String,
-    /// Value that it must have.
-    pub expected: f64,
+    /// Value that it must have; that of the case's reference if absent.
+    pub expected: Option<f64>,
     /// Distance allowed, over the value.
     pub tolerance_rel: Option<f64>,
     /// Distance allowed.
@@ -57,10 +60,10 @@ pub struct Number {
 }
 
 impl Number {
-    /// Tells if a number that came out is near enough.
-    pub fn holds(&self, ours: f64) -> bool {
-        let relative = self.tolerance_rel.unwrap_or(0.0) * self.expected.abs();
-        (ours - self.expected).abs() <= relative.max(self.tolerance_abs.unwrap_or(0.0))
+    /// Tells if a number that came out is near enough to what is expected.
+    pub fn holds(&self, ours: f64, expected: f64) -> bool {
+        let relative = self.tolerance_rel.unwrap_or(0.0) * expected.abs();
+        (ours - expected).abs() <= relative.max(self.tolerance_abs.unwrap_or(0.0))
     }
 }
 
@@ -71,7 +74,17 @@ pub fn read(path: &Path) -> Result<Expected, Error> {
     let table: toml::Table = text
         .parse()
         .map_err(|error: toml::de::Error| refuse(error.to_string()))?;
-    serde_path_to_error::deserialize(table).map_err(|error| {
+    let expected: Expected = serde_path_to_error::deserialize(table).map_err(|error| {
         refuse(config_error(&error.path().to_string(), &error.inner().to_string()).to_string())
-    })
+    })?;
+    for case in &expected.case {
+        let open = case.number.iter().any(|number| number.expected.is_none());
+        if open != case.reference.is_some() {
+            let name = &case.name;
+            let problem =
+                format!("case `{name}`: a reference goes with numbers without `expected`");
+            return Err(refuse(problem));
+        }
+    }
+    Ok(expected)
 }

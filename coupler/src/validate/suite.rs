@@ -70,18 +70,18 @@ fn run_case(scene: &Path, scenario: &Path, case: &Case, runs: &Runs) -> Result<V
     let scene = scene.file_name().unwrap_or_default().to_string_lossy();
     let name = format!("{scene}: {}", case.name);
     tell(&name);
-    let out = Scratch::new("validate", fresh_run_id());
-    let outcome = attempt(scenario, case, runs, out.path());
-    if let Err(Error::Interrupted { signal }) = outcome {
-        return Err(Error::Interrupted { signal });
-    }
+    let outcome = attempt(scenario, &case.set, runs)?;
     let mut rows = vec![ending(case, &outcome)];
-    if let Ok(ended) = &outcome {
-        let summary = ended.summary.value();
-        rows.push(warnings(case, &ended.summary.warnings));
-        let signals = crate::report::curves::read_csv(&out.path().join("signals.csv"));
+    if let Ok(left) = &outcome {
+        rows.push(warnings(case, &left.ended.summary.warnings));
+        let reference = referred(scenario, case, runs)?;
         let numbers = case.number.iter();
-        rows.extend(numbers.map(|number| judged(case, number, &summary, &signals)));
+        rows.extend(numbers.map(|number| {
+            let expected = number
+                .expected
+                .or(reference.as_ref().and_then(|left| left.number(number)));
+            judged(case, number, left.number(number), expected)
+        }));
     }
     for row in &mut rows {
         row.name = format!("{name}: {}", row.name);
@@ -89,8 +89,50 @@ fn run_case(scene: &Path, scenario: &Path, case: &Case, runs: &Runs) -> Result<V
     Ok(rows)
 }
 
-fn attempt(scene: &Path, case: &Case, runs: &Runs, out: &Path) -> Result<Ended, Error> {
-    let loaded = load(&scene.display().to_string(), &case.set)?;
+/// The run that a case's open numbers are from; an end that is no result gives none.
+fn referred(scenario: &Path, case: &Case, runs: &Runs) -> Result<Option<Left>, Error> {
+    let Some(reference) = &case.reference else {
+        return Ok(None);
+    };
+    let set = [case.set.as_slice(), reference].concat();
+    attempt(scenario, &set, runs).map(Result::ok)
+}
+
+/// The numbers that a run left.
+struct Left {
+    ended: Ended,
+    summary: Value,
+    signals: Signals,
+}
+
+impl Left {
+    fn number(&self, number: &Number) -> Option<f64> {
+        match number.path.strip_prefix("signals.") {
+            Some(path) => of_signals(&self.signals, path),
+            None => {
+                let keys = number.path.split('.');
+                keys.fold(&self.summary, |value, key| &value[key]).as_f64()
+            }
+        }
+    }
+}
+
+/// A run in a place of its own; the outer error ends the suite.
+fn attempt(scene: &Path, set: &[String], runs: &Runs) -> Result<Result<Left, Error>, Error> {
+    let out = Scratch::new("validate", fresh_run_id());
+    match complete(scene, set, runs, out.path()) {
+        Err(Error::Interrupted { signal }) => Err(Error::Interrupted { signal }),
+        Err(error) => Ok(Err(error)),
+        Ok(ended) => Ok(Ok(Left {
+            summary: ended.summary.value(),
+            signals: crate::report::curves::read_csv(&out.path().join("signals.csv")),
+            ended,
+        })),
+    }
+}
+
+fn complete(scene: &Path, set: &[String], runs: &Runs, out: &Path) -> Result<Ended, Error> {
+    let loaded = load(&scene.display().to_string(), set)?;
     let options = Options {
         out: Some(out),
         threads: runs.threads,
@@ -105,9 +147,9 @@ fn attempt(scene: &Path, case: &Case, runs: &Runs, out: &Path) -> Result<Ended, 
 }
 
 /// The end of the run, as a row of its own.
-fn ending(case: &Case, outcome: &Result<Ended, Error>) -> Row {
+fn ending(case: &Case, outcome: &Result<Left, Error>) -> Row {
     let (code, message) = match outcome {
-        Ok(ended) => (ended.summary.exit_code(), String::new()),
+        Ok(left) => (left.ended.summary.exit_code(), String::new()),
         Err(error) => (error.exit_code(), error.to_string()),
     };
     let says_all = case.says.iter().all(|word| message.contains(word));
@@ -143,18 +185,14 @@ fn warnings(case: &Case, found: &[Warning]) -> Row {
     }
 }
 
-fn judged(case: &Case, number: &Number, summary: &Value, signals: &Signals) -> Row {
-    let keys = number.path.split('.');
-    let ours = match number.path.strip_prefix("signals.") {
-        Some(path) => of_signals(signals, path),
-        None => keys.fold(summary, |value, key| &value[key]).as_f64(),
-    };
+fn judged(case: &Case, number: &Number, ours: Option<f64>, expected: Option<f64>) -> Row {
+    let both = ours.zip(expected);
     Row {
         name: number.path.clone(),
         ours: ours.into(),
-        expected: number.expected.into(),
+        expected: expected.into(),
         source: case.source.clone(),
-        holds: ours.is_some_and(|ours| number.holds(ours)),
+        holds: both.is_some_and(|(ours, expected)| number.holds(ours, expected)),
     }
 }
 

@@ -78,9 +78,11 @@ impl FemNode {
             findings.push(range.and_then(|range| plausible::wheel_at_rest(model, load, range)));
             let last = Profile::in_motion(model, &state.contacts);
             let held = committed.hold_record.as_ref().map(|record| &record.profile);
+            let sampled = held.unwrap_or(&last);
+            findings.push(plausible::contact_resolution(model, sampled));
             findings.push(plausible::contact_reach(
                 model,
-                held.into_iter().chain([&last]),
+                [sampled, &last].into_iter(),
             ));
         }
         findings.into_iter().flatten().collect()

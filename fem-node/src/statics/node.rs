@@ -171,11 +171,14 @@ impl StaticNode {
         });
         let contacts = states.iter().filter_map(|state| state.contact.as_ref());
         let profiles: Vec<Profile> = contacts.map(|c| Profile::new(model, c)).collect();
-        let reach = plausible::contact_reach(model, profiles.iter());
-        [plausible::strain(model, strain), reach]
-            .into_iter()
-            .flatten()
-            .collect()
+        let found = [
+            plausible::strain(model, strain),
+            plausible::contact_reach(model, profiles.iter()),
+            profiles
+                .first()
+                .and_then(|held| plausible::contact_resolution(model, held)),
+        ];
+        found.into_iter().flatten().collect()
     }
 
     fn results(&self, held: &StaticState) -> BTreeMap<String, f64> {
