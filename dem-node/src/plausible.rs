@@ -4,6 +4,7 @@ use protocol::{Finding, HeldLoad};
 
 use crate::bodies::Bodies;
 use crate::config::PlausibleConfig;
+use crate::geometry::larger;
 use crate::report::{RunStatistics, lost_grains};
 use crate::state::State;
 use crate::wheel::WheelProgram;
@@ -16,6 +17,8 @@ pub struct Judged<'a> {
     pub bodies: &'a Bodies,
     /// The last state.
     pub state: &'a State,
+    /// Energies stored since its start (J).
+    pub stored: [f64; 4],
     /// Statistics over its steps.
     pub statistics: &'a RunStatistics,
     /// The wheel, where there is one.
@@ -33,6 +36,7 @@ impl Judged<'_> {
             self.wheel_at_rest(),
             self.layer_at_rest(),
             self.added_inertia(),
+            self.detection(),
             self.contact_width(),
         ];
         all.into_iter().flatten().collect()
@@ -82,7 +86,7 @@ impl Judged<'_> {
         let program = self.program.filter(|program| program.0.load_n > 0.0)?;
         let [low, high] = self.statistics.held_range()?;
         let load = program.0.load_n;
-        let value = (high - load).max(load - low) / load;
+        let value = larger(high - load, load - low) / load;
         let bounds = self.bounds.wheel_force_rel;
         bounds.judge("wheel_at_rest", value, || {
             format!(
@@ -113,6 +117,20 @@ impl Judged<'_> {
         let bounds = self.bounds.added_inertia_rel;
         bounds.judge("added_inertia", value, || {
             format!("moving the mass that mass_scale adds to the grains took {value:.3} of the force that goes through them: lower mass_scale, or load more slowly")
+        })
+    }
+
+    /// Springs must be found as they were left.
+    fn detection(&self) -> Option<Finding> {
+        let accounts = &self.state.accounts;
+        let lost = [accounts.impact, accounts.friction, accounts.cohesion];
+        let kept = self.stored.iter().chain(&lost);
+        let kept: f64 = kept.map(|energy| energy.abs()).sum();
+        let jumps = accounts.detection_size;
+        // No springs, no jumps.
+        let value = if jumps == 0.0 { 0.0 } else { jumps / kept };
+        self.bounds.detection_rel.judge("detection", value, || {
+            format!("detection found the springs between the grains otherwise than the steps had left them, by {value:.3e} of what the grains stored and lost: they pass each other too far in a step; lower time.step_s or, where there are windows, substeps")
         })
     }
 
