@@ -14,7 +14,7 @@ use crate::participants::journal::Closed;
 use crate::plausible::{self, Warning};
 use crate::scenario::{Plausible, Scenario};
 use crate::scheme::coupling::Coupling;
-use crate::scheme::ledger::{EnergyLedger, InterfaceLedger, ratio, total_balance_rel};
+use crate::scheme::ledger::{EnergyLedger, EnergySums, InterfaceLedger, ratio};
 
 /// Exit code of a run with a value beyond its second bound.
 const SUSPECT: i32 = 8;
@@ -204,14 +204,14 @@ impl Summary {
                 continue;
             }
             participant.energy = Some(joules("", energy));
-            participant.energy_balance_rel = Some(energy.balance_rel());
+            participant.energy_balance_rel = Some(energy.sums().balance_rel());
         }
         if energies.iter().any(|energy| energy.terms.is_empty()) {
             return;
         }
-        let points = self.points.iter();
-        let all: Vec<EnergyLedger> = energies.iter().chain(points).cloned().collect();
-        let balance = total_balance_rel(&all);
+        let all = energies.iter().chain(&self.points);
+        let total = EnergySums::together(all.map(EnergyLedger::sums));
+        let balance = total.balance_rel();
         self.results.insert("energy_balance_rel".into(), balance);
     }
 
