@@ -83,7 +83,6 @@ fn a_contact_that_turns_loses_what_detection_does_not_find() {
     let ([sum, size], report) = jumps(&mut dem);
     assert!(sum > 0.05 * energy, "{sum:e} of {energy:e}");
     close("detection", report.energy("detection"), sum, 1e-10 * energy);
-    assert!(report.energy("impact") < 0.02 * energy, "it is no impact");
     assert!(report.imbalance(before) < 1e-12);
     let kept = ["kinetic", "springs_normal", "impact"].map(|term| report.energy(term).abs());
     let value = size / kept.iter().sum::<f64>();
