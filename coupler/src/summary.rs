@@ -451,6 +451,37 @@ mod tests {
     }
 
     #[test]
+    fn forces_and_the_energies_of_all_are_judged() {
+        let mut summary = Summary::new("test", "");
+        let named = |name: &str| (name.to_string(), ParticipantSummary::default());
+        summary.participants = vec![named("rail"), named("layer")];
+        summary.interfaces = vec![("base".into(), InterfaceSummary::of(&Default::default()))];
+        summary.joins = vec![Join {
+            index: 0,
+            continuum: 0,
+            wall: 1,
+        }];
+        let load = HeldLoad {
+            wanted_n: 100.0,
+            mean_n: 100.0,
+        };
+        summary.held = vec![None, Some(load)];
+        let judged = |summary: &Summary, through| {
+            let found = summary.judged(&Plausible::default(), &[Some(through)]);
+            let told = found.into_iter().map(|found| (found.code, found.place));
+            told.collect::<Vec<_>>()
+        };
+        let one = |code: &str, place: &str| vec![(code.to_string(), place.to_string())];
+        assert_eq!(judged(&summary, 50.0), one("force_balance", "layer"));
+        summary.results.insert("energy_balance_rel".into(), 0.05);
+        assert_eq!(judged(&summary, 100.0), one("energy_balance", "run"));
+        // Alone, a participant's own balance is that of all.
+        summary.participants.pop();
+        summary.interfaces.clear();
+        assert_eq!(judged(&summary, 100.0), vec![]);
+    }
+
+    #[test]
     fn a_wall_gives_its_load_to_the_continuum_and_not_the_other_way_round() {
         let join = Join {
             index: 1,

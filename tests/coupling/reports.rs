@@ -88,3 +88,18 @@ fn a_balance_that_comes_right_again_is_not_forgotten() {
     }
     assert_eq!(left.text("status"), "suspect");
 }
+
+/// Scheme `velocity` loses a part of what goes through, which bounds as small as these do not bear: told on the way, and not again
+/// at the end.
+#[test]
+fn an_interface_that_loses_energy_is_told_on_the_way_and_once() {
+    let text = schemes::scenario("velocity", 10, WINDOWS, false);
+    let bounds =
+        "run.plausible={ energy_balance_rel = [10.0, 20.0], interface_energy_rel = [1e-9, 1e-8] }";
+    let left = run_in_process(&text, &[bounds]).expect("it is valid");
+    let found = warnings(&left.completed());
+    assert_eq!(found.len(), 1, "{found:?}");
+    let [code, place, text] = &found[0];
+    assert_eq!([code.as_str(), place], ["interface_energy", "glue"]);
+    assert!(text.contains("at t = "), "{text}");
+}

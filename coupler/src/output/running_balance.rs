@@ -78,6 +78,44 @@ mod tests {
     }
 
     #[test]
+    fn a_balance_that_is_lost_again_is_not_told_again() {
+        let lost = told(3000, |window| match window {
+            50 => 60.0,
+            1000 => 2000.0,
+            _ => 0.0,
+        });
+        assert_eq!(lost.len(), 1);
+    }
+
+    #[test]
+    fn energy_that_went_through_still_counts() {
+        let mut balance = RunningBalance::default();
+        for (defect, scale) in [(1.0, 100.0), (1.0, 0.0)] {
+            for _ in 0..2 * PATIENCE {
+                assert_eq!(balance.see(defect, scale, 0.1), None);
+            }
+        }
+    }
+
+    /// 1 J is missed of 1 J of work, which is a twentieth of what moves to and fro.
+    #[test]
+    fn the_larger_of_work_and_stored_energy_is_the_scale_and_the_second_bound_decides() {
+        let sums = EnergySums {
+            work_j: 1.0,
+            work_size_j: 1.0,
+            kept_size_j: 20.0,
+            ..EnergySums::default()
+        };
+        let told = |warn: f64, suspect: f64| {
+            let mut balance = RunningBalance::default();
+            let mut add = || balance.add(&sums, Bounds { warn, suspect });
+            (0..2 * PATIENCE).find_map(|_| add())
+        };
+        assert_eq!(told(0.01, 0.1), None);
+        assert_eq!(told(0.01, 0.04), Some(0.05));
+    }
+
+    #[test]
     fn what_is_no_number_is_hopeless() {
         let told = told(200, |window| if window == 7 { f64::NAN } else { 0.0 });
         assert_eq!(told.len(), 1);

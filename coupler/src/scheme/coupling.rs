@@ -241,7 +241,7 @@ impl Coupling {
             ledger.repeats += u64::from(solved.window.iteration);
             let residual = solved.answer.solves[patch.motion_driven].residual;
             ledger.contact_residual_max = larger(ledger.contact_residual_max, residual);
-            let force_n = total(entry.nodal_force);
+            let force_n = total(patch.of_nodes(&solved.lambda));
             let seen = InterfaceSignals {
                 repeats: solved.window.iteration,
                 gap_rel: entry.gap(),

@@ -303,6 +303,48 @@ mod tests {
         assert!((ledger.energy_defect_rel() - 1.0 / 16.0).abs() < 1e-12);
     }
 
+    /// A point of 3 N goes 2 m; the node under it bore 1 N more, then 1 N less, over those 2 m.
+    #[test]
+    fn what_the_nodes_bore_beyond_the_grains_force_is_energy_of_the_interface() {
+        let mut ledger = InterfaceLedger::default();
+        for late_work_j in [2.0, -2.0] {
+            ledger.add(&WindowEntry {
+                point_force: &[3.0, 0.0],
+                nodal_force: &[3.0 + 0.5 * late_work_j, 0.0],
+                point_motion: &[2.0, 0.0],
+                late_work_j,
+                wall_motion: &[2.0, 0.0],
+                spacing_m: 1.0,
+            });
+        }
+        assert_eq!([ledger.energy_defect_j, ledger.energy_j], [4.0, 8.0 + 4.0]);
+        assert_eq!(ledger.force_residual_rel(), 1.0 / 3.0);
+    }
+
+    #[test]
+    fn what_was_no_number_once_stays_so() {
+        let mut ledger = InterfaceLedger::default();
+        let mut add = |force: f64, motion: f64| {
+            ledger.add(&WindowEntry {
+                point_force: &[force, 0.0],
+                nodal_force: &[1.0, 0.0],
+                point_motion: &[motion, 0.0],
+                late_work_j: 0.0,
+                wall_motion: &[1.0, 0.0],
+                spacing_m: 1.0,
+            });
+        };
+        add(f64::NAN, f64::NAN);
+        add(1.0, 1.0);
+        let mut all = InterfaceLedger::default();
+        all.merge(&ledger, false);
+        all.merge(&InterfaceLedger::default(), false);
+        for ledger in [&ledger, &all] {
+            assert!(ledger.gap_max_rel.is_nan() && ledger.force_max_n.is_nan());
+            assert!(ledger.force_residual_rel().is_nan() && ledger.energy_defect_rel().is_nan());
+        }
+    }
+
     /// 2 kg from 1 m/s to 3 m/s: 9 J, 8 J of them new, of a work of 12 J.
     #[test]
     fn points_store_and_lose_what_their_inertia_takes() {
@@ -317,6 +359,7 @@ mod tests {
         let points = ledger.points().expect("they weigh something");
         assert_eq!(points.values, [9.0, 4.0]);
         assert_eq!(points.sums().defect_j(), -13.0);
+        assert_eq!(ledger.points_kept_j(), 13.0);
     }
 
     #[test]
@@ -337,5 +380,14 @@ mod tests {
         assert_eq!(total(&sound), 0.0);
         let leaky = [side(3.0, 0.0, 3.0), side(-4.0, 10.0, 6.0)];
         assert_eq!(total(&leaky), 0.1);
+        // Without loads half of the 7 J that both sides tell of; without any work what they keep.
+        let thrown = [side(3.0, 0.0, 3.0), side(-4.0, 0.0, -2.0)];
+        assert_eq!(total(&thrown), 1.0 / 3.5);
+        assert_eq!(thrown[1].sums().balance_rel(), 0.5);
+        assert_eq!(thrown[1].sums().defect_j(), -2.0);
+        let idle = [side(0.0, 0.0, 3.0), side(0.0, 0.0, -2.0)];
+        assert_eq!(total(&idle), 0.2);
+        let braked = [side(0.0, -8.0, -6.0)];
+        assert_eq!(total(&braked), 0.25);
     }
 }

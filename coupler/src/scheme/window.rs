@@ -28,7 +28,7 @@ pub struct InterfaceSignals {
     pub repeats: u32,
     /// Gap over the mean node spacing.
     pub gap_rel: f64,
-    /// Sum of the forces that the continuum's nodes bore (N).
+    /// Sum of the forces that the answers leave for the continuum's nodes (N).
     pub force_n: [f64; 2],
     /// The part of it that presses on the continuum's surface (N).
     pub pressing_n: f64,
