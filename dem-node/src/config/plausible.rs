@@ -41,7 +41,7 @@ impl Default for PlausibleConfig {
             wheel_force_rel: bounds(0.05, 0.2),
             boundary_force_rel: bounds(0.02, 0.1),
             added_inertia_rel: bounds(0.1, 0.4),
-            detection_rel: bounds(3e-3, 3e-2),
+            detection_rel: bounds(5e-3, 3e-2),
             contact_width_rel: bounds(0.71, 0.95),
         }
     }
