@@ -139,9 +139,10 @@ fn move_bodies(state: &mut State, step: &Stepped, displaced: &[BodyRecord]) {
     let (mut weight, mut load) = (0.0, 0.0);
     let free = &mut state.centres[..bodies.free];
     for ((centre, record), mass) in free.iter_mut().zip(displaced).zip(&bodies.masses) {
-        for k in 0..2 {
-            centre[k] += record.velocity[k];
-            weight += mass * bodies.gravity[k] * record.velocity[k];
+        let moved = centre.iter_mut().zip(record.velocity);
+        for ((x, w), g) in moved.zip(bodies.gravity) {
+            *x += w;
+            weight += mass * g * w;
         }
     }
     if let Some(wheel) = bodies.wheel() {
