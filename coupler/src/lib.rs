@@ -39,7 +39,7 @@
 //! | M_n = N^T M_p N | [`nodal_mass`](scheme::nodal_mass::nodal_mass) | stated there |
 //! | \|N du - H v_g\| <= tolerance | [`criteria::open`](scheme::criteria::open) | stated there |
 //! | F_g.(N du - H v_g), the energy that the interface makes or loses | [`InterfaceLedger::add`](scheme::ledger::InterfaceLedger::add) | stated there |
-//! | W - dE - D of all sides | [`total_balance_rel`](scheme::ledger::total_balance_rel) | stated there |
+//! | W - dE - D of all sides | [`EnergySums::together`](scheme::ledger::EnergySums::together) | stated there |
 //! | rho = lim \|M^k\|^(1/k), M the map of a window | [`growth`](scheme::predict::growth::growth), [`spectral_radius`](scheme::predict::growth::spectral_radius) | Gelfand (1941) |
 //! | m_g (v_g - v_g0) = H k (q_1 - q_0) - p, m (v - v_0) = -H k (q_1 - q_0) | [`SprungMass::window`](scheme::predict::sprung_mass::SprungMass::window) | theta scheme: Moreau (1988), Jean (1999) |
 //!

@@ -3,6 +3,8 @@
 use protocol::{Bounds, Finding, HeldLoad};
 use serde::Serialize;
 
+use crate::scheme::vectors::larger;
+
 /// A line of `warnings` in summary.json.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Warning {
@@ -61,7 +63,7 @@ impl Warning {
 /// participant downwards, the mean over the same time (N).
 pub fn force_balance(bounds: Bounds, load: HeldLoad, through_n: f64) -> Option<Finding> {
     let off = [load.wanted_n, load.mean_n].map(|force| (through_n - force).abs());
-    let value = off[0].max(off[1]) / load.wanted_n.abs();
+    let value = larger(off[0], off[1]) / load.wanted_n.abs();
     let judged = bounds.judge("force_balance", value, || {
         format!(
             "its load is {:.5e} N and exerted {:.5e} N over the last half of the sampled phase, and {through_n:.5e} N went through its interfaces: nothing was at rest there, or something else bears the load; load more slowly, hold longer, or lower the masses",
@@ -75,6 +77,28 @@ pub fn force_balance(bounds: Bounds, load: HeldLoad, through_n: f64) -> Option<F
 pub fn energy_balance(bounds: Bounds, value: f64) -> Option<Finding> {
     bounds.judge("energy_balance", value, || {
         format!("{value:.3e} of the work done is neither stored nor dissipated by any account: shorten the step, or look for windows that were accepted without having converged")
+    })
+}
+
+/// An energy balance that was lost on the way, at this time (s). It is the second bound that decides.
+pub fn lost_balance(code: &str, bounds: Bounds, value: f64, time_s: f64) -> Option<Finding> {
+    let hopeless = Bounds {
+        warn: bounds.suspect,
+        ..bounds
+    };
+    hopeless.judge(code, value, || {
+        format!("at t = {time_s:.4e} s the energies do not balance: up to {value:.3e} of the work so far is neither stored nor dissipated, or was lost or made at an interface; whatever the end looks like, shorten the step or lower substeps, and look for windows that were accepted without having converged")
+    })
+}
+
+/// A signal that is no number.
+pub fn not_a_number(signal: &str, value: f64, time_s: f64) -> Option<Finding> {
+    let bounds = Bounds {
+        warn: 0.0,
+        suspect: f64::INFINITY,
+    };
+    bounds.judge("not_a_number", 1.0, || {
+        format!("its signal `{signal}` is {value} from t = {time_s:.4e} s on, or at times: signals.csv holds it as it came")
     })
 }
 

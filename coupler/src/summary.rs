@@ -14,7 +14,7 @@ use crate::participants::journal::Closed;
 use crate::plausible::{self, Warning};
 use crate::scenario::{Plausible, Scenario};
 use crate::scheme::coupling::Coupling;
-use crate::scheme::ledger::{EnergyLedger, InterfaceLedger, ratio, total_balance_rel};
+use crate::scheme::ledger::{EnergyLedger, EnergySums, InterfaceLedger, ratio};
 
 /// Exit code of a run with a value beyond its second bound.
 const SUSPECT: i32 = 8;
@@ -207,14 +207,14 @@ impl Summary {
                 continue;
             }
             participant.energy = Some(joules("", energy));
-            participant.energy_balance_rel = Some(energy.balance_rel());
+            participant.energy_balance_rel = Some(energy.sums().balance_rel());
         }
         if energies.iter().any(|energy| energy.terms.is_empty()) {
             return;
         }
-        let points = self.points.iter();
-        let all: Vec<EnergyLedger> = energies.iter().chain(points).cloned().collect();
-        let balance = total_balance_rel(&all);
+        let all = energies.iter().chain(&self.points);
+        let total = EnergySums::together(all.map(EnergyLedger::sums));
+        let balance = total.balance_rel();
         self.results.insert("energy_balance_rel".into(), balance);
     }
 
@@ -455,6 +455,37 @@ mod tests {
             with(|l| l.not_converged = 1),
             one("not_converged", "suspect")
         );
+    }
+
+    #[test]
+    fn forces_and_the_energies_of_all_are_judged() {
+        let mut summary = Summary::new("test", "");
+        let named = |name: &str| (name.to_string(), ParticipantSummary::default());
+        summary.participants = vec![named("rail"), named("layer")];
+        summary.interfaces = vec![("base".into(), InterfaceSummary::of(&Default::default()))];
+        summary.joins = vec![Join {
+            index: 0,
+            continuum: 0,
+            wall: 1,
+        }];
+        let load = HeldLoad {
+            wanted_n: 100.0,
+            mean_n: 100.0,
+        };
+        summary.held = vec![None, Some(load)];
+        let judged = |summary: &Summary, through| {
+            let found = summary.judged(&Plausible::default(), &[Some(through)]);
+            let told = found.into_iter().map(|found| (found.code, found.place));
+            told.collect::<Vec<_>>()
+        };
+        let one = |code: &str, place: &str| vec![(code.to_string(), place.to_string())];
+        assert_eq!(judged(&summary, 50.0), one("force_balance", "layer"));
+        summary.results.insert("energy_balance_rel".into(), 0.05);
+        assert_eq!(judged(&summary, 100.0), one("energy_balance", "run"));
+        // Alone, a participant's own balance is that of all.
+        summary.participants.pop();
+        summary.interfaces.clear();
+        assert_eq!(judged(&summary, 100.0), vec![]);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use crate::cohesion::Cohesion;
 use crate::detect::Slot;
 use crate::law::Law;
 use crate::law::local::BondLaw;
-use crate::ledger::ContactStep;
+use crate::ledger::{ContactStep, Loss};
 
 /// A bond below this adhesion is broken. With h' = 1 and b = 0 that is an opening of 100 delta_0, where 1e-6 of the
 /// strength and 5e-5 of w are left.
@@ -163,24 +163,13 @@ impl BondContact {
     }
 }
 
-/// Energy that a bonded contact loses in a step (J).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Loss {
-    /// Loss in impacts and by the scheme.
-    pub impact: f64,
-    /// Loss in slip.
-    pub friction: f64,
-    /// Loss by falling adhesion.
-    pub cohesion: f64,
-}
-
 /// Moves a bond to the end of a step: its opening, slip and adhesion, and the forces of its slot. Returns the losses.
 ///
 /// `contact` is its impulse and motion, its gap delta at detection; adhesion is a_0 at the start, a_1 in the solution and a_2 at
 /// the end. Adhesion falls from a_0 to a_1 at the opening before the step, and from a_1 to a_2 at the one after it:
 /// l D (a_0^2 - a_1^2)/2. Springs driven implicitly lose k (e - e_0)^2 / 2; one that closes or opens in the step is
 /// pushed over the rest of the path as well. A rigid contact loses -r_n u_n in compression and -r_f u_t in slip.
-/// The change of the opening between two steps by the turning of the normal is a loss of the scheme, see [`ContactStep::turned`].
+/// The change of the opening between two steps, by the turning of the normal, is that of detection, see [`ContactStep::turned`].
 pub fn end_step(
     law: &Law,
     bond: &mut Bond,
@@ -204,8 +193,8 @@ pub fn end_step(
         + stored(before, contact.left, bond.slip)
         - stored(before, contact.gap, bond.slip);
     let mut loss = Loss {
-        impact: turned
-            + stretched(k_n, contact.gap, r_n.min(0.0), h)
+        detection: turned,
+        impact: stretched(k_n, contact.gap, r_n.min(0.0), h)
             + pressed(law, contact.gap, r_n.max(0.0), h, u_n)
             + 0.5 * k_t * (h * u_t).powi(2)
             + behind,
@@ -365,6 +354,32 @@ mod tests {
         close(u_n, -compliance * r_n);
         close(r_t, -0.16 * (u_t + 0.3 / STEP));
         assert!(r_t.abs() > 0.4 * r_n);
+    }
+
+    /// From an opening of 0.3 found as 0.1, l Cn a^2 = 1.28, and with springs from an overlap of 0.3 found as 0.1.
+    #[test]
+    fn what_detection_changes_in_a_bond_is_no_impact() {
+        for (springs, sign, expected) in [
+            (None, 1.0, 0.5 * 1.28 * (0.09 - 0.01)),
+            (Some(SPRINGS), 1.0, 0.5 * 1.28 * (0.09 - 0.01)),
+            (None, -1.0, 0.0),
+            (Some(SPRINGS), -1.0, 0.5 * 8.0 * (0.09 - 0.01)),
+        ] {
+            let contact = ContactStep {
+                step: STEP,
+                theta: 1.0,
+                gap: 0.1 * sign,
+                left: 0.3 * sign,
+                spring: [0.0; 2],
+                impulse: [0.0; 2],
+                velocity: [0.0; 2],
+                change: [0.0; 2],
+            };
+            let (law, mut slot) = (law(springs), Slot::default());
+            let loss = end_step(&law, &mut bond(), &mut slot, &contact, [0.8; 3]);
+            close(loss.detection, expected);
+            close(loss.cohesion, 0.0);
+        }
     }
 
     /// The bond's tangential spring l Ct = 1 = kt: pressed by kn 0.2 = 1.6 it may keep mu 1.6 = 0.64 of its force.

@@ -46,6 +46,15 @@ pub enum DemError {
         friction: f64,
     },
     #[error(
+        "window {window}: the repair of overlaps (law.penetration) stands at a true residual of {residual:.2e} after {iterations} iterations, its tolerance is {tolerance:.1e}; raise solver.max_iterations, lower the step, or write law.penetration = \"iqs\""
+    )]
+    NotRepaired {
+        window: u64,
+        residual: f64,
+        iterations: usize,
+        tolerance: f64,
+    },
+    #[error(
         "the contact impulses left the finite numbers after {iterations} iterations; lower the step or check the wall's compliance"
     )]
     NotFinite { iterations: usize },
@@ -94,6 +103,7 @@ impl From<DemError> for NodeError {
             | DemError::NotJammed { .. }
             | DemError::Denominator { .. }
             | DemError::NotConverged { .. }
+            | DemError::NotRepaired { .. }
             | DemError::NotFinite { .. } => FaultCode::Diverged,
         };
         NodeError {

@@ -14,7 +14,6 @@ use protocol::{
 
 use crate::boundary::CompliantBoundary;
 use crate::bounds::Bounds;
-use crate::error::DemError;
 use crate::interface;
 use crate::snapshot;
 use crate::step::StepSummary;
@@ -168,13 +167,7 @@ impl Node for Dem {
             let drive_before = self.progress.state.accounts.drive;
             summary = self.advance([start, end], step, &fixed, false)?;
             if !summary.convergence.converged {
-                return Err(NodeError::from(DemError::NotConverged {
-                    window: window.index,
-                    residual: summary.convergence.residual,
-                    iterations: summary.convergence.iterations,
-                    tolerance: self.solver.criteria.tolerance,
-                    friction: self.bodies.law.friction,
-                }));
+                return Err(NodeError::from(self.not_converged(window, &summary)));
             }
             self.record(start, end, drive_before, &summary);
         }

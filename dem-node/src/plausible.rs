@@ -4,6 +4,7 @@ use protocol::{Finding, HeldLoad};
 
 use crate::bodies::Bodies;
 use crate::config::PlausibleConfig;
+use crate::geometry::larger;
 use crate::report::{RunStatistics, lost_grains};
 use crate::state::State;
 use crate::wheel::WheelProgram;
@@ -19,6 +20,8 @@ pub struct Judged<'a> {
     pub bodies: &'a Bodies,
     /// The last state.
     pub state: &'a State,
+    /// Energies stored since its start (J).
+    pub stored: [f64; 4],
     /// Statistics over its steps.
     pub statistics: &'a RunStatistics,
     /// The wheel, where there is one.
@@ -37,6 +40,7 @@ impl Judged<'_> {
             self.layer_at_rest(),
             self.wheel_drift(),
             self.added_inertia(),
+            self.detection(),
             self.contact_width(),
             self.contact_residual(),
         ];
@@ -87,7 +91,7 @@ impl Judged<'_> {
         let program = self.program.filter(|program| program.0.load_n > 0.0)?;
         let [low, high] = self.statistics.held_range()?;
         let load = program.0.load_n;
-        let value = (high - load).max(load - low) / load;
+        let value = larger(high - load, load - low) / load;
         let bounds = self.bounds.wheel_force_rel;
         bounds.judge("wheel_at_rest", value, || {
             format!(
@@ -139,6 +143,20 @@ impl Judged<'_> {
         let bounds = self.bounds.contact_residual;
         bounds.judge("contact_residual", value, || {
             format!("the contact solve of a step was left with a residual of {value:.1e}, and friction is off by per cents: lower solver.tolerance")
+        })
+    }
+
+    /// Springs must be found as they were left.
+    fn detection(&self) -> Option<Finding> {
+        let accounts = &self.state.accounts;
+        let lost = [accounts.impact, accounts.friction, accounts.cohesion];
+        let kept = self.stored.iter().chain(&lost);
+        let kept: f64 = kept.map(|energy| energy.abs()).sum();
+        let jumps = accounts.detection_size;
+        // No springs, no jumps.
+        let value = if jumps == 0.0 { 0.0 } else { jumps / kept };
+        self.bounds.detection_rel.judge("detection", value, || {
+            format!("detection found the springs between the grains otherwise than the steps had left them, by {value:.3e} of what the grains stored and lost: they pass each other too far in a step; lower time.step_s or, where there are windows, substeps")
         })
     }
 

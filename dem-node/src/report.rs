@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
-use crate::geometry::range;
+use crate::geometry::{larger, range};
 use crate::state::{State, WheelState};
 use crate::step::StepSummary;
 use crate::structure;
@@ -37,7 +37,7 @@ pub fn signals(bodies: &Bodies, state: &State, step: &StepSummary) -> [(&'static
 
 fn top_speed(state: &State) -> f64 {
     let squares = state.velocities.iter().map(|v| v[0] * v[0] + v[1] * v[1]);
-    squares.fold(0.0, f64::max).sqrt()
+    squares.fold(0.0, larger).sqrt()
 }
 
 /// Free grains that left the glued rows: more than a radius of the widest disk beside the base unless it repeats, or more than
@@ -166,11 +166,11 @@ impl RunStatistics {
         step: &StepSummary,
         moment: &StepSpan,
     ) {
-        self.residual_max = self.residual_max.max(step.convergence.residual);
-        self.quad_max = self.quad_max.max(step.convergence.quad);
-        self.defect_max = self.defect_max.max(step.momentum_defect);
-        self.overlap_mean_max = self.overlap_mean_max.max(step.overlap[0]);
-        self.overlap_max = self.overlap_max.max(step.overlap[1]);
+        self.residual_max = larger(self.residual_max, step.convergence.residual);
+        self.quad_max = larger(self.quad_max, step.convergence.quad);
+        self.defect_max = larger(self.defect_max, step.momentum_defect);
+        self.overlap_mean_max = larger(self.overlap_mean_max, step.overlap[0]);
+        self.overlap_max = larger(self.overlap_max, step.overlap[1]);
         let h = moment.end - moment.start;
         let loading = program.is_some_and(|program| moment.start < program.0.ramp_s);
         if !loading {
@@ -324,5 +324,5 @@ pub fn given<const N: usize>(
 
 fn wider(range: Option<[f64; 2]>, value: f64) -> [f64; 2] {
     let [low, high] = range.unwrap_or([value; 2]);
-    [low.min(value), high.max(value)]
+    [-larger(-low, -value), larger(high, value)]
 }

@@ -12,7 +12,8 @@ mod update;
 use crate::bodies::Bodies;
 use crate::cohesion::Cohesion;
 use crate::error::DemError;
-use crate::repair::{self, Repair};
+use crate::geometry::larger;
+use crate::repair::{self, Repair, Stepped};
 use crate::solver::{Convergence, Criteria, NO_BOND, Partition, Problem, Solver};
 use crate::state::State;
 
@@ -36,8 +37,10 @@ pub struct StepInput<'a> {
 /// Summary of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepSummary {
-    /// State of convergence in which the contact solver ended.
+    /// State of convergence in which the contact solver ended; of the repair of overlaps, if only that did not converge.
     pub convergence: Convergence,
+    /// True if that is of the repair.
+    pub starved_repair: bool,
     /// Contacts in the problem.
     pub listed: usize,
     /// Contacts that carry force.
@@ -102,8 +105,18 @@ impl Stepper {
         let drift = input.step * input.theta;
         state.drift(bodies, drift);
         if bodies.law.penetration.repairs() {
-            let (repair, problem) = (&mut self.repair, &self.problem);
-            repair.make(bodies, state, problem, drift, criteria)?;
+            let done = Stepped {
+                bodies,
+                solved: &self.problem,
+                drift,
+                load: input.load,
+                criteria,
+            };
+            let verdict = self.repair.make(state, &done)?;
+            if let Some(verdict) = verdict.filter(|verdict| !verdict.converged) {
+                summary.starved_repair = convergence.converged;
+                summary.convergence = verdict;
+            }
             summary.overlap = repair::overlaps(bodies, state);
         }
         Ok(summary)
@@ -155,7 +168,7 @@ impl Stepper {
             problem.bonds[contact.bond as usize].fall(law, velocity, contact.bias[0], h)
         }));
         let both = problem.bonds.iter().zip(&self.adhesion);
-        let furthest = both.fold(0.0f64, |f, (bond, a)| f.max(bond.adhesion[1] - a));
+        let furthest = both.fold(0.0, |f, (bond, a)| larger(f, bond.adhesion[1] - a));
         if furthest <= criteria.tolerance {
             return false;
         }

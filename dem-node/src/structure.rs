@@ -3,6 +3,7 @@
 //! Computed once, from the state at the end of a run. Contacts are those that carry a compressive force.
 
 use crate::bodies::Bodies;
+use crate::geometry::larger;
 use crate::positions::proximity;
 use crate::state::State;
 
@@ -35,7 +36,7 @@ pub fn results(bodies: &Bodies, state: &State) -> [(&'static str, f64); 9] {
     let count = forces.len().max(1) as f64;
     let mean = forces.iter().fold(0.0, |sum, f| sum + f) / count;
     let variance = forces.iter().fold(0.0, |sum, f| sum + (f - mean).powi(2)) / count;
-    let largest = forces.iter().copied().fold(0.0, f64::max);
+    let largest = forces.iter().copied().fold(0.0, larger);
     let over_mean = |force: f64| if mean > 0.0 { force / mean } else { 0.0 };
     let strong = forces.iter().filter(|f| **f > mean).count();
     let direction = 0.5 * (2.0 * xy).atan2(xx - yy);

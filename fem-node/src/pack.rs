@@ -76,9 +76,13 @@ impl Pack {
     }
 }
 
+/// The larger of two numbers; not a number if either is none, which `f64::max` would drop.
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b <= a { a } else { b }
+}
+
 /// The largest of these, none being negative; not a number if any is not.
 pub(crate) fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    let larger = |most: f64, x: f64| if most.is_nan() || x <= most { most } else { x };
     values.fold(0.0, larger)
 }
 

@@ -5,6 +5,7 @@ use protocol::Finding;
 use crate::integrate::State;
 use crate::mesh::Edge;
 use crate::model::Model;
+use crate::pack::{larger, largest};
 use crate::probe::largest_strain;
 use crate::profile::Profile;
 use crate::statics::DirectedStatus;
@@ -12,7 +13,7 @@ use crate::statics::DirectedStatus;
 /// The wheel must be at rest when its results are taken: `range` holds the least and largest force on it then (N).
 pub(crate) fn wheel_at_rest(model: &Model, load: f64, range: [f64; 2]) -> Option<Finding> {
     let [low, high] = range;
-    let value = (high - load).max(load - low) / load;
+    let value = larger(high - load, load - low) / load;
     let bounds = model.plausible.wheel_force_rel;
     let judged = bounds.judge("wheel_at_rest", value, || {
         format!("the wheel is not at rest before its motion: over the second half of the hold (without one, at its end) the body carried {low:.4e} to {high:.4e} N of its {load:e} N: make wheel.hold_s or wheel.ramp_s longer, lower wheel.mass_kg, or change time.start_mass_damping_per_s")
@@ -56,7 +57,7 @@ pub(crate) fn contact_reach<'a>(
     let (middle, half) = (0.5 * (first[0] + last[0]), 0.5 * (last[0] - first[0]).abs());
     let touching = profiles.flat_map(|profile| profile.x.iter().zip(&profile.status));
     let touching = touching.filter(|(_, status)| **status != DirectedStatus::Open);
-    let reach = touching.fold(0.0, |reach: f64, (x, _)| reach.max((x - middle).abs()));
+    let reach = largest(touching.map(|(x, _)| (x - middle).abs()));
     let bounds = model.plausible.contact_reach_rel;
     bounds.judge("contact_reach", reach / half, || {
         format!("the wheel touches the body out to {reach:.3e} m from the middle of its upper edge, which ends at {half:.3e} m: the body is too narrow for this load; make mesh.width_m larger, or lower wheel.load_n")
@@ -65,12 +66,7 @@ pub(crate) fn contact_reach<'a>(
 
 /// The larger of a strain and the largest of a state; not a number if either is none.
 pub(crate) fn strain_so_far(before: f64, model: &Model, state: &State) -> f64 {
-    let now = largest_strain(model, state);
-    if before.is_nan() || now <= before {
-        before
-    } else {
-        now
-    }
+    larger(before, largest_strain(model, state))
 }
 
 /// Strain must stay within what the material model bears.

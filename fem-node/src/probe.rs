@@ -8,6 +8,7 @@ use crate::integrate::State;
 use crate::material::nonlinear::{NonlinearLaw, stretch_at};
 use crate::mesh::Edge;
 use crate::model::Model;
+use crate::pack::larger;
 use crate::profile::Profile;
 use crate::wheel::{Wheel, WheelState};
 
@@ -29,8 +30,9 @@ pub(crate) fn surface_signals(model: &Model, state: &State) -> Vec<f64> {
     let uy = |node: &[usize; 2]| state.u[model.body.layout.index(*node, 1)];
     let pairs = nodes.iter().zip(&lengths);
     let weighted: f64 = pairs.map(|(node, length)| length * uy(node)).sum();
-    let least = nodes.iter().map(uy).fold(f64::INFINITY, f64::min);
-    vec![weighted / lengths.iter().sum::<f64>(), least]
+    let deepest = nodes.iter().map(|node| -uy(node));
+    let deepest = deepest.fold(f64::NEG_INFINITY, larger);
+    vec![weighted / lengths.iter().sum::<f64>(), -deepest]
 }
 
 /// Mean displacement along the outward normal (m) of every named line on the outline of an unstructured mesh: the
@@ -117,9 +119,9 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
     let mut nodal = vec![(0.0, 0.0); model.mesh.points.len()];
     for [i, j] in model.mesh.element_indices() {
         let pressure = |xi, eta| pressure(model, state, [i, j], [xi, eta]);
-        maxima.centroid = maxima.centroid.max(pressure(0.0, 0.0));
+        maxima.centroid = larger(maxima.centroid, pressure(0.0, 0.0));
         for [xi, eta] in GAUSS_POINTS {
-            maxima.gauss = maxima.gauss.max(pressure(xi, eta));
+            maxima.gauss = larger(maxima.gauss, pressure(xi, eta));
         }
         for (node, [xi, eta]) in model.mesh.corners(i, j).into_iter().zip(GAUSS_POINTS) {
             let (sum, count) = &mut nodal[model.mesh.number(model.mesh.tied_to(node))];
@@ -129,7 +131,7 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
     }
     let seen = nodal.into_iter().filter(|(_, count)| *count > 0.0);
     let means = seen.map(|(sum, count)| sum / count);
-    maxima.nodal = means.fold(f64::NEG_INFINITY, f64::max);
+    maxima.nodal = means.fold(f64::NEG_INFINITY, larger);
     maxima
 }
 

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::mesh::Edge;
 use crate::model::Model;
+use crate::pack::larger;
 use crate::statics::{DirectedStatus, WheelContact};
 use crate::wheel::{ContactStatus, NodeContact};
 
@@ -69,7 +70,7 @@ impl Profile {
 
     /// Highest contact pressure p0 (Pa).
     pub fn peak(&self) -> f64 {
-        self.pressure.iter().copied().fold(0.0, f64::max)
+        self.pressure.iter().copied().fold(0.0, larger)
     }
 
     /// Half of the width of the contact (m): under a Hertzian p^2 = p0^2 (1 - x^2/a^2) the zero of the straight line

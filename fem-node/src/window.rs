@@ -6,7 +6,7 @@ use crate::element::Body;
 use crate::integrate::{Damping, Integrator, Load, RowEnergies, State, UpperRow};
 use crate::ledger::Ledger;
 use crate::model::Model;
-use crate::pack::largest;
+use crate::pack::{larger, largest};
 use crate::prescribed_velocity::PrescribedVelocity;
 use crate::probe::{HoldRecord, hold_record};
 use crate::wheel::WheelRun;
@@ -146,7 +146,7 @@ impl WindowRun {
         let body = before.interface_work + before.applied_work + before.drive_work;
         let interface = self.force_work(&committed.state, input);
         let work = body + interface + self.reaction_work() + self.applied_work + self.drive_work;
-        self.supplied = self.supplied.max(work + wheel);
+        self.supplied = larger(self.supplied, work + wheel);
         let supplied = self.supplied + self.start_strain + self.start_kinetic;
         let kinetic = kinetic_energy(&model.body, &self.state);
         if kinetic <= EXCESS * supplied {

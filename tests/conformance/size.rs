@@ -12,10 +12,12 @@ const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 const REDESIGN: usize = 31_500;
 
 /// Features since, with the lines that they may take.
-const SINCE: [(&str, usize); 3] = [
-    ("checks of plausibility", 1000),
+const SINCE: [(&str, usize); 5] = [
+    ("checks of plausibility", 1020),
     ("strict logs", 370),
     ("limits of disk, files and words", 240),
+    ("honest ledgers", 320),
+    ("references of suites", 40),
 ];
 
 #[test]

@@ -8,6 +8,7 @@ mod main_job;
 mod mapping;
 mod one_loop;
 mod policies;
+mod reports;
 mod roles;
 mod roles_layer;
 mod schemes;

@@ -9,7 +9,8 @@
 //! ```
 //!
 //! Exact answer: the equations of each scheme for two unknowns, written down once more below with plain numbers ([`Two`]); the force
-//! of every window must be theirs to 1e-10 of the largest (rounding over 40 windows; fixed points are iterated to 1e-13 m). Growth: the
+//! of every window must be theirs to 1e-10 of the largest (rounding over 40 windows; fixed points are iterated to 1e-13 m). So must the
+//! interface's ledger: work and force that m bore, whatever the scheme meant it to bear ([`Books`]). Growth: the
 //! force of a staggered scheme grows, and the residual of a fixed point shrinks or grows, by the factor on paper.
 //!
 //! Sources: dual Schur on displacement and velocity coupling after Gravouil and Combescure 2001; added mass and relaxation,
@@ -19,10 +20,13 @@ use coupler::bench::stability::bar::Bar;
 use coupler::error::Error;
 use coupler::scenario::{Acceleration, Dirichlet, Policy, Scheme, SchemeKeys, SchemeWord};
 use coupler::scheme::coupling::Coupling;
+use coupler::scheme::ledger::InterfaceLedger;
+use coupler::scheme::participants::{Participants, Request};
 use coupler::scheme::predict::growth::growth;
 use coupler::scheme::predict::linear_pair::{LinearModel, LinearPair};
 use coupler::scheme::predict::sprung_mass::Masses;
-use protocol::BoundaryInertia;
+use nalgebra::DMatrix;
+use protocol::{BoundaryAnswer, BoundaryInertia, Description, Reaction, Surface, Window};
 
 /// m (kg) and k (N/m) of the one element of the bench's bar.
 const MASS_KG: f64 = 0.5;
@@ -75,6 +79,29 @@ struct Two {
     du: f64,
     /// Velocity of m's line, where the scheme prescribes it.
     line: f64,
+    books: Books,
+}
+
+/// The interface's ledger on paper, F being the force of M on m.
+#[derive(Clone, Copy, Debug, Default)]
+struct Books {
+    /// Sum of |W - F H v_M| (J).
+    defect_j: f64,
+    /// Sum of |W| (J), W being the work of what m bore.
+    energy_j: f64,
+    /// Largest |what m bore - F| (N).
+    residual_n: f64,
+    /// Largest |F| (N).
+    force_n: f64,
+}
+
+impl Books {
+    fn add(&mut self, [borne, force]: [f64; 2], work: f64, wall_motion: f64) {
+        self.defect_j += (work - force * wall_motion).abs();
+        self.energy_j += work.abs();
+        self.residual_n = self.residual_n.max((borne - force).abs());
+        self.force_n = self.force_n.max(force.abs());
+    }
 }
 
 impl Two {
@@ -87,6 +114,7 @@ impl Two {
             lambda: 0.0,
             du: 0.0,
             line: 0.0,
+            books: Books::default(),
         }
     }
 
@@ -119,6 +147,8 @@ impl Two {
         let (u, v) = self.verlet(self.u, self.v, acting);
         (self.du, self.u, self.v) = (u - self.u, u, v);
         (self.lambda, self.v_m) = (lambda, v_m);
+        let work = acting * self.du;
+        self.books.add([acting, lambda], work, self.h() * v_m);
     }
 
     /// Both end in the same place: H v_M = du_free + C lambda, lambda = F(v_M). With a compliance that is `factor` times C the mass M
@@ -146,6 +176,8 @@ impl Two {
         let at = |v: f64| self.led(v).1 + mass * (v - v_0) / h;
         let v = -at(0.0) / (at(1.0) - at(0.0));
         let (u, lambda) = self.led(v);
+        let work = work_along_line(self.case, [self.u, self.v], v);
+        self.books.add([lambda, lambda], work, h * v);
         (self.u, self.v, self.v_m, self.line, self.lambda) = (u, v, v, v, lambda);
     }
 
@@ -164,8 +196,111 @@ impl Two {
         // M and its point move as one, but at the start, when only M moves.
         let (mass, point) = (self.case.mass_kg, self.case.point_kg);
         let v = (mass * self.v_m + point * self.line - h * borne) / (mass + point);
+        let work = work_along_line(self.case, [self.u, self.v], line);
+        self.books.add([lambda, borne], work, h * v);
         (self.u, self.v) = (u, line);
         (self.v_m, self.line, self.lambda) = (v, v, lambda);
+    }
+}
+
+/// Work (J) on m whose velocity goes in a straight line to this one (m/s): sum over its steps of the mean of both forces m a + k u
+/// times the way, from (u, v).
+fn work_along_line(case: Case, [mut u, mut v]: [f64; 2], end: f64) -> f64 {
+    let h = case.step_s;
+    let a = (end - v) / (h * f64::from(case.substeps));
+    let mut work = 0.0;
+    for _ in 0..case.substeps {
+        let way = h * v + 0.5 * h * h * a;
+        work += (MASS_KG * a + STIFFNESS_N_PER_M * (u + 0.5 * way)) * way;
+        (u, v) = (u + way, v + h * a);
+    }
+    work
+}
+
+/// The pair of the bench, which tells no works, with those on paper.
+struct Working<'a> {
+    pair: LinearPair<'a>,
+    case: Case,
+}
+
+impl Participants for Working<'_> {
+    fn count(&self) -> usize {
+        self.pair.count()
+    }
+
+    fn name(&self, peer: usize) -> &str {
+        self.pair.name(peer)
+    }
+
+    fn description(&self, peer: usize) -> &Description {
+        self.pair.description(peer)
+    }
+
+    fn couple(&mut self, peer: usize, set: &str) -> Result<Surface, Error> {
+        self.pair.couple(peer, set)
+    }
+
+    fn select(&mut self, peer: usize, points: &[usize]) -> Result<(), Error> {
+        self.pair.select(peer, points)
+    }
+
+    fn compliance(&mut self, peer: usize, substeps: u32, n: usize) -> Result<DMatrix<f64>, Error> {
+        self.pair.compliance(peer, substeps, n)
+    }
+
+    fn impedance(&mut self, peer: usize, substeps: u32, n: usize) -> Result<DMatrix<f64>, Error> {
+        self.pair.impedance(peer, substeps, n)
+    }
+
+    fn set_boundary(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        window_s: f64,
+        compliance: &DMatrix<f64>,
+    ) -> Result<(), Error> {
+        self.pair.set_boundary(peer, window, window_s, compliance)
+    }
+
+    fn begin(&mut self, peer: usize, window: &Window, request: Request) -> Result<(), Error> {
+        self.pair.begin(peer, window, request)
+    }
+
+    fn finish_advance(&mut self, peer: usize, at: &Window, n: usize) -> Result<Vec<f64>, Error> {
+        self.pair.finish_advance(peer, at, n)
+    }
+
+    fn finish_prescribed_velocity(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<Reaction, Error> {
+        let reaction = self.pair.finish_prescribed_velocity(peer, window, n)?;
+        let (start, line) = (&self.pair.state.continuum, &self.pair.prescribed_velocities);
+        let end = *line.last().expect("a line was begun");
+        let work = work_along_line(self.case, [start[0], start[1]], end);
+        Ok(Reaction {
+            work: vec![work, 0.0],
+            ..reaction
+        })
+    }
+
+    fn finish_solve(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<BoundaryAnswer, Error> {
+        self.pair.finish_solve(peer, window, n)
+    }
+
+    fn accept(&mut self, peer: usize, window: &Window, place: &[f64]) -> Result<(), Error> {
+        self.pair.accept(peer, window, place)
+    }
+
+    fn report(&mut self, peer: usize) -> Result<Vec<f64>, Error> {
+        self.pair.report(peer)
     }
 }
 
@@ -175,8 +310,16 @@ fn scheme(word: SchemeWord, keys: impl Fn(&mut SchemeKeys)) -> Scheme {
     given.scheme()
 }
 
-/// Forces of the scheme in the first windows, and the repeats of the last of them.
-fn forces(scheme: Scheme, case: Case, tolerance_m: f64) -> Result<(Vec<f64>, u64), Error> {
+/// The first windows of a scheme.
+struct Ran {
+    /// Force of each (N).
+    forces: Vec<f64>,
+    /// Repeats of the last.
+    repeats: u64,
+    ledger: InterfaceLedger,
+}
+
+fn run(scheme: Scheme, case: Case, tolerance_m: f64) -> Result<Ran, Error> {
     let bar = Bar {
         elements: 1,
         step_s: case.step_s,
@@ -188,7 +331,8 @@ fn forces(scheme: Scheme, case: Case, tolerance_m: f64) -> Result<(Vec<f64>, u64
         glued_velocity: 1.0,
         ..Masses::default()
     };
-    let mut pair = LinearPair::new(model, start);
+    let pair = LinearPair::new(model, start);
+    let mut pair = Working { pair, case };
     let mut forces = Vec::new();
     let mut repeats = 0;
     for index in 0..WINDOWS as u64 {
@@ -203,7 +347,11 @@ fn forces(scheme: Scheme, case: Case, tolerance_m: f64) -> Result<(Vec<f64>, u64
         let residual = coupling.ledgers[0].force_residual_rel();
         assert!(residual <= 1e-6, "{scheme:?}: {residual:e}");
     }
-    Ok((forces, repeats))
+    Ok(Ran {
+        forces,
+        repeats,
+        ledger: coupling.ledgers[0].clone(),
+    })
 }
 
 fn model(
@@ -226,9 +374,10 @@ fn model(
     }
 }
 
-/// Compares the forces of a scheme with those on paper, `window` being told its index.
+/// Compares the forces and the ledger of a scheme with those on paper, `window` being told its index.
 fn follows(scheme: Scheme, case: Case, window: impl Fn(&mut Two, usize)) {
-    let (ours, _) = forces(scheme, case, 1e-13).expect("it converges");
+    let ran = run(scheme, case, 1e-13).expect("it converges");
+    let (ours, ledger) = (ran.forces, ran.ledger);
     let mut paper = Two::new(case);
     let mut largest = 0.0f64;
     for (index, force) in ours.iter().enumerate() {
@@ -238,6 +387,24 @@ fn follows(scheme: Scheme, case: Case, window: impl Fn(&mut Two, usize)) {
         assert!(
             apart <= 1e-10 * largest,
             "{scheme:?}, window {index}: {apart:e} of {largest:e}"
+        );
+    }
+    let Books {
+        defect_j,
+        energy_j,
+        residual_n,
+        force_n,
+    } = paper.books;
+    for (what, ours, theirs, scale) in [
+        ("defect", ledger.energy_defect_j, defect_j, energy_j),
+        ("energy", ledger.energy_j, energy_j, energy_j),
+        ("residual", ledger.force_residual_n, residual_n, force_n),
+        ("force", ledger.force_max_n, force_n, force_n),
+    ] {
+        let apart = (ours - theirs).abs();
+        assert!(
+            apart <= 1e-9 * scale,
+            "{scheme:?}, {what}: {ours:e}, on paper {theirs:e}"
         );
     }
 }
@@ -361,7 +528,7 @@ fn constant_relaxation_contracts_by_the_factor_on_paper() {
                     (found - factor.abs()).abs() < 1e-9 * found,
                     "{found}, {factor}"
                 );
-                let error = forces(scheme, case, 1e-9).expect_err("it diverges");
+                let error = run(scheme, case, 1e-9).err().expect("it diverges");
                 assert!(
                     matches!(error, Error::NotConverged(_) | Error::NotFinite(_)),
                     "{error}"
@@ -369,7 +536,7 @@ fn constant_relaxation_contracts_by_the_factor_on_paper() {
             } else if factor.abs() < 0.97 {
                 assert!(found <= 1.0 + 1e-9, "{found}");
                 // From about 1 m to 1e-9 m, give or take the first decades.
-                let (_, repeats) = forces(scheme, case, 1e-9).expect("it converges");
+                let repeats = run(scheme, case, 1e-9).expect("it converges").repeats;
                 let most = 2.0 + (1e-12f64).ln() / factor.abs().ln();
                 assert!((repeats as f64) <= most, "{repeats} of {most}, {factor}");
             }

@@ -296,3 +296,16 @@ fn a_plastic_bar_is_not_finished_wrong() {
     assert!(matches!(error, Error::NotConverged(_)), "{error}");
     assert!(error.to_string().contains("dual-schur-secant"), "{error}");
 }
+
+/// Accepted all the same, it bore another force at the end than the body gave.
+#[test]
+fn the_residual_is_about_the_force_that_the_bar_bore() {
+    let text = schemes::scenario("velocity", 30, 120, true);
+    let accepted = [
+        "interface.glue.repeats_max=1",
+        "interface.glue.on_not_converged=accept",
+    ];
+    let left = run_in_process(&text, &accepted).expect("it is valid");
+    let residual = left.completed().number("coupling.force_residual_rel");
+    assert!(residual > 1e-6, "{residual:e}");
+}

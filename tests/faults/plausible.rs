@@ -71,6 +71,10 @@ fn bounds_out_of_order_are_refused_by_their_key() {
             "participant.third-body.config.plausible.overlap_rel",
         ),
         (
+            "participant.third-body.config.plausible.detection_rel=[0.03, 0.003]",
+            "participant.third-body.config.plausible.detection_rel",
+        ),
+        (
             "participant.rail.config.plausible.strain=[-1.0, 0.5]",
             "participant.rail.config.plausible.strain",
         ),

@@ -47,9 +47,24 @@ pub struct Config {
     /// Masses of the glued points that are not in the equations here (kg), told at the greeting.
     #[serde(default)]
     pub point_mass_kg: Option<f64>,
+    /// Report something else in some windows, to see what comes of it.
+    #[serde(default)]
+    pub misreport: Option<Misreport>,
     /// From this window on, claim that the contact solve was starved (to see it refused).
     #[serde(default)]
     pub starve_from_window: Option<u64>,
+}
+
+/// A number of the reports of some windows that is not the chain's.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Misreport {
+    /// First window, and the one after the last.
+    pub windows: [u64; 2],
+    /// Index of the number: four signals, interface work, energy.
+    pub entry: usize,
+    /// The number; not a number where there is none.
+    pub value: Option<f64>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -293,20 +308,27 @@ impl Node for Chain {
         Ok(answer)
     }
 
-    fn commit(&mut self, _window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
+    fn commit(&mut self, window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
         self.committed.clone_from(&self.trial);
         for (i, mass) in self.glued.iter().enumerate() {
             self.committed.q[*mass] = displacement[2 * i];
         }
         let state = &self.committed;
-        Ok(vec![
+        let mut report = vec![
             state.q[0],
             state.v[0],
             state.q[self.config.count],
             self.mass.iter().zip(&state.v).map(|(m, v)| m * v).sum(),
             state.interface_work_j,
             self.energy_j(state) - self.energy_0_j,
-        ])
+        ];
+        if let Some(misreport) = &self.config.misreport {
+            let [first, after] = misreport.windows;
+            if (first..after).contains(&window.index) {
+                report[misreport.entry] = misreport.value.unwrap_or(f64::NAN);
+            }
+        }
+        Ok(report)
     }
 
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {

@@ -14,6 +14,7 @@ mod dem_incline;
 mod dem_keys;
 mod dem_layer;
 mod dem_layer_run;
+mod dem_ledger;
 mod dem_modes;
 mod dem_participant;
 mod dem_penetration;

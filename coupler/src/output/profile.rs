@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::rundir::RunDir;
+use crate::scheme::vectors::larger;
 
 /// Traction at the exchanged nodes, sorted by place.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -83,7 +84,7 @@ impl Traction {
         boxes
             .values()
             .map(|force| force / area_m2)
-            .fold(0.0, f64::max)
+            .fold(0.0, larger)
     }
 
     /// Half of the shortest distance that is symmetric about x = 0 and carries `share` of the normal force (m).

@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use protocol::Finding;
+
+use super::running_balance::RunningBalance;
 use super::sample::SampledMeans;
 use crate::scheme::window::InterfaceSignals;
 
@@ -20,4 +23,10 @@ pub struct OutputState {
     pub snapshots_taken: usize,
     /// Size of signals.csv.
     pub signals_bytes: u64,
+    /// Balances of the participants, of the interfaces and of all together.
+    pub balances: Vec<RunningBalance>,
+    /// Participant and index of each signal that was no number.
+    pub odd_signals: Vec<[usize; 2]>,
+    /// Participants, interfaces or the run, and what was found about them on the way.
+    pub findings: Vec<(String, Finding)>,
 }

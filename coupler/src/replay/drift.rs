@@ -8,6 +8,7 @@ use protocol::Kind;
 use super::Drift;
 use crate::error::Error;
 use crate::report::plot::{Curve, Labels, plot};
+use crate::scheme::vectors::larger;
 
 /// Kinds of answers that are drawn, and their colours.
 const DRAWN: [(Kind, &str, RGBColor); 4] = [
@@ -25,7 +26,7 @@ pub fn by_window(drift: &[Drift], kind: Kind) -> BTreeMap<u64, f64> {
     let mut windows = BTreeMap::new();
     for drift in drift.iter().filter(|drift| drift.kind == kind as u32) {
         let largest: &mut f64 = windows.entry(drift.window).or_default();
-        *largest = largest.max(drift.rel);
+        *largest = larger(*largest, drift.rel);
     }
     windows
 }
@@ -35,7 +36,7 @@ pub fn table(drift: &[Drift]) -> Vec<(&'static str, f64, f64)> {
     let rows = DRAWN.iter().filter_map(|(kind, name, _)| {
         let windows = by_window(drift, *kind);
         let last = *windows.values().last()?;
-        Some((*name, last, windows.values().copied().fold(0.0, f64::max)))
+        Some((*name, last, windows.values().copied().fold(0.0, larger)))
     });
     rows.collect()
 }

@@ -9,13 +9,15 @@ use crate::error::Error;
 use crate::output::collection::{self, Moment};
 use crate::output::profile::{self, LoadedNodes, Traction};
 use crate::output::sample::load_history;
-use crate::output::{OutputState, Progress, SampledMeans, SignalsFile};
+use crate::output::{OutputState, Progress, RunningBalance, SampledMeans, SignalsFile};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
+use crate::plausible::{self, Warning};
 use crate::rundir::RunDir;
+use crate::scenario::Plausible;
 use crate::scenario::load::Loaded;
-use crate::scheme::ledger::EnergyLedger;
+use crate::scheme::ledger::{EnergyLedger, EnergySums};
 use crate::scheme::window::{AcceptedWindow, InterfaceSignals};
 use crate::summary::Summary;
 
@@ -26,6 +28,10 @@ pub struct Outputs<'a> {
     signals_every: u64,
     phases: Vec<Phase>,
     descriptions: Vec<&'a Description>,
+    names: Vec<&'a str>,
+    bounds: Plausible,
+    /// Findings of the state that were passed on.
+    passed_on: usize,
     /// A report is empty, and energies are zero, before the first of their participant.
     state: OutputState,
     /// The file signals.csv.
@@ -40,14 +46,19 @@ impl<'a> Outputs<'a> {
     /// Nothing yet, of participants that were greeted; `progress` shows it on stderr.
     pub fn new(
         rundir: &'a RunDir,
-        loaded: &Loaded,
+        loaded: &'a Loaded,
         greeted: &'a [Greeted],
         progress: bool,
     ) -> Result<Outputs<'a>, Error> {
         let scenario = &loaded.scenario;
         let descriptions: Vec<_> = greeted.iter().map(|greeted| &greeted.description).collect();
         let phases = load_history(descriptions.iter().copied());
-        let names = scenario.participant.iter().map(|p| p.name.as_str());
+        let names: Vec<_> = scenario
+            .participant
+            .iter()
+            .map(|p| p.name.as_str())
+            .collect();
+        let balances = names.len() + scenario.interface.len() + 1;
         let zeros = |description: &&Description| vec![0.0; description.ledger.len()];
         Ok(Outputs {
             rundir,
@@ -58,10 +69,19 @@ impl<'a> Outputs<'a> {
                 reports: vec![Vec::new(); greeted.len()],
                 interfaces: vec![InterfaceSignals::default(); scenario.interface.len()],
                 sampled: SampledMeans::new(&phases, &scenario.interface),
+                balances: vec![RunningBalance::default(); balances],
                 ..OutputState::default()
             },
             phases,
-            signals: SignalsFile::create(rundir, names, &descriptions, &scenario.interface)?,
+            signals: SignalsFile::create(
+                rundir,
+                names.iter().copied(),
+                &descriptions,
+                &scenario.interface,
+            )?,
+            names,
+            bounds: scenario.run.plausible,
+            passed_on: 0,
             keeper: Keeper::new(rundir, loaded, greeted)?,
             descriptions,
             progress: Progress::new(&scenario.run.name, progress),
@@ -120,8 +140,9 @@ impl<'a> Outputs<'a> {
         reached_s: f64,
     ) -> Result<(), Error> {
         for (peer, report) in accepted.reports {
-            self.keep(communicator, peer, report)?;
+            self.keep(communicator, window, peer, report)?;
         }
+        self.judge_energies(groups, window.t1_s);
         let state = &mut self.state;
         for (interface, signals) in accepted.signals {
             state.sampled.add(window, interface, &signals);
@@ -141,10 +162,12 @@ impl<'a> Outputs<'a> {
         Ok(())
     }
 
-    /// Keeps what a participant reported, if it is as long as was announced.
+    /// Keeps what a participant reported, if it is as long as was announced and its energies are numbers. A signal may be none:
+    /// a node may have nothing to say yet, but the user should know.
     fn keep(
         &mut self,
         communicator: &dyn Communicator,
+        window: &Window,
         peer: usize,
         report: Vec<f64>,
     ) -> Result<(), Error> {
@@ -156,9 +179,89 @@ impl<'a> Outputs<'a> {
             let why = format!("reported {numbers} numbers where its description announced {due}");
             return Err(communicator.peers().protocol_error(peer, why));
         }
+        let (seen, energies) = report.split_at(signals.len());
+        let no_number = |values: &[f64]| values.iter().position(|value| !value.is_finite());
+        if let Some(index) = no_number(energies) {
+            return Err(Error::Diverged(format!(
+                "participant `{}` reported {} as its energy `{}` at the end of window {} (t = {:.6e} s): it diverged; lower its step or the window",
+                self.names[peer], energies[index], ledger[index].name, window.index, window.t1_s
+            )));
+        }
+        if no_number(seen).is_some() {
+            self.find_odd_signals(peer, seen, window.t1_s);
+        }
         self.state.energies[peer].copy_from_slice(&report[signals.len()..]);
         self.state.reports[peer] = report;
         Ok(())
+    }
+
+    /// Keeps a finding about each signal that is no number, once.
+    fn find_odd_signals(&mut self, peer: usize, seen: &[f64], time_s: f64) {
+        let names = &self.descriptions[peer].signals;
+        for (index, value) in seen.iter().enumerate() {
+            let known = self.state.odd_signals.contains(&[peer, index]);
+            if !value.is_finite() && !known {
+                self.state.odd_signals.push([peer, index]);
+                let finding = plausible::not_a_number(&names[index], *value, time_s);
+                let finding = finding.map(|finding| (self.names[peer].to_string(), finding));
+                self.state.findings.extend(finding);
+            }
+        }
+    }
+
+    /// Judges the energies after a window: of each participant, each interface, and of all together where all tell theirs.
+    fn judge_energies(&mut self, groups: &[GroupRun], time_s: f64) {
+        let told = self.descriptions.iter().zip(&self.state.energies);
+        let sums = told.map(|(told, values)| EnergySums::of(&told.ledger, values));
+        let sums: Vec<EnergySums> = sums.collect();
+        let bounds = self.bounds.energy_balance_rel;
+        for (peer, own) in sums.iter().enumerate() {
+            let value = self.state.balances[peer].add(own, bounds);
+            self.lost("energy_balance", self.names[peer], value, time_s);
+        }
+        let points = self.judge_interfaces(groups, time_s);
+        let all_tell = self.descriptions.iter().all(|told| !told.ledger.is_empty());
+        if let Some(total) = self.state.balances.last_mut().filter(|_| all_tell) {
+            let sums = EnergySums::together(sums.into_iter().chain([points]));
+            let value = total.add(&sums, bounds).filter(|_| self.names.len() > 1);
+            self.lost("energy_balance", "run", value, time_s);
+        }
+    }
+
+    /// Judges the energy of each interface; returns the energies of points with masses of their own.
+    fn judge_interfaces(&mut self, groups: &[GroupRun], time_s: f64) -> EnergySums {
+        let mut points = EnergySums::default();
+        let suspect = self.bounds.interface_energy_rel.suspect;
+        for coupling in groups.iter().map(|group| &group.coupling) {
+            for (patch, ledger) in coupling.group().patches.iter().zip(&coupling.ledgers) {
+                points.kept_j += ledger.points_kept_j();
+                let balance = &mut self.state.balances[self.names.len() + patch.index];
+                let value = balance.see(ledger.energy_defect_j, ledger.energy_j, suspect);
+                self.lost("interface_energy", &patch.name, value, time_s);
+            }
+        }
+        points
+    }
+
+    /// Keeps what was found about a balance, if anything was.
+    fn lost(&mut self, code: &str, place: &str, value: Option<f64>, time_s: f64) {
+        let bounds = match code {
+            "interface_energy" => self.bounds.interface_energy_rel,
+            _ => self.bounds.energy_balance_rel,
+        };
+        let finding = value.and_then(|v| plausible::lost_balance(code, bounds, v, time_s));
+        let finding = finding.map(|finding| (place.to_string(), finding));
+        self.state.findings.extend(finding);
+    }
+
+    /// Warnings of findings that were not asked for yet.
+    pub fn warnings(&mut self) -> Vec<Warning> {
+        let new = &self.state.findings[self.passed_on..];
+        self.passed_on = self.state.findings.len();
+        let warnings = new
+            .iter()
+            .map(|(place, finding)| Warning::of(place, finding.clone()));
+        warnings.collect()
     }
 
     /// Has the participants write their fields at the end of each phase; returns the sampled one if it is among those

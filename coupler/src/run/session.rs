@@ -254,7 +254,14 @@ impl RunSession<'_> {
         }
         self.summary.farewell(farewells, talk_wall_s, run_wall_s);
         let bounds = &scenario.run.plausible;
-        self.found(self.summary.judged(bounds, &outputs.sampled_down_n()));
+        let mut judged = self.summary.judged(bounds, &outputs.sampled_down_n());
+        // One that was told on the way says more than one about the end.
+        let known = &self.summary.warnings;
+        judged.retain(|new| {
+            let same = |old: &Warning| old.code == new.code && old.place == new.place;
+            !known.iter().any(same)
+        });
+        self.found(judged);
         Ok(())
     }
 
@@ -306,11 +313,12 @@ impl RunSession<'_> {
             None => self.predict(recorded, greeted, &mut groups)?,
         }
         outputs.progress.expect(groups[0].at.step, groups[0].end);
-        let summary = &mut self.summary;
+        let (summary, rundir, shown) = (&mut self.summary, self.rundir, self.options.progress);
         let seen = |recorded: &mut Recorded, groups: &[GroupRun], window: &_, accepted| {
             let position = position(groups);
             summary.sim_time_s = position.t_s;
             outputs.add(recorded, groups, window, accepted, position.t_s)?;
+            keep_and_tell(summary, rundir, shown, outputs.warnings());
             outputs.pause(recorded, groups, position)
         };
         let result = each_window(recorded, greeted, &mut groups, seen);
@@ -405,6 +413,7 @@ impl RunSession<'_> {
                 ..AcceptedWindow::default()
             };
             outputs.add(communicator, &[], &window, accepted, window.t1_s)?;
+            self.found(outputs.warnings());
             self.summary.windows = index + 1;
             self.summary.sim_time_s = window.t1_s;
             let position = Position {
@@ -443,15 +452,26 @@ impl RunSession<'_> {
 
     /// Tells and keeps warnings, each once: what `check` said of a participant it may say again.
     fn found(&mut self, warnings: impl IntoIterator<Item = Warning>) {
-        for warning in warnings {
-            if self.summary.warnings.contains(&warning) {
-                continue;
-            }
-            self.rundir.note(&warning.line());
-            if self.options.progress {
-                tell(&warning.line());
-            }
-            self.summary.warnings.push(warning);
+        let shown = self.options.progress;
+        keep_and_tell(&mut self.summary, self.rundir, shown, warnings);
+    }
+}
+
+/// Tells and keeps warnings, each once; `shown` on stderr too.
+fn keep_and_tell(
+    summary: &mut Summary,
+    rundir: &RunDir,
+    shown: bool,
+    warnings: impl IntoIterator<Item = Warning>,
+) {
+    for warning in warnings {
+        if summary.warnings.contains(&warning) {
+            continue;
         }
+        rundir.note(&warning.line());
+        if shown {
+            tell(&warning.line());
+        }
+        summary.warnings.push(warning);
     }
 }

@@ -12,6 +12,7 @@ use crate::scheme::clock::Clock;
 use crate::scheme::coupling::Coupling;
 use crate::scheme::group::Group;
 use crate::scheme::participants::Participants;
+use crate::scheme::vectors::larger;
 use crate::scheme::window::{AcceptedWindow, Attempt};
 
 /// A group of interfaces on its way through time.
@@ -47,7 +48,7 @@ pub fn groups_at_start(
 /// `run.end_s`, or the end of the longest load history.
 pub fn end_s(scenario: &Scenario, greeted: &[Greeted]) -> Result<f64, Error> {
     let ends = greeted.iter().filter_map(|one| one.description.end_s);
-    let end_s = scenario.run.end_s.or(ends.reduce(f64::max));
+    let end_s = scenario.run.end_s.or(ends.reduce(larger));
     end_s.ok_or_else(|| Refusal::NoEnd.into())
 }
 

@@ -13,6 +13,7 @@ use super::ledger::{InterfaceLedger, PointMotion, total};
 use super::participants::Participants;
 use super::problem::Problem;
 use super::source::Source;
+use super::vectors::larger;
 use super::window::{AcceptedWindow, Attempt, InterfaceSignals, InterfaceState, SolvedWindow};
 use super::{dual_schur, fixed_point, neumann_dirichlet, staggered, velocity};
 use crate::error::{Error, Refusal};
@@ -239,8 +240,8 @@ impl Coupling {
             }
             ledger.repeats += u64::from(solved.window.iteration);
             let residual = solved.answer.solves[patch.motion_driven].residual;
-            ledger.contact_residual_max = ledger.contact_residual_max.max(residual);
-            let force_n = total(entry.nodal_force);
+            ledger.contact_residual_max = larger(ledger.contact_residual_max, residual);
+            let force_n = total(patch.of_nodes(&solved.lambda));
             let seen = InterfaceSignals {
                 repeats: solved.window.iteration,
                 gap_rel: entry.gap(),

@@ -102,7 +102,7 @@ impl Motions {
         WindowEntry {
             late_work_j: late.sum(),
             point_force: patch.of_points(&solved.answer.force),
-            nodal_force: patch.of_nodes(&solved.lambda),
+            nodal_force: patch.of_nodes(&solved.borne),
             point_motion: patch.of_points(&self.points),
             wall_motion: patch.of_points(&self.boundary),
             spacing_m: patch.spacing_m,

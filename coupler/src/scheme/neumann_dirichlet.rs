@@ -116,10 +116,12 @@ fn solved(
     pushed: Pushed,
 ) -> SolvedWindow {
     let increment = motion_of(followed, problem.group.window_s(&window));
+    let lambda = acting(problem, &window, &reaction, &pushed.answer);
     SolvedWindow {
         wanted: increment.clone(),
         increment,
-        lambda: acting(problem, &window, &reaction, &pushed.answer),
+        borne: lambda.clone(),
+        lambda,
         work: reaction.work,
         velocity: Some(pushed.velocity),
         inertia: pushed.inertia,

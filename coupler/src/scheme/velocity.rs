@@ -18,7 +18,8 @@
 //! force of the window in place of that at its end has no such balance and is unstable.
 //!
 //! The price: the displacements of both sides differ by H (v - v_0) / 2, which does not accumulate, and the impulse on
-//! the continuum is that of its own force along the line, not H lambda. Of several walls each takes the forces of the
+//! the continuum is that of its own force along the line, not H lambda: the force residual compares the forces at the end, the
+//! energy of the interface is the work along the line. Of several walls each takes the forces of the
 //! others as they were in the run before, which takes many repeats where the continuum between them is nearly rigid.
 
 use protocol::{Reaction, Window};
@@ -63,6 +64,7 @@ pub fn solve(
             window,
             increment,
             wanted,
+            borne: reaction.force,
             work: reaction.work,
             velocity: Some(velocity),
             inertia: Vec::new(),

@@ -28,7 +28,7 @@ pub struct InterfaceSignals {
     pub repeats: u32,
     /// Gap over the mean node spacing.
     pub gap_rel: f64,
-    /// Sum of the forces on the continuum's nodes (N).
+    /// Sum of the forces that the answers leave for the continuum's nodes (N).
     pub force_n: [f64; 2],
     /// The part of it that presses on the continuum's surface (N).
     pub pressing_n: f64,
@@ -101,13 +101,16 @@ pub struct SolvedWindow {
     /// Increments that the force-driven participants would have under the forces of the others (m): `increment`, where they went
     /// under these.
     pub wanted: Vec<f64>,
-    /// Work on the force-driven participants by component (J).
+    /// Force that the force-driven participants bore (N): the constant one of their window or, along a prescribed velocity, their
+    /// own at its end. Schemes that use the answers late do not make it equal to `lambda`.
+    pub borne: Vec<f64>,
+    /// Work of that force on them by component (J), over the whole window.
     pub work: Vec<f64>,
     /// Velocity of the nodes at the end (m/s), where the scheme prescribes it.
     pub velocity: Option<Vec<f64>>,
     /// Part of the forces on the points that their own masses take (N), where they have any.
     pub inertia: Vec<f64>,
-    /// Force on the nodes that the answers give, of the window as far as it is known (N).
+    /// Force that the answers leave for the nodes, with which the next window begins (N).
     pub lambda: Vec<f64>,
     /// The answers of the motion-driven participants.
     pub answer: Answer,
@@ -129,6 +132,7 @@ impl SolvedWindow {
         SolvedWindow {
             window,
             wanted: increment.clone(),
+            borne: acting.to_vec(),
             work: pairs.map(|(force, du)| force * du).collect(),
             increment,
             velocity: None,

@@ -14,6 +14,7 @@ use crate::plausible::Warning;
 use crate::run::session::{Ended, Options, fresh_run_id, run};
 use crate::rundir::Scratch;
 use crate::scenario::load::load;
+use crate::scheme::vectors::larger;
 
 /// Columns of signals.csv.
 type Signals = BTreeMap<String, Vec<f64>>;
@@ -202,8 +203,8 @@ fn of_signals(signals: &Signals, path: &str) -> Option<f64> {
     let values = signals.get(column)?;
     match what {
         "last" => values.last().copied(),
-        "max" => values.iter().copied().reduce(f64::max),
-        "min" => values.iter().copied().reduce(f64::min),
+        "max" => values.iter().copied().reduce(larger),
+        "min" => values.iter().copied().reduce(|a, b| -larger(-a, -b)),
         "mean" => Some(values.iter().sum::<f64>() / values.len() as f64),
         _ => None,
     }

@@ -25,6 +25,10 @@ pub struct PlausibleConfig {
     /// Force that moves the mass added by `mass_scale`, over the force that goes through the grains, both summed over the last
     /// half of the steps or a little more, without a wheel's ramp.
     pub added_inertia_rel: Bounds,
+    /// Energy of springs and bonds that detection changes between two steps, sizes summed, over what the grains have stored
+    /// and dissipated. Pairs that pass each other by s turn their normal and open by s^2 / (2 (r_1 + r_2)), of first order in
+    /// the step over a run; a gap or a normal that is wrong does more.
+    pub detection_rel: Bounds,
     /// Half-width of 98 % of the wheel's force over that of a layer that ends there. Against the rail alone, two loads that
     /// rub with partial slip lost 6 % of their friction loop at 0.72 and 17 % at 0.83, and 1 to 4 % at 0.66.
     pub contact_width_rel: Bounds,
@@ -43,6 +47,7 @@ impl Default for PlausibleConfig {
             wheel_drift_rel: bounds(0.03, 0.3),
             boundary_force_rel: bounds(0.02, 0.1),
             added_inertia_rel: bounds(0.1, 0.4),
+            detection_rel: bounds(5e-3, 3e-2),
             contact_width_rel: bounds(0.71, 0.95),
             contact_residual: bounds(2e-3, 0.3),
         }
@@ -60,6 +65,7 @@ impl PlausibleConfig {
         self.wheel_drift_rel.check("plausible.wheel_drift_rel")?;
         self.added_inertia_rel
             .check("plausible.added_inertia_rel")?;
+        self.detection_rel.check("plausible.detection_rel")?;
         self.boundary_force_rel
             .check("plausible.boundary_force_rel")?;
         self.contact_width_rel

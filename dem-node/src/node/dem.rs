@@ -12,9 +12,11 @@ use crate::error::DemError;
 use crate::interface::InterfaceDisks;
 use crate::mass_scaling::MassScaling;
 use crate::prescribed_opening::PrescribedOpening;
+use crate::repair;
 use crate::report::{RunStatistics, StepSpan};
 use crate::sample::{self, Sample};
 use crate::setup;
+use crate::solver::Convergence;
 use crate::state::State;
 use crate::step::{StepInput, StepSummary, Stepper};
 use crate::threads::SolverThreads;
@@ -163,6 +165,30 @@ impl Dem {
         self.progress.contact_iterations +=
             (summary.listed * summary.convergence.iterations) as f64;
         Ok(summary)
+    }
+
+    /// The error of a step that did not converge.
+    pub(super) fn not_converged(&self, window: &Window, summary: &StepSummary) -> DemError {
+        let Convergence {
+            residual,
+            iterations,
+            ..
+        } = summary.convergence;
+        if summary.starved_repair {
+            return DemError::NotRepaired {
+                window: window.index,
+                residual,
+                iterations,
+                tolerance: repair::TOLERANCE,
+            };
+        }
+        DemError::NotConverged {
+            window: window.index,
+            residual,
+            iterations,
+            tolerance: self.solver.criteria.tolerance,
+            friction: self.bodies.law.friction,
+        }
     }
 
     /// Records a committed step; `drive_before` is the account of the sideways drive at its start (J).

@@ -12,11 +12,16 @@ use crate::step::StepSummary;
 
 impl Dem {
     pub(super) fn report(&self, summary: &StepSummary) -> Vec<f64> {
-        let now = self.progress.state.energies(&self.bodies);
-        let since = [0, 1, 2, 3].map(|k| now[k] - self.initial_energy[k]);
+        let since = self.stored();
         let signals = self.signals(summary).into_iter().map(|(_, value)| value);
         let ledger = self.ledger(since).map(|(_, _, value)| value);
         signals.chain(ledger).collect()
+    }
+
+    /// Energies stored since the start (J).
+    fn stored(&self) -> [f64; 4] {
+        let now = self.progress.state.energies(&self.bodies);
+        [0, 1, 2, 3].map(|k| now[k] - self.initial_energy[k])
     }
 
     /// The signals of a step; cohesive laws add `bonds`, those above 0.01 of adhesion.
@@ -37,7 +42,13 @@ impl Dem {
         let accounts = &self.progress.state.accounts;
         let walls =
             (self.bodies.wall_speed() > 0.0).then_some(("walls", Role::Work, accounts.walls));
-        accounts.terms(stored).into_iter().chain(walls)
+        let repairs = self.bodies.law.penetration.repairs();
+        let repair = repairs.then_some(("repair", Role::Dissipated, accounts.repair));
+        accounts
+            .terms(stored)
+            .into_iter()
+            .chain(walls)
+            .chain(repair)
     }
 
     pub(super) fn ledger_terms(&self) -> Vec<Term> {
@@ -99,6 +110,7 @@ impl Dem {
             bounds: self.plausible,
             bodies: &self.bodies,
             state: &self.progress.state,
+            stored: self.stored(),
             statistics: &self.progress.statistics,
             program: self.program,
             half_width: self.half_width,

@@ -3,6 +3,7 @@
 use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
 use crate::cluster::Cluster;
+use crate::geometry::larger;
 use crate::solver::Contact;
 use crate::state::State;
 
@@ -43,7 +44,7 @@ impl Stepper {
             defect = [0.0; 2];
         }
         MomentumBalance {
-            defect: defect[0].abs().max(defect[1].abs()) / h,
+            defect: larger(defect[0].abs(), defect[1].abs()) / h,
             inertia: change[0].hypot(change[1]) / h,
             through: through / h,
         }

@@ -4,6 +4,7 @@ use super::{StepInput, StepSummary, Stepper};
 use crate::bodies::Bodies;
 use crate::bond;
 use crate::detect::Slot;
+use crate::geometry::larger;
 use crate::ledger::{ContactStep, contact_loss};
 use crate::solver::{Contact, NO_BOND};
 use crate::state::State;
@@ -20,9 +21,7 @@ impl Stepper {
             let slot = *slot as usize;
             let done = self.contact_step(state, input, contact, &state.list.slots[slot]);
             if contact.bond == NO_BOND {
-                let [impact, friction] = contact_loss(&bodies.law, &done);
-                state.accounts.impact += impact;
-                state.accounts.friction += friction;
+                state.accounts.lose(&contact_loss(&bodies.law, &done));
                 let slot = &mut state.list.slots[slot];
                 slot.force = [done.impulse[0] / h, done.impulse[1] / h];
                 slot.spring = done.spring[1];
@@ -31,10 +30,10 @@ impl Stepper {
                 self.update_bond(bodies, state, contact.bond as usize, slot, &done);
             }
             if done.impulse[0] > 0.0 {
-                let overlap = (-done.gap - h * done.velocity[0]).max(0.0);
+                let overlap = larger(0.0, -done.gap - h * done.velocity[0]);
                 summary.closed += 1;
                 summary.overlap[0] += overlap;
-                summary.overlap[1] = summary.overlap[1].max(overlap);
+                summary.overlap[1] = larger(summary.overlap[1], overlap);
             }
             if Some(contact.b as usize) == bodies.wheel() {
                 let force = contact.in_xy(contact.impulse);
@@ -66,9 +65,7 @@ impl Stepper {
         let bond = &mut state.bonds[contact.index as usize];
         let slot = &mut state.list.slots[slot];
         let loss = bond::end_step(&bodies.law, bond, slot, done, adhesion);
-        state.accounts.impact += loss.impact;
-        state.accounts.friction += loss.friction;
-        state.accounts.cohesion += loss.cohesion;
+        state.accounts.lose(&loss);
     }
 
     fn contact_step(

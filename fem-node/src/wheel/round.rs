@@ -3,7 +3,7 @@
 use super::coulomb::admissible;
 use super::node_contact::{ContactStatus, NodeContact};
 use super::problem::{Increment, NodeMotion};
-use crate::pack::largest;
+use crate::pack::{larger, largest};
 
 /// Residual of the natural map over the largest force at which the sweeps end: forces that are right to ten digits
 /// keep the energy balance below 1e-6 over any number of steps.
@@ -162,7 +162,7 @@ impl LocalProblem {
         let [r_n, r_t] = admissible(trial, wheel.friction);
         let free = slip == 0.0 || wheel.friction * r_n == 0.0;
         let r_t = if free { self.r_t } else { r_t };
-        (self.r_n - r_n).abs().max((self.r_t - r_t).abs())
+        larger((self.r_n - r_n).abs(), (self.r_t - r_t).abs())
     }
 
     fn contact(&self, friction: f64) -> NodeContact {

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::node_contact::{NodeContact, count, force_on_wheel};
 use super::program::Program;
 use super::rigid::Wheel;
+use crate::pack::larger;
 
 /// Signals of the wheel by name. `wheel_fn_n` and `wheel_ft_n` are the force of the body on the wheel, upwards and
 /// towards +x; `wheel_y_m` is the lowest point of the face, `sn_pct` the share of sliding nodes among those in contact.
@@ -57,8 +58,8 @@ struct Range {
 impl Range {
     fn of(value: f64, before: Option<Range>) -> Range {
         Range {
-            low: before.map_or(value, |before| before.low.min(value)),
-            high: before.map_or(value, |before| before.high.max(value)),
+            low: before.map_or(value, |before| -larger(-before.low, -value)),
+            high: before.map_or(value, |before| larger(before.high, value)),
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::scheme::predict::growth::{Disturbance, forces_of_map, growth};
 use crate::scheme::predict::linear_pair::LinearPair;
 use crate::scheme::predict::prediction::{StabilityInputs, compliance, predict};
 use crate::scheme::predict::response::Response;
+use crate::scheme::vectors::larger;
 use crate::scheme::window::InterfaceState;
 
 /// Part of the largest force to which a fixed point is repeated.
@@ -216,8 +217,9 @@ pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
     // From the first window's end on: a compliance that is learnt is known then.
     let expected = forces_of_map(&trial.scheme, model, &start, windows - 1)?;
     let apart = run.forces.iter().skip(1).zip(&expected).enumerate();
-    Ok(apart.fold(0.0, |most: f64, (index, (force, expected))| {
-        most.max((force - expected).abs() / largest(&run.forces[..=index + 1]))
+    Ok(apart.fold(0.0, |most, (index, (force, expected))| {
+        let off = (force - expected).abs();
+        larger(most, off / largest(&run.forces[..=index + 1]))
     }))
 }
 

@@ -19,6 +19,7 @@ use crate::error::Error;
 use crate::output::tell;
 use crate::scenario::Scheme;
 use crate::scheme::predict::prediction::NEUTRAL;
+use crate::scheme::vectors::larger;
 use map::{Axes, Cell};
 
 pub mod bar;
@@ -75,7 +76,7 @@ pub fn bench(folder: &Path) -> Result<Findings, Error> {
     let mut findings = findings(&cells, SAMPLE)?;
     findings.limits = limits.len();
     let differences = limits.iter().map(limits::Limit::difference_rel);
-    findings.limit_difference_rel = differences.fold(0.0, f64::max);
+    findings.limit_difference_rel = differences.fold(0.0, larger);
     Ok(findings)
 }
 
@@ -99,7 +100,7 @@ pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
                 "the scheme departs from its window's map by {here:e}: {cell:?}"
             ));
         }
-        departure = departure.max(here);
+        departure = larger(departure, here);
     }
     Ok(Findings {
         cells: cells.len(),

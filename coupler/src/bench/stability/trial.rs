@@ -10,6 +10,7 @@ use crate::scheme::predict::growth::Disturbance;
 use crate::scheme::predict::linear_pair::{LinearModel, LinearPair};
 use crate::scheme::predict::response::Response;
 use crate::scheme::predict::sprung_mass::Masses;
+use crate::scheme::vectors::larger;
 
 /// One set-up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,7 +116,7 @@ impl Trial {
 
 /// The largest |f|.
 pub fn largest(forces: &[f64]) -> f64 {
-    forces.iter().fold(0.0, |most: f64, f| most.max(f.abs()))
+    forces.iter().map(|f| f.abs()).fold(0.0, larger)
 }
 
 /// The word of a choice in a scenario.

@@ -11,7 +11,7 @@ use super::content::{About, Checkpoint};
 use crate::error::{Error, Refusal};
 
 /// First bytes of the file: name and version of its format.
-pub const MAGIC: &[u8] = b"thirdbody.checkpoint/2\n";
+pub const MAGIC: &[u8] = b"thirdbody.checkpoint/3\n";
 
 const HASH_BYTES: usize = blake3::OUT_LEN;
 const ENDING: &str = "checkpoint";
