@@ -89,8 +89,10 @@ pub fn require_program(participant: &str, program: &str) -> Result<(), Error> {
 pub fn end(child: &mut Child) {
     let asked = Pid::from_raw(child.id() as i32);
     for signal in [None, Some(Signal::SIGTERM), Some(Signal::SIGKILL)] {
-        if let Some(signal) = signal {
-            // A stopped process receives nothing but SIGKILL before it is continued.
+        // A stopped process receives nothing but SIGKILL before it is continued, and ends by no other means.
+        if is_stopped(child.id()) {
+            let _ = kill(asked, Signal::SIGKILL);
+        } else if let Some(signal) = signal {
             let _ = kill(asked, signal);
         }
         let start = Instant::now();
