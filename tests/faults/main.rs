@@ -7,4 +7,5 @@ mod plausible;
 mod resume;
 mod same_bits;
 mod scene;
+mod simulated;
 mod unstable_step;

@@ -17,6 +17,7 @@
 //! - [`suite`]: running the cases of a folder.
 
 pub mod case;
+pub mod faults;
 pub mod suite;
 
 pub use suite::{Row, run_suite};
