@@ -1,6 +1,7 @@
 //! Answers to faults: bad scenarios, bad peers, processes that die or fall silent, disks that are full.
 
 mod bad_scenario;
+mod campaign;
 mod full_disk;
 mod lost_peer;
 mod plausible;

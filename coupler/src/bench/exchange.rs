@@ -111,7 +111,7 @@ impl Bench {
                 bench.folder.path(),
             )?;
             bench.links.push(link);
-            bench.lives.push(Life::Process(child));
+            bench.lives.push(Life::of_process(child));
         }
         Ok(bench)
     }

@@ -93,7 +93,7 @@ impl Launcher<'_> {
         let (name, kind, pid) = (&participant.name, &participant.kind, child.id());
         self.rundir
             .note(&format!("participant `{name}` ({kind}) pid {pid}"));
-        Ok((Box::new(link), Life::Process(child)))
+        Ok((Box::new(link), Life::of_process(child)))
     }
 
     fn start_thread(&self, participant: &Participant) -> Result<(Box<dyn Link>, Life), Error> {

@@ -18,8 +18,8 @@ const SLICE: Duration = Duration::from_millis(50);
 
 /// The life at the other end of a connection.
 pub enum Life {
-    /// In a process of its own.
-    Process(Child),
+    /// In a process of its own, which may take so long to end by itself.
+    Process(Child, Duration),
     /// In a thread of the coordinator.
     Thread(Option<JoinHandle<Result<(), String>>>),
     /// In a log.
@@ -175,6 +175,9 @@ impl Peer {
         }
         let request = self.open.pop_front();
         self.answered += 1;
+        if kind == Kind::Finished {
+            self.life.take_leave();
+        }
         match request.and_then(|request| other_subject(&request, &frame.header)) {
             None => Ok(frame),
             Some(why) => Err(self.protocol_error(why)),
@@ -209,7 +212,7 @@ impl Peer {
     /// The time waited is what calls of the link have taken: a coordinator that was stopped itself has waited for nobody.
     fn still_alive(&mut self, waited: &mut Duration, wait: &Wait) -> Result<(), Error> {
         let ended = match &mut self.life {
-            Life::Process(child) => match child.try_wait() {
+            Life::Process(child, _) => match child.try_wait() {
                 Ok(Some(status)) => Some(format!("its process ended with {status}")),
                 _ => None,
             },
@@ -242,14 +245,26 @@ impl Peer {
 }
 
 impl Life {
+    /// A process that was just started.
+    pub fn of_process(child: Child) -> Life {
+        Life::Process(child, process::CUT_OFF)
+    }
+
+    /// Gives it time to end after its farewell.
+    fn take_leave(&mut self) {
+        if let Life::Process(_, grace) = self {
+            *grace = process::GRACE;
+        }
+    }
+
     /// Describes what can be seen of a peer that does not answer.
     fn state(&self) -> String {
         match self {
-            Life::Process(child) if process::is_stopped(child.id()) => {
+            Life::Process(child, _) if process::is_stopped(child.id()) => {
                 let pid = child.id();
                 format!("process {pid} is alive but stopped (SIGSTOP or a debugger)")
             }
-            Life::Process(child) => format!("process {} is alive but silent", child.id()),
+            Life::Process(child, _) => format!("process {} is alive but silent", child.id()),
             Life::Thread(_) => "its thread is alive but silent".into(),
             Life::Tape => "the log holds no answer".into(),
             Life::Simulated(_) => "it is silent".into(),
@@ -261,7 +276,7 @@ impl Drop for Life {
     /// Sees that nothing of the participant is left running.
     fn drop(&mut self) {
         match self {
-            Life::Process(child) => process::end(child),
+            Life::Process(child, grace) => process::end(child, *grace),
             Life::Thread(thread) => drop(thread.take().map(JoinHandle::join)),
             Life::Tape | Life::Simulated(_) => {}
         }

@@ -14,8 +14,11 @@ use protocol::setting::SESSION_VARIABLE;
 
 use crate::error::{Error, Refusal};
 
-/// Time that a participant may take to end after it was asked to, before it is killed.
-const GRACE: Duration = Duration::from_millis(1000);
+/// Time that a participant may take to end by itself once it has said farewell, and to end after it was asked to.
+pub const GRACE: Duration = Duration::from_millis(1000);
+
+/// Time that it may take to end by itself when its run was cut off: it may be in the midst of a set-up that nobody needs.
+pub const CUT_OFF: Duration = Duration::from_millis(100);
 
 /// The files of a run in shared memory; removed when dropped, whatever ended the run.
 pub struct SharedMemory {
@@ -85,10 +88,15 @@ pub fn require_program(participant: &str, program: &str) -> Result<(), Error> {
     .into())
 }
 
-/// Waits for a child that should end by itself, then asks it to, then ends it.
-pub fn end(child: &mut Child) {
+/// Waits for a child that should end by itself, for this long, then asks it to, then ends it.
+pub fn end(child: &mut Child, by_itself: Duration) {
     let asked = Pid::from_raw(child.id() as i32);
-    for signal in [None, Some(Signal::SIGTERM), Some(Signal::SIGKILL)] {
+    let stages = [
+        (None, by_itself),
+        (Some(Signal::SIGTERM), GRACE),
+        (Some(Signal::SIGKILL), GRACE),
+    ];
+    for (signal, grace) in stages {
         // A stopped process receives nothing but SIGKILL before it is continued, and ends by no other means.
         if is_stopped(child.id()) {
             let _ = kill(asked, Signal::SIGKILL);
@@ -96,7 +104,7 @@ pub fn end(child: &mut Child) {
             let _ = kill(asked, signal);
         }
         let start = Instant::now();
-        while start.elapsed() < GRACE {
+        while start.elapsed() < grace {
             match child.try_wait() {
                 Ok(None) => std::thread::sleep(Duration::from_millis(2)),
                 Ok(Some(_)) | Err(_) => return,
