@@ -174,7 +174,8 @@ pub struct Header {
     pub t0_s: f64,
     /// End of the window (s).
     pub t1_s: f64,
-    /// XXH3 of the payload's bytes in little-endian order. On a link the turn is added to it, see [`Frame::stamp`].
+    /// XXH3 of the payload's bytes in little-endian order. On a link the rest of the header and the turn are in it too, see
+    /// [`Frame::stamp`].
     pub checksum: u64,
 }
 
@@ -186,6 +187,27 @@ impl Header {
             protocol: PROTOCOL_VERSION,
             ..Header::default()
         }
+    }
+
+    /// XXH3 of all other fields in little-endian order.
+    fn own_checksum(&self) -> u64 {
+        let [kind, protocol, interface] = [self.kind, self.protocol, self.interface].map(u64::from);
+        let [iteration, substeps, count] =
+            [self.iteration, self.substeps, self.count].map(u64::from);
+        let fields = [
+            kind,
+            protocol,
+            self.run_id,
+            interface,
+            iteration,
+            self.window,
+            self.step,
+            substeps,
+            count,
+            self.t0_s.to_bits(),
+            self.t1_s.to_bits(),
+        ];
+        xxh3_64(fields.map(u64::to_le_bytes).as_flattened())
     }
 }
 
@@ -291,15 +313,18 @@ impl Frame {
         Ok(())
     }
 
-    /// Writes its turn on a frame that goes onto a link: requests are counted from 0, an answer has the turn of its
-    /// request. Header and payload of two requests may be equal; only the turn then tells their answers apart.
+    /// Adds the turn of a frame that goes onto a link to its checksum, and the checksum of the rest of its header. Requests are
+    /// counted from 0, an answer has the turn of its request: header and payload of two requests may be equal, and only the
+    /// turn then tells their answers apart.
     pub fn stamp(&mut self, turn: u64) {
-        self.header.checksum = self.header.checksum.wrapping_add(turn);
+        let added = self.header.own_checksum().wrapping_add(turn);
+        self.header.checksum = self.header.checksum.wrapping_add(added);
     }
 
-    /// Checks length, checksum and turn of what arrived on a link, and takes the turn off again.
+    /// Checks length, checksum and turn of what arrived on a link, and takes off again what [`Frame::stamp`] added.
     pub fn open(&mut self, due: u64) -> Result<(), FrameError> {
-        self.header.checksum = self.header.checksum.wrapping_sub(due);
+        let added = self.header.own_checksum().wrapping_add(due);
+        self.header.checksum = self.header.checksum.wrapping_sub(added);
         let checked = self.verify();
         let Err(FrameError::Checksum { saved, computed }) = checked else {
             return checked;
@@ -362,9 +387,29 @@ mod tests {
             let refused = stamped.clone().open(due);
             assert_eq!(refused, Err(FrameError::Turn { turn: 7, due }));
         }
-        let mut damaged = stamped.clone();
-        damaged.header.checksum ^= 1 << 50;
-        assert!(matches!(damaged.open(7), Err(FrameError::Checksum { .. })));
+        let damages: [fn(&mut Header); 12] = [
+            |header| header.checksum ^= 1 << 50,
+            |header| header.kind ^= 1,
+            |header| header.protocol ^= 1,
+            |header| header.run_id ^= 1,
+            |header| header.interface ^= 1,
+            |header| header.iteration ^= 1,
+            |header| header.window ^= 1,
+            |header| header.step ^= 1,
+            |header| header.substeps ^= 1,
+            |header| header.t0_s = 1.0,
+            |header| header.t1_s = 1.0,
+            |header| header.t0_s = -0.0,
+        ];
+        for damage in damages {
+            let mut damaged = stamped.clone();
+            damage(&mut damaged.header);
+            let refused = damaged.open(7);
+            assert!(
+                matches!(refused, Err(FrameError::Checksum { .. })),
+                "{refused:?}"
+            );
+        }
         assert_eq!(stamped.open(7), Ok(()));
         assert_eq!(stamped, sent);
     }

@@ -58,16 +58,29 @@ impl Link for Credulous {
         let Some(mut frame) = self.link.receive(patience)? else {
             return Ok(None);
         };
-        if let Err(FrameError::Turn { turn, due }) = frame.clone().open(self.heard) {
-            frame.stamp(due.wrapping_sub(turn));
-        }
-        if let Some(asked) = self.asked.pop_front() {
-            frame.header = Header {
-                kind: frame.header.kind,
-                count: frame.header.count,
-                checksum: frame.header.checksum,
-                ..asked
+        let mut opened = frame.clone();
+        let turn = match opened.open(self.heard) {
+            Err(FrameError::Turn { turn, .. }) => turn,
+            _ => self.heard,
+        };
+        let asked = self.asked.pop_front();
+        opened.clone_from(&frame);
+        if opened.open(turn).is_ok() {
+            let Header {
+                kind,
+                count,
+                checksum,
+                ..
+            } = opened.header;
+            let own = opened.header;
+            opened.header = Header {
+                kind,
+                count,
+                checksum,
+                ..asked.unwrap_or(own)
             };
+            opened.stamp(self.heard);
+            frame = opened;
         }
         self.heard += 1;
         Ok(Some(frame))

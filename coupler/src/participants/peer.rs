@@ -110,11 +110,12 @@ impl Peer {
 
     fn transmit(&mut self, frame: &mut Frame, wait: &Wait) -> Result<(), Error> {
         let turn = self.answered + self.open.len() as u64;
-        self.open.push_back(frame.header);
+        // The log has frames as they are without a link.
+        let header = frame.header;
+        self.open.push_back(header);
         frame.stamp(turn);
         let sent = self.hand_over(frame, wait);
-        // The log has frames without their turns.
-        frame.stamp(turn.wrapping_neg());
+        frame.header = header;
         sent
     }
 
