@@ -177,7 +177,7 @@ impl State {
         let mut at = self.now + LATENCY;
         let last = &mut self.participants[participant].not_before[usize::from(answer)];
         match fault {
-            Some(Fault::Late(time_s)) => *last = at + nanoseconds(time_s),
+            Some(Fault::Late(time_s)) => *last = (*last).max(at + nanoseconds(time_s)),
             Some(Fault::Overtaken(time_s)) => at = (*last).max(at) + nanoseconds(time_s),
             Some(Fault::Flipped(bit)) => flip(&mut delivery.frame, bit),
             Some(Fault::Crash(_) | Fault::Stall(_)) => delivery.fault = fault,

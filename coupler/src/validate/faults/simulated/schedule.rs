@@ -21,7 +21,7 @@ use super::weather::{Fault, Weather};
 use crate::error::Error;
 use crate::participants::{Launcher, Life, Peer, Peers, Watch};
 use crate::run::checkpoint::find;
-use crate::run::session::{Ended, Options, go_on_among, run};
+use crate::run::session::{Ended, Options, fresh_run_id, go_on_among, run};
 use crate::rundir::Scratch;
 use crate::scenario::load::Loaded;
 
@@ -57,7 +57,7 @@ impl Simulation {
     pub fn new(wrap: Wrap) -> Result<Simulation, String> {
         let loaded = scenes().map_err(|error| error.to_string())?;
         let references = loaded.into_iter().map(|loaded| {
-            let out = Scratch::new("undisturbed", crate::run::session::fresh_run_id());
+            let out = Scratch::in_memory("undisturbed", fresh_run_id());
             let ended = with_options(out.path(), |options| run(&loaded, options));
             let end = hashes(&ended.map_err(|error| error.to_string())?)?;
             let mut reference = Reference {
@@ -83,7 +83,7 @@ impl Simulation {
     pub fn schedule(&self, seed: u64) -> Result<Verdict, String> {
         let reference = &self.references[(seed % self.references.len() as u64) as usize];
         let weather = Weather::new(seed, reference.messages);
-        let out = Scratch::new("schedule", crate::run::session::fresh_run_id());
+        let out = Scratch::in_memory("schedule", fresh_run_id());
         let (ended, traces) = attempt(&reference.loaded, weather, self.wrap, Some(out.path()));
         let judged = self.judge(reference, ended, &traces, out.path());
         judged.map_err(|why| format!("schedule {seed}, faults {:?}: {why}", traces.faults))
@@ -118,7 +118,7 @@ impl Simulation {
         let Some(restart) = found.0 else {
             return Ok(Verdict::Named);
         };
-        let out = Scratch::new("resumed", crate::run::session::fresh_run_id());
+        let out = Scratch::in_memory("resumed", fresh_run_id());
         let network = Network::new(Weather::fair());
         let launch = |launcher: &Launcher| start(launcher, &network, self.wrap);
         let ended = with_options(out.path(), |options| {
@@ -166,7 +166,7 @@ fn attempt(
     out: Option<&Path>,
 ) -> (Result<Ended, Error>, Traces) {
     let network = Network::new(weather);
-    let scratch = Scratch::new("fair", crate::run::session::fresh_run_id());
+    let scratch = Scratch::in_memory("fair", fresh_run_id());
     let launch = |launcher: &Launcher| start(launcher, &network, wrap);
     let tried = catch_unwind(AssertUnwindSafe(|| {
         with_options(out.unwrap_or(scratch.path()), |options| {
