@@ -64,7 +64,7 @@ pub fn everything(trial: &mut Trial, random: &mut Random, phase: Phase) -> Tried
     outlived(trial, status.success(), Some(detection_s))
 }
 
-/// What must be true when the coordinator is gone.
+/// Judges what a coordinator that is gone has left.
 pub fn outlived(trial: &mut Trial, completed: bool, detection_s: Option<f64>) -> Tried {
     if completed {
         trial.is_bit_equal("out")?;

@@ -9,7 +9,7 @@ use crate::error::Error;
 /// A trial whose outcome was right.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// How it ended, in a word or two.
+    /// Its end in a word or two.
     pub word: &'static str,
     /// Time from the fault until everything of the run had ended, of a run that the fault ended (s).
     pub detection_s: Option<f64>,
@@ -52,7 +52,7 @@ pub struct FaultRow {
     pub trials: u64,
     /// Those that ended right.
     pub right: u64,
-    /// How those ended, and how often.
+    /// Ends of those, and how often each came.
     pub outcomes: BTreeMap<String, u64>,
     /// Median of the times until the end (s).
     pub detection_p50_s: Option<f64>,
@@ -68,7 +68,7 @@ pub struct FaultRow {
     pub leftovers: u64,
     /// Schedules a minute, of a row of simulated ones.
     pub per_minute: Option<f64>,
-    /// What was wrong, for the first few trials of which something was.
+    /// Faults of the first few trials that were not right.
     pub wrong: Vec<String>,
     /// True if all ended right and in time, and nothing was left.
     pub holds: bool,
