@@ -119,9 +119,18 @@ pub struct Scratch {
 impl Scratch {
     /// A name of its own below the system's temporary folder; nothing is made yet.
     pub fn new(purpose: &str, unique: u64) -> Scratch {
+        Scratch::below(&std::env::temp_dir(), purpose, unique)
+    }
+
+    /// The same in memory, where nothing waits for a disk.
+    pub fn in_memory(purpose: &str, unique: u64) -> Scratch {
+        Scratch::below(Path::new("/dev/shm"), purpose, unique)
+    }
+
+    fn below(folder: &Path, purpose: &str, unique: u64) -> Scratch {
         let name = format!("thirdbody-{purpose}-{}-{unique:016x}", std::process::id());
         Scratch {
-            path: std::env::temp_dir().join(name),
+            path: folder.join(name),
         }
     }
 

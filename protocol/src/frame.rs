@@ -7,7 +7,7 @@ use thiserror::Error;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Version of the frames and of the conversation. Participants of another version are refused at the handshake.
-pub const PROTOCOL_VERSION: u32 = 1;
+pub const PROTOCOL_VERSION: u32 = 2;
 
 /// The subject of a frame. Requests travel from the coordinator to a participant, each has one answer.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -174,7 +174,8 @@ pub struct Header {
     pub t0_s: f64,
     /// End of the window (s).
     pub t1_s: f64,
-    /// XXH3 of the payload's bytes in little-endian order.
+    /// XXH3 of the payload's bytes in little-endian order. On a link the rest of the header and the turn are in it too, see
+    /// [`Frame::stamp`].
     pub checksum: u64,
 }
 
@@ -186,6 +187,27 @@ impl Header {
             protocol: PROTOCOL_VERSION,
             ..Header::default()
         }
+    }
+
+    /// XXH3 of all other fields in little-endian order.
+    fn own_checksum(&self) -> u64 {
+        let [kind, protocol, interface] = [self.kind, self.protocol, self.interface].map(u64::from);
+        let [iteration, substeps, count] =
+            [self.iteration, self.substeps, self.count].map(u64::from);
+        let fields = [
+            kind,
+            protocol,
+            self.run_id,
+            interface,
+            iteration,
+            self.window,
+            self.step,
+            substeps,
+            count,
+            self.t0_s.to_bits(),
+            self.t1_s.to_bits(),
+        ];
+        xxh3_64(fields.map(u64::to_le_bytes).as_flattened())
     }
 }
 
@@ -201,6 +223,10 @@ pub enum FrameError {
         "checksum of the payload is {computed:016x}, the header says {saved:016x}: the message was damaged"
     )]
     Checksum { saved: u64, computed: u64 },
+    #[error(
+        "message {turn} of this connection came where message {due} was due: one was lost, repeated or overtaken"
+    )]
+    Turn { turn: u64, due: u64 },
     #[error("the text of the frame cannot be read: {0}")]
     Text(String),
 }
@@ -286,7 +312,33 @@ impl Frame {
         }
         Ok(())
     }
+
+    /// Adds the turn of a frame that goes onto a link to its checksum, and the checksum of the rest of its header. Requests are
+    /// counted from 0, an answer has the turn of its request: header and payload of two requests may be equal, and only the
+    /// turn then tells their answers apart.
+    pub fn stamp(&mut self, turn: u64) {
+        let added = self.header.own_checksum().wrapping_add(turn);
+        self.header.checksum = self.header.checksum.wrapping_add(added);
+    }
+
+    /// Checks length, checksum and turn of what arrived on a link, and takes off again what [`Frame::stamp`] added.
+    pub fn open(&mut self, due: u64) -> Result<(), FrameError> {
+        let added = self.header.own_checksum().wrapping_add(due);
+        self.header.checksum = self.header.checksum.wrapping_sub(added);
+        let checked = self.verify();
+        let Err(FrameError::Checksum { saved, computed }) = checked else {
+            return checked;
+        };
+        let turn = saved.wrapping_add(due).wrapping_sub(computed);
+        if turn < TURNS {
+            return Err(FrameError::Turn { turn, due });
+        }
+        checked
+    }
 }
+
+/// Turns that a link can have; a difference of checksums that is larger is damage.
+const TURNS: u64 = 1 << 40;
 
 /// XXH3 of the bits of the doubles, independent of the byte order of the machine.
 fn checksum(payload: &[f64]) -> u64 {
@@ -324,6 +376,42 @@ mod tests {
         let mut frame = Frame::new(Header::of(Kind::Motion), vec![1.0, -2.0]);
         frame.payload[1] = f64::from_bits(frame.payload[1].to_bits() ^ 1);
         assert!(matches!(frame.verify(), Err(FrameError::Checksum { .. })));
+    }
+
+    #[test]
+    fn a_frame_is_opened_in_its_turn_only() {
+        let sent = Frame::new(Header::of(Kind::Ready), Vec::new());
+        let mut stamped = sent.clone();
+        stamped.stamp(7);
+        for due in [6, 8] {
+            let refused = stamped.clone().open(due);
+            assert_eq!(refused, Err(FrameError::Turn { turn: 7, due }));
+        }
+        let damages: [fn(&mut Header); 12] = [
+            |header| header.checksum ^= 1 << 50,
+            |header| header.kind ^= 1,
+            |header| header.protocol ^= 1,
+            |header| header.run_id ^= 1,
+            |header| header.interface ^= 1,
+            |header| header.iteration ^= 1,
+            |header| header.window ^= 1,
+            |header| header.step ^= 1,
+            |header| header.substeps ^= 1,
+            |header| header.t0_s = 1.0,
+            |header| header.t1_s = 1.0,
+            |header| header.t0_s = -0.0,
+        ];
+        for damage in damages {
+            let mut damaged = stamped.clone();
+            damage(&mut damaged.header);
+            let refused = damaged.open(7);
+            assert!(
+                matches!(refused, Err(FrameError::Checksum { .. })),
+                "{refused:?}"
+            );
+        }
+        assert_eq!(stamped.open(7), Ok(()));
+        assert_eq!(stamped, sent);
     }
 
     #[test]

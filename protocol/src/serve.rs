@@ -11,6 +11,9 @@ use crate::link::{Link, LinkError};
 use crate::node::{BoundaryAnswer, Description, Node, NodeError, Outcome, Window};
 use crate::setting::Session;
 
+/// Longest call of a link while nothing is heard.
+const SLICE: Duration = Duration::from_secs(1);
+
 /// The coordinator's greeting.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hello {
@@ -118,6 +121,10 @@ struct Server<'a> {
     link: &'a mut dyn Link,
     /// Header of the request being answered: answers repeat its window, iteration and interface.
     current: Header,
+    /// Its turn, which answers repeat too; the next request has the one after it.
+    turn: u64,
+    /// Requests heard.
+    heard: u64,
     setup: Duration,
     solve: Duration,
     wait: Duration,
@@ -129,6 +136,8 @@ impl<'a> Server<'a> {
             session,
             link,
             current: Header::default(),
+            turn: 0,
+            heard: 0,
             setup: Duration::ZERO,
             solve: Duration::ZERO,
             wait: Duration::ZERO,
@@ -137,40 +146,61 @@ impl<'a> Server<'a> {
 
     fn receive(&mut self) -> Result<Frame, ServeError> {
         let start = Instant::now();
-        let patience = Duration::from_secs_f64(self.session.idle_deadline_s);
-        let frame = self.link.receive(patience)?.ok_or(ServeError::Silent {
-            pid: self.session.coordinator_pid,
-            seconds: patience.as_secs_f64(),
-        })?;
+        let mut frame = self.hear()?;
         self.wait += start.elapsed();
         self.current = frame.header;
-        if frame.header.protocol == PROTOCOL_VERSION {
-            frame.verify()?;
-            if frame.header.run_id != self.session.run_id {
-                let error = NodeError::protocol(format!(
-                    "a frame of run {:016x} arrived in run {:016x}: two runs share one transport prefix",
-                    frame.header.run_id, self.session.run_id
-                ));
-                return self.fail(error).map(|()| frame);
-            }
+        self.turn = self.heard;
+        self.heard += 1;
+        if frame.header.protocol != PROTOCOL_VERSION {
+            return Ok(frame);
         }
-        Ok(frame)
+        let opened = frame.open(self.turn).map_err(unreadable);
+        let (theirs, ours) = (frame.header.run_id, self.session.run_id);
+        let own = || {
+            (theirs == ours).then_some(()).ok_or_else(|| {
+                NodeError::protocol(format!(
+                    "a frame of run {theirs:016x} arrived in run {ours:016x}: two runs share one transport prefix"
+                ))
+            })
+        };
+        match opened.and_then(|()| own()) {
+            Ok(()) => Ok(frame),
+            Err(error) => self.fail(error).map(|()| frame),
+        }
+    }
+
+    /// The next frame. Its patience is that of the calls that came back without one: a process that was stopped itself
+    /// has not waited for anybody.
+    fn hear(&mut self) -> Result<Frame, ServeError> {
+        let patience = Duration::from_secs_f64(self.session.idle_deadline_s);
+        let mut left = patience;
+        while !left.is_zero() {
+            let slice = left.min(SLICE);
+            if let Some(frame) = self.link.receive(slice)? {
+                return Ok(frame);
+            }
+            left -= slice;
+        }
+        Err(ServeError::Silent {
+            pid: self.session.coordinator_pid,
+            seconds: patience.as_secs_f64(),
+        })
     }
 
     fn send(&mut self, kind: Kind, payload: Vec<f64>) -> Result<(), ServeError> {
         let header = self.header(kind);
-        self.transmit(&Frame::new(header, payload))
+        self.transmit(Frame::new(header, payload))
     }
 
     fn send_bytes(&mut self, kind: Kind, bytes: &[u8]) -> Result<(), ServeError> {
         let header = self.header(kind);
-        self.transmit(&Frame::with_bytes(header, bytes))
+        self.transmit(Frame::with_bytes(header, bytes))
     }
 
     fn send_text<T: Serialize>(&mut self, kind: Kind, value: &T) -> Result<(), ServeError> {
         let text = serde_json::to_string(value).expect("our own types always serialise");
         let header = self.header(kind);
-        self.transmit(&Frame::with_text(header, &text))
+        self.transmit(Frame::with_text(header, &text))
     }
 
     fn header(&self, kind: Kind) -> Header {
@@ -182,9 +212,10 @@ impl<'a> Server<'a> {
         }
     }
 
-    fn transmit(&mut self, frame: &Frame) -> Result<(), ServeError> {
+    fn transmit(&mut self, mut frame: Frame) -> Result<(), ServeError> {
         let patience = Duration::from_secs_f64(self.session.idle_deadline_s);
-        Ok(self.link.send(frame, patience)?)
+        frame.stamp(self.turn);
+        Ok(self.link.send(&frame, patience)?)
     }
 
     fn fail(&mut self, error: NodeError) -> Result<(), ServeError> {

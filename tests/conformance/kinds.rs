@@ -80,12 +80,15 @@ fn every_request_has_the_answer_that_the_tables_tell() {
         .collect();
     // The first request must be the greeting, and nothing follows the last.
     requests.sort_by_key(|(kind, _)| (*kind != Kind::Hello, *kind == Kind::Finish));
-    for (kind, answer) in requests {
-        link.send(&request(kind), PATIENCE).expect("it is taken");
-        let frame = link
+    for (turn, (kind, answer)) in (0..).zip(requests) {
+        let mut asked = request(kind);
+        asked.stamp(turn);
+        link.send(&asked, PATIENCE).expect("it is taken");
+        let mut frame = link
             .receive(PATIENCE)
             .expect("it lives")
             .expect("it answers");
+        assert_eq!(frame.open(turn), Ok(()), "{kind:?}");
         assert_eq!(frame.header.kind, answer, "{kind:?}: {:?}", frame.text());
     }
     assert!(participant.join().expect("it ends"));

@@ -12,12 +12,13 @@ const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 const REDESIGN: usize = 31_500;
 
 /// Features since, with the lines that they may take.
-const SINCE: [(&str, usize); 5] = [
+const SINCE: [(&str, usize); 6] = [
     ("checks of plausibility", 1020),
     ("strict logs", 370),
     ("limits of disk, files and words", 240),
     ("honest ledgers", 320),
     ("references of suites", 40),
+    ("turns of messages and the fault campaign", 2080),
 ];
 
 #[test]

@@ -161,7 +161,7 @@ fn a_node_of_another_protocol_version_is_refused() {
             r#"participant.rail.command=["{node}", "other-version"]"#
         )],
         2,
-        &["participant `rail`", "protocol version 77", "speaks 1"],
+        &["participant `rail`", "protocol version 77", "speaks 2"],
     );
 }
 

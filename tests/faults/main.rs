@@ -1,6 +1,7 @@
 //! Answers to faults: bad scenarios, bad peers, processes that die or fall silent, disks that are full.
 
 mod bad_scenario;
+mod campaign;
 mod full_disk;
 mod limits;
 mod lost_peer;
@@ -8,4 +9,5 @@ mod plausible;
 mod resume;
 mod same_bits;
 mod scene;
+mod simulated;
 mod unstable_step;

@@ -60,7 +60,7 @@ pub(super) fn options<'a>(
 }
 
 /// Signals that end a run in order.
-fn listen() -> Result<Watch, Error> {
+pub(super) fn listen() -> Result<Watch, Error> {
     let watch = Watch::default();
     for signal in [SIGINT, SIGTERM, SIGHUP] {
         signal_hook::flag::register_usize(signal, watch.flag(), signal as usize)

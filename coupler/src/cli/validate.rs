@@ -5,7 +5,11 @@ use std::path::Path;
 use clap::ValueEnum;
 
 use super::common::{CHECK_FAILED, VerbResult, own_program, print_rows};
+use super::run::listen;
+use crate::output::tell;
 use crate::participants::{Registry, Watch};
+use crate::validate::faults::row::FaultRow;
+use crate::validate::faults::{Campaign, run_campaign};
 use crate::validate::run_suite;
 use crate::validate::suite::{Row, Runs};
 
@@ -15,6 +19,12 @@ pub struct ValidateArguments {
     /// Scenes to run: a folder below scenarios/.
     #[arg(long, default_value = "verification")]
     suite: Suite,
+    /// Trials of each row of the suite `faults`, 1 to 10 000.
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    trials: u64,
+    /// Seed of the instants and schedules of the suite `faults`.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
     /// Print the rows as JSON.
     #[arg(long)]
     json: bool,
@@ -29,6 +39,8 @@ enum Suite {
     Extremes,
     /// The shipped scenes as they are, against their published and measured figures; takes minutes.
     Scenes,
+    /// Processes that are killed and stopped, places that are full, files that are damaged: found, named, and resumed.
+    Faults,
 }
 
 /// Runs a suite; exit code 8 if a row does not hold.
@@ -37,6 +49,7 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
         Suite::Verification => Path::new("scenarios/verification"),
         Suite::Extremes => Path::new("scenarios/extremes"),
         Suite::Scenes => Path::new("scenarios"),
+        Suite::Faults => return faults(arguments),
     };
     let runs = Runs {
         registry,
@@ -48,6 +61,63 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
     print_rows(&rows[..], arguments.json, table)?;
     let all_hold = rows.iter().all(|row| row.holds);
     Ok(if all_hold { 0 } else { CHECK_FAILED })
+}
+
+/// Runs the fault campaign.
+fn faults(arguments: &ValidateArguments) -> VerbResult {
+    let campaign = Campaign {
+        program: own_program()?,
+        trials: arguments.trials,
+        seed: arguments.seed,
+        watch: listen()?,
+    };
+    let rows = run_campaign(&campaign)?;
+    print_rows(&rows[..], arguments.json, fault_table)?;
+    for why in rows.iter().flat_map(|row| &row.wrong) {
+        tell(&format!("wrong: {why}"));
+    }
+    let all_hold = rows.iter().all(|row| row.holds);
+    Ok(if all_hold { 0 } else { CHECK_FAILED })
+}
+
+fn fault_table(rows: &[FaultRow]) -> String {
+    let mut lines = vec![format!(
+        "{:<5} {:<29} {:>6} {:>6} {:>17} {:>5} {:>15} {:>5}  outcomes",
+        "holds", "fault", "trials", "right", "found p50/p99 (s)", "bound", "lost mean/max", "left"
+    )];
+    let either = |number: Option<f64>, digits: usize| {
+        number.map_or("-".into(), |number| format!("{number:.digits$}"))
+    };
+    lines.extend(rows.iter().map(|row| {
+        let holds = if row.holds { "yes" } else { "NO" };
+        let found = [row.detection_p50_s, row.detection_p99_s].map(|s| either(s, 3));
+        let most = row.windows_lost_max.map(|most| most as f64);
+        let lost = [either(row.windows_lost_mean, 1), either(most, 0)];
+        let outcomes = row
+            .outcomes
+            .iter()
+            .map(|(word, count)| format!("{count} {word}"));
+        let mut outcomes: Vec<String> = outcomes.collect();
+        outcomes.extend(row.per_minute.map(|rate| format!("{rate:.0} a minute")));
+        format!(
+            "{holds:<5} {:<29} {:>6} {:>6} {:>17} {:>5} {:>15} {:>5}  {}",
+            row.name,
+            row.trials,
+            row.right,
+            found.join(" / "),
+            either(row.detection_bound_s, 1),
+            lost.join(" / "),
+            row.leftovers,
+            outcomes.join(", ")
+        )
+    }));
+    let failed = rows.iter().filter(|row| !row.holds).count();
+    let seed = rows.first().map_or(0, |row| row.seed);
+    lines.push(format!(
+        "seed {seed}, {} rows, {failed} do not hold",
+        rows.len()
+    ));
+    lines.join("\n")
 }
 
 fn table(rows: &[Row]) -> String {

@@ -81,7 +81,7 @@ impl dyn Communicator + '_ {
             .collect()
     }
 
-    /// A request of numbers and its answer's numbers, which are about the same window.
+    /// A request of numbers and its answer's numbers.
     pub fn ask(
         &mut self,
         peer: usize,
@@ -90,18 +90,7 @@ impl dyn Communicator + '_ {
         payload: Vec<f64>,
     ) -> Result<Vec<f64>, Error> {
         self.tell(peer, kind, window, payload)?;
-        self.hear(peer, answer, window)
-    }
-
-    /// Waits for the answer of this kind about this window.
-    pub fn hear(&mut self, peer: usize, kind: Kind, window: &Window) -> Result<Vec<f64>, Error> {
-        let frame = self.receive(peer, kind)?;
-        let (index, iteration) = (frame.header.window, frame.header.iteration);
-        if (index, iteration) != (window.index, window.iteration) {
-            let why = format!("answered for window {index}, iteration {iteration}");
-            return Err(self.peers().protocol_error(peer, why));
-        }
-        Ok(frame.payload)
+        Ok(self.receive(peer, answer)?.payload)
     }
 
     /// Waits for an answer that must hold exactly `length` finite numbers.
@@ -112,7 +101,7 @@ impl dyn Communicator + '_ {
         window: &Window,
         length: usize,
     ) -> Result<Vec<f64>, Error> {
-        let numbers = self.hear(peer, kind, window)?;
+        let numbers = self.receive(peer, kind)?.payload;
         if numbers.len() != length {
             let why = format!("answered {} numbers where {length} were due", numbers.len());
             return Err(self.peers().protocol_error(peer, why));

@@ -126,7 +126,7 @@ impl Launcher<'_> {
     }
 
     /// The session that this participant is told before the first frame.
-    fn session(&self, participant: &Participant, transport: Transport) -> Session {
+    pub fn session(&self, participant: &Participant, transport: Transport) -> Session {
         Session {
             protocol: PROTOCOL_VERSION,
             run_id: self.run_id,

@@ -1,7 +1,9 @@
 //! One participant, seen from the coordinator: its connection and its life.
 
+use std::collections::VecDeque;
+use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use protocol::{Frame, Header, Kind, Link, LinkError, PROTOCOL_VERSION};
 use serde::de::DeserializeOwned;
@@ -21,6 +23,8 @@ pub enum Life {
     Thread(Option<JoinHandle<Result<(), String>>>),
     /// In a log.
     Tape,
+    /// At the far end of a simulated connection; says how it ended once it has.
+    Simulated(Arc<OnceLock<String>>),
 }
 
 /// A wait: its deadline with the key that sets it, and the signals that end it.
@@ -44,6 +48,10 @@ pub struct Peer {
     asked: String,
     /// A request that was sent before its turn.
     early: Option<Frame>,
+    /// Headers of the requests that are not answered yet.
+    open: VecDeque<Header>,
+    /// Requests that were answered.
+    answered: u64,
 }
 
 impl Peer {
@@ -55,6 +63,8 @@ impl Peer {
             life,
             asked: "during its launch".into(),
             early: None,
+            open: VecDeque::new(),
+            answered: 0,
         }
     }
 
@@ -68,9 +78,9 @@ impl Peer {
             }
             self.discard(&sent, wait)?;
         }
-        let frame = Frame::new(header, payload);
+        let mut frame = Frame::new(header, payload);
         self.asked = asked(&frame);
-        self.transmit(&frame, wait)?;
+        self.transmit(&mut frame, wait)?;
         Ok(frame)
     }
 
@@ -83,8 +93,8 @@ impl Peer {
         wait: &Wait,
     ) -> Result<(), Error> {
         if self.early.is_none() && !matches!(self.life, Life::Tape) {
-            let frame = Frame::new(header, payload);
-            self.transmit(&frame, wait)?;
+            let mut frame = Frame::new(header, payload);
+            self.transmit(&mut frame, wait)?;
             self.early = Some(frame);
         }
         Ok(())
@@ -97,13 +107,24 @@ impl Peer {
         self.receive(Kind::Motion, wait).map(|_| ())
     }
 
-    fn transmit(&mut self, frame: &Frame, wait: &Wait) -> Result<(), Error> {
-        let start = Instant::now();
+    fn transmit(&mut self, frame: &mut Frame, wait: &Wait) -> Result<(), Error> {
+        let turn = self.answered + self.open.len() as u64;
+        // The log has frames as they are without a link.
+        let header = frame.header;
+        self.open.push_back(header);
+        frame.stamp(turn);
+        let sent = self.hand_over(frame, wait);
+        frame.header = header;
+        sent
+    }
+
+    fn hand_over(&mut self, frame: &Frame, wait: &Wait) -> Result<(), Error> {
+        let mut waited = Duration::ZERO;
         loop {
             wait.watch.check()?;
             match self.link.send(frame, SLICE) {
                 Ok(()) => return Ok(()),
-                Err(LinkError::Full { .. }) => self.still_alive(start, wait)?,
+                Err(LinkError::Full { .. }) => self.still_alive(&mut waited, wait)?,
                 Err(error) => return Err(self.broken(error)),
             }
         }
@@ -111,18 +132,31 @@ impl Peer {
 
     /// Waits for the answer to the last request.
     pub fn receive(&mut self, expected: Kind, wait: &Wait) -> Result<Frame, Error> {
-        let start = Instant::now();
+        let mut waited = Duration::ZERO;
         loop {
             wait.watch.check()?;
             match self.link.receive(SLICE) {
                 Ok(Some(frame)) => return self.accept(frame, expected),
-                Ok(None) => self.still_alive(start, wait)?,
+                Ok(None) => {
+                    if let Err(error) = self.still_alive(&mut waited, wait) {
+                        return self.last_word(error, expected);
+                    }
+                }
                 Err(error) => return Err(self.broken(error)),
             }
         }
     }
 
-    fn accept(&mut self, frame: Frame, expected: Kind) -> Result<Frame, Error> {
+    /// Looks once more for an answer: a peer that has ended may have given it since the last look, its farewell or its fault.
+    fn last_word(&mut self, error: Error, expected: Kind) -> Result<Frame, Error> {
+        match self.link.receive(Duration::ZERO) {
+            Ok(Some(frame)) => self.accept(frame, expected),
+            _ => Err(error),
+        }
+    }
+
+    /// Takes an answer for what it says it is: it must have the turn of the oldest open request, and its header.
+    fn accept(&mut self, mut frame: Frame, expected: Kind) -> Result<Frame, Error> {
         if frame.header.protocol != PROTOCOL_VERSION {
             return Err(Error::from(Refusal::Version {
                 participant: self.name.clone(),
@@ -130,13 +164,23 @@ impl Peer {
                 ours: PROTOCOL_VERSION,
             }));
         }
-        let kind = frame.verify().and_then(|()| frame.kind());
-        match kind.map_err(|error| self.protocol_error(error.to_string()))? {
-            Kind::Fault => Err(self.fault(&frame)),
-            kind if kind == expected => Ok(frame),
-            kind => {
-                Err(self.protocol_error(format!("answered {kind:?} where {expected:?} was due")))
-            }
+        let opened = frame.open(self.answered).and_then(|()| frame.kind());
+        let kind = opened.map_err(|error| self.protocol_error(error.to_string()))?;
+        if kind == Kind::Fault {
+            return Err(self.fault(&frame));
+        }
+        if kind != expected {
+            let why = format!("answered {kind:?} where {expected:?} was due");
+            return Err(self.protocol_error(why));
+        }
+        let request = self.open.pop_front();
+        self.answered += 1;
+        if kind == Kind::Finished {
+            self.life.take_leave();
+        }
+        match request.and_then(|request| other_subject(&request, &frame.header)) {
+            None => Ok(frame),
+            Some(why) => Err(self.protocol_error(why)),
         }
     }
 
@@ -165,19 +209,22 @@ impl Peer {
     }
 
     /// Tells a peer that died from one that is silent, and a silent one from one that is stopped.
-    fn still_alive(&mut self, start: Instant, wait: &Wait) -> Result<(), Error> {
+    /// The time waited is what calls of the link have taken: a coordinator that was stopped itself has waited for nobody.
+    fn still_alive(&mut self, waited: &mut Duration, wait: &Wait) -> Result<(), Error> {
         let ended = match &mut self.life {
             Life::Process(child) => match child.try_wait() {
                 Ok(Some(status)) => Some(format!("its process ended with {status}")),
                 _ => None,
             },
             Life::Thread(Some(thread)) if thread.is_finished() => Some("its thread ended".into()),
+            Life::Simulated(end) => end.get().cloned(),
             _ => None,
         };
         if let Some(why) = ended {
             return Err(self.lost(why));
         }
-        if start.elapsed().as_secs_f64() < wait.seconds {
+        *waited += SLICE;
+        if waited.as_secs_f64() < wait.seconds {
             return Ok(());
         }
         Err(Error::Deadline {
@@ -198,6 +245,13 @@ impl Peer {
 }
 
 impl Life {
+    /// Gives it time to end after its farewell.
+    fn take_leave(&mut self) {
+        if let Life::Process(process) = self {
+            process.said_farewell();
+        }
+    }
+
     /// Describes what can be seen of a peer that does not answer.
     fn state(&self) -> String {
         match self {
@@ -208,6 +262,7 @@ impl Life {
             Life::Process(child) => format!("process {} is alive but silent", child.id()),
             Life::Thread(_) => "its thread is alive but silent".into(),
             Life::Tape => "the log holds no answer".into(),
+            Life::Simulated(_) => "it is silent".into(),
         }
     }
 }
@@ -218,7 +273,7 @@ impl Drop for Life {
         match self {
             Life::Thread(thread) => drop(thread.take().map(JoinHandle::join)),
             // A process ends itself when dropped.
-            Life::Process(_) | Life::Tape => {}
+            Life::Process(_) | Life::Tape | Life::Simulated(_) => {}
         }
     }
 }
@@ -227,6 +282,33 @@ impl Drop for Life {
 pub fn read_json<T: DeserializeOwned>(frame: &Frame) -> Result<T, String> {
     let text = frame.text().map_err(|error| error.to_string())?;
     serde_json::from_str(&text).map_err(|error| error.to_string())
+}
+
+/// The difference of an answer's header from its request's, which it must repeat.
+fn other_subject(request: &Header, answer: &Header) -> Option<String> {
+    let repeated = Header {
+        kind: answer.kind,
+        protocol: answer.protocol,
+        run_id: answer.run_id,
+        count: answer.count,
+        checksum: answer.checksum,
+        ..*request
+    };
+    (repeated != *answer).then(|| format!("answered for {}", subject(answer)))
+}
+
+/// Window and interface of a header in words.
+fn subject(header: &Header) -> String {
+    format!(
+        "window {}, iteration {}, steps {} + {}, {:e} to {:e} s, interface {}",
+        header.window,
+        header.iteration,
+        header.step,
+        header.substeps,
+        header.t0_s,
+        header.t1_s,
+        header.interface
+    )
 }
 
 /// Tells if a frame says this to the last bit. Equal payloads have equal counts and checksums, which the header of a
@@ -258,5 +340,129 @@ fn asked(frame: &Frame) -> String {
         Some(Kind::Hello) => "during its set-up".into(),
         Some(kind) => format!("at the handshake ({kind:?})"),
         None => "outside the protocol".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A link whose frames come one a call, after some calls without any.
+    struct Slow {
+        empty: u32,
+        frames: VecDeque<Frame>,
+    }
+
+    impl Link for Slow {
+        fn send(&mut self, _frame: &Frame, _patience: Duration) -> Result<(), LinkError> {
+            Ok(())
+        }
+
+        fn receive(&mut self, _patience: Duration) -> Result<Option<Frame>, LinkError> {
+            if self.empty > 0 {
+                self.empty -= 1;
+                return Ok(None);
+            }
+            Ok(self.frames.pop_front())
+        }
+    }
+
+    const ASKED: Header = Header {
+        kind: Kind::Advance as u32,
+        protocol: PROTOCOL_VERSION,
+        run_id: 1,
+        interface: 2,
+        iteration: 3,
+        window: 4,
+        step: 5,
+        substeps: 6,
+        count: 0,
+        t0_s: 7.0,
+        t1_s: 8.0,
+        checksum: 0,
+    };
+
+    /// Asks twice; the first answer is right, the second has this header and this turn. `ended` is the peer's end.
+    fn second_answer(header: Header, turn: u64, empty: u32, ended: bool) -> Result<Frame, String> {
+        let frame = |header, turn| {
+            let mut frame = Frame::new(header, vec![1.0]);
+            frame.stamp(turn);
+            frame
+        };
+        let answer = |header: Header| Header {
+            kind: Kind::Motion as u32,
+            ..header
+        };
+        let frames = VecDeque::from([frame(answer(ASKED), 0), frame(answer(header), turn)]);
+        let end = Arc::new(OnceLock::new());
+        let mut peer = Peer::new(
+            "rail",
+            Box::new(Slow { empty: 0, frames }),
+            Life::Simulated(Arc::clone(&end)),
+        );
+        let wait = Wait {
+            seconds: 1.0,
+            key: "answer_s",
+            watch: &Watch::default(),
+        };
+        let ask = |peer: &mut Peer| {
+            peer.send(ASKED, vec![2.0], &wait)?;
+            peer.receive(Kind::Motion, &wait)
+        };
+        ask(&mut peer).expect("the first is right");
+        let frames = VecDeque::from([frame(answer(header), turn)]);
+        peer.link = Box::new(Slow { empty, frames });
+        if ended {
+            end.set("it ended".into()).expect("once");
+        }
+        ask(&mut peer).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn an_answer_repeats_all_of_its_request() {
+        assert!(second_answer(ASKED, 1, 0, false).is_ok());
+        let others = [
+            Header {
+                interface: 9,
+                ..ASKED
+            },
+            Header {
+                iteration: 9,
+                ..ASKED
+            },
+            Header { window: 9, ..ASKED },
+            Header { step: 9, ..ASKED },
+            Header {
+                substeps: 9,
+                ..ASKED
+            },
+            Header { t0_s: 9.0, ..ASKED },
+            Header { t1_s: 9.0, ..ASKED },
+        ];
+        for other in others {
+            let refused = second_answer(other, 1, 0, false).expect_err("another subject");
+            assert!(refused.contains("answered for window"), "{refused}");
+        }
+    }
+
+    #[test]
+    fn an_answer_to_an_equal_request_before_is_refused() {
+        let refused = second_answer(ASKED, 0, 0, false).expect_err("it is the first again");
+        assert!(refused.contains("message 0") && refused.contains("lost, repeated or overtaken"));
+    }
+
+    #[test]
+    fn the_last_word_of_a_peer_that_has_ended_is_heard() {
+        assert!(second_answer(ASKED, 1, 1, true).is_ok());
+        let lost = second_answer(ASKED, 1, 2, true).expect_err("it said nothing");
+        assert!(lost.contains("lost participant `rail`"), "{lost}");
+    }
+
+    #[test]
+    fn patience_is_counted_in_looks_and_not_by_the_clock() {
+        // 20 looks of 50 ms are one second, whatever time they took.
+        assert!(second_answer(ASKED, 1, 19, false).is_ok());
+        let late = second_answer(ASKED, 1, 21, false).expect_err("too late");
+        assert!(late.contains("did not answer within 1.0 s"), "{late}");
     }
 }

@@ -16,8 +16,11 @@ use protocol::setting::SESSION_VARIABLE;
 use super::printed::Printed;
 use crate::error::{Error, Refusal};
 
-/// Time that a participant may take to end after it was asked to, before it is killed.
+/// Time that a participant may take to end by itself once it has said farewell, and to end after it was asked to.
 const GRACE: Duration = Duration::from_millis(1000);
+
+/// Time that it may take to end by itself when its run was cut off: it may be in the midst of a set-up that nobody needs.
+const CUT_OFF: Duration = Duration::from_millis(100);
 
 /// The files of a run in shared memory; removed when dropped, whatever ended the run.
 pub struct SharedMemory {
@@ -49,6 +52,8 @@ impl Drop for SharedMemory {
 /// A process whose words go to a log; ended when dropped.
 pub struct Process {
     child: Child,
+    /// Time that it may take to end by itself.
+    grace: Duration,
     /// Ends after the process.
     _printed: Printed,
 }
@@ -59,6 +64,11 @@ impl Process {
         self.child.id()
     }
 
+    /// Takes note that its run has come to its end and not been cut off: it may finish what it writes.
+    pub fn said_farewell(&mut self) {
+        self.grace = GRACE;
+    }
+
     /// Its end, if it has come.
     pub fn try_wait(&mut self) -> std::io::Result<Option<ExitStatus>> {
         self.child.try_wait()
@@ -67,7 +77,7 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        end(&mut self.child);
+        end(&mut self.child, self.grace);
     }
 }
 
@@ -120,6 +130,7 @@ pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Pro
     let printed = Printed::keep(words, log).map_err(failed())?;
     Ok(Process {
         child,
+        grace: CUT_OFF,
         _printed: printed,
     })
 }
@@ -145,16 +156,23 @@ pub fn require_program(participant: &str, program: &str) -> Result<(), Error> {
     .into())
 }
 
-/// Waits for a child that should end by itself, then asks it to, then ends it.
-fn end(child: &mut Child) {
+/// Waits for a child that should end by itself, for this long, then asks it to, then ends it.
+fn end(child: &mut Child, by_itself: Duration) {
     let asked = Pid::from_raw(child.id() as i32);
-    for signal in [None, Some(Signal::SIGTERM), Some(Signal::SIGKILL)] {
-        if let Some(signal) = signal {
-            // A stopped process receives nothing but SIGKILL before it is continued.
+    let stages = [
+        (None, by_itself),
+        (Some(Signal::SIGTERM), GRACE),
+        (Some(Signal::SIGKILL), GRACE),
+    ];
+    for (signal, grace) in stages {
+        // A stopped process receives nothing but SIGKILL before it is continued, and ends by no other means.
+        if is_stopped(child.id()) {
+            let _ = kill(asked, Signal::SIGKILL);
+        } else if let Some(signal) = signal {
             let _ = kill(asked, signal);
         }
         let start = Instant::now();
-        while start.elapsed() < GRACE {
+        while start.elapsed() < grace {
             match child.try_wait() {
                 Ok(None) => std::thread::sleep(Duration::from_millis(2)),
                 Ok(Some(_)) | Err(_) => return,

@@ -55,6 +55,8 @@ pub struct TapeLink {
     /// Turns of its end that may be left when the coupler meets the end of a tape: those of a window that did not end.
     open: usize,
     pending: Option<Frame>,
+    /// Requests that were answered.
+    turn: u64,
     seen: Arc<Mutex<Seen>>,
 }
 
@@ -65,6 +67,7 @@ impl TapeLink {
             turns: turns.into(),
             open,
             pending: None,
+            turn: 0,
             seen,
         }
     }
@@ -109,6 +112,8 @@ impl Link for TapeLink {
     fn send(&mut self, frame: &Frame, _patience: Duration) -> Result<(), LinkError> {
         let mut answer = self.take(frame)?;
         answer.header.run_id = frame.header.run_id;
+        answer.stamp(self.turn);
+        self.turn += 1;
         self.pending = Some(answer);
         Ok(())
     }

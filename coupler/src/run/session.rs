@@ -24,7 +24,7 @@ use crate::participants::process::require_program;
 use crate::participants::recorded::Recorded;
 use crate::participants::rehearsed::Rehearsed;
 use crate::participants::remote::Remote;
-use crate::participants::{Communicator, Registry, Watch};
+use crate::participants::{Communicator, Peers, Registry, Watch};
 use crate::plausible::{self, Warning};
 use crate::rundir::{RunDir, manifest};
 use crate::scenario::load::Loaded;
@@ -107,6 +107,23 @@ pub fn go_on(
     options: &Options,
     restart: Option<&RestartPoint>,
 ) -> Result<Ended, Error> {
+    let launch = |launcher: &Launcher| {
+        let participants = &launcher.loaded.scenario.participant;
+        launcher.start(participants, options.watch.clone())
+    };
+    go_on_among(loaded, options, restart, &launch)
+}
+
+/// A way to start the participants of a run.
+pub type Start<'a> = &'a dyn Fn(&Launcher) -> Result<Peers, Error>;
+
+/// The same among participants that are started in another way.
+pub fn go_on_among(
+    loaded: &Loaded,
+    options: &Options,
+    restart: Option<&RestartPoint>,
+    launch: Start,
+) -> Result<Ended, Error> {
     let start = Instant::now();
     let warnings = check(loaded, options.registry, options.threads)?;
     let run_id = fresh_run_id();
@@ -130,6 +147,7 @@ pub fn go_on(
         run_id,
         manifest,
         restart,
+        launch,
         summary: Summary::new(&loaded.scenario.run.name, &loaded.hash),
     };
     session.found(warnings);
@@ -164,6 +182,7 @@ struct RunSession<'a> {
     run_id: u64,
     manifest: String,
     restart: Option<&'a RestartPoint>,
+    launch: Start<'a>,
     summary: Summary,
 }
 
@@ -178,9 +197,8 @@ impl RunSession<'_> {
             threads: self.options.threads,
             rundir: self.rundir,
         };
-        let participants = &self.loaded.scenario.participant;
         let mut recorded = Recorded {
-            peers: launcher.start(participants, self.options.watch.clone())?,
+            peers: (self.launch)(&launcher)?,
             journal: Journal::new(self.recorder()?),
         };
         let result = self.converse(&mut recorded, start);

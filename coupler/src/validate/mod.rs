@@ -14,9 +14,11 @@
 //! `scene = "../../quick"` at the top of the file runs a scenario that lies elsewhere. A case that must fail says how: `exit_code = 3`, `says = ["starved"]`.
 //!
 //! - [`case`](mod@case): the file;
-//! - [`suite`]: running the cases of a folder.
+//! - [`suite`]: running the cases of a folder;
+//! - [`faults`]: runs that are killed, stopped, starved and damaged.
 
 pub mod case;
+pub mod faults;
 pub mod suite;
 
 pub use suite::{Row, run_suite};

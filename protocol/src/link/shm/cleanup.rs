@@ -84,6 +84,12 @@ pub fn remove_dead_runs(root: &Path) -> io::Result<Vec<String>> {
     Ok(dead.into_iter().collect())
 }
 
+/// Files that a coordinator has in shared memory and below `root`.
+pub fn left_by(root: &Path, coordinator_pid: u32) -> io::Result<Vec<PathBuf>> {
+    let own = |file: &PathBuf| owner_of(name_of(file)).is_some_and(|o| o.pid == coordinator_pid);
+    Ok(files_of(root)?.into_iter().filter(own).collect())
+}
+
 /// Makes `root` a folder that only this user can enter, and refuses what somebody else put in its place.
 pub(super) fn private_folder(root: &Path) -> io::Result<()> {
     match DirBuilder::new().recursive(true).mode(0o700).create(root) {

@@ -1,0 +1,106 @@
+//! Disks, shared memory and terminals that are not what a run needs.
+
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+use nix::sys::signal::Signal;
+
+use super::random::Random;
+use super::resumes::resumes;
+use super::row::{Outcome, Tried};
+use super::trial::{Phase, Trial};
+
+/// Bytes of a block of the limit on the size of files (POSIX `ulimit -f`).
+const BLOCK: u64 = 512;
+
+/// The same command where no file can become longer than so many blocks.
+fn limited(command: &Command, blocks: u64) -> Command {
+    let mut shell = Command::new("sh");
+    // The signal of a file that is too long would end the shell's child before it can say anything.
+    let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\"");
+    shell.args(["-c", &script, "sh"]).arg(command.get_program());
+    shell.args(command.get_args());
+    shell
+}
+
+/// Lets no file of the run become longer than a random limit, which stands for a full disk and needs no rights of a
+/// superuser. It holds for shared memory too, so that the solvers run as threads. Right: the run ends with code 9 and
+/// names the file, its summary says so, and it resumes bit-equal where there is room; or it fits and completes bit-equal.
+pub fn disk(trial: &mut Trial, random: &mut Random) -> Tried {
+    // From where the scenario and the summary fit to where the log does.
+    let bytes = random.between(1.5e4, 6e5);
+    let command = trial.run_command(&["run.transport=channel"]);
+    trial.spawn(limited(&command, bytes as u64 / BLOCK))?;
+    let status = trial.end()?;
+    let summary = trial.json("out/summary.json");
+    let said = trial.said();
+    match status.code() {
+        Some(0) => {
+            trial.is_bit_equal("out")?;
+            Ok(Outcome {
+                word: "completed",
+                ..Outcome::default()
+            })
+        }
+        Some(9) if summary["status"] == "output_failed" && said.contains("File too large") => {
+            Ok(Outcome {
+                word: "named",
+                detection_s: None,
+                windows_lost: resumes(trial)?,
+            })
+        }
+        _ => Err(format!("limit of {bytes:.0} bytes: {status}: {said}").into()),
+    }
+}
+
+/// Leaves no room in shared memory: the same limit, below what a connection needs. Right: the run ends at once with a
+/// message that says shared memory, and the next one, with room, is bit-equal.
+pub fn shared_memory(trial: &mut Trial, random: &mut Random) -> Tried {
+    let command = trial.run_command(&[]);
+    let bytes = random.between(2e4, 2e5);
+    trial.spawn(limited(&command, bytes as u64 / BLOCK))?;
+    let start = Instant::now();
+    let status = trial.end()?;
+    let detection_s = start.elapsed().as_secs_f64();
+    let said = trial.said();
+    if status.success() || !said.contains("shared memory") {
+        return Err(format!("{status}: {said}").into());
+    }
+    resumes(trial)?;
+    Ok(Outcome {
+        word: "named",
+        detection_s: Some(detection_s),
+        windows_lost: None,
+    })
+}
+
+/// Closes the terminal: nobody reads what the run says, and in every other trial it is told so (SIGHUP). Right: it ends by
+/// that signal in order (code 129) and resumes bit-equal, or it completes bit-equal.
+pub fn terminal(trial: &mut Trial, random: &mut Random, phase: Phase, told: bool) -> Tried {
+    let mut command = trial.run_command(&[]);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    trial.spawn_as_it_is(command)?;
+    trial.close_output();
+    trial.reach(phase, random)?;
+    let start = Instant::now();
+    if told {
+        trial.signal(Signal::SIGHUP);
+    }
+    let status = trial.end()?;
+    let detection_s = start.elapsed().as_secs_f64();
+    match status.code() {
+        Some(0) => {
+            trial.is_bit_equal("out")?;
+            Ok(Outcome {
+                word: "completed",
+                ..Outcome::default()
+            })
+        }
+        Some(129) if told => Ok(Outcome {
+            word: "ended in order",
+            detection_s: Some(detection_s),
+            windows_lost: resumes(trial)?,
+        }),
+        _ => Err(format!("{status} {}", trial.log()).into()),
+    }
+}

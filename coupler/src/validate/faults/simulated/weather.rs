@@ -1,0 +1,95 @@
+//! The faults of a schedule, drawn from its seed: either one, or many.
+
+use super::bodies::DEADLINE_S;
+use crate::validate::faults::random::Random;
+
+/// A fault that befalls a message.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fault {
+    /// It comes later, and all behind it too (s).
+    Late(f64),
+    /// It comes later, others overtake it (s).
+    Overtaken(f64),
+    /// It is lost.
+    Lost,
+    /// It comes once more after a while (s).
+    Repeated(f64),
+    /// A bit of it is flipped; the number chooses which.
+    Flipped(u64),
+    /// The participant dies as it comes; true if its end of the connection closes.
+    Crash(bool),
+    /// The participant stops for a while as it comes (s).
+    Stall(f64),
+}
+
+impl Fault {
+    /// Tells if a run must go on as if nothing had been: it only takes time.
+    pub fn only_takes_time(self) -> bool {
+        matches!(self, Fault::Late(_) | Fault::Stall(_))
+    }
+}
+
+/// The faults of one schedule.
+#[derive(Clone, Debug)]
+pub struct Weather {
+    random: Random,
+    /// The message that the only fault befalls; none for a schedule of many.
+    only: Option<u64>,
+    /// Share of messages that a fault befalls otherwise.
+    often: f64,
+    /// Faults so far, each with the message that it befell.
+    pub faults: Vec<(u64, Fault)>,
+}
+
+impl Weather {
+    /// The weather of a seed; a run has about so many messages.
+    pub fn new(seed: u64, messages: u64) -> Weather {
+        let mut random = Random::new(seed);
+        let single = random.below(2) == 0;
+        Weather {
+            only: single.then(|| random.below(messages)),
+            often: random.between(2e-3, 0.2),
+            random,
+            faults: Vec::new(),
+        }
+    }
+
+    /// No faults at all.
+    pub fn fair() -> Weather {
+        Weather {
+            random: Random::new(0),
+            only: None,
+            often: 0.0,
+            faults: Vec::new(),
+        }
+    }
+
+    /// The fault that befalls this message.
+    pub fn fault(&mut self, message: u64) -> Option<Fault> {
+        let due = match self.only {
+            Some(only) => only == message,
+            None => self.often > 0.0 && self.random.share() < self.often,
+        };
+        if !due {
+            return None;
+        }
+        let fault = self.draw();
+        self.faults.push((message, fault));
+        Some(fault)
+    }
+
+    fn draw(&mut self) -> Fault {
+        let random = &mut self.random;
+        // From much shorter than a window of simulated time to beyond every deadline.
+        let time_s = random.between(1e-4, 4.0 * DEADLINE_S);
+        match random.below(7) {
+            0 => Fault::Late(time_s),
+            1 => Fault::Overtaken(time_s),
+            2 => Fault::Lost,
+            3 => Fault::Repeated(time_s),
+            4 => Fault::Flipped(random.next()),
+            5 => Fault::Crash(random.below(2) == 0),
+            _ => Fault::Stall(time_s),
+        }
+    }
+}
