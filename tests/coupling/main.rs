@@ -20,3 +20,4 @@ mod static_patch;
 mod two_masses;
 mod two_strips;
 mod velocity;
+mod wheel_rail;
