@@ -14,11 +14,11 @@ const REDESIGN: usize = 31_500;
 /// Features since, with the lines that they may take.
 const SINCE: [(&str, usize); 6] = [
     ("checks of plausibility", 1020),
-    ("strict logs", 370),
+    ("strict logs", 420),
     ("limits of disk, files and words", 240),
     ("honest ledgers", 320),
     ("references of suites", 40),
-    ("turns of messages and the fault campaign", 2080),
+    ("turns of messages and the fault campaign", 2100),
 ];
 
 #[test]

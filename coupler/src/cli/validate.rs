@@ -25,6 +25,9 @@ pub struct ValidateArguments {
     /// Seed of the instants and schedules of the suite `faults`.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Run the faults with this in their name only: killed, stopped, disk, simulated.
+    #[arg(long, value_name = "WORDS", default_value = "")]
+    only: String,
     /// Print the rows as JSON.
     #[arg(long)]
     json: bool,
@@ -70,6 +73,7 @@ fn faults(arguments: &ValidateArguments) -> VerbResult {
         trials: arguments.trials,
         seed: arguments.seed,
         watch: listen()?,
+        only: arguments.only.clone(),
     };
     let rows = run_campaign(&campaign)?;
     print_rows(&rows[..], arguments.json, fault_table)?;

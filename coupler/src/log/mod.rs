@@ -9,8 +9,8 @@
 //! - [`Entry`] and [`Exchange`], the frames that passed; [`Provenance`], the run that they are of;
 //! - [`proto`]: the messages, and their description for other tools;
 //! - [`record`](mod@record): writing, on a thread of its own;
-//! - [`read`](mod@read): reading back, with every checksum verified, also what a killed writer left; `torn` and `order` tell
-//!   that from damage;
+//! - [`read`](mod@read): reading back, with every checksum verified, also what a killed writer left; `torn`, `order` and
+//!   `lengths` tell that from damage;
 //! - [`summary`]: what a log holds; [`export`]: as tables of text;
 //! - [`hash`]: the fingerprint of an exchange; [`mismatch`]: the first difference of two; [`volume`]: how long a log will be.
 
@@ -18,6 +18,7 @@ mod entry;
 mod error;
 pub mod export;
 pub mod hash;
+mod lengths;
 pub mod mismatch;
 mod order;
 pub mod proto;

@@ -6,8 +6,8 @@ use std::io::{Seek, Write};
 use mcap::records::{Metadata, Record, op};
 use mcap::{Attachment, McapError, Writer};
 
-use super::error::chain;
 use super::hash::add_text;
+use super::lengths::parse;
 
 /// The name and version of this format, in the metadata of every log.
 pub const FORMAT: &str = "thirdbody.exchange/1";
@@ -64,7 +64,7 @@ pub(super) fn write<W: Write + Seek>(
 
 /// The provenance of a metadata record.
 pub(super) fn read(data: &[u8]) -> Result<Provenance, String> {
-    let record = mcap::parse_record(op::METADATA, data).map_err(|error| chain(&error))?;
+    let record = parse(op::METADATA, data)?;
     let Record::Metadata(mut record) = record else {
         return Err("the metadata is none".into());
     };

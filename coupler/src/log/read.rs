@@ -14,6 +14,7 @@ use protocol::{Frame, Header};
 
 use super::entry::{Entry, Exchange, INTERFACE};
 use super::error::{LogError, chain};
+use super::lengths::parse;
 use super::order::Order;
 use super::proto;
 use super::provenance::{self, Provenance};
@@ -185,7 +186,7 @@ impl LogFile {
         self.chunks += 1;
         let (mut reader, mut rest) = (chunk_reader(data)?, data);
         while let Some((opcode, record)) = next_record(&mut reader, &mut rest, usize::MAX)? {
-            match mcap::parse_record(opcode, &record)? {
+            match parse(opcode, &record).map_err(Failure::Damage)? {
                 Record::Channel(channel) => {
                     let interface = channel.metadata.get(INTERFACE).cloned();
                     self.interfaces.insert(channel.id, interface);
@@ -305,7 +306,7 @@ impl From<McapError> for Failure {
 /// another length than it should have, was a chunk once, and what comes after it must not pass for what comes next.
 fn plain_record(opcode: u8, data: &[u8]) -> Result<(), Failure> {
     let kind = format!("a record of kind {opcode:#04x}");
-    let length = match mcap::parse_record(opcode, data)? {
+    let length = match parse(opcode, data).map_err(Failure::Damage)? {
         Record::MessageIndex(index) => 2 + 4 + 16 * index.records.len(),
         Record::Attachment {
             header,
@@ -327,7 +328,7 @@ fn plain_record(opcode: u8, data: &[u8]) -> Result<(), Failure> {
 /// Hands a chunk to a reader of its own as if it were a file: only that one decompresses within a limit and verifies before
 /// it yields.
 fn chunk_reader(data: &[u8]) -> Result<LinearReader, Failure> {
-    let Record::Chunk { header, .. } = mcap::parse_record(op::CHUNK, data)? else {
+    let Record::Chunk { header, .. } = parse(op::CHUNK, data).map_err(Failure::Damage)? else {
         return Err(Failure::Damage("the chunk is none".into()));
     };
     let (length, claimed) = (data.len(), header.uncompressed_size);

@@ -58,7 +58,12 @@ pub struct Campaign {
     pub seed: u64,
     /// Signals that end it.
     pub watch: Watch,
+    /// Part of the names of the rows to run; empty for all.
+    pub only: String,
 }
+
+/// Name of the row of simulated runs.
+const SIMULATED: &str = "simulated network";
 
 /// A fault: one trial of it, of this number.
 type Fault<'a> = &'a (dyn Fn(&mut Trial, &mut Random, u64) -> Tried + Sync);
@@ -111,12 +116,22 @@ pub fn run_campaign(campaign: &Campaign) -> Result<Vec<FaultRow>, Error> {
             damage::checkpoint(t, r, i)
         }),
     ];
-    let rows = (0u64..).zip(faults).map(|(place, (name, bound_s, fault))| {
+    let chosen = |name: &str| name.contains(&campaign.only);
+    let faults = (0u64..).zip(faults);
+    let rows = faults.filter(|(_, (name, ..))| chosen(name));
+    let rows = rows.map(|(place, (name, bound_s, fault))| {
         let row = FaultRow::new(name, campaign.seed, bound_s);
         run_row(campaign, &stage, row, place, fault)
     });
     let mut rows = rows.collect::<Result<Vec<_>, Error>>()?;
-    rows.push(simulated_row(campaign)?);
+    if chosen(SIMULATED) {
+        rows.push(simulated_row(campaign)?);
+    }
+    if rows.is_empty() {
+        let problem = "no fault has this in its name; without --only all are listed";
+        let argument = format!("--only {}", campaign.only);
+        return Err(Refusal::argument(argument, problem).into());
+    }
     Ok(rows)
 }
 
@@ -180,7 +195,7 @@ fn numbered(wrong: Wrong, index: u64) -> Wrong {
 }
 
 fn simulated_row(campaign: &Campaign) -> Result<FaultRow, Error> {
-    let mut row = FaultRow::new("simulated network", campaign.seed, None);
+    let mut row = FaultRow::new(SIMULATED, campaign.seed, None);
     tell(&row.name);
     let (count, watch) = (SCHEDULES * campaign.trials, &campaign.watch);
     let counts = run_schedules(campaign.seed, count, |link| link, watch);
