@@ -107,3 +107,22 @@ fn an_interrupt_keeps_the_valid_part() {
         log::summarize(&work.path().join("out/exchange.mcap"), false).expect("the log was closed");
     }
 }
+
+#[test]
+fn an_interrupt_does_not_wait_for_a_stopped_node() {
+    let work = Scratch::new("interrupted-stopped");
+    // With checkpoints a window in progress has two seconds to end, which a stopped node does not use.
+    let often = [
+        "run.checkpoint_every_windows=20",
+        "run.deadlines.answer_s=60",
+    ];
+    let running = in_the_midst(work.path(), &often);
+    let pids = running.participants();
+    send(pids[1], Signal::SIGSTOP);
+    std::thread::sleep(Duration::from_millis(100));
+    send(running.child.id() as i32, Signal::SIGINT);
+    let (output, took) = running.end_within(Duration::from_millis(1800));
+    println!("ended after {took:?}");
+    fails(&output, 130, &["interrupted"]);
+    gone_within(&pids, PROMPT);
+}

@@ -223,6 +223,10 @@ impl Peer {
         if let Some(why) = ended {
             return Err(self.lost(why));
         }
+        // The grace that a signal leaves to a window is wasted on a peer that stands still.
+        if let Some(error) = wait.watch.interrupted().filter(|_| self.life.is_stopped()) {
+            return Err(error);
+        }
         *waited += SLICE;
         if waited.as_secs_f64() < wait.seconds {
             return Ok(());
@@ -245,6 +249,11 @@ impl Peer {
 }
 
 impl Life {
+    /// True for a process that was stopped from outside.
+    fn is_stopped(&self) -> bool {
+        matches!(self, Life::Process(process) if process::is_stopped(process.id()))
+    }
+
     /// Gives it time to end after its farewell.
     fn take_leave(&mut self) {
         if let Life::Process(process) = self {
