@@ -134,6 +134,7 @@ pub fn not_converged(bounds: Bounds, accepted: u64, windows: u64) -> Option<Find
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scenario::Plausible;
 
     const BOUNDS: Bounds = Bounds {
         warn: 0.02,
@@ -170,5 +171,57 @@ mod tests {
         );
         let advice = Warning::advice("advice", "rail", "take care").line();
         assert_eq!(advice, "warning: rail: take care");
+    }
+
+    /// Expects nothing just inside the first bound, a warning between both and a suspect run beyond the second.
+    fn judges([warn, suspect]: [f64; 2], found: impl Fn(f64) -> Option<Finding>) {
+        let [below, above] = [0.999, 1.001];
+        let cases = [
+            (below * warn, None),
+            (above * warn, Some(false)),
+            (below * suspect, Some(false)),
+            (above * suspect, Some(true)),
+        ];
+        for (value, expected) in cases {
+            let found = found(value);
+            assert_eq!(
+                found.as_ref().map(|f| f.suspect),
+                expected,
+                "{value}: {found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn each_check_has_the_bounds_of_the_manual() {
+        let bounds = Plausible::default();
+        for side in [1.0, -1.0] {
+            judges([0.02, 0.1], |value| {
+                let through = 100.0 * (1.0 + side * value);
+                force_balance(bounds.force_balance_rel, load(100.0, 100.0), through)
+            });
+        }
+        judges([0.01, 0.1], |v| {
+            energy_balance(bounds.energy_balance_rel, v)
+        });
+        judges([0.02, 0.1], |v| {
+            interface_energy(bounds.interface_energy_rel, v)
+        });
+        judges([0.01, 1.0], |v| gap(bounds.gap_rel, v));
+        judges([0.01, 0.3], |v| {
+            surface_offset(bounds.surface_offset_rel, v)
+        });
+        let accepted = |windows| {
+            let found = not_converged(bounds.not_converged_rel, windows, 10_000);
+            found.map(|finding| finding.suspect)
+        };
+        let found = [0, 1, 100, 101].map(accepted);
+        assert_eq!(found, [None, Some(false), Some(false), Some(true)]);
+    }
+
+    #[test]
+    fn a_balance_that_is_lost_on_the_way_goes_by_the_second_bound() {
+        let found = |value| lost_balance("energy_balance", BOUNDS, value, 1.0).map(|f| f.suspect);
+        assert_eq!([0.0999, 0.1001].map(found), [None, Some(true)]);
     }
 }

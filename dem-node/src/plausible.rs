@@ -194,3 +194,305 @@ fn pressed_half_width(bodies: &Bodies, state: &State) -> Option<f64> {
     });
     within.map(|(x, _)| *x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::WheelConfig;
+    use crate::detect::Slot;
+    use crate::faces::{Face, RigidWall};
+    use crate::law::Springs;
+    use crate::report::StepSpan;
+    use crate::state::WheelState;
+    use crate::step::StepSummary;
+
+    const LOAD: f64 = 1000.0;
+    const WEIGHT: f64 = 100.0;
+    const RADIUS: f64 = 0.5;
+    const GRAINS: usize = 2000;
+    const STEPS: usize = 24;
+    const STEP: f64 = 0.125;
+    /// First step of the second half of the hold.
+    const REST: usize = 20;
+
+    /// A run of 24 steps: a ramp of 2 s and a hold of 1 s, in which the wheel has come down by 1 m.
+    struct Scene {
+        bodies: Bodies,
+        state: State,
+        stored: [f64; 4],
+        program: WheelConfig,
+        half_width: Option<f64>,
+        steps: Vec<StepSummary>,
+        heights: Vec<f64>,
+        first_height: f64,
+    }
+
+    /// Nothing to find, each value being at hand for every check.
+    fn sound() -> Scene {
+        let step = StepSummary {
+            on_wheel: [0.0, LOAD],
+            on_boundary: [0.0, -LOAD - WEIGHT],
+            through: LOAD,
+            ..StepSummary::default()
+        };
+        let mut state = State {
+            centres: vec![[0.0, 1.0]; GRAINS],
+            ..State::default()
+        };
+        let accounts = &mut state.accounts;
+        [accounts.impact, accounts.friction, accounts.cohesion] = [1.0, 5.0, -1.0];
+        Scene {
+            bodies: Bodies {
+                free: GRAINS,
+                radii: vec![RADIUS; GRAINS],
+                masses: vec![WEIGHT / 10.0 / GRAINS as f64; GRAINS],
+                gravity: [0.0, -10.0],
+                reference: vec![[-10.0, 0.0], [10.0, 0.0]],
+                base: 2,
+                wheel_mass: Some(1.0),
+                ..Bodies::default()
+            },
+            state,
+            stored: [1.0, -1.0, 0.5, -0.5],
+            program: WheelConfig {
+                load_n: LOAD,
+                mass_kg: 1.0,
+                radius_m: 0.0,
+                vy_m_per_s: 0.0,
+                amplitude_m: 0.0,
+                frequency_hz: 1.0,
+                ramp_s: 2.0,
+                hold_s: 1.0,
+                cycles: 0.0,
+            },
+            half_width: Some(4.0),
+            steps: vec![step; STEPS],
+            heights: vec![0.0; STEPS],
+            first_height: 1.0,
+        }
+    }
+
+    impl Scene {
+        fn statistics(&self) -> RunStatistics {
+            let mut statistics = RunStatistics::new(self.first_height);
+            let program = WheelProgram(self.program);
+            let steps = self.steps.iter().zip(&self.heights);
+            for (index, (step, height)) in steps.enumerate() {
+                let start = index as f64 * STEP;
+                let state = State {
+                    wheel: WheelState {
+                        position: [0.0, *height],
+                        velocity: [0.0; 2],
+                    },
+                    ..State::default()
+                };
+                let span = StepSpan {
+                    start,
+                    end: start + STEP,
+                    drive_work: 0.0,
+                };
+                statistics.record(Some(&program), &state, step, &span);
+            }
+            statistics
+        }
+
+        /// Codes of what is found, and if it makes the run suspect.
+        fn found(&self) -> Vec<(String, bool)> {
+            let judged = Judged {
+                bounds: PlausibleConfig::default(),
+                bodies: &self.bodies,
+                state: &self.state,
+                stored: self.stored,
+                statistics: &self.statistics(),
+                program: Some(WheelProgram(self.program)),
+                half_width: self.half_width,
+            };
+            let findings = judged.findings().into_iter();
+            findings.map(|f| (f.code, f.suspect)).collect()
+        }
+    }
+
+    /// Expects nothing of the first value, a warning of the next two and a suspect run of the last.
+    fn judges_values(code: &str, values: [f64; 4], scene: impl Fn(f64) -> Scene) {
+        let expected = [None, Some(false), Some(false), Some(true)];
+        for (value, expected) in values.into_iter().zip(expected) {
+            let expected: Vec<_> = expected
+                .map(|s| (code.to_string(), s))
+                .into_iter()
+                .collect();
+            assert_eq!(scene(value).found(), expected, "{code} of {value}");
+        }
+        let found = scene(f64::NAN).found();
+        assert!(
+            found.contains(&(code.into(), true)),
+            "{code} of no number: {found:?}"
+        );
+    }
+
+    /// The same with values just inside and just outside both bounds.
+    fn judges(code: &str, [warn, suspect]: [f64; 2], scene: impl Fn(f64) -> Scene) {
+        let [below, above] = [0.999, 1.001];
+        let values = [below * warn, above * warn, below * suspect, above * suspect];
+        judges_values(code, values, scene);
+    }
+
+    /// A sound scene with this step changed.
+    fn with_step(index: usize, change: impl Fn(&mut StepSummary)) -> Scene {
+        let mut scene = sound();
+        change(&mut scene.steps[index]);
+        scene
+    }
+
+    #[test]
+    fn a_sound_run_has_no_findings() {
+        assert_eq!(sound().found(), []);
+    }
+
+    #[test]
+    fn overlaps_of_any_step_are_judged_by_the_law_of_the_contacts() {
+        judges("overlap", [0.3, 1.0], |value| {
+            let mut scene = with_step(0, |step| step.overlap = [0.0, value * RADIUS]);
+            scene.bodies.law.springs = Some(Springs {
+                normal: 1.0,
+                tangential: 1.0,
+            });
+            scene
+        });
+        judges("overlap_rigid", [2e-3, 0.1], |value| {
+            with_step(0, |step| step.overlap = [value * RADIUS, RADIUS])
+        });
+    }
+
+    #[test]
+    fn each_grain_that_left_is_counted() {
+        let scene = |lost: f64| {
+            let mut scene = sound();
+            let lost = if lost.is_nan() { GRAINS } else { lost as usize };
+            scene.state.centres[..lost].fill([11.0, 1.0]);
+            scene
+        };
+        judges_values("ejected", [0.0, 1.0, 200.0, 201.0], scene);
+    }
+
+    #[test]
+    fn the_wheel_is_judged_above_and_below_its_load() {
+        for side in [1.0, -1.0] {
+            judges("wheel_at_rest", [0.05, 0.2], |value| {
+                let mut scene = with_step(REST, |step| step.on_wheel[1] += side * value * LOAD);
+                // What comes in below is what the wheel exerts.
+                scene.steps[REST].on_boundary[1] -= side * value * LOAD;
+                scene
+            });
+        }
+    }
+
+    #[test]
+    fn without_a_hold_the_last_force_before_the_motion_counts() {
+        let mut scene = sound();
+        (scene.program.ramp_s, scene.program.hold_s) = (3.0, 0.0);
+        assert_eq!(scene.found(), []);
+        scene.steps[STEPS - 1].on_wheel[1] = 0.9 * LOAD;
+        assert_eq!(scene.found(), [("wheel_at_rest".to_string(), false)]);
+        scene.program.ramp_s = 0.0;
+        assert_eq!(scene.found(), [("wheel_at_rest".to_string(), true)]);
+    }
+
+    #[test]
+    fn the_drift_is_judged_over_the_approach_and_what_counts_as_rest() {
+        let drifting = |lost: f64, first_height: f64| {
+            let mut scene = sound();
+            scene.first_height = first_height;
+            for (index, height) in scene.heights[REST..].iter_mut().enumerate() {
+                *height = lost * (0.5 - index as f64 / 3.0);
+            }
+            scene
+        };
+        let settling = SETTLING * RADIUS;
+        for side in [1.0, -1.0] {
+            judges("wheel_drift", [0.03, 0.3], |value| {
+                drifting(side * value * (1.0 + settling), 1.0)
+            });
+        }
+        assert_eq!(drifting(0.029 * settling, 0.0).found(), []);
+    }
+
+    #[test]
+    fn what_the_wheel_presses_with_must_come_out_below() {
+        for side in [1.0, -1.0] {
+            let scene = |value: f64| {
+                let mut scene = sound();
+                for step in &mut scene.steps {
+                    step.on_boundary[1] *= 1.0 + side * value;
+                }
+                scene
+            };
+            judges("layer_at_rest", [0.02, 0.1], scene);
+            let mut loose = scene(1.0);
+            loose.bodies.reference.clear();
+            loose.bodies.base = 0;
+            assert_eq!(loose.found(), [], "nothing is glued");
+            let mut walled = scene(1.0);
+            walled.bodies.walls = vec![RigidWall {
+                face: Face::HalfPlane {
+                    point: [0.0; 2],
+                    normal: [1.0, 0.0],
+                },
+                velocity: [0.0; 2],
+            }];
+            assert_eq!(walled.found(), [], "a wall bears a part");
+        }
+    }
+
+    #[test]
+    fn added_inertia_is_judged_after_the_ramp() {
+        judges("added_inertia", [0.1, 0.4], |value| {
+            let mut scene = sound();
+            for (index, step) in scene.steps.iter_mut().enumerate() {
+                step.added_inertia = if index < 16 { LOAD } else { value * LOAD };
+            }
+            scene
+        });
+    }
+
+    #[test]
+    fn jumps_of_detection_are_judged_over_all_energies() {
+        judges("detection", [5e-3, 3e-2], |value| {
+            let mut scene = sound();
+            scene.state.accounts.detection_size = 10.0 * value;
+            scene
+        });
+        let mut rigid = sound();
+        rigid.state.accounts = Default::default();
+        rigid.stored = [0.0; 4];
+        assert_eq!(rigid.found(), [], "no springs, no jumps");
+    }
+
+    #[test]
+    fn nearly_all_of_the_force_must_lie_within_the_layer() {
+        let slot = |a: usize, b: usize, force: f64| Slot {
+            a: a as u32,
+            b: b as u32,
+            force: [force, 0.0],
+            spring: 0.0,
+            left: 0.0,
+        };
+        let scene = |value: f64| {
+            let mut scene = sound();
+            let centres = &mut scene.state.centres;
+            (centres[1][0], centres[2][0]) = (-4.0 * value, 8.0);
+            let forces = [(0, 97.0), (1, 1.5), (2, 1.5)];
+            let on_wheel = forces.map(|(grain, force)| slot(grain, GRAINS, force));
+            scene.state.list.slots = on_wheel.to_vec();
+            scene.state.list.slots.push(slot(2, 3, 1e6));
+            scene
+        };
+        judges("contact_width", [0.71, 0.95], scene);
+    }
+
+    #[test]
+    fn the_residual_of_any_step_is_judged() {
+        judges("contact_residual", [2e-3, 0.3], |value| {
+            with_step(0, |step| step.convergence.residual = value)
+        });
+    }
+}

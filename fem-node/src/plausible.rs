@@ -80,3 +80,120 @@ pub(crate) fn strain(model: &Model, value: f64) -> Option<Finding> {
         format!("the body is strained by up to {value:.3}, and {means}: lower the load, or check young_pa and the dimensions")
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use protocol::{Setting, read_config};
+    use serde_json::{Value, json};
+
+    /// A body 10 mm wide, its upper edge with this crown (m; 0 = flat).
+    fn model(crown: f64) -> Model {
+        let mut mesh = json!({"width_m": 1e-2, "height_m": 2e-3, "size_m": 1e-3});
+        if crown > 0.0 {
+            mesh["crown_radius_m"] = Value::from(crown);
+        }
+        let config = json!({
+            "mesh": mesh, "base": "free", "time": {"step_s": "auto", "damping": 0.5},
+            "material": {"young_pa": 1e11, "poisson": 0.3, "density_kg_per_m3": 7800.0},
+        });
+        let setting = Setting {
+            participant: "body".into(),
+            seed: 0,
+            thickness_m: 1e-3,
+            threads: 1,
+            fields: None,
+        };
+        let config = read_config(&config).expect("the keys are valid");
+        Model::new(&config, &setting).expect("the body is valid")
+    }
+
+    /// The body under a wheel with a face of this radius.
+    fn under_wheel(radius: f64) -> Model {
+        Model {
+            wheel_radius: radius,
+            ..model(0.0)
+        }
+    }
+
+    fn profile(nodes: &[(f64, DirectedStatus)]) -> Profile {
+        Profile {
+            x: nodes.iter().map(|(x, _)| *x).collect(),
+            pressure: vec![0.0; nodes.len()],
+            shear: vec![0.0; nodes.len()],
+            status: nodes.iter().map(|(_, status)| *status).collect(),
+        }
+    }
+
+    /// Expects nothing just inside the first bound, a warning between both and a suspect run beyond the second.
+    fn judges(code: &str, [warn, suspect]: [f64; 2], found: impl Fn(f64) -> Option<Finding>) {
+        let [below, above] = [0.999, 1.001];
+        let cases = [
+            (below * warn, None),
+            (above * warn, Some(false)),
+            (below * suspect, Some(false)),
+            (above * suspect, Some(true)),
+            (f64::NAN, Some(true)),
+        ];
+        for (value, expected) in cases {
+            let found = found(value).map(|finding| (finding.code, finding.suspect));
+            let expected = expected.map(|suspect| (code.to_string(), suspect));
+            assert_eq!(found, expected, "{code} of {value}");
+        }
+    }
+
+    #[test]
+    fn the_wheel_is_judged_above_and_below_its_load() {
+        let model = model(0.0);
+        judges("wheel_at_rest", [0.05, 0.2], |value| {
+            wheel_at_rest(&model, 1000.0, [1000.0, 1000.0 * (1.0 + value)])
+        });
+        judges("wheel_at_rest", [0.05, 0.2], |value| {
+            wheel_at_rest(&model, 1000.0, [1000.0 * (1.0 - value), 1000.0])
+        });
+        assert_eq!(wheel_at_rest(&model, 0.0, [0.0, 1.0]), None, "no load");
+    }
+
+    #[test]
+    fn a_curved_contact_needs_four_nodes() {
+        let found = |model: &Model, nodes: usize| {
+            let mut all = vec![(0.0, DirectedStatus::Stick); nodes];
+            all.extend([(0.0, DirectedStatus::Open); 5]);
+            contact_resolution(model, &profile(&all)).map(|finding| finding.suspect)
+        };
+        for model in [under_wheel(0.1), under_wheel(-0.1), model(0.3)] {
+            let expected = [None, Some(true), Some(false), Some(false), None];
+            for (nodes, expected) in expected.into_iter().enumerate() {
+                assert_eq!(found(&model, nodes), expected, "{nodes} nodes");
+            }
+        }
+        assert_eq!(found(&model(0.0), 1), None, "a flat wheel on a flat body");
+    }
+
+    #[test]
+    fn a_curved_contact_must_end_before_the_body() {
+        let found = |model: &Model, value: f64| {
+            let held = [(0.0, DirectedStatus::Stick), (4.9e-3, DirectedStatus::Open)];
+            let last = [(-5e-3 * value, DirectedStatus::SlipForward)];
+            contact_reach(model, [profile(&held), profile(&last)].iter())
+        };
+        for model in [under_wheel(0.1), model(0.3)] {
+            judges("contact_reach", [0.5, 0.9], |value| found(&model, value));
+        }
+        assert_eq!(found(&model(0.0), 1.0), None, "a flat wheel on a flat body");
+    }
+
+    #[test]
+    fn the_largest_strain_of_all_times_is_judged() {
+        let model = model(0.0);
+        judges("strain", [0.1, 0.3], |value| strain(&model, value));
+        let mut state = State::at_rest_under(&model.body, None);
+        assert_eq!(strain_so_far(0.7, &model, &state), 0.7);
+        for node in model.mesh.edge(Edge::Right) {
+            // The last column, 1 mm wide, is made a tenth wider.
+            state.u[model.body.layout.index(node, 0)] = 1e-4;
+        }
+        assert!((strain_so_far(0.05, &model, &state) - 0.1).abs() < 1e-12);
+        assert!(strain_so_far(f64::NAN, &model, &state).is_nan());
+    }
+}

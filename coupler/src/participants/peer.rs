@@ -455,6 +455,42 @@ mod tests {
     }
 
     #[test]
+    fn an_answer_of_another_kind_or_protocol_is_refused() {
+        let peer = || {
+            let link = Slow {
+                empty: 0,
+                frames: VecDeque::new(),
+            };
+            let mut peer = Peer::new("rail", Box::new(link), Life::Tape);
+            peer.open.push_back(ASKED);
+            peer
+        };
+        let answer = |kind: Kind, protocol: u32| {
+            let header = Header {
+                kind: kind as u32,
+                protocol,
+                ..ASKED
+            };
+            let mut frame = Frame::new(header, vec![1.0]);
+            frame.stamp(0);
+            let taken = peer().accept(frame, Kind::Motion);
+            taken.map(|_| ()).map_err(|error| error.to_string())
+        };
+        assert_eq!(answer(Kind::Motion, PROTOCOL_VERSION), Ok(()));
+        let other = answer(Kind::Report, PROTOCOL_VERSION).expect_err("another kind");
+        assert!(
+            other.contains("answered Report where Motion was due"),
+            "{other}"
+        );
+        let version = PROTOCOL_VERSION + 1;
+        let newer = answer(Kind::Motion, version).expect_err("another protocol");
+        assert!(
+            newer.contains(&format!("speaks protocol version {version}")),
+            "{newer}"
+        );
+    }
+
+    #[test]
     fn an_answer_to_an_equal_request_before_is_refused() {
         let refused = second_answer(ASKED, 0, 0, false).expect_err("it is the first again");
         assert!(refused.contains("message 0") && refused.contains("lost, repeated or overtaken"));

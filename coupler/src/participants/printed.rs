@@ -111,4 +111,22 @@ mod tests {
         assert_eq!(&log[HEAD..HEAD + note.len()], note);
         assert!(log[HEAD + note.len()..] == text[HEAD + 5000..]);
     }
+
+    #[test]
+    fn the_last_words_follow_a_full_beginning() {
+        let path = std::env::temp_dir().join(format!("thirdbody-words-{}", std::process::id()));
+        let (pipe, mut printer) = std::io::pipe().expect("the system gives a pipe");
+        let log = File::create(&path).expect("the folder is writable");
+        let mut printed = Printed::keep(pipe, log).expect("a thread starts");
+        let words = vec![b'w'; HEAD];
+        printer.write_all(&words).expect("somebody reads");
+        printer.write_all(b" and why").expect("somebody reads");
+        drop(printer);
+        let thread = printed.0.take().expect("it was started");
+        thread.join().expect("it does not panic");
+        let text = std::fs::read(&path).expect("it was written");
+        std::fs::remove_file(&path).expect("it is ours");
+        assert_eq!(text.len(), HEAD + b" and why".len());
+        assert!(text.ends_with(b"w and why"));
+    }
 }

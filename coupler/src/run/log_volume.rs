@@ -153,3 +153,45 @@ fn answers(scheme: &Scheme) -> usize {
         _ => 1,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::{SchemeKeys, SchemeWord};
+
+    /// Repeats of a scheme that allows this many, at the least and at the most.
+    fn repeats(scheme: SchemeWord, repeats_max: Option<u32>) -> [u64; 2] {
+        let keys = SchemeKeys {
+            repeats_max,
+            ..SchemeKeys::of(scheme)
+        };
+        [Repeats::Least, Repeats::Most].map(|repeats| repeats.of(&keys.scheme()))
+    }
+
+    #[test]
+    fn schemes_that_iterate_or_learn_may_repeat_as_often_as_they_are_allowed() {
+        for scheme in [
+            SchemeWord::FixedPointSerial,
+            SchemeWord::FixedPointParallel,
+            SchemeWord::DualSchurSecant,
+        ] {
+            assert_eq!(repeats(scheme, Some(7)), [1, 7]);
+            assert_eq!(repeats(scheme, Some(0)), [1, 1], "the least is the most");
+        }
+        for scheme in [SchemeWord::DualSchur, SchemeWord::Velocity] {
+            assert_eq!(repeats(scheme, Some(7)), [1, 1]);
+        }
+        assert_eq!(repeats(SchemeWord::StaggeredSerial, None), [0, 0]);
+    }
+
+    #[test]
+    fn a_log_that_just_fits_is_written() {
+        let room = |free| require_space(1000, free, Path::new("out/exchange.mcap"));
+        assert!(room(Some(1000)).is_ok());
+        assert!(room(None).is_ok(), "nobody knows");
+        let refused = room(Some(999)).expect_err("a byte is missing").to_string();
+        for part in ["out/exchange.mcap", "1.000e3", "9.990e2", "--out"] {
+            assert!(refused.contains(part), "{part}: {refused}");
+        }
+    }
+}

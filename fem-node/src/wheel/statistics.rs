@@ -188,7 +188,78 @@ impl CycleStatistics {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::{ContactConfig, WheelConfig};
+    use crate::model::Model;
     use crate::wheel::program::tests::program;
+    use protocol::{Setting, read_config};
+    use serde_json::json;
+
+    /// A wheel that is loaded and held for these times (s), seen every quarter of a second.
+    fn wheel([ramp_s, hold_s]: [f64; 2]) -> Wheel {
+        let config = json!({
+            "mesh": {"width_m": 1e-2, "height_m": 2e-3, "size_m": 1e-3}, "base": "free", "time": {"step_s": "auto", "damping": 0.5},
+            "material": {"young_pa": 1e11, "poisson": 0.3, "density_kg_per_m3": 7800.0},
+        });
+        let setting = Setting {
+            participant: "body".into(),
+            seed: 0,
+            thickness_m: 1e-3,
+            threads: 1,
+            fields: None,
+        };
+        let config = read_config(&config).expect("the keys are valid");
+        let Model { mesh, body, .. } = Model::new(&config, &setting).expect("the body is valid");
+        let config = WheelConfig {
+            ramp_s,
+            hold_s,
+            ..program().0
+        };
+        let contact: ContactConfig =
+            read_config(&json!({"friction": 0.3})).expect("the key is valid");
+        Wheel::new(&config, &contact, &mesh, &body, 0.25, 0.0)
+    }
+
+    /// Range of the force after steps that end with these forces on the wheel (N).
+    fn range_after(
+        statistics: CycleStatistics,
+        times: [f64; 2],
+        forces: &[f64],
+    ) -> Option<[f64; 2]> {
+        let (mut statistics, wheel) = (statistics, wheel(times));
+        for (index, force) in forces.iter().enumerate() {
+            let contact = NodeContact {
+                normal: [0.0, -force],
+                ..NodeContact::default()
+            };
+            statistics.record(&wheel, &[contact], index as u64 + 1, 0.0);
+        }
+        statistics.held_range()
+    }
+
+    #[test]
+    fn the_range_is_that_of_the_second_half_of_the_hold() {
+        // A ramp of 1 s and a hold until 3 s: steps 8 to 11 count.
+        let mut forces = [1000.0; 12];
+        (forces[6], forces[7], forces[9], forces[11]) = (0.0, 900.0, 1100.0, 0.0);
+        let range = |steps| range_after(Default::default(), [1.0, 2.0], &forces[..steps]);
+        assert_eq!(range(7), None);
+        assert_eq!(range(12), Some([900.0, 1100.0]));
+    }
+
+    #[test]
+    fn without_a_hold_it_is_the_force_before_the_motion() {
+        let mut forces = [0.0; 14];
+        forces[10] = 700.0;
+        let range = |steps| range_after(Default::default(), [3.0, 0.0], &forces[..steps]);
+        assert_eq!(range(10), None);
+        assert_eq!(range(11), Some([700.0; 2]));
+        assert_eq!(range(14), Some([700.0; 2]));
+        let at_once = range_after(Default::default(), [0.0; 2], &[500.0]);
+        assert_eq!(at_once, Some([0.0; 2]), "nothing was there before");
+        let mut loaded = CycleStatistics::default();
+        loaded.begin_at_rest(800.0);
+        assert_eq!(range_after(loaded, [0.0; 2], &[500.0]), Some([800.0; 2]));
+    }
 
     #[test]
     fn the_start_of_the_motion_is_not_looked_at() {
