@@ -77,6 +77,23 @@ fn quick_carries_the_load_through_three_processes() {
     assert!(number(&summary, "results.true_residual_max") <= 1e-4);
     assert_eq!(number(&summary, "coupling.not_converged_windows"), 0.0);
 
+    let wall = number(&summary, "wall_s");
+    for name in ["rail", "third-body"] {
+        let of = |key: &str| number(&summary, &format!("participants.{name}.{key}"));
+        let told = of("setup_wall_s") + of("solve_wall_s") + of("wait_s");
+        assert!(
+            told <= 1.02 * wall && told >= 0.7 * wall,
+            "{name}: set-up, solves and waits take {told} s of {wall} s"
+        );
+    }
+    let coupling = number(&summary, "coupling.wall_s");
+    let share = number(&summary, "coupling.share");
+    assert!(coupling > 0.0 && coupling < wall, "{coupling} of {wall} s");
+    assert!(
+        (0.0..1.0).contains(&share) && share >= coupling / wall,
+        "{share}"
+    );
+
     let signals = read_csv(&out.join("signals.csv"));
     let of = |name: &str| &signals[&format!("third-body.{name}")];
     let (normal, tangential) = (of("wheel_fn_n"), of("wheel_ft_n"));
