@@ -48,7 +48,7 @@ mod tests {
         for i in 0..=1000 {
             assert_eq!(trend.change().is_some(), i >= 3);
             let t = 7.0 + 1e-3 * f64::from(i);
-            trend.add(t, 5.0 - 0.2 * (t - 7.0) + (0.1 * f64::from(i)).sin());
+            trend.add(t, 5.0 - 0.2 * (t - 7.0) + 0.05 * f64::from(i).sin());
         }
         let change = trend.change().expect("there are enough values");
         assert!((change + 0.2).abs() < 0.05, "{change}");
