@@ -134,8 +134,10 @@ fn pressed(penetration: &str) -> (f64, Vec<String>) {
     let outcome = dem.finish().expect("it finishes");
     close("result", outcome.results["overlap_mean_rel"], mean, 0.0);
     assert!(outcome.results["overlap_max_rel"] >= mean);
-    let warnings = outcome.findings.into_iter().map(|finding| finding.text);
-    (mean, warnings.collect())
+    // The lax solver itself is told as well.
+    let findings = outcome.findings.into_iter();
+    let findings = findings.filter(|finding| finding.code != "contact_residual");
+    (mean, findings.map(|finding| finding.text).collect())
 }
 
 #[test]
