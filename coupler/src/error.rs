@@ -81,6 +81,12 @@ pub enum Error {
     Interrupted { signal: i32 },
 }
 
+/// Exit code of a log that is damaged inside.
+pub const DAMAGED: i32 = 6;
+
+/// Exit code of a check that failed, and of a run whose results are not to be trusted.
+pub const CHECK_FAILED: i32 = 8;
+
 impl Error {
     /// Error of something that cannot be read or started, in front of what the system says.
     pub fn input(what: impl Display) -> impl FnOnce(io::Error) -> Error {
@@ -139,7 +145,9 @@ impl Error {
             Error::PeerLost { .. } => (4, "peer_lost"),
             Error::Protocol { .. } => (4, "protocol"),
             Error::Deadline { .. } => (5, "deadline"),
-            Error::Log(LogError::NotALog { .. } | LogError::Damaged { .. }) => (6, "log_corrupt"),
+            Error::Log(LogError::NotALog { .. } | LogError::Damaged { .. }) => {
+                (DAMAGED, "log_corrupt")
+            }
             Error::Output { .. } | Error::Log(_) => (9, "output_failed"),
             Error::Interrupted { signal } => (128 + signal, "interrupted"),
         }

@@ -1,9 +1,7 @@
 //! Warnings of a run: what its participants found about themselves, and what the coupler finds about forces, energies and joins.
 
-use protocol::{Bounds, Finding, HeldLoad};
+use protocol::{Bounds, Finding, HeldLoad, larger};
 use serde::Serialize;
-
-use crate::scheme::vectors::larger;
 
 /// A line of `warnings` in summary.json.
 #[derive(Clone, Debug, PartialEq, Serialize)]

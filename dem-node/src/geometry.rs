@@ -103,11 +103,6 @@ pub fn squared_displacements(now: &[[f64; 2]], then: &[[f64; 2]]) -> impl Iterat
     both.map(|(now, then)| (now[0] - then[0]).powi(2) + (now[1] - then[1]).powi(2))
 }
 
-/// The larger of two numbers; not a number if either is none, which `f64::max` would drop.
-pub fn larger(a: f64, b: f64) -> f64 {
-    if b > a || b.is_nan() { b } else { a }
-}
-
 /// Smallest and largest of these values; infinity and minus infinity where there are none.
 pub fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     let none = [f64::INFINITY, f64::NEG_INFINITY];
@@ -124,14 +119,6 @@ pub fn extent(centres: &[[f64; 2]]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn what_is_no_number_is_larger_than_any() {
-        assert_eq!([larger(1.0, 2.0), larger(2.0, 1.0)], [2.0, 2.0]);
-        for pair in [[f64::NAN, 1.0], [1.0, f64::NAN], [f64::NAN, f64::INFINITY]] {
-            assert!(larger(pair[0], pair[1]).is_nan(), "{pair:?}");
-        }
-    }
 
     #[test]
     fn a_disk_beside_the_middle_of_a_curved_wheel_is_on_a_triangle() {

@@ -1,10 +1,9 @@
 //! Plausibility of the grains' results: values of a run beyond the bounds of its scenario.
 
-use protocol::{Finding, HeldLoad};
+use protocol::{Finding, HeldLoad, larger};
 
 use crate::bodies::Bodies;
 use crate::config::PlausibleConfig;
-use crate::geometry::larger;
 use crate::report::{RunStatistics, lost_grains};
 use crate::state::State;
 use crate::wheel::WheelProgram;

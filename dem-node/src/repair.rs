@@ -7,10 +7,12 @@
 //! A repair that did not converge counts as a step that did not: what it left is no displacement of least w.M w / 2, and no
 //! other number of the run would tell.
 
+use protocol::larger;
+
 use crate::bodies::Bodies;
 use crate::boundary::CompliantBoundary;
 use crate::error::DemError;
-use crate::geometry::{extent, larger, range};
+use crate::geometry::{extent, range};
 use crate::law::Penetration;
 use crate::positions::proximity;
 use crate::solver::{BodyRecord, Contact, Convergence, Criteria, NO_BOND, Problem, Solver};

@@ -1,9 +1,10 @@
 //! Reports: signals of each report, results of the run.
 
+use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
-use crate::geometry::{larger, range};
+use crate::geometry::range;
 use crate::state::{State, WheelState};
 use crate::step::StepSummary;
 use crate::structure;

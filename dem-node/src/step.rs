@@ -3,6 +3,7 @@
 //! q_m = q + h (1 - theta) v; contacts are detected there; v' = v + h F/m + M^-1 H r with the contact laws;
 //! q' = q_m + h theta v' (Moreau 1988; Jean 1999).
 
+use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 mod assembly;
@@ -12,7 +13,6 @@ mod update;
 use crate::bodies::Bodies;
 use crate::cohesion::Cohesion;
 use crate::error::DemError;
-use crate::geometry::larger;
 use crate::repair::{self, Repair, Stepped};
 use crate::solver::{Convergence, Criteria, NO_BOND, Partition, Problem, Solver};
 use crate::state::State;

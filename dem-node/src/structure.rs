@@ -2,8 +2,9 @@
 //!
 //! Computed once, from the state at the end of a run. Contacts are those that carry a compressive force.
 
+use protocol::larger;
+
 use crate::bodies::Bodies;
-use crate::geometry::larger;
 use crate::positions::proximity;
 use crate::state::State;
 

@@ -6,6 +6,8 @@
 
 use std::ops::{Add, Div, Mul, Sub};
 
+use protocol::larger;
+
 /// Numbers in a [`Pack`]: two registers of the baseline x86-64, one of AVX.
 pub(crate) const LANES: usize = 4;
 
@@ -74,11 +76,6 @@ impl Pack {
         }
         Pack(lanes)
     }
-}
-
-/// The larger of two numbers; not a number if either is none, which `f64::max` would drop.
-pub(crate) fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b <= a { a } else { b }
 }
 
 /// The largest of these, none being negative; not a number if any is not.

@@ -1,11 +1,11 @@
 //! Plausibility of the body's results: values of a run beyond the bounds of its scenario.
 
-use protocol::Finding;
+use protocol::{Finding, larger};
 
 use crate::integrate::State;
 use crate::mesh::Edge;
 use crate::model::Model;
-use crate::pack::{larger, largest};
+use crate::pack::largest;
 use crate::probe::largest_strain;
 use crate::profile::Profile;
 use crate::statics::DirectedStatus;
@@ -82,13 +82,13 @@ pub(crate) fn strain(model: &Model, value: f64) -> Option<Finding> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use protocol::{Setting, read_config};
     use serde_json::{Value, json};
 
     /// A body 10 mm wide, its upper edge with this crown (m; 0 = flat).
-    fn model(crown: f64) -> Model {
+    pub(crate) fn model(crown: f64) -> Model {
         let mut mesh = json!({"width_m": 1e-2, "height_m": 2e-3, "size_m": 1e-3});
         if crown > 0.0 {
             mesh["crown_radius_m"] = Value::from(crown);

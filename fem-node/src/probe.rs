@@ -1,5 +1,6 @@
 //! Signals of each window, stresses and pressures.
 
+use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 use crate::config::ElementKind;
@@ -8,7 +9,6 @@ use crate::integrate::State;
 use crate::material::nonlinear::{NonlinearLaw, stretch_at};
 use crate::mesh::Edge;
 use crate::model::Model;
-use crate::pack::larger;
 use crate::profile::Profile;
 use crate::wheel::{Wheel, WheelState};
 

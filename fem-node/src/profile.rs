@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
+use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 use crate::mesh::Edge;
 use crate::model::Model;
-use crate::pack::larger;
 use crate::statics::{DirectedStatus, WheelContact};
 use crate::wheel::{ContactStatus, NodeContact};
 

@@ -1,12 +1,14 @@
 //! One coupling window: m steps from the committed state under a constant interface force or a prescribed velocity.
 
+use protocol::larger;
+
 use crate::boundary::Traction;
 use crate::committed::Committed;
 use crate::element::Body;
 use crate::integrate::{Damping, Integrator, Load, RowEnergies, State, UpperRow};
 use crate::ledger::Ledger;
 use crate::model::Model;
-use crate::pack::{larger, largest};
+use crate::pack::largest;
 use crate::prescribed_velocity::PrescribedVelocity;
 use crate::probe::{HoldRecord, hold_record};
 use crate::wheel::WheelRun;

@@ -59,18 +59,27 @@ impl Bounds {
         })
     }
 
-    /// Refuses bounds under this key that are not in order.
-    pub fn check(&self, key: &str) -> Result<(), ConfigError> {
-        if self.warn >= 0.0 && self.warn <= self.suspect {
+    /// Refuses the first of these bounds, by their keys below `table`, that are not in order.
+    pub fn check_all<const N: usize>(
+        table: &str,
+        all: [(&str, Bounds); N],
+    ) -> Result<(), ConfigError> {
+        let in_order = |bounds: &Bounds| bounds.warn >= 0.0 && bounds.warn <= bounds.suspect;
+        let Some((key, Bounds { warn, suspect })) =
+            all.into_iter().find(|(_, bounds)| !in_order(bounds))
+        else {
             return Ok(());
-        }
-        let problem = format!(
-            "[{}, {}] are not two bounds in rising order",
-            self.warn, self.suspect
-        );
-        Err(ConfigError::new(key, problem)
+        };
+        let problem = format!("[{warn}, {suspect}] are not two bounds in rising order");
+        Err(ConfigError::new(&format!("{table}.{key}"), problem)
             .help("write [warn, suspect], for instance [0.1, 1.0]; 1e300 switches a bound off"))
     }
+}
+
+/// The larger of two numbers; not a number if either is none, which `f64::max` would drop.
+#[inline]
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b <= a { a } else { b }
 }
 
 #[cfg(test)]
@@ -85,6 +94,14 @@ mod tests {
     fn judged(value: f64) -> Option<(bool, f64, f64)> {
         let finding = BOUNDS.judge("code", value, || "text".into());
         finding.map(|finding| (finding.suspect, finding.value, finding.bound))
+    }
+
+    #[test]
+    fn what_is_no_number_is_larger_than_any() {
+        assert_eq!([larger(1.0, 2.0), larger(2.0, 1.0)], [2.0, 2.0]);
+        for pair in [[f64::NAN, 1.0], [1.0, f64::NAN], [f64::NAN, f64::INFINITY]] {
+            assert!(larger(pair[0], pair[1]).is_nan(), "{pair:?}");
+        }
     }
 
     #[test]
@@ -111,9 +128,11 @@ mod tests {
 
     #[test]
     fn bounds_are_refused_out_of_order() {
-        assert!(BOUNDS.check("plausible.overlap_rel").is_ok());
+        let check =
+            |second| Bounds::check_all("plausible", [("gap_rel", BOUNDS), ("overlap_rel", second)]);
+        assert!(check(BOUNDS).is_ok());
         for wrong in [[1.0, 0.1], [-1.0, 1.0], [f64::NAN, 1.0], [0.1, f64::NAN]] {
-            let error = Bounds::from(wrong).check("plausible.overlap_rel");
+            let error = check(Bounds::from(wrong));
             assert_eq!(
                 error.expect_err("out of order").key,
                 "plausible.overlap_rel"

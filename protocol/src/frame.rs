@@ -189,6 +189,20 @@ impl Header {
         }
     }
 
+    /// Window, steps, times and interface in words.
+    pub fn subject(&self) -> String {
+        format!(
+            "window {}, iteration {}, steps {} + {}, {:e} to {:e} s, interface {}",
+            self.window,
+            self.iteration,
+            self.step,
+            self.substeps,
+            self.t0_s,
+            self.t1_s,
+            self.interface
+        )
+    }
+
     /// XXH3 of all other fields in little-endian order.
     fn own_checksum(&self) -> u64 {
         let [kind, protocol, interface] = [self.kind, self.protocol, self.interface].map(u64::from);

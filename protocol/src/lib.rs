@@ -30,7 +30,7 @@ pub mod participate;
 pub mod serve;
 pub mod setting;
 
-pub use finding::{Bounds, Finding};
+pub use finding::{Bounds, Finding, larger};
 pub use frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 pub use link::{Link, LinkError};
 pub use node::{

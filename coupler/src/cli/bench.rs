@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 
-use super::common::{CHECK_FAILED, VerbResult, own_program, print, print_rows};
+use super::common::{VerbResult, own_program, print, print_rows};
 use crate::bench::{exchange, log, mapping, stability};
-use crate::error::{Error, Refusal};
+use crate::error::{CHECK_FAILED, Error, Refusal};
 use crate::participants::Registry;
 
 /// Arguments of `bench`.

@@ -3,6 +3,7 @@
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use clap::builder::RangedI64ValueParser;
 use serde::Serialize;
 use serde_json::json;
 
@@ -21,7 +22,7 @@ pub struct ScenarioArguments {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Threads of each participant (results never depend on it); by default the cores of the machine.
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_parser = thread_count())]
     pub threads: Option<u16>,
 }
 
@@ -35,6 +36,11 @@ impl ScenarioArguments {
     pub fn threads(&self) -> usize {
         threads(self.threads)
     }
+}
+
+/// Numbers of threads that a participant may have.
+pub(super) fn thread_count() -> RangedI64ValueParser<u16> {
+    clap::value_parser!(u16).range(1..=1024)
 }
 
 /// Threads of each participant: as asked, or the cores of the machine.
@@ -97,12 +103,6 @@ pub(super) fn print_either(
 ) -> Result<(), Error> {
     print(&if json { value() } else { text() })
 }
-
-/// Exit code of a check that failed.
-pub(super) const CHECK_FAILED: i32 = 8;
-
-/// Exit code of a log that is damaged inside.
-pub(super) const DAMAGED: i32 = 6;
 
 /// Leave to use a log that is not whole.
 #[derive(Debug, clap::Args)]

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use protocol::Kind;
 use protocol::setting::proposal;
 
-use super::common::{DAMAGED, RecoverArgument, VerbResult, log_of, print};
-use crate::error::{Error, Refusal};
+use super::common::{RecoverArgument, VerbResult, log_of, print};
+use crate::error::{DAMAGED, Error, Refusal};
 use crate::log::export::{Selection, long, wide};
 use crate::output::tell;
 

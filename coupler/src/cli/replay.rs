@@ -6,10 +6,10 @@ use protocol::Kind;
 use serde_json::{Value, json};
 
 use super::common::{
-    CHECK_FAILED, DAMAGED, RecoverArgument, VerbResult, foreign, log_of, own_program, print_either,
-    refuse_commands, restart_point,
+    RecoverArgument, VerbResult, foreign, log_of, own_program, print_either, refuse_commands,
+    restart_point, thread_count,
 };
-use crate::error::{Error, Refusal};
+use crate::error::{CHECK_FAILED, DAMAGED, Error, Refusal};
 use crate::output::tell;
 use crate::participants::{Launcher, Registry, Watch};
 use crate::replay::solver::How;
@@ -31,7 +31,7 @@ pub struct ReplayArguments {
     #[arg(long)]
     node: Option<String>,
     /// Threads of each participant.
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, default_value_t = 1, value_parser = thread_count())]
     threads: u16,
     /// Begin at the nearest checkpoint after at most so many windows instead of at the start.
     #[arg(long, value_name = "WINDOW")]

@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::common::{RecoverArgument, VerbResult, refuse_commands, restart_point, threads};
+use super::common::{
+    RecoverArgument, VerbResult, refuse_commands, restart_point, thread_count, threads,
+};
 use super::run::{EndingArguments, conclude, options};
 use crate::error::Refusal;
 use crate::log::damage;
@@ -23,7 +25,7 @@ pub struct ResumeArguments {
     #[arg(long)]
     out: Option<PathBuf>,
     /// Threads of each participant (results never depend on it); by default the cores of the machine.
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_parser = thread_count())]
     threads: Option<u16>,
     /// Start programs that the scenario of the run names.
     #[arg(long)]

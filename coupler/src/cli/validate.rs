@@ -4,8 +4,9 @@ use std::path::Path;
 
 use clap::ValueEnum;
 
-use super::common::{CHECK_FAILED, VerbResult, own_program, print_rows};
+use super::common::{VerbResult, own_program, print_rows};
 use super::run::listen;
+use crate::error::CHECK_FAILED;
 use crate::output::tell;
 use crate::participants::{Registry, Watch};
 use crate::validate::faults::row::FaultRow;

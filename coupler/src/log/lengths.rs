@@ -10,7 +10,7 @@ struct Layout {
     fixed: usize,
     /// Texts, each behind its length in four bytes.
     texts: usize,
-    /// What comes behind them.
+    /// The rest of the record, behind its texts.
     tail: Tail,
 }
 

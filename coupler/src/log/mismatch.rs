@@ -141,19 +141,12 @@ fn about(frame: &Frame) -> [u64; 10] {
 
 /// The same in words.
 fn describe(frame: &Frame) -> String {
-    let header = &frame.header;
     format!(
-        "{} of {} doubles for window {}, iteration {}, steps {} + {}, {:e} to {:e} s, interface {}, protocol {}",
+        "{} of {} doubles for {}, protocol {}",
         kind(frame),
         frame.payload.len(),
-        header.window,
-        header.iteration,
-        header.step,
-        header.substeps,
-        header.t0_s,
-        header.t1_s,
-        header.interface,
-        header.protocol
+        frame.header.subject(),
+        frame.header.protocol
     )
 }
 

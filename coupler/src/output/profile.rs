@@ -3,12 +3,11 @@
 use std::fmt::Write;
 use std::ops::Range;
 
-use protocol::Surface;
+use protocol::{Surface, larger};
 use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::rundir::RunDir;
-use crate::scheme::vectors::larger;
 
 /// Traction at the exchanged nodes, sorted by place.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

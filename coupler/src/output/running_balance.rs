@@ -1,10 +1,9 @@
 //! Energy balances while a run goes: a state later on may look better than the worst did.
 
-use protocol::Bounds;
+use protocol::{Bounds, larger};
 use serde::{Deserialize, Serialize};
 
 use crate::scheme::ledger::EnergySums;
-use crate::scheme::vectors::larger;
 
 /// Windows in a row after which a balance is hopeless. What a scheme loses in a window is of first order in its length, so that
 /// the beginning of a sound run may be off by a few windows over the time so far: scheme `velocity` in `quick` by 0.147 after twenty

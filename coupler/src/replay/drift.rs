@@ -3,12 +3,11 @@
 use std::collections::BTreeMap;
 
 use plotters::style::RGBColor;
-use protocol::Kind;
+use protocol::{Kind, larger};
 
 use super::Drift;
 use crate::error::Error;
 use crate::report::plot::{Curve, Labels, plot};
-use crate::scheme::vectors::larger;
 
 /// Kinds of answers that are drawn, and their colours.
 const DRAWN: [(Kind, &str, RGBColor); 4] = [

@@ -1,6 +1,6 @@
 //! The outputs of accepted windows: signals, fields, tractions, checkpoints, progress.
 
-use protocol::{Description, Frame, Header, Kind, Phase, Window};
+use protocol::{Bounds, Description, Frame, Header, Kind, Phase, Window};
 
 use super::checkpoint::{Checkpoint, Keeper, RestartPoint};
 use super::position::Position;
@@ -217,38 +217,40 @@ impl<'a> Outputs<'a> {
         let bounds = self.bounds.energy_balance_rel;
         for (peer, own) in sums.iter().enumerate() {
             let value = self.state.balances[peer].add(own, bounds);
-            self.lost("energy_balance", self.names[peer], value, time_s);
+            self.lost(("energy_balance", bounds), self.names[peer], value, time_s);
         }
         let points = self.judge_interfaces(groups, time_s);
         let all_tell = self.descriptions.iter().all(|told| !told.ledger.is_empty());
         if let Some(total) = self.state.balances.last_mut().filter(|_| all_tell) {
             let sums = EnergySums::together(sums.into_iter().chain([points]));
             let value = total.add(&sums, bounds).filter(|_| self.names.len() > 1);
-            self.lost("energy_balance", "run", value, time_s);
+            self.lost(("energy_balance", bounds), "run", value, time_s);
         }
     }
 
     /// Judges the energy of each interface; returns the energies of points with masses of their own.
     fn judge_interfaces(&mut self, groups: &[GroupRun], time_s: f64) -> EnergySums {
         let mut points = EnergySums::default();
-        let suspect = self.bounds.interface_energy_rel.suspect;
+        let bounds = self.bounds.interface_energy_rel;
         for coupling in groups.iter().map(|group| &group.coupling) {
             for (patch, ledger) in coupling.group().patches.iter().zip(&coupling.ledgers) {
                 points.kept_j += ledger.points_kept_j();
                 let balance = &mut self.state.balances[self.names.len() + patch.index];
-                let value = balance.see(ledger.energy_defect_j, ledger.energy_j, suspect);
-                self.lost("interface_energy", &patch.name, value, time_s);
+                let value = balance.see(ledger.energy_defect_j, ledger.energy_j, bounds.suspect);
+                self.lost(("interface_energy", bounds), &patch.name, value, time_s);
             }
         }
         points
     }
 
-    /// Keeps what was found about a balance, if anything was.
-    fn lost(&mut self, code: &str, place: &str, value: Option<f64>, time_s: f64) {
-        let bounds = match code {
-            "interface_energy" => self.bounds.interface_energy_rel,
-            _ => self.bounds.energy_balance_rel,
-        };
+    /// Keeps the finding about a balance that this check makes, if it makes one.
+    fn lost(
+        &mut self,
+        (code, bounds): (&str, Bounds),
+        place: &str,
+        value: Option<f64>,
+        time_s: f64,
+    ) {
         let finding = value.and_then(|v| plausible::lost_balance(code, bounds, v, time_s));
         let finding = finding.map(|finding| (place.to_string(), finding));
         self.state.findings.extend(finding);

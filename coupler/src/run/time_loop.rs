@@ -1,6 +1,6 @@
 //! The time loop: groups of interfaces on their way through time, window by window.
 
-use protocol::Window;
+use protocol::{Window, larger};
 
 use super::position::{GroupPosition, Position};
 use crate::error::{Error, Refusal};
@@ -12,7 +12,6 @@ use crate::scheme::clock::Clock;
 use crate::scheme::coupling::Coupling;
 use crate::scheme::group::Group;
 use crate::scheme::participants::Participants;
-use crate::scheme::vectors::larger;
 use crate::scheme::window::{AcceptedWindow, Attempt};
 
 /// A group of interfaces on its way through time.

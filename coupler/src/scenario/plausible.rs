@@ -46,7 +46,6 @@ impl Plausible {
             ("surface_offset_rel", self.surface_offset_rel),
             ("not_converged_rel", self.not_converged_rel),
         ];
-        let mut all = all.iter();
-        all.try_for_each(|(key, bounds)| bounds.check(&format!("run.plausible.{key}")))
+        Bounds::check_all("run.plausible", all)
     }
 }

@@ -1,7 +1,7 @@
 //! The coupling of one group of interfaces: its scheme, its state, and the policy for windows that do not converge.
 
 use nalgebra::DMatrix;
-use protocol::Window;
+use protocol::{Window, larger};
 use serde::{Deserialize, Serialize};
 
 use super::acceleration::Accelerator;
@@ -13,7 +13,6 @@ use super::ledger::{InterfaceLedger, PointMotion, total};
 use super::participants::Participants;
 use super::problem::Problem;
 use super::source::Source;
-use super::vectors::larger;
 use super::window::{AcceptedWindow, Attempt, InterfaceSignals, InterfaceState, SolvedWindow};
 use super::{dual_schur, fixed_point, neumann_dirichlet, staggered, velocity};
 use crate::error::{Error, Refusal};

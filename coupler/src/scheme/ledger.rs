@@ -1,9 +1,7 @@
 //! Work, momentum and gap of the interface, and the energies that both sides report.
 
-use protocol::{Role, Term};
+use protocol::{Role, Term, larger};
 use serde::{Deserialize, Serialize};
-
-use super::vectors::larger;
 
 /// Sums and extremes of an interface since the start of the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

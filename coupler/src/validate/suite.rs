@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use protocol::larger;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -14,7 +15,6 @@ use crate::plausible::Warning;
 use crate::run::session::{Ended, Options, fresh_run_id, run};
 use crate::rundir::Scratch;
 use crate::scenario::load::load;
-use crate::scheme::vectors::larger;
 
 /// Columns of signals.csv.
 type Signals = BTreeMap<String, Vec<f64>>;

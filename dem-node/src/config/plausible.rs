@@ -57,19 +57,18 @@ impl Default for PlausibleConfig {
 impl PlausibleConfig {
     /// Refuses bounds that are not in order.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        self.overlap_rel.check("plausible.overlap_rel")?;
-        self.overlap_rigid_rel
-            .check("plausible.overlap_rigid_rel")?;
-        self.ejected_rel.check("plausible.ejected_rel")?;
-        self.wheel_force_rel.check("plausible.wheel_force_rel")?;
-        self.wheel_drift_rel.check("plausible.wheel_drift_rel")?;
-        self.added_inertia_rel
-            .check("plausible.added_inertia_rel")?;
-        self.detection_rel.check("plausible.detection_rel")?;
-        self.boundary_force_rel
-            .check("plausible.boundary_force_rel")?;
-        self.contact_width_rel
-            .check("plausible.contact_width_rel")?;
-        self.contact_residual.check("plausible.contact_residual")
+        let all = [
+            ("overlap_rel", self.overlap_rel),
+            ("overlap_rigid_rel", self.overlap_rigid_rel),
+            ("ejected_rel", self.ejected_rel),
+            ("wheel_force_rel", self.wheel_force_rel),
+            ("wheel_drift_rel", self.wheel_drift_rel),
+            ("added_inertia_rel", self.added_inertia_rel),
+            ("detection_rel", self.detection_rel),
+            ("boundary_force_rel", self.boundary_force_rel),
+            ("contact_width_rel", self.contact_width_rel),
+            ("contact_residual", self.contact_residual),
+        ];
+        Bounds::check_all("plausible", all)
     }
 }

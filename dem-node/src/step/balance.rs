@@ -1,9 +1,10 @@
 //! The bodies at the end of a step: their momentum against the forces on them, their new velocities, and the work done.
 
+use protocol::larger;
+
 use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
 use crate::cluster::Cluster;
-use crate::geometry::larger;
 use crate::solver::Contact;
 use crate::state::State;
 

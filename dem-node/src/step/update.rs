@@ -1,10 +1,11 @@
 //! The contacts at the end of a step: forces, springs and bonds, and the energy that they lost.
 
+use protocol::larger;
+
 use super::{StepInput, StepSummary, Stepper};
 use crate::bodies::Bodies;
 use crate::bond;
 use crate::detect::Slot;
-use crate::geometry::larger;
 use crate::ledger::{ContactStep, contact_loss};
 use crate::solver::{Contact, NO_BOND};
 use crate::state::State;

@@ -33,11 +33,12 @@ impl Default for PlausibleConfig {
 
 impl PlausibleConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        self.wheel_force_rel.check("plausible.wheel_force_rel")?;
-        self.contact_reach_rel
-            .check("plausible.contact_reach_rel")?;
-        self.contact_resolution
-            .check("plausible.contact_resolution")?;
-        self.strain.check("plausible.strain")
+        let all = [
+            ("wheel_force_rel", self.wheel_force_rel),
+            ("contact_reach_rel", self.contact_reach_rel),
+            ("contact_resolution", self.contact_resolution),
+            ("strain", self.strain),
+        ];
+        Bounds::check_all("plausible", all)
     }
 }

@@ -1,9 +1,11 @@
 //! A round face: normals differ from node to node, so that normal and tangential parts couple.
 
+use protocol::larger;
+
 use super::coulomb::admissible;
 use super::node_contact::{ContactStatus, NodeContact};
 use super::problem::{Increment, NodeMotion};
-use crate::pack::{larger, largest};
+use crate::pack::largest;
 
 /// Residual of the natural map over the largest force at which the sweeps end: forces that are right to ten digits
 /// keep the energy balance below 1e-6 over any number of steps.

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 use super::node_contact::{NodeContact, count, force_on_wheel};
 use super::program::Program;
 use super::rigid::Wheel;
-use crate::pack::larger;
 
 /// Signals of the wheel by name. `wheel_fn_n` and `wheel_ft_n` are the force of the body on the wheel, upwards and
 /// towards +x; `wheel_y_m` is the lowest point of the face, `sn_pct` the share of sliding nodes among those in contact.
@@ -190,25 +190,14 @@ mod tests {
     use super::*;
     use crate::config::{ContactConfig, WheelConfig};
     use crate::model::Model;
+    use crate::plausible::tests::model;
     use crate::wheel::program::tests::program;
-    use protocol::{Setting, read_config};
+    use protocol::read_config;
     use serde_json::json;
 
     /// A wheel that is loaded and held for these times (s), seen every quarter of a second.
     fn wheel([ramp_s, hold_s]: [f64; 2]) -> Wheel {
-        let config = json!({
-            "mesh": {"width_m": 1e-2, "height_m": 2e-3, "size_m": 1e-3}, "base": "free", "time": {"step_s": "auto", "damping": 0.5},
-            "material": {"young_pa": 1e11, "poisson": 0.3, "density_kg_per_m3": 7800.0},
-        });
-        let setting = Setting {
-            participant: "body".into(),
-            seed: 0,
-            thickness_m: 1e-3,
-            threads: 1,
-            fields: None,
-        };
-        let config = read_config(&config).expect("the keys are valid");
-        let Model { mesh, body, .. } = Model::new(&config, &setting).expect("the body is valid");
+        let Model { mesh, body, .. } = model(0.0);
         let config = WheelConfig {
             ramp_s,
             hold_s,

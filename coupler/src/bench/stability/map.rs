@@ -2,7 +2,7 @@
 
 use std::thread;
 
-use protocol::BoundaryInertia;
+use protocol::{BoundaryInertia, larger};
 
 use super::bar::Bar;
 use super::trial::{MOVING, Trial, largest, scheme, word};
@@ -12,7 +12,6 @@ use crate::scheme::predict::growth::{Disturbance, forces_of_map, growth};
 use crate::scheme::predict::linear_pair::LinearPair;
 use crate::scheme::predict::prediction::{StabilityInputs, compliance, predict};
 use crate::scheme::predict::response::Response;
-use crate::scheme::vectors::larger;
 use crate::scheme::window::InterfaceState;
 
 /// Part of the largest force to which a fixed point is repeated.

@@ -19,8 +19,8 @@ use crate::error::Error;
 use crate::output::tell;
 use crate::scenario::Scheme;
 use crate::scheme::predict::prediction::NEUTRAL;
-use crate::scheme::vectors::larger;
 use map::{Axes, Cell};
+use protocol::larger;
 
 pub mod bar;
 pub mod limits;

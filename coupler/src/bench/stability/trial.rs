@@ -1,6 +1,6 @@
 //! Schemes on the bar and the masses, window by window.
 
-use protocol::BoundaryInertia;
+use protocol::{BoundaryInertia, larger};
 
 use super::bar::Bar;
 use crate::error::Error;
@@ -10,7 +10,6 @@ use crate::scheme::predict::growth::Disturbance;
 use crate::scheme::predict::linear_pair::{LinearModel, LinearPair};
 use crate::scheme::predict::response::Response;
 use crate::scheme::predict::sprung_mass::Masses;
-use crate::scheme::vectors::larger;
 
 /// One set-up.
 #[derive(Clone, Copy, Debug, PartialEq)]
