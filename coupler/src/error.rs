@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::io;
 
 use miette::{Diagnostic, NamedSource, SourceSpan};
-use protocol::{FaultCode, NodeError};
+use protocol::{FaultCode, NodeError, WithCure};
 use thiserror::Error;
 
 use crate::log::LogError;
@@ -72,10 +72,10 @@ pub enum Error {
     #[error("exchange log: {0}")]
     Log(#[from] LogError),
     /// A file that cannot be read, or a process that cannot be started.
-    #[error("{what}: {source}")]
+    #[error("{what}: {}", WithCure(.source))]
     Input { what: String, source: io::Error },
     /// A file that cannot be written.
-    #[error("{what}: {source}")]
+    #[error("{what}: {}", WithCure(.source))]
     Output { what: String, source: io::Error },
     #[error("interrupted by signal {signal}; the valid part of the run is kept")]
     Interrupted { signal: i32 },

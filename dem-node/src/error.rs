@@ -1,6 +1,6 @@
 //! Errors of the node.
 
-use protocol::{ConfigError, FaultCode, NodeError};
+use protocol::{ConfigError, FaultCode, NodeError, WithCure};
 use thiserror::Error;
 
 /// Reason for which the node cannot go on.
@@ -72,7 +72,7 @@ pub enum DemError {
     },
     #[error("{0}")]
     Request(String),
-    #[error("cannot write {path}: {source}")]
+    #[error("cannot write {path}: {}", WithCure(.source))]
     Write {
         path: String,
         source: std::io::Error,

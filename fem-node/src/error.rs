@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use protocol::{ConfigError, NodeError};
+use protocol::{ConfigError, NodeError, WithCure};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use thiserror::Error;
 
@@ -169,7 +169,7 @@ impl FemError {
     pub(crate) fn written(path: &Path, outcome: io::Result<()>) -> Result<(), FemError> {
         outcome.map_err(|error| FemError::Write {
             path: path.into(),
-            reason: error.to_string(),
+            reason: WithCure(&error).to_string(),
         })
     }
 }

@@ -10,6 +10,7 @@
 //! - [`setting`]: the setting that a participant is launched with, and the checked reading of its own keys;
 //! - [`node`]: the requests that a solver answers, and the types of its answers;
 //! - [`finding`]: values that are not plausible, and the bounds of a check;
+//! - [`cure`]: errors of the system, with what to do about them;
 //! - [`checkpoint`]: a node's state as bytes;
 //! - [`link`]: the ways a frame travels: an in-process channel or shared memory;
 //! - [`serve`](mod@serve): the loop that turns frames into calls of a [`Node`];
@@ -22,6 +23,7 @@
 //! ```
 
 pub mod checkpoint;
+pub mod cure;
 pub mod finding;
 pub mod frame;
 pub mod link;
@@ -30,6 +32,7 @@ pub mod participate;
 pub mod serve;
 pub mod setting;
 
+pub use cure::WithCure;
 pub use finding::{Bounds, Finding, larger};
 pub use frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 pub use link::{Link, LinkError};

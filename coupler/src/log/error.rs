@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
+use protocol::WithCure;
 use thiserror::Error as ThisError;
 
 /// Reasons for which a log cannot be written or read.
@@ -50,7 +51,7 @@ impl LogError {
         *torn
     }
 
-    pub(super) fn write(path: &Path, error: &dyn Error) -> LogError {
+    pub(super) fn write(path: &Path, error: &(dyn Error + 'static)) -> LogError {
         LogError::Write {
             path: path.into(),
             why: chain(error),
@@ -59,15 +60,20 @@ impl LogError {
 }
 
 /// An error with its causes: mcap's own messages leave out what the system said.
-pub(super) fn chain(error: &dyn Error) -> String {
-    let mut text = error.to_string();
+pub(super) fn chain(error: &(dyn Error + 'static)) -> String {
+    let mut text = said(error);
     let mut cause = error.source();
     while let Some(error) = cause {
-        let said = error.to_string();
+        let said = said(error);
         if !text.contains(&said) {
             text = format!("{text}: {said}");
         }
         cause = error.source();
     }
     text
+}
+
+fn said(error: &(dyn Error + 'static)) -> String {
+    let of_system = error.downcast_ref().map(WithCure);
+    of_system.map_or_else(|| error.to_string(), |error| error.to_string())
 }
