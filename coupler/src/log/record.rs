@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, RecvTimeoutError, SendTimeoutError, Sender, bounded};
+use crossbeam_channel::{Receiver, RecvTimeoutError, SendTimeoutError, Sender, bounded, select};
 use mcap::records::MessageHeader;
 use mcap::{Compression, McapError, WriteOptions, Writer};
 use prost::Message;
@@ -119,9 +119,11 @@ impl Recorder {
     pub fn sync(&mut self) -> Result<(), LogError> {
         let (done, waiting) = bounded(1);
         self.hand_over(Job::Sync(done))?;
-        match waiting.recv_timeout(PATIENCE) {
-            Err(RecvTimeoutError::Disconnected) => Err(self.ended()),
-            other => other.map_err(|_| self.stalled()),
+        // A job that a failed thread left in the queue keeps its end of the answer alive: the thread's last word comes instead.
+        select! {
+            recv(waiting) -> done => done.map_err(|_| self.ended()),
+            recv(self.outcome) -> said => Err(self.reason(said.ok())),
+            default(PATIENCE) => Err(self.stalled()),
         }
     }
 
@@ -156,7 +158,12 @@ impl Recorder {
 
     /// The error of a thread that ended before it was told to: closing hands it out.
     fn ended(&mut self) -> LogError {
-        self.close().err().unwrap_or_else(|| self.closed())
+        let said = self.close();
+        self.reason(Some(said))
+    }
+
+    fn reason(&self, said: Option<Result<LogStats, LogError>>) -> LogError {
+        said.and_then(Result::err).unwrap_or_else(|| self.closed())
     }
 
     fn stalled(&self) -> LogError {

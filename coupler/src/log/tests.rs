@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
 use protocol::link::shm::MAX_DOUBLES;
 use protocol::{Frame, Header, Kind};
@@ -340,7 +341,7 @@ fn a_killed_writer_loses_no_more_than_the_windows_since_the_last_flush() {
         if summary.windows >= 6 {
             break summary;
         }
-        std::thread::sleep(std::time::Duration::from_millis(1));
+        std::thread::sleep(Duration::from_millis(1));
     };
     assert_eq!(found.last_window, Some(5));
     assert!(found.damage.is_some(), "it has no end");
@@ -385,6 +386,25 @@ fn a_log_that_is_not_under_its_name_when_it_is_closed_is_an_error() {
         let error = recorder.finish().expect_err(words).to_string();
         assert!(error.contains(words), "{error}");
         assert!(error.contains(&scratch.0.display().to_string()), "{error}");
+    }
+}
+
+#[test]
+fn whoever_waits_for_the_disk_hears_at_once_that_the_writer_has_failed() {
+    for trial in 0..100 {
+        let scratch = Scratch::new();
+        let mut recorder = Recorder::create(&scratch.0, &origin(), 1).expect("it is created");
+        fs::remove_file(&scratch.0).expect("the folder is writable");
+        // The writer fails at the first end of a window; the wait is behind it in the queue, or comes too late.
+        let start = Instant::now();
+        let error = story(3)
+            .iter()
+            .try_for_each(|entry| put(&mut recorder, entry))
+            .and_then(|()| recorder.sync())
+            .expect_err("the file is gone")
+            .to_string();
+        assert!(error.contains("removed"), "trial {trial}: {error}");
+        assert!(start.elapsed() < Duration::from_secs(10), "trial {trial}");
     }
 }
 
