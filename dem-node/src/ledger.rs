@@ -180,6 +180,25 @@ mod tests {
         penetration: crate::law::Penetration::Gap,
     };
 
+    /// Stored and dissipated energies have the same sign in the balance, so that no balance shows one in the other's place.
+    #[test]
+    fn what_can_come_back_is_stored_and_what_cannot_is_dissipated() {
+        let of = |wanted: Role| {
+            let terms = Accounts::default().terms([0.0; 4]).into_iter();
+            let names = terms.filter(|(_, role, _)| *role == wanted);
+            names.map(|(name, ..)| name).collect::<Vec<_>>()
+        };
+        let stored = [
+            "kinetic",
+            "springs_normal",
+            "springs_tangential",
+            "bonds_elastic",
+        ];
+        assert_eq!(of(Role::Stored), stored);
+        let dissipated = ["impact", "friction", "cohesion", "detection"];
+        assert_eq!(of(Role::Dissipated), dissipated);
+    }
+
     /// Pushed from an overlap of 0.3 to 0.5, 2 / (0.5 x 8); of the way of 0.5 the tangential spring takes 0.2.
     fn step(gap: f64) -> ContactStep {
         ContactStep {

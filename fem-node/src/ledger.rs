@@ -60,3 +60,28 @@ impl Ledger {
         ]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Stored and dissipated energies have the same sign in the balance, so that no balance shows one in the other's place.
+    #[test]
+    fn what_can_come_back_is_stored_and_what_cannot_is_dissipated() {
+        let of = |wanted: Role| {
+            let terms = Ledger::default().terms().into_iter();
+            let names = terms.filter(|(role, ..)| *role == wanted);
+            names.map(|(_, name, _)| name).collect::<Vec<_>>()
+        };
+        assert_eq!(of(Role::Stored), ["strain", "kinetic", "wheel_kinetic"]);
+        let dissipated = [
+            "mass_damping",
+            "stiffness_damping",
+            "numerical_loss",
+            "plastic",
+            "friction",
+            "impact",
+        ];
+        assert_eq!(of(Role::Dissipated), dissipated);
+    }
+}
