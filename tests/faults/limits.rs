@@ -136,3 +136,21 @@ fn a_log_that_the_disk_has_no_room_for_is_refused_before_the_first_window() {
     assert_eq!(summary["status"], "output_failed");
     assert_eq!(summary["windows"], 0);
 }
+
+#[test]
+fn a_log_that_repeats_could_fill_the_disk_with_is_a_warning() {
+    let work = Scratch::new("little-room");
+    let sets = [
+        "interface.layer-base.scheme=fixed-point-serial",
+        "interface.layer-base.tolerance_rel=1e-3",
+        "interface.layer-base.repeats_max=4000000000",
+        "run.transport=channel",
+    ];
+    let output = promptly(&mut short_quick(work.path(), &sets));
+    let summary = parse_json(&output.stdout);
+    let warnings = summary["warnings"].as_array().expect("a list");
+    let found = warnings.iter().find(|found| found["code"] == "log_space");
+    let text = found.and_then(|found| found["text"].as_str());
+    let text = text.expect("it is told").to_string();
+    assert!(text.contains("bytes are to come"), "{text}");
+}
