@@ -11,7 +11,7 @@ use nix::sys::statvfs::statvfs;
 use serde_json::{Value, json};
 
 use crate::error::{Error, Refusal};
-use crate::scenario::load::Loaded;
+use crate::scenario::load::{FOLDER_KEY, Loaded};
 
 /// A run's own folder.
 pub struct RunDir {
@@ -198,6 +198,7 @@ pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, resumed: Option<Va
         "protocol": protocol::PROTOCOL_VERSION,
         "run_id": format!("{run_id:016x}"),
         "scenario_file": loaded.source.name,
+        FOLDER_KEY: loaded.folder,
         "scenario_hash": loaded.hash,
         "seed": loaded.scenario.run.seed,
         "threads": threads,

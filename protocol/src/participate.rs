@@ -67,9 +67,18 @@ fn end_on_signals(
     prefix: String,
 ) -> Result<(), ParticipateError> {
     let mut signals = Signals::new([SIGTERM, SIGINT, SIGHUP]).map_err(ParticipateError::Signals)?;
+    // Behind a shell, this process has another parent.
+    let its_child = is_child_of(coordinator_pid);
+    let is_there = move || {
+        if its_child {
+            is_child_of(coordinator_pid)
+        } else {
+            shm::is_running(coordinator_pid)
+        }
+    };
     std::thread::spawn(move || {
         if let Some(signal) = signals.forever().next() {
-            if !is_child_of(coordinator_pid) {
+            if !is_there() {
                 let _ = shm::remove_run(&root, &prefix);
             }
             let _ = writeln!(std::io::stderr(), "ended by signal {signal}");
@@ -93,11 +102,12 @@ pub fn read_session() -> Result<Session, ParticipateError> {
 }
 
 /// Ties the life of this process to the coordinator's: the system sends it `signal` when that ends. If it ended before
-/// the request took effect nothing would ever be sent, so the parent is looked at afterwards.
+/// the request took effect nothing would ever be sent, so the coordinator is looked at afterwards. Behind a shell, whose end the
+/// system then tells, it is not the parent.
 pub fn end_with_coordinator(coordinator_pid: u32, signal: Signal) -> Result<(), ParticipateError> {
     // Cannot fail with a valid signal, and the check below does not depend on it.
     let _ = set_pdeathsig(signal);
-    if is_child_of(coordinator_pid) {
+    if is_child_of(coordinator_pid) || shm::is_running(coordinator_pid) {
         Ok(())
     } else {
         Err(ParticipateError::Orphan(coordinator_pid))

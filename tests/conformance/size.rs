@@ -12,13 +12,15 @@ const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 const REDESIGN: usize = 31_500;
 
 /// Features since, with the lines that they may take.
-const SINCE: [(&str, usize); 6] = [
+const SINCE: [(&str, usize); 8] = [
     ("checks of plausibility", 1020),
     ("strict logs", 420),
     ("limits of disk, files and words", 240),
     ("honest ledgers", 320),
     ("references of suites", 40),
     ("turns of messages and the fault campaign", 2100),
+    ("cures of errors of the system", 30),
+    ("what participants say is checked, and ends with them", 430),
 ];
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod bad_scenario;
 mod campaign;
+mod commands;
 mod full_disk;
 mod limits;
 mod lost_peer;

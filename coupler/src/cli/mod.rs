@@ -55,6 +55,9 @@ enum Verb {
     /// Start a foreign participant whose life is tied to the coordinator's.
     #[command(hide = true)]
     ExecChild(node::ExecArguments),
+    /// End this process group when the standard input ends.
+    #[command(hide = true)]
+    EndGroup,
 }
 
 /// Runs the command line with the solvers that this binary ships.
@@ -73,6 +76,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         Verb::Bench(arguments) => bench::bench(&arguments, registry),
         Verb::Node(arguments) => node::node(&arguments, registry),
         Verb::ExecChild(arguments) => node::exec_child(&arguments),
+        Verb::EndGroup => node::end_group(),
     };
     let code = result.unwrap_or_else(|error| {
         let code = error.exit_code();

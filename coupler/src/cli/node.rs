@@ -1,11 +1,17 @@
 //! `thirdbody node` and `exec-child`: this program as a participant.
 
 use std::os::unix::process::CommandExt;
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::time::Duration;
 
-use nix::sys::signal::Signal;
-use protocol::participate;
+use nix::sys::signal::{Signal, killpg};
+use nix::unistd::getpgrp;
+use protocol::link::shm;
 use protocol::participate::{end_with_coordinator, read_session};
+use protocol::{Transport, participate};
+use signal_hook::consts::SIGTERM;
+use signal_hook::flag;
 
 use super::common::VerbResult;
 use crate::error::{Error, Refusal};
@@ -40,7 +46,38 @@ pub fn node(arguments: &NodeArguments, registry: &Registry) -> VerbResult {
 pub fn exec_child(arguments: &ExecArguments) -> VerbResult {
     let session = read_session().map_err(Refusal::from)?;
     end_with_coordinator(session.coordinator_pid, Signal::SIGKILL).map_err(Refusal::from)?;
+    let failed = |what: &str| Error::input(format!("cannot start {what}"));
+    let watcher = "the watcher of its process group";
+    let own = std::env::current_exe().map_err(failed(watcher))?;
+    Command::new(own)
+        .arg("end-group")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .map_err(failed(watcher))?;
     let (program, rest) = (&arguments.command[0], &arguments.command[1..]);
-    let error = Command::new(program).args(rest).exec();
-    Err(Error::input(format!("cannot start `{program}`"))(error))
+    let error = Command::new(program).args(rest).stdin(Stdio::null()).exec();
+    Err(failed(&format!("`{program}`"))(error))
+}
+
+/// Time that a process group may take to end after it was asked to.
+const GRACE: Duration = Duration::from_millis(300);
+
+/// Ends its process group when its input does, which the coordinator holds open as long as it lives: of a program behind a shell
+/// the system ends only the shell. Then nobody else may be left to remove the run's shared memory.
+pub fn end_group() -> VerbResult {
+    let session = read_session().map_err(Refusal::from)?;
+    let failed = || Error::input("watching the coordinator");
+    // Asked to end with its group, it stays for what does not.
+    flag::register(SIGTERM, Arc::default()).map_err(failed())?;
+    std::io::copy(&mut std::io::stdin(), &mut std::io::sink()).map_err(failed())?;
+    let _ = killpg(getpgrp(), Signal::SIGTERM);
+    std::thread::sleep(GRACE);
+    if let Transport::Shm { root, prefix } = &session.transport
+        && !shm::is_running(session.coordinator_pid)
+    {
+        let _ = shm::remove_run(root, prefix);
+    }
+    let _ = killpg(getpgrp(), Signal::SIGKILL);
+    Ok(0)
 }

@@ -88,7 +88,11 @@ impl Launcher<'_> {
                 }
             })?;
         let session = self.session(participant, transport);
-        let child = spawn(self.command(participant)?, &session, &self.rundir.logs())?;
+        let child = spawn(
+            self.command(participant)?,
+            &session,
+            &absolute(self.rundir.logs()),
+        )?;
         let (name, kind, pid) = (&participant.name, &participant.kind, child.id());
         self.rundir
             .note(&format!("participant `{name}` ({kind}) pid {pid}"));
@@ -118,8 +122,9 @@ impl Launcher<'_> {
                 command.args(["node", &participant.kind]);
             }
             Some(words) => {
-                require_program(&participant.name, &words[0])?;
+                require_program(&participant.name, &words[0], &self.loaded.folder)?;
                 command.args(["exec-child", "--"]).args(words);
+                command.current_dir(&self.loaded.folder);
             }
         }
         Ok(command)
@@ -133,7 +138,7 @@ impl Launcher<'_> {
             scenario_hash: self.loaded.hash.clone(),
             coordinator_pid: std::process::id(),
             setting: Setting {
-                fields: Some(self.rundir.fields()),
+                fields: Some(absolute(self.rundir.fields())),
                 ..setting(self.loaded, participant, self.threads)
             },
             transport,
@@ -141,6 +146,11 @@ impl Launcher<'_> {
             config: config_value(participant),
         }
     }
+}
+
+/// A place that a program in another folder finds.
+fn absolute(path: PathBuf) -> PathBuf {
+    std::path::absolute(&path).unwrap_or(path)
 }
 
 /// The setting that is common to all participants of a scenario, without a run directory.

@@ -213,7 +213,15 @@ impl Peer {
     fn still_alive(&mut self, waited: &mut Duration, wait: &Wait) -> Result<(), Error> {
         let ended = match &mut self.life {
             Life::Process(child) => match child.try_wait() {
-                Ok(Some(status)) => Some(format!("its process ended with {status}")),
+                Ok(Some(status)) => {
+                    let words = child.last_words();
+                    let said = if words.is_empty() {
+                        "it printed nothing".to_string()
+                    } else {
+                        format!("it printed last: {words}")
+                    };
+                    Some(format!("its process ended with {status}; {said}"))
+                }
                 _ => None,
             },
             Life::Thread(Some(thread)) if thread.is_finished() => Some("its thread ended".into()),

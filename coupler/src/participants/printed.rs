@@ -34,9 +34,9 @@ impl Printed {
     }
 }
 
-impl Drop for Printed {
-    /// Lets the last words arrive.
-    fn drop(&mut self) {
+impl Printed {
+    /// Lets the last words of a process that has ended arrive.
+    pub fn end(&mut self) {
         let start = Instant::now();
         let Some(thread) = self.0.take() else { return };
         while !thread.is_finished() {
@@ -46,6 +46,12 @@ impl Drop for Printed {
             std::thread::sleep(Duration::from_millis(1));
         }
         let _ = thread.join();
+    }
+}
+
+impl Drop for Printed {
+    fn drop(&mut self) {
+        self.end();
     }
 }
 

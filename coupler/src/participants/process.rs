@@ -1,13 +1,14 @@
 //! A participant in a process of its own.
 
 use std::fs::File;
+use std::io::PipeWriter;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, Command, ExitStatus};
 use std::time::{Duration, Instant};
 
 use nix::sys::resource::{Resource, getrlimit, setrlimit};
-use nix::sys::signal::{Signal, kill};
+use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 use protocol::Session;
 use protocol::link::shm;
@@ -49,13 +50,20 @@ impl Drop for SharedMemory {
     }
 }
 
-/// A process whose words go to a log; ended when dropped.
+/// Bytes of the end of a log that are shown of a participant that was lost.
+const LAST_WORDS: usize = 600;
+
+/// A process whose words go to a log; ended when dropped, with all that it started in its process group.
 pub struct Process {
     child: Child,
     /// Time that it may take to end by itself.
     grace: Duration,
+    /// Place of its words.
+    log: PathBuf,
     /// Ends after the process.
-    _printed: Printed,
+    printed: Printed,
+    /// Closed by the system however this process ends: it is the input of the watcher of a program that is not ours.
+    _alive: PipeWriter,
 }
 
 impl Process {
@@ -69,6 +77,22 @@ impl Process {
         self.grace = GRACE;
     }
 
+    /// The end of what it printed, in one line, once it has ended.
+    pub fn last_words(&mut self) -> String {
+        self.printed.end();
+        let text = std::fs::read(&self.log).unwrap_or_default();
+        let text = String::from_utf8_lossy(&text);
+        let start = text.len().saturating_sub(LAST_WORDS);
+        let start = (start..text.len()).find(|at| text.is_char_boundary(*at));
+        let lines = text[start.unwrap_or(text.len())..].lines();
+        let lines = lines.map(str::trim).filter(|line| !line.is_empty());
+        lines
+            .collect::<Vec<_>>()
+            .join(" | ")
+            .escape_debug()
+            .to_string()
+    }
+
     /// Its end, if it has come.
     pub fn try_wait(&mut self) -> std::io::Result<Option<ExitStatus>> {
         self.child.try_wait()
@@ -78,7 +102,14 @@ impl Process {
 impl Drop for Process {
     fn drop(&mut self) {
         end(&mut self.child, self.grace);
+        // What a shell has started outlives the shell.
+        let _ = killpg(group(&self.child), Signal::SIGKILL);
     }
+}
+
+/// The process group that a child leads.
+fn group(child: &Child) -> Pid {
+    Pid::from_raw(child.id() as i32)
 }
 
 /// Files that the coordinator needs open, and those of each connection over shared memory: `two-rails` has 8 + 3 x 24 open, and
@@ -117,9 +148,10 @@ pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Pro
     let failed = || Error::input(format!("starting participant `{name}`"));
     let (words, printer) = std::io::pipe().map_err(failed())?;
     let errors = printer.try_clone().map_err(failed())?;
+    let (watched, alive) = std::io::pipe().map_err(failed())?;
     let child = command
         .env(SESSION_VARIABLE, &path)
-        .stdin(Stdio::null())
+        .stdin(watched)
         .stdout(printer)
         .stderr(errors)
         .process_group(0)
@@ -131,24 +163,32 @@ pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Pro
     Ok(Process {
         child,
         grace: CUT_OFF,
-        _printed: printed,
+        log: log_path,
+        printed,
+        _alive: alive,
     })
 }
 
-/// Refuses a command that names no file, directly or on `PATH`.
-pub fn require_program(participant: &str, program: &str) -> Result<(), Error> {
+/// Refuses a command that cannot be started in this folder: one that names no file there or on `PATH`, or a folder that is gone.
+pub fn require_program(participant: &str, program: &str, folder: &Path) -> Result<(), Error> {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let found = if program.contains('/') {
-        Path::new(program).is_file()
+        folder.join(program).is_file()
     } else {
-        std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
+        std::env::split_paths(&path).any(|place| place.join(program).is_file())
     };
-    if found {
+    let place = folder.display();
+    let problem = if !folder.is_dir() {
+        format!(
+            "command `{program}` starts in {place}, the folder of its scenario, which is gone: put it back"
+        )
+    } else if found {
         return Ok(());
-    }
-    let problem = format!(
-        "command `{program}` is not a program that can be started; give its path, or a name on PATH"
-    );
+    } else {
+        format!(
+            "command `{program}` is not a program that can be started; give a name on PATH, or a path that is absolute or begins in {place}, the folder of its scenario"
+        )
+    };
     Err(Refusal::Unfit {
         participant: participant.into(),
         problem,
@@ -158,7 +198,7 @@ pub fn require_program(participant: &str, program: &str) -> Result<(), Error> {
 
 /// Waits for a child that should end by itself, for this long, then asks it to, then ends it.
 fn end(child: &mut Child, by_itself: Duration) {
-    let asked = Pid::from_raw(child.id() as i32);
+    let asked = group(child);
     let stages = [
         (None, by_itself),
         (Some(Signal::SIGTERM), GRACE),
@@ -167,9 +207,9 @@ fn end(child: &mut Child, by_itself: Duration) {
     for (signal, grace) in stages {
         // A stopped process receives nothing but SIGKILL before it is continued, and ends by no other means.
         if is_stopped(child.id()) {
-            let _ = kill(asked, Signal::SIGKILL);
+            let _ = killpg(asked, Signal::SIGKILL);
         } else if let Some(signal) = signal {
-            let _ = kill(asked, signal);
+            let _ = killpg(asked, signal);
         }
         let start = Instant::now();
         while start.elapsed() < grace {

@@ -14,7 +14,7 @@ use protocol::{Frame, Header, Kind};
 use crate::error::Error;
 use crate::log::{Entry, Exchange, LogError, Mismatch, recover};
 use crate::run::checkpoint::RestartPoint;
-use crate::scenario::load::{Loaded, parse};
+use crate::scenario::load::{Loaded, folder_of_manifest, parse};
 use crate::scenario::source::Source;
 use tape::turns;
 
@@ -128,7 +128,10 @@ pub fn recording(path: &Path, overrides: &[String]) -> Result<Recording, Error> 
         text: log.provenance().scenario_toml.clone(),
         overrides: overrides.to_vec(),
     };
-    let loaded = parse(source)?;
+    let mut loaded = parse(source)?;
+    if let Some(folder) = folder_of_manifest(&log.provenance().manifest_json) {
+        loaded.folder = folder;
+    }
     let (mut messages, mut ends) = (Vec::new(), Vec::new());
     for entry in &mut log {
         match entry? {

@@ -69,7 +69,7 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
     for participant in &loaded.scenario.participant {
         let name = &participant.name;
         if let Some(command) = &participant.command {
-            require_program(name, &command[0])?;
+            require_program(name, &command[0], &loaded.folder)?;
             continue;
         }
         let solver = registry.find(participant)?;

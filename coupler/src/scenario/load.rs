@@ -23,6 +23,17 @@ pub struct Loaded {
     pub hash: String,
     /// The original file, for messages.
     pub source: Source,
+    /// Folder of the scenario when it was first run, in which the commands of participants start (absolute).
+    pub folder: PathBuf,
+}
+
+/// Key of the manifest that keeps [`Loaded::folder`] for whoever goes on with a run or repeats it.
+pub const FOLDER_KEY: &str = "scenario_folder";
+
+/// The folder that a manifest keeps.
+pub fn folder_of_manifest(manifest: &str) -> Option<PathBuf> {
+    let manifest: serde_json::Value = serde_json::from_str(manifest).ok()?;
+    manifest[FOLDER_KEY].as_str().map(PathBuf::from)
 }
 
 /// Longest scenario (bytes); layers of listed disks take some 100 a disk.
@@ -37,11 +48,27 @@ pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded, Error> {
         return Err(Refusal::file(path, problem).into());
     }
     let text = std::fs::read_to_string(&path).map_err(Error::input(path.display()))?;
-    parse(Source {
+    let beside = path.parent().unwrap_or(Path::new(""));
+    let manifest = std::fs::read_to_string(beside.join("manifest.json"));
+    let kept = manifest.ok().as_deref().and_then(folder_of_manifest);
+    let source = Source {
         name: path.display().to_string(),
         text,
         overrides: overrides.to_vec(),
+    };
+    Ok(Loaded {
+        folder: kept.unwrap_or_else(|| absolute(beside)),
+        ..parse(source)?
     })
+}
+
+fn absolute(folder: &Path) -> PathBuf {
+    let here = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf())
 }
 
 /// Reads a scenario from a text with its overrides.
@@ -66,6 +93,7 @@ pub fn parse(source: Source) -> Result<Loaded, Error> {
         .map_err(|error| Refusal::file(&source.name, format!("cannot be written back: {error}")))?;
     let hash = blake3::hash(resolved.as_bytes()).to_hex().to_string();
     Ok(Loaded {
+        folder: absolute(folder.unwrap_or(Path::new(""))),
         scenario,
         resolved,
         hash,

@@ -32,7 +32,7 @@ mod deadline;
 mod services;
 mod wait_estimate;
 
-pub use cleanup::{left_by, remove_dead_runs, remove_run, run_prefix, run_root};
+pub use cleanup::{is_running, left_by, remove_dead_runs, remove_run, run_prefix, run_root};
 use deadline::Deadline;
 use services::{Ports, SAMPLE_DOUBLES, Services, failed};
 use wait_estimate::WaitEstimate;

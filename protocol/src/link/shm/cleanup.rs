@@ -164,6 +164,11 @@ fn owner_of(name: &str) -> Option<Owner<'_>> {
     Some(Owner { prefix, pid, start })
 }
 
+/// True for a process that has not ended.
+pub fn is_running(pid: u32) -> bool {
+    start_time(pid).is_some()
+}
+
 /// Start of a process, in ticks since the start of the machine; `None` if it has ended.
 fn start_time(pid: u32) -> Option<u64> {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
