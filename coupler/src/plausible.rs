@@ -3,6 +3,8 @@
 use protocol::{Bounds, Finding, HeldLoad, larger};
 use serde::Serialize;
 
+use crate::scheme::ledger::ratio;
+
 /// A line of `warnings` in summary.json.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Warning {
@@ -100,6 +102,32 @@ pub fn not_a_number(signal: &str, value: f64, time_s: f64) -> Option<Finding> {
     })
 }
 
+/// The work that went into a participant through its interfaces (J).
+#[derive(Clone, Copy, Debug)]
+pub struct InterfaceWorks {
+    /// As its ledger tells it.
+    pub told_j: f64,
+    /// By the forces and motions that were exchanged.
+    pub seen_j: f64,
+    /// Sum of the sizes of the latter.
+    pub size_j: f64,
+}
+
+impl InterfaceWorks {
+    /// Difference between the two, over the size.
+    pub fn apart_rel(&self) -> f64 {
+        ratio((self.told_j - self.seen_j).abs(), self.size_j)
+    }
+}
+
+/// The work at its interfaces that a participant tells.
+pub fn interface_work(bounds: Bounds, works: InterfaceWorks) -> Option<Finding> {
+    let InterfaceWorks { told_j, seen_j, .. } = works;
+    bounds.judge("interface_work", works.apart_rel(), || {
+        format!("its ledger says that {told_j:.6e} J went into it through its interfaces, by the forces and motions that it exchanged it was {seen_j:.6e} J: it does not answer for the state that it keeps, or its ledger is wrong; a window must begin at the committed state every time, increments are those of the window alone, and the work is force times increment")
+    })
+}
+
 /// The energy that an interface lost or made.
 pub fn interface_energy(bounds: Bounds, value: f64) -> Option<Finding> {
     bounds.judge("interface_energy", value, || {
@@ -118,6 +146,13 @@ pub fn gap(bounds: Bounds, value: f64) -> Option<Finding> {
 pub fn surface_offset(bounds: Bounds, value: f64) -> Option<Finding> {
     bounds.judge("surface_offset", value, || {
         format!("the shape of the row of its points is off that of the surface which carries them by {value:.3} of their spacing: give both sides the same shape (mesh.crown_radius_m and sample.crown_radius_m)")
+    })
+}
+
+/// The place of two surfaces that are joined.
+pub fn surface_distance(bounds: Bounds, value: f64) -> Option<Finding> {
+    bounds.judge("surface_distance", value, || {
+        format!("the row of its points lies {value:.3e} times the length that is joined away from the surface which carries them: each side may have an origin of its own, but check that both give metres")
     })
 }
 
@@ -205,9 +240,22 @@ mod tests {
         judges([0.02, 0.1], |v| {
             interface_energy(bounds.interface_energy_rel, v)
         });
+        for side in [1.0, -1.0] {
+            judges([1e-6, 1e-3], |v| {
+                let works = InterfaceWorks {
+                    told_j: -3.0 + side * 5.0 * v,
+                    seen_j: -3.0,
+                    size_j: 5.0,
+                };
+                interface_work(bounds.interface_work_rel, works)
+            });
+        }
         judges([0.01, 1.0], |v| gap(bounds.gap_rel, v));
         judges([0.01, 0.3], |v| {
             surface_offset(bounds.surface_offset_rel, v)
+        });
+        judges([10.0, 1e3], |v| {
+            surface_distance(bounds.surface_distance_rel, v)
         });
         let accepted = |windows| {
             let found = not_converged(bounds.not_converged_rel, windows, 10_000);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use protocol::serve::Farewell;
-use protocol::{Finding, HeldLoad, Phase};
+use protocol::{Finding, HeldLoad, Phase, Role};
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value};
 
@@ -11,7 +11,7 @@ use crate::error::{CHECK_FAILED, Error};
 use crate::output::sample::load_history;
 use crate::participants::handshake::Greeted;
 use crate::participants::journal::Closed;
-use crate::plausible::{self, Warning};
+use crate::plausible::{self, InterfaceWorks, Warning};
 use crate::scenario::{Plausible, Scenario};
 use crate::scheme::coupling::Coupling;
 use crate::scheme::ledger::{EnergyLedger, EnergySums, InterfaceLedger, ratio};
@@ -86,6 +86,12 @@ struct ParticipantSummary {
     ledger: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
     energy_balance_rel: Option<f64>,
+    /// Difference between the work at its interfaces that it tells and the one that was exchanged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interface_work_rel: Option<f64>,
+    /// Work that its ledger says was done on it through its interfaces (J).
+    #[serde(skip)]
+    through_j: Option<f64>,
     #[serde(flatten)]
     work: Option<WorkSummary>,
 }
@@ -106,6 +112,15 @@ struct WorkSummary {
     warnings: Vec<String>,
 }
 
+/// Works at an interface (J), see [`InterfaceLedger`].
+#[derive(Clone, Copy, Debug, Default)]
+struct Works {
+    continuum_j: f64,
+    wall_j: Option<f64>,
+    /// Sum of the sizes of the works of all windows.
+    size_j: f64,
+}
+
 #[derive(Clone, Debug, Serialize)]
 struct InterfaceSummary {
     gap_max_rel: f64,
@@ -115,6 +130,8 @@ struct InterfaceSummary {
     halved_windows: u64,
     contact_iterations: u64,
     contact_residual_max: f64,
+    #[serde(skip)]
+    works: Works,
     /// Energies of points with masses of their own.
     #[serde(flatten)]
     points: Map<String, Value>,
@@ -204,6 +221,8 @@ impl Summary {
                 continue;
             }
             participant.energy = Some(joules("", energy));
+            let told = energy.terms.iter().any(|t| t.role == Role::InterfaceWork);
+            participant.through_j = told.then(|| energy.sums().through_j);
             participant.energy_balance_rel = Some(energy.sums().balance_rel());
         }
         if energies.iter().any(|energy| energy.terms.is_empty()) {
@@ -286,6 +305,9 @@ impl Summary {
             let judged =
                 |(load, through)| plausible::force_balance(bounds.force_balance_rel, load, through);
             add(name, load.zip(through).and_then(judged));
+            let works = self.works_of(peer);
+            let judged = |works| plausible::interface_work(bounds.interface_work_rel, works);
+            add(name, works.and_then(judged));
         }
         for (name, interface) in &self.interfaces {
             let energy = interface.energy_defect_rel;
@@ -303,6 +325,37 @@ impl Summary {
         let several = self.participants.len() > 1;
         add("run", total.filter(|_| several).and_then(judged));
         found
+    }
+
+    /// Work that was done on a participant through its interfaces, where it tells it.
+    fn works_of(&self, peer: usize) -> Option<InterfaceWorks> {
+        let told_j = self.participants[peer].1.through_j?;
+        let of = |join: &Join| {
+            let works = self.interfaces.get(join.index)?.1.works;
+            let seen_j = if peer == join.continuum {
+                works.continuum_j
+            } else if peer == join.wall {
+                -works.wall_j?
+            } else {
+                return None;
+            };
+            Some([seen_j, works.size_j])
+        };
+        let each = self.joins.iter().filter_map(of);
+        let [seen_j, size_j] = each.reduce(|sum, one| [sum[0] + one[0], sum[1] + one[1]])?;
+        Some(InterfaceWorks {
+            told_j,
+            seen_j,
+            size_j,
+        })
+    }
+
+    /// Enters how far the works at interfaces that participants tell are from those that were exchanged.
+    pub fn interface_works(&mut self) {
+        for peer in 0..self.participants.len() {
+            let works = self.works_of(peer);
+            self.participants[peer].1.interface_work_rel = works.map(|works| works.apart_rel());
+        }
     }
 
     /// Enters how it ended; `strict` makes any warning suspect.
@@ -365,6 +418,12 @@ impl InterfaceSummary {
             halved_windows: ledger.halved,
             contact_iterations: ledger.contact_iterations,
             contact_residual_max: ledger.contact_residual_max,
+            works: Works {
+                continuum_j: ledger.work_j,
+                // Points with masses of their own go on between the velocities that are told.
+                wall_j: ledger.points().is_none().then_some(ledger.wall_work_j),
+                size_j: ledger.energy_j,
+            },
             points: joules("points_", &points),
             wall_s: None,
             share: None,

@@ -1,6 +1,7 @@
 //! Means that the suites share: small solvers whose coupled motion is known on paper, and the means to run scenarios.
 //!
 //! - [`bar`]: an elastic bar, explicit, the continuum side of the one-dimensional cases;
+//! - [`broken`]: fem-node with one of its answers spoilt;
 //! - [`chain`]: masses and springs, implicit, the side that stands on the wall; one mass is a rigid body;
 //! - [`lattice`]: what bars and chains are pieces of, in one piece;
 //! - [`plate`]: a row of loaded masses on a two-dimensional surface;
@@ -11,6 +12,7 @@
 //!   that name each other.
 
 pub mod bar;
+pub mod broken;
 pub mod chain;
 pub mod filegraph;
 pub mod lattice;
@@ -41,6 +43,12 @@ pub fn registry() -> Registry {
             kind: "plate",
             check: |config, _| protocol::read_config::<plate::Config>(config).map(|_| Vec::new()),
             build: plate::build,
+            bench: None,
+        },
+        Solver {
+            kind: "broken",
+            check: broken::check,
+            build: broken::build,
             bench: None,
         },
         Solver {

@@ -3,6 +3,7 @@
 use protocol::serve::{Hello, Welcome};
 use protocol::{Description, Kind, PROTOCOL_VERSION};
 
+use super::admission::fault_of_description;
 use super::communicator::Communicator;
 use super::peer::read_json;
 use crate::error::{Error, Refusal};
@@ -68,6 +69,9 @@ fn welcome(
                 ours,
             }));
         }
+    }
+    if let Some(why) = fault_of_description(&welcome.description) {
+        return Err(communicator.peers().protocol_error(peer, why));
     }
     Ok(Greeted {
         pid: welcome.pid,

@@ -4,11 +4,14 @@
 //! - [`process`], [`printed`], [`peer`], [`launch`]: one participant, its words, its connection and its life, and its start;
 //! - [`communicator`]: requests and answers of all of them; [`journal`], [`recorded`]: the same written down; [`rehearsed`]: the
 //!   same compared with a log;
-//! - [`handshake`]: the greeting;
+//! - [`handshake`]: the greeting; [`admission`]: what a participant says of itself, checked; [`farewell`]: its last
+//!   words, read with patience;
 //! - [`remote`]: participants behind frames, as schemes see them; in memory they are
 //!   [`LinearPair`](crate::scheme::predict::linear_pair::LinearPair).
 
+pub mod admission;
 pub mod communicator;
+pub mod farewell;
 pub mod handshake;
 pub mod journal;
 pub mod launch;

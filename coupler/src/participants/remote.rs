@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 use protocol::serve::unpack_boundary_answer;
 use protocol::{BoundaryAnswer, Description, Kind, Reaction, Surface, Window};
 
+use super::admission::{fault_of_columns, fault_of_surface};
 use super::communicator::Communicator;
 use super::handshake::Greeted;
 use crate::error::Error;
@@ -40,7 +41,11 @@ impl<'a> Remote<'a> {
         let numbers = self
             .communicator
             .hear_exactly(peer, answer, &window, n * n)?;
-        Ok(DMatrix::from_vec(n, n, numbers))
+        let matrix = DMatrix::from_vec(n, n, numbers);
+        match fault_of_columns(&matrix) {
+            None => Ok(matrix),
+            Some(why) => Err(self.communicator.peers().protocol_error(peer, why)),
+        }
     }
 }
 
@@ -60,11 +65,13 @@ impl Participants for Remote<'_> {
     fn couple(&mut self, peer: usize, set: &str) -> Result<Surface, Error> {
         self.communicator.tell_text(peer, Kind::Couple, set)?;
         let frame = self.communicator.receive(peer, Kind::Surface)?;
-        let surface = Surface::from_rows(&frame.payload);
-        surface.ok_or_else(|| {
-            let peers = self.communicator.peers();
-            peers.protocol_error(peer, "sent an incomplete surface")
-        })
+        let sound = |surface| fault_of_surface(&surface).map_or(Ok(surface), Err);
+        let incomplete = || "sent an incomplete surface".to_string();
+        let surface = Surface::from_rows(&frame.payload).ok_or_else(incomplete);
+        let peers = self.communicator.peers();
+        surface
+            .and_then(sound)
+            .map_err(|why| peers.protocol_error(peer, why))
     }
 
     fn select(&mut self, peer: usize, points: &[usize]) -> Result<(), Error> {

@@ -2,7 +2,6 @@
 
 use std::time::Instant;
 
-use protocol::serve::Farewell;
 use protocol::{Frame, Header, Kind, Window};
 
 use super::judge::Ruler;
@@ -11,7 +10,7 @@ use super::{Drift, Recording, Replayed};
 use crate::error::{Error, Refusal};
 use crate::log::Mismatch;
 use crate::log::mismatch::Difference;
-use crate::participants::peer::read_json;
+use crate::participants::farewell::read_farewell;
 use crate::participants::{Communicator, Launcher, Watch, handshake};
 use crate::run::checkpoint::RestartPoint;
 use crate::scenario::Scenario;
@@ -75,7 +74,11 @@ pub fn replay(
         communicator.tell(0, Kind::Finish, &Window::default(), Vec::new())?;
         let outcome = communicator.receive(0, Kind::Finished)?;
         // What a foreign solver says of its time may be unreadable; the replay is none the worse.
-        if let Ok(farewell) = read_json::<Farewell>(&outcome) {
+        if let Some(farewell) = outcome
+            .text()
+            .ok()
+            .and_then(|text| read_farewell(&text).ok())
+        {
             replayed.solve_wall_s = Some(farewell.solve_wall_s);
             replayed.state_hash = Some(farewell.outcome.state_hash);
         }

@@ -16,10 +16,10 @@ use super::time_loop::{GroupRun, describe, each_window, end_s, groups_at_start, 
 use crate::error::{Error, Refusal};
 use crate::log::{Exchange, Provenance, Recorder, Volume};
 use crate::output::tell;
+use crate::participants::farewell::read_farewell;
 use crate::participants::handshake::{self, Greeted};
 use crate::participants::journal::Journal;
 use crate::participants::launch::{Launcher, config_value, setting};
-use crate::participants::peer::read_json;
 use crate::participants::process::require_program;
 use crate::participants::recorded::Recorded;
 use crate::participants::rehearsed::Rehearsed;
@@ -254,12 +254,15 @@ impl RunSession<'_> {
             self.coupled(recorded, &greeted, logged, &mut outputs)
         };
         self.summary.energies(&outputs.energies());
+        self.summary.interface_works();
         outputs.signals.finish()?;
         result?;
         let communicator: &mut dyn Communicator = recorded;
         let kinds = (Kind::Finish, Kind::Finished);
         let farewells: Vec<Farewell> = communicator.ask_all(kinds, &[], |frame| {
-            read_json(frame).map_err(|why| format!("sent an outcome that cannot be read: {why}"))
+            let text = frame.text().map_err(|error| error.to_string());
+            text.and_then(|text| read_farewell(&text))
+                .map_err(|why| format!("sent an outcome that cannot be read: {why}"))
         })?;
         let talk_wall_s = talking.elapsed().as_secs_f64();
         let run_wall_s = start.elapsed().as_secs_f64();
@@ -317,8 +320,11 @@ impl RunSession<'_> {
         for group in &groups {
             self.rundir.note(&describe(group));
             for patch in &group.coupling.group().patches {
-                let bounds = scenario.run.plausible.surface_offset_rel;
-                let found = plausible::surface_offset(bounds, patch.offset_rel);
+                let (bounds, offset) = (&scenario.run.plausible, patch.offset);
+                let shape = plausible::surface_offset(bounds.surface_offset_rel, offset.shape_rel);
+                let place =
+                    plausible::surface_distance(bounds.surface_distance_rel, offset.distance_rel);
+                let found = [shape, place].into_iter().flatten();
                 self.found(found.map(|finding| Warning::of(&patch.name, finding)));
             }
         }

@@ -81,7 +81,7 @@ pub fn solve(
 fn advice(update: Update) -> &'static str {
     match update {
         Update::None => {
-            "the compliance does not fit the continuum any more, as of a plastic one; take scheme = \"dual-schur-secant\", lower substeps, or accept with on_not_converged = \"accept\""
+            "the compliance does not fit the continuum, as of a plastic one, or of one that does not begin each repeat where the window began; take scheme = \"dual-schur-secant\", lower substeps, or accept with on_not_converged = \"accept\""
         }
         Update::Secant | Update::Cheap => {
             "lower substeps, raise repeats_max, or let on_not_converged = \"halve\" the window"

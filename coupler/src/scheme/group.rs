@@ -30,6 +30,17 @@ pub struct Group {
     pub clock: Clock,
 }
 
+/// Difference between two surfaces that are joined.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Offset {
+    /// That in shape: tilt and curvature of the parabola through the points' distances from the line through the nodes, as its
+    /// largest departure from their mean over the spacing of the points. What the roughness of the row may explain is taken off;
+    /// surfaces of the same shape have none, however far apart they lie.
+    pub shape_rel: f64,
+    /// Their mean distance over the length of the joined part. Each side may have an origin of its own.
+    pub distance_rel: f64,
+}
+
 /// One interface inside its group.
 #[derive(Clone, Debug)]
 pub struct Patch {
@@ -47,8 +58,8 @@ pub struct Patch {
     pub points: Range<usize>,
     /// 1 where the wall lies above the continuum, -1 where it hangs below: the side of the continuum's outward normal.
     pub outward_y: f64,
-    /// Difference in shape between its points and its surface line, over the spacing of the points.
-    pub offset_rel: f64,
+    /// Difference between its points and its surface line.
+    pub offset: Offset,
     /// Mean spacing of its exchanged nodes (m).
     pub spacing_m: f64,
     /// Largest gap that counts as closed, over the spacing.

@@ -9,12 +9,12 @@ use std::ops::Range;
 use protocol::Surface;
 
 use super::clock::Clock;
-use super::group::{Group, Patch, Side};
+use super::group::{Group, Offset, Patch, Side};
 use super::mapping::Mapping;
 use super::participants::Participants;
 use crate::error::{Error, Refusal, WindowOf};
 use crate::scenario::{Dirichlet, Interface, MappingKind, Scenario};
-use geometry::{offset_rel, same_side};
+use geometry::{offset, same_side};
 use point_mass::{point_masses, refuse_massless};
 use suitability::{refuse_finer_than_solver, refuse_without_prescribed_velocity};
 
@@ -81,7 +81,7 @@ struct Seam {
     nodes: Surface,
     points: Surface,
     mapping: Mapping,
-    offset_rel: f64,
+    offset: Offset,
 }
 
 fn refused(interface: &Interface, why: impl std::fmt::Display) -> Error {
@@ -243,7 +243,7 @@ fn seam(
     let smooth = participants.description(wall.peer).smooth_m.get(&wall.set);
     let shape = smooth.filter(|places| places.len() == glued.len());
     let linear = relate(MappingKind::Linear)?;
-    let offset_rel = offset_rel(&linear, &nodes, shape.unwrap_or(&glued));
+    let offset = offset(&linear, &nodes, shape.unwrap_or(&glued));
     let mapping = relate(interface.mapping)?;
     let active = mapping.active();
     let mapping = mapping.restricted(&active);
@@ -254,7 +254,7 @@ fn seam(
     Ok(Seam {
         pair,
         offered: offered.len(),
-        offset_rel,
+        offset,
         mapping,
         nodes,
         points,
@@ -321,7 +321,7 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
             force_driven,
             motion_driven,
             outward_y: outward(&walls.surface, &points, &walls.sides[motion_driven].range),
-            offset_rel: seam.offset_rel,
+            offset: seam.offset,
             spacing_m: seam.nodes.length_m.iter().sum::<f64>() / nodes.len() as f64,
             tolerance_rel: interface.tolerance_rel,
             energy_defect_max_rel: interface.energy_defect_max_rel,

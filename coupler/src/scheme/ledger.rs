@@ -11,6 +11,10 @@ pub struct InterfaceLedger {
     pub energy_defect_j: f64,
     /// Sum over windows of |W| (J).
     pub energy_j: f64,
+    /// Sum over windows of W (J): what the interface has given to the continuum.
+    pub work_j: f64,
+    /// Sum over windows of F_g . H v_g (J): what the solver on the boundary has given to the interface.
+    pub wall_work_j: f64,
     /// Largest gap at the end of a window, over the mean node spacing.
     pub gap_max_rel: f64,
     /// Largest |sum of the forces that the continuum bore - sum F_g| (N).
@@ -72,8 +76,11 @@ impl InterfaceLedger {
             forces.map(|(i, force)| force * motion(i)).sum()
         };
         let defect = dot(&|i| entry.point_motion[i] - entry.wall_motion[i]) + entry.late_work_j;
+        let work = dot(&|i| entry.point_motion[i]) + entry.late_work_j;
         self.energy_defect_j += defect.abs();
-        self.energy_j += (dot(&|i| entry.point_motion[i]) + entry.late_work_j).abs();
+        self.energy_j += work.abs();
+        self.work_j += work;
+        self.wall_work_j += dot(&|i| entry.wall_motion[i]);
         self.gap_max_rel = larger(self.gap_max_rel, entry.gap());
         let (point, nodal) = (total(entry.point_force), total(entry.nodal_force));
         let residual = (point[0] - nodal[0]).hypot(point[1] - nodal[1]);
@@ -119,6 +126,8 @@ impl InterfaceLedger {
     pub fn merge(&mut self, other: &InterfaceLedger, same_windows: bool) {
         self.energy_defect_j += other.energy_defect_j;
         self.energy_j += other.energy_j;
+        self.work_j += other.work_j;
+        self.wall_work_j += other.wall_work_j;
         self.gap_max_rel = larger(self.gap_max_rel, other.gap_max_rel);
         self.force_residual_n = larger(self.force_residual_n, other.force_residual_n);
         self.force_max_n = larger(self.force_max_n, other.force_max_n);

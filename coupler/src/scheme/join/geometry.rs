@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::super::group::Offset;
 use super::super::mapping::Mapping;
 
 /// The reason to refuse two sets with these outward normals: they must face each other.
@@ -18,15 +19,13 @@ pub(super) fn same_side((continuum, wall): (&[f64; 2], &[f64; 2])) -> Option<Str
 /// Standard errors of a fitted parabola that roughness may explain.
 const ROUGHNESS: f64 = 4.0;
 
-/// Difference in shape between a row of points and the line through the nodes: tilt and curvature of the parabola through
-/// the points' distances from the line, as its largest departure from their mean over the spacing of the points. What the
-/// roughness of the row may explain is taken off; surfaces of the same shape have none, however far apart they lie.
-pub(super) fn offset_rel(linear: &Mapping, nodes: &[[f64; 2]], points: &[[f64; 2]]) -> f64 {
+/// The difference between a row of points and the line through the nodes; none of less than four points.
+pub(super) fn offset(linear: &Mapping, nodes: &[[f64; 2]], points: &[[f64; 2]]) -> Offset {
     let on_line = linear.motion(&nodes.concat());
     let [x, y] = [0, 1].map(|k| on_line[on_line.len() - 2 + k] - on_line[k]);
     let (first, span, length) = ([on_line[0], on_line[1]], [x, y], x.hypot(y));
     if nodes.len() == 1 || points.len() < 4 || length == 0.0 {
-        return 0.0;
+        return Offset::default();
     }
     // Along the line s goes from -1 to 1, with P_0 = 1, P_1 = s and P_2 = s^2 - 1/3; distances are along its normal.
     let both = points.iter().zip(on_line.chunks_exact(2));
@@ -42,7 +41,7 @@ pub(super) fn offset_rel(linear: &Mapping, nodes: &[[f64; 2]], points: &[[f64; 2
     let rows = DMatrix::from_fn(points.len(), 3, |i, k| shapes[i][k]);
     let distances = DVector::from_vec(distances);
     let Some(inverse) = (rows.transpose() * &rows).try_inverse() else {
-        return 0.0;
+        return Offset::default();
     };
     let fitted = &inverse * (rows.transpose() * &distances);
     let rough = &distances - &rows * &fitted;
@@ -52,7 +51,10 @@ pub(super) fn offset_rel(linear: &Mapping, nodes: &[[f64; 2]], points: &[[f64; 2
         largest * (fitted[k].abs() - ROUGHNESS * error).max(0.0)
     };
     let spacing = length / (points.len() - 1) as f64;
-    (departs(1, 1.0) + departs(2, 2.0 / 3.0)) / spacing
+    Offset {
+        shape_rel: (departs(1, 1.0) + departs(2, 2.0 / 3.0)) / spacing,
+        distance_rel: fitted[0].abs() / length,
+    }
 }
 
 #[cfg(test)]
@@ -73,7 +75,7 @@ mod tests {
             });
             let points: Vec<[f64; 2]> = points.collect();
             let linear = Mapping::new(MappingKind::Linear, &nodes, &points).expect("it fits");
-            offset_rel(&linear, &nodes, &points)
+            offset(&linear, &nodes, &points).shape_rel
         };
         assert!(off(0.0, 0.0, 0.0) < 1e-12);
         assert!((off(0.3, 0.0, 0.0) - 1.6).abs() < 1e-12);

@@ -10,7 +10,7 @@ use super::sprung_mass::{Masses, Motion, SprungMass};
 use crate::error::{Error, Refusal};
 use crate::scenario::MappingKind;
 use crate::scheme::clock::Clock;
-use crate::scheme::group::{Group, Patch, Side};
+use crate::scheme::group::{Group, Offset, Patch, Side};
 use crate::scheme::mapping::Mapping;
 use crate::scheme::participants::{Participants, Request};
 
@@ -68,7 +68,7 @@ impl LinearModel<'_> {
         };
         Group {
             patches: vec![Patch {
-                offset_rel: 0.0,
+                offset: Offset::default(),
                 index: 0,
                 name: "model".into(),
                 force_driven: 0,

@@ -1,0 +1,245 @@
+//! What a participant says of itself at the handshake, checked before anything is built on it.
+
+use nalgebra::DMatrix;
+use protocol::{Description, Surface};
+
+/// Largest difference between the entries (i, j) and (j, i) of columns, over the largest entry: rounding leaves 1e-12, a wrong
+/// order of rows or a force on another component than was meant leaves all of it.
+const ASYMMETRY: f64 = 1e-3;
+
+/// Longest name of a signal, a set or a term.
+const LONGEST_NAME: usize = 100;
+
+/// The fault of a description, if it has one.
+pub fn fault_of_description(told: &Description) -> Option<String> {
+    let lengths = [
+        ("step_s", told.step_s),
+        ("step_limit_s", told.step_limit_s),
+        ("end_s", told.end_s),
+        ("first_period_s", told.first_period_s),
+    ];
+    let wrong = |value: f64| !(value.is_finite() && value > 0.0);
+    for (what, value) in lengths {
+        if let Some(value) = value.filter(|value| wrong(*value)) {
+            return Some(format!(
+                "says that its {what} is {value}: it must be a finite time above zero, or absent"
+            ));
+        }
+    }
+    for phase in &told.phases {
+        let [start, end] = [phase.t0_s, phase.t1_s];
+        if !(start >= 0.0 && end >= start && end.is_finite()) {
+            return Some(format!(
+                "has a phase `{}` from {start} to {end} s: phases begin at zero or later and end where they begin or later",
+                phase.name.escape_debug()
+            ));
+        }
+    }
+    let terms = told.ledger.iter().map(|term| &term.name);
+    fault_of_names("signal", told.signals.iter())
+        .or_else(|| fault_of_names("set", told.sets.iter()))
+        .or_else(|| fault_of_names("ledger term", terms))
+        .or_else(|| fault_of_outward(told))
+}
+
+/// Names become columns of files and keys of summaries.
+fn fault_of_names<'a>(what: &str, names: impl Iterator<Item = &'a String>) -> Option<String> {
+    let mut known: Vec<&str> = Vec::new();
+    for name in names {
+        let shown = name.escape_debug();
+        if name.is_empty() || name.len() > LONGEST_NAME {
+            return Some(format!(
+                "has a {what} whose name has {} bytes: names have 1 to {LONGEST_NAME}",
+                name.len()
+            ));
+        }
+        if name.chars().any(|c| c.is_control() || c == '"' || c == ',') {
+            return Some(format!(
+                "has a {what} `{shown}`: names have no commas, quotes or control characters"
+            ));
+        }
+        if known.contains(&name.as_str()) {
+            return Some(format!("names the {what} `{shown}` twice"));
+        }
+        known.push(name);
+    }
+    None
+}
+
+fn fault_of_outward(told: &Description) -> Option<String> {
+    let mut normals = told.outward.iter();
+    let is_unit = |[x, y]: &[f64; 2]| (x.hypot(*y) - 1.0).abs() < 1e-6;
+    let (set, [x, y]) = normals.find(|(_, normal)| !is_unit(normal))?;
+    Some(format!(
+        "says that `{}` faces ({x}, {y}): an outward normal has the length 1",
+        set.escape_debug()
+    ))
+}
+
+/// The fault of a surface, if it has one. Points without mass are no fault here: glued disks have none.
+pub fn fault_of_surface(surface: &Surface) -> Option<String> {
+    if surface.is_empty() {
+        return Some("sent a surface without points".into());
+    }
+    let finite = |value: f64| value.is_finite();
+    let some = |value: f64| value.is_finite() && value >= 0.0;
+    let positive = |value: f64| value.is_finite() && value > 0.0;
+    type Column<'a> = (&'a str, &'a [f64], fn(f64) -> bool, &'a str);
+    let columns: [Column; 5] = [
+        ("x (m)", &surface.x_m, finite, "be finite"),
+        ("y (m)", &surface.y_m, finite, "be finite"),
+        (
+            "mass (kg)",
+            &surface.mass_kg,
+            some,
+            "be finite and not below zero",
+        ),
+        (
+            "radius (m)",
+            &surface.radius_m,
+            some,
+            "be finite and not below zero",
+        ),
+        (
+            "length (m)",
+            &surface.length_m,
+            positive,
+            "be finite and above zero",
+        ),
+    ];
+    columns.into_iter().find_map(|(what, values, sound, must)| {
+        let point = values.iter().position(|value| !sound(*value))?;
+        Some(format!(
+            "sent a surface whose point {point} has the {what} {}: it must {must}",
+            values[point]
+        ))
+    })
+}
+
+/// The fault of columns of a compliance or an impedance, if they have one: a passive body answers a force at i with the same motion
+/// at j as a force at j with at i (Maxwell and Betti), moves with a force and not against it, and moves at all.
+pub fn fault_of_columns(matrix: &DMatrix<f64>) -> Option<String> {
+    let largest = matrix.amax();
+    if largest == 0.0 {
+        return Some("sent columns that are all zero: nothing that it exchanges can move".into());
+    }
+    let n = matrix.nrows();
+    if let Some(i) = (0..n).find(|i| matrix[(*i, *i)] < 0.0) {
+        return Some(format!(
+            "sent columns whose entry ({i}, {i}) is {:e}: a component that is pushed moves with the force, not against it",
+            matrix[(i, i)]
+        ));
+    }
+    let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let apart = |(i, j): (usize, usize)| (matrix[(i, j)] - matrix[(j, i)]).abs();
+    let (i, j) = pairs.max_by(|a, b| apart(*a).total_cmp(&apart(*b)))?;
+    (apart((i, j)) > ASYMMETRY * largest).then(|| {
+        format!(
+            "sent columns that are not symmetric: entry ({i}, {j}) is {:e} and entry ({j}, {i}) is {:e}, the largest of all {largest:e}; a linear body answers both ways alike (Maxwell and Betti)",
+            matrix[(i, j)],
+            matrix[(j, i)]
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use protocol::{Phase, Role, Term};
+
+    fn sound() -> Description {
+        Description {
+            step_s: Some(1e-8),
+            signals: vec!["a_m".into(), "b m".into()],
+            sets: vec!["top".into()],
+            phases: vec![Phase {
+                t1_s: 1.0,
+                ..Phase::default()
+            }],
+            outward: [("top".to_string(), [0.6, -0.8])].into(),
+            ..Description::default()
+        }
+    }
+
+    #[test]
+    fn a_description_with_a_wrong_number_or_name_is_refused() {
+        assert_eq!(fault_of_description(&sound()), None);
+        type Harm = fn(&mut Description);
+        let harms: [(&str, Harm); 13] = [
+            ("step_s", |told| told.step_s = Some(0.0)),
+            ("step_s", |told| told.step_s = Some(-1e-8)),
+            ("step_s", |told| told.step_s = Some(f64::NAN)),
+            ("step_limit_s", |told| told.step_limit_s = Some(0.0)),
+            ("end_s", |told| told.end_s = Some(f64::INFINITY)),
+            ("first_period_s", |told| told.first_period_s = Some(-1.0)),
+            ("phase", |told| told.phases[0].t0_s = 2.0),
+            ("signal", |told| told.signals[1] = "a_m".into()),
+            ("signal", |told| told.signals[1] = "a,b".into()),
+            ("signal", |told| told.signals[1] = "a\nb".into()),
+            ("set", |told| told.sets[0] = String::new()),
+            ("ledger term", |told| {
+                let term = Term {
+                    name: "x".repeat(101),
+                    role: Role::Work,
+                };
+                told.ledger.push(term);
+            }),
+            ("outward", |told| {
+                told.outward.insert("top".into(), [0.0, 2.0]);
+            }),
+        ];
+        for (word, harm) in harms {
+            let mut told = sound();
+            harm(&mut told);
+            let fault = fault_of_description(&told).expect(word);
+            assert!(fault.contains(word), "{fault}");
+        }
+    }
+
+    #[test]
+    fn a_surface_with_a_value_that_cannot_be_is_refused() {
+        let sound = || {
+            Surface::from_rows(&[0.0, 1.0, 0.0, 0.0, 0.1, 0.1, 1.0, 2.0, 0.05, 0.1])
+                .expect("two rows")
+        };
+        assert_eq!(fault_of_surface(&sound()), None);
+        assert!(fault_of_surface(&Surface::default()).is_some());
+        type Harm = fn(&mut Surface);
+        let harms: [(&str, Harm); 8] = [
+            ("x (m) NaN", |s| s.x_m[1] = f64::NAN),
+            ("y (m) inf", |s| s.y_m[1] = f64::INFINITY),
+            ("mass (kg) -1", |s| s.mass_kg[1] = -1.0),
+            ("mass (kg) NaN", |s| s.mass_kg[1] = f64::NAN),
+            ("radius (m) -1", |s| s.radius_m[1] = -1.0),
+            ("length (m) NaN", |s| s.length_m[1] = f64::NAN),
+            ("length (m) 0", |s| s.length_m[1] = 0.0),
+            ("length (m) -1", |s| s.length_m[1] = -1.0),
+        ];
+        for (words, harm) in harms {
+            let mut surface = sound();
+            harm(&mut surface);
+            let fault = fault_of_surface(&surface).expect(words);
+            assert!(
+                fault.contains(&format!("point 1 has the {words}")),
+                "{fault}"
+            );
+        }
+    }
+
+    #[test]
+    fn columns_that_no_passive_body_has_are_refused() {
+        let fault = |entries: &[f64]| fault_of_columns(&DMatrix::from_column_slice(2, 2, entries));
+        assert_eq!(fault(&[2.0, 1.0, 1.0, 2.0]), None);
+        // A component that is held.
+        assert_eq!(fault(&[2.0, 0.0, 0.0, 0.0]), None);
+        assert_eq!(fault(&[2.0, 1.0, 1.0019, 2.0]), None);
+        for (word, entries) in [
+            ("not symmetric", [2.0, 1.0, 1.0021, 2.0]),
+            ("all zero", [0.0; 4]),
+            ("(1, 1)", [2.0, 1.0, 1.0, -2.0]),
+        ] {
+            let fault = fault(&entries).expect(word);
+            assert!(fault.contains(word), "{fault}");
+        }
+    }
+}

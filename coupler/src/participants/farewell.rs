@@ -1,0 +1,91 @@
+//! The farewell of a participant, read with patience: one number that is none must not cost a whole run.
+
+use protocol::serve::Farewell;
+use serde_json::Value;
+
+/// Reads a farewell. `NaN` and `Infinity`, which JSON does not have and some programs write all the same, count as missing: a result
+/// or a work without value is left out with a warning, a time or a memory is zero.
+pub fn read_farewell(text: &str) -> Result<Farewell, String> {
+    let said = |error: serde_json::Error| error.to_string();
+    let mut value: Value = serde_json::from_str(&without_bare_words(text)).map_err(said)?;
+    let mut left_out = Vec::new();
+    for part in ["results", "work"] {
+        let Some(numbers) = value["outcome"][part].as_object_mut() else {
+            continue;
+        };
+        numbers.retain(|name, number| {
+            if number.is_null() {
+                left_out.push(format!("{name} is no finite number and is left out"));
+            }
+            !number.is_null()
+        });
+    }
+    if let Some(fields) = value.as_object_mut() {
+        for (_, number) in fields.iter_mut().filter(|(_, value)| value.is_null()) {
+            *number = 0.into();
+        }
+    }
+    let mut farewell: Farewell = serde_json::from_value(value).map_err(said)?;
+    farewell.outcome.warnings.extend(left_out);
+    Ok(farewell)
+}
+
+/// The text with `null` for words that stand for no number.
+fn without_bare_words(text: &str) -> String {
+    let mut plain = String::with_capacity(text.len());
+    let (mut rest, mut quoted) = (text, false);
+    while let Some(next) = rest.chars().next() {
+        let word = ["-Infinity", "Infinity", "NaN"]
+            .into_iter()
+            .find(|word| !quoted && rest.starts_with(word));
+        let taken = match (word, next) {
+            (Some(word), _) => {
+                plain.push_str("null");
+                rest = &rest[word.len()..];
+                continue;
+            }
+            // An escape and what it escapes.
+            (None, '\\') if quoted => 1 + rest[1..].chars().next().map_or(0, char::len_utf8),
+            (None, '"') => {
+                quoted = !quoted;
+                1
+            }
+            _ => next.len_utf8(),
+        };
+        plain.push_str(&rest[..taken]);
+        rest = &rest[taken..];
+    }
+    plain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_that_is_none_costs_itself() {
+        let text = r#"{"outcome": {"steps": 3, "work": {"steps": 3.0, "odd": NaN},
+            "results": {"a_m": 1.5, "b \"NaN\" \\": -Infinity, "c_pa": Infinity}, "state_hash": "NaN"},
+            "cpu_s": NaN, "solve_wall_s": 1.0, "setup_wall_s": 0.0, "wait_s": 0.0, "peak_rss_bytes": 7}"#;
+        let farewell = read_farewell(text).expect("it can be read");
+        let outcome = &farewell.outcome;
+        assert_eq!(outcome.results, [("a_m".to_string(), 1.5)].into());
+        assert_eq!(outcome.work, [("steps".to_string(), 3.0)].into());
+        assert_eq!(outcome.state_hash, "NaN");
+        assert_eq!(outcome.warnings.len(), 3, "{:?}", outcome.warnings);
+        assert_eq!((farewell.cpu_s, farewell.solve_wall_s), (0.0, 1.0));
+    }
+
+    #[test]
+    fn what_is_no_farewell_is_refused() {
+        for text in [
+            "",
+            "NaN",
+            "{}",
+            r#"{"outcome": {"steps": NaN}}"#,
+            r#"{"a": "\"#,
+        ] {
+            assert!(read_farewell(text).is_err(), "{text}");
+        }
+    }
+}

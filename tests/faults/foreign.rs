@@ -1,0 +1,111 @@
+//! Participants that are wrong in one way each: none may end a run as if nothing were.
+
+use coupler::run::session::Ended;
+use harness::runs::run_in_process;
+use serde_json::Value;
+
+use crate::scene::folder;
+
+/// `quick`, cut short, its rail being wrong in this way.
+fn with_rail(harm: &str, sets: &[&str]) -> (Ended, Value) {
+    let text = std::fs::read_to_string(folder("quick").join("scenario.toml")).expect("it ships");
+    let mut table: toml::Table = text.parse().expect("it is TOML");
+    let rail = table["participant"][0].as_table_mut().expect("a table");
+    let config = rail.insert("config".into(), toml::Table::new().into());
+    let config = config.expect("it has keys");
+    rail["kind"] = "broken".into();
+    rail["config"] = toml::Table::from_iter([
+        ("harm".to_string(), harm.into()),
+        ("rail".to_string(), config),
+    ])
+    .into();
+    let text = toml::to_string(&table).expect("it was TOML");
+    let all = ["run.end_s=6e-5"].iter().chain(sets);
+    let left = run_in_process(&text, &all.copied().collect::<Vec<_>>()).expect("it is valid");
+    let summary = left.ended.summary.value();
+    (left.ended, summary)
+}
+
+fn codes(summary: &Value) -> Vec<&str> {
+    let warnings = summary["warnings"].as_array().expect("a list");
+    let codes = warnings.iter().map(|warning| warning["code"].as_str());
+    codes.map(|code| code.expect("a text")).collect()
+}
+
+#[test]
+fn a_sound_rail_behind_another_name_is_no_alarm() {
+    for scheme in ["dual-schur", "dual-schur-cheap", "velocity"] {
+        let scheme = format!("interface.layer-base.scheme={scheme}");
+        let (ended, summary) = with_rail("nothing", &[&scheme]);
+        assert!(ended.error.is_none(), "{scheme}: {summary:#}");
+        let found = codes(&summary);
+        assert!(!found.contains(&"interface_work"), "{scheme}: {found:?}");
+        assert!(!found.contains(&"surface_distance"), "{scheme}: {found:?}");
+    }
+}
+
+/// Harms of the handshake, each with words of the refusal.
+const REFUSED: [(&str, &str); 7] = [
+    ("nan-length", "length (m) NaN"),
+    ("nan-mass", "mass (kg) NaN"),
+    ("negative-mass", "mass (kg) -"),
+    ("negative-step", "step_s is -"),
+    ("zero-step", "step_s is 0"),
+    ("zero-columns", "columns that are all zero"),
+    ("asymmetric-columns", "not symmetric"),
+];
+
+#[test]
+fn numbers_that_cannot_be_are_refused_at_the_handshake() {
+    for (harm, words) in REFUSED {
+        let (ended, summary) = with_rail(harm, &[]);
+        let message = summary["message"].as_str().expect("a text");
+        assert!(message.contains("`rail`"), "{harm}: {message}");
+        assert!(message.contains(words), "{harm}: {message}");
+        assert_eq!(ended.summary.exit_code(), 4, "{harm}: {message}");
+        assert_eq!(summary["windows"], 0, "{harm}");
+    }
+}
+
+#[test]
+fn surfaces_in_other_units_or_places_are_warned_of() {
+    let (_, summary) = with_rail("far-away", &[]);
+    assert!(codes(&summary).contains(&"surface_distance"), "{summary:#}");
+    // Whatever their places, a crown that is a thousand times as large is another one.
+    let (ended, summary) = with_rail("millimetres", &[]);
+    assert!(codes(&summary).contains(&"surface_offset"), "{summary:#}");
+    assert_eq!(ended.summary.exit_code(), 8, "{summary:#}");
+}
+
+#[test]
+fn answers_that_are_not_those_of_the_state_that_is_kept_are_found_by_their_work() {
+    let cheap = "interface.layer-base.scheme=dual-schur-cheap";
+    for (harm, sets) in [
+        ("totals", &[][..]),
+        ("short-repeats", &[]),
+        ("large-repeats", &[]),
+        ("forgets", &[]),
+        ("forgets", &[cheap]),
+        ("double-ledger", &[]),
+        ("no-interface-work", &[]),
+    ] {
+        let (ended, summary) = with_rail(harm, sets);
+        let found = codes(&summary);
+        let said = found.contains(&"interface_work") || ended.error.is_some();
+        println!(
+            "{harm} {sets:?}: {} {found:?} {}",
+            summary["status"], summary["message"]
+        );
+        assert!(said, "{harm} {sets:?}: {summary:#}");
+        assert_ne!(ended.summary.exit_code(), 0, "{harm} {sets:?}: {found:?}");
+    }
+}
+
+#[test]
+fn a_report_with_a_number_that_is_none_is_told() {
+    let (ended, summary) = with_rail("nan-signal", &[]);
+    assert!(codes(&summary).contains(&"not_a_number"), "{summary:#}");
+    assert_eq!(ended.summary.exit_code(), 0, "{summary:#}");
+    let (ended, summary) = with_rail("nan-energy", &[]);
+    assert_eq!(ended.summary.exit_code(), 3, "{summary:#}");
+}
