@@ -1,0 +1,155 @@
+"""Coupled runs of the built program with participants in Python: `cargo build --release --bin thirdbody` first."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+import thirdbody
+
+ROOT = Path(__file__).resolve().parents[3]
+PROGRAM = os.environ.get("THIRDBODY") or str(ROOT / "target" / "release" / "thirdbody")
+WINKLER = ROOT / "scenarios" / "foreign" / "winkler"
+
+LAYER = '''
+import numpy as np
+import thirdbody
+
+class Springs(thirdbody.GrainLayer):
+    """A row of points on springs that are pressed down by a ramp."""
+    kind = "springs"
+    outward = {{"base": (0.0, -1.0)}}
+    end_s = 4e-5
+
+    def __init__(self, config, setting):
+        super().__init__(config, setting)
+        self.x = np.linspace(-1.8e-3, 1.8e-3, 10)
+
+    def points(self, set_name):
+        return thirdbody.Points(self.x, 0.0 * self.x)
+
+    def rest(self):
+        return {{"u": np.zeros((10, 2)), "t": 0.0}}
+
+    def step(self, state, velocity, window_s):
+        u, t = state["u"] + window_s * velocity, state["t"] + window_s
+        pressed = np.array([0.0, -1e-8 * min(t / 1e-5, 1.0)])
+        return {{"u": u, "t": t}}, {stiffness} * (pressed - u)
+
+thirdbody.participate(Springs)
+'''
+
+STRIP = '''
+[run]
+name = "springs-on-a-strip"
+thickness_m = 1e-3
+
+[[participant]]
+name = "strip"
+kind = "fem"
+[participant.config]
+base = "roller"
+sides = "fixed_x"
+mesh = {{ width_m = 4e-3, height_m = 1.2e-3, size_m = 0.4e-3 }}
+material = {{ young_pa = 102.5e9, poisson = 0.3, density_kg_per_m3 = 7800.0 }}
+time = {{ step_s = "auto", damping = 0.75, mass_damping_per_s = 1e6 }}
+
+[[participant]]
+name = "springs"
+kind = "springs"
+command = ["python3", "springs.py"]
+
+[[interface]]
+name = "join"
+between = ["strip.top", "springs.base"]
+scheme = "{scheme}"
+substeps = 5
+tolerance_rel = 1e-9
+repeats_max = 50
+'''
+
+
+class Runs(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        # Commands of scenarios say `python3`: the one that runs this test.
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.work = Path(cls.folder.name)
+        (cls.work / "bin").mkdir()
+        (cls.work / "bin" / "python3").symlink_to(sys.executable)
+        os.environ["PATH"] = f"{Path(sys.executable).parent}:{cls.work / 'bin'}:{os.environ['PATH']}"
+        if not Path(PROGRAM).is_file():
+            raise AssertionError(f"{PROGRAM} is missing: cargo build --release --bin thirdbody")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def verb(self, *words):
+        done = subprocess.run([PROGRAM, *map(str, words)], cwd=self.work, capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done
+
+    def test_a_bed_of_springs_carries_the_wheel_and_repeats_every_bit(self):
+        keys = {"run.end_s": 2e-4, "run.checkpoint_every_windows": 100}
+        run = thirdbody.run(WINKLER, keys, out=self.work / "winkler", program=PROGRAM)
+        self.assertEqual(run.status, "completed", run.warnings)
+        rail = run.summary["participants"]["rail"]
+        self.assertLess(rail["interface_work_rel"], 1e-12)
+        self.assertLess(rail["energy_balance_rel"], 0.01)
+        signals = run.signals()
+        self.assertEqual(list(signals)[0], "t_s")
+        self.assertTrue(np.all(np.diff(signals["t_s"]) > 0))
+        said = self.verb("replay", "winkler", "--allow-commands").stdout
+        self.assertEqual(said.count("bitwise identical"), 3, said)
+        self.verb("resume", "winkler", "--allow-commands", "--out", "resumed")
+        resumed = thirdbody.load(self.work / "resumed")
+        self.assertEqual(resumed.summary["hashes"], run.summary["hashes"])
+
+    def springs(self, name, stiffness, scheme="dual-schur"):
+        folder = self.work / name
+        folder.mkdir()
+        (folder / "scenario.toml").write_text(STRIP.format(scheme=scheme))
+        (folder / "springs.py").write_text(LAYER.format(stiffness=stiffness))
+        return folder
+
+    def test_a_layer_in_python_presses_a_strip_as_springs_in_series_do(self):
+        # Ten springs of k, pressed by 1e-8 m, on a strip whose top sinks by F h / (M A): M = E (1 - nu) / ((1 + nu) (1 - 2 nu)).
+        k, pressed = 5e7, 1e-8
+        modulus = 102.5e9 * 0.7 / (1.3 * 0.4)
+        strip = modulus * 4e-3 * 1e-3 / 1.2e-3
+        exact = pressed / (1.0 / (10.0 * k) + 1.0 / strip)
+        runs = {}
+        for scheme in ("dual-schur", "velocity", "fixed-point-serial"):
+            folder = self.springs(f"springs-{scheme}", k, scheme)
+            runs[scheme] = run = thirdbody.run(folder, out=self.work / f"{scheme}-run", program=PROGRAM)
+            self.assertEqual(run.status, "completed", run.warnings)
+        for scheme, signals in [(scheme, run.signals()) for scheme, run in runs.items()]:
+            with self.subTest(scheme):
+                self.assertAlmostEqual(-signals["interface_fy_n"][-1] / exact, 1.0, delta=1e-3)
+                sinking = -signals["strip.surface_mean_uy_m"][-1]
+                self.assertAlmostEqual(sinking * strip / exact, 1.0, delta=1e-3)
+
+    def test_a_mistake_in_the_solver_is_named(self):
+        folder = self.springs("mistake", "undefined_name")
+        with self.assertRaises(thirdbody.RunError) as caught:
+            thirdbody.run(folder, out=self.work / "mistake-run", program=PROGRAM)
+        self.assertEqual(caught.exception.code, 2)
+        self.assertIn("NameError", str(caught.exception))
+        log = (self.work / "mistake-run" / "logs" / "springs.log").read_text()
+        self.assertIn("Traceback", log)
+
+    def test_a_key_that_does_not_exist_is_refused_by_name(self):
+        with self.assertRaises(thirdbody.RunError) as caught:
+            thirdbody.run(WINKLER, {"participant.rail.config.spacing": 1.0}, out=self.work / "key", program=PROGRAM)
+        self.assertEqual(caught.exception.code, 2)
+        self.assertIn("`rail`", str(caught.exception))
+        self.assertIn("did you mean `spacing_m`", str(caught.exception))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,211 @@
+"""What the base classes bring: repeats, columns, checkpoints, compliant boundaries, and refusals."""
+
+import unittest
+
+import numpy as np
+
+import thirdbody
+from thirdbody import Config, ConfigurationError, Diverged, Points, Setting, Window
+from thirdbody.state import digest, from_bytes, to_bytes
+
+SETTING = Setting("me", 1, 1e-3, 1, None)
+
+
+def window(index=0, iteration=0, substeps=4):
+    return Window(index, iteration, 4 * index, substeps, 2.0 * index, 2.0 * index + 0.5 * substeps)
+
+
+class Mass(thirdbody.Continuum):
+    """One free mass of 2 kg, symplectic Euler, which may spoil its state."""
+
+    step_s = 0.5
+    careless = False
+
+    def points(self, set_name):
+        return Points([0.0], [0.0], mass_kg=2.0, length_m=1.0)
+
+    def rest(self):
+        return {"u": np.zeros((1, 2)), "v": np.array([[1.0, 0.0]])}
+
+    def step(self, state, force, n):
+        u, v = state["u"], state["v"]
+        for _ in range(n):
+            if self.careless:
+                v += self.step_s * force / 2.0
+            else:
+                v = v + self.step_s * force / 2.0
+            u = u + self.step_s * v
+        return {"u": u, "v": v}
+
+    def displacement(self, state):
+        return state["u"]
+
+    def energy(self, state):
+        return {"stored": {"kinetic": float((state["v"] ** 2).sum()) - 1.0}}
+
+
+def ready(cls, **keys):
+    node = cls(Config(keys), SETTING)
+    node.begin()
+    node.couple(node.sets[0])
+    return node
+
+
+class Continua(unittest.TestCase):
+    def test_a_repeat_begins_where_the_window_began(self):
+        node = ready(Mass)
+        first = node.advance(window(), np.array([4.0, 0.0]))
+        other = node.advance(window(0, 1), np.array([8.0, 0.0]))
+        again = node.advance(window(0, 2), np.array([4.0, 0.0]))
+        self.assertEqual(first.tolist(), again.tolist())
+        self.assertNotEqual(first.tolist(), other.tolist())
+        # du = sum of h (v0 + k h F / m), k = 1..4.
+        self.assertEqual(first[0], 0.5 * 4 * 1.0 + 0.25 * 10 * 2.0)
+        report = node.commit(window(0, 2), np.empty(0))
+        self.assertEqual(report[0], 4.0 * first[0])
+
+    def test_a_window_that_was_not_asked_for_is_not_committed(self):
+        node = ready(Mass)
+        node.advance(window(), np.zeros(2))
+        with self.assertRaises(thirdbody.ProtocolError):
+            node.commit(window(1), np.empty(0))
+
+    def test_a_step_that_spoils_its_state_is_caught(self):
+        node = ready(Mass)
+        node.careless = True
+        with self.assertRaisesRegex(ValueError, "read-only"):
+            node.advance(window(), np.zeros(2))
+
+    def test_columns_leave_out_what_moves_without_a_force(self):
+        node = ready(Mass)
+        columns = node.columns(4)
+        self.assertEqual(columns.tolist(), [[0.25 * 10 / 2.0, 0.0], [0.0, 0.25 * 10 / 2.0]])
+
+    def test_a_checkpoint_gives_back_every_bit(self):
+        node = ready(Mass)
+        node.advance(window(), np.array([0.1, -0.3]))
+        node.commit(window(), np.empty(0))
+        saved = node.checkpoint()
+        other = ready(Mass)
+        other.restore(saved)
+        force = np.array([0.7, 0.2])
+        self.assertEqual(node.advance(window(1), force).tolist(), other.advance(window(1), force).tolist())
+        self.assertEqual(node.commit(window(1), np.empty(0)), other.commit(window(1), np.empty(0)))
+        self.assertEqual(node.finish().state_hash, other.finish().state_hash)
+
+    def test_a_result_of_the_wrong_shape_or_without_value_is_named(self):
+        node = ready(Mass)
+        node.displacement = lambda state: np.zeros(2)
+        with self.assertRaisesRegex(ConfigurationError, r"displacement\(\) has the shape"):
+            node.advance(window(), np.zeros(2))
+        node.displacement = lambda state: np.full((1, 2), np.nan)
+        with self.assertRaisesRegex(Diverged, "nan"):
+            node.advance(window(), np.zeros(2))
+
+
+class Springs(thirdbody.GrainLayer):
+    """Two points on springs to the ground, F = -k u at the end of a window."""
+
+    stiffness = np.array([[3.0, 1.0], [2.0, 5.0]])
+
+    def points(self, set_name):
+        return Points([0.0, 1.0], [0.0, 0.0])
+
+    def rest(self):
+        return np.zeros((2, 2))
+
+    def step(self, state, velocity, window_s):
+        state = state + window_s * velocity
+        return state, -self.stiffness * state
+
+
+class Layers(unittest.TestCase):
+    def test_a_compliant_boundary_moves_as_its_equation_says(self):
+        node = ready(Springs)
+        half = np.random.default_rng(5).normal(size=(4, 4))
+        compliance = half @ half.T
+        node.set_boundary(2.0, compliance.reshape(-1, order="F"))
+        free = np.array([1.0, -2.0, 0.5, 0.25])
+        for index in range(3):
+            force, velocity, repeats, residual, converged = node.solve(window(index), free)
+            # v = a + 2 W F, F = -k (u + 2 v).
+            u = node.state.reshape(-1)
+            k = self_stiffness = Springs.stiffness.reshape(-1)
+            exact = np.linalg.solve(np.eye(4) + 4.0 * compliance * self_stiffness, free - 2.0 * compliance @ (k * u))
+            self.assertTrue(converged)
+            self.assertLess(np.abs(velocity - exact).max(), 1e-7 * np.abs(free).max())
+            self.assertLess(np.abs(velocity - free - 2.0 * compliance @ force).max(), 1e-8)
+            node.commit(window(index), np.empty(0))
+        self.assertLess(repeats, 3, "what was learnt is used again")
+
+    def test_a_rigid_boundary_is_taken_as_it_comes(self):
+        node = ready(Springs)
+        node.set_boundary(2.0, np.zeros(16))
+        free = np.arange(4.0)
+        force, velocity, *_ = node.solve(window(), free)
+        self.assertEqual(velocity.tolist(), free.tolist())
+        self.assertEqual(force.tolist(), (-Springs.stiffness.reshape(-1) * 2.0 * free).tolist())
+
+    def test_a_layer_for_rigid_boundaries_refuses_others(self):
+        node = ready(Springs)
+        node.compliant = False
+        node.set_boundary(2.0, np.zeros(16))
+        with self.assertRaisesRegex(ConfigurationError, "rigid boundary"):
+            node.set_boundary(2.0, np.eye(4).reshape(-1))
+
+
+class Configurations(unittest.TestCase):
+    def test_a_key_that_nothing_reads_is_refused(self):
+        config = Config({"stiffness_pa": 1.0, "mesh": {"size_m": 1.0, "sizes": 2}})
+        config.number("stiffness_pa", above=0)
+        config.table("mesh").number("size_m")
+        with self.assertRaisesRegex(ConfigurationError, r"config.mesh.sizes: no such key; did you mean `size_m`"):
+            config.require_all_read()
+
+    def test_values_are_checked_where_they_are_read(self):
+        config = Config({"a": "x", "b": -1.0, "c": float("nan"), "d": 1.5, "e": True})
+        for key in "ace":
+            with self.assertRaisesRegex(ConfigurationError, f"config.{key}"):
+                config.number(key)
+        with self.assertRaisesRegex(ConfigurationError, "above 0"):
+            config.number("b", above=0)
+        with self.assertRaisesRegex(ConfigurationError, "whole"):
+            config.integer("d")
+        with self.assertRaisesRegex(ConfigurationError, "missing"):
+            config.number("f")
+        self.assertEqual(config.number("f", 3), 3.0)
+
+
+class States(unittest.TestCase):
+    STATE = {
+        "u": np.arange(6.0).reshape(3, 2), "n": -7, "big": 2**80, "t": (1.5, None, True, "naïve"), "l": [b"\x00\xff", {}],
+        "i": np.array([1, 2], dtype=np.int32), "b": np.array([True, False]), "empty": np.empty((0, 2)),
+    }
+
+    def test_a_state_survives_as_bytes(self):
+        read = from_bytes(to_bytes(self.STATE))
+        self.assertEqual(to_bytes(read), to_bytes(self.STATE))
+        self.assertEqual(read["t"], self.STATE["t"])
+        self.assertEqual(read["big"], 2**80)
+        self.assertEqual(read["u"].dtype, np.float64)
+        self.assertEqual(read["empty"].shape, (0, 2))
+
+    def test_another_bit_is_another_hash(self):
+        other = {**self.STATE, "u": self.STATE["u"].copy()}
+        self.assertEqual(digest(other), digest(self.STATE))
+        other["u"][2, 1] = np.nextafter(5.0, 6.0)
+        self.assertNotEqual(digest(other), digest(self.STATE))
+
+    def test_damage_and_what_is_no_data_are_refused(self):
+        data = to_bytes(self.STATE)
+        for cut in range(len(data)):
+            with self.assertRaises(ConfigurationError):
+                from_bytes(data[:cut])
+        with self.assertRaisesRegex(ConfigurationError, "too long"):
+            from_bytes(data + b"n")
+        with self.assertRaisesRegex(ConfigurationError, r"state.a\[1\] is a set"):
+            to_bytes({"a": [1, {2}]})
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,187 @@
+"""A solver, request by request (protocol/WIRE.md, "Requests").
+
+Most programs want `Continuum` or `GrainLayer`, which need a handful of methods; `Node` is the whole conversation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from .errors import ConfigurationError
+
+
+class Window(NamedTuple):
+    """One coupling window. Time is counted in whole steps of the continuum."""
+
+    index: int
+    iteration: int
+    step: int
+    substeps: int
+    t0_s: float
+    t1_s: float
+
+    @property
+    def length_s(self) -> float:
+        """Its length (s)."""
+        return self.t1_s - self.t0_s
+
+
+class Points(NamedTuple):
+    """Points of a coupled set, one entry of each vector a point (m, kg)."""
+
+    x_m: Any
+    y_m: Any
+    #: Lumped masses (kg); zero for glued disks.
+    mass_kg: Any = 0.0
+    #: Radii (m); zero for nodes of a mesh.
+    radius_m: Any = 0.0
+    #: Tributary lengths (m); by default half the way to each neighbour along the set.
+    length_m: Any = None
+
+    def rows(self, set_name: str) -> np.ndarray:
+        """Rows of (x, y, mass, radius, length)."""
+        x, y = (np.atleast_1d(np.asarray(v, dtype=float)) for v in (self.x_m, self.y_m))
+        if x.ndim != 1 or x.shape != y.shape or not x.size:
+            raise ConfigurationError(f"set `{set_name}`: x_m and y_m must be vectors of one length")
+        length = self.length_m
+        if length is None:
+            if x.size < 2:
+                raise ConfigurationError(f"set `{set_name}`: a single point needs its length_m")
+            half = 0.5 * np.hypot(np.diff(x), np.diff(y))
+            length = np.append(half, 0.0) + np.insert(half, 0, 0.0)
+        columns = [x, y] + [np.broadcast_to(np.asarray(v, dtype=float), x.shape) for v in (self.mass_kg, self.radius_m, length)]
+        rows = np.stack(columns, axis=1)
+        if not np.isfinite(rows).all():
+            raise ConfigurationError(f"set `{set_name}`: its points hold a value that is no finite number")
+        return rows
+
+
+class Term(NamedTuple):
+    """A term of the energy ledger: its name and its part in the balance work - stored - dissipated = 0."""
+
+    name: str
+    #: `interface_work`, `work`, `stored` or `dissipated`.
+    role: str
+
+
+@dataclass
+class Description:
+    """A node's description of itself at the handshake, as JSON."""
+
+    kind: str
+    software: str
+    capabilities: Dict[str, bool]
+    step_s: Optional[float] = None
+    step_limit_s: Optional[float] = None
+    step_limit_name: str = ""
+    end_s: Optional[float] = None
+    phases: List[Dict[str, Any]] = field(default_factory=list)
+    sets: List[str] = field(default_factory=list)
+    signals: List[str] = field(default_factory=list)
+    ledger: List[Term] = field(default_factory=list)
+    warnings: List[str] = field(default_factory=list)
+    outward: Dict[str, Tuple[float, float]] = field(default_factory=dict)
+
+    def document(self) -> Dict[str, Any]:
+        """What JSON writes."""
+        return {**asdict(self), "ledger": [{"name": term.name, "role": term.role} for term in self.ledger]}
+
+
+#: The words of capabilities on the wire.
+CAPABILITIES = ("checkpoint", "advance", "columns", "compliant_boundary", "follow", "alone", "resume")
+
+
+def capabilities(**offered: bool) -> Dict[str, bool]:
+    """Capabilities by their words on the wire, those that are not named being false."""
+    unknown = set(offered) - set(CAPABILITIES)
+    if unknown:
+        raise ValueError(f"no such capabilities: {sorted(unknown)}")
+    return {word: bool(offered.get(word, False)) for word in CAPABILITIES}
+
+
+@dataclass
+class Outcome:
+    """Results of a run."""
+
+    steps: int
+    state_hash: str
+    work: Dict[str, float] = field(default_factory=dict)
+    results: Dict[str, float] = field(default_factory=dict)
+    warnings: List[str] = field(default_factory=list)
+
+
+class Node:
+    """A solver, seen from the coupler.
+
+    Vectors over the exchanged points hold two components a point, `(x0, y0, x1, y1, ...)`, in SI units. Points of several coupled
+    sets come one after the other, in the order of the `couple` calls. Between two commits every request starts again from the last
+    committed state, so that a window can be repeated as often as the coupler wants.
+    """
+
+    def describe(self) -> Description:
+        """Kind, step, capabilities and reports."""
+        raise NotImplementedError
+
+    def couple(self, set_name: str) -> Points:
+        """Couples a set and returns its points."""
+        raise NotImplementedError
+
+    def select(self, points: np.ndarray) -> None:
+        """Restricts the exchange to these points of all coupled sets; forces on all others are zero."""
+        raise NotImplementedError
+
+    def columns(self, substeps: int) -> np.ndarray:
+        """Condensed compliance (m/N): column j holds the increments after `substeps` own steps from rest under 1 N in component j."""
+        raise _unsupported("columns of its compliance")
+
+    def impedance(self, substeps: int) -> np.ndarray:
+        """Impedance (kg/s): column j holds the reactions at the end of a window in which velocity j grows in a straight line to 1 m/s."""
+        raise _unsupported("columns of its impedance")
+
+    def set_boundary(self, window_s: float, compliance: np.ndarray) -> None:
+        """Announces windows of `window_s` and W (1/kg) of the boundary: v = a + W p, p being the impulses (N s) on its points."""
+        raise _unsupported("a boundary that carries its points")
+
+    def advance(self, window: Window, force: np.ndarray) -> np.ndarray:
+        """Increments (m) of a window under a constant force (N)."""
+        raise _unsupported("a window under a given interface force")
+
+    def follow(self, window: Window, velocity: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Force at the end (N), increments (m) and work (J) of a window whose velocities go in a straight line to these (m/s)."""
+        raise _unsupported("a window along a given velocity")
+
+    def solve(self, window: Window, free_velocity: np.ndarray) -> Tuple[np.ndarray, np.ndarray, int, float, bool]:
+        """Force on the boundary (N), its velocity (m/s), iterations, residual and whether they converged, for a = `free_velocity`."""
+        raise _unsupported("a window on a boundary")
+
+    def commit(self, window: Window, displacement: np.ndarray) -> Sequence[float]:
+        """Makes the last answer the state; returns signals, then energies, in the order of the description."""
+        raise NotImplementedError
+
+    def advance_alone(self, window: Window) -> Sequence[float]:
+        """Advances without an interface and commits."""
+        raise _unsupported("running without an interface")
+
+    def checkpoint(self) -> bytes:
+        """The committed state as bytes."""
+        raise _unsupported("a checkpoint of its state")
+
+    def restore(self, state: bytes) -> None:
+        """Makes the state of an earlier `checkpoint` the committed one."""
+        raise _unsupported("a return to a checkpoint of its state")
+
+    def snapshot(self, name: str) -> None:
+        """Writes the fields of the committed state under this name."""
+
+    def finish(self) -> Outcome:
+        """Ends the run."""
+        raise NotImplementedError
+
+
+def _unsupported(what: str) -> ConfigurationError:
+    return ConfigurationError(
+        f"this participant does not offer {what}: choose another scheme or another participant"
+    )

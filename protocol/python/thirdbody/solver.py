@@ -1,0 +1,193 @@
+"""What `Continuum` and `GrainLayer` share: sets, states, reports, checkpoints."""
+
+from __future__ import annotations
+
+from typing import Any, Dict, List, Optional, Sequence
+
+import numpy as np
+
+from .config import Config, Setting
+from .errors import ConfigurationError, Diverged, ProtocolError
+from .node import Description, Node, Outcome, Points, Term, Window, capabilities
+from .state import digest, freeze, from_bytes, to_bytes
+
+ROLES = ("work", "stored", "dissipated")
+
+
+class Solver(Node):
+    """A solver whose state goes in and comes out. Subclass `Continuum` or `GrainLayer`, not this."""
+
+    #: Name of the solver in descriptions.
+    kind = "foreign"
+    #: Name and version of the software.
+    software = "thirdbody (Python)"
+    #: Sets that an interface can name.
+    sets: Sequence[str] = ()
+    #: Mean outward normal of each set, of length 1: sets that are joined must face each other.
+    outward: Dict[str, Any] = {}
+    #: Own step (s); None for a solver that takes the window as its step.
+    step_s: Optional[float] = None
+    #: The longest own step, or window of a solver without own step, that is stable (s), and the name of that bound.
+    step_limit_s: Optional[float] = None
+    step_limit_name = ""
+    #: End of the load history (s), for one that has its own.
+    end_s: Optional[float] = None
+    #: Parts of the load history: `{"name", "t0_s", "t1_s", "sampled", "picture"}`.
+    phases: Sequence[Dict[str, Any]] = ()
+    #: Advice to the user before a long run.
+    warnings: Sequence[str] = ()
+    #: False for a solver that can neither copy its state nor go back to it: it takes part in staggered schemes only.
+    rollback = True
+
+    def __init__(self, config: Config, setting: Setting) -> None:
+        """Reads the configuration; subclasses that need keys extend this."""
+        self.config = config
+        self.setting = setting
+
+    # What a solver says.
+
+    def points(self, set_name: str) -> Points:
+        """The points of a set."""
+        raise NotImplementedError
+
+    def rest(self) -> Any:
+        """The state at the start of the run."""
+        raise NotImplementedError
+
+    def energy(self, state: Any) -> Optional[Dict[str, Dict[str, float]]]:
+        """Energies since the start (J) by their part in the balance: `{"work": {...}, "stored": {...}, "dissipated": {...}}`.
+
+        The work of the interface is added by this class. None: this solver keeps no ledger.
+        """
+        return None
+
+    def signals(self, state: Any) -> Dict[str, float]:
+        """Values for signals.csv, unit in the name."""
+        return {}
+
+    def results(self, state: Any) -> Dict[str, float]:
+        """Results of the run, unit in the name."""
+        return {}
+
+    def snapshot(self, name: str) -> None:
+        """Writes the fields of `self.state` below `self.setting.fields`."""
+
+    # What the base does with it.
+
+    def begin(self) -> None:
+        """Takes up the state of rest; called once, before the greeting is answered."""
+        self.state: Any = self._frozen(self.rest())
+        self.steps = 0
+        self.interface_work_j = 0.0
+        self._coupled: List[str] = []
+        self._rows = np.empty((0, 5))
+        self._selected = np.empty(0, dtype=int)
+        self._candidate: Any = None
+        energies = self.energy(self.state)
+        self._terms: List[Term] = []
+        if energies is not None:
+            unknown = set(energies) - set(ROLES)
+            if unknown:
+                raise ConfigurationError(f"energy() must give work, stored and dissipated, not {sorted(unknown)}")
+            self._terms = [Term("interface_work", "interface_work")]
+            self._terms += [Term(name, role) for role in ROLES for name in energies.get(role, {})]
+        self._signals = list(self.signals(self.state))
+
+    def _frozen(self, state: Any) -> Any:
+        return freeze(state) if self.rollback else state
+
+    def describe(self) -> Description:
+        return Description(
+            kind=self.kind,
+            software=self.software,
+            capabilities=capabilities(checkpoint=self.rollback, resume=self.rollback, **self._offers()),
+            step_s=self.step_s,
+            step_limit_s=self.step_limit_s,
+            step_limit_name=self.step_limit_name,
+            end_s=self.end_s,
+            phases=[dict(phase) for phase in self.phases],
+            sets=list(self.sets),
+            signals=self._signals,
+            ledger=self._terms,
+            warnings=list(self.warnings),
+            outward={name: tuple(map(float, normal)) for name, normal in self.outward.items()},
+        )
+
+    def _offers(self) -> Dict[str, bool]:
+        raise NotImplementedError
+
+    def couple(self, set_name: str) -> Points:
+        if set_name not in self.sets:
+            raise ConfigurationError(f"no set `{set_name}`; this participant has {', '.join(self.sets) or 'none'}")
+        points = self.points(set_name)
+        rows = points.rows(set_name)
+        self._coupled.append(set_name)
+        self._rows = np.concatenate([self._rows, rows])
+        self._selected = np.arange(len(self._rows))
+        return Points(*rows.T)
+
+    def select(self, points: np.ndarray) -> None:
+        if points.size and (points.min() < 0 or points.max() >= len(self._rows)):
+            raise ProtocolError(f"point {points.max()} of {len(self._rows)} was selected")
+        self._selected = points
+
+    def _spread(self, numbers: np.ndarray) -> np.ndarray:
+        """Values of the exchanged components as rows of all coupled points; the others are zero."""
+        if numbers.size != 2 * self._selected.size:
+            raise ProtocolError(f"{numbers.size} numbers came for {self._selected.size} points")
+        rows = np.zeros((len(self._rows), 2))
+        rows[self._selected] = numbers.reshape(-1, 2)
+        return rows
+
+    def _gather(self, rows: Any, what: str) -> np.ndarray:
+        """The exchanged components of rows of all coupled points."""
+        rows = np.asarray(rows, dtype=float)
+        if rows.shape != (len(self._rows), 2):
+            raise ConfigurationError(f"{what} has the shape {rows.shape}, {(len(self._rows), 2)} is due: a row for each point")
+        numbers = rows[self._selected].reshape(-1)
+        if not np.isfinite(numbers).all():
+            raise Diverged(f"{what} holds {numbers[~np.isfinite(numbers)][0]}: this solver diverged; lower its step or the window")
+        return numbers
+
+    def _accept(self, window: Window) -> Any:
+        """The candidate of the window that is committed."""
+        if self._candidate is None or self._candidate[0] != window[:1] + window[2:]:
+            raise ProtocolError(f"window {window.index} is committed, but it is not the one that was asked for last")
+        return self._candidate
+
+    def _keep(self, state: Any, work_j: float, steps: int) -> List[float]:
+        self.state, self._candidate = state, None
+        self.interface_work_j += work_j
+        self.steps += steps
+        return self._report()
+
+    def _report(self) -> List[float]:
+        signals = self.signals(self.state)
+        if list(signals) != self._signals:
+            raise ConfigurationError(f"signals() gave {list(signals)}, at the start {self._signals}")
+        numbers = [float(value) for value in signals.values()]
+        if self._terms:
+            energies = self.energy(self.state) or {}
+            own = {name: joules for role in ROLES for name, joules in energies.get(role, {}).items()}
+            numbers += [self.interface_work_j] + [float(own[term.name]) for term in self._terms[1:]]
+        return numbers
+
+    def checkpoint(self) -> bytes:
+        return to_bytes({"state": self.state, "steps": self.steps, "interface_work_j": self.interface_work_j})
+
+    def restore(self, state: bytes) -> None:
+        values = from_bytes(state)
+        self.state = self._frozen(values["state"])
+        self.steps = values["steps"]
+        self.interface_work_j = values["interface_work_j"]
+        self._candidate = None
+
+    def finish(self) -> Outcome:
+        try:
+            state_hash = digest({"state": self.state, "interface_work_j": self.interface_work_j})
+        except ConfigurationError:
+            if self.rollback:
+                raise
+            state_hash = ""
+        results = {name: float(value) for name, value in self.results(self.state).items()}
+        return Outcome(self.steps, state_hash, {"steps": float(self.steps)}, results)
