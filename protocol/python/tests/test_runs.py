@@ -134,6 +134,43 @@ class Runs(unittest.TestCase):
                 sinking = -signals["strip.surface_mean_uy_m"][-1]
                 self.assertAlmostEqual(sinking * strip / exact, 1.0, delta=1e-3)
 
+    def test_a_layer_in_python_on_a_bed_in_python(self):
+        # Eleven springs k_b below the nodes, ten of k that are pressed by d: (K_b + N^T k N) u = N^T k d.
+        k, pressed, below = 5e7, 1e-8, 1e14 * 0.4e-3 * 1e-3
+        nodes, points = np.linspace(-2e-3, 2e-3, 11), np.linspace(-1.8e-3, 1.8e-3, 10)
+        shape = np.clip(1.0 - np.abs(points[:, None] - nodes) / 0.4e-3, 0.0, None)
+        sunk = np.linalg.solve(below * np.eye(11) + k * shape.T @ shape, k * pressed * shape.sum(axis=0))
+        folder = self.springs("two", k)
+        (folder / "rail.py").write_text((WINKLER / "rail.py").read_text())
+        text = (folder / "scenario.toml").read_text()
+        start, end = text.index('kind = "fem"'), text.index("[[participant]]\nname = \"springs\"")
+        bed = """kind = "winkler"
+command = ["python3", "rail.py"]
+[participant.config]
+step_s = 2e-8
+spacing_m = 0.4e-3
+width_m = 4e-3
+crown_radius_m = 1e3
+stiffness_pa_per_m = 1e14
+mass_kg_per_m2 = 1.5
+
+"""
+        (folder / "scenario.toml").write_text(text[:start] + bed + text[end:] + 'mapping = "linear"\n')
+        run = thirdbody.run(folder, out=self.work / "two-run", program=PROGRAM)
+        self.assertEqual(run.status, "completed", run.warnings)
+        force = -run.signals()["interface_fy_n"][-1]
+        self.assertAlmostEqual(force / (below * sunk.sum()), 1.0, delta=1e-6)
+
+    def test_a_rail_of_scikit_fem_is_the_built_in_one_in_equilibrium(self):
+        runs = [
+            thirdbody.run(ROOT / "scenarios" / scene, {"run.end_s": 9.1e-4}, out=self.work / scene, program=PROGRAM)
+            for scene in ("quick", "foreign/scikit-fem")
+        ]
+        self.assertEqual([run.status for run in runs], ["completed", "completed"], runs[1].warnings)
+        for result, bound in (("approach_m", 2e-3), ("interface_force_n", 1e-3)):
+            ours, theirs = (run.results[result] for run in runs)
+            self.assertAlmostEqual(theirs / ours, 1.0, delta=bound, msg=result)
+
     def test_a_mistake_in_the_solver_is_named(self):
         folder = self.springs("mistake", "undefined_name")
         with self.assertRaises(thirdbody.RunError) as caught:
