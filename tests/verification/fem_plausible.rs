@@ -105,3 +105,31 @@ fn a_strain_that_has_passed_is_not_forgotten() {
     };
     assert!(largest(true) > 2.0 * largest(false));
 }
+
+#[test]
+fn a_contact_that_comes_near_the_end_after_the_hold_is_seen() {
+    let reach = |cycles: f64| {
+        let mut config = under_wheel(0.0, cycles);
+        let mesh = config["mesh"].as_object_mut().expect("a table");
+        mesh.remove("crown_radius_m");
+        // A round wheel takes its contact along, 1 mm in a quarter of a cycle.
+        for (key, value) in [
+            ("radius_m", 0.05),
+            ("amplitude_m", 1e-3),
+            ("frequency_hz", 1e3),
+        ] {
+            config["wheel"][key] = json!(value);
+        }
+        let mut body = node(&config);
+        run(&mut body, |_, _| {});
+        let findings = body.finish().expect("it ends").findings;
+        let found = findings.iter().find(|f| f.code == "contact_reach");
+        found.expect("the bound is zero").value
+    };
+    assert!(
+        reach(0.25) > 1.2 * reach(0.0),
+        "{} {}",
+        reach(0.25),
+        reach(0.0)
+    );
+}
