@@ -62,16 +62,18 @@ fn started_with(word: &str) -> usize {
         .count()
 }
 
-/// A length of sleep that no other process has (s).
-fn unique_sleep(test: u32) -> String {
-    format!("{}.{test}", 100_000 + std::process::id())
+/// A script that starts another program beside the bar, and the word that this one was started with, which no other has.
+fn behind_a_shell(test: u32) -> (String, String) {
+    let sleep = format!("{}.{test}", 100_000 + std::process::id());
+    let node = program("verification-node");
+    let script = format!("sleep {sleep} & {} bar; true", node.display());
+    (script, sleep)
 }
 
 #[test]
 fn a_program_behind_a_shell_takes_part_and_leaves_nothing() {
     let work = Scratch::new("shell");
-    let (node, sleep) = (program("verification-node"), unique_sleep(1));
-    let script = format!("sleep {sleep} & {} bar; true", node.display());
+    let (script, sleep) = behind_a_shell(1);
     scene(work.path(), &["bash", "-c", &script], 20);
     let output = succeeds(run(work.path(), ".").output().expect("it starts"));
     assert_eq!(parse_json(&output.stdout)["windows"], 20);
@@ -81,8 +83,7 @@ fn a_program_behind_a_shell_takes_part_and_leaves_nothing() {
 #[test]
 fn whatever_a_program_has_started_ends_with_a_coordinator_that_is_killed() {
     let work = Scratch::new("killed-shell");
-    let (node, sleep) = (program("verification-node"), unique_sleep(2));
-    let script = format!("sleep {sleep} & {} bar; true", node.display());
+    let (script, sleep) = behind_a_shell(2);
     scene(work.path(), &["bash", "-c", &script], 2_000_000);
     let mut child = run(work.path(), ".").spawn().expect("it starts");
     let start = Instant::now();

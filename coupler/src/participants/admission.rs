@@ -1,4 +1,4 @@
-//! What a participant says of itself at the handshake, checked before anything is built on it.
+//! Checks of what a participant says of itself at the handshake, before anything is built on it.
 
 use nalgebra::DMatrix;
 use protocol::{Description, Surface};

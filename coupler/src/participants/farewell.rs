@@ -1,13 +1,18 @@
 //! The farewell of a participant, read with patience: one number that is none must not cost a whole run.
 
+use protocol::Frame;
 use protocol::serve::Farewell;
 use serde_json::Value;
 
 /// Reads a farewell. `NaN` and `Infinity`, which JSON does not have and some programs write all the same, count as missing: a result
 /// or a work without value is left out with a warning, a time or a memory is zero.
-pub fn read_farewell(text: &str) -> Result<Farewell, String> {
-    let said = |error: serde_json::Error| error.to_string();
-    let mut value: Value = serde_json::from_str(&without_bare_words(text)).map_err(said)?;
+pub fn read_farewell(frame: &Frame) -> Result<Farewell, String> {
+    let text = frame.text().map_err(|error| error.to_string())?;
+    parse(&text).map_err(|error| error.to_string())
+}
+
+fn parse(text: &str) -> serde_json::Result<Farewell> {
+    let mut value: Value = serde_json::from_str(&without_bare_words(text))?;
     let mut left_out = Vec::new();
     for part in ["results", "work"] {
         let Some(numbers) = value["outcome"][part].as_object_mut() else {
@@ -25,7 +30,7 @@ pub fn read_farewell(text: &str) -> Result<Farewell, String> {
             *number = 0.into();
         }
     }
-    let mut farewell: Farewell = serde_json::from_value(value).map_err(said)?;
+    let mut farewell: Farewell = serde_json::from_value(value)?;
     farewell.outcome.warnings.extend(left_out);
     Ok(farewell)
 }
@@ -67,7 +72,7 @@ mod tests {
         let text = r#"{"outcome": {"steps": 3, "work": {"steps": 3.0, "odd": NaN},
             "results": {"a_m": 1.5, "b \"NaN\" \\": -Infinity, "c_pa": Infinity}, "state_hash": "NaN"},
             "cpu_s": NaN, "solve_wall_s": 1.0, "setup_wall_s": 0.0, "wait_s": 0.0, "peak_rss_bytes": 7}"#;
-        let farewell = read_farewell(text).expect("it can be read");
+        let farewell = parse(text).expect("it can be read");
         let outcome = &farewell.outcome;
         assert_eq!(outcome.results, [("a_m".to_string(), 1.5)].into());
         assert_eq!(outcome.work, [("steps".to_string(), 3.0)].into());
@@ -85,7 +90,7 @@ mod tests {
             r#"{"outcome": {"steps": NaN}}"#,
             r#"{"a": "\"#,
         ] {
-            assert!(read_farewell(text).is_err(), "{text}");
+            assert!(parse(text).is_err(), "{text}");
         }
     }
 }

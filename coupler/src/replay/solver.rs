@@ -74,11 +74,7 @@ pub fn replay(
         communicator.tell(0, Kind::Finish, &Window::default(), Vec::new())?;
         let outcome = communicator.receive(0, Kind::Finished)?;
         // What a foreign solver says of its time may be unreadable; the replay is none the worse.
-        if let Some(farewell) = outcome
-            .text()
-            .ok()
-            .and_then(|text| read_farewell(&text).ok())
-        {
+        if let Ok(farewell) = read_farewell(&outcome) {
             replayed.solve_wall_s = Some(farewell.solve_wall_s);
             replayed.state_hash = Some(farewell.outcome.state_hash);
         }

@@ -260,8 +260,7 @@ impl RunSession<'_> {
         let communicator: &mut dyn Communicator = recorded;
         let kinds = (Kind::Finish, Kind::Finished);
         let farewells: Vec<Farewell> = communicator.ask_all(kinds, &[], |frame| {
-            let text = frame.text().map_err(|error| error.to_string());
-            text.and_then(|text| read_farewell(&text))
+            read_farewell(frame)
                 .map_err(|why| format!("sent an outcome that cannot be read: {why}"))
         })?;
         let talk_wall_s = talking.elapsed().as_secs_f64();

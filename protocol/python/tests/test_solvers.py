@@ -130,8 +130,8 @@ class Layers(unittest.TestCase):
             force, velocity, repeats, residual, converged = node.solve(window(index), free)
             # v = a + 2 W F, F = -k (u + 2 v).
             u = node.state.reshape(-1)
-            k = self_stiffness = Springs.stiffness.reshape(-1)
-            exact = np.linalg.solve(np.eye(4) + 4.0 * compliance * self_stiffness, free - 2.0 * compliance @ (k * u))
+            k = Springs.stiffness.reshape(-1)
+            exact = np.linalg.solve(np.eye(4) + 4.0 * compliance * k, free - 2.0 * compliance @ (k * u))
             self.assertTrue(converged)
             self.assertLess(np.abs(velocity - exact).max(), 1e-7 * np.abs(free).max())
             self.assertLess(np.abs(velocity - free - 2.0 * compliance @ force).max(), 1e-8)

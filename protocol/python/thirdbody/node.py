@@ -121,6 +121,9 @@ class Node:
     committed state, so that a window can be repeated as often as the coupler wants.
     """
 
+    def begin(self) -> None:
+        """Called once, when the configuration was read and before the greeting is answered."""
+
     def describe(self) -> Description:
         """Kind, step, capabilities and reports."""
         raise NotImplementedError

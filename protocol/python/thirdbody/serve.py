@@ -142,9 +142,7 @@ class Server:
         config = Config(self._session["config"] or {})
         node = make(config, setting)
         config.require_all_read()
-        begin = getattr(node, "begin", None)
-        if begin is not None:
-            begin()
+        node.begin()
         return node
 
     def _hear(self) -> Frame:
