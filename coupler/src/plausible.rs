@@ -1,8 +1,10 @@
 //! Warnings of a run: what its participants found about themselves, and what the coupler finds about forces, energies and joins.
 
-use protocol::{Bounds, Finding, HeldLoad, larger};
+use protocol::{Bounds, Description, Finding, HeldLoad, larger};
 use serde::Serialize;
 
+use crate::scenario::Plausible;
+use crate::scheme::group::{Group, Patch};
 use crate::scheme::ledger::ratio;
 
 /// A line of `warnings` in summary.json.
@@ -154,6 +156,40 @@ pub fn surface_distance(bounds: Bounds, value: f64) -> Option<Finding> {
     bounds.judge("surface_distance", value, || {
         format!("the row of its points lies {value:.3e} times the length that is joined away from the surface which carries them: each side may have an origin of its own, but check that both give metres")
     })
+}
+
+/// Differences between the two surfaces of an interface.
+pub fn surfaces(bounds: &Plausible, patch: &Patch) -> Vec<Warning> {
+    let offset = patch.offset;
+    let found = [
+        surface_offset(bounds.surface_offset_rel, offset.shape_rel),
+        surface_distance(bounds.surface_distance_rel, offset.distance_rel),
+    ];
+    let found = found.into_iter().flatten();
+    found
+        .map(|finding| Warning::of(&patch.name, finding))
+        .collect()
+}
+
+/// The same with the points of the continuum, its name and what it says of itself beside it: what has a step of its own and moves
+/// through time weighs something.
+pub fn joined(
+    bounds: &Plausible,
+    group: &Group,
+    patch: &Patch,
+    (participant, told): (&str, &Description),
+) -> Vec<Warning> {
+    let mut found = surfaces(bounds, patch);
+    let masses = &group.nodes.mass_kg[patch.nodes.clone()];
+    let weightless = masses.iter().filter(|mass| **mass == 0.0).count();
+    if weightless > 0 && told.step_s.is_some() {
+        let text = format!(
+            "{weightless} of its {} exchanged points have no mass, although it has a step of its own: give them their lumped masses, or no step_s if it is always in equilibrium",
+            masses.len()
+        );
+        found.push(Warning::advice("weightless", participant, text));
+    }
+    found
 }
 
 /// Windows that were accepted all the same.

@@ -356,9 +356,10 @@ const TURNS: u64 = 1 << 40;
 
 /// XXH3 of the bits of the doubles, independent of the byte order of the machine.
 fn checksum(payload: &[f64]) -> u64 {
-    let mut bytes = Vec::with_capacity(payload.len() * 8);
-    for value in payload {
-        bytes.extend_from_slice(&value.to_bits().to_le_bytes());
+    let mut bytes = vec![0; payload.len() * 8];
+    // A loop over pieces of a length that is known becomes one copy.
+    for (piece, value) in bytes.chunks_exact_mut(8).zip(payload) {
+        piece.copy_from_slice(&value.to_bits().to_le_bytes());
     }
     xxh3_64(&bytes)
 }

@@ -24,11 +24,11 @@ pub trait Node: Send {
     /// Restricts the exchange to these points of all coupled sets; forces on all others are zero.
     fn select(&mut self, points: &[usize]) -> Result<(), NodeError>;
 
-    /// Condensed compliance C (m/N) of a window of `substeps` own steps: column j holds the displacement
+    /// Condensed compliance C (m/N) of a first window like this one: column j holds the displacement
     /// increments of all exchanged components after a run from rest under a unit force in component j.
     /// Square, column after column.
-    fn columns(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
-        let _ = substeps;
+    fn columns(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        let _ = window;
         Err(NodeError::unsupported("columns of its compliance"))
     }
 
@@ -47,11 +47,11 @@ pub trait Node: Send {
         ))
     }
 
-    /// Impedance D (kg/s) of a window of `substeps` own steps: column j holds the reactions of all exchanged components
+    /// Impedance D (kg/s) of a first window like this one: column j holds the reactions of all exchanged components
     /// at the end of a run from rest in which the velocity of component j grows in a straight line to one and all others
     /// are held. A component that cannot move has zeros in its row and column. Square, column after column.
-    fn impedance(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
-        let _ = substeps;
+    fn impedance(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        let _ = window;
         Err(NodeError::unsupported("columns of its impedance"))
     }
 
@@ -128,6 +128,16 @@ pub struct Window {
     pub t0_s: f64,
     /// End (s).
     pub t1_s: f64,
+}
+
+impl Window {
+    /// A first window of so many own steps, without times: enough for a solver that has a step of its own.
+    pub fn of_steps(substeps: u32) -> Window {
+        Window {
+            substeps,
+            ..Window::default()
+        }
+    }
 }
 
 /// A node's description of itself at the handshake.
@@ -221,6 +231,10 @@ pub struct Capabilities {
     pub columns: bool,
     /// [`Node::set_boundary`] and [`Node::solve`].
     pub compliant_boundary: bool,
+    /// The same on boundaries of compliance zero only; false for a program that does not know this, and without meaning beside
+    /// the one above.
+    #[serde(default)]
+    pub rigid_boundary: bool,
     /// [`Node::prescribe_velocity`] and [`Node::impedance`]; false for a program that does not know them.
     #[serde(default, rename = "follow")]
     pub prescribed_velocity: bool,
@@ -229,6 +243,13 @@ pub struct Capabilities {
     /// [`Node::checkpoint`] and [`Node::restore`]; false for a program that does not know them.
     #[serde(default)]
     pub resume: bool,
+}
+
+impl Capabilities {
+    /// It can be told the motion of its points.
+    pub fn motion_driven(&self) -> bool {
+        self.compliant_boundary || self.rigid_boundary
+    }
 }
 
 /// A named part of a load history, for instance `ramp`, `hold` or `cycling`.

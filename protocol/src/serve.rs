@@ -102,7 +102,9 @@ where
     loop {
         let request = server.receive()?;
         let start = Instant::now();
-        let answer = answer(node.as_mut(), &request);
+        let answer = server
+            .check_length(&request)
+            .and_then(|()| answer(node.as_mut(), &request));
         server.solve += start.elapsed();
         match answer {
             Ok(Answer::Numbers(kind, payload)) => server.send(kind, payload)?,
@@ -125,6 +127,8 @@ struct Server<'a> {
     turn: u64,
     /// Requests heard.
     heard: u64,
+    /// Exchanged components, once points are selected.
+    components: Option<usize>,
     setup: Duration,
     solve: Duration,
     wait: Duration,
@@ -138,6 +142,7 @@ impl<'a> Server<'a> {
             current: Header::default(),
             turn: 0,
             heard: 0,
+            components: None,
             setup: Duration::ZERO,
             solve: Duration::ZERO,
             wait: Duration::ZERO,
@@ -185,6 +190,23 @@ impl<'a> Server<'a> {
             pid: self.session.coordinator_pid,
             seconds: patience.as_secs_f64(),
         })
+    }
+
+    /// Refuses a load that is not of all exchanged components.
+    fn check_length(&mut self, request: &Frame) -> Result<(), NodeError> {
+        let length = request.payload.len();
+        match request.kind() {
+            Ok(Kind::Select) => self.components = Some(2 * length),
+            Ok(kind @ (Kind::Advance | Kind::Solve | Kind::PrescribeVelocity)) => {
+                if let Some(due) = self.components.filter(|due| *due != length) {
+                    return Err(NodeError::protocol(format!(
+                        "the {kind:?} message holds {length} numbers, {due} are due: two for each point that was selected"
+                    )));
+                }
+            }
+            _ => {}
+        }
+        Ok(())
     }
 
     fn send(&mut self, kind: Kind, payload: Vec<f64>) -> Result<(), ServeError> {
@@ -292,7 +314,6 @@ fn answer(node: &mut dyn Node, request: &Frame) -> Result<Answer, NodeError> {
         check_finite(kind, &window, &request.payload)?;
     }
     let payload = &request.payload;
-    let substeps = request.header.substeps;
     let (kind, numbers) = match kind {
         Kind::Couple => {
             let set = request.text().map_err(unreadable)?;
@@ -303,7 +324,7 @@ fn answer(node: &mut dyn Node, request: &Frame) -> Result<Answer, NodeError> {
             node.select(&points)?;
             (Kind::Ready, Vec::new())
         }
-        Kind::Columns => (Kind::Compliance, node.columns(substeps)?),
+        Kind::Columns => (Kind::Compliance, node.columns(&window)?),
         Kind::CompliantBoundary => {
             let (window_s, compliance) = payload
                 .split_first()
@@ -312,7 +333,7 @@ fn answer(node: &mut dyn Node, request: &Frame) -> Result<Answer, NodeError> {
             (Kind::Ready, Vec::new())
         }
         Kind::Advance => (Kind::Motion, node.advance(&window, payload)?),
-        Kind::ImpedanceColumns => (Kind::Impedance, node.impedance(substeps)?),
+        Kind::ImpedanceColumns => (Kind::Impedance, node.impedance(&window)?),
         Kind::PrescribeVelocity => {
             let reaction = node.prescribe_velocity(&window, payload)?;
             let numbers = [reaction.force, reaction.increment, reaction.work].concat();

@@ -102,12 +102,15 @@ impl Node for Bed {
         Ok(())
     }
 
-    fn columns(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
+    fn columns(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
         let rest = vec![0.0; 6];
         let column = |component: usize| {
             let mut unit = vec![0.0; 2 * self.selected.len()];
             unit[component] = 1.0;
-            self.increments(&self.after(&rest, &self.spread(&unit), substeps), &rest)
+            self.increments(
+                &self.after(&rest, &self.spread(&unit), window.substeps),
+                &rest,
+            )
         };
         Ok((0..2 * self.selected.len()).flat_map(column).collect())
     }

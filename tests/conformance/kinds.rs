@@ -107,6 +107,8 @@ fn request(kind: Kind) -> Frame {
             Frame::with_text(header, &hello.to_string())
         }
         Kind::Couple | Kind::Snapshot | Kind::Restore => Frame::with_text(header, "name"),
+        // Loads are of all components of the point that is selected.
+        Kind::Advance | Kind::Solve | Kind::PrescribeVelocity => Frame::new(header, vec![1.0, 0.0]),
         _ => Frame::new(header, vec![1.0]),
     }
 }
@@ -146,7 +148,7 @@ impl Node for Willing {
         Ok(())
     }
 
-    fn columns(&mut self, _: u32) -> Result<Vec<f64>, NodeError> {
+    fn columns(&mut self, _: &Window) -> Result<Vec<f64>, NodeError> {
         Ok(Vec::new())
     }
 
@@ -158,7 +160,7 @@ impl Node for Willing {
         Ok(Vec::new())
     }
 
-    fn impedance(&mut self, _: u32) -> Result<Vec<f64>, NodeError> {
+    fn impedance(&mut self, _: &Window) -> Result<Vec<f64>, NodeError> {
         Ok(Vec::new())
     }
 

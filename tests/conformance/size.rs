@@ -12,7 +12,7 @@ const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 const REDESIGN: usize = 31_500;
 
 /// Features since, with the lines that they may take.
-const SINCE: [(&str, usize); 8] = [
+const SINCE: [(&str, usize); 11] = [
     ("checks of plausibility", 1020),
     ("strict logs", 420),
     ("limits of disk, files and words", 240),
@@ -21,6 +21,9 @@ const SINCE: [(&str, usize); 8] = [
     ("turns of messages and the fault campaign", 2100),
     ("cures of errors of the system", 30),
     ("what participants say is checked, and ends with them", 430),
+    ("nothing is asked for that was not offered", 210),
+    ("rules of conformance", 1530),
+    ("participants to begin with, and the time of their answers", 280),
 ];
 
 #[test]

@@ -63,7 +63,11 @@ fn asked(text: String, transport: &str) -> (Group, Vec<DMatrix<f64>>) {
     let group = groups.remove(0);
     let side = &group.force_driven[0];
     let n = 2 * side.range.len();
-    let matrices = SUBSTEPS.map(|m| remote.compliance(side.peer, m, n).expect("it is stable"));
+    let matrices = SUBSTEPS.map(|m| {
+        remote
+            .compliance(side.peer, &protocol::Window::of_steps(m), n)
+            .expect("it is stable")
+    });
     (group, matrices.to_vec())
 }
 

@@ -6,6 +6,7 @@ mod gmsh_interface;
 mod impact;
 mod main_job;
 mod mapping;
+mod offers;
 mod one_loop;
 mod policies;
 mod reports;

@@ -61,12 +61,17 @@ impl Participants for Working<'_> {
         self.pair.select(peer, points)
     }
 
-    fn compliance(&mut self, peer: usize, substeps: u32, n: usize) -> Result<DMatrix<f64>, Error> {
-        self.pair.compliance(peer, substeps, n)
+    fn compliance(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<DMatrix<f64>, Error> {
+        self.pair.compliance(peer, window, n)
     }
 
-    fn impedance(&mut self, peer: usize, substeps: u32, n: usize) -> Result<DMatrix<f64>, Error> {
-        self.pair.impedance(peer, substeps, n)
+    fn impedance(&mut self, peer: usize, window: &Window, n: usize) -> Result<DMatrix<f64>, Error> {
+        self.pair.impedance(peer, window, n)
     }
 
     fn set_boundary(

@@ -16,7 +16,8 @@ fn with_rail(harm: &str, sets: &[&str]) -> (Ended, Value) {
     rail["kind"] = "broken".into();
     rail["config"] = toml::Table::from_iter([
         ("harm".to_string(), harm.into()),
-        ("rail".to_string(), config),
+        ("kind".to_string(), "fem".into()),
+        ("config".to_string(), config),
     ])
     .into();
     let text = toml::to_string(&table).expect("it was TOML");
@@ -71,6 +72,8 @@ fn numbers_that_cannot_be_are_refused_at_the_handshake() {
 fn surfaces_in_other_units_or_places_are_warned_of() {
     let (_, summary) = with_rail("far-away", &[]);
     assert!(codes(&summary).contains(&"surface_distance"), "{summary:#}");
+    let (_, summary) = with_rail("weightless", &[]);
+    assert!(codes(&summary).contains(&"weightless"), "{summary:#}");
     // Whatever their places, a crown that is a thousand times as large is another one.
     let (ended, summary) = with_rail("millimetres", &[]);
     assert!(codes(&summary).contains(&"surface_offset"), "{summary:#}");

@@ -346,7 +346,8 @@ impl Node for Bar {
         }
     }
 
-    fn columns(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
+    fn columns(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        let substeps = window.substeps;
         let elastic = self.elastic();
         let size = 2 * self.coupled.len();
         let mut matrix = vec![0.0; size * size];
@@ -380,7 +381,8 @@ impl Node for Bar {
         Ok(increment)
     }
 
-    fn impedance(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
+    fn impedance(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        let substeps = window.substeps;
         Ok(self.resists(substeps))
     }
 

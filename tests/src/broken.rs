@@ -1,18 +1,21 @@
-//! A continuum that is wrong in one way: fem-node with one of its answers spoilt.
+//! A solver that is wrong in one way: another one with one of its answers spoilt.
+
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use protocol::{
-    ConfigError, Description, Node, NodeError, Outcome, Reaction, Session, Setting, Surface,
-    Window, read_config,
+    BoundaryAnswer, ConfigError, Description, Node, NodeError, Outcome, Reaction, Role, Session,
+    Setting, Surface, Window, read_config,
 };
 use serde::Deserialize;
 use serde_json::Value;
 
-/// Keys: the harm, and those of fem-node.
+/// Keys: the harm, the kind of the solver, and its keys.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
     harm: Harm,
-    rail: Value,
+    kind: String,
+    config: Value,
 }
 
 /// The ways of being wrong.
@@ -55,7 +58,55 @@ pub enum Harm {
     DoubleLedger,
     /// A ledger without its interface's work.
     NoInterfaceWork,
+    /// Columns of half the size.
+    HalfColumns,
+    /// A report that lacks its last energy.
+    ShortReport,
+    /// Windows of a few substeps at most, whatever is asked for.
+    OneLength,
+    /// Motions and forces of the wrong sign.
+    Against,
+    /// Stored energies of half the size.
+    HalfStored,
+    /// Fields that are written after another window.
+    FieldsMove,
+    /// A checkpoint that is taken up without effect.
+    LazyRestore,
+    /// A hash that is the same for every state.
+    OneHash,
+    /// A farewell that counts no steps.
+    NoSteps,
+    /// The points of another set for one that does not exist.
+    AnySet,
+    /// Answers that differ from life to life.
+    OddLives,
+    /// Velocities that are followed half way.
+    HalfVelocity,
+    /// A boundary that is rigid whatever is announced.
+    AlwaysRigid,
+    /// Solves that never converge.
+    NeverConverges,
+    /// A capability that is claimed: running alone.
+    ClaimsAlone,
+    /// No harm, but no columns either.
+    NoColumns,
+    /// No harm, but each window is asked for once.
+    NoRollback,
+    /// No harm, but on rigid boundaries only.
+    RigidOnly,
+    /// No harm, but no step of its own: half a second is one inside.
+    NoStep,
+    /// No harm, but points without masses.
+    Weightless,
 }
+
+/// Longest window of one that has one length.
+const LENGTH: u32 = 5;
+
+/// Step inside one that says it has none (s).
+const INSIDE_S: f64 = 0.5;
+
+static LIVES: AtomicU64 = AtomicU64::new(0);
 
 struct Broken {
     node: Box<dyn Node>,
@@ -63,21 +114,57 @@ struct Broken {
     /// Increments of the last answer, and their sum over what was committed.
     last: Vec<f64>,
     total: Vec<f64>,
+    set: String,
+    life: u64,
+    /// A window was asked for and not accepted yet.
+    asked: bool,
 }
 
 /// Builds it.
 pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
     let config: Config = read_config(&session.config)?;
     let session = Session {
-        config: config.rail,
+        config: config.config,
         ..session.clone()
     };
+    let registry = crate::registry();
+    let solver = registry
+        .get(&config.kind)
+        .ok_or_else(|| NodeError::configuration(format!("no solver of kind `{}`", config.kind)))?;
     Ok(Box::new(Broken {
-        node: fem_node::build(&session)?,
+        node: (solver.build)(&session)?,
         harm: config.harm,
         last: Vec::new(),
         total: Vec::new(),
+        set: String::new(),
+        asked: false,
+        life: LIVES.fetch_add(1, Ordering::Relaxed),
     }))
+}
+
+impl Broken {
+    /// The window, perhaps shorter than is asked for.
+    fn window(&self, window: &Window) -> Window {
+        let steps = (window.t1_s - window.t0_s) / INSIDE_S;
+        let substeps = match self.harm {
+            Harm::OneLength => window.substeps.min(LENGTH),
+            Harm::NoStep => steps.round() as u32,
+            _ => window.substeps,
+        };
+        Window {
+            substeps,
+            ..*window
+        }
+    }
+
+    /// Refuses a second window before the first is accepted, where none can be repeated.
+    fn ask_once(&mut self) -> Result<(), NodeError> {
+        if self.asked && self.harm == Harm::NoRollback {
+            return Err(NodeError::configuration("a window twice"));
+        }
+        self.asked = true;
+        Ok(())
+    }
 }
 
 impl Node for Broken {
@@ -86,12 +173,30 @@ impl Node for Broken {
         match self.harm {
             Harm::NegativeStep => told.step_s = told.step_s.map(|step| -step),
             Harm::ZeroStep => told.step_s = Some(0.0),
+            Harm::ClaimsAlone => told.capabilities.alone = true,
+            Harm::NoColumns => told.capabilities.columns = false,
+            Harm::NoRollback => {
+                told.capabilities.rollback = false;
+                told.capabilities.resume = false;
+            }
+            Harm::RigidOnly => {
+                told.capabilities.compliant_boundary = false;
+                told.capabilities.rigid_boundary = true;
+            }
+            Harm::NoStep => told.step_s = None,
             _ => {}
         }
         told
     }
 
     fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
+        let known = self.describe().sets.iter().any(|known| known == set);
+        let set = if self.harm == Harm::AnySet && !known {
+            return self.node.couple(&self.set.clone());
+        } else {
+            set
+        };
+        self.set = set.to_string();
         let mut surface = self.node.couple(set)?;
         let middle = surface.len() / 2;
         match self.harm {
@@ -102,6 +207,7 @@ impl Node for Broken {
                 let places = surface.x_m.iter_mut().chain(&mut surface.y_m);
                 places.for_each(|place| *place *= 1e3);
             }
+            Harm::Weightless => surface.mass_kg.fill(0.0),
             Harm::FarAway => surface.y_m.iter_mut().for_each(|y| *y += 1.0),
             _ => {}
         }
@@ -113,11 +219,15 @@ impl Node for Broken {
         self.node.select(points)
     }
 
-    fn columns(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
-        let mut columns = self.node.columns(substeps)?;
+    fn columns(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        if self.harm == Harm::NoColumns {
+            return Err(NodeError::configuration("columns"));
+        }
+        let mut columns = self.node.columns(&self.window(window))?;
         let n = columns.len().isqrt();
         match self.harm {
             Harm::ZeroColumns => columns.fill(0.0),
+            Harm::HalfColumns => columns.iter_mut().for_each(|c| *c *= 0.5),
             Harm::AsymmetricColumns => (0..n * n)
                 .filter(|at| at % n < at / n)
                 .for_each(|at| columns[at] *= 2.0),
@@ -126,7 +236,22 @@ impl Node for Broken {
         Ok(columns)
     }
 
+    fn set_boundary(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
+        if self.harm == Harm::RigidOnly && compliance.iter().any(|w| *w != 0.0) {
+            return Err(NodeError::configuration("a boundary that yields"));
+        }
+        let rigid = vec![0.0; compliance.len()];
+        let told = if self.harm == Harm::AlwaysRigid {
+            &rigid
+        } else {
+            compliance
+        };
+        self.node.set_boundary(window_s, told)
+    }
+
     fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, NodeError> {
+        self.ask_once()?;
+        let window = &self.window(window);
         let repeat = window.iteration > 0;
         if repeat && self.harm == Harm::Forgets {
             self.node.commit(window, &[])?;
@@ -143,6 +268,11 @@ impl Node for Broken {
                 increments = told;
             }
             Harm::LargeRepeats if repeat => increments.iter_mut().for_each(|du| *du *= 1.01),
+            Harm::Against => increments.iter_mut().for_each(|du| *du *= -1.0),
+            Harm::OddLives => {
+                let factor = 1.0 + 1e-15 * self.life as f64;
+                increments.iter_mut().for_each(|du| *du *= factor);
+            }
             _ => {}
         }
         self.last.clone_from(&increments);
@@ -153,8 +283,8 @@ impl Node for Broken {
         Ok(increments)
     }
 
-    fn impedance(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
-        self.node.impedance(substeps)
+    fn impedance(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        self.node.impedance(window)
     }
 
     fn prescribe_velocity(
@@ -162,31 +292,98 @@ impl Node for Broken {
         window: &Window,
         velocity: &[f64],
     ) -> Result<Reaction, NodeError> {
-        self.node.prescribe_velocity(window, velocity)
+        if self.harm != Harm::HalfVelocity {
+            return self.node.prescribe_velocity(window, velocity);
+        }
+        let half: Vec<f64> = velocity.iter().map(|v| 0.5 * v).collect();
+        self.node.prescribe_velocity(window, &half)
+    }
+
+    fn solve(
+        &mut self,
+        window: &Window,
+        free_velocity: &[f64],
+    ) -> Result<BoundaryAnswer, NodeError> {
+        self.ask_once()?;
+        if window.iteration > 0 && self.harm == Harm::Forgets {
+            self.node.commit(window, &self.total)?;
+        }
+        let mut answer = self.node.solve(window, free_velocity)?;
+        match self.harm {
+            Harm::Against => answer.force.iter_mut().for_each(|f| *f *= -1.0),
+            Harm::NeverConverges => answer.converged = false,
+            _ => {}
+        }
+        Ok(answer)
     }
 
     fn commit(&mut self, window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
+        self.asked = false;
+        let window = &self.window(window);
         let mut report = self.node.commit(window, displacement)?;
         let sums = self.total.iter_mut().zip(&self.last);
         sums.for_each(|(total, du)| *total += du);
-        let signals = self.node.describe().signals.len();
+        let told = self.node.describe();
+        let signals = told.signals.len();
         match self.harm {
             Harm::NanSignal => report[0] = f64::NAN,
             Harm::NanEnergy => report[signals] = f64::NAN,
             Harm::DoubleLedger => report[signals..].iter_mut().for_each(|j| *j *= 2.0),
             Harm::NoInterfaceWork => report[signals] = 0.0,
+            Harm::ShortReport => drop(report.pop()),
+            Harm::HalfStored => {
+                let energies = report[signals..].iter_mut().zip(&told.ledger);
+                let stored = energies.filter(|(_, term)| term.role == Role::Stored);
+                stored.for_each(|(joules, _)| *joules *= 0.5);
+            }
             _ => {}
         }
         Ok(report)
     }
 
+    fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        self.node.advance_alone(window)
+    }
+
+    fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
+        self.node.checkpoint()
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
+        if self.harm == Harm::LazyRestore {
+            return Ok(());
+        }
+        self.node.restore(state)
+    }
+
+    fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {
+        if self.harm == Harm::FieldsMove {
+            let window = Window {
+                substeps: 1,
+                ..Window::default()
+            };
+            self.node.advance(&window, &vec![0.0; self.total.len()])?;
+            self.node.commit(&window, &[])?;
+        }
+        self.node.snapshot(name)
+    }
+
     fn finish(&mut self) -> Result<Outcome, NodeError> {
-        self.node.finish()
+        let mut outcome = self.node.finish()?;
+        match self.harm {
+            Harm::OneHash => outcome.state_hash = "0".repeat(64),
+            Harm::NoSteps => outcome.steps = 0,
+            _ => {}
+        }
+        Ok(outcome)
     }
 }
 
 /// Checks a configuration.
 pub fn check(config: &Value, setting: &Setting) -> Result<Vec<String>, ConfigError> {
     let config: Config = read_config(config)?;
-    fem_node::check(&config.rail, setting)
+    let registry = crate::registry();
+    let solver = registry.get(&config.kind);
+    let solver = solver.ok_or_else(|| ConfigError::new("kind", "no such solver"))?;
+    (solver.check)(&config.config, setting)
 }

@@ -211,6 +211,7 @@ impl Node for Chain {
             capabilities: Capabilities {
                 rollback: true,
                 compliant_boundary: true,
+                rigid_boundary: true,
                 resume: true,
                 ..Capabilities::default()
             },

@@ -1,7 +1,7 @@
 //! Means that the suites share: small solvers whose coupled motion is known on paper, and the means to run scenarios.
 //!
 //! - [`bar`]: an elastic bar, explicit, the continuum side of the one-dimensional cases;
-//! - [`broken`]: fem-node with one of its answers spoilt;
+//! - [`broken`]: any of the solvers with one of its answers spoilt;
 //! - [`chain`]: masses and springs, implicit, the side that stands on the wall; one mass is a rigid body;
 //! - [`lattice`]: what bars and chains are pieces of, in one piece;
 //! - [`plate`]: a row of loaded masses on a two-dimensional surface;

@@ -87,6 +87,7 @@ impl Node for Plate {
             capabilities: Capabilities {
                 rollback: true,
                 compliant_boundary: true,
+                rigid_boundary: true,
                 ..Capabilities::default()
             },
             end_s: Some(self.config.end_s),

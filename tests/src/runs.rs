@@ -209,13 +209,11 @@ pub fn parse_json(stdout: &[u8]) -> Value {
         .unwrap_or_else(|error| panic!("{error} in {}", String::from_utf8_lossy(stdout)))
 }
 
-/// A hash of the bits of numbers, enough to tell two states apart.
+/// A hash of the bits of numbers.
 pub fn bits_hash<'a>(numbers: impl Iterator<Item = &'a f64>) -> String {
-    let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
+    let mut hash = blake3::Hasher::new();
     for number in numbers {
-        for byte in number.to_bits().to_le_bytes() {
-            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
-        }
+        hash.update(&number.to_bits().to_le_bytes());
     }
-    format!("{hash:016x}")
+    hash.finalize().to_hex().to_string()
 }

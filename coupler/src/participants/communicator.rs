@@ -162,6 +162,11 @@ impl Peers {
         &self.peers[peer].name
     }
 
+    /// A participant itself.
+    pub fn peer(&mut self, peer: usize) -> &mut Peer {
+        &mut self.peers[peer]
+    }
+
     /// The error of an answer that does not belong here.
     pub fn protocol_error(&self, peer: usize, why: impl Into<String>) -> Error {
         self.peers[peer].protocol_error(why.into())

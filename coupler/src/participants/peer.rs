@@ -5,7 +5,8 @@ use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use protocol::{Frame, Header, Kind, Link, LinkError, PROTOCOL_VERSION};
+use protocol::link::channel;
+use protocol::{Frame, Header, Kind, Link, LinkError, NodeError, PROTOCOL_VERSION};
 use serde::de::DeserializeOwned;
 
 use super::process::{self, Process};
@@ -52,6 +53,8 @@ pub struct Peer {
     open: VecDeque<Header>,
     /// Requests that were answered.
     answered: u64,
+    /// The fault that it answered, after which it ends.
+    pub fault: Option<NodeError>,
 }
 
 impl Peer {
@@ -65,7 +68,21 @@ impl Peer {
             early: None,
             open: VecDeque::new(),
             answered: 0,
+            fault: None,
         }
+    }
+
+    /// Its process, unless it lives in this one.
+    pub fn process(&mut self) -> Option<&mut Process> {
+        match &mut self.life {
+            Life::Process(process) => Some(process),
+            Life::Thread(_) | Life::Tape | Life::Simulated(_) => None,
+        }
+    }
+
+    /// Closes the connection without a word.
+    pub fn hang_up(&mut self) {
+        self.link = Box::new(channel::pair().0);
     }
 
     /// Sends a request whose turn has come and returns its frame. One that was sent early is taken as it is, so that it is made,
@@ -167,7 +184,7 @@ impl Peer {
         let opened = frame.open(self.answered).and_then(|()| frame.kind());
         let kind = opened.map_err(|error| self.protocol_error(error.to_string()))?;
         if kind == Kind::Fault {
-            return Err(self.fault(&frame));
+            return Err(self.hear_fault(&frame));
         }
         if kind != expected {
             let why = format!("answered {kind:?} where {expected:?} was due");
@@ -184,9 +201,12 @@ impl Peer {
         }
     }
 
-    fn fault(&self, frame: &Frame) -> Error {
-        match read_json(frame) {
-            Ok(error) => Error::of_participant(&self.name, &self.asked, error),
+    fn hear_fault(&mut self, frame: &Frame) -> Error {
+        match read_json::<NodeError>(frame) {
+            Ok(error) => {
+                self.fault = Some(error.clone());
+                Error::of_participant(&self.name, &self.asked, error)
+            }
             Err(_) => self.protocol_error("reported a fault that cannot be read".into()),
         }
     }

@@ -93,6 +93,16 @@ impl Process {
             .to_string()
     }
 
+    /// Asks it to end, with all that it started.
+    pub fn ask_to_end(&self) {
+        let _ = killpg(group(&self.child), Signal::SIGTERM);
+    }
+
+    /// Tells if it ends by itself in this time.
+    pub fn ends_within(&mut self, patience: Duration) -> bool {
+        ends_within(&mut self.child, patience)
+    }
+
     /// Its end, if it has come.
     pub fn try_wait(&mut self) -> std::io::Result<Option<ExitStatus>> {
         self.child.try_wait()
@@ -211,14 +221,22 @@ fn end(child: &mut Child, by_itself: Duration) {
         } else if let Some(signal) = signal {
             let _ = killpg(asked, signal);
         }
-        let start = Instant::now();
-        while start.elapsed() < grace {
-            match child.try_wait() {
-                Ok(None) => std::thread::sleep(Duration::from_millis(2)),
-                Ok(Some(_)) | Err(_) => return,
-            }
+        if ends_within(child, grace) {
+            return;
         }
     }
+}
+
+/// Tells if a child ends in this time.
+fn ends_within(child: &mut Child, patience: Duration) -> bool {
+    let start = Instant::now();
+    while start.elapsed() < patience {
+        match child.try_wait() {
+            Ok(None) => std::thread::sleep(Duration::from_millis(2)),
+            Ok(Some(_)) | Err(_) => return true,
+        }
+    }
+    false
 }
 
 /// Tells if a process is stopped (SIGSTOP, a debugger), read off the process table.

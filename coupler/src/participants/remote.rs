@@ -25,22 +25,18 @@ impl<'a> Remote<'a> {
         }
     }
 
-    /// A matrix (n x n, column-major) of a window of `substeps` own steps.
+    /// A matrix (n x n, column-major) of a window.
     fn columns(
         &mut self,
         peer: usize,
         (kind, answer): (Kind, Kind),
-        substeps: u32,
+        window: &Window,
         n: usize,
     ) -> Result<DMatrix<f64>, Error> {
-        let window = Window {
-            substeps,
-            ..Window::default()
-        };
-        self.communicator.tell(peer, kind, &window, Vec::new())?;
+        self.communicator.tell(peer, kind, window, Vec::new())?;
         let numbers = self
             .communicator
-            .hear_exactly(peer, answer, &window, n * n)?;
+            .hear_exactly(peer, answer, window, n * n)?;
         let matrix = DMatrix::from_vec(n, n, numbers);
         match fault_of_columns(&matrix) {
             None => Ok(matrix),
@@ -83,12 +79,17 @@ impl Participants for Remote<'_> {
         answer.map(|_| ())
     }
 
-    fn compliance(&mut self, peer: usize, substeps: u32, n: usize) -> Result<DMatrix<f64>, Error> {
-        self.columns(peer, (Kind::Columns, Kind::Compliance), substeps, n)
+    fn compliance(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<DMatrix<f64>, Error> {
+        self.columns(peer, (Kind::Columns, Kind::Compliance), window, n)
     }
 
-    fn impedance(&mut self, peer: usize, substeps: u32, n: usize) -> Result<DMatrix<f64>, Error> {
-        self.columns(peer, (Kind::ImpedanceColumns, Kind::Impedance), substeps, n)
+    fn impedance(&mut self, peer: usize, window: &Window, n: usize) -> Result<DMatrix<f64>, Error> {
+        self.columns(peer, (Kind::ImpedanceColumns, Kind::Impedance), window, n)
     }
 
     fn set_boundary(

@@ -318,13 +318,13 @@ impl RunSession<'_> {
         let mut groups = groups_at_start(scenario, greeted, joined)?;
         for group in &groups {
             self.rundir.note(&describe(group));
-            for patch in &group.coupling.group().patches {
-                let (bounds, offset) = (&scenario.run.plausible, patch.offset);
-                let shape = plausible::surface_offset(bounds.surface_offset_rel, offset.shape_rel);
-                let place =
-                    plausible::surface_distance(bounds.surface_distance_rel, offset.distance_rel);
-                let found = [shape, place].into_iter().flatten();
-                self.found(found.map(|finding| Warning::of(&patch.name, finding)));
+            let joined = group.coupling.group();
+            for patch in &joined.patches {
+                let peer = joined.force_driven[patch.force_driven].peer;
+                let name = &scenario.participant[peer].name;
+                let continuum = (name.as_str(), &greeted[peer].description);
+                let bounds = &scenario.run.plausible;
+                self.found(plausible::joined(bounds, joined, patch, continuum));
             }
         }
         let volumes = [Repeats::Least, Repeats::Most]

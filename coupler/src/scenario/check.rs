@@ -170,6 +170,7 @@ fn check_interface(
     plain_name(&key("name"), &interface.name)?;
     let given = interface.given;
     at_least_one(&key("substeps"), Some(interface.substeps.into()))?;
+    positive(&key("window_s"), interface.window_s)?;
     at_least_one(&key("repeats_max"), given.repeats_max.map(u64::from))?;
     positive(&key("tolerance_rel"), Some(interface.tolerance_rel))?;
     positive(&key("relaxation"), given.relaxation)?;

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Two named sets that are joined.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(from = "InterfaceKeys")]
+#[serde(try_from = "InterfaceKeys")]
 pub struct Interface {
     /// Its name.
     pub name: String,
@@ -14,6 +14,9 @@ pub struct Interface {
     pub scheme: Scheme,
     /// Explicit steps in a window, at least 1.
     pub substeps: u32,
+    /// Length of a window (s) where the continuum has no step of its own; `substeps` is then the number of equal parts that it may
+    /// be cut into.
+    pub window_s: Option<f64>,
     /// Relation of nodes and glued disks.
     pub mapping: MappingKind,
     /// Largest gap that counts as closed, over the mean spacing of the surface nodes.
@@ -271,7 +274,8 @@ struct InterfaceKeys {
     between: [String; 2],
     scheme: SchemeWord,
     dirichlet: Option<Dirichlet>,
-    substeps: u32,
+    substeps: Option<u32>,
+    window_s: Option<f64>,
     #[serde(default)]
     mapping: MappingKind,
     tolerance_rel: f64,
@@ -286,8 +290,12 @@ struct InterfaceKeys {
     unsafe_window: bool,
 }
 
-impl From<InterfaceKeys> for Interface {
-    fn from(keys: InterfaceKeys) -> Interface {
+impl TryFrom<InterfaceKeys> for Interface {
+    type Error = &'static str;
+
+    fn try_from(keys: InterfaceKeys) -> Result<Interface, Self::Error> {
+        let whole = keys.window_s.map(|_| 1);
+        let substeps = keys.substeps.or(whole).ok_or("missing field `substeps`")?;
         let given = SchemeKeys {
             scheme: keys.scheme,
             dirichlet: keys.dirichlet,
@@ -296,18 +304,19 @@ impl From<InterfaceKeys> for Interface {
             acceleration: keys.acceleration,
             relaxation: keys.relaxation,
         };
-        Interface {
+        Ok(Interface {
             name: keys.name,
             between: keys.between,
             scheme: given.scheme(),
-            substeps: keys.substeps,
+            substeps,
+            window_s: keys.window_s,
             mapping: keys.mapping,
             tolerance_rel: keys.tolerance_rel,
             energy_defect_max_rel: keys.energy_defect_max_rel,
             on_not_converged: keys.on_not_converged,
             unsafe_window: keys.unsafe_window,
             given,
-        }
+        })
     }
 }
 

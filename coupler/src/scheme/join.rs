@@ -16,7 +16,10 @@ use crate::error::{Error, Refusal, WindowOf};
 use crate::scenario::{Dirichlet, Interface, MappingKind, Scenario};
 use geometry::{offset, same_side};
 use point_mass::{point_masses, refuse_massless};
-use suitability::{refuse_finer_than_solver, refuse_without_prescribed_velocity};
+use suitability::{
+    refuse_finer_than_solver, refuse_weightless, refuse_what_is_not_offered,
+    refuse_without_prescribed_velocity,
+};
 
 /// Largest relative difference between the windows of connected interfaces that counts as rounding.
 const SAME_WINDOW: f64 = 1e-9;
@@ -47,6 +50,13 @@ fn join_group(
         refuse_finer_than_solver(interface, wall_name, participants.description(wall))?;
         let description = participants.description(continuum);
         refuse_without_prescribed_velocity(interface, continuum_name, description)?;
+        refuse_what_is_not_offered(
+            interface,
+            [
+                (continuum_name, description),
+                (wall_name, participants.description(wall)),
+            ],
+        )?;
         pairs.push(pair);
     }
     refuse_two_roles(participants, &pairs)?;
@@ -103,20 +113,14 @@ fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<P
             return Err(refused(interface, why));
         }
         let capabilities = description.capabilities;
-        if !(capabilities.rollback && (capabilities.advance || capabilities.compliant_boundary)) {
+        if !(capabilities.advance || capabilities.motion_driven()) {
             // It can take no part. Its own refusal says which of its keys is why; ours is for one that has none.
             participants.couple(peer, set)?;
-        }
-        if !capabilities.rollback {
-            let why = format!(
-                "participant `{name}` cannot repeat a window (no checkpoint), which every scheme here needs"
-            );
-            return Err(refused(interface, why));
         }
         let set = set.to_string();
         if capabilities.advance && continuum.is_none() {
             continuum = Some(End { peer, set });
-        } else if capabilities.compliant_boundary && wall.is_none() {
+        } else if capabilities.motion_driven() && wall.is_none() {
             wall = Some(End { peer, set });
         }
     }
@@ -155,12 +159,8 @@ fn clock(
     let mut common = 0;
     for (interface, pair) in interfaces.iter().zip(pairs) {
         let continuum = pair.force_driven.peer;
-        let step_s = participants.description(continuum).step_s.ok_or_else(|| {
-            Refusal::participant(
-                participants.name(continuum),
-                "has no step of its own, the window cannot be counted in it",
-            )
-        })?;
+        let own = participants.description(continuum).step_s;
+        let step_s = step_of(interface, participants.name(continuum), own)?;
         refuse_above_limit(participants, interface, step_s, pair.motion_driven.peer)?;
         let window_s = step_s * f64::from(interface.substeps);
         let (leader, leading) = *first.get_or_insert((interface, step_s));
@@ -181,6 +181,27 @@ fn clock(
         step_s: step_s * f64::from(leader.substeps / common),
         substeps: common,
     })
+}
+
+/// The step (s) that the windows of an interface are counted in, `own` being that of its continuum.
+pub fn step_of(interface: &Interface, continuum: &str, own: Option<f64>) -> Result<f64, Error> {
+    let key = || format!("interface.{}.window_s", interface.name);
+    match (own, interface.window_s) {
+        (Some(step_s), None) => Ok(step_s),
+        (None, Some(window_s)) => Ok(window_s / f64::from(interface.substeps)),
+        (None, None) => {
+            let problem = format!(
+                "is missing: participant `{continuum}` has no step of its own, so that its window must be given here"
+            );
+            Err(Refusal::key(key(), problem).into())
+        }
+        (Some(step_s), Some(_)) => {
+            let problem = format!(
+                "is for a continuum without a step of its own, and participant `{continuum}` has one of {step_s:e} s: remove the key and give substeps"
+            );
+            Err(Refusal::key(key(), problem).into())
+        }
+    }
 }
 
 fn refuse_above_limit(
@@ -248,6 +269,7 @@ fn seam(
     let active = mapping.active();
     let mapping = mapping.restricted(&active);
     let nodes = pick(&offered, &active);
+    refuse_weightless(interface, participants.name(continuum.peer), &nodes.mass_kg)?;
     if swapped {
         refuse_massless(interface, &mapping, &nodes, &points)?;
     }

@@ -39,11 +39,12 @@ pub trait Participants {
     /// Restricts the exchange to these points of all coupled sets.
     fn select(&mut self, peer: usize, points: &[usize]) -> Result<(), Error>;
 
-    /// Condensed compliance C (m/N), n x n, of a window of `substeps` own steps, n being its exchanged components.
-    fn compliance(&mut self, peer: usize, substeps: u32, n: usize) -> Result<DMatrix<f64>, Error>;
+    /// Condensed compliance C (m/N), n x n, of a first window like this one, in own steps, n being its exchanged components.
+    fn compliance(&mut self, peer: usize, window: &Window, n: usize)
+    -> Result<DMatrix<f64>, Error>;
 
     /// Impedance D (kg/s), n x n, of such a window.
-    fn impedance(&mut self, peer: usize, substeps: u32, n: usize) -> Result<DMatrix<f64>, Error>;
+    fn impedance(&mut self, peer: usize, window: &Window, n: usize) -> Result<DMatrix<f64>, Error>;
 
     /// Announces windows of the length H (s) of this one, and the compliance W_g (1/kg), n x n, of the boundary in it:
     /// v_g = a_g + W_g p. Zero for a boundary that moves exactly as it is told.

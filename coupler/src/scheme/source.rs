@@ -34,12 +34,13 @@ impl Source {
         side: &Side,
         window: &Window,
     ) -> Result<DMatrix<f64>, Error> {
-        let (steps, n) = (window.substeps * side.steps, 2 * side.range.len());
+        let first = &side.window(&group.clock.window(0, 0, window.substeps));
+        let (steps, n) = (first.substeps, 2 * side.range.len());
         match self {
-            Source::Columns => participants.compliance(side.peer, steps, n),
+            Source::Columns => participants.compliance(side.peer, first, n),
             Source::Mass => Ok(mass_only(group, side, window)),
             Source::Impedance => {
-                let resists = participants.impedance(side.peer, steps, n)?;
+                let resists = participants.impedance(side.peer, first, n)?;
                 let yields = inverse_of_what_moves(&resists).ok_or_else(|| {
                     let name = participants.name(side.peer);
                     Error::from(Refusal::Unfit {
@@ -50,7 +51,7 @@ impl Source {
                 Ok(yields * group.window_s(window))
             }
             Source::Points => {
-                let resists = participants.impedance(side.peer, steps, n)?;
+                let resists = participants.impedance(side.peer, first, n)?;
                 points_only(group, side, window, &resists)
             }
             Source::Rigid => Ok(DMatrix::zeros(n, n)),

@@ -34,6 +34,7 @@ impl Node for FemNode {
                 advance: alone,
                 columns: alone,
                 compliant_boundary: false,
+                rigid_boundary: false,
                 prescribed_velocity: self.takes_velocity().is_ok(),
                 alone: true,
                 resume: true,
@@ -69,7 +70,8 @@ impl Node for FemNode {
         Ok(self.interface.select(&self.model, points)?)
     }
 
-    fn columns(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
+    fn columns(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        let substeps = window.substeps;
         Ok(self.condensed(Condensed::Compliance, substeps)?)
     }
 
@@ -82,7 +84,8 @@ impl Node for FemNode {
         Ok(self.increments())
     }
 
-    fn impedance(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
+    fn impedance(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        let substeps = window.substeps;
         self.takes_velocity()?;
         Ok(self.condensed(Condensed::Impedance, substeps)?)
     }

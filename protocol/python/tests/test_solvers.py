@@ -78,7 +78,7 @@ class Continua(unittest.TestCase):
 
     def test_columns_leave_out_what_moves_without_a_force(self):
         node = ready(Mass)
-        columns = node.columns(4)
+        columns = node.columns(window())
         self.assertEqual(columns.tolist(), [[0.25 * 10 / 2.0, 0.0], [0.0, 0.25 * 10 / 2.0]])
 
     def test_a_checkpoint_gives_back_every_bit(self):

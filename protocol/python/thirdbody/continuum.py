@@ -23,6 +23,9 @@ class Continuum(Solver):
     #: Length of the window (s) that `step` is in, for solvers without own step.
     window_s = 0.0
 
+    #: The committed state with the displacement of its exchanged components.
+    _before: Any = None
+
     def step(self, state: Any, force: np.ndarray, n: int) -> Any:
         """The state `n` own steps later under a constant force on each point (N), rows of (x, y).
 
@@ -38,15 +41,16 @@ class Continuum(Solver):
     def _offers(self) -> Dict[str, bool]:
         return {"advance": True, "columns": self.rollback, "alone": True}
 
-    def columns(self, substeps: int) -> np.ndarray:
+    def columns(self, window: Window) -> np.ndarray:
         """C (m/N) by a run from the start for each component, less one without force. Override it where it can be had for less."""
+        self.window_s = window.length_s
         rest = self._frozen(self.rest())
 
         def end(force: np.ndarray) -> np.ndarray:
-            state = self.step(rest, self._spread(force), substeps)
+            state = self.step(rest, self._spread(force), window.substeps)
             return self._gather(self.displacement(state), "displacement()")
 
-        size = 2 * self._selected.size
+        size = self._size
         unloaded = end(np.zeros(size))
         columns = np.empty((size, size), order="F")
         for component in range(size):
@@ -57,17 +61,18 @@ class Continuum(Solver):
 
     def advance(self, window: Window, force: np.ndarray) -> np.ndarray:
         self.window_s = window.length_s
+        if self._before is None or self._before[0] is not self.state:
+            self._before = (self.state, self._gather(self.displacement(self.state), "displacement()").copy())
         state = self._frozen(self.step(self.state, self._spread(force), window.substeps))
-        before = self._gather(self.displacement(self.state), "displacement()")
-        increment = self._gather(self.displacement(state), "displacement()") - before
-        self._candidate = (window[:1] + window[2:], state, float(np.add.reduce(force * increment)))
+        increment = self._gather(self.displacement(state), "displacement()") - self._before[1]
+        self._candidate = (window[:1] + window[2:], state, (force, increment))
         return increment
 
     def commit(self, window: Window, displacement: np.ndarray) -> List[float]:
-        _, state, work = self._accept(window)
-        return self._keep(state, work, window.substeps)
+        _, state, (force, increment) = self._accept(window)
+        self._before = None
+        return self._keep(state, float(np.add.reduce(force * increment)), window.substeps)
 
     def advance_alone(self, window: Window) -> List[float]:
         self.window_s = window.length_s
-        none = np.zeros((len(self._rows), 2))
-        return self._keep(self._frozen(self.step(self.state, none, window.substeps)), 0.0, window.substeps)
+        return self._keep(self._frozen(self.step(self.state, self._still(), window.substeps)), 0.0, window.substeps)

@@ -50,15 +50,14 @@ class GrainLayer(Solver):
         self._pairs: List[Tuple[np.ndarray, np.ndarray]] = []
 
     def _offers(self) -> Dict[str, bool]:
-        return {"compliant_boundary": True, "alone": True}
+        return {"compliant_boundary": self.compliant and self.rollback, "rigid_boundary": True, "alone": True}
 
     def set_boundary(self, window_s: float, compliance: np.ndarray) -> None:
-        size = 2 * self._selected.size
+        size = self._size
         compliance = compliance.reshape((size, size), order="F")
         if not self.compliant and compliance.any():
             raise ConfigurationError(
-                'this participant takes a rigid boundary only: choose scheme = "staggered-serial" or "fixed-point-serial" with '
-                "the motion on its side"
+                'this participant takes a rigid boundary only: choose scheme = "staggered-serial" or "fixed-point-serial"'
             )
         self._window_s, self._compliance, self._pairs = window_s, compliance, []
 
@@ -117,6 +116,5 @@ class GrainLayer(Solver):
         return self._keep(state, work, 1)
 
     def advance_alone(self, window: Window) -> List[float]:
-        still = np.zeros((len(self._rows), 2))
-        state, _ = self.step(self.state, still, window.length_s)
+        state, _ = self.step(self.state, self._still(), window.length_s)
         return self._keep(self._frozen(state), 0.0, 1)

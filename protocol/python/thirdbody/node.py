@@ -91,7 +91,7 @@ class Description:
 
 
 #: The words of capabilities on the wire.
-CAPABILITIES = ("checkpoint", "advance", "columns", "compliant_boundary", "follow", "alone", "resume")
+CAPABILITIES = ("checkpoint", "advance", "columns", "compliant_boundary", "rigid_boundary", "follow", "alone", "resume")
 
 
 def capabilities(**offered: bool) -> Dict[str, bool]:
@@ -136,11 +136,11 @@ class Node:
         """Restricts the exchange to these points of all coupled sets; forces on all others are zero."""
         raise NotImplementedError
 
-    def columns(self, substeps: int) -> np.ndarray:
-        """Condensed compliance (m/N): column j holds the increments after `substeps` own steps from rest under 1 N in component j."""
+    def columns(self, window: Window) -> np.ndarray:
+        """Condensed compliance (m/N): column j holds the increments of a first window like this one under 1 N in component j."""
         raise _unsupported("columns of its compliance")
 
-    def impedance(self, substeps: int) -> np.ndarray:
+    def impedance(self, window: Window) -> np.ndarray:
         """Impedance (kg/s): column j holds the reactions at the end of a window in which velocity j grows in a straight line to 1 m/s."""
         raise _unsupported("columns of its impedance")
 

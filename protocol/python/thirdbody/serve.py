@@ -20,6 +20,7 @@ from .config import Config, Setting
 from .errors import ConfigurationError, Diverged, Fault, ProtocolError, code_of
 from .link import Link, LinkError
 from .node import Node, Window
+from .state import all_finite
 from .wire import NUMBERS, PROTOCOL_VERSION, Frame, Header, WireError, opened, pack_bytes, stamped
 
 #: Longest wait of the link while nothing is heard (s).
@@ -219,9 +220,9 @@ class Server:
                 node.select(_finite(request).astype(int))
                 answer, payload = "Ready", b""
             elif word == "Columns":
-                answer, payload = "Compliance", _columns(node.columns(header.substeps))
+                answer, payload = "Compliance", _columns(node.columns(window))
             elif word == "Resist":
-                answer, payload = "Impedance", _columns(node.impedance(header.substeps))
+                answer, payload = "Impedance", _columns(node.impedance(window))
             elif word == "Wall":
                 numbers = _finite(request)
                 node.set_boundary(float(numbers[0]), numbers[1:])
@@ -284,7 +285,7 @@ def _columns(matrix: np.ndarray) -> bytes:
 def _finite(request: Frame) -> np.ndarray:
     """The numbers of a request; others would silently poison a solver."""
     numbers = request.doubles
-    if not np.isfinite(numbers).all():
+    if not all_finite(numbers):
         header = request.header
         raise Diverged(
             f"the {request.word} message of window {header.window}, iteration {header.iteration} holds a value that is no number: "

@@ -25,7 +25,6 @@ class Rail(thirdbody.Continuum):
 
     def __init__(self, config, setting):
         super().__init__(config, setting)
-        self.step_s = config.number("step_s", above=0)
         size, crown = config.number("size_m", above=0), config.number("crown_radius_m", above=0)
         width, height = config.number("width_m", above=0), config.number("height_m", above=0)
         fine = config.number("fine_width_m", above=0), config.number("fine_depth_m", above=0)
@@ -66,9 +65,8 @@ class Rail(thirdbody.Continuum):
     def energy(self, state):
         return {"stored": {"strain": state["stored_j"]}}
 
-    def columns(self, n):
-        components = (2 * self._selected[:, None] + np.arange(2)).reshape(-1)
-        return self.compliance[np.ix_(components, components)]
+    def columns(self, window):
+        return self.compliance[np.ix_(self.components, self.components)]
 
 
 thirdbody.participate(Rail)

@@ -3,7 +3,7 @@
 use protocol::Description;
 
 use crate::error::{Error, Refusal};
-use crate::scenario::{Dirichlet, Interface, Scheme};
+use crate::scenario::{CompliancePrior, Dirichlet, Interface, Policy, Scheme};
 
 /// A fixed point goes through the answers of the contact solver, and cannot come closer than these are true. The other
 /// schemes close the gap whatever the contact solver left over.
@@ -44,6 +44,96 @@ pub(super) fn refuse_without_prescribed_velocity(
         "prescribes the velocity of participant `{name}`, which cannot follow one: a shipped continuum can if its material is elastic and small-strain; take scheme = \"dual-schur\", or \"dual-schur-secant\" for a continuum that is not linear"
     );
     Err(Refusal::key(format!("interface.{}.{key}", interface.name), problem).into())
+}
+
+/// Refuses a scheme that would ask one of the sides, each with its name, for what it does not offer.
+pub(super) fn refuse_what_is_not_offered(
+    interface: &Interface,
+    [continuum, wall]: [(&str, &Description); 2],
+) -> Result<(), Error> {
+    let refuse = |key: &str, problem: String| {
+        let key = format!("interface.{}.{key}", interface.name);
+        Err(Refusal::key(key, problem).into())
+    };
+    let scheme = interface.scheme;
+    let once = matches!(scheme, Scheme::Staggered { .. });
+    let cannot_repeat = [continuum, wall];
+    let cannot_repeat = cannot_repeat
+        .iter()
+        .find(|(_, told)| !told.capabilities.rollback);
+    if let Some((name, _)) = cannot_repeat {
+        if !once {
+            return refuse(
+                "scheme",
+                format!(
+                    "repeats windows, which participant `{name}` cannot (it has no `checkpoint`): take scheme = \"staggered-serial\""
+                ),
+            );
+        }
+        if interface.on_not_converged == Policy::Halve {
+            return refuse(
+                "on_not_converged",
+                format!(
+                    "= \"halve\" repeats windows, which participant `{name}` cannot (it has no `checkpoint`): take \"stop\" or \"accept\""
+                ),
+            );
+        }
+    }
+    let told = (continuum.1.capabilities, wall.1.capabilities);
+    let rigid = scheme.dirichlet() == Dirichlet::Wall
+        && matches!(scheme, Scheme::Staggered { .. } | Scheme::FixedPoint { .. });
+    if !told.1.compliant_boundary && !rigid {
+        return refuse(
+            "scheme",
+            format!(
+                "moves the points of participant `{}` by the compliance of what they are glued to, and it takes a rigid boundary only: take scheme = \"fixed-point-serial\" or \"staggered-serial\", with dirichlet = \"wall\"",
+                wall.0
+            ),
+        );
+    }
+    let by_columns = matches!(
+        scheme,
+        Scheme::DualSchur {
+            compliance: CompliancePrior::Columns,
+            ..
+        }
+    );
+    if by_columns && !told.0.columns {
+        return refuse(
+            "compliance",
+            format!(
+                "= \"columns\" asks participant `{}` for columns of its compliance, which it does not offer: set compliance = \"mass\", or take scheme = \"fixed-point-serial\"",
+                continuum.0
+            ),
+        );
+    }
+    Ok(())
+}
+
+/// Refuses a compliance that is made of masses where there are none.
+pub(super) fn refuse_weightless(
+    interface: &Interface,
+    continuum: &str,
+    mass_kg: &[f64],
+) -> Result<(), Error> {
+    let by_mass = matches!(
+        interface.scheme,
+        Scheme::DualSchur {
+            compliance: CompliancePrior::Mass,
+            ..
+        }
+    );
+    let weightless = mass_kg.iter().position(|mass| *mass == 0.0);
+    match weightless.filter(|_| by_mass) {
+        None => Ok(()),
+        Some(point) => {
+            let problem = format!(
+                "= \"mass\" divides by the masses of the points of participant `{continuum}`, and point {point} of those that are exchanged has none: give it one, set compliance = \"columns\", or take scheme = \"fixed-point-serial\""
+            );
+            let key = format!("interface.{}.compliance", interface.name);
+            Err(Refusal::key(key, problem).into())
+        }
+    }
 }
 
 #[cfg(test)]

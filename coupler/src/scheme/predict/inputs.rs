@@ -26,10 +26,10 @@ pub fn foresee(
     let (group, scheme) = (coupling.group(), coupling.scheme());
     let patches = group.patches.iter();
     patches
-        .map(|patch| {
-            let block = &blocks[patch.force_driven];
+        .filter_map(|patch| {
+            let block = blocks[patch.force_driven].as_ref()?;
             let inputs = inputs(group, scheme, patch, block, participants);
-            Ok((patch.index, explain(&inputs, scheme)?))
+            Some(explain(&inputs, scheme).map(|prediction| (patch.index, prediction)))
         })
         .collect()
 }
@@ -109,24 +109,28 @@ fn stiffest(group: &Group, patch: &Patch, block: &DMatrix<f64>, weights: &[f64])
     })
 }
 
-/// C (m/N) of each continuum in a full window, or its impedance (kg/s) where it follows a velocity.
+/// C (m/N) of each continuum in a full window, or its impedance (kg/s) where it follows a velocity; `None` for one that has neither
+/// columns nor masses.
 fn blocks(
     coupling: &mut Coupling,
     participants: &mut dyn Participants,
-) -> Result<Vec<DMatrix<f64>>, Error> {
+) -> Result<Vec<Option<DMatrix<f64>>>, Error> {
     if let Some(columns) = coupling.columns(participants)? {
-        return Ok(columns);
+        return Ok(columns.into_iter().map(Some).collect());
     }
     let (group, dirichlet) = (coupling.group(), coupling.scheme().dirichlet());
     let window = group.clock.window(0, 0, group.clock.substeps);
     let mut blocks = Vec::new();
     for side in &group.force_driven {
-        let (steps, n) = (window.substeps * side.steps, 2 * side.range.len());
+        let (own, n) = (&side.window(&window), 2 * side.range.len());
+        let weighs = group.nodes.mass_kg[side.range.clone()]
+            .iter()
+            .all(|mass| *mass > 0.0);
         let columns = participants.description(side.peer).capabilities.columns;
         blocks.push(match dirichlet {
-            Dirichlet::Continuum => participants.impedance(side.peer, steps, n)?,
-            Dirichlet::Wall if columns => participants.compliance(side.peer, steps, n)?,
-            Dirichlet::Wall => mass_only(group, side, &window),
+            Dirichlet::Continuum => Some(participants.impedance(side.peer, own, n)?),
+            Dirichlet::Wall if columns => Some(participants.compliance(side.peer, own, n)?),
+            Dirichlet::Wall => weighs.then(|| mass_only(group, side, &window)),
         });
     }
     Ok(blocks)

@@ -179,11 +179,11 @@ impl Participants for LinearPair<'_> {
         Ok(())
     }
 
-    fn compliance(&mut self, _: usize, _: u32, n: usize) -> Result<DMatrix<f64>, Error> {
+    fn compliance(&mut self, _: usize, _: &Window, n: usize) -> Result<DMatrix<f64>, Error> {
         Ok(LinearPair::moving(self.model.response.compliance(), n))
     }
 
-    fn impedance(&mut self, _: usize, _: u32, n: usize) -> Result<DMatrix<f64>, Error> {
+    fn impedance(&mut self, _: usize, _: &Window, n: usize) -> Result<DMatrix<f64>, Error> {
         let window_s = self.model.window_s;
         let yields = self.model.response.prescribed_compliance(window_s);
         Ok(LinearPair::moving(window_s / yields, n))

@@ -182,7 +182,8 @@ impl Node for Spring {
         Ok(())
     }
 
-    fn columns(&mut self, substeps: u32) -> Result<Vec<f64>, NodeError> {
+    fn columns(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        let substeps = window.substeps;
         let column = |unit: [f64; 2]| {
             let mut state = State::at_rest(1);
             Spring::run(&mut state, &unit, substeps);

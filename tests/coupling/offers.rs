@@ -1,0 +1,140 @@
+//! Capabilities: nothing is asked for that was not offered, and a refusal names the key that helps.
+
+use harness::runs::run_in_process;
+use harness::scene::{bar, body, glue, head};
+use serde_json::Value;
+
+/// A bar with a body at its end, one of them without something; what it does not offer it would answer with a fault.
+fn ends([participant, lacks]: [&str; 2], scheme: &str, keys: &str) -> (i32, Value) {
+    let text = [
+        head(
+            "offers",
+            1.0,
+            "plausible = { energy_balance_rel = [1e300, 1e300] }",
+        ),
+        bar("bar", 20, 0.5, ""),
+        body(20.0, 3.0, -1.0, "end_s = 50.0"),
+        glue(scheme, 5, &format!("tolerance_rel = 1e-9\n{keys}")),
+    ]
+    .concat();
+    let mut table: toml::Table = text.parse().expect("it is TOML");
+    let participants = table["participant"].as_array_mut().expect("a list");
+    let named = |value: &&mut toml::Value| value["name"].as_str() == Some(participant);
+    let one = participants.iter_mut().find(named).expect("it takes part");
+    let one = one.as_table_mut().expect("a table");
+    let kind = one.insert("kind".into(), "broken".into()).expect("a kind");
+    let config = one.remove("config").expect("keys");
+    let without = [("harm", lacks.into()), ("kind", kind), ("config", config)];
+    let without = without.map(|(key, value)| (key.to_string(), value));
+    one.insert("config".into(), toml::Table::from_iter(without).into());
+    let text = toml::to_string(&table).expect("it was TOML");
+    let left = run_in_process(&text, &[]).expect("it is valid");
+    let summary = left.ended.summary.value();
+    (left.ended.summary.exit_code(), summary)
+}
+
+#[test]
+fn what_is_not_needed_is_not_asked_for() {
+    for (lacks, scheme, keys) in [
+        (["bar", "no-columns"], "dual-schur", "compliance = \"mass\""),
+        (["bar", "no-columns"], "fixed-point-serial", ""),
+        (
+            ["bar", "no-rollback"],
+            "staggered-serial",
+            "unsafe_window = true",
+        ),
+        (
+            ["body", "no-rollback"],
+            "staggered-parallel",
+            "unsafe_window = true",
+        ),
+        (
+            ["body", "rigid-only"],
+            "staggered-serial",
+            "unsafe_window = true",
+        ),
+        (["body", "rigid-only"], "fixed-point-serial", ""),
+        (["bar", "weightless"], "dual-schur", ""),
+        (["bar", "no-step"], "dual-schur", "window_s = 2.5"),
+        (
+            ["bar", "no-step"],
+            "staggered-serial",
+            "window_s = 2.5\nunsafe_window = true",
+        ),
+    ] {
+        let (code, summary) = ends(lacks, scheme, keys);
+        assert!(code == 0 || code == 8, "{lacks:?} {scheme}: {summary:#}");
+        let all = ["bar", "nothing"];
+        let keys = keys.replace("window_s = 2.5", "");
+        let (_, plain) = ends(all, scheme, &keys);
+        if !keys.contains("mass") {
+            assert_eq!(
+                summary["coupling"]["gap_max_rel"], plain["coupling"]["gap_max_rel"],
+                "{lacks:?} {scheme}"
+            );
+        }
+        assert_eq!(summary["windows"], plain["windows"], "{lacks:?} {scheme}");
+    }
+}
+
+#[test]
+fn what_is_missing_is_named_with_the_key_that_helps() {
+    for (lacks, scheme, keys, words) in [
+        (
+            ["bar", "no-columns"],
+            "dual-schur",
+            "",
+            "compliance = \"mass\"",
+        ),
+        (
+            ["bar", "no-rollback"],
+            "dual-schur",
+            "",
+            "scheme = \"staggered-serial\"",
+        ),
+        (
+            ["body", "no-rollback"],
+            "fixed-point-serial",
+            "",
+            "scheme = \"staggered-serial\"",
+        ),
+        (
+            ["bar", "no-rollback"],
+            "staggered-serial",
+            "on_not_converged = \"halve\"",
+            "interface.glue.on_not_converged",
+        ),
+        (
+            ["body", "rigid-only"],
+            "dual-schur",
+            "",
+            "scheme = \"fixed-point-serial\"",
+        ),
+        (
+            ["bar", "weightless"],
+            "dual-schur",
+            "compliance = \"mass\"",
+            "point 0",
+        ),
+        (
+            ["bar", "no-step"],
+            "dual-schur",
+            "",
+            "interface.glue.window_s",
+        ),
+        (
+            ["bar", "nothing"],
+            "dual-schur",
+            "window_s = 2.5",
+            "interface.glue.window_s",
+        ),
+    ] {
+        let (code, summary) = ends(lacks, scheme, keys);
+        let message = summary["message"].as_str().expect("a text");
+        assert_eq!(code, 2, "{lacks:?} {scheme} {keys}: {message}");
+        assert!(
+            message.contains(words),
+            "{lacks:?} {scheme} {keys}: {message}"
+        );
+    }
+}
