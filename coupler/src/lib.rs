@@ -52,11 +52,13 @@
 
 pub mod bench;
 pub mod cli;
+pub mod conform;
 pub mod error;
 pub mod log;
 pub mod output;
 pub mod participants;
 pub mod plausible;
+pub mod random;
 pub mod replay;
 pub mod report;
 pub mod run;

@@ -14,7 +14,7 @@ use crate::scene::fails;
 const COARSE: &str = "plausible = { energy_balance_rel = [1e300, 1e300] }";
 
 /// A bar with a body at its end, the bar being served by this command; in a folder of its own.
-fn scene(folder: &Path, command: &[&str], windows: u32) {
+pub fn scene(folder: &Path, command: &[&str], windows: u32) {
     let end = format!("end_s = {:?}", 2.5 * f64::from(windows));
     let text = [
         head("commands", 1.0, COARSE),

@@ -3,6 +3,7 @@
 mod bad_scenario;
 mod campaign;
 mod commands;
+mod conform;
 mod foreign;
 mod full_disk;
 mod limits;

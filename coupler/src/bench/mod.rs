@@ -3,4 +3,5 @@
 pub mod exchange;
 pub mod log;
 pub mod mapping;
+pub mod participant;
 pub mod stability;

@@ -5,9 +5,12 @@ use std::path::PathBuf;
 use clap::Subcommand;
 
 use super::common::{VerbResult, own_program, print, print_rows};
-use crate::bench::{exchange, log, mapping, stability};
+use super::run::listen;
+use crate::bench::{exchange, log, mapping, participant, stability};
+use crate::conform::subject::Options;
 use crate::error::{CHECK_FAILED, Error, Refusal};
 use crate::participants::Registry;
+use crate::scenario::load::load;
 
 /// Arguments of `bench`.
 #[derive(Debug, clap::Args)]
@@ -19,7 +22,7 @@ pub struct BenchArguments {
 #[derive(Debug, Subcommand)]
 enum What {
     /// Time from a request of the coupler to the answer of a node, over shared memory.
-    Exchange(Format),
+    Exchange(ExchangeArguments),
     /// Cost of an element-step in each element and material.
     Fem(Format),
     /// Cost of a contact-iteration and iterations to convergence in each solver and law.
@@ -39,6 +42,25 @@ enum What {
     Echo,
 }
 
+/// Arguments of `exchange`: without any, the other end sends back what it hears.
+#[derive(Debug, clap::Args)]
+struct ExchangeArguments {
+    /// Scenario with the participant that is asked for windows instead.
+    #[arg(long, requires = "participant")]
+    scenario: Option<String>,
+    /// Its name in the scenario.
+    #[arg(long, requires = "scenario")]
+    participant: Option<String>,
+    /// Override a key of the scenario.
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "scenario")]
+    set: Vec<String>,
+    #[command(flatten)]
+    format: Format,
+    /// Program and arguments that take its place, or that are asked on their own, without configuration.
+    #[arg(last = true)]
+    command: Vec<String>,
+}
+
 #[derive(Clone, Copy, Debug, clap::Args)]
 struct Format {
     /// Print JSON.
@@ -49,7 +71,7 @@ struct Format {
 /// Measures, and prints a table or JSON.
 pub fn bench(arguments: &BenchArguments, registry: &Registry) -> VerbResult {
     match arguments.what {
-        What::Exchange(Format { json }) => show(exchange::bench(&own_program()?)?, json)?,
+        What::Exchange(ref arguments) => exchange(arguments, registry)?,
         What::Log(Format { json }) => show(log::bench()?, json)?,
         What::Mapping(Format { json }) => show(mapping::bench()?, json)?,
         What::Stability { ref out } => {
@@ -62,6 +84,24 @@ pub fn bench(arguments: &BenchArguments, registry: &Registry) -> VerbResult {
         What::Echo => exchange::echo().map_err(Refusal::from)?,
     }
     Ok(0)
+}
+
+/// Times the shipped echo, or a participant.
+fn exchange(arguments: &ExchangeArguments, registry: &Registry) -> Result<(), Error> {
+    let json = arguments.format.json;
+    let command = Some(&arguments.command[..]).filter(|words| !words.is_empty());
+    let (loaded, name) = match (&arguments.scenario, &arguments.participant, command) {
+        (Some(scenario), Some(name), _) => (load(scenario, &arguments.set)?, name.as_str()),
+        (_, _, Some(_)) => (participant::scenario_of_a_command()?, participant::NAME),
+        _ => return show(exchange::bench(&own_program()?)?, json),
+    };
+    let options = Options {
+        registry,
+        program: own_program()?,
+        watch: listen()?,
+        only: Vec::new(),
+    };
+    show(participant::bench(&loaded, name, command, &options)?, json)
 }
 
 /// A table, or JSON.

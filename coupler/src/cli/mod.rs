@@ -13,8 +13,10 @@ use crate::participants::Registry;
 pub mod bench;
 pub mod check;
 mod common;
+pub mod conform;
 pub mod export;
 pub mod inspect;
+pub mod new_node;
 pub mod node;
 pub mod replay;
 pub mod report;
@@ -46,6 +48,10 @@ enum Verb {
     Resume(resume::ResumeArguments),
     /// Run the shipped verification scenes against what must come out of them.
     Validate(validate::ValidateArguments),
+    /// Try the rules of the wire on one participant, or on a program in its place.
+    Conform(conform::ConformArguments),
+    /// Make a participant to begin with: a folder with a solver, a scenario, and what to do next.
+    NewNode(new_node::NewNodeArguments),
     /// Draw what a run left: report.html and its pictures.
     Report(report::ReportArguments),
     /// Measure what the machine gives.
@@ -72,6 +78,8 @@ pub fn main(registry: &Registry) -> ExitCode {
         Verb::Replay(arguments) => replay::replay(&arguments, registry),
         Verb::Resume(arguments) => resume::resume(&arguments, registry),
         Verb::Validate(arguments) => validate::validate(&arguments, registry),
+        Verb::Conform(arguments) => conform::conform(&arguments, registry),
+        Verb::NewNode(arguments) => new_node::new_node(&arguments),
         Verb::Report(arguments) => report::report(&arguments),
         Verb::Bench(arguments) => bench::bench(&arguments, registry),
         Verb::Node(arguments) => node::node(&arguments, registry),

@@ -1,18 +1,12 @@
 """Coupled runs of the built program with participants in Python: `cargo build --release --bin thirdbody` first."""
 
-import os
-import subprocess
-import sys
-import tempfile
 import unittest
-from pathlib import Path
 
 import numpy as np
+from program import PROGRAM, ROOT, Program
 
 import thirdbody
 
-ROOT = Path(__file__).resolve().parents[3]
-PROGRAM = os.environ.get("THIRDBODY") or str(ROOT / "target" / "release" / "thirdbody")
 WINKLER = ROOT / "scenarios" / "foreign" / "winkler"
 
 LAYER = '''
@@ -73,27 +67,7 @@ repeats_max = 50
 '''
 
 
-class Runs(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        # Commands of scenarios say `python3`: the one that runs this test.
-        cls.folder = tempfile.TemporaryDirectory()
-        cls.work = Path(cls.folder.name)
-        (cls.work / "bin").mkdir()
-        (cls.work / "bin" / "python3").symlink_to(sys.executable)
-        os.environ["PATH"] = f"{Path(sys.executable).parent}:{cls.work / 'bin'}:{os.environ['PATH']}"
-        if not Path(PROGRAM).is_file():
-            raise AssertionError(f"{PROGRAM} is missing: cargo build --release --bin thirdbody")
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
-
-    def verb(self, *words):
-        done = subprocess.run([PROGRAM, *map(str, words)], cwd=self.work, capture_output=True, text=True)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        return done
-
+class Runs(Program):
     def test_a_bed_of_springs_carries_the_wheel_and_repeats_every_bit(self):
         keys = {"run.end_s": 2e-4, "run.checkpoint_every_windows": 100}
         run = thirdbody.run(WINKLER, keys, out=self.work / "winkler", program=PROGRAM)

@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use super::random::Random;
 use super::row::{Outcome, Tried, Wrong};
 use super::trial::Trial;
 use crate::error::Error;
+use crate::random::Random;
 use crate::run::checkpoint::{FOLDER, file};
 
 /// Bytes before the first record of a log.

@@ -4,10 +4,10 @@ use std::time::{Duration, Instant};
 
 use nix::sys::signal::Signal;
 
-use super::random::Random;
 use super::resumes::{lost_windows, resumes};
 use super::row::{Outcome, Tried};
 use super::trial::{HANGS, Phase, Trial, send};
+use crate::random::Random;
 
 /// Kills a participant. Right: the coordinator ends by itself with code 4 and the name of the participant, no other participant
 /// is left, and the run resumes bit-equal; or the run had nothing more to ask and completes bit-equal.

@@ -25,7 +25,6 @@
 pub mod damage;
 pub mod kills;
 pub mod places;
-mod random;
 mod resumes;
 pub mod row;
 pub mod simulated;
@@ -36,7 +35,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
-use random::Random;
+use crate::random::Random;
 use row::{FaultRow, Tried, Wrong};
 use trial::{ANSWER_S, Phase, Stage, Trial};
 
@@ -150,7 +149,7 @@ fn run_row(
         while let index = next.fetch_add(1, Ordering::Relaxed)
             && index < campaign.trials
         {
-            let seed = Random::new(campaign.seed ^ (place << 32) ^ index).next();
+            let seed = Random::new(campaign.seed ^ (place << 32) ^ index).draw();
             done.push((index, run_trial(stage, fault, seed, index)));
         }
         done

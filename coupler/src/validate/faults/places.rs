@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use nix::sys::signal::Signal;
 
-use super::random::Random;
 use super::resumes::resumes;
 use super::row::{Outcome, Tried};
 use super::trial::{Phase, Trial};
+use crate::random::Random;
 
 /// Bytes of a block of the limit on the size of files (POSIX `ulimit -f`).
 const BLOCK: u64 = 512;

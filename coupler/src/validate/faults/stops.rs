@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::Signal;
 
 use super::kills::outlived;
-use super::random::Random;
 use super::resumes::resumes;
 use super::row::{Outcome, Tried, Wrong};
 use super::trial::{ANSWER_S, HANGS, Phase, Trial, send};
+use crate::random::Random;
 
 /// A run that went on after a fault as if nothing had been.
 fn completed(trial: &mut Trial) -> Tried {

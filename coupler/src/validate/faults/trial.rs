@@ -11,10 +11,10 @@ use protocol::link::shm;
 use protocol::setting::SESSION_VARIABLE;
 use serde_json::Value;
 
-use super::random::Random;
 use super::row::Wrong;
 use crate::error::Error;
 use crate::participants::Watch;
+use crate::random::Random;
 use crate::run::checkpoint::{FOLDER, file};
 use crate::run::session::fresh_run_id;
 use crate::rundir::Scratch;

@@ -1,7 +1,7 @@
 //! The faults of a schedule, drawn from its seed: either one, or many.
 
 use super::bodies::DEADLINE_S;
-use crate::validate::faults::random::Random;
+use crate::random::Random;
 
 /// A fault that befalls a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,7 +87,7 @@ impl Weather {
             1 => Fault::Overtaken(time_s),
             2 => Fault::Lost,
             3 => Fault::Repeated(time_s),
-            4 => Fault::Flipped(random.next()),
+            4 => Fault::Flipped(random.draw()),
             5 => Fault::Crash(random.below(2) == 0),
             _ => Fault::Stall(time_s),
         }

@@ -1,4 +1,4 @@
-//! Random numbers of the campaign: the same seed gives the same instants, faults and schedules on every machine.
+//! Random numbers of trials: the same seed gives the same instants, faults, schedules and loads on every machine.
 
 /// A generator, SplitMix64 (Steele, Lea and Flood 2014, figure 5).
 #[derive(Clone, Debug)]
@@ -13,7 +13,7 @@ impl Random {
     }
 
     /// The next number.
-    pub fn next(&mut self) -> u64 {
+    pub fn draw(&mut self) -> u64 {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.state;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -23,12 +23,12 @@ impl Random {
 
     /// A number of 0 to `count` - 1.
     pub fn below(&mut self, count: u64) -> u64 {
-        self.next() % count.max(1)
+        self.draw() % count.max(1)
     }
 
     /// A number in [0, 1).
     pub fn share(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+        (self.draw() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// A number between two positive ones, its logarithm spread evenly.

@@ -1,0 +1,85 @@
+//! `thirdbody conform`: the rules of the wire, tried on one participant.
+
+use super::common::{ScenarioArguments, VerbResult, own_program, print, print_either};
+use super::run::listen;
+use crate::conform::rule::{Row, Verdict};
+use crate::conform::subject::Options;
+use crate::conform::{all_hold, conform as try_rules};
+use crate::error::CHECK_FAILED;
+use crate::output::tell;
+use crate::participants::Registry;
+
+/// Arguments of `conform`.
+#[derive(Debug, clap::Args)]
+pub struct ConformArguments {
+    /// A folder with scenario.toml, a file, or a name under scenarios/.
+    #[arg(long)]
+    scenario: String,
+    /// Name of the participant in the scenario.
+    #[arg(long)]
+    participant: String,
+    /// Override a key of the scenario.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Try this rule only; may be given more than once.
+    #[arg(long, value_name = "RULE")]
+    only: Vec<String>,
+    /// Print the rows as JSON.
+    #[arg(long)]
+    json: bool,
+    /// Program and arguments that take the place of the participant; they start in the folder of the scenario.
+    #[arg(last = true)]
+    command: Vec<String>,
+}
+
+/// Tries all rules; exit code 8 if one is broken.
+pub fn conform(arguments: &ConformArguments, registry: &Registry) -> VerbResult {
+    let scenario = ScenarioArguments {
+        scenario: arguments.scenario.clone(),
+        set: arguments.set.clone(),
+        threads: None,
+    };
+    let loaded = scenario.load()?;
+    let options = Options {
+        registry,
+        program: own_program()?,
+        watch: listen()?,
+        only: arguments.only.clone(),
+    };
+    let command = Some(&arguments.command[..]).filter(|words| !words.is_empty());
+    // A row that cannot be printed now cannot be printed at the end either, where that is an error.
+    let seen = |row: &Row| {
+        let text = line(row);
+        if arguments.json {
+            tell(&text);
+        } else {
+            let _ = print(&text);
+        }
+    };
+    let rows = try_rules(&loaded, &arguments.participant, command, &options, seen)?;
+    let broken = rows.iter().filter(|row| row.verdict == Verdict::Broken);
+    let broken: Vec<&str> = broken.map(|row| row.rule).collect();
+    print_either(
+        arguments.json,
+        || serde_json::json!({ "results": rows }).to_string(),
+        || conclusion(&arguments.participant, &broken),
+    )?;
+    Ok(if all_hold(&rows) { 0 } else { CHECK_FAILED })
+}
+
+fn line(row: &Row) -> String {
+    let verdict = match row.verdict {
+        Verdict::Holds => "holds",
+        Verdict::Broken => "BROKEN",
+        Verdict::NotOffered => "not offered",
+        Verdict::NotTested => "not tested",
+    };
+    format!("{:<12} {verdict:<12} {}", row.rule, row.why)
+}
+
+fn conclusion(participant: &str, broken: &[&str]) -> String {
+    match broken {
+        [] => format!("`{participant}` breaks no rule that was tried"),
+        _ => format!("`{participant}` breaks: {}", broken.join(", ")),
+    }
+}

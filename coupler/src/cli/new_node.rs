@@ -1,0 +1,126 @@
+//! `thirdbody new-node`: a participant to begin with.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+
+use super::common::{VerbResult, print};
+use crate::error::{Error, Refusal};
+
+/// Arguments of `new-node`.
+#[derive(Debug, clap::Args)]
+pub struct NewNodeArguments {
+    /// Its language.
+    language: Language,
+    /// Its name, and that of its folder: letters, digits, `-` and `_`, a letter first.
+    name: String,
+    /// Folder that its own is made in.
+    #[arg(long, default_value = ".")]
+    into: PathBuf,
+    /// Folder of the crate `protocol`, for Rust; by default that of the source tree that this program was built in.
+    #[arg(long)]
+    protocol: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Language {
+    /// A crate of its own.
+    Rust,
+    /// A class for the package `thirdbody`.
+    Python,
+}
+
+/// Files of a participant, with the name that they have here.
+type Files = &'static [(&'static str, &'static str)];
+
+const RUST: Files = &[
+    (
+        "Cargo.toml",
+        include_str!("../../../scenarios/foreign/rust-bed/Cargo.toml"),
+    ),
+    (
+        "src/main.rs",
+        include_str!("../../../scenarios/foreign/rust-bed/src/main.rs"),
+    ),
+    (
+        "scenario.toml",
+        include_str!("../../../scenarios/foreign/rust-bed/scenario.toml"),
+    ),
+];
+
+const PYTHON: Files = &[
+    (
+        "node.py",
+        include_str!("../../../protocol/python/skeleton/node.py"),
+    ),
+    (
+        "scenario.toml",
+        include_str!("../../../protocol/python/skeleton/scenario.toml"),
+    ),
+];
+
+/// The folder of the crate `protocol` when this program was built.
+const PROTOCOL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../protocol");
+
+/// Writes the files of a participant that runs as it is, and says what to do next.
+pub fn new_node(arguments: &NewNodeArguments) -> VerbResult {
+    let name = &arguments.name;
+    check(name)?;
+    let folder = arguments.into.join(name);
+    if folder.exists() {
+        let problem = "is there already: give another name, or another folder with --into";
+        return Err(Refusal::file(folder, problem).into());
+    }
+    let (files, old, build) = match arguments.language {
+        Language::Rust => (RUST, "rust-bed", true),
+        Language::Python => (PYTHON, "skeleton", false),
+    };
+    let protocol = match arguments.language {
+        Language::Rust => protocol(arguments.protocol.as_deref())?,
+        Language::Python => String::new(),
+    };
+    for (place, text) in files {
+        let path = folder.join(place);
+        let beside = path.parent().unwrap_or(&folder);
+        fs::create_dir_all(beside).map_err(Error::output(beside.display()))?;
+        let text = text.replace("../../../protocol", &protocol);
+        fs::write(&path, text.replace(old, name)).map_err(Error::output(path.display()))?;
+        print(&path.display().to_string())?;
+    }
+    let folder = folder.display();
+    let mut next = vec!["next:".to_string()];
+    if build {
+        next.push(format!(
+            "  cargo build --release --manifest-path {folder}/Cargo.toml"
+        ));
+    }
+    next.push(format!(
+        "  thirdbody conform --scenario {folder} --participant rail"
+    ));
+    next.push(format!("  thirdbody run {folder}"));
+    print(&next.join("\n"))?;
+    Ok(0)
+}
+
+/// Refuses a name that a crate or a folder cannot have.
+fn check(name: &str) -> Result<(), Error> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(plain) {
+        return Ok(());
+    }
+    let problem = "is no name for a participant: letters, digits, `-` and `_`, a letter first";
+    Err(Refusal::argument(name, problem).into())
+}
+
+/// The crate `protocol`, as a path that holds from anywhere.
+fn protocol(given: Option<&Path>) -> Result<String, Error> {
+    let folder = given.unwrap_or(Path::new(PROTOCOL));
+    let whole = folder.canonicalize().ok();
+    let whole = whole.filter(|folder| folder.join("Cargo.toml").is_file());
+    let found = whole.and_then(|folder| folder.to_str().map(String::from));
+    found.ok_or_else(|| {
+        let problem = "is not the crate `protocol`: give its folder with --protocol";
+        Refusal::file(folder, problem).into()
+    })
+}

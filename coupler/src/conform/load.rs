@@ -1,0 +1,79 @@
+//! Loads of the trials: small, known, and the same in every life.
+
+use std::f64::consts::PI;
+
+use super::subject::{Part, Subject};
+use crate::random::Random;
+
+/// Motion of a window under a load, over the distance between the points: small enough for every law to be linear in it.
+const MOTION: f64 = 1e-6;
+
+/// Motion of a window that a boundary is told, over the size of its points: enough to close the contacts of a layer at rest.
+const APPROACH: f64 = 1e-4;
+
+/// Loads on all exchanged components: forces (N), or velocities of a boundary (m/s).
+#[derive(Clone, Debug)]
+pub struct Loads {
+    scale: f64,
+    /// Mean of the loads, and what chance adds.
+    mean: [f64; 2],
+    chance: f64,
+    points: usize,
+}
+
+impl Loads {
+    /// Forces under which points this far apart (m) move by a millionth of that in a window, `softest_m_per_n` being the motion of
+    /// the softest of them.
+    pub fn forces(points: usize, spacing_m: f64, softest_m_per_n: f64) -> Loads {
+        Loads {
+            scale: MOTION * spacing_m / softest_m_per_n,
+            mean: [0.0; 2],
+            chance: 1.0,
+            points,
+        }
+    }
+
+    /// Velocities that press points of this size (m) into a layer, in this direction.
+    pub fn velocities(points: usize, size_m: f64, into: [f64; 2], window_s: f64) -> Loads {
+        Loads {
+            scale: APPROACH * size_m / window_s,
+            mean: into,
+            chance: 0.1,
+            points,
+        }
+    }
+
+    /// No load at all.
+    pub fn none(&self) -> Vec<f64> {
+        vec![0.0; 2 * self.points]
+    }
+
+    /// The load of a window; another `draw` gives another one for the same window.
+    pub fn of_window(&self, index: u64, draw: u64) -> Vec<f64> {
+        let mut random = Random::new(index.wrapping_mul(1_000_003).wrapping_add(draw));
+        let mut load = Vec::with_capacity(2 * self.points);
+        for _ in 0..self.points {
+            for mean in self.mean {
+                load.push(self.scale * (mean + self.chance * (2.0 * random.share() - 1.0)));
+            }
+        }
+        load
+    }
+
+    /// Forces that grow from nothing and go back to it in `windows`; velocities that come and go.
+    pub fn slow(&self, index: u64, windows: u64, part: Part) -> Vec<f64> {
+        let at = (index as f64 + 0.5) / windows as f64;
+        let factor = match part {
+            Part::MotionDriven => 0.1 * (2.0 * PI * at).sin(),
+            _ => (PI * at).sin().powi(2),
+        };
+        let whole = self.of_window(0, 0);
+        whole.iter().map(|load| factor * load).collect()
+    }
+}
+
+/// The direction into the layer, which faces this way: against the outward normal of its first set.
+pub fn into(subject: &Subject) -> Option<[f64; 2]> {
+    let outward = subject.told.outward.get(subject.sets.first()?)?;
+    Some(outward.map(|component| -component))
+}

@@ -1,0 +1,39 @@
+"""The built program, as tests start it."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[3]
+PROGRAM = os.environ.get("THIRDBODY") or str(ROOT / "target" / "release" / "thirdbody")
+
+
+class Program(unittest.TestCase):
+    """Tests in a folder of their own, with the Python that runs them as `python3`."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.work = Path(cls.folder.name)
+        (cls.work / "bin").mkdir()
+        (cls.work / "bin" / "python3").symlink_to(sys.executable)
+        os.environ["PATH"] = f"{Path(sys.executable).parent}:{cls.work / 'bin'}:{os.environ['PATH']}"
+        if not Path(PROGRAM).is_file():
+            raise AssertionError(f"{PROGRAM} is missing: cargo build --release --bin thirdbody")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def start(self, *words):
+        """A verb that may fail."""
+        return subprocess.run([PROGRAM, *map(str, words)], cwd=self.work, capture_output=True, text=True)
+
+    def verb(self, *words):
+        """A verb that must not."""
+        done = self.start(*words)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done

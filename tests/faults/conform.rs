@@ -1,0 +1,146 @@
+//! Every participant that is wrong in one way is rejected by the name of the rule that it breaks.
+
+use std::path::Path;
+
+use coupler::conform::conform;
+use coupler::conform::rule::{Row, Verdict};
+use coupler::conform::subject::Options;
+use coupler::participants::Watch;
+use coupler::scenario::load::parse;
+use coupler::scenario::source::Source;
+use harness::runs::{Scratch, program, thirdbody};
+use harness::scene::{bar, body, glue, head};
+
+/// A bar with a chain at its end, one of them behind this harm.
+fn scene(participant: &str, harm: &str) -> String {
+    let text = [
+        head("conform", 1.0, "transport = \"channel\""),
+        bar("bar", 20, 0.5, ""),
+        body(20.0, 3.0, 0.0, "end_s = 50.0"),
+        glue("dual-schur", 5, "tolerance_rel = 1e-9"),
+    ]
+    .concat();
+    let mut table: toml::Table = text.parse().expect("it is TOML");
+    let participants = table["participant"].as_array_mut().expect("a list");
+    let named = |value: &&mut toml::Value| value["name"].as_str() == Some(participant);
+    let one = participants.iter_mut().find(named).expect("it takes part");
+    let one = one.as_table_mut().expect("a table");
+    let kind = one.insert("kind".into(), "broken".into()).expect("a kind");
+    let config = one.remove("config").expect("keys");
+    let harmed = [("harm", harm.into()), ("kind", kind), ("config", config)];
+    let harmed = harmed.map(|(key, value)| (key.to_string(), value));
+    one.insert("config".into(), toml::Table::from_iter(harmed).into());
+    toml::to_string(&table).expect("it was TOML")
+}
+
+fn rows(participant: &str, harm: &str) -> Vec<Row> {
+    let source = Source {
+        name: "conform/scenario.toml".into(),
+        text: scene(participant, harm),
+        overrides: Vec::new(),
+    };
+    let loaded = parse(source).expect("it is valid");
+    let options = Options {
+        registry: &harness::registry(),
+        program: std::path::PathBuf::from("not-started"),
+        watch: Watch::default(),
+        only: Vec::new(),
+    };
+    conform(&loaded, participant, None, &options, |_| {}).expect("it can be tried")
+}
+
+fn broken(rows: &[Row]) -> Vec<&str> {
+    let broken = rows.iter().filter(|row| row.verdict == Verdict::Broken);
+    broken.map(|row| row.rule).collect()
+}
+
+#[test]
+fn sound_participants_break_no_rule() {
+    for participant in ["bar", "body"] {
+        let rows = rows(participant, "nothing");
+        let broken = broken(&rows);
+        assert!(broken.is_empty(), "{participant}: {rows:#?}");
+        let held = rows.iter().filter(|row| row.verdict == Verdict::Holds);
+        assert!(held.count() >= 15, "{participant}: {rows:#?}");
+    }
+}
+
+#[test]
+fn a_harm_is_rejected_by_the_name_of_its_rule() {
+    for (participant, harm, rule) in [
+        ("bar", "nan-length", "surface"),
+        ("bar", "nan-mass", "surface"),
+        ("bar", "negative-mass", "surface"),
+        ("bar", "negative-step", "greeting"),
+        ("bar", "zero-step", "greeting"),
+        ("bar", "zero-columns", "columns"),
+        ("bar", "half-columns", "columns"),
+        ("bar", "totals", "increments"),
+        ("bar", "totals", "work"),
+        ("bar", "short-repeats", "repeats"),
+        ("bar", "large-repeats", "repeats"),
+        ("bar", "forgets", "rollback"),
+        ("bar", "nan-signal", "report"),
+        ("bar", "nan-energy", "report"),
+        ("bar", "short-report", "report"),
+        ("bar", "double-ledger", "work"),
+        ("bar", "no-interface-work", "work"),
+        ("bar", "one-length", "substeps"),
+        ("bar", "against", "passive"),
+        ("bar", "half-stored", "balance"),
+        ("bar", "fields-move", "snapshot"),
+        ("bar", "lazy-restore", "checkpoint"),
+        ("bar", "one-hash", "farewell"),
+        ("bar", "no-steps", "farewell"),
+        ("bar", "any-set", "faults"),
+        ("bar", "odd-lives", "same-bits"),
+        ("bar", "half-velocity", "velocity"),
+        ("bar", "claims-alone", "alone"),
+        ("body", "always-rigid", "boundary"),
+        ("body", "never-converges", "convergence"),
+        ("body", "against", "passive"),
+        ("body", "double-ledger", "work"),
+        ("body", "forgets", "rollback"),
+        ("body", "lazy-restore", "checkpoint"),
+        ("body", "any-set", "faults"),
+    ] {
+        let rows = rows(participant, harm);
+        let broken = broken(&rows);
+        println!("{participant} {harm}: {broken:?}");
+        assert!(broken.contains(&rule), "{participant} {harm}: {rows:#?}");
+    }
+}
+
+/// `thirdbody conform` of the bar in a process of its own, started with these words after its kind.
+fn conform_process(work: &Path, words: &[&str]) -> (Option<i32>, String) {
+    let node = program("verification-node").display().to_string();
+    let mut command = thirdbody(work);
+    command.args(["conform", "--scenario", ".", "--participant", "bar", "--"]);
+    let output = command.args([&node, "bar"]).args(words).output();
+    let output = output.expect("it starts");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    (output.status.code(), said)
+}
+
+#[test]
+fn a_process_is_tried_with_its_frames_and_its_end() {
+    let work = Scratch::new("conform");
+    let node = program("verification-node").display().to_string();
+    crate::commands::scene(work.path(), &[&node, "bar"], 20);
+    let (code, said) = conform_process(work.path(), &[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("shutdown     holds"), "{said}");
+    for field in [
+        "t0",
+        "t1",
+        "step",
+        "substeps",
+        "window",
+        "iteration",
+        "turn",
+    ] {
+        let (code, said) = conform_process(work.path(), &[field]);
+        assert_eq!(code, Some(8), "{field}: {said}");
+        assert!(said.contains("`bar` breaks: frames"), "{field}: {said}");
+    }
+}
