@@ -47,6 +47,9 @@ pub enum Error {
     /// A participant answered something that is not a number and can be asked again.
     #[error("{0}")]
     NotFinite(String),
+    /// What a participant answered and what it says that it did contradict each other.
+    #[error("{0}")]
+    Inconsistent(String),
     #[error("lost participant `{peer}` {phase}: {why}")]
     PeerLost {
         peer: String,
@@ -142,6 +145,7 @@ impl Error {
             Error::Input { .. } | Error::Log(LogError::Read { .. }) => (2, "refused"),
             Error::NotConverged(_) => (3, "not_converged"),
             Error::Diverged(_) | Error::NotFinite(_) => (3, "diverged"),
+            Error::Inconsistent(_) => (3, "inconsistent"),
             Error::PeerLost { .. } => (4, "peer_lost"),
             Error::Protocol { .. } => (4, "protocol"),
             Error::Deadline { .. } => (5, "deadline"),

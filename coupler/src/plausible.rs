@@ -3,6 +3,7 @@
 use protocol::{Bounds, Description, Finding, HeldLoad, larger};
 use serde::Serialize;
 
+use crate::error::Error;
 use crate::scenario::Plausible;
 use crate::scheme::group::{Group, Patch};
 use crate::scheme::ledger::ratio;
@@ -128,6 +129,17 @@ pub fn interface_work(bounds: Bounds, works: InterfaceWorks) -> Option<Finding> 
     bounds.judge("interface_work", works.apart_rel(), || {
         format!("its ledger says that {told_j:.6e} J went into it through its interfaces, by the forces and motions that it exchanged it was {seen_j:.6e} J: it does not answer for the state that it keeps, or its ledger is wrong; a window must begin at the committed state every time, increments are those of the window alone, and the work is force times increment")
     })
+}
+
+/// Refuses a run in which a participant contradicts itself: its ledger, and what it answered, cannot both be of the state it kept.
+pub fn refuse_contradiction(judged: &[Warning]) -> Result<(), Error> {
+    let mut all = judged.iter();
+    match all.find(|warning| warning.suspect && warning.code == "interface_work") {
+        None => Ok(()),
+        Some(Warning { place, text, .. }) => Err(Error::Inconsistent(format!(
+            "participant `{place}`: {text}"
+        ))),
+    }
 }
 
 /// The energy that an interface lost or made.

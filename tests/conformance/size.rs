@@ -23,7 +23,10 @@ const SINCE: [(&str, usize); 11] = [
     ("what participants say is checked, and ends with them", 430),
     ("nothing is asked for that was not offered", 210),
     ("rules of conformance", 1530),
-    ("participants to begin with, and the time of their answers", 280),
+    (
+        "participants to begin with, and the time of their answers",
+        280,
+    ),
 ];
 
 #[test]

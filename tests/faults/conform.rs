@@ -11,15 +11,21 @@ use coupler::scenario::source::Source;
 use harness::runs::{Scratch, program, thirdbody};
 use harness::scene::{bar, body, glue, head};
 
-/// A bar with a chain at its end, one of them behind this harm.
-fn scene(participant: &str, harm: &str) -> String {
-    let text = [
-        head("conform", 1.0, "transport = \"channel\""),
+use crate::scene::fails;
+
+/// A bar with a chain at its end.
+fn bar_and_body() -> String {
+    [
+        head("conform", 1.0, ""),
         bar("bar", 20, 0.5, ""),
         body(20.0, 3.0, 0.0, "end_s = 50.0"),
         glue("dual-schur", 5, "tolerance_rel = 1e-9"),
     ]
-    .concat();
+    .concat()
+}
+
+/// A scenario with one of its participants behind this harm.
+fn harmed(text: &str, participant: &str, harm: &str) -> String {
     let mut table: toml::Table = text.parse().expect("it is TOML");
     let participants = table["participant"].as_array_mut().expect("a list");
     let named = |value: &&mut toml::Value| value["name"].as_str() == Some(participant);
@@ -34,17 +40,21 @@ fn scene(participant: &str, harm: &str) -> String {
 }
 
 fn rows(participant: &str, harm: &str) -> Vec<Row> {
+    rows_of(&bar_and_body(), [participant, harm], &[])
+}
+
+fn rows_of(text: &str, [participant, harm]: [&str; 2], only: &[&str]) -> Vec<Row> {
     let source = Source {
         name: "conform/scenario.toml".into(),
-        text: scene(participant, harm),
-        overrides: Vec::new(),
+        text: harmed(text, participant, harm),
+        overrides: vec!["run.transport=channel".into()],
     };
     let loaded = parse(source).expect("it is valid");
     let options = Options {
         registry: &harness::registry(),
         program: std::path::PathBuf::from("not-started"),
         watch: Watch::default(),
-        only: Vec::new(),
+        only: only.iter().map(|word| word.to_string()).collect(),
     };
     conform(&loaded, participant, None, &options, |_| {}).expect("it can be tried")
 }
@@ -109,6 +119,30 @@ fn a_harm_is_rejected_by_the_name_of_its_rule() {
         println!("{participant} {harm}: {broken:?}");
         assert!(broken.contains(&rule), "{participant} {harm}: {rows:#?}");
     }
+}
+
+#[test]
+fn points_that_are_mixed_up_are_rejected() {
+    let path = crate::scene::folder("quick").join("scenario.toml");
+    let text = std::fs::read_to_string(path).expect("it ships");
+    for (harm, expected) in [("nothing", &[][..]), ("wrong-points", &["select"])] {
+        let rows = rows_of(&text, ["rail", harm], &["select"]);
+        assert_eq!(broken(&rows), expected, "{harm}: {rows:#?}");
+    }
+}
+
+#[test]
+fn a_rule_that_does_not_exist_is_refused_by_name() {
+    let work = Scratch::new("conform-only");
+    let node = program("verification-node").display().to_string();
+    crate::commands::scene(work.path(), &[&node, "bar"], 20);
+    let mut command = thirdbody(work.path());
+    command.args(["conform", "--scenario", ".", "--participant", "bar"]);
+    let output = command
+        .args(["--only", "repeat"])
+        .output()
+        .expect("it starts");
+    fails(&output, 2, &["--only repeat", "did you mean `repeats`?"]);
 }
 
 /// `thirdbody conform` of the bar in a process of its own, started with these words after its kind.

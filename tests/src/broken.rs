@@ -86,6 +86,8 @@ pub enum Harm {
     AlwaysRigid,
     /// Solves that never converge.
     NeverConverges,
+    /// Loads of neighbours for those of the points that are selected.
+    WrongPoints,
     /// A capability that is claimed: running alone.
     ClaimsAlone,
     /// No harm, but no columns either.
@@ -216,6 +218,10 @@ impl Node for Broken {
 
     fn select(&mut self, points: &[usize]) -> Result<(), NodeError> {
         self.total = vec![0.0; 2 * points.len()];
+        if self.harm == Harm::WrongPoints {
+            let first: Vec<usize> = (0..points.len()).collect();
+            return self.node.select(&first);
+        }
         self.node.select(points)
     }
 

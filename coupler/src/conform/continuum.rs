@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use protocol::{Kind, Window, larger};
 
 use super::life::Life;
-use super::rule::{Found, Verdict, broken, exceeds, holds, not_offered, within};
+use super::rule::{Found, Verdict, broken, exceeds, holds, not_offered, not_tested, within};
 use super::trial::{Trial, WINDOWS, apart, dot, greatest, minus};
 use crate::error::Error;
 use crate::participants::admission::fault_of_columns;
@@ -228,4 +228,37 @@ pub fn velocity(trial: &Trial) -> Result<Found, Error> {
         return Ok(found);
     }
     Ok(holds("three windows along given velocities"))
+}
+
+/// Every other point exchanged, against all of them with no load on the rest.
+pub fn select(trial: &Trial) -> Result<Found, Error> {
+    let chosen = |point: usize| point.is_multiple_of(2);
+    let points = trial.surface.len();
+    if points < 2 {
+        return Ok(not_tested("it has one point"));
+    }
+    let pick = |vector: &[f64]| -> Vec<f64> {
+        let components = vector.iter().enumerate();
+        let components = components.filter(|(i, _)| chosen(i / 2));
+        components.map(|(_, value)| *value).collect()
+    };
+    let (mut all, mut some) = (trial.begin()?, Life::exchanging(trial.subject, 1, chosen)?);
+    let mut worst = 0.0;
+    for index in 0..2 {
+        let window = all.window(index);
+        let own = pick(&trial.loads.of_window(index, 0));
+        let mut load = trial.loads.none();
+        for (i, force) in own.iter().enumerate() {
+            load[4 * (i / 2) + i % 2] = *force;
+        }
+        let (whole, part) = (all.ask(&window, &load)?, some.ask(&window, &own)?);
+        worst = larger(worst, apart(&part, &pick(&whole)));
+        all.accept(&window, &whole)?;
+        some.accept(&window, &part)?;
+    }
+    let what = format!(
+        "{} of {points} points answer otherwise by",
+        points.div_ceil(2)
+    );
+    Ok(within(&what, worst, ROUNDING))
 }

@@ -23,8 +23,10 @@ pub struct Life<'a> {
     subject: &'a Subject<'a>,
     peers: Peers,
     greeted: Vec<Greeted>,
-    /// Its exchanged points, set after set.
+    /// Its points, set after set.
     pub surface: Surface,
+    /// Number of those that are exchanged.
+    exchanged: usize,
     /// Displacement (m) of points whose motion it is told.
     place: Vec<f64>,
     born: Instant,
@@ -41,6 +43,15 @@ pub struct Death {
 impl<'a> Life<'a> {
     /// Launches the participant and couples its sets, all points of them; a boundary is rigid.
     pub fn new(subject: &'a Subject<'a>, threads: usize) -> Result<Life<'a>, Error> {
+        Life::exchanging(subject, threads, |_| true)
+    }
+
+    /// The same with some of its points only.
+    pub fn exchanging(
+        subject: &'a Subject<'a>,
+        threads: usize,
+        chosen: impl Fn(usize) -> bool,
+    ) -> Result<Life<'a>, Error> {
         let born = Instant::now();
         let (peers, greeted) = subject.stage.launch(subject.participant, threads)?;
         let mut life = Life {
@@ -48,6 +59,7 @@ impl<'a> Life<'a> {
             peers,
             greeted: vec![greeted],
             surface: Surface::default(),
+            exchanged: 0,
             place: Vec::new(),
             born,
         };
@@ -60,8 +72,10 @@ impl<'a> Life<'a> {
             life.surface.length_m.extend(surface.length_m);
         }
         if subject.part != Part::Alone {
-            let all: Vec<usize> = (0..life.surface.len()).collect();
-            life.remote().select(IT, &all)?;
+            let points = (0..life.surface.len()).filter(|point| chosen(*point));
+            let points: Vec<usize> = points.collect();
+            life.exchanged = points.len();
+            life.remote().select(IT, &points)?;
         }
         if subject.part == Part::MotionDriven {
             life.place = vec![0.0; life.size()];
@@ -81,7 +95,7 @@ impl<'a> Life<'a> {
 
     /// Exchanged components.
     pub fn size(&self) -> usize {
-        2 * self.surface.len()
+        2 * self.exchanged
     }
 
     /// Window `index` of the scenario's length.

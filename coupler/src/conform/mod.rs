@@ -40,7 +40,7 @@ const FORCE: &[Part] = &[Part::ForceDriven];
 const MOTION: &[Part] = &[Part::MotionDriven];
 
 /// In this order: lives that end before their time come last.
-const TESTS: [Test; 22] = [
+const TESTS: [Test; 23] = [
     (Rule::SameBits, ALL, everybody::same_bits),
     (Rule::Repeats, JOINED, everybody::repeats),
     (Rule::Rollback, JOINED, everybody::rollback),
@@ -49,6 +49,7 @@ const TESTS: [Test; 22] = [
     (Rule::Substeps, FORCE, continuum::substeps),
     (Rule::Passive, FORCE, continuum::passive),
     (Rule::Passive, MOTION, layer::passive),
+    (Rule::Select, FORCE, continuum::select),
     (Rule::Columns, FORCE, continuum::columns),
     (Rule::Velocity, FORCE, continuum::velocity),
     (Rule::Boundary, MOTION, layer::boundary),

@@ -31,6 +31,8 @@ pub enum Rule {
     Substeps,
     /// A continuum moves with the force; a layer resists a motion.
     Passive,
+    /// Points that are not selected bear nothing, and the others answer as they do among all.
+    Select,
     /// Columns are the answers to unit forces at the start.
     Columns,
     /// Prescribed velocities are followed in a straight line, under the forces of the impedance.
@@ -78,6 +80,7 @@ impl Rule {
             Rule::Increments => "increments",
             Rule::Substeps => "substeps",
             Rule::Passive => "passive",
+            Rule::Select => "select",
             Rule::Columns => "columns",
             Rule::Velocity => "velocity",
             Rule::Boundary => "boundary",

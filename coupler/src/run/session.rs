@@ -263,8 +263,7 @@ impl RunSession<'_> {
             read_farewell(frame)
                 .map_err(|why| format!("sent an outcome that cannot be read: {why}"))
         })?;
-        let talk_wall_s = talking.elapsed().as_secs_f64();
-        let run_wall_s = start.elapsed().as_secs_f64();
+        let [talk_wall_s, run_wall_s] = [talking, start].map(|since| since.elapsed().as_secs_f64());
         for (participant, farewell) in scenario.participant.iter().zip(&farewells) {
             let (name, outcome) = (&participant.name, &farewell.outcome);
             let found = outcome.findings.iter().cloned();
@@ -281,8 +280,9 @@ impl RunSession<'_> {
             let same = |old: &Warning| old.code == new.code && old.place == new.place;
             !known.iter().any(same)
         });
+        let proven = plausible::refuse_contradiction(&judged);
         self.found(judged);
-        Ok(())
+        proven
     }
 
     /// Takes over the log and the outputs of the run that is gone on with. From the adoption of its checkpoint on, this run
