@@ -8,6 +8,7 @@ use crate::conform::{all_hold, conform as try_rules};
 use crate::error::CHECK_FAILED;
 use crate::output::tell;
 use crate::participants::Registry;
+use crate::run::session::check;
 
 /// Arguments of `conform`.
 #[derive(Debug, clap::Args)]
@@ -40,6 +41,9 @@ pub fn conform(arguments: &ConformArguments, registry: &Registry) -> VerbResult 
         threads: None,
     };
     let loaded = scenario.load()?;
+    if arguments.command.is_empty() {
+        check(&loaded, registry, 1)?;
+    }
     let options = Options {
         registry,
         program: own_program()?,
