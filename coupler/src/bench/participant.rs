@@ -1,5 +1,6 @@
 //! Time from a request of the coupler to the answer of any participant.
 
+use std::cell::OnceCell;
 use std::path::Path;
 use std::time::Instant;
 
@@ -75,6 +76,7 @@ pub fn bench(
                 substeps: 1,
             },
             told,
+            boundary: OnceCell::new(),
         }
     } else {
         Subject::new(&stage, &participant, told)?

@@ -1,5 +1,7 @@
 //! Rules for every participant: bits, reports, energies, checkpoints.
 
+use std::cell::OnceCell;
+
 use protocol::{Role, Window};
 
 use super::rule::{Found, Verdict, broken, exceeds, holds, not_offered, not_tested, within};
@@ -231,6 +233,7 @@ pub fn alone(trial: &Trial) -> Result<Found, Error> {
         sets: Vec::new(),
         told: told.clone(),
         clock: trial.subject.clock,
+        boundary: OnceCell::new(),
     };
     let trial = Trial::new(&alone)?;
     let found = report(&trial)?;

@@ -41,7 +41,7 @@ pub struct Death {
 }
 
 impl<'a> Life<'a> {
-    /// Launches the participant and couples its sets, all points of them; a boundary is rigid.
+    /// Launches the participant and couples its sets, all points of them.
     pub fn new(subject: &'a Subject<'a>, threads: usize) -> Result<Life<'a>, Error> {
         Life::exchanging(subject, threads, |_| true)
     }
@@ -198,13 +198,14 @@ impl<'a> Life<'a> {
         self.speak().receive(IT, Kind::Restored).map(|_| ())
     }
 
-    /// Announces the rigid boundary once more, as the coordinator does after a restart.
+    /// Announces the boundary; once more as the coordinator does after a restart.
     pub fn repeat_boundary(&mut self) -> Result<(), Error> {
         if self.subject.part != Part::MotionDriven {
             return Ok(());
         }
         let rigid = DMatrix::zeros(self.size(), self.size());
-        self.set_boundary(self.subject.clock.window_s(), &rigid)
+        let boundary = self.subject.boundary.get().unwrap_or(&rigid);
+        self.set_boundary(self.subject.clock.window_s(), boundary)
     }
 
     /// Displacement (m) of points whose motion it is told.

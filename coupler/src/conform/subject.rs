@@ -1,8 +1,9 @@
 //! The participant that is tried, with the sets and windows that its scenario gives it.
 
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell};
 use std::path::PathBuf;
 
+use nalgebra::DMatrix;
 use protocol::Description;
 
 use crate::error::{Error, Refusal};
@@ -110,6 +111,8 @@ pub struct Subject<'a> {
     pub sets: Vec<String>,
     /// Its windows.
     pub clock: Clock,
+    /// Compliance (1/kg) of the boundary in its lives, once it is known what yields to it; rigid before.
+    pub boundary: OnceCell<DMatrix<f64>>,
 }
 
 impl<'a> Subject<'a> {
@@ -158,6 +161,7 @@ impl<'a> Subject<'a> {
             sets: sets.map(|(_, set)| set.to_string()).collect(),
             clock,
             told,
+            boundary: OnceCell::new(),
         })
     }
 }

@@ -1,5 +1,6 @@
 //! The plain life that all others are compared with, and the comparison.
 
+use nalgebra::DMatrix;
 use protocol::{Role, Surface, Window};
 
 use super::life::{Death, Life};
@@ -7,6 +8,9 @@ use super::load::{Loads, into};
 use super::rule::{Found, Verdict, broken, holds};
 use super::subject::{Part, Subject};
 use crate::error::Error;
+
+/// Part of a motion by which a compliant boundary yields.
+const YIELDS: f64 = 0.1;
 
 /// Windows of a life.
 pub const WINDOWS: u64 = 12;
@@ -40,6 +44,10 @@ impl<'a> Trial<'a> {
     /// Finds loads that fit the participant, and lives its plain life.
     pub fn new(subject: &'a Subject<'a>) -> Result<Trial<'a>, Error> {
         let (surface, loads) = loads(subject)?;
+        if subject.part == Part::MotionDriven && subject.told.capabilities.compliant_boundary {
+            let boundary = yielding(subject, &loads)?;
+            boundary.map(|boundary| subject.boundary.set(boundary));
+        }
         let plain = record(subject, &loads, 1, &mut ask_once)?;
         Ok(Trial {
             subject,
@@ -130,6 +138,38 @@ fn record(
         reports,
         death: life.finish()?,
     })
+}
+
+/// A boundary that yields to the layer by a part of what it is told to do; `None` where no force was seen.
+fn yielding(subject: &Subject, loads: &Loads) -> Result<Option<DMatrix<f64>>, Error> {
+    let (force, motion) = stiffness(subject, loads)?;
+    let impedance = subject.clock.window_s() * greatest(&force) / greatest(&motion);
+    let size = force.len();
+    let yields = |i: usize, j: usize| match i.abs_diff(j) {
+        0 => YIELDS / impedance,
+        2 => 0.3 * YIELDS / impedance,
+        _ => 0.0,
+    };
+    Ok((impedance > 0.0).then(|| DMatrix::from_fn(size, size, yields)))
+}
+
+/// Change of the forces (N) between two motions of a window after a life in which it was pressed, and of the motion (m/s).
+pub fn stiffness(subject: &Subject, loads: &Loads) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    let one = loads.of_window(WINDOWS, 0);
+    let other: Vec<f64> = one.iter().map(|v| 1.5 * v).collect();
+    let mut forces = Vec::new();
+    for velocity in [&one, &other] {
+        let mut life = Life::new(subject, 1)?;
+        for index in 0..WINDOWS {
+            let window = life.window(index);
+            let answer = life.ask(&window, &loads.of_window(index, 0))?;
+            life.accept(&window, &answer)?;
+        }
+        let window = life.window(WINDOWS);
+        let answer = life.ask(&window, velocity)?;
+        forces.push(answer[..velocity.len()].to_vec());
+    }
+    Ok((minus(&forces[1], &forces[0]), minus(&other, &one)))
 }
 
 /// Loads under which it moves, or resists, by amounts that can be compared.

@@ -135,8 +135,10 @@ class Layers(unittest.TestCase):
             self.assertTrue(converged)
             self.assertLess(np.abs(velocity - exact).max(), 1e-7 * np.abs(free).max())
             self.assertLess(np.abs(velocity - free - 2.0 * compliance @ force).max(), 1e-8)
-            node.commit(window(index), np.empty(0))
-        self.assertLess(repeats, 3, "what was learnt is used again")
+            again = node.solve(window(index, 1), free)
+            self.assertEqual((again[0].tolist(), again[1].tolist()), (force.tolist(), velocity.tolist()), "repeats leave nothing behind")
+            node.commit(window(index, 1), np.empty(0))
+        self.assertLess(repeats, 10)
 
     def test_a_rigid_boundary_is_taken_as_it_comes(self):
         node = ready(Springs)

@@ -2,52 +2,61 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, List, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from .config import Config, Setting
 from .errors import ConfigurationError
 from .node import Window
 from .solver import Solver
-
-#: Residual of the boundary's equation to which a window on a compliant one is repeated, over its largest velocity.
-TOLERANCE = 1e-9
-#: Repeats of a window before it counts as not converged.
-REPEATS = 60
-#: Windows before that the first guess of the next is made with.
-REUSED = 4
 
 
 class GrainLayer(Solver):
     """The side of an interface that is driven by the motion of its glued points.
 
     A subclass gives `points`, `rest` and `step`. On a compliant boundary the velocity depends on the answer, v = a + W p with the
-    impulse p: this class finds it by repeating the window (IQN-ILS, Degroote, Bathe and Vierendeels 2009). A solver that knows
-    better overrides `solve`; one whose windows are too dear to be repeated says `compliant = False` and is coupled by a scheme with
-    a rigid boundary.
+    impulse p: this class finds it by repeating the window (IQN-ILS, Degroote, Bathe and Vierendeels 2009), from the force of the
+    window before and with the stiffness that `tangent` tells, if it does. A solver whose windows are too dear to be repeated says
+    `compliant = False` and is coupled by a scheme with a rigid boundary.
     """
 
     kind = "grain-layer"
     sets: Sequence[str] = ("base",)
     #: False: windows on a rigid boundary only.
     compliant = True
+    #: Residual of the boundary's equation to which a window on a compliant one is repeated, over its largest velocity.
+    tolerance = 1e-9
+    #: Repeats of a window before it counts as not converged.
+    repeats_max = 60
+    #: Repeats of the window that the next guess is made of.
+    secants = 40
 
     def step(self, state: Any, velocity: np.ndarray, window_s: float) -> Tuple[Any, np.ndarray]:
         """The state a window later while the glued points go at these constant velocities (m/s), rows of (x, y), and the mean
         force of the layer on each of them (N)."""
         raise NotImplementedError
 
+    def tangent(self, states: Sequence[Any], window_s: float) -> Optional[np.ndarray]:
+        """-dF/dv (N s/m) over all components of all coupled points, for the windows on compliant boundaries of stiff layers. `states`
+        are the committed one and those that repeats of this window led to. None: it is found by the repeats alone."""
+        return None
+
     def glue(self, state: Any, displacement: np.ndarray) -> Any:
         """The state with its glued points where the coupler has them (m, since the start), rows of (x, y). By default they stay
         where `step` moved them, which is the same but for the gap that the scheme leaves."""
         return state
 
-    def __init__(self, config: Config, setting: Setting) -> None:
-        super().__init__(config, setting)
-        self._window_s = 0.0
+    def begin(self) -> None:
+        super().begin()
         self._compliance = np.empty((0, 0))
-        self._pairs: List[Tuple[np.ndarray, np.ndarray]] = []
+        self._force: Any = None
+
+    def _kept(self) -> Dict[str, Any]:
+        return {**super()._kept(), "force": self._force}
+
+    def _take_up(self, kept: Dict[str, Any]) -> None:
+        super()._take_up(kept)
+        self._force = kept["force"]
 
     def _offers(self) -> Dict[str, bool]:
         return {"compliant_boundary": self.compliant and self.rollback, "rigid_boundary": True, "alone": True}
@@ -59,7 +68,7 @@ class GrainLayer(Solver):
             raise ConfigurationError(
                 'this participant takes a rigid boundary only: choose scheme = "staggered-serial" or "fixed-point-serial"'
             )
-        self._window_s, self._compliance, self._pairs = window_s, compliance, []
+        self._compliance = compliance
 
     def _run(self, velocity: np.ndarray, window_s: float) -> Tuple[Any, np.ndarray]:
         state, force = self.step(self.state, self._spread(velocity), window_s)
@@ -72,49 +81,61 @@ class GrainLayer(Solver):
         else:
             velocity, repeats, residual = free_velocity.copy(), 1, 0.0
             state, force = self._run(velocity, length)
-        work = -length * float(np.add.reduce(force * velocity))
-        self._candidate = (window[:1] + window[2:], state, work)
-        return force, velocity, repeats, residual, residual <= TOLERANCE
+        self._candidate = (window[:1] + window[2:], state, (force, velocity))
+        return force, velocity, repeats, residual, residual <= self.tolerance
 
     def _balance(self, free: np.ndarray, length: float) -> Tuple[np.ndarray, np.ndarray, Any, int, float]:
         """Solves v = a + W H F(v)."""
-        velocity = free.copy()
-        inputs: List[np.ndarray] = []
-        outputs: List[np.ndarray] = []
-        fresh: List[Tuple[np.ndarray, np.ndarray]] = []
+        mobility = length * self._compliance
+        states = [self.state]
+        tangent, inverse = self._inverse(None, np.eye(free.size), states, mobility, length)
+        force = np.zeros_like(free) if self._force is None else self._force
+        velocity = inverse @ (free + _times(mobility, force))
+        tried: List[Tuple[np.ndarray, np.ndarray]] = []
         repeat = 0
         while True:
             repeat += 1
             state, force = self._run(velocity, length)
-            image = free + length * (self._compliance * force).sum(axis=1)
-            residual = image - velocity
-            size = max(np.abs(free).max(), np.abs(image).max(), 1e-300)
+            residual = free + _times(mobility, force) - velocity
+            size = max(np.abs(free).max(), np.abs(velocity).max(), 1e-300)
             relative = float(np.abs(residual).max() / size)
-            if relative <= TOLERANCE or repeat >= REPEATS:
-                self._pairs = (fresh + self._pairs)[: REUSED * REPEATS]
+            if relative <= self.tolerance or repeat >= self.repeats_max:
                 return velocity, force, state, repeat, relative
-            if inputs:
-                fresh.insert(0, (residual - inputs[-1], image - outputs[-1]))
-            inputs.append(residual)
-            outputs.append(image)
-            velocity = image + self._correction(residual, fresh + self._pairs)
+            states.append(state)
+            known = inverse
+            tangent, inverse = self._inverse(tangent, inverse, states, mobility, length)
+            if inverse is not known:
+                tried = []
+            tried = [*tried[-self.secants :], (velocity, residual)]
+            if len(tried) > 1:
+                # What least squares over the differences between repeats explain of the residual.
+                velocities, residuals = (np.diff(np.array(rows), axis=0).T for rows in zip(*tried))
+                weights = np.linalg.lstsq(residuals, residual, rcond=1e-10)[0]
+                velocity, residual = velocity - velocities @ weights, residual - residuals @ weights
+            velocity = velocity + inverse @ residual
 
-    @staticmethod
-    def _correction(residual: np.ndarray, pairs: List[Tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
-        """What least squares over differences of residuals and images add to the next guess."""
-        if not pairs:
-            return np.zeros_like(residual)
-        differences = np.array([pair[0] for pair in pairs[: residual.size]]).T
-        images = np.array([pair[1] for pair in pairs[: residual.size]]).T
-        weights = np.linalg.lstsq(differences, -residual, rcond=1e-10)[0]
-        return images @ weights
+    def _inverse(
+        self, known: Any, inverse: np.ndarray, states: Sequence[Any], mobility: np.ndarray, length: float
+    ) -> Tuple[Any, np.ndarray]:
+        """The tangent and (1 + W H K)^-1, made anew where the tangent is another one."""
+        tangent = self.tangent(states, length)
+        if tangent is None or (known is not None and np.array_equal(tangent, known)):
+            return tangent, inverse
+        own = tangent[np.ix_(self.components, self.components)]
+        return tangent, np.linalg.inv(np.eye(len(mobility)) + mobility @ own)
 
     def commit(self, window: Window, displacement: np.ndarray) -> List[float]:
-        _, state, work = self._accept(window)
+        _, state, (force, velocity) = self._accept(window)
         if displacement.size:
             state = self._frozen(self.glue(state, self._spread(displacement)))
-        return self._keep(state, work, 1)
+        self._force = force
+        return self._keep(state, -window.length_s * float(np.add.reduce(force * velocity)), 1)
 
     def advance_alone(self, window: Window) -> List[float]:
         state, _ = self.step(self.state, self._still(), window.length_s)
         return self._keep(self._frozen(state), 0.0, 1)
+
+
+def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """A product whose bits do not depend on the libraries' threads."""
+    return (matrix * vector).sum(axis=1)

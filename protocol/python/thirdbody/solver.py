@@ -189,19 +189,25 @@ class Solver(Node):
             numbers += [self.interface_work_j] + [float(own[term.name]) for term in self._terms[1:]]
         return numbers
 
+    def _kept(self) -> Dict[str, Any]:
+        """Everything that can change a later bit."""
+        return {"state": self.state, "steps": self.steps, "interface_work_j": self.interface_work_j}
+
     def checkpoint(self) -> bytes:
-        return to_bytes({"state": self.state, "steps": self.steps, "interface_work_j": self.interface_work_j})
+        return to_bytes(self._kept())
 
     def restore(self, state: bytes) -> None:
-        values = from_bytes(state)
-        self.state = self._frozen(values["state"])
-        self.steps = values["steps"]
-        self.interface_work_j = values["interface_work_j"]
+        self._take_up(from_bytes(state))
+
+    def _take_up(self, kept: Dict[str, Any]) -> None:
+        self.state = self._frozen(kept["state"])
+        self.steps = kept["steps"]
+        self.interface_work_j = kept["interface_work_j"]
         self._candidate = None
 
     def finish(self) -> Outcome:
         try:
-            state_hash = digest({"state": self.state, "interface_work_j": self.interface_work_j})
+            state_hash = digest(self._kept())
         except ConfigurationError:
             if self.rollback:
                 raise
