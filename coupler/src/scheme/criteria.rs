@@ -15,7 +15,7 @@ pub fn starved(group: &Group, window: &Window, answer: &Answer) -> Vec<Fault> {
         (!solve.converged).then(|| Fault {
             patch,
             why: format!(
-                "interface `{}`: the contact solve of window {}, iteration {} (t = {:.6e} s) was starved: true residual {:.3e} after {} iterations; raise solver.max_iterations of the participant on the wall, or lower the window",
+                "interface `{}`: the contact solve of window {}, iteration {} (t = {:.6e} s) was starved: true residual {:.3e} after {} iterations; let the participant on the wall iterate longer (solver.max_iterations of the built-in grains, repeats_max of a layer in Python), or lower the window",
                 group.patches[patch].name, window.index, window.iteration, window.t0_s, solve.residual, solve.iterations
             ),
         })

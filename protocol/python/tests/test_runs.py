@@ -108,6 +108,18 @@ class Runs(Program):
                 sinking = -signals["strip.surface_mean_uy_m"][-1]
                 self.assertAlmostEqual(sinking * strip / exact, 1.0, delta=1e-3)
 
+    def test_a_load_that_is_held_is_compared_with_the_force_of_the_interface(self):
+        folder = self.work / "held"
+        folder.mkdir()
+        sampled = '    end_s = 4e-5\n    phases = [{"name": "hold", "t0_s": 2e-5, "t1_s": 4e-5, "sampled": True}]\n'
+        held = "    def held_load(self, state):\n        return 1e3, 1e3\n\nthirdbody.participate"
+        layer = LAYER.format(stiffness="1e7").replace("    end_s = 4e-5\n", sampled).replace("thirdbody.participate", held)
+        (folder / "springs.py").write_text(layer)
+        (folder / "scenario.toml").write_text(STRIP.format(scheme="dual-schur"))
+        run = thirdbody.run(folder, out=self.work / "held-run", program=PROGRAM)
+        self.assertEqual(run.status, "suspect")
+        self.assertIn("force_balance", [warning["code"] for warning in run.warnings])
+
     def test_a_layer_in_python_on_a_bed_in_python(self):
         # Eleven springs k_b below the nodes, ten of k that are pressed by d: (K_b + N^T k N) u = N^T k d.
         k, pressed, below = 5e7, 1e-8, 1e14 * 0.4e-3 * 1e-3

@@ -83,6 +83,7 @@ class Description:
     signals: List[str] = field(default_factory=list)
     ledger: List[Term] = field(default_factory=list)
     warnings: List[str] = field(default_factory=list)
+    backing: Optional[Dict[str, Any]] = None
     outward: Dict[str, Tuple[float, float]] = field(default_factory=dict)
 
     def document(self) -> Dict[str, Any]:
@@ -111,6 +112,8 @@ class Outcome:
     work: Dict[str, float] = field(default_factory=dict)
     results: Dict[str, float] = field(default_factory=dict)
     warnings: List[str] = field(default_factory=list)
+    #: The load that was held, and the mean of the force that it exerted (N, downwards).
+    held_load: Optional[Tuple[float, float]] = None
 
 
 class Node:

@@ -264,6 +264,7 @@ class Server:
                 "results": results,
                 "state_hash": outcome.state_hash,
                 "warnings": warnings,
+                "held_load": None if outcome.held_load is None else dict(zip(("wanted_n", "mean_n"), outcome.held_load)),
             },
             "cpu_s": usage.ru_utime + usage.ru_stime,
             "solve_wall_s": self._solve_s,

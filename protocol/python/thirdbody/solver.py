@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -34,6 +34,8 @@ class Solver(Node):
     end_s: Optional[float] = None
     #: Parts of the load history: `{"name", "t0_s", "t1_s", "sampled", "picture"}`.
     phases: Sequence[Dict[str, Any]] = ()
+    #: Inertia behind the points of a layer, for predictions of stability (WIRE.md, `backing`).
+    backing: Optional[Dict[str, Any]] = None
     #: Advice to the user before a long run.
     warnings: Sequence[str] = ()
     #: False for a solver that can neither copy its state nor go back to it: it takes part in staggered schemes only.
@@ -68,6 +70,11 @@ class Solver(Node):
     def results(self, state: Any) -> Dict[str, float]:
         """Results of the run, unit in the name."""
         return {}
+
+    def held_load(self, state: Any) -> Optional[Tuple[float, float]]:
+        """The load that was held in the sampled phase, and the mean of the force that it exerted (N, downwards): the force through the
+        interface is compared with both."""
+        return None
 
     def snapshot(self, name: str) -> None:
         """Writes the fields of `self.state` below `self.setting.fields`."""
@@ -111,6 +118,7 @@ class Solver(Node):
             signals=self._signals,
             ledger=self._terms,
             warnings=list(self.warnings),
+            backing=self.backing,
             outward={name: tuple(map(float, normal)) for name, normal in self.outward.items()},
         )
 
@@ -213,4 +221,5 @@ class Solver(Node):
                 raise
             state_hash = ""
         results = {name: float(value) for name, value in self.results(self.state).items()}
-        return Outcome(self.steps, state_hash, {"steps": float(self.steps)}, results)
+        held = self.held_load(self.state)
+        return Outcome(self.steps, state_hash, {"steps": float(self.steps)}, results, held_load=held)

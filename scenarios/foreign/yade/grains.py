@@ -224,6 +224,10 @@ class Grains(thirdbody.GrainLayer):
             "contacts": float(len(state["pairs"])), "speed_max_m_per_s": np.hypot(*state["v"][: self.free].T).max(),
         }
 
+    def held_load(self, state):
+        count, _, on_wheel, _ = state["held"]
+        return (self.wheel["load_n"], on_wheel / count) if count else None
+
     def results(self, state):
         count, height, on_wheel, on_base = state["held"]
         if count == 0.0:
