@@ -64,6 +64,11 @@ fn what_is_not_needed_is_not_asked_for() {
     ] {
         let (code, summary) = ends(lacks, scheme, keys);
         assert!(code == 0 || code == 8, "{lacks:?} {scheme}: {summary:#}");
+        let warnings = summary["warnings"].as_array().expect("a list");
+        let judged = warnings
+            .iter()
+            .any(|warning| warning["code"] == "interface_energy");
+        assert!(!judged, "it was asked to be seen failing: {summary:#}");
         let all = ["bar", "nothing"];
         let keys = keys.replace("window_s = 2.5", "");
         let (_, plain) = ends(all, scheme, &keys);
