@@ -21,8 +21,8 @@ const SINCE: [(&str, usize); 11] = [
     ("turns of messages and the fault campaign", 2100),
     ("cures of errors of the system", 30),
     ("what participants say is checked, and ends with them", 430),
-    ("nothing is asked for that was not offered", 210),
-    ("rules of conformance", 1530),
+    ("nothing is asked for that was not offered", 250),
+    ("rules of conformance", 1570),
     (
         "participants to begin with, and the time of their answers",
         280,
