@@ -63,10 +63,11 @@ pub struct Summary {
     held: Vec<Option<HeldLoad>>,
 }
 
-/// The participants that an interface joins, and its index in the scenario.
+/// The participants that an interface joins, and its index in the scenario and in `interfaces`, which goes group by group.
 #[derive(Clone, Copy, Debug)]
 struct Join {
     index: usize,
+    entry: usize,
     continuum: usize,
     wall: usize,
 }
@@ -203,13 +204,14 @@ impl Summary {
             let patches = group.patches.iter().zip(&coupling.ledgers);
             for (place, (patch, ledger)) in patches.enumerate() {
                 all.merge(ledger, place > 0);
-                let summary = InterfaceSummary::of(ledger);
-                self.interfaces.push((patch.name.clone(), summary));
                 self.joins.push(Join {
                     index: patch.index,
+                    entry: self.interfaces.len(),
                     continuum: group.force_driven[patch.force_driven].peer,
                     wall: group.motion_driven[patch.motion_driven].peer,
                 });
+                let summary = InterfaceSummary::of(ledger);
+                self.interfaces.push((patch.name.clone(), summary));
             }
         }
         self.windows = all.windows;
@@ -337,7 +339,7 @@ impl Summary {
     fn works_of(&self, peer: usize) -> Option<InterfaceWorks> {
         let told_j = self.participants[peer].1.through_j?;
         let of = |join: &Join| {
-            let works = self.interfaces.get(join.index)?.1.works;
+            let works = self.interfaces.get(join.entry)?.1.works;
             let seen_j = if peer == join.continuum {
                 works.continuum_j
             } else if peer == join.wall {

@@ -12,6 +12,7 @@ fn held(ledger: &InterfaceLedger) -> Summary {
         interfaces: vec![("base".into(), InterfaceSummary::of(ledger))],
         joins: vec![Join {
             index: 0,
+            entry: 0,
             continuum: 0,
             wall: 1,
         }],
@@ -91,6 +92,7 @@ fn forces_and_the_energies_of_all_are_judged() {
 fn a_wall_gives_its_load_to_the_continuum_and_not_the_other_way_round() {
     let join = Join {
         index: 1,
+        entry: 0,
         continuum: 0,
         wall: 2,
     };
