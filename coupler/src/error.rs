@@ -47,7 +47,7 @@ pub enum Error {
     /// A participant answered something that is not a number and can be asked again.
     #[error("{0}")]
     NotFinite(String),
-    /// What a participant answered and what it says that it did contradict each other.
+    /// Contradiction between the answers of a participant and its ledger.
     #[error("{0}")]
     Inconsistent(String),
     #[error("lost participant `{peer}` {phase}: {why}")]

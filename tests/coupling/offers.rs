@@ -1,11 +1,12 @@
 //! Capabilities: nothing is asked for that was not offered, and a refusal names the key that helps.
 
+use harness::broken::harmed;
 use harness::runs::run_in_process;
 use harness::scene::{bar, body, glue, head};
 use serde_json::Value;
 
 /// A bar with a body at its end, one of them without something; what it does not offer it would answer with a fault.
-fn ends([participant, lacks]: [&str; 2], scheme: &str, keys: &str) -> (i32, Value) {
+fn ends(lacks: [&str; 2], scheme: &str, keys: &str) -> (i32, Value) {
     let text = [
         head(
             "offers",
@@ -17,18 +18,7 @@ fn ends([participant, lacks]: [&str; 2], scheme: &str, keys: &str) -> (i32, Valu
         glue(scheme, 5, &format!("tolerance_rel = 1e-9\n{keys}")),
     ]
     .concat();
-    let mut table: toml::Table = text.parse().expect("it is TOML");
-    let participants = table["participant"].as_array_mut().expect("a list");
-    let named = |value: &&mut toml::Value| value["name"].as_str() == Some(participant);
-    let one = participants.iter_mut().find(named).expect("it takes part");
-    let one = one.as_table_mut().expect("a table");
-    let kind = one.insert("kind".into(), "broken".into()).expect("a kind");
-    let config = one.remove("config").expect("keys");
-    let without = [("harm", lacks.into()), ("kind", kind), ("config", config)];
-    let without = without.map(|(key, value)| (key.to_string(), value));
-    one.insert("config".into(), toml::Table::from_iter(without).into());
-    let text = toml::to_string(&table).expect("it was TOML");
-    let left = run_in_process(&text, &[]).expect("it is valid");
+    let left = run_in_process(&harmed(&text, lacks), &[]).expect("it is valid");
     let summary = left.ended.summary.value();
     (left.ended.summary.exit_code(), summary)
 }

@@ -8,6 +8,7 @@ use coupler::conform::subject::Options;
 use coupler::participants::Watch;
 use coupler::scenario::load::parse;
 use coupler::scenario::source::Source;
+use harness::broken::harmed;
 use harness::runs::{Scratch, program, thirdbody};
 use harness::scene::{bar, body, glue, head};
 
@@ -24,29 +25,14 @@ fn bar_and_body() -> String {
     .concat()
 }
 
-/// A scenario with one of its participants behind this harm.
-fn harmed(text: &str, participant: &str, harm: &str) -> String {
-    let mut table: toml::Table = text.parse().expect("it is TOML");
-    let participants = table["participant"].as_array_mut().expect("a list");
-    let named = |value: &&mut toml::Value| value["name"].as_str() == Some(participant);
-    let one = participants.iter_mut().find(named).expect("it takes part");
-    let one = one.as_table_mut().expect("a table");
-    let kind = one.insert("kind".into(), "broken".into()).expect("a kind");
-    let config = one.remove("config").expect("keys");
-    let harmed = [("harm", harm.into()), ("kind", kind), ("config", config)];
-    let harmed = harmed.map(|(key, value)| (key.to_string(), value));
-    one.insert("config".into(), toml::Table::from_iter(harmed).into());
-    toml::to_string(&table).expect("it was TOML")
-}
-
 fn rows(participant: &str, harm: &str) -> Vec<Row> {
     rows_of(&bar_and_body(), [participant, harm], &[])
 }
 
-fn rows_of(text: &str, [participant, harm]: [&str; 2], only: &[&str]) -> Vec<Row> {
+fn rows_of(text: &str, harm: [&str; 2], only: &[&str]) -> Vec<Row> {
     let source = Source {
         name: "conform/scenario.toml".into(),
-        text: harmed(text, participant, harm),
+        text: harmed(text, harm),
         overrides: vec!["run.transport=channel".into()],
     };
     let loaded = parse(source).expect("it is valid");
@@ -56,7 +42,7 @@ fn rows_of(text: &str, [participant, harm]: [&str; 2], only: &[&str]) -> Vec<Row
         watch: Watch::default(),
         only: only.iter().map(|word| word.to_string()).collect(),
     };
-    conform(&loaded, participant, None, &options, |_| {}).expect("it can be tried")
+    conform(&loaded, harm[0], None, &options, |_| {}).expect("it can be tried")
 }
 
 fn broken(rows: &[Row]) -> Vec<&str> {

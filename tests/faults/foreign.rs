@@ -1,6 +1,7 @@
 //! Participants that are wrong in one way each: none may end a run as if nothing were.
 
 use coupler::run::session::Ended;
+use harness::broken::harmed;
 use harness::runs::run_in_process;
 use serde_json::Value;
 
@@ -9,18 +10,7 @@ use crate::scene::folder;
 /// `quick`, cut short, its rail being wrong in this way.
 fn with_rail(harm: &str, sets: &[&str]) -> (Ended, Value) {
     let text = std::fs::read_to_string(folder("quick").join("scenario.toml")).expect("it ships");
-    let mut table: toml::Table = text.parse().expect("it is TOML");
-    let rail = table["participant"][0].as_table_mut().expect("a table");
-    let config = rail.insert("config".into(), toml::Table::new().into());
-    let config = config.expect("it has keys");
-    rail["kind"] = "broken".into();
-    rail["config"] = toml::Table::from_iter([
-        ("harm".to_string(), harm.into()),
-        ("kind".to_string(), "fem".into()),
-        ("config".to_string(), config),
-    ])
-    .into();
-    let text = toml::to_string(&table).expect("it was TOML");
+    let text = harmed(&text, ["rail", harm]);
     let all = ["run.end_s=6e-5"].iter().chain(sets);
     let left = run_in_process(&text, &all.copied().collect::<Vec<_>>()).expect("it is valid");
     let summary = left.ended.summary.value();

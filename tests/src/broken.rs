@@ -110,6 +110,21 @@ const INSIDE_S: f64 = 0.5;
 
 static LIVES: AtomicU64 = AtomicU64::new(0);
 
+/// A scenario with one of its participants behind a harm.
+pub fn harmed(text: &str, [participant, harm]: [&str; 2]) -> String {
+    let mut table: toml::Table = text.parse().expect("it is TOML");
+    let participants = table["participant"].as_array_mut().expect("a list");
+    let named = |value: &&mut toml::Value| value["name"].as_str() == Some(participant);
+    let one = participants.iter_mut().find(named).expect("it takes part");
+    let one = one.as_table_mut().expect("a table");
+    let kind = one.insert("kind".into(), "broken".into()).expect("a kind");
+    let config = one.remove("config").expect("keys");
+    let harmed = [("harm", harm.into()), ("kind", kind), ("config", config)];
+    let harmed = harmed.map(|(key, value)| (key.to_string(), value));
+    one.insert("config".into(), toml::Table::from_iter(harmed).into());
+    toml::to_string(&table).expect("it was TOML")
+}
+
 struct Broken {
     node: Box<dyn Node>,
     harm: Harm,
@@ -193,11 +208,9 @@ impl Node for Broken {
 
     fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
         let known = self.describe().sets.iter().any(|known| known == set);
-        let set = if self.harm == Harm::AnySet && !known {
-            return self.node.couple(&self.set.clone());
-        } else {
-            set
-        };
+        if self.harm == Harm::AnySet && !known {
+            return self.node.couple(&self.set);
+        }
         self.set = set.to_string();
         let mut surface = self.node.couple(set)?;
         let middle = surface.len() / 2;

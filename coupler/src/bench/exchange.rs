@@ -147,8 +147,7 @@ impl Bench {
                 times.push(1e6 * start.elapsed().as_secs_f64());
             }
         }
-        times.sort_by(f64::total_cmp);
-        Ok((times[TIMED / 2], times[TIMED * 99 / 100]))
+        Ok(percentiles(times))
     }
 
     fn round_trip(&mut self, index: usize, frame: &Frame) -> Result<(), Error> {
@@ -167,6 +166,12 @@ impl Bench {
         }
         Ok(())
     }
+}
+
+/// Median and 99th percentile.
+pub fn percentiles(mut times: Vec<f64>) -> (f64, f64) {
+    times.sort_by(f64::total_cmp);
+    (times[times.len() / 2], times[times.len() * 99 / 100])
 }
 
 impl Drop for Bench {

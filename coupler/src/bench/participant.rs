@@ -1,11 +1,11 @@
 //! Time from a request of the coupler to the answer of any participant.
 
 use std::cell::OnceCell;
-use std::path::Path;
 use std::time::Instant;
 
 use serde::Serialize;
 
+use super::exchange::percentiles;
 use crate::conform::conforming;
 use crate::conform::life::Life;
 use crate::conform::subject::{Options, Part, Stage, Subject};
@@ -40,7 +40,7 @@ pub struct Row {
 /// A scenario for a program that is asked without one.
 pub fn scenario_of_a_command() -> Result<Loaded, Error> {
     parse(Source {
-        name: Path::new("scenario.toml").display().to_string(),
+        name: "scenario.toml".into(),
         text: format!(
             "[run]\nname = \"bench\"\nthickness_m = 1e-3\n[[participant]]\nname = \"{NAME}\"\nkind = \"foreign\"\n"
         ),
@@ -97,13 +97,13 @@ pub fn bench(
             times.push(1e6 * start.elapsed().as_secs_f64());
         }
     }
-    times.sort_by(f64::total_cmp);
+    let (p50_us, p99_us) = percentiles(times);
     let farewell = life.finish()?.farewell;
     Ok(vec![Row {
         doubles: load.len(),
         answered,
-        p50_us: times[TIMED / 2],
-        p99_us: times[TIMED * 99 / 100],
+        p50_us,
+        p99_us,
         solve_us: 1e6 * farewell.solve_wall_s / (WARM_UP + TIMED) as f64,
     }])
 }

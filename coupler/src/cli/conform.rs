@@ -1,6 +1,6 @@
 //! `thirdbody conform`: the rules of the wire, tried on one participant.
 
-use super::common::{ScenarioArguments, VerbResult, own_program, print, print_either};
+use super::common::{VerbResult, own_program, print, print_either};
 use super::run::listen;
 use crate::conform::rule::{Row, Verdict};
 use crate::conform::subject::Options;
@@ -9,6 +9,7 @@ use crate::error::CHECK_FAILED;
 use crate::output::tell;
 use crate::participants::Registry;
 use crate::run::session::check;
+use crate::scenario::load::load;
 
 /// Arguments of `conform`.
 #[derive(Debug, clap::Args)]
@@ -35,12 +36,7 @@ pub struct ConformArguments {
 
 /// Tries all rules; exit code 8 if one is broken.
 pub fn conform(arguments: &ConformArguments, registry: &Registry) -> VerbResult {
-    let scenario = ScenarioArguments {
-        scenario: arguments.scenario.clone(),
-        set: arguments.set.clone(),
-        threads: None,
-    };
-    let loaded = scenario.load()?;
+    let loaded = load(&arguments.scenario, &arguments.set)?;
     if arguments.command.is_empty() {
         check(&loaded, registry, 1)?;
     }

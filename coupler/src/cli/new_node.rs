@@ -72,34 +72,29 @@ pub fn new_node(arguments: &NewNodeArguments) -> VerbResult {
         let problem = "is there already: give another name, or another folder with --into";
         return Err(Refusal::file(folder, problem).into());
     }
-    let (files, old, build) = match arguments.language {
-        Language::Rust => (RUST, "rust-bed", true),
-        Language::Python => (PYTHON, "skeleton", false),
-    };
-    let protocol = match arguments.language {
-        Language::Rust => protocol(arguments.protocol.as_deref())?,
-        Language::Python => String::new(),
+    let (files, old, protocol) = match arguments.language {
+        Language::Rust => (RUST, "rust-bed", Some(protocol(arguments)?)),
+        Language::Python => (PYTHON, "skeleton", None),
     };
     for (place, text) in files {
         let path = folder.join(place);
         let beside = path.parent().unwrap_or(&folder);
         fs::create_dir_all(beside).map_err(Error::output(beside.display()))?;
-        let text = text.replace("../../../protocol", &protocol);
-        fs::write(&path, text.replace(old, name)).map_err(Error::output(path.display()))?;
+        let text = text.replace(old, name);
+        let text = text.replace("../../../protocol", protocol.as_deref().unwrap_or_default());
+        fs::write(&path, text).map_err(Error::output(path.display()))?;
         print(&path.display().to_string())?;
     }
     let folder = folder.display();
-    let mut next = vec!["next:".to_string()];
-    if build {
-        next.push(format!(
+    print("next:")?;
+    if protocol.is_some() {
+        print(&format!(
             "  cargo build --release --manifest-path {folder}/Cargo.toml"
-        ));
+        ))?;
     }
-    next.push(format!(
-        "  thirdbody conform --scenario {folder} --participant rail"
-    ));
-    next.push(format!("  thirdbody run {folder}"));
-    print(&next.join("\n"))?;
+    print(&format!(
+        "  thirdbody conform --scenario {folder} --participant rail\n  thirdbody run {folder}"
+    ))?;
     Ok(0)
 }
 
@@ -114,7 +109,8 @@ fn check(name: &str) -> Result<(), Error> {
 }
 
 /// The crate `protocol`, as a path that holds from anywhere.
-fn protocol(given: Option<&Path>) -> Result<String, Error> {
+fn protocol(arguments: &NewNodeArguments) -> Result<String, Error> {
+    let given = arguments.protocol.as_deref();
     let folder = given.unwrap_or(Path::new(PROTOCOL));
     let whole = folder.canonicalize().ok();
     let whole = whole.filter(|folder| folder.join("Cargo.toml").is_file());

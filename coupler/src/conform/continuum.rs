@@ -1,6 +1,6 @@
 //! Rules for a participant that is told forces and answers motion.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use protocol::{Kind, Window, larger};
 
 use super::life::Life;
@@ -143,11 +143,9 @@ pub fn columns(trial: &Trial) -> Result<Found, Error> {
     let mut worst = 0.0;
     for substeps in [clock.substeps, half].into_iter().filter(|n| *n > 0) {
         let window = clock.window(0, 0, substeps);
-        let matrix = matrix(
-            &mut trial.begin()?,
-            (Kind::Columns, Kind::Compliance),
-            &window,
-        )?;
+        let matrix = trial
+            .begin()?
+            .matrix((Kind::Columns, Kind::Compliance), &window)?;
         if let Some(why) = fault_of_columns(&matrix) {
             return Ok(broken(why));
         }
@@ -164,11 +162,6 @@ pub fn columns(trial: &Trial) -> Result<Found, Error> {
     ))
 }
 
-fn matrix(life: &mut Life, kinds: (Kind, Kind), window: &Window) -> Result<DMatrix<f64>, Error> {
-    let n = life.size();
-    Ok(DMatrix::from_vec(n, n, life.matrix(kinds, window)?))
-}
-
 /// Velocities that go up in a straight line and stay.
 pub fn velocity(trial: &Trial) -> Result<Found, Error> {
     if !trial.subject.told.capabilities.prescribed_velocity {
@@ -178,7 +171,7 @@ pub fn velocity(trial: &Trial) -> Result<Found, Error> {
     let (first, second) = (life.window(0), life.window(1));
     let length = first.t1_s - first.t0_s;
     let kinds = (Kind::ImpedanceColumns, Kind::Impedance);
-    let impedance = matrix(&mut life, kinds, &first)?;
+    let impedance = life.matrix(kinds, &first)?;
     if let Some(why) = fault_of_columns(&impedance) {
         return Ok(broken(why));
     }

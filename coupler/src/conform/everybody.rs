@@ -6,7 +6,7 @@ use protocol::{Role, Window};
 
 use super::rule::{Found, Verdict, broken, exceeds, holds, not_offered, not_tested, within};
 use super::subject::{Part, Subject};
-use super::trial::{Trial, WINDOWS, difference};
+use super::trial::{Trial, WINDOWS, ask_once, difference};
 use crate::error::Error;
 
 /// Largest difference of a work that is summed up on both sides, over the sum of its sizes: rounding leaves 1e-12.
@@ -19,9 +19,7 @@ const SLOW_WINDOWS: u64 = 200;
 
 /// Two lives, the second with two threads.
 pub fn same_bits(trial: &Trial) -> Result<Found, Error> {
-    let other = trial.live(2, &mut |life, window, load| {
-        Ok((*window, life.ask(window, load)?))
-    })?;
+    let other = trial.live(2, &mut ask_once)?;
     Ok(trial.compare_life(&other))
 }
 
@@ -175,7 +173,7 @@ pub fn snapshot(trial: &Trial) -> Result<Found, Error> {
         if window.index == WINDOWS / 2 {
             life.snapshot("conform")?;
         }
-        Ok((*window, life.ask(window, load)?))
+        ask_once(life, window, load)
     })?;
     Ok(trial.compare_life(&other))
 }
@@ -190,7 +188,7 @@ pub fn checkpoint(trial: &Trial) -> Result<Found, Error> {
         if window.index == WINDOWS / 2 {
             saved = Some((life.checkpoint()?, life.place()));
         }
-        Ok((*window, life.ask(window, load)?))
+        ask_once(life, window, load)
     })?;
     let found = trial.compare_life(&kept);
     let (state, place) = saved.expect("the window came");

@@ -13,6 +13,7 @@ use crate::participants::handshake::Greeted;
 use crate::participants::process::Process;
 use crate::participants::remote::Remote;
 use crate::participants::{Communicator, Peers};
+use crate::scheme::join::append;
 use crate::scheme::participants::{Participants, Request};
 
 /// The only participant.
@@ -65,11 +66,7 @@ impl<'a> Life<'a> {
         };
         for set in &subject.sets {
             let surface = life.remote().couple(IT, set)?;
-            life.surface.x_m.extend(surface.x_m);
-            life.surface.y_m.extend(surface.y_m);
-            life.surface.mass_kg.extend(surface.mass_kg);
-            life.surface.radius_m.extend(surface.radius_m);
-            life.surface.length_m.extend(surface.length_m);
+            append(&mut life.surface, &surface);
         }
         if subject.part != Part::Alone {
             let points = (0..life.surface.len()).filter(|point| chosen(*point));
@@ -150,15 +147,17 @@ impl<'a> Life<'a> {
         self.remote().report(IT)
     }
 
-    /// A square matrix (column after column) of a window's substeps.
+    /// Columns of a window, not yet judged.
     pub fn matrix(
         &mut self,
         (kind, answer): (Kind, Kind),
         window: &Window,
-    ) -> Result<Vec<f64>, Error> {
+    ) -> Result<DMatrix<f64>, Error> {
         let size = self.size();
-        self.speak().tell(IT, kind, window, Vec::new())?;
-        self.speak().hear_exactly(IT, answer, window, size * size)
+        let speak = self.speak();
+        speak.tell(IT, kind, window, Vec::new())?;
+        let numbers = speak.hear_exactly(IT, answer, window, size * size)?;
+        Ok(DMatrix::from_vec(size, size, numbers))
     }
 
     /// A window along velocities (m/s).

@@ -5,7 +5,7 @@
 //! asked twice, early, under another load first, for fields or for a checkpoint in between, and must answer with the bits of
 //! the plain one. What has no such twin is compared with what the wire page says: work, columns, velocities of a boundary.
 //!
-//! - [`rule`]: the rules by name, and what came of each;
+//! - [`rule`]: the rules by name, and the outcome of each;
 //! - [`subject`]: the participant with its part; [`life`]: one launch of it; [`load`]: its loads; [`trial`]: the plain life;
 //! - [`joined`], [`everybody`], [`continuum`], [`layer`], [`ending`]: the trials.
 
@@ -174,7 +174,7 @@ impl Table<'_> {
         self.rows.push(row);
     }
 
-    /// What was tried, if that came to its end. An error that is the participant's is entered under the rule that it breaks; one
+    /// The value of a trial that came to its end. An error that is the participant's is entered under the rule that it breaks; one
     /// that is not is returned.
     fn tried<T>(&mut self, rule: Rule, result: Result<T, Error>) -> Result<Option<T>, Error> {
         let error = match result {

@@ -1,4 +1,4 @@
-//! Rules by name, and what came of each.
+//! Rules by name, and the outcome of each.
 
 use serde::Serialize;
 
@@ -99,7 +99,7 @@ impl Rule {
     }
 }
 
-/// What came of a rule.
+/// Outcome of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -118,13 +118,13 @@ pub enum Verdict {
 pub struct Row {
     /// Name of the rule.
     pub rule: &'static str,
-    /// What came of it.
+    /// Outcome.
     pub verdict: Verdict,
     /// The values that were compared, or the reason.
     pub why: String,
 }
 
-/// What came of a trial, and why.
+/// Outcome of a trial, and the reason.
 pub type Found = (Verdict, String);
 
 /// The rule holds.

@@ -103,7 +103,7 @@ pub struct Subject<'a> {
     pub stage: &'a Stage<'a>,
     /// Its entry in the scenario.
     pub participant: &'a Participant,
-    /// What it says of itself.
+    /// Its description of itself.
     pub told: Description,
     /// Its part.
     pub part: Part,

@@ -23,11 +23,13 @@ pub struct Trial<'a> {
     pub surface: Surface,
     /// Its loads.
     pub loads: Loads,
-    /// What it answers.
+    /// Its answer to a change of motion, if it is told one.
+    pub stiffness: Option<Stiffness>,
+    /// Its plain life.
     pub plain: Record,
 }
 
-/// What was answered in a life, window by window.
+/// Answers and reports of a life, window by window.
 pub struct Record {
     /// Answers to the windows that were accepted.
     pub answers: Vec<Vec<f64>>,
@@ -44,8 +46,14 @@ impl<'a> Trial<'a> {
     /// Finds loads that fit the participant, and lives its plain life.
     pub fn new(subject: &'a Subject<'a>) -> Result<Trial<'a>, Error> {
         let (surface, loads) = loads(subject)?;
-        if subject.part == Part::MotionDriven && subject.told.capabilities.compliant_boundary {
-            let boundary = yielding(subject, &loads)?;
+        let stiffness = match subject.part {
+            Part::MotionDriven => Some(stiffness(subject, &loads)?),
+            Part::Alone | Part::ForceDriven => None,
+        };
+        if let Some(stiffness) = stiffness.as_ref()
+            && subject.told.capabilities.compliant_boundary
+        {
+            let boundary = yielding(subject.clock.window_s(), stiffness);
             boundary.map(|boundary| subject.boundary.set(boundary));
         }
         let plain = record(subject, &loads, 1, &mut ask_once)?;
@@ -53,6 +61,7 @@ impl<'a> Trial<'a> {
             subject,
             surface,
             loads,
+            stiffness,
             plain,
         })
     }
@@ -114,8 +123,12 @@ impl<'a> Trial<'a> {
     }
 }
 
-/// The window is asked for once.
-fn ask_once(life: &mut Life, window: &Window, load: &[f64]) -> Result<(Window, Vec<f64>), Error> {
+/// Asks for the window once.
+pub fn ask_once(
+    life: &mut Life,
+    window: &Window,
+    load: &[f64],
+) -> Result<(Window, Vec<f64>), Error> {
     Ok((*window, life.ask(window, load)?))
 }
 
@@ -140,21 +153,27 @@ fn record(
     })
 }
 
+/// Change of the forces (N) of a layer between two motions of a window on a rigid boundary, and of the motion (m/s).
+pub struct Stiffness {
+    /// Of the forces.
+    pub force: Vec<f64>,
+    /// Of the motion.
+    pub motion: Vec<f64>,
+}
+
 /// A boundary that yields to the layer by a part of what it is told to do; `None` where no force was seen.
-fn yielding(subject: &Subject, loads: &Loads) -> Result<Option<DMatrix<f64>>, Error> {
-    let (force, motion) = stiffness(subject, loads)?;
-    let impedance = subject.clock.window_s() * greatest(&force) / greatest(&motion);
-    let size = force.len();
+fn yielding(window_s: f64, Stiffness { force, motion }: &Stiffness) -> Option<DMatrix<f64>> {
+    let impedance = window_s * greatest(force) / greatest(motion);
     let yields = |i: usize, j: usize| match i.abs_diff(j) {
         0 => YIELDS / impedance,
         2 => 0.3 * YIELDS / impedance,
         _ => 0.0,
     };
-    Ok((impedance > 0.0).then(|| DMatrix::from_fn(size, size, yields)))
+    (impedance > 0.0).then(|| DMatrix::from_fn(force.len(), force.len(), yields))
 }
 
-/// Change of the forces (N) between two motions of a window after a life in which it was pressed, and of the motion (m/s).
-pub fn stiffness(subject: &Subject, loads: &Loads) -> Result<(Vec<f64>, Vec<f64>), Error> {
+/// Presses it for a life, then in the next window by one motion and by a faster one.
+fn stiffness(subject: &Subject, loads: &Loads) -> Result<Stiffness, Error> {
     let one = loads.of_window(WINDOWS, 0);
     let other: Vec<f64> = one.iter().map(|v| 1.5 * v).collect();
     let mut forces = Vec::new();
@@ -169,7 +188,10 @@ pub fn stiffness(subject: &Subject, loads: &Loads) -> Result<(Vec<f64>, Vec<f64>
         let answer = life.ask(&window, velocity)?;
         forces.push(answer[..velocity.len()].to_vec());
     }
-    Ok((minus(&forces[1], &forces[0]), minus(&other, &one)))
+    Ok(Stiffness {
+        force: minus(&forces[1], &forces[0]),
+        motion: minus(&other, &one),
+    })
 }
 
 /// Loads under which it moves, or resists, by amounts that can be compared.

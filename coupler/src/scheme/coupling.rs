@@ -16,7 +16,7 @@ use super::source::Source;
 use super::window::{AcceptedWindow, Attempt, InterfaceSignals, InterfaceState, SolvedWindow};
 use super::{dual_schur, fixed_point, neumann_dirichlet, staggered, velocity};
 use crate::error::{Error, Refusal};
-use crate::scenario::{CompliancePrior, Dirichlet, Policy, Scheme, SchemeWord};
+use crate::scenario::{Dirichlet, Policy, Scheme, SchemeWord};
 
 /// The coupler's own state of one group: it changes only when a window is accepted.
 #[derive(Clone, Debug)]
@@ -49,7 +49,7 @@ impl Coupling {
             name: name.to_string(),
             scheme,
             policy,
-            compliance: Compliance::new(source(&scheme), factor),
+            compliance: Compliance::new(Source::of(&scheme), factor),
             state: InterfaceState::at_rest(group.nodes.len(), group.points.len()),
             ledgers: vec![InterfaceLedger::default(); group.patches.len()],
             group,
@@ -290,18 +290,5 @@ impl Coupling {
     /// Tells the boundaries once more, after a restart.
     pub fn repeat_boundaries(&self, participants: &mut dyn Participants) -> Result<(), Error> {
         self.compliance.repeat_boundaries(participants, &self.group)
-    }
-}
-
-/// The source of the compliance that a scheme goes by.
-fn source(scheme: &Scheme) -> Source {
-    match (scheme, scheme.dirichlet()) {
-        (Scheme::DualSchur { compliance, .. }, _) => match compliance {
-            CompliancePrior::Columns => Source::Columns,
-            CompliancePrior::Mass => Source::Mass,
-        },
-        (Scheme::Velocity { .. }, _) => Source::Impedance,
-        (_, Dirichlet::Wall) => Source::Rigid,
-        (_, Dirichlet::Continuum) => Source::Points,
     }
 }

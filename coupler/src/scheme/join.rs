@@ -403,7 +403,8 @@ impl Row {
     }
 }
 
-fn append(whole: &mut Surface, part: &Surface) {
+/// Adds the points of a surface to those of another.
+pub fn append(whole: &mut Surface, part: &Surface) {
     whole.x_m.extend(&part.x_m);
     whole.y_m.extend(&part.y_m);
     whole.mass_kg.extend(&part.mass_kg);

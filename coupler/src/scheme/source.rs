@@ -7,6 +7,7 @@ use super::group::{Group, Side};
 use super::nodal_mass::{both_components, nodal_mass};
 use super::participants::Participants;
 use crate::error::{Error, Refusal};
+use crate::scenario::{CompliancePrior, Dirichlet, Scheme};
 
 /// Source of a matrix that is not known yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +27,19 @@ pub enum Source {
 }
 
 impl Source {
+    /// The source of the compliance that a scheme goes by.
+    pub fn of(scheme: &Scheme) -> Source {
+        match (scheme, scheme.dirichlet()) {
+            (Scheme::DualSchur { compliance, .. }, _) => match compliance {
+                CompliancePrior::Columns => Source::Columns,
+                CompliancePrior::Mass => Source::Mass,
+            },
+            (Scheme::Velocity { .. }, _) => Source::Impedance,
+            (_, Dirichlet::Wall) => Source::Rigid,
+            (_, Dirichlet::Continuum) => Source::Points,
+        }
+    }
+
     /// The matrix (m/N), n x n, of one force-driven participant for windows of this length.
     pub fn matrix(
         self,

@@ -3,7 +3,8 @@
 use protocol::Description;
 
 use crate::error::{Error, Refusal};
-use crate::scenario::{CompliancePrior, Dirichlet, Interface, Policy, Scheme};
+use crate::scenario::{Dirichlet, Interface, Policy, Scheme};
+use crate::scheme::source::Source;
 
 /// A fixed point goes through the answers of the contact solver, and cannot come closer than these are true. The other
 /// schemes close the gap whatever the contact solver left over.
@@ -55,57 +56,34 @@ pub(super) fn refuse_what_is_not_offered(
         let key = format!("interface.{}.{key}", interface.name);
         Err(Refusal::key(key, problem).into())
     };
-    let scheme = interface.scheme;
-    let once = matches!(scheme, Scheme::Staggered { .. });
-    let cannot_repeat = [continuum, wall];
-    let cannot_repeat = cannot_repeat
-        .iter()
-        .find(|(_, told)| !told.capabilities.rollback);
-    if let Some((name, _)) = cannot_repeat {
-        if !once {
+    let mut sides = [continuum, wall].into_iter();
+    if let Some((name, _)) = sides.find(|(_, told)| !told.capabilities.rollback) {
+        let why =
+            format!("repeats windows, which participant `{name}` cannot (it has no `checkpoint`)");
+        if !matches!(interface.scheme, Scheme::Staggered { .. }) {
             return refuse(
                 "scheme",
-                format!(
-                    "repeats windows, which participant `{name}` cannot (it has no `checkpoint`): take scheme = \"staggered-serial\""
-                ),
+                format!("{why}: take scheme = \"staggered-serial\""),
             );
         }
         if interface.on_not_converged == Policy::Halve {
-            return refuse(
-                "on_not_converged",
-                format!(
-                    "= \"halve\" repeats windows, which participant `{name}` cannot (it has no `checkpoint`): take \"stop\" or \"accept\""
-                ),
-            );
+            let problem = format!("= \"halve\" {why}: take \"stop\" or \"accept\"");
+            return refuse("on_not_converged", problem);
         }
     }
-    let told = (continuum.1.capabilities, wall.1.capabilities);
-    let rigid = scheme.dirichlet() == Dirichlet::Wall
-        && matches!(scheme, Scheme::Staggered { .. } | Scheme::FixedPoint { .. });
-    if !told.1.compliant_boundary && !rigid {
-        return refuse(
-            "scheme",
-            format!(
-                "moves the points of participant `{}` by the compliance of what they are glued to, and it takes a rigid boundary only: take scheme = \"fixed-point-serial\" or \"staggered-serial\", with dirichlet = \"wall\"",
-                wall.0
-            ),
+    let source = Source::of(&interface.scheme);
+    let ((continuum, gives), (wall, takes)) = (continuum, wall);
+    if source != Source::Rigid && !takes.capabilities.compliant_boundary {
+        let problem = format!(
+            "moves the points of participant `{wall}` by the compliance of what they are glued to, and it takes a rigid boundary only: take scheme = \"fixed-point-serial\" or \"staggered-serial\", with dirichlet = \"wall\""
         );
+        return refuse("scheme", problem);
     }
-    let by_columns = matches!(
-        scheme,
-        Scheme::DualSchur {
-            compliance: CompliancePrior::Columns,
-            ..
-        }
-    );
-    if by_columns && !told.0.columns {
-        return refuse(
-            "compliance",
-            format!(
-                "= \"columns\" asks participant `{}` for columns of its compliance, which it does not offer: set compliance = \"mass\", or take scheme = \"fixed-point-serial\"",
-                continuum.0
-            ),
+    if source == Source::Columns && !gives.capabilities.columns {
+        let problem = format!(
+            "= \"columns\" asks participant `{continuum}` for columns of its compliance, which it does not offer: set compliance = \"mass\", or take scheme = \"fixed-point-serial\""
         );
+        return refuse("compliance", problem);
     }
     Ok(())
 }
@@ -116,24 +94,16 @@ pub(super) fn refuse_weightless(
     continuum: &str,
     mass_kg: &[f64],
 ) -> Result<(), Error> {
-    let by_mass = matches!(
-        interface.scheme,
-        Scheme::DualSchur {
-            compliance: CompliancePrior::Mass,
-            ..
-        }
-    );
+    let by_mass = Source::of(&interface.scheme) == Source::Mass;
     let weightless = mass_kg.iter().position(|mass| *mass == 0.0);
-    match weightless.filter(|_| by_mass) {
-        None => Ok(()),
-        Some(point) => {
-            let problem = format!(
-                "= \"mass\" divides by the masses of the points of participant `{continuum}`, and point {point} of those that are exchanged has none: give it one, set compliance = \"columns\", or take scheme = \"fixed-point-serial\""
-            );
-            let key = format!("interface.{}.compliance", interface.name);
-            Err(Refusal::key(key, problem).into())
-        }
-    }
+    let Some(point) = weightless.filter(|_| by_mass) else {
+        return Ok(());
+    };
+    let problem = format!(
+        "= \"mass\" divides by the masses of the points of participant `{continuum}`, and point {point} of those that are exchanged has none: give it one, set compliance = \"columns\", or take scheme = \"fixed-point-serial\""
+    );
+    let key = format!("interface.{}.compliance", interface.name);
+    Err(Refusal::key(key, problem).into())
 }
 
 #[cfg(test)]
