@@ -13,8 +13,9 @@ from .wire import LAYOUT, Frame, Header
 
 SAMPLE_DOUBLES = 1 << 14
 WAITING_SAMPLES = 4
-POLLING_S = 2e-3
+POLLING_S = 0.9e-3
 POLLING_ON_SHARED_CORE_S = 20e-6
+LATE_YIELD_S = 50e-6
 SLICE_S = 20e-3
 LOOKS = 20
 
@@ -165,6 +166,7 @@ class Link:
         """The next frame, or none if it did not come in time."""
         start = time.monotonic()
         looks = 0
+        alone = True
         while True:
             if (frame := self._take()) is not None:
                 self._connected = True
@@ -179,8 +181,10 @@ class Link:
             waited = time.monotonic() - start
             if waited >= patience_s:
                 return None
-            if waited < self._polling_s:
+            if alone and waited < self._polling_s:
                 os.sched_yield()
+                # A yield that comes back late gave the core to somebody who wants all of it.
+                alone = time.monotonic() - start - waited < LATE_YIELD_S
             else:
                 looks = -1
                 self._listener.timed_wait(self._slice)

@@ -7,7 +7,12 @@ use thiserror::Error;
 use crate::frame::Frame;
 
 pub mod channel;
+mod core;
 pub mod shm;
+mod wait_estimate;
+mod waiting;
+
+pub use self::core::{Core, Yield};
 
 /// One end of a two-way connection between the coordinator and one participant.
 ///

@@ -7,47 +7,40 @@
 //! with 64 MiB of `/dev/shm` is enough. Letting iceoryx2 grow its data segment instead was rejected: it
 //! loses the sample when the sender leaves before the receiver has mapped the new segment.
 //!
-//! A waiting end polls for a while and then sleeps on an iceoryx2 event; where its waits are regular it is awake when
-//! the answer comes. The event is a hint: sleep is cut into slices after each of which the end looks again, so a lost
+//! A waiting end polls for a while and then sleeps on an iceoryx2 event; where its waits are regular, and nobody else wants its
+//! core, it is awake when the answer comes. The event is a hint: sleep is cut into slices after each of which the end looks again, so a lost
 //! wake-up costs a slice and nothing hangs.
 //!
 //! The signal handlers of the process stay as they are: those of iceoryx2 come only with waits that are not
 //! used here.
 //!
 //! - `services`: the iceoryx2 services and ports of a connection;
-//! - `deadline`: the time that a call may take; `wait_estimate`: the length of the next wait;
+//! - `deadline`: the time that a call may take;
 //! - `cleanup`: names of a run's files, and the removal of what dead runs left.
 
 use std::path::Path;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use iceoryx2::port::listener::ListenerWaitError;
 
 use crate::frame::{Frame, Header};
+use crate::link::waiting::Waiting;
 use crate::link::{Link, LinkError};
 
 mod cleanup;
 mod deadline;
 mod services;
-mod wait_estimate;
 
 pub use cleanup::{is_running, left_by, remove_dead_runs, remove_run, run_prefix, run_root};
 use deadline::Deadline;
 use services::{Ports, SAMPLE_DOUBLES, Services, failed};
-use wait_estimate::WaitEstimate;
 
 /// The most doubles that one frame can hold: 1 GiB, a square matrix of 11 585 rows.
 pub const MAX_DOUBLES: usize = 1 << 27;
 
 /// Longest sleep before looking again, whatever the event says.
 const SLICE: Duration = Duration::from_millis(20);
-
-/// Time that an end polls before it sleeps: most answers of a solver come earlier.
-const POLLING: Duration = Duration::from_millis(2);
-
-/// The same for an end that shares its core. The sleep then costs as much again, so at most that is wasted.
-const POLLING_ON_SHARED_CORE: Duration = Duration::from_micros(20);
 
 /// The way in which an end waits for the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,9 +71,7 @@ impl WaitMode {
 /// One end of a connection through shared memory. Whatever it created goes when both ends are dropped.
 pub struct ShmLink {
     ports: Ports,
-    polling_time: Duration,
-    /// Only of an end that sleeps.
-    wait_estimate: Option<WaitEstimate>,
+    waiting: Waiting,
     /// Both ports of the other end were seen: from now on their absence means that it left.
     connected: bool,
     /// A frame was cut off half-way, the other end would take the next one for its rest.
@@ -131,12 +122,7 @@ impl ShmLink {
     fn new(ports: Ports, polls: bool) -> ShmLink {
         ShmLink {
             ports,
-            polling_time: if polls {
-                POLLING
-            } else {
-                POLLING_ON_SHARED_CORE
-            },
-            wait_estimate: (!polls).then(WaitEstimate::default),
+            waiting: Waiting::new(polls),
             connected: false,
             cut: false,
             arriving: Vec::new(),
@@ -151,7 +137,7 @@ impl ShmLink {
                 self.ports.subscriber.has_samples().map_err(failed)?;
                 self.connected = true;
             } else {
-                deadline.pause(self.polling_time)?;
+                deadline.pause()?;
             }
         }
         Ok(())
@@ -184,7 +170,7 @@ impl ShmLink {
             if self.has_left() {
                 return Err(LinkError::Closed);
             }
-            deadline.pause(self.polling_time)?;
+            deadline.pause()?;
         }
     }
 
@@ -245,17 +231,11 @@ impl Link for ShmLink {
 
     fn receive(&mut self, patience: Duration) -> Result<Option<Frame>, LinkError> {
         let deadline = Deadline::new(patience);
-        let polling_time = self.polling_time;
-        let awake_until = match &mut self.wait_estimate {
-            Some(estimate) => estimate.awake_until(polling_time),
-            None => Instant::now() + polling_time,
-        };
+        self.waiting.begin();
         loop {
             if let Some(frame) = self.take()? {
                 self.connected = true;
-                if let Some(estimate) = &mut self.wait_estimate {
-                    estimate.arrived(&frame.header);
-                }
+                self.waiting.arrived(&frame.header);
                 return Ok(Some(frame));
             }
             if self.has_left() {
@@ -266,9 +246,7 @@ impl Link for ShmLink {
             if left.is_zero() {
                 return Ok(None);
             }
-            if Instant::now() < awake_until {
-                thread::yield_now();
-            } else {
+            if !self.waiting.give_way() {
                 self.sleep(left)?;
             }
         }

@@ -5,6 +5,9 @@ use std::time::{Duration, Instant};
 
 use crate::link::LinkError;
 
+/// Time after which a pause is a sleep.
+const POLLING: Duration = Duration::from_micros(20);
+
 /// The time that a call may take.
 pub(super) struct Deadline {
     start: Instant,
@@ -27,15 +30,15 @@ impl Deadline {
         self.patience.saturating_sub(self.elapsed())
     }
 
-    /// Gives way to other threads for `polling_time` (s) after the start and sleeps after that, never beyond the deadline.
-    pub(super) fn pause(&self, polling_time: Duration) -> Result<(), LinkError> {
+    /// Gives way to other threads at first and sleeps after that, never beyond the deadline.
+    pub(super) fn pause(&self) -> Result<(), LinkError> {
         let left = self.left();
         if left.is_zero() {
             return Err(LinkError::Full {
                 seconds: self.patience.as_secs_f64(),
             });
         }
-        if self.elapsed() < polling_time {
+        if self.elapsed() < POLLING {
             thread::yield_now();
         } else {
             thread::sleep(left.min(Duration::from_micros(100)));

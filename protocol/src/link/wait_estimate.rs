@@ -15,8 +15,8 @@ const REMEMBERED: usize = 8;
 /// Part of the longest wait by which the next may be longer.
 const LATE: f64 = 0.25;
 
-/// Longest wait that is spent awake.
-const LONG: Duration = Duration::from_millis(10);
+/// Longest wait that is spent awake: a wake-up is 2 % of it.
+const LONG: Duration = Duration::from_millis(1);
 
 /// Waits after the same frame are of one kind, and about as long as each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,14 +47,14 @@ pub(super) struct WaitEstimate {
 impl WaitEstimate {
     /// Begins a wait, or goes on with one that a call ended without a frame. Returns the end of the time that is spent
     /// awake, which lasts `at_least` so long.
-    pub(super) fn awake_until(&mut self, at_least: Duration) -> Instant {
-        let since = *self.since.get_or_insert_with(Instant::now);
+    pub(super) fn awake_until(&mut self, now: Instant, at_least: Duration) -> Instant {
+        let since = *self.since.get_or_insert(now);
         since + self.awake(self.next).max(at_least)
     }
 
-    /// Ends a wait by the frame that came.
-    pub(super) fn arrived(&mut self, header: &Header) {
-        if let Some(since) = self.since.take() {
+    /// Ends a wait by the frame that came; its length may tell the next one's.
+    pub(super) fn arrived(&mut self, header: &Header, tells: bool) {
+        if let Some(since) = self.since.take().filter(|_| tells) {
             self.add(self.next, since.elapsed());
         }
         self.next = WaitKind {
@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn long_waits_are_slept_through() {
-        assert_eq!(of(&[9_000; 8]).awake(FORCE), Duration::ZERO);
+        assert_eq!(of(&[900; 8]).awake(FORCE), Duration::ZERO);
         assert_eq!(of(&[5_000_000; 8]).awake(FORCE), Duration::ZERO);
     }
 }
