@@ -17,6 +17,8 @@ pub(crate) struct Committed {
     pub(crate) steps: u64,
     /// Steps of all windows, repeated ones included.
     pub(crate) steps_done: u64,
+    /// Steps of elements of all windows, repeated ones as far as they were repeated.
+    pub(crate) element_steps: u64,
     /// Steps of all columns of condensed matrices.
     pub(crate) column_steps: u64,
     /// Largest pressures at the snapshot of the hold.

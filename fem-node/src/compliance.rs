@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::integrate::{Integrator, Load, RowEnergies, State};
+use crate::integrate::{Dissipated, Integrator, Load, State};
 use crate::model::Model;
 use crate::prescribed_velocity::PrescribedVelocity;
 
@@ -74,7 +74,8 @@ struct ColumnRun {
     rest: State,
     state: State,
     load: Load,
-    energies: Vec<RowEnergies>,
+    /// Nobody asks for the energies of a column.
+    dissipated: Dissipated<Vec<f64>>,
     integrator: Integrator,
 }
 
@@ -86,7 +87,7 @@ impl ColumnRun {
             state: rest.clone(),
             rest,
             load: Load::none(body),
-            energies: vec![RowEnergies::default(); body.layout.node_rows],
+            dissipated: Dissipated::default(),
             integrator: Integrator::new(body, model.scheme, None, elements, 1),
         }
     }
@@ -101,15 +102,15 @@ impl ColumnRun {
     ) {
         let (body, layout) = (&model.body, model.body.layout);
         let (row, rows) = (layout.row_of(source), layout.node_rows);
-        let (state, energies) = (&mut self.state, &mut self.energies);
+        let (state, dissipated) = (&mut self.state, &mut self.dissipated);
         for step in 1..=substeps as usize {
             let reached = [row.saturating_sub(step), (row + step + 1).min(rows)];
             self.integrator
-                .step(body, state, &self.load, energies, reached, None);
+                .step(body, state, &self.load, dissipated, reached, None);
             if let Some(velocity) = &mut velocity {
                 let share = step as f64 / f64::from(substeps);
                 let rule = self.integrator.rule();
-                velocity.step(body, &rule, state, &mut energies[0], share);
+                velocity.step(body, &rule, state, dissipated, share);
             }
         }
     }

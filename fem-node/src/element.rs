@@ -18,6 +18,7 @@ mod shape;
 mod stiffness;
 mod supports;
 
+pub(crate) use body::ElementRow;
 pub use body::{Body, stiffness};
 pub(crate) use corners::{CornerRows, StrainPath};
 pub(crate) use gather::{CORNER_FORCES, GatherBuffers, NodalFields, sum_corners};

@@ -53,20 +53,26 @@
 //!
 //! The last bracket telescopes inside a window, not across windows: a is computed anew under the new force.
 
+mod dissipation;
 mod integrator;
 mod load;
 pub(crate) mod node_row;
+mod region;
+mod rings;
 mod scheme;
 mod scratch;
 mod state;
 mod strip;
+mod tally;
 mod unstructured;
 mod upper_row;
 
+pub(crate) use dissipation::{Dissipated, Ways};
 pub(crate) use integrator::Integrator;
 pub(crate) use load::Load;
-pub(crate) use node_row::RowEnergies;
+pub(crate) use region::{Region, Ring, Tape};
 pub use scheme::Scheme;
 pub(crate) use scheme::{Damping, Rule};
 pub use state::State;
+pub(crate) use tally::{BLOCK, Tally, kinetic_energy};
 pub(crate) use upper_row::UpperRow;

@@ -9,7 +9,7 @@ use crate::config::{
 };
 use crate::element::{Body, Supports};
 use crate::gmsh;
-use crate::integrate::Scheme;
+use crate::integrate::{Scheme, Ways};
 use crate::material::Elastic;
 use crate::material::j2::J2;
 use crate::material::nonlinear::NonlinearLaw;
@@ -135,6 +135,16 @@ impl Model {
     pub(crate) fn damping_at(&self, step: u64) -> f64 {
         let start = self.wheel.as_ref().map(|wheel| wheel.damping_at(step));
         self.scheme.mass_damping + start.unwrap_or(0.0)
+    }
+
+    /// Ways in which the body dissipates.
+    pub(crate) fn dissipates(&self) -> Ways {
+        Ways {
+            numerical: self.scheme.damping > 0.5,
+            mass_damping: self.damping_at(0) > 0.0,
+            stiffness_damping: self.scheme.stiffness_damping > 0.0,
+            plastic: self.plastic().is_some(),
+        }
     }
 
     /// The plastic law, where the material has one.

@@ -43,6 +43,22 @@ impl Pack {
         row[at..at + LANES].copy_from_slice(&self.0);
     }
 
+    /// Writes the first `count` numbers, at most all of them, from `at` on.
+    #[inline(always)]
+    pub(crate) fn store_up_to(self, count: usize, row: &mut [f64], at: usize) {
+        if count >= LANES {
+            self.store(row, at);
+        } else {
+            row[at..at + count].copy_from_slice(&self.0[..count]);
+        }
+    }
+
+    /// Adds to the numbers from `at` on.
+    #[inline(always)]
+    pub(crate) fn add_to(self, row: &mut [f64], at: usize) {
+        (Pack::load(row, at) + self).store(row, at);
+    }
+
     /// Sum of the lanes, pairwise.
     #[inline(always)]
     pub(crate) fn sum(self) -> f64 {

@@ -12,7 +12,7 @@
 //! are corrected: -b h^2/2 da M da and b c' v' M du of [`crate::integrate`]. The reaction does the work [(1-b) f + b f'] du.
 
 use crate::element::Body;
-use crate::integrate::{RowEnergies, Rule, State};
+use crate::integrate::{Dissipated, Rule, State};
 
 /// Components of prescribed velocity during a window.
 #[derive(Clone, Debug)]
@@ -78,7 +78,7 @@ impl PrescribedVelocity {
         body: &Body,
         rule: &Rule,
         state: &mut State,
-        energies: &mut RowEnergies,
+        dissipated: &mut Dissipated<Vec<f64>>,
         share: f64,
     ) {
         let (h, b) = (rule.scheme.step, rule.scheme.damping);
@@ -90,10 +90,12 @@ impl PrescribedVelocity {
             let missing = a_s - state.a[index];
             let needed = mass * (1.0 + b * h * c) * missing;
             *work += ((1.0 - b) * *force + b * needed) * du;
-            if b > 0.5 {
-                energies.numerical += 0.5 * b * h * h * mass * missing * missing;
+            if let Some(numerical) = dissipated.numerical.get_mut(index) {
+                *numerical += 0.5 * b * h * h * mass * missing * missing;
             }
-            energies.mass_damping += b * c * (b * h * missing) * mass * du;
+            if let Some(mass_damping) = dissipated.mass_damping.get_mut(index) {
+                *mass_damping += b * c * (b * h * missing) * mass * du;
+            }
             *force = needed;
             component.velocity = component.start + share * (component.end - component.start);
             state.a[index] = a_s;

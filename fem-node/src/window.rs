@@ -1,17 +1,28 @@
 //! One coupling window: m steps from the committed state under a constant interface force or a prescribed velocity.
 
+use std::sync::Arc;
+
 use protocol::larger;
+use rayon::ThreadPool;
 
 use crate::boundary::Traction;
 use crate::committed::Committed;
-use crate::element::Body;
-use crate::integrate::{Damping, Integrator, Load, RowEnergies, State, UpperRow};
+use crate::integrate::{
+    Damping, Dissipated, Integrator, Load, Region, State, Tally, Tape, UpperRow, kinetic_energy,
+};
 use crate::ledger::Ledger;
 use crate::model::Model;
-use crate::pack::largest;
 use crate::prescribed_velocity::PrescribedVelocity;
 use crate::probe::{HoldRecord, hold_record};
 use crate::wheel::WheelRun;
+
+mod pieces;
+mod region;
+mod works;
+
+use pieces::Pieces;
+use region::Regions;
+use works::Works;
 
 /// Steps between two checks of the kinetic energy: a check costs a tenth of a step.
 const CHECK_EVERY: u64 = 20;
@@ -64,82 +75,253 @@ pub(crate) struct WindowRun {
     /// The most that was supplied so far: energy that comes back still counts (J).
     supplied: f64,
     load: Load,
-    energies: Vec<RowEnergies>,
-    applied_work: f64,
-    drive_work: f64,
+    dissipated: Dissipated<Vec<f64>>,
+    tally: Tally,
+    works: Works,
+    regions: Regions,
+    tape: Tape,
+    /// Increments in the ring of a region, under a law with history.
+    increments: Vec<f64>,
+    /// Pieces for the threads, and the steps and threads that they were cut for; none where the body is stepped as a whole.
+    pieces: Option<Pieces>,
+    cut_for: Option<(u32, usize)>,
+    /// The last whole run was one of pieces.
+    in_pieces: bool,
     pub(crate) velocity: Option<PrescribedVelocity>,
-    /// a M a at the start of the window, under its own force (W).
-    start_product: f64,
+}
+
+/// Extent of a run of a window.
+#[derive(Clone, Debug)]
+pub(crate) enum Extent {
+    /// The whole body.
+    Whole,
+    /// The whole body; the states of the rings of a region are recorded.
+    Recorded(Arc<Region>),
+    /// What the changed force can have reached since the run that was recorded.
+    Part(Arc<Region>),
+}
+
+impl Extent {
+    pub(crate) fn is_part(&self) -> bool {
+        matches!(self, Extent::Part(_))
+    }
 }
 
 impl WindowRun {
     /// For a run that begins in this state.
     pub(crate) fn new(model: &Model, start: &State) -> WindowRun {
         let body = &model.body;
+        let dissipated = Dissipated::new(body.layout, model.dissipates());
+        let mut tally = Tally::default();
+        tally.all(body, start, &dissipated);
+        let at_start = tally.total();
         WindowRun {
-            start_strain: strain_energy(start),
-            start_kinetic: kinetic_energy(body, start),
+            start_strain: 0.5 * at_start.strain,
+            start_kinetic: 0.5 * at_start.kinetic,
             wheel: model.wheel.as_ref().map(WheelRun::new),
             state: State::at_rest_under(body, model.law.as_ref()),
             load: Load::none(body),
-            energies: vec![RowEnergies::default(); body.layout.node_rows],
+            dissipated,
+            tally,
+            works: Works::new(model),
             ..WindowRun::default()
         }
     }
 
-    /// Runs the window from the committed state.
+    /// Extent of the next run, of a window after `steps`: all, or what has changed since the last run of the same window.
+    pub(crate) fn extent(&mut self, model: &Model, steps: u64, input: &WindowInput) -> Extent {
+        self.regions.extent(model, steps, input)
+    }
+
+    /// Runs the window from the committed state, on the threads of the pool where there is one. Returns the steps of elements that
+    /// were computed.
     pub(crate) fn run(
+        &mut self,
+        model: &Model,
+        (integrator, pool): (&mut Integrator, Option<&ThreadPool>),
+        committed: &Committed,
+        input: &WindowInput,
+        extent: &Extent,
+    ) -> u64 {
+        let cut = pool.filter(|pool| self.is_cut(model, input, extent, pool.current_num_threads()));
+        if let Some(pool) = cut {
+            self.run_pieces(pool, model, committed, input, extent);
+        } else {
+            let strips = integrator.strips();
+            let mut steps = || self.run_steps(model, integrator, committed, input, extent);
+            let done = match pool.filter(|_| strips > 1) {
+                Some(pool) => pool.install(steps),
+                None => steps(),
+            };
+            if done < input.substeps {
+                return model.mesh.elements() as u64 * u64::from(done);
+            }
+        }
+        let kinetic = 0.5 * self.tally.total().kinetic;
+        let end = committed.steps + u64::from(input.substeps);
+        self.check_energy(committed, input, end, kinetic);
+        match extent {
+            Extent::Part(region) => region.element_steps,
+            _ => model.mesh.elements() as u64 * u64::from(input.substeps),
+        }
+    }
+
+    /// True if the window is run in pieces, which are made here.
+    fn is_cut(
+        &mut self,
+        model: &Model,
+        input: &WindowInput,
+        extent: &Extent,
+        threads: usize,
+    ) -> bool {
+        if extent.is_part() || !input.velocity.is_empty() {
+            return false;
+        }
+        let known = |(most, of): (u32, usize)| input.substeps <= most && of == threads;
+        if !self.cut_for.is_some_and(known) {
+            self.pieces = Pieces::new(model, input.substeps, threads);
+            self.cut_for = Some((input.substeps, threads));
+        }
+        self.pieces.is_some()
+    }
+
+    /// The whole window, piece by piece.
+    fn run_pieces(
+        &mut self,
+        pool: &ThreadPool,
+        model: &Model,
+        committed: &Committed,
+        input: &WindowInput,
+        extent: &Extent,
+    ) {
+        self.excess = None;
+        self.velocity = None;
+        self.in_pieces = true;
+        let region = match extent {
+            Extent::Recorded(region) => Some(region),
+            Extent::Whole | Extent::Part(_) => None,
+        };
+        let (layout, state) = (model.body.layout, &mut self.state);
+        if let Some(pieces) = &mut self.pieces {
+            pieces.run(pool, model, committed, input, region);
+            pieces.fill(layout, state, &mut self.dissipated, &mut self.tally);
+        }
+    }
+
+    /// The window or a part of it, step by step; returns how many were done.
+    fn run_steps(
         &mut self,
         model: &Model,
         integrator: &mut Integrator,
         committed: &Committed,
         input: &WindowInput,
-    ) {
-        self.begin(model, committed, input);
-        let rows = [0, model.body.layout.node_rows];
-        let mut last = self.loaded_displacements(model);
-        for k in 0..input.substeps {
-            let step = committed.steps + u64::from(k);
-            let reactions = self.prescribe_motion(model, step);
-            self.set_load(model, input, step + 1, false);
-            integrator.damping = Damping {
-                start: model.damping_at(step),
-                end: model.damping_at(step + 1),
-            };
-            let wheel = model.wheel.as_ref().zip(self.wheel.as_mut());
-            let (state, energies) = (&mut self.state, &mut self.energies);
-            integrator.step(&model.body, state, &self.load, energies, rows, wheel);
-            if let Some(velocity) = &mut self.velocity {
-                let share = f64::from(k + 1) / f64::from(input.substeps);
-                velocity.step(
-                    &model.body,
-                    &integrator.rule(),
-                    state,
-                    &mut energies[0],
-                    share,
-                );
-            }
-            self.drive_work += self.work_of_motion(model, step, &reactions);
-            let now = self.loaded_displacements(model);
-            self.applied_work += applied_work(model, step, &last, &now);
-            last = now;
+        extent: &Extent,
+    ) -> u32 {
+        if let Extent::Part(region) = extent {
+            self.begin_part(model, committed, input, region);
+        } else {
+            self.begin(model, committed, input);
+        }
+        self.works.begin(&self.load, &self.state, extent);
+        for k in 1..=input.substeps {
+            let step = committed.steps + u64::from(k) - 1;
+            self.step(model, integrator, input, extent, (k, step));
             self.record_hold(model, step + 1);
-            if (step + 1).is_multiple_of(CHECK_EVERY) || k + 1 == input.substeps {
-                self.check_energy(model, committed, input, step + 1);
+            let checks = !extent.is_part() && k < input.substeps;
+            if checks && (step + 1).is_multiple_of(CHECK_EVERY) {
+                let kinetic = kinetic_energy(&model.body, &self.state.v);
+                self.check_energy(committed, input, step + 1, kinetic);
             }
             if self.excess.is_some() {
-                return;
+                self.regions.forget();
+                return k;
             }
         }
+        let (body, dissipated) = (&model.body, &self.dissipated);
+        match extent {
+            Extent::Part(region) => self
+                .tally
+                .again(body, &self.state, dissipated, &region.blocks),
+            _ => self.tally.all(body, &self.state, dissipated),
+        }
+        input.substeps
+    }
+
+    /// Step `k` of the window, the `step`th of the run, over the whole body or a part of it.
+    fn step(
+        &mut self,
+        model: &Model,
+        integrator: &mut Integrator,
+        input: &WindowInput,
+        extent: &Extent,
+        (k, step): (u32, u64),
+    ) {
+        let (body, scheme) = (&model.body, &model.scheme);
+        self.works.move_to(model, &mut self.state, step, k);
+        self.set_load(model, input, step + 1, false);
+        integrator.damping = Damping {
+            start: model.damping_at(step),
+            end: model.damping_at(step + 1),
+        };
+        let rows = [0, body.layout.node_rows];
+        let wheel = model.wheel.as_ref().zip(self.wheel.as_mut());
+        let (state, dissipated, tape) = (&mut self.state, &mut self.dissipated, &mut self.tape);
+        match extent {
+            Extent::Whole => integrator.step(body, state, &self.load, dissipated, rows, wheel),
+            Extent::Recorded(region) => {
+                let ring = &region.rings[k as usize - 1];
+                tape.record_start(ring, scheme, state, dissipated);
+                integrator.step(body, state, &self.load, dissipated, rows, wheel);
+            }
+            Extent::Part(region) => {
+                let pieces = self.pieces.as_mut().filter(|_| self.in_pieces);
+                if let Some(pieces) = pieces {
+                    pieces.read(k, state, dissipated);
+                } else {
+                    let ring = &region.rings[k as usize - 1];
+                    tape.read(ring, state, dissipated, &mut self.increments);
+                }
+                let part = (region.front(k), self.increments.as_slice());
+                integrator.step_part(body, state, &self.load, dissipated, part);
+            }
+        }
+        if let Some(velocity) = &mut self.velocity {
+            let share = f64::from(k) / f64::from(input.substeps);
+            velocity.step(body, &integrator.rule(), state, dissipated, share);
+        }
+        self.works.settle(model, state, step, k);
+        if let Extent::Recorded(region) = extent {
+            tape.record_end(&region.rings[k as usize - 1], state, dissipated);
+        }
+        self.works.add(model, &self.load, state, step, k);
+    }
+
+    /// Cuts the body into so many pieces, however small.
+    #[cfg(test)]
+    fn cut(&mut self, model: &Model, substeps: u32, count: usize) {
+        self.pieces = Pieces::in_parts(model, substeps, count);
+        self.cut_for = Some((substeps, count));
+        assert!(self.pieces.is_some());
+    }
+
+    /// True if the last run was recorded, so that a repeat of its window runs a part of the body only.
+    #[cfg(test)]
+    fn repeats_a_part(&self) -> bool {
+        self.regions.is_recorded()
+    }
+
+    /// Forgets the last run: the committed state is another one.
+    pub(crate) fn forget(&mut self) {
+        self.regions.forget();
     }
 
     /// Compares the kinetic energy with all energy that was supplied up to the end of `step`.
     fn check_energy(
         &mut self,
-        model: &Model,
         committed: &Committed,
         input: &WindowInput,
         step: u64,
+        kinetic: f64,
     ) {
         let before = &committed.ledger;
         let wheel = self.wheel.as_ref().map_or(0.0, |run| {
@@ -147,10 +329,10 @@ impl WindowRun {
         });
         let body = before.interface_work + before.applied_work + before.drive_work;
         let interface = self.force_work(&committed.state, input);
-        let work = body + interface + self.reaction_work() + self.applied_work + self.drive_work;
+        let own = self.works.applied + self.works.drive;
+        let work = body + interface + self.reaction_work() + own;
         self.supplied = larger(self.supplied, work + wheel);
         let supplied = self.supplied + self.start_strain + self.start_kinetic;
-        let kinetic = kinetic_energy(&model.body, &self.state);
         if kinetic <= EXCESS * supplied {
             self.suspected = None;
             return;
@@ -185,10 +367,10 @@ impl WindowRun {
     /// the accelerations are computed anew; those of the wheel do not, except from nothing at the start of a run that
     /// does not begin in equilibrium.
     fn begin(&mut self, model: &Model, committed: &Committed, input: &WindowInput) {
+        self.in_pieces = false;
         self.excess = None;
-        self.energies.fill(RowEnergies::default());
-        self.applied_work = 0.0;
-        self.drive_work = 0.0;
+        self.dissipated.clear();
+        self.tape.clear();
         self.hold_record = None;
         self.set_load(model, input, committed.steps, true);
         let damping = model.damping_at(committed.steps);
@@ -206,8 +388,31 @@ impl WindowRun {
         self.velocity = (!input.velocity.is_empty()).then(|| {
             PrescribedVelocity::start(&model.body, &mut self.state, &input.velocity, window_s)
         });
-        self.start_product = inertia_product(&model.body, &self.state.a);
+        self.tally.begin(&model.body, &self.state.a);
         self.record_hold(model, committed.steps);
+    }
+
+    /// The start of the window where it differs from that of the recorded run: on the exchanged nodes and those around them.
+    fn begin_part(
+        &mut self,
+        model: &Model,
+        committed: &Committed,
+        input: &WindowInput,
+        region: &Region,
+    ) {
+        let (body, damping) = (&model.body, model.damping_at(committed.steps));
+        self.tape.rewind();
+        self.pieces.iter_mut().for_each(Pieces::rewind);
+        self.set_load(model, input, committed.steps, true);
+        region.begin(&mut self.state, &mut self.dissipated, &committed.state);
+        let (state, load) = (&committed.state, &self.load);
+        let acceleration = |k: usize| state.acceleration(body, damping, load, k);
+        for k in region.first() {
+            self.state.a[k] = acceleration(k);
+        }
+        body.layout.repeat_period(&mut self.state.a);
+        let tally = &mut self.tally;
+        tally.begin_again(body, &region.sources, acceleration);
     }
 
     /// The contact forces at the start of the run, and the accelerations under them.
@@ -255,9 +460,9 @@ impl WindowRun {
     ) -> Ledger {
         let before = &committed.ledger;
         let (b, h) = (model.scheme.damping, model.scheme.step);
-        let sum = |term: fn(&RowEnergies) -> f64| self.energies.iter().map(term).sum::<f64>();
-        let d_product = inertia_product(&model.body, &self.state.a) - self.start_product;
-        let loss = (b - 0.5) * sum(|row| row.numerical) - 0.25 * b * h * h * d_product;
+        let sums = self.tally.total();
+        let d_product = sums.inertia - self.tally.start_inertia();
+        let loss = (b - 0.5) * sums.numerical - 0.25 * b * h * h * d_product;
         let wheel = self.wheel.as_ref().map(|run| &run.state);
         let State { u, history, .. } = &self.state;
         let correction = |law| model.body.energy_correction(law, u, history);
@@ -265,75 +470,23 @@ impl WindowRun {
         let interface = before.interface_work + self.force_work(&committed.state, input);
         Ledger {
             interface_work: interface + self.reaction_work(),
-            applied_work: before.applied_work + self.applied_work,
-            strain: strain_energy(&self.state) + correction - self.start_strain,
-            kinetic: kinetic_energy(&model.body, &self.state),
-            mass_damping: before.mass_damping + sum(|row| row.mass_damping),
-            stiffness_damping: before.stiffness_damping + sum(|row| row.stiffness_damping),
+            applied_work: before.applied_work + self.works.applied,
+            strain: 0.5 * sums.strain + correction - self.start_strain,
+            kinetic: 0.5 * sums.kinetic,
+            mass_damping: before.mass_damping + sums.mass_damping,
+            stiffness_damping: before.stiffness_damping + sums.stiffness_damping,
             numerical: before.numerical + loss,
             wheel: wheel.map_or(Default::default(), |wheel| wheel.energies),
             wheel_kinetic: (model.wheel.as_ref().zip(wheel))
                 .map_or(0.0, |(wheel, state)| state.kinetic(wheel)),
-            drive_work: before.drive_work + self.drive_work,
-            plastic: before.plastic + sum(|row| row.plastic),
+            drive_work: before.drive_work + self.works.drive,
+            plastic: before.plastic + self.dissipated.plastic.iter().sum::<f64>(),
         }
-    }
-
-    /// Sets the rates that take the prescribed components to their displacements at the end of the step that begins at
-    /// `step`. Returns the forces of the drives now (N).
-    fn prescribe_motion(&mut self, model: &Model, step: u64) -> Vec<f64> {
-        let h = model.scheme.step;
-        for motion in &model.motions {
-            let displacement = motion.displacement((step + 1) as f64 * h);
-            for (index, value) in &motion.components {
-                self.state.v[*index] = (displacement * value - self.state.u[*index]) / h;
-                self.state.a[*index] = 0.0;
-            }
-        }
-        self.drive_forces(model)
-    }
-
-    /// Work of the drives over the step that began at `step`, [(1-b) r + b r'] du (J); the components take on their
-    /// velocities after it.
-    fn work_of_motion(&mut self, model: &Model, step: u64, before: &[f64]) -> f64 {
-        let (b, h) = (model.scheme.damping, model.scheme.step);
-        let after = self.drive_forces(model);
-        let mut reactions = before.iter().zip(&after);
-        let mut work = 0.0;
-        for motion in &model.motions {
-            let [start, end] = [step, step + 1].map(|step| step as f64 * h);
-            let moved = motion.displacement(end) - motion.displacement(start);
-            let velocity = motion.velocity(end);
-            for (index, value) in &motion.components {
-                let (old, new) = reactions.next().expect("one for each component");
-                work += ((1.0 - b) * old + b * new) * moved * value;
-                self.state.v[*index] = velocity * value;
-                self.state.a[*index] = 0.0;
-            }
-        }
-        work
-    }
-
-    /// r = F(u) + d - f in the prescribed components, motion after motion (N).
-    pub(crate) fn drive_forces(&self, model: &Model) -> Vec<f64> {
-        let components = model.motions.iter().flat_map(|motion| &motion.components);
-        components
-            .map(|(index, _)| {
-                let damping = self.state.damping_force.get(*index).unwrap_or(&0.0);
-                self.state.force[*index] + damping - self.load.at(*index)
-            })
-            .collect()
-    }
-
-    /// Displacements of the components under tractions, traction after traction (m).
-    fn loaded_displacements(&self, model: &Model) -> Vec<f64> {
-        let forces = model.tractions.iter().flat_map(|traction| &traction.forces);
-        forces.map(|(index, _)| self.state.u[*index]).collect()
     }
 
     /// The displacement that is farthest from zero (m), not a number if any is not.
     pub(crate) fn largest_displacement(&self) -> f64 {
-        largest(self.state.u.iter().map(|u| u.abs()))
+        self.tally.total().farthest
     }
 
     /// Interface force and tractions at the end of a step; at the start of a window from scratch.
@@ -356,31 +509,5 @@ impl WindowRun {
     }
 }
 
-/// [(1-b) f + b f'] du of the tractions over the step that begins at `step` (J).
-pub(crate) fn applied_work(model: &Model, step: u64, before: &[f64], after: &[f64]) -> f64 {
-    let (b, h) = (model.scheme.damping, model.scheme.step);
-    let mut increments = before.iter().zip(after).map(|(old, new)| new - old);
-    let of_traction = |traction: &Traction| {
-        let [start, end] = [step, step + 1].map(|step| traction.ramp.share(step as f64 * h));
-        let products = traction.forces.iter().zip(&mut increments);
-        let full: f64 = products.map(|((_, force), du)| force * du).sum();
-        ((1.0 - b) * start + b * end) * full
-    };
-    model.tractions.iter().map(of_traction).sum()
-}
-
-/// x M x
-fn inertia_product(body: &Body, x: &[f64]) -> f64 {
-    body.mass.iter().zip(x).map(|(m, x)| m * x * x).sum()
-}
-
-/// v M v / 2 (J)
-fn kinetic_energy(body: &Body, state: &State) -> f64 {
-    0.5 * inertia_product(body, &state.v)
-}
-
-/// u F(u) / 2 (J), exact for linear elasticity.
-fn strain_energy(state: &State) -> f64 {
-    let products = state.u.iter().zip(&state.force).map(|(u, f)| u * f);
-    0.5 * products.sum::<f64>()
-}
+#[cfg(test)]
+mod tests;

@@ -1,5 +1,6 @@
 //! The discretised body: masses, supports and the internal forces of its elements.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::corners::{CornerRows, StrainPath, StrainState};
@@ -35,6 +36,13 @@ pub struct Body {
     element: Element,
     /// Connectivity of an unstructured mesh.
     pub(crate) connectivity: Option<Arc<Connectivity>>,
+}
+
+/// History and dissipation of a row of elements, both empty under a law without.
+#[derive(Default)]
+pub(crate) struct ElementRow<'a> {
+    pub(crate) history: &'a mut [f64],
+    pub(crate) dissipated: &'a mut [f64],
 }
 
 /// The closed set of elements.
@@ -73,6 +81,47 @@ impl Body {
         body
     }
 
+    /// The piece of a structured body with these columns of nodes and the elements between them.
+    pub(crate) fn piece(&self, columns: &Range<usize>) -> Body {
+        let (all, layout) = (self.layout, self.layout.piece(columns));
+        let nodal = |field: &[f64]| {
+            let mut piece = vec![0.0; layout.len()];
+            for (row, field) in piece
+                .chunks_mut(layout.stride)
+                .zip(field.chunks(all.stride))
+            {
+                row[..columns.len()].copy_from_slice(&field[columns.clone()]);
+            }
+            piece
+        };
+        let constants = |constants: &[f64]| -> Vec<f64> {
+            let rows = constants.chunks(all.padded_columns());
+            let padding = layout.padded_columns() - layout.columns;
+            let of_row = |row: &[f64]| {
+                let mut own = row[columns.start..columns.end - 1].to_vec();
+                own.extend(std::iter::repeat_n(0.0, padding));
+                own
+            };
+            rows.flat_map(of_row).collect()
+        };
+        let node_mass = self.node_mass.chunks(all.nodes_in_row);
+        Body {
+            layout,
+            mass: nodal(&self.mass),
+            inverse_mass: nodal(&self.inverse_mass),
+            node_mass: node_mass
+                .flat_map(|row| row[columns.clone()].to_vec())
+                .collect(),
+            element: match &self.element {
+                Element::OnePoint(elements) => Element::OnePoint(elements.piece(layout, constants)),
+                Element::FourPoint(elements) => {
+                    Element::FourPoint(elements.piece(layout, constants))
+                }
+            },
+            connectivity: None,
+        }
+    }
+
     /// Takes components out of the equations of motion.
     pub(crate) fn fix(&mut self, components: impl Iterator<Item = usize>) {
         for index in components {
@@ -95,7 +144,7 @@ impl Body {
             let fields = NodalFields { u, du: &[] };
             let rows = corners.chunks_mut(CORNER_FORCES * layout.columns);
             for (row, out) in rows.enumerate() {
-                self.gathered_row(None, row, fields, &mut buffers, &mut [], out);
+                self.gathered_row(None, row, fields, &mut buffers, Default::default(), out);
             }
             let (x, y) = force.split_at_mut(layout.stride);
             return sum_corners(connectivity, &corners, 0, [x, y]);
@@ -103,75 +152,87 @@ impl Body {
         let mut rows = RowForces::new(layout);
         for row in 0..layout.node_rows {
             if row + 1 < layout.node_rows {
-                self.element_row(row, structured_row(layout, u, row), &mut rows);
+                let all = 0..layout.padded_columns();
+                self.element_row(row, structured_row(layout, u, row), all, &mut rows);
             } else {
                 rows.clear_upper();
             }
-            rows.assemble(&mut force[layout.row(row)]);
+            let all = layout.spans([0, layout.stride]);
+            rows.assemble(&mut force[layout.row(row)], &all);
             layout.fold_period(&mut force[layout.row(row)]);
             rows.advance();
         }
     }
 
-    /// Forces of a row of elements under the displacements of their corners.
-    pub(crate) fn element_row(&self, row: usize, u: CornerRows, out: &mut RowForces) {
+    /// Forces of some elements of a row, whole packs of them, under the displacements of their corners.
+    pub(crate) fn element_row(
+        &self,
+        row: usize,
+        u: CornerRows,
+        columns: Range<usize>,
+        out: &mut RowForces,
+    ) {
         vectorised(
             #[inline(always)]
             || match &self.element {
-                Element::OnePoint(elements) => elements.row(row, u, out),
-                Element::FourPoint(elements) => elements.row(row, u, out),
+                Element::OnePoint(elements) => elements.row(row, u, columns, out),
+                Element::FourPoint(elements) => elements.row(row, u, columns, out),
             },
         );
     }
 
-    /// Forces of a row of elements under a nonlinear law; returns the dissipation (J).
+    /// Forces of some elements of a row, whole packs of them, under a nonlinear law.
     pub(crate) fn nonlinear_row(
         &self,
         law: &NonlinearLaw,
         row: usize,
         path: StrainPath,
+        columns: Range<usize>,
         out: &mut RowForces,
-    ) -> f64 {
+    ) {
         vectorised(
             #[inline(always)]
             || match &self.element {
-                Element::OnePoint(elements) => elements.nonlinear_row(law, row, path, out),
-                Element::FourPoint(elements) => elements.nonlinear_row(law, row, path, out),
+                Element::OnePoint(elements) => elements.nonlinear_row(law, row, path, columns, out),
+                Element::FourPoint(elements) => {
+                    elements.nonlinear_row(law, row, path, columns, out);
+                }
             },
-        )
+        );
     }
 
     /// Forces of a row of elements of an unstructured mesh on their corners, element after element, [`CORNER_FORCES`] each.
-    /// Returns the dissipation (J).
     pub(crate) fn gathered_row(
         &self,
         law: Option<&NonlinearLaw>,
         row: usize,
         fields: NodalFields,
         buffers: &mut GatherBuffers,
-        history: &mut [f64],
+        own: ElementRow,
         out: &mut [f64],
-    ) -> f64 {
+    ) {
         let layout = self.layout;
         let elements = self.gather_displacements(row, fields.u, &mut buffers.u);
         if !buffers.du[0].is_empty() {
             gather(elements, layout, fields.du, &mut buffers.du);
         }
         let (u, forces) = (corner_rows(&buffers.u), &mut buffers.forces);
-        let dissipated = match law {
-            None => {
-                self.element_row(row, u, forces);
-                0.0
-            }
+        let all = 0..layout.padded_columns();
+        match law {
+            None => self.element_row(row, u, all, forces),
             Some(law) => {
-                let du = corner_rows(&buffers.du);
-                self.nonlinear_row(law, row, StrainPath { u, du, history }, forces)
+                let path = StrainPath {
+                    u,
+                    du: corner_rows(&buffers.du),
+                    history: own.history,
+                    dissipated: own.dissipated,
+                };
+                self.nonlinear_row(law, row, path, all, forces);
             }
-        };
+        }
         for (i, out) in out.chunks_exact_mut(CORNER_FORCES).enumerate() {
             out.copy_from_slice(&forces.of_element(layout.element_stride(), i));
         }
-        dissipated
     }
 
     fn gather_displacements(&self, row: usize, u: &[f64], into: &mut [Vec<f64>; 4]) -> &[[u32; 4]] {

@@ -97,9 +97,19 @@ pub(crate) struct StrainPath<'a> {
     pub(crate) du: CornerRows<'a>,
     /// History of this row: for each point [`HISTORY`] arrays of [`Layout::padded_columns`]; empty under a law without.
     pub(crate) history: &'a mut [f64],
+    /// Dissipation of each element (J), to which that of the step is added; empty where it is not counted.
+    pub(crate) dissipated: &'a mut [f64],
 }
 
 impl StrainPath<'_> {
+    /// Counts the dissipation (J) of the elements from `i` on.
+    #[inline(always)]
+    pub(super) fn count(&mut self, dissipated: Pack, i: usize) {
+        if !self.dissipated.is_empty() {
+            dissipated.add_to(self.dissipated, i);
+        }
+    }
+
     /// History of one of the points.
     #[inline(always)]
     pub(super) fn point(&mut self, point: usize, padded: usize) -> PointHistory<'_> {

@@ -12,11 +12,10 @@ pub struct Layout {
     pub columns: usize,
     /// Rows of elements.
     pub rows: usize,
-    pub(super) nodes_in_row: usize,
+    pub(crate) nodes_in_row: usize,
     /// Rows of nodes.
     pub node_rows: usize,
-    /// Numbers that a row of nodes keeps for one component: all nodes, and in a structured mesh room to load a whole pack from
-    /// any of them.
+    /// Numbers that a row of nodes keeps for one component: all nodes, and room to load a whole pack from any of them.
     pub stride: usize,
     /// True where the last node of each row is the first one.
     periodic: bool,
@@ -30,13 +29,24 @@ impl Layout {
             rows: mesh.rows,
             nodes_in_row,
             node_rows: mesh.points.len() / nodes_in_row,
-            stride: nodes_in_row.next_multiple_of(LANES),
+            stride: nodes_in_row.next_multiple_of(LANES) + LANES,
             periodic: mesh.periodic,
         };
         if mesh.connectivity.is_none() {
             layout.stride = layout.element_stride();
         }
         layout
+    }
+
+    /// That of the piece with these columns of nodes.
+    pub(super) fn piece(self, columns: &Range<usize>) -> Layout {
+        let mut piece = Layout {
+            columns: columns.len() - 1,
+            nodes_in_row: columns.len(),
+            ..self
+        };
+        piece.stride = piece.element_stride();
+        piece
     }
 
     /// Forces on a row of nodes: the last node of a periodic row hands its own to the first, so that each counts once.
@@ -76,7 +86,7 @@ impl Layout {
     }
 
     /// Elements in a row, rounded up to whole packs.
-    pub(super) fn padded_columns(self) -> usize {
+    pub(crate) fn padded_columns(self) -> usize {
         self.columns.next_multiple_of(LANES)
     }
 
@@ -103,6 +113,23 @@ impl Layout {
     /// The row of nodes that holds this index.
     pub fn row_of(self, index: usize) -> usize {
         index / self.row_len()
+    }
+
+    /// Packs of elements in a row that the nodes of these columns touch, of whole packs; `columns` is not empty.
+    pub(crate) fn elements_at(self, columns: [usize; 2]) -> Range<usize> {
+        let [first, end] = columns;
+        let first = first.saturating_sub(1) / LANES * LANES;
+        first..end.next_multiple_of(LANES).min(self.padded_columns())
+    }
+
+    /// True where the last node of each row is the first one.
+    pub(crate) fn is_periodic(self) -> bool {
+        self.periodic
+    }
+
+    /// Both components of these columns in a row of nodes.
+    pub(crate) fn spans(self, [first, end]: [usize; 2]) -> [Range<usize>; 2] {
+        [first..end, self.stride + first..self.stride + end]
     }
 
     /// Indices of a row of nodes.

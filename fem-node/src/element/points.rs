@@ -1,5 +1,7 @@
 //! The four Gauss points of the elements of a row, under a nonlinear law.
 
+use std::ops::Range;
+
 use super::corners::{StrainPath, StrainState};
 use super::layout::Layout;
 use super::modes::{Modes, plus_minus};
@@ -56,17 +58,18 @@ pub(super) fn geometry(p: &[[f64; 2]; 4], thickness: f64) -> [f64; GEOMETRY] {
 }
 
 impl RowPoints<'_> {
-    /// Forces by packs of elements, handed to `store` with the modes of the displacement; returns the dissipation (J).
+    /// Forces by packs of elements, handed to `store` with the modes of the displacement.
     #[inline(always)]
     pub(super) fn forces(
         &self,
         law: &NonlinearLaw,
         path: StrainPath,
+        columns: Range<usize>,
         store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
-    ) -> f64 {
+    ) {
         match law {
-            NonlinearLaw::Plastic(plastic) => self.plastic_forces(plastic, path, store),
-            NonlinearLaw::Corotational => self.corotational_forces(path, store),
+            NonlinearLaw::Plastic(plastic) => self.plastic_forces(plastic, path, columns, store),
+            NonlinearLaw::Corotational => self.corotational_forces(path, columns, store),
         }
     }
 
@@ -77,16 +80,17 @@ impl RowPoints<'_> {
         &self,
         plastic: &J2,
         mut path: StrainPath,
+        columns: Range<usize>,
         mut store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
-    ) -> f64 {
+    ) {
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let moduli = self.moduli.map(Pack::splat);
         let scale = Pack::splat(4.0 / self.thickness);
         let quarter = Pack::splat(0.25 * self.thickness);
-        let mut dissipated = Pack::splat(0.0);
-        for i in (0..padded).step_by(LANES) {
+        for i in columns.step_by(LANES) {
             let u = Modes::both(&path.u.load(stride, i));
             let du = Modes::both(&path.du.load(stride, i));
+            let mut dissipated = Pack::splat(0.0);
             let mut force = [Modes::default(); 2];
             for k in 0..4 {
                 let point = self.point(k, i);
@@ -105,9 +109,9 @@ impl RowPoints<'_> {
                 point.push(xx - relaxed[0], shear, &mut force[0]);
                 point.push(shear, yy - relaxed[1], &mut force[1]);
             }
+            path.count(Pack::splat(self.thickness) * dissipated, i);
             store(i, [force[0].scaled(quarter), force[1].scaled(quarter)], u);
         }
-        self.thickness * dissipated.sum()
     }
 
     /// Forces under large rotations, which dissipate nothing.
@@ -115,10 +119,11 @@ impl RowPoints<'_> {
     fn corotational_forces(
         &self,
         path: StrainPath,
+        columns: Range<usize>,
         mut store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
-    ) -> f64 {
-        let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
-        for i in (0..padded).step_by(LANES) {
+    ) {
+        let stride = self.layout.element_stride();
+        for i in columns.step_by(LANES) {
             let u = Modes::both(&path.u.load(stride, i));
             let mut force = [Modes::default(); 2];
             for k in 0..4 {
@@ -129,7 +134,6 @@ impl RowPoints<'_> {
             }
             store(i, force, u);
         }
-        0.0
     }
 
     /// Stored energy less u F / 2 (J) of the row, [`NonlinearLaw::energy_correction`].
@@ -247,13 +251,13 @@ mod tests {
         law: &NonlinearLaw,
         mut path: StrainPath,
         mut store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
-    ) -> f64 {
+    ) {
         let (padded, stride) = (
             points.layout.padded_columns(),
             points.layout.element_stride(),
         );
-        let mut dissipated = Pack::splat(0.0);
         for i in (0..padded).step_by(LANES) {
+            let mut dissipated = Pack::splat(0.0);
             let [u, du] = [path.u, path.du].map(|field| Modes::both(&field.load(stride, i)));
             let mut force = [Modes::default(); 2];
             for k in 0..4 {
@@ -266,9 +270,9 @@ mod tests {
                 dissipated = dissipated + volume * response.dissipated;
                 point.add(response.stress, points.thickness, &mut force);
             }
+            path.count(dissipated, i);
             store(i, force, u);
         }
-        dissipated.sum()
     }
 
     /// A row of five skewed elements of which some yield, some do not, under both paths.
@@ -304,22 +308,24 @@ mod tests {
                 *value = 0.01 * (k as f64).cos().abs();
             }
             let mut forces = Vec::new();
+            let mut dissipated = vec![0.0; layout.padded_columns()];
             let path = StrainPath {
                 u: CornerRows::between([&rows[0], &rows[1]]),
                 du: CornerRows::between([&rows[2], &rows[3]]),
                 history: &mut history,
+                dissipated: &mut dissipated,
             };
             let store = |_: usize, force: [Modes; 2], _: [Modes; 2]| {
                 for modes in force {
                     forces.extend([modes.xi.0, modes.eta.0, modes.hourglass.0].concat());
                 }
             };
-            let dissipated = if short {
-                points.forces(&law, path, store)
+            if short {
+                points.forces(&law, path, 0..layout.padded_columns(), store);
             } else {
-                plain_forces(&points, &law, path, store)
-            };
-            forces.push(dissipated);
+                plain_forces(&points, &law, path, store);
+            }
+            forces.extend(dissipated);
             forces.extend(history);
             forces
         };

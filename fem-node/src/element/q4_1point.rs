@@ -19,6 +19,8 @@
 //! G has length 1 on a parallelogram. There, for a square and nu = 0.3, the hourglass stiffness is 0.735 of
 //! the exact bending stiffness; full integration gives 1.57 of it.
 
+use std::ops::Range;
+
 use super::corners::{CornerRows, Corners, StrainPath, StrainState, row_constants};
 use super::layout::Layout;
 use super::row_forces::RowForces;
@@ -58,13 +60,28 @@ impl Q4OnePoint {
         }
     }
 
+    /// The elements of a piece, their constants cut out by `cut`.
+    pub(super) fn piece(&self, layout: Layout, cut: impl Fn(&[f64]) -> Vec<f64>) -> Q4OnePoint {
+        Q4OnePoint {
+            layout,
+            constants: cut(&self.constants),
+            ..*self
+        }
+    }
+
     /// Forces of the elements of a row under the displacements of its corners: f_ia = t A B_ja s_ij + G_a Q_i.
     #[inline(always)]
-    pub(crate) fn row(&self, row: usize, u: CornerRows, out: &mut RowForces) {
+    pub(crate) fn row(
+        &self,
+        row: usize,
+        u: CornerRows,
+        columns: Range<usize>,
+        out: &mut RowForces,
+    ) {
         let padded = self.layout.padded_columns();
         let stride = self.layout.element_stride();
         let constants = &self.constants[row * CONSTANTS * padded..(row + 1) * CONSTANTS * padded];
-        for i in (0..padded).step_by(LANES) {
+        for i in columns.step_by(LANES) {
             let constant = |k: usize| Pack::load(constants, k * padded + i);
             let [x, y] = u.load(stride, i);
             let (bx1, bx2, by1, by2) = (constant(0), constant(1), constant(2), constant(3));
@@ -90,21 +107,20 @@ impl Q4OnePoint {
         }
     }
 
-    /// Forces f_ia = t A B_ja s_ij + G_a Q_i of a row under a nonlinear law; returns the dissipation (J).
+    /// Forces f_ia = t A B_ja s_ij + G_a Q_i of a row under a nonlinear law.
     #[inline(always)]
     pub(super) fn nonlinear_row(
         &self,
         law: &NonlinearLaw,
         row: usize,
         mut path: StrainPath,
+        columns: Range<usize>,
         out: &mut RowForces,
-    ) -> f64 {
+    ) {
         let moduli = self.elastic.moduli();
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let (u, du) = (path.u, path.du);
-        let mut history = path.point(0, padded);
-        let mut dissipated = Pack::splat(0.0);
-        for i in (0..padded).step_by(LANES) {
+        for i in columns.step_by(LANES) {
             let constant = |k: usize| self.constant(row, k, i);
             let corners = u.load(stride, i);
             let gradient = self.gradient(row, i, &corners);
@@ -113,11 +129,11 @@ impl Q4OnePoint {
                 gradient,
                 #[inline(always)]
                 || self.gradient(row, i, &du.load(stride, i)),
-                &mut history,
+                &mut path.point(0, padded),
                 i,
             );
             let (hx, hy, volume, hourglass) = (constant(4), constant(5), constant(6), constant(7));
-            dissipated = dissipated + volume * response.dissipated;
+            path.count(volume * response.dissipated, i);
             for (k, corners) in corners.iter().enumerate() {
                 let [along_x, along_y] = gradient[k];
                 let q = hourglass * (corners.hourglass() - hx * along_x - hy * along_y);
@@ -128,7 +144,6 @@ impl Q4OnePoint {
                 out.store(k * stride + i, first, second, q);
             }
         }
-        dissipated.sum()
     }
 
     /// Stored energy less u F / 2 (J) of a row, [`NonlinearLaw::energy_correction`].

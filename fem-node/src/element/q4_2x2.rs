@@ -22,6 +22,8 @@
 //! The element with one mean dilatation, [`super::q4_bbar`], has the same points under the moduli D - k, and adds the forces
 //! of its mean pressure.
 
+use std::ops::Range;
+
 use super::corners::{CornerRows, StrainPath, StrainState, row_constants};
 use super::layout::Layout;
 use super::modes::{Modes, plus_minus};
@@ -77,22 +79,43 @@ impl Q4FourPoint {
         }
     }
 
+    /// The elements of a piece, their constants cut out by `cut`.
+    pub(super) fn piece(&self, layout: Layout, cut: impl Fn(&[f64]) -> Vec<f64>) -> Q4FourPoint {
+        Q4FourPoint {
+            layout,
+            constants: cut(&self.constants),
+            ..*self
+        }
+    }
+
     /// Forces of the elements of a row under the displacements of its corners.
     #[inline(always)]
-    pub(super) fn row(&self, row: usize, u: CornerRows, out: &mut RowForces) {
+    pub(super) fn row(
+        &self,
+        row: usize,
+        u: CornerRows,
+        columns: Range<usize>,
+        out: &mut RowForces,
+    ) {
         if self.mean_dilatation {
-            self.row_of::<true>(row, u, out);
+            self.row_of::<true>(row, u, columns, out);
         } else {
-            self.row_of::<false>(row, u, out);
+            self.row_of::<false>(row, u, columns, out);
         }
     }
 
     /// The branch for the mean dilatation stands outside the loop: inside it costs the q4_bbar a fifth of its time.
     #[inline(always)]
-    fn row_of<const MEAN: bool>(&self, row: usize, u: CornerRows, out: &mut RowForces) {
+    fn row_of<const MEAN: bool>(
+        &self,
+        row: usize,
+        u: CornerRows,
+        columns: Range<usize>,
+        out: &mut RowForces,
+    ) {
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let constants = self.row_constants(row);
-        for i in (0..padded).step_by(LANES) {
+        for i in columns.step_by(LANES) {
             let u = Modes::both(&u.load(stride, i));
             let constant = |k: usize| Pack::load(constants, k * padded + i);
             let mut forces = integrate(&constant, u, self.moduli);
@@ -104,20 +127,22 @@ impl Q4FourPoint {
         }
     }
 
-    /// Forces of the elements of a row under a nonlinear law; returns the dissipation (J).
+    /// Forces of the elements of a row under a nonlinear law.
     #[inline(always)]
     pub(super) fn nonlinear_row(
         &self,
         law: &NonlinearLaw,
         row: usize,
         path: StrainPath,
+        columns: Range<usize>,
         out: &mut RowForces,
-    ) -> f64 {
+    ) {
         let points = self.points(row);
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         points.forces(
             law,
             path,
+            columns,
             #[inline(always)]
             |i, mut forces, u| {
                 if self.mean_dilatation {
@@ -127,7 +152,7 @@ impl Q4FourPoint {
                 forces[0].store(out, i);
                 forces[1].store(out, stride + i);
             },
-        )
+        );
     }
 
     /// Stored energy less u F / 2 (J) of a row, [`NonlinearLaw::energy_correction`].

@@ -1,5 +1,7 @@
 //! Forces that a row of elements hands to the nodes above and below it.
 
+use std::ops::Range;
+
 use super::layout::Layout;
 use crate::pack::{LANES, Pack, vectorised};
 
@@ -56,12 +58,12 @@ impl RowForces {
         self.carried.iter_mut().for_each(|forces| forces.fill(0.0));
     }
 
-    /// Force on a row of nodes: from the elements above it, then from those below it.
-    pub(crate) fn assemble(&self, force: &mut [f64]) {
+    /// Force on these components of a row of nodes: from the elements above it, then from those below it.
+    pub(crate) fn assemble(&self, force: &mut [f64], spans: &[Range<usize>]) {
         vectorised(
             #[inline(always)]
             || {
-                for k in (0..force.len()).step_by(LANES) {
+                for k in spans.iter().flat_map(|span| span.clone().step_by(LANES)) {
                     let above = Pack::load(&self.carried[0], k) + Pack::load(&self.carried[1], k);
                     let below = Pack::load(&self.upper[0], k) + Pack::load(&self.upper[1], k);
                     (above + below).store(force, k);

@@ -2,12 +2,13 @@
 
 use rayon::prelude::*;
 
+use super::dissipation::Dissipated;
 use super::load::Load;
-use super::node_row::RowEnergies;
+use super::region::Front;
 use super::scheme::{Damping, Rule, Scheme};
 use super::scratch::Scratch;
 use super::state::State;
-use super::strip::split;
+use super::strip::{Part, split};
 use super::unstructured::Unstructured;
 use crate::element::Body;
 use crate::material::nonlinear::NonlinearLaw;
@@ -80,7 +81,7 @@ impl Integrator {
         body: &Body,
         state: &mut State,
         load: &Load,
-        energies: &mut [RowEnergies],
+        dissipated: &mut Dissipated<Vec<f64>>,
         rows: [usize; 2],
         wheel: Option<(&Wheel, &mut WheelRun)>,
     ) {
@@ -89,9 +90,17 @@ impl Integrator {
         }
         let rule = self.rule();
         if let Some(unstructured) = &mut self.unstructured {
-            return unstructured.step(body, &rule, state, load, &mut energies[0], wheel);
+            return unstructured.step(body, &rule, state, load, dissipated, wheel);
         }
-        let mut strips = split(body, &rule.scheme, state, energies, &mut self.scratch, rows);
+        let dissipated = dissipated.whole();
+        let mut strips = split(
+            body,
+            &rule.scheme,
+            state,
+            dissipated,
+            &mut self.scratch,
+            rows,
+        );
         strips.iter_mut().for_each(|strip| strip.law = self.law);
         if let Some(strip) = strips.first_mut() {
             strip.wheel = wheel;
@@ -103,6 +112,79 @@ impl Integrator {
                 .for_each(|strip| strip.step(body, &rule, load)),
         }
     }
+
+    /// One step of a part of the body; `increments` are those of the nodes beside it, empty under a law without history.
+    pub(crate) fn step_part(
+        &mut self,
+        body: &Body,
+        state: &mut State,
+        load: &Load,
+        dissipated: &mut Dissipated<Vec<f64>>,
+        (front, increments): (&Front, &[f64]),
+    ) {
+        let rule = self.rule();
+        let columns = match front {
+            Front::Columns(columns) => columns,
+            Front::Nodes(part) => {
+                let unstructured = self.unstructured.as_mut();
+                let unstructured =
+                    unstructured.expect("only an unstructured mesh has lists of nodes");
+                return unstructured.step_part(
+                    body,
+                    &rule,
+                    state,
+                    load,
+                    dissipated,
+                    (part, increments),
+                );
+            }
+        };
+        let part = Part {
+            columns,
+            increments,
+            predicted: 0,
+        };
+        self.sweep(body, state, load, dissipated, part);
+    }
+
+    /// One step of the same columns in all rows, of which those beside them are where the step before has left them.
+    pub(crate) fn step_columns(
+        &mut self,
+        body: &Body,
+        state: &mut State,
+        load: &Load,
+        dissipated: &mut Dissipated<Vec<f64>>,
+        columns: [usize; 2],
+    ) {
+        if self.scheme.stiffness_damping > 0.0 {
+            state.damping_force.resize(body.layout.len(), 0.0);
+        }
+        let part = Part {
+            columns: &vec![columns; body.layout.node_rows],
+            increments: &[],
+            predicted: 1,
+        };
+        self.sweep(body, state, load, dissipated, part);
+    }
+
+    fn sweep(
+        &mut self,
+        body: &Body,
+        state: &mut State,
+        load: &Load,
+        dissipated: &mut Dissipated<Vec<f64>>,
+        part: Part,
+    ) {
+        let rule = self.rule();
+        let (scratch, all) = (&mut self.scratch[..1], [0, body.layout.node_rows]);
+        let dissipated = dissipated.whole();
+        let mut strips = split(body, &rule.scheme, state, dissipated, scratch, all);
+        for strip in &mut strips {
+            strip.law = self.law;
+            strip.part = Some(part);
+            strip.step(body, &rule, load);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -110,11 +192,12 @@ mod tests {
     use super::*;
     use crate::config::{ElementKind, MaterialConfig, Plane};
     use crate::element::Supports;
+    use crate::integrate::dissipation::Ways;
     use crate::material::Elastic;
     use crate::mesh::Mesh;
 
     /// A skewed body of 9 x 7 elements with E = density = 1, stepped under two forces.
-    fn stepped(strips: usize, rows: [usize; 2], steps: usize) -> (State, Vec<RowEnergies>) {
+    fn stepped(strips: usize, rows: [usize; 2], steps: usize) -> (State, Dissipated<Vec<f64>>) {
         let mesh = Mesh::structured(9, 7, |i, j| [i as f64 + 0.2 * j as f64, -(j as f64)]);
         let material = MaterialConfig::elastic(1.0, 0.3, 1.0);
         let elastic = Elastic::new(&material, Plane::Strain);
@@ -132,11 +215,17 @@ mod tests {
         load.add(body.layout.index([7, 0], 0), 0.5);
         let mut state = State::at_rest(&body);
         state.accelerate(&body, scheme.mass_damping, &load);
-        let mut energies = vec![RowEnergies::default(); body.layout.node_rows];
+        let ways = Ways {
+            numerical: true,
+            mass_damping: true,
+            stiffness_damping: true,
+            plastic: false,
+        };
+        let mut dissipated = Dissipated::new(body.layout, ways);
         for _ in 0..steps {
-            integrator.step(&body, &mut state, &load, &mut energies, rows, None);
+            integrator.step(&body, &mut state, &load, &mut dissipated, rows, None);
         }
-        (state, energies)
+        (state, dissipated)
     }
 
     #[test]

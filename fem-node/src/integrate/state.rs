@@ -71,4 +71,14 @@ impl State {
         }
         body.layout.repeat_period(&mut self.a);
     }
+
+    /// The same of one component.
+    pub(crate) fn acceleration(&self, body: &Body, damping: f64, load: &Load, k: usize) -> f64 {
+        let w = body.inverse_mass[k];
+        let a = w * (load.values[k] - self.force[k]) - damping * self.v[k];
+        match self.damping_force.get(k) {
+            Some(d) => a - w * d,
+            None => a,
+        }
+    }
 }

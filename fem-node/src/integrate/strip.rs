@@ -2,13 +2,14 @@
 
 use std::ops::Range;
 
+use super::dissipation::{Dissipated, cut};
 use super::load::Load;
-use super::node_row::{NodeRow, RowEnergies};
+use super::node_row::NodeRow;
 use super::scheme::{Rule, Scheme};
 use super::scratch::{Scratch, copy_neighbours};
 use super::state::State;
 use super::upper_row::UpperRow;
-use crate::element::{Body, CornerRows, StrainPath};
+use crate::element::{Body, CornerRows, Layout, StrainPath};
 use crate::material::nonlinear::NonlinearLaw;
 use crate::pack::vectorised;
 use crate::wheel::{Wheel, WheelRun};
@@ -24,11 +25,24 @@ pub(super) struct Strip<'a> {
     damping_force: &'a mut [f64],
     /// History of the elements below each row; empty under a law without.
     history: &'a mut [f64],
-    energies: &'a mut [RowEnergies],
+    dissipated: Dissipated<&'a mut [f64]>,
     scratch: &'a mut Scratch,
+    /// The part of its rows that is stepped; all where there is none.
+    pub(super) part: Option<Part<'a>>,
     /// The wheel, for the strip with the upper row.
     pub(super) wheel: Option<(&'a Wheel, &'a mut WheelRun)>,
     pub(super) law: Option<NonlinearLaw>,
+}
+
+/// Part of a body that a step goes over; everything else is as it would be after the step where the part needs it.
+#[derive(Clone, Copy)]
+pub(super) struct Part<'a> {
+    /// Columns of nodes in each row, of which some rows may have none.
+    pub(super) columns: &'a [[usize; 2]],
+    /// Increments of the displacements in the rows beside the part; empty under a law without history.
+    pub(super) increments: &'a [f64],
+    /// Columns beside it on either hand that are where the step before has left them, and must be predicted.
+    pub(super) predicted: usize,
 }
 
 /// Cuts the rows `first .. end` into as many strips as there are buffers for. Each strip gets copies of the
@@ -37,46 +51,52 @@ pub(super) fn split<'a>(
     body: &Body,
     scheme: &Scheme,
     state: &'a mut State,
-    energies: &'a mut [RowEnergies],
+    mut dissipated: Dissipated<&'a mut [f64]>,
     scratch: &'a mut [Scratch],
     [first, end]: [usize; 2],
 ) -> Vec<Strip<'a>> {
+    let layout = body.layout;
     let rows = (end - first).div_ceil(scratch.len());
     let starts = (first..end).step_by(rows);
     for (start, buffers) in starts.clone().zip(scratch.iter_mut()) {
-        copy_neighbours(
-            body,
-            scheme,
-            state,
-            [start, (start + rows).min(end)],
-            buffers,
-        );
+        let own = [start, (start + rows).min(end)];
+        copy_neighbours(body, scheme, state, own, buffers);
     }
-    let row_len = body.layout.row_len();
-    let row_history = state.history.len() / (body.layout.node_rows - 1);
-    let mut history = state.history[first * row_history..].chunks_mut((rows * row_history).max(1));
-    let (range, size) = (first * row_len..end * row_len, rows * row_len);
-    let mut u = state.u[range.clone()].chunks_mut(size);
-    let mut v = state.v[range.clone()].chunks_mut(size);
-    let mut a = state.a[range.clone()].chunks_mut(size);
-    let mut force = state.force[range.clone()].chunks_mut(size);
-    let damping = state.damping_force.get_mut(range).unwrap_or_default();
-    let mut damping_force = damping.chunks_mut(size);
-    let mut energies = energies[first..end].chunks_mut(rows);
-    let strips = starts.zip(scratch).map_while(|(first, scratch)| {
-        Some(Strip {
-            first,
-            u: u.next()?,
-            v: v.next()?,
-            a: a.next()?,
-            force: force.next()?,
-            damping_force: damping_force.next().unwrap_or_default(),
-            history: history.next().unwrap_or_default(),
-            energies: energies.next()?,
+    let (row_len, padded) = (layout.row_len(), layout.padded_columns());
+    let row_history = state.history.len() / (layout.node_rows - 1);
+    let mut fields = [
+        &mut state.u,
+        &mut state.v,
+        &mut state.a,
+        &mut state.force,
+        &mut state.damping_force,
+    ]
+    .map(Vec::as_mut_slice);
+    let mut history = state.history.as_mut_slice();
+    let before = first * row_len;
+    for field in &mut fields {
+        cut(field, before);
+    }
+    cut(&mut history, first * row_history);
+    dissipated.cut(before, first * padded);
+    let strips = starts.zip(scratch).map(|(start, scratch)| {
+        let rows = rows.min(end - start);
+        let [u, v, a, force, damping_force] =
+            fields.each_mut().map(|field| cut(field, rows * row_len));
+        Strip {
+            first: start,
+            u,
+            v,
+            a,
+            force,
+            damping_force,
+            history: cut(&mut history, rows * row_history),
+            dissipated: dissipated.cut(rows * row_len, rows * padded),
             scratch,
+            part: None,
             wheel: None,
             law: None,
-        })
+        }
     });
     strips.collect()
 }
@@ -86,12 +106,12 @@ impl Strip<'_> {
     /// finish the row whose forces are complete. Every number is touched while it is in the cache.
     pub(super) fn step(&mut self, body: &Body, rule: &Rule, load: &Load) {
         let rows = self.u.len() / body.layout.row_len();
-        self.predict(&rule.scheme, 0);
+        self.predict(body.layout, &rule.scheme, 0);
         self.elements_above(body);
         for local in 0..rows {
             self.scratch.increments.advance();
             if local + 1 < rows {
-                self.predict(&rule.scheme, local + 1);
+                self.predict(body.layout, &rule.scheme, local + 1);
             }
             if self.first + local + 1 < body.layout.node_rows {
                 self.elements_below(body, local);
@@ -110,21 +130,33 @@ impl Strip<'_> {
         if self.first == 0 {
             return;
         }
+        let all = 0..body.layout.padded_columns();
         let u = CornerRows::between([above, &self.u[..above.len()]]);
         if let Some(law) = &self.law {
             let increments = &scratch.increments;
             let du = CornerRows::between([&increments.above, &increments.next]);
             let history = &mut scratch.history;
-            // The strip above counts their dissipation.
-            body.nonlinear_row(law, self.first - 1, StrainPath { u, du, history }, elements);
+            let path = StrainPath {
+                u,
+                du,
+                history,
+                // The strip above counts it.
+                dissipated: &mut [],
+            };
+            body.nonlinear_row(law, self.first - 1, path, all, elements);
         } else {
-            body.element_row(self.first - 1, u, elements);
+            body.element_row(self.first - 1, u, all, elements);
         }
         elements.advance();
     }
 
     /// Elements between this row and the next, which may belong to the strip below.
     fn elements_below(&mut self, body: &Body, local: usize) {
+        let columns = [local, local + 1].map(|local| self.columns(body.layout, local));
+        let Some(columns) = hull(columns) else {
+            return;
+        };
+        let elements_at = body.layout.elements_at(columns);
         let size = body.layout.row_len();
         let scratch = &mut *self.scratch;
         let (elements, increments) = (&mut scratch.elements, &scratch.increments);
@@ -140,7 +172,7 @@ impl Strip<'_> {
         ]);
         let row = self.first + local;
         let Some(law) = &self.law else {
-            return body.element_row(row, u, elements);
+            return body.element_row(row, u, elements_at, elements);
         };
         let next = if inside {
             &increments.next
@@ -148,44 +180,83 @@ impl Strip<'_> {
             &increments.below
         };
         let size = scratch.history.len();
+        let padded = body.layout.padded_columns();
+        let dissipated = &mut *self.dissipated.plastic;
         let path = StrainPath {
             u,
             du: CornerRows::between([&increments.here, next]),
             history: &mut self.history[local * size..(local + 1) * size],
+            dissipated: dissipated
+                .get_mut(local * padded..(local + 1) * padded)
+                .unwrap_or_default(),
         };
-        self.energies[local].plastic += body.nonlinear_row(law, row, path, elements);
+        body.nonlinear_row(law, row, path, elements_at, elements);
     }
 
-    fn predict(&mut self, scheme: &Scheme, local: usize) {
-        let size = self.scratch.force.len();
-        let row = local * size..(local + 1) * size;
-        self.keep_increment(scheme, row.clone());
-        let rates = self.v[row.clone()].iter().zip(&self.a[row.clone()]);
-        let nodes = self.u[row].iter_mut().zip(rates);
-        vectorised(
-            #[inline(always)]
-            || {
-                for (u, (v, a)) in nodes {
-                    *u = scheme.predicted(*u, *v, *a);
-                }
-            },
-        );
+    /// Columns of a row that are stepped; the row below the last one, which belongs to another strip, is not.
+    fn columns(&self, layout: Layout, local: usize) -> [usize; 2] {
+        match self.part {
+            None => [0, layout.stride],
+            Some(part) => part
+                .columns
+                .get(self.first + local)
+                .copied()
+                .unwrap_or_default(),
+        }
+    }
+
+    fn predict(&mut self, layout: Layout, scheme: &Scheme, local: usize) {
+        let columns = self.columns(layout, local);
+        let row = local * layout.row_len()..(local + 1) * layout.row_len();
+        self.keep_increment(scheme, row.clone(), columns);
+        let beside = self.part.map_or(0, |part| part.predicted);
+        let predicted = [
+            columns[0].saturating_sub(beside),
+            (columns[1] + beside).min(layout.stride),
+        ];
+        for span in layout.spans(predicted) {
+            let span = row.start + span.start..row.start + span.end;
+            let rates = self.v[span.clone()].iter().zip(&self.a[span.clone()]);
+            let nodes = self.u[span].iter_mut().zip(rates);
+            vectorised(
+                #[inline(always)]
+                || {
+                    for (u, (v, a)) in nodes {
+                        *u = scheme.predicted(*u, *v, *a);
+                    }
+                },
+            );
+        }
     }
 
     /// Increments of the next row, for a law with history.
-    fn keep_increment(&mut self, scheme: &Scheme, row: Range<usize>) {
+    fn keep_increment(&mut self, scheme: &Scheme, row: Range<usize>, columns: [usize; 2]) {
+        let next = &mut self.scratch.increments.next;
+        if let Some(part) = self
+            .part
+            .filter(|_| columns[0] == columns[1] && !next.is_empty())
+        {
+            let all = self.first * next.len() + row.start;
+            next.copy_from_slice(&part.increments[all..all + row.len()]);
+            return;
+        }
         let rates = self.v[row.clone()].iter().zip(&self.a[row]);
-        for (increment, (v, a)) in self.scratch.increments.next.iter_mut().zip(rates) {
+        for (increment, (v, a)) in next.iter_mut().zip(rates) {
             *increment = scheme.increment(*v, *a);
         }
     }
 
     fn finish(&mut self, body: &Body, rule: &Rule, load: &Load, local: usize) {
-        let scratch = &mut *self.scratch;
-        let force = &mut scratch.force;
-        scratch.elements.assemble(force);
-        scratch.elements.advance();
         let layout = body.layout;
+        let columns = self.columns(layout, local);
+        let scratch = &mut *self.scratch;
+        if columns[0] == columns[1] {
+            return scratch.elements.advance();
+        }
+        let spans = layout.spans(columns);
+        let force = &mut scratch.force;
+        scratch.elements.assemble(force, &spans);
+        scratch.elements.advance();
         layout.fold_period(force);
         let own = local * force.len()..(local + 1) * force.len();
         let all = layout.row(self.first + local);
@@ -194,15 +265,14 @@ impl Strip<'_> {
             a: &mut self.a[own.clone()],
             force: &mut self.force[own.clone()],
             new_force: force,
-            new_a: &mut scratch.acceleration,
             load: load.row(self.first + local),
             mass: &body.mass[all.clone()],
             inverse_mass: &body.inverse_mass[all],
             damping_force: self.damping_force.get_mut(own.clone()).unwrap_or_default(),
             net: &mut scratch.net,
+            dissipated: self.dissipated.row(own.clone()),
         };
-        let energies = &mut self.energies[local];
-        row.damp_stiffness(&rule.scheme, energies);
+        row.damp_stiffness(&rule.scheme, &spans);
         if let Some((wheel, run)) = self.wheel.as_mut().filter(|_| local == 0) {
             let upper = UpperRow {
                 u: &self.u[own],
@@ -215,6 +285,15 @@ impl Strip<'_> {
             run.close(wheel, rule, &upper);
             row.load = run.load();
         }
-        row.finish(rule, layout, energies);
+        row.finish(rule, layout, &spans);
     }
+}
+
+/// The columns of two rows together; none where neither has any.
+fn hull(rows: [[usize; 2]; 2]) -> Option<[usize; 2]> {
+    let mut present = rows.into_iter().filter(|[first, end]| first < end);
+    let one = present.next()?;
+    Some(present.fold(one, |[first, end], [other, its_end]| {
+        [first.min(other), end.max(its_end)]
+    }))
 }

@@ -3,16 +3,19 @@
 //! Pieces of a fixed size are shared among the threads, and their sums are added in the order of the pieces, so that the
 //! bits do not depend on the number of threads.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::dissipation::{Dissipated, cut};
 use super::load::Load;
-use super::node_row::{NodeRow, RowEnergies};
+use super::node_row::NodeRow;
+use super::region::PartOfNodes;
 use super::scheme::{Rule, Scheme};
 use super::state::State;
 use super::upper_row::UpperRow;
-use crate::element::{Body, CORNER_FORCES, GatherBuffers, NodalFields, sum_corners};
+use crate::element::{Body, CORNER_FORCES, ElementRow, GatherBuffers, NodalFields, sum_corners};
 use crate::material::nonlinear::NonlinearLaw;
 use crate::mesh::Connectivity;
 use crate::wheel::{Wheel, WheelRun};
@@ -29,10 +32,9 @@ pub(super) struct Unstructured {
     connectivity: Arc<Connectivity>,
     /// Buffers of each piece of elements; none is shared between threads.
     buffers: Vec<GatherBuffers>,
-    /// Dissipation of each piece of elements in this step (J).
-    dissipated: Vec<f64>,
     corners: Vec<f64>,
-    new: NewFields,
+    /// Internal forces at the end of the step.
+    new_force: Vec<f64>,
     /// Loads less the stiffness damping; empty until there is any.
     net: Vec<f64>,
     /// Increments of the displacements; empty under a law without history.
@@ -41,13 +43,6 @@ pub(super) struct Unstructured {
     /// History variables of a row of elements.
     row_history: usize,
     parallel: bool,
-}
-
-/// Internal forces and accelerations at the end of the step.
-#[derive(Clone, Debug)]
-struct NewFields {
-    force: Vec<f64>,
-    acceleration: Vec<f64>,
 }
 
 impl Unstructured {
@@ -64,17 +59,13 @@ impl Unstructured {
         Unstructured {
             connectivity: connectivity.clone(),
             buffers: vec![GatherBuffers::new(layout, row_history > 0); pieces],
-            dissipated: vec![0.0; pieces],
             corners: vec![0.0; body.corner_forces_len()],
             increment: if row_history > 0 {
                 zero.clone()
             } else {
                 Vec::new()
             },
-            new: NewFields {
-                force: zero.clone(),
-                acceleration: zero,
-            },
+            new_force: zero,
             net: Vec::new(),
             law,
             row_history,
@@ -88,21 +79,21 @@ impl Unstructured {
         rule: &Rule,
         state: &mut State,
         load: &Load,
-        energies: &mut RowEnergies,
+        dissipated: &mut Dissipated<Vec<f64>>,
         wheel: Option<(&Wheel, &mut WheelRun)>,
     ) {
         self.predict(&rule.scheme, state);
-        self.elements(body, state);
-        energies.plastic += self.dissipated.iter().sum::<f64>();
+        self.elements(body, state, &mut dissipated.plastic);
         self.sum(body);
         let mut load = load.row(0);
         if !state.damping_force.is_empty() {
             self.net.resize(load.len(), 0.0);
-            let rows = node_rows(body, state, &mut self.new, load, &mut self.net);
-            let damp = |row: &mut NodeRow, energies: &mut RowEnergies| {
-                row.damp_stiffness(&rule.scheme, energies);
-            };
-            over_rows(self.parallel, rows, energies, damp);
+            let net = &mut self.net;
+            let rows = node_rows(body, state, &self.new_force, load, net, dissipated.whole());
+            each(self.parallel, rows, |mut row| {
+                let all = 0..row.new_force.len();
+                row.damp_stiffness(&rule.scheme, &[all]);
+            });
             load = &self.net;
         }
         if let Some((wheel, run)) = wheel {
@@ -110,18 +101,79 @@ impl Unstructured {
                 u: &state.u,
                 v: &state.v,
                 a: &state.a,
-                force: &self.new.force,
+                force: &self.new_force,
                 load,
                 inverse_mass: &body.inverse_mass,
             };
             run.close(wheel, rule, &upper);
             load = run.load();
         }
-        let rows = node_rows(body, state, &mut self.new, load, &mut []);
-        let finish = |row: &mut NodeRow, energies: &mut RowEnergies| {
-            row.finish(rule, body.layout, energies);
+        let all = dissipated.whole();
+        let rows = node_rows(body, state, &self.new_force, load, &mut [], all);
+        each(self.parallel, rows, |mut row| {
+            let all = 0..row.new_force.len();
+            row.finish(rule, body.layout, &[all]);
+        });
+    }
+
+    /// One step of a part of the body.
+    pub(super) fn step_part(
+        &mut self,
+        body: &Body,
+        rule: &Rule,
+        state: &mut State,
+        load: &Load,
+        dissipated: &mut Dissipated<Vec<f64>>,
+        (part, increments): (&PartOfNodes, &[f64]),
+    ) {
+        let layout = body.layout;
+        self.increment.copy_from_slice(increments);
+        for k in part.components(layout.stride) {
+            let increment = rule.scheme.increment(state.v[k], state.a[k]);
+            if let Some(kept) = self.increment.get_mut(k) {
+                *kept = increment;
+            }
+            state.u[k] += increment;
+        }
+        let (law, size) = (self.law.as_ref(), self.row_history);
+        let (columns, padded) = (layout.columns, layout.padded_columns());
+        let fields = NodalFields {
+            u: &state.u,
+            du: &self.increment,
         };
-        over_rows(self.parallel, rows, energies, finish);
+        for row in &part.rows {
+            let history = state.history.get_mut(row * size..(row + 1) * size);
+            let plastic = dissipated.plastic.get_mut(row * padded..(row + 1) * padded);
+            let own = ElementRow {
+                history: history.unwrap_or_default(),
+                dissipated: plastic.unwrap_or_default(),
+            };
+            let first = row * columns * CORNER_FORCES;
+            let end = (first + columns * CORNER_FORCES).min(self.corners.len());
+            let out = &mut self.corners[first..end];
+            body.gathered_row(law, *row, fields, &mut self.buffers[0], own, out);
+        }
+        let (x, y) = self.new_force.split_at_mut(layout.stride);
+        for nodes in &part.nodes {
+            let own = [&mut x[nodes.clone()], &mut y[nodes.clone()]];
+            sum_corners(&self.connectivity, &self.corners, nodes.start, own);
+        }
+        let spans: Vec<Range<usize>> = part.spans(layout.stride).collect();
+        self.net.resize(load.row(0).len(), 0.0);
+        let mut row = NodeRow {
+            v: &mut state.v,
+            a: &mut state.a,
+            force: &mut state.force,
+            new_force: &self.new_force,
+            load: load.row(0),
+            mass: &body.mass,
+            inverse_mass: &body.inverse_mass,
+            damping_force: &mut state.damping_force,
+            net: &mut self.net,
+            dissipated: dissipated.whole(),
+        };
+        row.damp_stiffness(&rule.scheme, &spans);
+        row.finish(rule, layout, &spans);
     }
 
     fn predict(&mut self, scheme: &Scheme, state: &mut State) {
@@ -137,36 +189,38 @@ impl Unstructured {
         });
     }
 
-    fn elements(&mut self, body: &Body, state: &mut State) {
-        let columns = body.layout.columns;
-        let mut histories = state.history.chunks_mut((ROWS * self.row_history).max(1));
+    fn elements(&mut self, body: &Body, state: &mut State, mut dissipated: &mut [f64]) {
+        let layout = body.layout;
+        let columns = layout.columns;
+        let size = (self.row_history, layout.padded_columns());
+        let mut histories = state.history.as_mut_slice();
         let outs = self.corners.chunks_mut(ROWS * columns * CORNER_FORCES);
-        let buffers = self.buffers.iter_mut().zip(&mut self.dissipated).zip(outs);
-        let pieces: Vec<_> = buffers
-            .map(|((buffers, sum), out)| (buffers, sum, out, histories.next().unwrap_or_default()))
-            .enumerate()
-            .collect();
+        let pieces = self.buffers.iter_mut().zip(outs).map(|(buffers, out)| {
+            let own = ElementRow {
+                history: cut(&mut histories, ROWS * size.0),
+                dissipated: cut(&mut dissipated, ROWS * size.1),
+            };
+            (buffers, out, own)
+        });
+        let pieces: Vec<_> = pieces.enumerate().collect();
         let fields = NodalFields {
             u: &state.u,
             du: &self.increment,
         };
-        let (law, row_history) = (self.law.as_ref(), self.row_history);
-        each(
-            self.parallel,
-            pieces,
-            |(piece, (buffers, sum, out, history))| {
-                let mut histories = history.chunks_mut(row_history.max(1));
-                *sum = 0.0;
-                for (k, out) in out.chunks_mut(columns * CORNER_FORCES).enumerate() {
-                    let history = histories.next().unwrap_or_default();
-                    *sum += body.gathered_row(law, piece * ROWS + k, fields, buffers, history, out);
-                }
-            },
-        );
+        let law = self.law.as_ref();
+        each(self.parallel, pieces, |(piece, (buffers, out, mut own))| {
+            for (k, out) in out.chunks_mut(columns * CORNER_FORCES).enumerate() {
+                let row = ElementRow {
+                    history: cut(&mut own.history, size.0),
+                    dissipated: cut(&mut own.dissipated, size.1),
+                };
+                body.gathered_row(law, piece * ROWS + k, fields, buffers, row, out);
+            }
+        });
     }
 
     fn sum(&mut self, body: &Body) {
-        let (x, y) = self.new.force.split_at_mut(body.layout.stride);
+        let (x, y) = self.new_force.split_at_mut(body.layout.stride);
         let pieces = x.chunks_mut(NODES).zip(y.chunks_mut(NODES)).enumerate();
         let (connectivity, corners) = (&self.connectivity, &self.corners);
         each(self.parallel, pieces.collect(), |(piece, (x, y))| {
@@ -179,61 +233,32 @@ impl Unstructured {
 fn node_rows<'a>(
     body: &'a Body,
     state: &'a mut State,
-    new: &'a mut NewFields,
+    new_force: &'a [f64],
     load: &'a [f64],
-    net: &'a mut [f64],
+    mut net: &'a mut [f64],
+    mut dissipated: Dissipated<&'a mut [f64]>,
 ) -> Vec<NodeRow<'a>> {
     let damped = if net.is_empty() { 0 } else { load.len() };
-    let mut damping = state.damping_force[..damped].chunks_mut(NODES);
-    let mut nets = net.chunks_mut(NODES);
+    let mut damping = &mut state.damping_force[..damped];
     let rates = state.v.chunks_mut(NODES).zip(state.a.chunks_mut(NODES));
     let fields = rates.zip(state.force.chunks_mut(NODES));
-    let accelerations = new.acceleration.chunks_mut(NODES);
-    let fields = fields.zip(new.force.chunks(NODES).zip(accelerations));
-    let pieces = fields
-        .enumerate()
-        .map(|(k, (((v, a), force), (new_force, new_a)))| {
-            let range = k * NODES..k * NODES + v.len();
-            NodeRow {
-                v,
-                a,
-                force,
-                new_force,
-                new_a,
-                load: &load[range.clone()],
-                mass: &body.mass[range.clone()],
-                inverse_mass: &body.inverse_mass[range],
-                damping_force: damping.next().unwrap_or_default(),
-                net: nets.next().unwrap_or_default(),
-            }
-        });
+    let fields = fields.zip(new_force.chunks(NODES));
+    let pieces = fields.enumerate().map(|(k, (((v, a), force), new_force))| {
+        let range = k * NODES..k * NODES + v.len();
+        NodeRow {
+            v,
+            a,
+            force,
+            new_force,
+            load: &load[range.clone()],
+            mass: &body.mass[range.clone()],
+            inverse_mass: &body.inverse_mass[range],
+            damping_force: cut(&mut damping, NODES),
+            net: cut(&mut net, NODES),
+            dissipated: dissipated.cut(NODES, 0),
+        }
+    });
     pieces.collect()
-}
-
-/// Does the work of every piece of nodes, and adds up their energies in the order of the pieces.
-fn over_rows(
-    parallel: bool,
-    rows: Vec<NodeRow>,
-    energies: &mut RowEnergies,
-    work: impl Fn(&mut NodeRow, &mut RowEnergies) + Sync + Send,
-) {
-    let mut rows: Vec<_> = rows
-        .into_iter()
-        .map(|row| (row, RowEnergies::default()))
-        .collect();
-    let pieces = rows.iter_mut().collect();
-    each(
-        parallel,
-        pieces,
-        |(row, energies): &mut (NodeRow, RowEnergies)| work(row, energies),
-    );
-    let mut sum = RowEnergies::default();
-    for (_, piece) in &rows {
-        energies.numerical += piece.numerical;
-        energies.mass_damping += piece.mass_damping;
-        sum.stiffness_damping += piece.stiffness_damping;
-    }
-    energies.stiffness_damping += sum.stiffness_damping;
 }
 
 /// Does the work of every piece, on one thread or on all of them.

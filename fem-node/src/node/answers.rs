@@ -132,8 +132,10 @@ impl Node for FemNode {
             let record = self.run.hold_record.take();
             committed.hold_record = record.or(committed.hold_record.take());
         } else {
-            committed.state.restore(&self.run.state);
+            // The next window begins by taking the committed state over.
+            std::mem::swap(&mut committed.state, &mut self.run.state);
         }
+        self.run.forget();
         committed.steps += u64::from(input.substeps);
         Ok(self.report(&input))
     }
@@ -163,7 +165,7 @@ impl Node for FemNode {
         Ok(Outcome {
             steps: self.committed.steps_done,
             work: BTreeMap::from([
-                ("element_steps".into(), work(self.committed.steps_done)),
+                ("element_steps".into(), self.committed.element_steps as f64),
                 (
                     "column_element_steps".into(),
                     work(self.committed.column_steps),

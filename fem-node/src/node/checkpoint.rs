@@ -25,6 +25,7 @@ impl FemNode {
         }
         self.committed = committed;
         self.pending = None;
+        self.run.forget();
         if self.state_hash() != hash {
             return refuse("its numbers have another hash");
         }

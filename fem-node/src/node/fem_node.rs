@@ -26,9 +26,9 @@ pub struct FemNode {
     /// Never the global pool: its size would ignore the setting.
     pub(super) pool: ThreadPool,
     pub(super) integrator: Integrator,
-    pub(super) interface: Interface,
+    pub(crate) interface: Interface,
     pub(super) committed: Committed,
-    pub(super) run: WindowRun,
+    pub(crate) run: WindowRun,
     /// Index and input of the last window, until it is committed.
     pub(super) pending: Option<(u64, WindowInput)>,
 }

@@ -89,7 +89,7 @@ impl FemNode {
     }
 
     /// blake3 of every number that can change a later bit: displacements, velocities, histories, energies, time.
-    pub(super) fn state_hash(&self) -> String {
+    pub(crate) fn state_hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&self.committed.steps.to_le_bytes());
         // All terms but that of a damping that the body does not have.

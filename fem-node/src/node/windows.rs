@@ -61,13 +61,12 @@ impl FemNode {
         input.substeps = window.substeps;
         let (model, integrator) = (&self.model, &mut self.integrator);
         let (run, committed) = (&mut self.run, &self.committed);
-        let parallel = integrator.strips() > 1;
-        let mut work = || run.run(model, integrator, committed, &input);
-        if parallel {
-            self.pool.install(work);
-        } else {
-            work();
-        }
+        let extent = run.extent(model, committed.steps, &input);
+        // Waking the other threads for a part of the body costs more than they would save.
+        let pool =
+            Some(&self.pool).filter(|pool| pool.current_num_threads() > 1 && !extent.is_part());
+        let done = run.run(model, (integrator, pool), committed, &input, &extent);
+        self.committed.element_steps += done;
         self.committed.steps_done += u64::from(window.substeps);
         self.check_divergence(window)?;
         if let Some(failed) = self.run.wheel.as_mut().and_then(|run| run.failed.take()) {

@@ -85,12 +85,15 @@ fn forces(body: &Body, u: &[f64]) -> Vec<f64> {
                 u: CornerRows::between([&u[layout.row(row)], &u[layout.row(row + 1)]]),
                 du: CornerRows::between([&[], &[]]),
                 history: &mut [],
+                dissipated: &mut [],
             };
-            body.nonlinear_row(&COROTATIONAL, row, path, &mut rows);
+            let all = 0..layout.padded_columns();
+            body.nonlinear_row(&COROTATIONAL, row, path, all, &mut rows);
         } else {
             rows.clear_upper();
         }
-        rows.assemble(&mut force[layout.row(row)]);
+        let all = layout.spans([0, layout.stride]);
+        rows.assemble(&mut force[layout.row(row)], &all);
         rows.advance();
     }
     force

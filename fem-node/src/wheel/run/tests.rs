@@ -9,7 +9,7 @@ use crate::mesh::Edge;
 use crate::model::Model;
 use crate::wheel::WheelState;
 use crate::wheel::node_contact::count;
-use crate::window::{WindowInput, WindowRun};
+use crate::window::{Extent, WindowInput, WindowRun};
 
 const YOUNG: f64 = 102.5e9;
 const DENSITY: f64 = 7800.0;
@@ -64,8 +64,13 @@ impl Flight {
             ..WindowInput::default()
         };
         let committed = &mut self.committed;
-        self.run
-            .run(&self.model, &mut self.integrator, committed, &input);
+        self.run.run(
+            &self.model,
+            (&mut self.integrator, None),
+            committed,
+            &input,
+            &Extent::Whole,
+        );
         let run = self.run.wheel.as_ref().expect("it has one");
         committed.state.resume(&self.run.state);
         committed.wheel = Some(run.state.clone());

@@ -1,0 +1,338 @@
+//! The part of a body that a changed interface force can reach within a window.
+//!
+//! The internal force on a node depends on the nodes of its elements only, so a step carries a disturbance one ring of elements
+//! further: k steps after other forces act on the exchanged nodes, nothing beyond k rings around them differs. A repeat of a
+//! window therefore steps the nodes A_k within k rings at its step k. It needs the nodes of the ring beyond them as the first
+//! run had them: a [`Tape`] keeps the state of each ring at the moment before the change reaches it. The bits are those of a
+//! repeat of the whole.
+
+use std::ops::Range;
+
+use super::dissipation::Dissipated;
+use super::rings::Rings;
+use super::scheme::Scheme;
+use super::state::State;
+use super::tally::blocks_of;
+use crate::element::{Body, Layout};
+
+/// Largest share of the steps of all elements that a region may take: beyond, it does not pay to keep the tape.
+const SHARE_MAX: f64 = 0.8;
+
+/// Nodes A_k that are stepped together.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Front {
+    /// Columns of nodes in each row of a structured mesh; none where both ends are equal.
+    Columns(Vec<[usize; 2]>),
+    /// Nodes of an unstructured mesh.
+    Nodes(PartOfNodes),
+}
+
+/// Part of an unstructured mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct PartOfNodes {
+    /// Runs of nodes.
+    pub(super) nodes: Vec<Range<usize>>,
+    /// Rows of elements that touch them.
+    pub(super) rows: Vec<usize>,
+}
+
+impl PartOfNodes {
+    /// Both components of each run of nodes, `stride` apart.
+    pub(super) fn spans(&self, stride: usize) -> impl Iterator<Item = Range<usize>> + '_ {
+        let both = move |run: &Range<usize>| [run.clone(), stride + run.start..stride + run.end];
+        self.nodes.iter().flat_map(both)
+    }
+
+    /// Components of the nodes.
+    pub(super) fn components(&self, stride: usize) -> impl Iterator<Item = usize> + '_ {
+        self.spans(stride).flatten()
+    }
+}
+
+/// The ring beyond the front of a step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Ring {
+    /// Components that the change reaches with the next step, a range in one row each.
+    enters: Vec<Range<usize>>,
+    /// Histories of the rows of elements that the step computes for the first time.
+    histories: Vec<Range<usize>>,
+    /// Energies of the same.
+    plastic: Vec<Range<usize>>,
+}
+
+/// What a change of the force on some components can reach in a window of so many steps.
+#[derive(Clone, Debug)]
+pub(crate) struct Region {
+    components: Vec<usize>,
+    substeps: u32,
+    /// Components of A_1, which begin from the start of the window.
+    begin: Vec<Range<usize>>,
+    /// Nodes that are stepped, step by step.
+    fronts: Vec<Front>,
+    /// Rings beyond them.
+    pub(crate) rings: Vec<Ring>,
+    /// Steps of elements that a repeat takes.
+    pub(crate) element_steps: u64,
+    /// Blocks of [`super::Tally`] with components of A_m.
+    pub(crate) blocks: Vec<usize>,
+    /// Those with components on which the changed force acts.
+    pub(crate) sources: Vec<usize>,
+}
+
+impl Region {
+    /// The region of a body whose rows of elements have so many history variables; none if a repeat of the whole costs little more.
+    pub(crate) fn new(
+        body: &Body,
+        row_history: usize,
+        components: &[usize],
+        substeps: u32,
+    ) -> Option<Region> {
+        let history = row_history > 0;
+        let rings = Rings::new(body, history);
+        let mut region = Region {
+            components: components.to_vec(),
+            substeps,
+            begin: Vec::new(),
+            fronts: Vec::new(),
+            rings: Vec::new(),
+            element_steps: 0,
+            blocks: Vec::new(),
+            sources: blocks_of(body.layout, components.iter().map(|k| *k..*k + 1)),
+        };
+        let all = f64::from(substeps) * rings.elements() as f64;
+        let mut front = rings.grown(&rings.around(components));
+        region.begin = rings.components(&front, None);
+        let mut computed = Vec::new();
+        for step in 1..=substeps {
+            let beyond = rings.grown(&front);
+            region.element_steps += rings.work(&front);
+            if region.element_steps as f64 > SHARE_MAX * all {
+                return None;
+            }
+            let rows = if history {
+                rings.rows(&front)
+            } else {
+                Vec::new()
+            };
+            // The last step needs displacements of the ring beyond, which are those of the end, but their increments too.
+            let enters = if step < substeps || history {
+                rings.components(&beyond, Some(&front))
+            } else {
+                Vec::new()
+            };
+            let new = rows.iter().filter(|row| !computed.contains(*row));
+            let padded = body.layout.padded_columns();
+            let of = |size: usize| new.clone().map(move |row| row * size..(row + 1) * size);
+            region.rings.push(Ring {
+                enters,
+                histories: of(row_history).collect(),
+                plastic: of(padded).collect(),
+            });
+            region.fronts.push(front);
+            computed = rows;
+            front = beyond;
+        }
+        let reached = rings.components(region.fronts.last()?, None);
+        region.blocks = blocks_of(body.layout, reached.into_iter());
+        Some(region)
+    }
+
+    /// True if it is the region of these components and so many steps.
+    pub(crate) fn is_of(&self, components: impl Iterator<Item = usize>, substeps: u32) -> bool {
+        self.substeps == substeps && self.components.iter().copied().eq(components)
+    }
+
+    /// Nodes that are stepped at step `k` of the window, from 1.
+    pub(crate) fn front(&self, k: u32) -> &Front {
+        &self.fronts[k as usize - 1]
+    }
+
+    /// First step from which on a component is stepped; none if it never is.
+    pub(crate) fn reached_at(&self, component: usize) -> Option<u32> {
+        let holds = |ranges: &[Range<usize>]| ranges.iter().any(|range| range.contains(&component));
+        if holds(&self.begin) {
+            return Some(1);
+        }
+        let entered = self.rings.iter().position(|ring| holds(&ring.enters));
+        entered.map(|ring| ring as u32 + 2)
+    }
+
+    /// Takes the nodes that are stepped first back to the start of the window; the accelerations follow from it.
+    pub(crate) fn begin(
+        &self,
+        state: &mut State,
+        dissipated: &mut Dissipated<Vec<f64>>,
+        start: &State,
+    ) {
+        for range in &self.begin {
+            let fields = [
+                (&mut state.u, &start.u),
+                (&mut state.v, &start.v),
+                (&mut state.force, &start.force),
+                (&mut state.damping_force, &start.damping_force),
+            ];
+            for (field, start) in fields {
+                // Empty until something has been damped.
+                match start.get(range.clone()) {
+                    Some(start) => field[range.clone()].copy_from_slice(start),
+                    None => part(field, range).fill(0.0),
+                }
+            }
+            for field in dissipated.nodal_mut() {
+                part(field, range).fill(0.0);
+            }
+        }
+        for own in &self.rings[0].histories {
+            state.history[own.clone()].copy_from_slice(&start.history[own.clone()]);
+        }
+        for own in &self.rings[0].plastic {
+            part(&mut dissipated.plastic, own).fill(0.0);
+        }
+    }
+
+    /// Components of A_1.
+    pub(crate) fn first(&self) -> impl Iterator<Item = usize> + '_ {
+        self.begin.iter().cloned().flatten()
+    }
+}
+
+impl Ring {
+    /// The part of it in the columns `own` of a structured mesh.
+    pub(crate) fn within(&self, layout: Layout, own: &Range<usize>) -> Ring {
+        let clipped = |range: &Range<usize>| {
+            let line = range.start / layout.stride * layout.stride;
+            let end = (range.end - line).min(own.end);
+            line + (range.start - line).max(own.start)..line + end
+        };
+        let clipped = self.enters.iter().map(clipped);
+        Ring {
+            enters: clipped.filter(|range| !range.is_empty()).collect(),
+            ..Ring::default()
+        }
+    }
+
+    /// The same components in a piece of the body that begins at column `first`.
+    pub(crate) fn in_piece(&self, layout: Layout, piece: Layout, first: usize) -> Ring {
+        let moved = |range: &Range<usize>| {
+            let start = range.start / layout.stride * piece.stride + range.start % layout.stride;
+            start - first..start - first + range.len()
+        };
+        Ring {
+            enters: self.enters.iter().map(moved).collect(),
+            ..Ring::default()
+        }
+    }
+}
+
+/// States of the rings of a region, each at the moment before a change reaches it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tape {
+    numbers: Vec<f64>,
+    at: usize,
+}
+
+impl Tape {
+    /// Begins to record.
+    pub(crate) fn clear(&mut self) {
+        self.numbers.clear();
+        self.at = 0;
+    }
+
+    /// Begins to read.
+    pub(crate) fn rewind(&mut self) {
+        self.at = 0;
+    }
+
+    /// Records, before a step, all that its elements need of a law with history.
+    pub(crate) fn record_start(
+        &mut self,
+        ring: &Ring,
+        scheme: &Scheme,
+        state: &State,
+        dissipated: &Dissipated<Vec<f64>>,
+    ) {
+        if state.history.is_empty() {
+            return;
+        }
+        for i in ring.enters.iter().cloned().flatten() {
+            self.numbers.push(scheme.increment(state.v[i], state.a[i]));
+        }
+        for own in &ring.histories {
+            self.numbers.extend_from_slice(&state.history[own.clone()]);
+        }
+        for own in &ring.plastic {
+            self.numbers
+                .extend_from_slice(&dissipated.plastic[own.clone()]);
+        }
+    }
+
+    /// Records, after a step, the ring that a change reaches with the next one.
+    pub(crate) fn record_end(
+        &mut self,
+        ring: &Ring,
+        state: &State,
+        dissipated: &Dissipated<Vec<f64>>,
+    ) {
+        let [numerical, mass, stiffness] = dissipated.nodal();
+        let fields = [
+            &state.u,
+            &state.v,
+            &state.a,
+            &state.force,
+            &state.damping_force,
+        ];
+        for range in &ring.enters {
+            for field in fields.into_iter().chain([numerical, mass, stiffness]) {
+                let kept = field.get(range.clone()).unwrap_or_default();
+                self.numbers.extend_from_slice(kept);
+            }
+        }
+    }
+
+    /// Reads what was recorded for the next step; `increments` take those of the ring, under a law with history.
+    pub(crate) fn read(
+        &mut self,
+        ring: &Ring,
+        state: &mut State,
+        dissipated: &mut Dissipated<Vec<f64>>,
+        increments: &mut Vec<f64>,
+    ) {
+        if !state.history.is_empty() {
+            increments.resize(state.u.len(), 0.0);
+            ring.enters
+                .iter()
+                .for_each(|own| self.take(increments, own));
+            let histories = ring.histories.iter();
+            histories.for_each(|own| self.take(&mut state.history, own));
+            let plastic = ring.plastic.iter();
+            plastic.for_each(|own| self.take(&mut dissipated.plastic, own));
+        }
+        let [numerical, mass, stiffness] = dissipated.nodal_mut();
+        let mut fields = [
+            &mut state.u,
+            &mut state.v,
+            &mut state.a,
+            &mut state.force,
+            &mut state.damping_force,
+            numerical,
+            mass,
+            stiffness,
+        ];
+        for own in &ring.enters {
+            fields.iter_mut().for_each(|field| self.take(field, own));
+        }
+    }
+
+    /// The next numbers, into part of a field that the scene may not have.
+    fn take(&mut self, field: &mut [f64], own: &Range<usize>) {
+        let field = part(field, own);
+        let end = self.at + field.len();
+        field.copy_from_slice(&self.numbers[self.at..end]);
+        self.at = end;
+    }
+}
+
+/// Part of a field, empty where the scene does not have the field.
+fn part<'a>(field: &'a mut [f64], range: &Range<usize>) -> &'a mut [f64] {
+    field.get_mut(range.clone()).unwrap_or_default()
+}

@@ -1,0 +1,229 @@
+//! Sums over a body at the end of a window, block by block.
+//!
+//! A block is a few neighbours of one row and component. A repeat of the window adds up only the blocks that it has changed; the
+//! sums of the blocks are added in their order, so that the bits are those of a sum over everything.
+
+use std::ops::Range;
+
+use super::dissipation::Dissipated;
+use super::state::State;
+use crate::element::{Body, Layout};
+use crate::pack::{LANES, Pack, vectorised};
+use protocol::larger;
+
+/// Components in a block.
+pub(crate) const BLOCK: usize = 16;
+
+/// Sums over some components.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Sums {
+    /// v M v
+    pub(crate) kinetic: f64,
+    /// u F(u)
+    pub(crate) strain: f64,
+    /// a M a
+    pub(crate) inertia: f64,
+    /// Sums of [`Dissipated`].
+    pub(crate) numerical: f64,
+    pub(crate) mass_damping: f64,
+    pub(crate) stiffness_damping: f64,
+    /// The displacement farthest from zero (m); not a number where any is none.
+    pub(crate) farthest: f64,
+}
+
+/// Sums by blocks.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tally {
+    blocks: Vec<Sums>,
+    /// a M a at the start of the window.
+    starts: Vec<f64>,
+}
+
+impl Tally {
+    /// Adds up all blocks.
+    pub(crate) fn all(&mut self, body: &Body, state: &State, dissipated: &Dissipated<Vec<f64>>) {
+        let layout = body.layout;
+        self.blocks.resize(count(layout), Sums::default());
+        for (block, sums) in self.blocks.iter_mut().enumerate() {
+            let own = components(layout, block);
+            *sums = vectorised(
+                #[inline(always)]
+                || add_up(body, state, dissipated, own),
+            );
+        }
+    }
+
+    /// Adds up these blocks again.
+    pub(crate) fn again(
+        &mut self,
+        body: &Body,
+        state: &State,
+        dissipated: &Dissipated<Vec<f64>>,
+        blocks: &[usize],
+    ) {
+        for block in blocks {
+            let own = components(body.layout, *block);
+            self.blocks[*block] = vectorised(
+                #[inline(always)]
+                || add_up(body, state, dissipated, own),
+            );
+        }
+    }
+
+    /// The sums over the body.
+    pub(crate) fn total(&self) -> Sums {
+        self.blocks.iter().fold(Sums::default(), |sum, block| Sums {
+            kinetic: sum.kinetic + block.kinetic,
+            strain: sum.strain + block.strain,
+            inertia: sum.inertia + block.inertia,
+            numerical: sum.numerical + block.numerical,
+            mass_damping: sum.mass_damping + block.mass_damping,
+            stiffness_damping: sum.stiffness_damping + block.stiffness_damping,
+            farthest: larger(sum.farthest, block.farthest),
+        })
+    }
+
+    /// Begins a window with these accelerations.
+    pub(crate) fn begin(&mut self, body: &Body, a: &[f64]) {
+        let layout = body.layout;
+        self.starts.resize(count(layout), 0.0);
+        for (block, start) in self.starts.iter_mut().enumerate() {
+            let own = components(layout, block);
+            *start = vectorised(
+                #[inline(always)]
+                || inertia(&body.mass[own.clone()], &a[own]),
+            );
+        }
+    }
+
+    /// Begins it again with other accelerations in these blocks.
+    pub(crate) fn begin_again(
+        &mut self,
+        body: &Body,
+        blocks: &[usize],
+        acceleration: impl Fn(usize) -> f64,
+    ) {
+        for block in blocks {
+            let own = components(body.layout, *block);
+            let mut a = [0.0; BLOCK];
+            for (a, k) in a.iter_mut().zip(own.clone()) {
+                *a = acceleration(k);
+            }
+            self.starts[*block] = inertia(&body.mass[own.clone()], &a[..own.len()]);
+        }
+    }
+
+    /// Takes over the blocks of columns that a piece of the body, which begins at column `first`, has for its own. Cuts are at
+    /// multiples of [`BLOCK`].
+    pub(crate) fn take(
+        &mut self,
+        layout: Layout,
+        (piece, its): (&Tally, Layout),
+        own: &Range<usize>,
+        first: usize,
+    ) {
+        self.blocks.resize(count(layout), Sums::default());
+        self.starts.resize(count(layout), 0.0);
+        let (of_row, of_its) = (layout.stride.div_ceil(BLOCK), its.stride.div_ceil(BLOCK));
+        let end = if own.end == layout.nodes_in_row {
+            of_row
+        } else {
+            own.end / BLOCK
+        };
+        for line in 0..2 * layout.node_rows {
+            for block in own.start / BLOCK..end {
+                let (to, from) = (line * of_row + block, line * of_its + block - first / BLOCK);
+                // Where the piece ends there is padding.
+                self.blocks[to] = piece.blocks.get(from).copied().unwrap_or_default();
+                self.starts[to] = piece.starts.get(from).copied().unwrap_or_default();
+            }
+        }
+    }
+
+    /// a M a at the start of the window.
+    pub(crate) fn start_inertia(&self) -> f64 {
+        self.starts.iter().sum()
+    }
+}
+
+/// Blocks with any of these components, ascending.
+pub(crate) fn blocks_of(layout: Layout, ranges: impl Iterator<Item = Range<usize>>) -> Vec<usize> {
+    let of_row = layout.stride.div_ceil(BLOCK);
+    let block = |k: usize| k / layout.stride * of_row + k % layout.stride / BLOCK;
+    let mut blocks: Vec<usize> = ranges
+        .filter(|range| !range.is_empty())
+        .flat_map(|range| block(range.start)..=block(range.end - 1))
+        .collect();
+    blocks.sort_unstable();
+    blocks.dedup();
+    blocks
+}
+
+fn count(layout: Layout) -> usize {
+    layout.len() / layout.stride * layout.stride.div_ceil(BLOCK)
+}
+
+/// Components of a block.
+fn components(layout: Layout, block: usize) -> Range<usize> {
+    let of_row = layout.stride.div_ceil(BLOCK);
+    let row = block / of_row * layout.stride;
+    let first = row + block % of_row * BLOCK;
+    first..(first + BLOCK).min(row + layout.stride)
+}
+
+#[inline(always)]
+fn add_up(
+    body: &Body,
+    state: &State,
+    dissipated: &Dissipated<Vec<f64>>,
+    own: Range<usize>,
+) -> Sums {
+    let of = |field: &Vec<f64>| sum(field.get(own.clone()).unwrap_or_default());
+    let [mass, v, a] = [&body.mass, &state.v, &state.a].map(|field| &field[own.clone()]);
+    let (u, force) = (&state.u[own.clone()], &state.force[own.clone()]);
+    Sums {
+        kinetic: inertia(mass, v),
+        strain: product(u, force),
+        inertia: inertia(mass, a),
+        numerical: of(&dissipated.numerical),
+        mass_damping: of(&dissipated.mass_damping),
+        stiffness_damping: of(&dissipated.stiffness_damping),
+        farthest: u.iter().fold(0.0, |far, u| larger(far, u.abs())),
+    }
+}
+
+/// x M x
+#[inline(always)]
+fn inertia(mass: &[f64], x: &[f64]) -> f64 {
+    let terms = |k: usize| Pack::load(mass, k) * Pack::load(x, k) * Pack::load(x, k);
+    sum_of(mass.len(), terms)
+}
+
+#[inline(always)]
+fn product(x: &[f64], y: &[f64]) -> f64 {
+    sum_of(x.len(), |k| Pack::load(x, k) * Pack::load(y, k))
+}
+
+#[inline(always)]
+fn sum(x: &[f64]) -> f64 {
+    sum_of(x.len(), |k| Pack::load(x, k))
+}
+
+/// The sum of the packs of a block, whose length is a multiple of theirs.
+#[inline(always)]
+fn sum_of(len: usize, pack: impl Fn(usize) -> Pack) -> f64 {
+    let packs = (0..len).step_by(LANES).map(pack);
+    packs.fold(Pack::splat(0.0), |sum, pack| sum + pack).sum()
+}
+
+/// v M v / 2 (J)
+pub(crate) fn kinetic_energy(body: &Body, v: &[f64]) -> f64 {
+    vectorised(
+        #[inline(always)]
+        || {
+            0.5 * sum_of(v.len(), |k| {
+                Pack::load(&body.mass, k) * Pack::load(v, k) * Pack::load(v, k)
+            })
+        },
+    )
+}
