@@ -7,7 +7,7 @@ use super::average::Averager;
 use super::criteria::{Convergence, Criteria};
 use super::groups::Sweeper;
 use super::problem::Problem;
-use super::residual::{convergence, residual};
+use super::residual::{Defect, convergence};
 
 /// Sweeps until the true residual is within the tolerance.
 ///
@@ -18,7 +18,7 @@ use super::residual::{convergence, residual};
 /// LMGC90's QuadDV but for two things: r is that after the sweep, where LMGC90 takes the mean of the squares before and
 /// after, and dr is what the sweep did contact after contact, where LMGC90 offers all contacts their impulse at once.
 /// It is watched because a sweep has it for nothing, but it alone lies: in a layer under its wheel two of five sweeps that it
-/// accepts are above the tolerance. Only when it passes is the true residual computed ([`residual`]), which
+/// accepts are above the tolerance. Only when it passes is the true residual computed ([`super::residual`]), which
 /// decides: within the tolerance the sweeps end, else the bound becomes increment x max(0.1, tolerance / residual), as
 /// Siconos tightens its own, and sweeping goes on. The whole criterion of LMGC90 (see [`super::Quad`]) of the answer is
 /// reported beside the residual and decides nothing: asking for it as well made every sixth accepted answer do more sweeps.
@@ -39,12 +39,13 @@ pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) 
             continue;
         }
         sweeper.store(problem);
-        let residual = residual(problem);
+        let defect = Defect::new(problem);
+        let residual = defect.residual(problem);
         if residual <= criteria.tolerance {
-            break;
+            return convergence(problem, defect, iterations, criteria);
         }
         bound = change * (criteria.tolerance / residual).max(0.1);
     }
     sweeper.store(problem);
-    convergence(problem, iterations, criteria)
+    convergence(problem, Defect::new(problem), iterations, criteria)
 }

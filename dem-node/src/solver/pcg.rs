@@ -44,7 +44,7 @@ pub use workspace::Workspace;
 
 use super::criteria::{Convergence, Criteria};
 use super::problem::Problem;
-use super::residual::convergence;
+use super::residual::{Defect, convergence};
 use batch::Pass;
 use group::{Has, Kind, Sums};
 
@@ -81,7 +81,7 @@ pub fn solve(problem: &mut Problem, workspace: &mut Workspace, criteria: &Criter
         let inner = iterate(workspace, problem, &asked);
         workspace.store(problem);
         iterations += inner.iterations;
-        let convergence = convergence(problem, iterations, criteria);
+        let convergence = convergence(problem, Defect::new(problem), iterations, criteria);
         if convergence.converged || !inner.reached {
             return convergence;
         }

@@ -58,20 +58,20 @@ impl Sums {
     }
 }
 
-/// State of convergence after so many iterations. The true residual alone decides.
+/// State of convergence after so many iterations, with the defect that they left. The true residual alone decides.
 pub(super) fn convergence(
     problem: &Problem,
+    left: Defect,
     iterations: usize,
     criteria: &Criteria,
 ) -> Convergence {
-    let [defect, size] = defect_and_size(problem);
-    let residual = problem.relative(defect, size);
+    let residual = left.residual(problem);
     Convergence {
         iterations,
         residual,
         quad: quad(problem).largest(),
         converged: residual <= criteria.tolerance,
-        rounding: residual <= criteria.tolerance && defect > criteria.tolerance * size,
+        rounding: residual <= criteria.tolerance && left.defect > criteria.tolerance * left.size,
     }
 }
 
@@ -101,34 +101,52 @@ pub fn quad(problem: &Problem) -> Quad {
 /// on the Coulomb sector ([`coulomb_projection`]; Alart and Curnier 1991), which bonds replace by the exact local solution.
 /// It is zero at the solution only, however slowly a solver creeps.
 pub fn residual(problem: &Problem) -> f64 {
-    let [defect, size] = defect_and_size(problem);
-    problem.relative(defect, size)
+    Defect::new(problem).residual(problem)
 }
 
-/// ||D (r - P(r - U/D))|| and ||D r|| (m/s).
-fn defect_and_size(problem: &Problem) -> [f64; 2] {
-    let (mut defect, mut size) = (0.0, 0.0);
-    for contact in &problem.contacts {
-        let (d, r) = (contact.diagonal(), contact.impulse);
-        let u = problem.relative_velocity(contact);
-        let term = |axis: usize, wanted: f64| (d[axis] * (r[axis] - wanted)).powi(2);
-        if contact.bond == NO_BOND {
-            let full = [0, 1].map(|k| u[k] + contact.bias[k] + contact.compliance[k] * r[k]);
-            let x_t = if d[1] > 0.0 {
-                r[1] - full[1] / d[1]
+/// Numerator and denominator of the [`residual`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Defect {
+    /// ||D (r - P(r - U/D))|| (m/s).
+    defect: f64,
+    /// ||D r|| (m/s).
+    size: f64,
+}
+
+impl Defect {
+    /// That of the impulses and velocities of the moment.
+    pub fn new(problem: &Problem) -> Defect {
+        let (mut defect, mut size) = (0.0, 0.0);
+        for contact in &problem.contacts {
+            let (d, r) = (contact.diagonal(), contact.impulse);
+            let u = problem.relative_velocity(contact);
+            let term = |axis: usize, wanted: f64| (d[axis] * (r[axis] - wanted)).powi(2);
+            if contact.bond == NO_BOND {
+                let full = [0, 1].map(|k| u[k] + contact.bias[k] + contact.compliance[k] * r[k]);
+                let x_t = if d[1] > 0.0 {
+                    r[1] - full[1] / d[1]
+                } else {
+                    r[1]
+                };
+                let [r_n, r_t] = coulomb_projection([r[0] - full[0] / d[0], x_t], problem.friction);
+                defect += term(0, r_n);
+                defect += term(1, r_t);
             } else {
-                r[1]
-            };
-            let [r_n, r_t] = coulomb_projection([r[0] - full[0] / d[0], x_t], problem.friction);
-            defect += term(0, r_n);
-            defect += term(1, r_t);
-        } else {
-            let [r_n, r_t] = problem.local_solution(contact, u);
-            defect += term(0, r_n) + term(1, r_t);
+                let [r_n, r_t] = problem.local_solution(contact, u);
+                defect += term(0, r_n) + term(1, r_t);
+            }
+            size += term(0, 0.0) + term(1, 0.0);
         }
-        size += term(0, 0.0) + term(1, 0.0);
+        Defect {
+            defect: defect.sqrt(),
+            size: size.sqrt(),
+        }
     }
-    [defect.sqrt(), size.sqrt()]
+
+    /// The true residual.
+    pub fn residual(self, problem: &Problem) -> f64 {
+        problem.relative(self.defect, self.size)
+    }
 }
 
 #[cfg(test)]
