@@ -174,7 +174,7 @@ impl BondLaw {
     ///
     /// U = u_n + delta/h: U < 0 presses as an unbonded contact does, else r_n = -kappa_n U; r_t = -kappa_t (u_t + delta_t/h)
     /// + r_f with |r_f| <= mu max(r_n, 0).
-    #[inline]
+    #[inline(always)]
     pub fn impulse(&self, b: [f64; 2]) -> [f64; 2] {
         let pull = self.shear * (b[1] + self.slip);
         let free = [b[0] - self.block.nt * pull, b[1] - self.block.tt * pull];

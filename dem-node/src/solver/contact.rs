@@ -14,6 +14,18 @@ pub struct BodyRecord {
     pub inverse_mass: f64,
 }
 
+impl BodyRecord {
+    /// Adds the impulse (r_n, r_t) of a contact to the velocity of a free disk with this lever over its radius; `force` is that
+    /// impulse in x and y on the disk (N s). The lever is -r n on a and +r n on b, and the impulses are opposite: both
+    /// disks turn the same way.
+    #[inline(always)]
+    pub(crate) fn push(&mut self, lever: f64, force: [f64; 2], impulse: [f64; 2]) {
+        self.velocity[0] += self.inverse_mass * force[0];
+        self.velocity[1] += self.inverse_mass * force[1];
+        self.velocity[2] -= 2.0 * self.inverse_mass * lever * impulse[1];
+    }
+}
+
 /// The bond of a contact that has none.
 pub const NO_BOND: u32 = u32::MAX;
 
@@ -84,6 +96,16 @@ impl Contact {
         [
             normal[0] * dx + normal[1] * dy,
             normal[0] * dy - normal[1] * dx - self.lever() * (a[2] + b[2]),
+        ]
+    }
+
+    /// b = u + bias - W r at this relative velocity u: what U would be without its own impulse (m/s).
+    #[inline(always)]
+    pub(crate) fn without_impulse(&self, [u_n, u_t]: [f64; 2]) -> [f64; 2] {
+        let (block, [r_n, r_t]) = (self.block, self.impulse);
+        [
+            u_n + self.bias[0] - block.nn * r_n - block.nt * r_t,
+            u_t + self.bias[1] - block.nt * r_n - block.tt * r_t,
         ]
     }
 }

@@ -245,12 +245,14 @@ impl Sweeper {
     /// One pass over all contacts. Returns ||W dr||^2 and ||W r||^2, W the diagonal without springs.
     pub fn sweep(&mut self, problem: &mut Problem, parallel: bool) -> [f64; 2] {
         let mut squares = [0.0; 2];
-        // Taken out for the pass: a contact that is copied instead of borrowed costs as much as its arithmetic.
-        let mut contacts = std::mem::take(&mut problem.contacts);
-        for run in self.glued.chunk_by(|one, next| one.0 == next.0) {
-            solve_glued_disk(problem, &mut contacts, run, &mut squares);
-        }
-        problem.contacts = contacts;
+        widest(
+            #[inline(always)]
+            || {
+                for run in self.glued.chunk_by(|one, next| one.0 == next.0) {
+                    solve_glued_disk(problem, run, &mut squares);
+                }
+            },
+        );
         let friction = (problem.friction > 0.0).then_some(problem.friction);
         let sweep = |subdomain: &mut Subdomain<SweepList>, records: &mut [BodyRecord]| {
             subdomain.work.sweep(records, friction)
@@ -267,12 +269,18 @@ impl Sweeper {
                 *sum += lanes.sum();
             }
         }
-        let mut contacts = std::mem::take(&mut problem.contacts);
-        let single = self.bonded.iter().chain(&self.wheel).chain(&self.clustered);
-        for index in single {
-            solve_contact(problem, &mut contacts[*index as usize], &mut squares);
-        }
-        problem.contacts = contacts;
+        widest(
+            #[inline(always)]
+            || {
+                solve_bonded(problem, &self.bonded, &mut squares);
+                // Taken out for the pass: a contact that is copied instead of borrowed costs as much as its arithmetic.
+                let mut contacts = std::mem::take(&mut problem.contacts);
+                for index in self.wheel.iter().chain(&self.clustered) {
+                    solve_contact(problem, &mut contacts[*index as usize], &mut squares);
+                }
+                problem.contacts = contacts;
+            },
+        );
         squares
     }
 
@@ -290,20 +298,35 @@ impl Sweeper {
 }
 
 /// Solves a contact by its prepared law, compliant boundary and wheel included.
-pub fn solve_contact(problem: &mut Problem, contact: &mut Contact, squares: &mut [f64; 2]) {
+#[inline(always)]
+fn solve_contact(problem: &mut Problem, contact: &mut Contact, squares: &mut [f64; 2]) {
     let velocity = problem.relative_velocity(contact);
-    let step = update_impulse(problem, contact, velocity, squares);
+    let impulse = problem.local_solution(contact, velocity);
+    let step = take_over(contact, impulse, squares);
     problem.apply(contact, step);
 }
 
-/// Solves the contacts of one glued disk in turn. Between them only the velocity of the disk itself is needed: the dense
-/// product with two columns of W_g is made once for all.
-fn solve_glued_disk(
-    problem: &mut Problem,
-    contacts: &mut [Contact],
-    run: &[(u32, u32)],
-    squares: &mut [f64; 2],
-) {
+/// Solves bonded contacts of free disks, which are most contacts of a layer: without asking for all that they are not.
+#[inline(always)]
+fn solve_bonded(problem: &mut Problem, bonded: &[u32], squares: &mut [f64; 2]) {
+    let (contacts, records) = (&mut problem.contacts[..], &mut problem.records[..]);
+    for index in bonded {
+        let contact = &mut contacts[*index as usize];
+        let [a, b] = [contact.a as usize, contact.b as usize];
+        let velocity = contact.relative_velocity(records[a].velocity, records[b].velocity);
+        let law = &problem.bonds[contact.bond as usize].law;
+        let impulse = law.impulse(contact.without_impulse(velocity));
+        let step = take_over(contact, impulse, squares);
+        let [x, y] = contact.in_xy(step);
+        records[a].push(contact.lever(), [x, y], step);
+        records[b].push(contact.lever(), [-x, -y], step);
+    }
+}
+
+/// Solves the contacts of one glued disk in turn. Between them only the velocity of the disk itself is needed: the product
+/// with two columns of W_g is made once for all.
+#[inline(always)]
+fn solve_glued_disk(problem: &mut Problem, run: &[(u32, u32)], squares: &mut [f64; 2]) {
     let disk = run[0].0 as usize - problem.first_glued;
     let ([vx, vy], block) = (
         problem.boundary.velocity_of(disk),
@@ -311,12 +334,17 @@ fn solve_glued_disk(
     );
     let (mut velocity, mut total) = ([vx, vy, 0.0], [0.0; 2]);
     for (_, index) in run {
-        let contact = &mut contacts[*index as usize];
-        let grain = problem.records[contact.a as usize].velocity;
-        let relative = contact.relative_velocity(grain, velocity);
-        let step = update_impulse(problem, contact, relative, squares);
+        let contact = &mut problem.contacts[*index as usize];
+        let grain = &mut problem.records[contact.a as usize];
+        let relative = contact.relative_velocity(grain.velocity, velocity);
+        let b = contact.without_impulse(relative);
+        let impulse = match problem.bonds.get(contact.bond as usize) {
+            None => contact.law.impulse(b),
+            Some(bond) => bond.law.impulse(b),
+        };
+        let step = take_over(contact, impulse, squares);
         let force = contact.in_xy(step);
-        problem.apply_to(contact, 0, force, step);
+        grain.push(contact.lever(), force, step);
         for row in 0..2 {
             velocity[row] -= block[row][0] * force[0] + block[row][1] * force[1];
             total[row] -= force[row];
@@ -325,15 +353,10 @@ fn solve_glued_disk(
     problem.boundary.apply(disk, total);
 }
 
-/// Gives the contact the impulse that solves its local problem under this relative velocity; returns the change.
-fn update_impulse(
-    problem: &Problem,
-    contact: &mut Contact,
-    velocity: [f64; 2],
-    squares: &mut [f64; 2],
-) -> [f64; 2] {
+/// Gives the contact its new impulse and adds the squares of W dr and W r; returns the change dr.
+#[inline(always)]
+fn take_over(contact: &mut Contact, impulse: [f64; 2], squares: &mut [f64; 2]) -> [f64; 2] {
     let ([r_n, r_t], block) = (contact.impulse, contact.block);
-    let impulse = problem.local_solution(contact, velocity);
     let step = [impulse[0] - r_n, impulse[1] - r_t];
     contact.impulse = impulse;
     squares[0] += (block.nn * step[0]).powi(2) + (block.tt * step[1]).powi(2);

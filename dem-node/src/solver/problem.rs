@@ -199,12 +199,7 @@ impl Problem {
     /// Saulot and Berthier 2006).
     #[inline(always)]
     pub fn local_solution(&self, contact: &Contact, velocity: [f64; 2]) -> [f64; 2] {
-        let ([u_n, u_t], [r_n, r_t]) = (velocity, contact.impulse);
-        let block = contact.block;
-        let b = [
-            u_n + contact.bias[0] - block.nn * r_n - block.nt * r_t,
-            u_t + contact.bias[1] - block.nt * r_n - block.tt * r_t,
-        ];
+        let b = contact.without_impulse(velocity);
         match self.bonds.get(contact.bond as usize) {
             None => contact.law.impulse(b),
             Some(bond) => bond.law.impulse(b),
