@@ -86,14 +86,11 @@ impl LocalLaw {
         }
         let [stick_n, stick_t] = self.inverse.times(b).map(|x| -x);
         if stick_t.abs() <= self.friction * stick_n {
-            [stick_n, stick_t]
-        } else if stick_t > 0.0 {
-            let r_n = -b[0] * self.slide[0];
-            [r_n, self.friction * r_n]
-        } else {
-            let r_n = -b[0] * self.slide[1];
-            [r_n, -self.friction * r_n]
+            return [stick_n, stick_t];
         }
+        // Chosen without a branch: nobody foretells to which side the next contact slides.
+        let r_n = -b[0] * self.slide[usize::from(stick_t <= 0.0)];
+        [r_n, self.friction.copysign(stick_t) * r_n]
     }
 }
 
