@@ -16,6 +16,9 @@ use crate::lanes::{self, widest};
 use crate::law::vector::{normal_impulse, tangential_impulse};
 use grouping::{EMPTY, Grouping, LANES};
 
+/// Bonded contacts that are interleaved at a time: near enough in a sample to stay in the cache.
+const INTERLEAVED: usize = 256;
+
 /// A number of each contact of a group.
 type Lanes = lanes::Lanes<LANES>;
 
@@ -195,11 +198,14 @@ pub struct Sweeper {
     crossing: SweepList,
     /// Contacts of free grains with glued disks: disk, then contact, so that those of a disk follow each other.
     glued: Vec<(u32, u32)>,
-    /// Contacts with a bond, then those of the wheel and of clusters.
-    bonded: Vec<u32>,
+    /// Contacts with a bond: stage, then contact ([`interleave`]).
+    bonded: Vec<(u32, u32)>,
+    /// Contacts of the wheel and of clusters.
     wheel: Vec<u32>,
     clustered: Vec<u32>,
     grouping: Grouping,
+    /// Next stage of each body.
+    stages: Vec<u32>,
 }
 
 impl Sweeper {
@@ -224,7 +230,8 @@ impl Sweeper {
                 self.glued.push((contact.b, index as u32));
                 continue;
             } else if problem.bonds.get(contact.bond as usize).is_some() {
-                &mut self.bonded
+                self.bonded.push((0, index as u32));
+                continue;
             } else if let Some(shared) = partition.common(contact.a, contact.b) {
                 &mut self.subdomains[shared].work.chosen
             } else {
@@ -233,6 +240,10 @@ impl Sweeper {
             chosen.push(index as u32);
         }
         self.glued.sort_unstable();
+        self.stages.resize(problem.records.len(), 0);
+        for part in self.bonded.chunks_mut(INTERLEAVED) {
+            interleave(part, &problem.contacts, &mut self.stages);
+        }
         let inside = self
             .subdomains
             .iter_mut()
@@ -297,6 +308,23 @@ impl Sweeper {
     }
 }
 
+/// Sorts contacts by stages, each of which comes after all earlier contacts of the same two bodies: sweeps keep their bits.
+/// Those of a stage share no body, and a processor works on one while it waits for another.
+fn interleave(listed: &mut [(u32, u32)], contacts: &[Contact], stages: &mut [u32]) {
+    let bodies = |index: u32| [contacts[index as usize].a, contacts[index as usize].b];
+    for body in listed.iter().flat_map(|(_, index)| bodies(*index)) {
+        stages[body as usize] = 0;
+    }
+    for (stage, index) in listed.iter_mut() {
+        let pair = bodies(*index).map(|body| body as usize);
+        *stage = stages[pair[0]].max(stages[pair[1]]);
+        for body in pair {
+            stages[body] = *stage + 1;
+        }
+    }
+    listed.sort_unstable();
+}
+
 /// Solves a contact by its prepared law, compliant boundary and wheel included.
 #[inline(always)]
 fn solve_contact(problem: &mut Problem, contact: &mut Contact, squares: &mut [f64; 2]) {
@@ -308,19 +336,21 @@ fn solve_contact(problem: &mut Problem, contact: &mut Contact, squares: &mut [f6
 
 /// Solves bonded contacts of free disks, which are most contacts of a layer: without asking for all that they are not.
 #[inline(always)]
-fn solve_bonded(problem: &mut Problem, bonded: &[u32], squares: &mut [f64; 2]) {
+fn solve_bonded(problem: &mut Problem, bonded: &[(u32, u32)], squares: &mut [f64; 2]) {
     let (contacts, records) = (&mut problem.contacts[..], &mut problem.records[..]);
-    for index in bonded {
+    let mut sums = *squares;
+    for (_, index) in bonded {
         let contact = &mut contacts[*index as usize];
         let [a, b] = [contact.a as usize, contact.b as usize];
         let velocity = contact.relative_velocity(records[a].velocity, records[b].velocity);
         let law = &problem.bonds[contact.bond as usize].law;
         let impulse = law.impulse(contact.without_impulse(velocity));
-        let step = take_over(contact, impulse, squares);
+        let step = take_over(contact, impulse, &mut sums);
         let [x, y] = contact.in_xy(step);
         records[a].push(contact.lever(), [x, y], step);
         records[b].push(contact.lever(), [-x, -y], step);
     }
+    *squares = sums;
 }
 
 /// Solves the contacts of one glued disk in turn. Between them only the velocity of the disk itself is needed: the product

@@ -1,14 +1,17 @@
 //! Sweeps in groups against sweeps one by one.
 
 use super::*;
+use crate::bond::BondContact;
 use crate::boundary::CompliantBoundary;
+use crate::law::local::BondLaw;
 use crate::sample::random::RandomNumbers;
+use crate::solver::NO_BOND;
 
 const GRAINS: usize = 60;
 const GLUED: usize = 6;
 
 /// Grains that touch at random, a wheel over some, a compliant boundary under others; the law is friction 0.3 and
-/// springs. Grain 0 touches all others: more neighbours than there are open groups.
+/// springs, and every fourth contact has a bond. Grain 0 touches all others: more neighbours than there are open groups.
 fn problem() -> Problem {
     let mut random = RandomNumbers::new(7);
     let wheel = GRAINS + GLUED;
@@ -38,6 +41,7 @@ fn problem() -> Problem {
         }
     }
     contacts.push(contact(GRAINS + 1, wheel));
+    bond_every(4, &mut contacts);
     let record = |i: usize| BodyRecord {
         velocity: [0.01 * i as f64, -0.02, 0.03],
         inverse_mass: if (GRAINS..wheel).contains(&i) {
@@ -53,7 +57,14 @@ fn problem() -> Problem {
         .collect();
     let mut boundary = CompliantBoundary::compliant(GLUED, compliance);
     boundary.start(&[0.05; 2 * GLUED]);
+    let mut law = BondLaw::new(0.02, 0.0);
+    law.set_stiffness([3.0, 2.0], 1.0);
+    let bond = BondContact {
+        law,
+        ..BondContact::default()
+    };
     let mut problem = Problem {
+        bonds: vec![bond; contacts.len()],
         contacts,
         records: (0..=wheel).map(record).collect(),
         first_glued: GRAINS,
@@ -66,6 +77,13 @@ fn problem() -> Problem {
     problem
 }
 
+fn bond_every(step: usize, contacts: &mut [Contact]) {
+    for (index, contact) in contacts.iter_mut().enumerate() {
+        let bonded = index % step == 0 && (contact.b as usize) < GRAINS + GLUED;
+        contact.bond = if bonded { index as u32 } else { NO_BOND };
+    }
+}
+
 /// The contacts in the order in which a sweep treats them.
 fn order(sweeper: &Sweeper) -> Vec<u32> {
     let grouped = sweeper
@@ -76,7 +94,7 @@ fn order(sweeper: &Sweeper) -> Vec<u32> {
         .iter()
         .map(|(_, index)| index)
         .chain(grouped)
-        .chain(&sweeper.bonded)
+        .chain(sweeper.bonded.iter().map(|(_, index)| index))
         .chain(&sweeper.wheel)
         .chain(&sweeper.clustered);
     all.copied().filter(|index| *index != EMPTY).collect()
@@ -103,6 +121,38 @@ fn every_contact_is_swept_once_and_groups_share_no_body() {
         assert_eq!(bodies.len(), count);
     }
     assert!(sweeper.grouping.taken.iter().all(|taken| *taken == 0));
+}
+
+/// The order of the list is the reference: contacts of the same body keep it, and so does every bit.
+#[test]
+fn interleaved_bonds_keep_the_order_of_every_body_and_rarely_touch_the_last_one() {
+    let mut problem = problem();
+    // Grains in columns of six, numbered column by column.
+    let inside = |(a, b): &(usize, usize)| *b < GRAINS && (b - a > 1 || b % 6 > 0);
+    let pairs = (0..GRAINS).flat_map(|a| [(a, a + 1), (a, a + 6)]);
+    let contact = |(a, b)| Contact {
+        a: a as u32,
+        b: b as u32,
+        ..problem.contacts[0]
+    };
+    problem.contacts = pairs.filter(inside).map(contact).collect();
+    bond_every(1, &mut problem.contacts);
+    let mut sweeper = Sweeper::default();
+    sweeper.load(&problem);
+    let listed = sweeper.bonded.iter();
+    let order: Vec<usize> = listed.map(|(_, index)| *index as usize).collect();
+    let bodies = |index: usize| [problem.contacts[index].a, problem.contacts[index].b];
+    for body in 0..GRAINS as u32 {
+        let of_body = order.iter().filter(|i| bodies(**i).contains(&body));
+        assert!(of_body.is_sorted(), "body {body}");
+    }
+    let touch = |a: usize, b: usize| bodies(a).iter().any(|body| bodies(b).contains(body));
+    let plain = (1..order.len()).filter(|i| touch(i - 1, *i)).count();
+    let interleaved = order
+        .windows(2)
+        .filter(|pair| touch(pair[0], pair[1]))
+        .count();
+    assert!(3 * interleaved < plain, "{interleaved} of {plain}");
 }
 
 #[test]
