@@ -15,6 +15,7 @@ pub struct Positions<'a> {
 }
 
 /// Normal and gap of two bodies, a the disk of the lower number.
+#[inline]
 pub fn proximity(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> Proximity {
     let (centre, radius) = (positions.centres[a], bodies.radii[a]);
     if b < bodies.disks() {

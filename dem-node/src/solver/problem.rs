@@ -78,6 +78,7 @@ impl Problem {
     /// The block of the Delassus operator W = H^T M^-1 H (equation 8 of Renouf, Saulot and Berthier 2006) at a contact:
     /// W_nn = n.M^-1 n and so on, summed over both bodies; the spin of a disk adds its inverse inertia to W_tt, that of a
     /// cluster adds to all, and a glued disk has the block of W_g.
+    #[inline]
     pub fn block(&self, contact: &Contact) -> DelassusBlock {
         let [nx, ny] = contact.normal;
         let mut block = DelassusBlock::default();

@@ -32,16 +32,17 @@ impl Stepper {
         self.problem.levers.clear();
         self.slots.clear();
         let mut bonds = BondCursor::new(&state.bonds);
+        let compliance = bodies.law.compliance(input.step);
         for index in 0..list.slots.len() {
             let slot = &list.slots[index];
             let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
             let bond = bonds.find((slot.a, slot.b));
-            let candidate = self.candidate(state, input, slot, at);
-            let Some(mut contact) = self.accept(state, input, candidate, bond.is_some()) else {
+            let mut contact = self.candidate(state, input, slot, at, compliance);
+            if bond.is_none() && !self.accept(state, input, &mut contact) {
                 // A contact that a rebound has opened leaves the problem: it must not keep its force.
                 (list.slots[index].force, list.slots[index].left) = ([0.0; 2], 0.0);
                 continue;
-            };
+            }
             if let Some((index, bond)) = bond {
                 contact.bond = self.problem.bonds.len() as u32;
                 contact.gap -= bond.reference;
@@ -117,13 +118,14 @@ impl Stepper {
         turning.fold(speed, f64::max)
     }
 
-    /// The contact that a slot would have; its levers, if it needs any, join the problem.
+    /// The contact that a slot would have, with the compliance of the law; its levers, if it needs any, join the problem.
     fn candidate(
         &mut self,
         state: &State,
         input: &StepInput,
         slot: &Slot,
         at: Proximity,
+        compliance: [f64; 2],
     ) -> Contact {
         let (bodies, h) = (input.bodies, input.step);
         let pair = [slot.a as usize, slot.b as usize];
@@ -139,7 +141,7 @@ impl Stepper {
                 None => 0.0,
             },
             bias: [0.0, slot.spring / h],
-            compliance: bodies.law.compliance(h),
+            compliance,
             impulse: [h * slot.force[0], h * slot.force[1]],
             bond: NO_BOND,
             levers: NO_LEVERS,
@@ -160,31 +162,22 @@ impl Stepper {
         contact
     }
 
-    /// A contact, unless the pair has no bond, stays apart in this step and carried no force in the last one.
-    fn accept(
-        &mut self,
-        state: &State,
-        input: &StepInput,
-        mut contact: Contact,
-        bonded: bool,
-    ) -> Option<Contact> {
+    /// Gives a contact without bond its bias; false if the pair stays apart in this step and carried no force in the last one.
+    fn accept(&mut self, state: &State, input: &StepInput, contact: &mut Contact) -> bool {
         let (bodies, h) = (input.bodies, input.step);
-        if bonded {
-            return Some(contact);
-        }
-        let approach = self.problem.relative_velocity(&contact)[0].min(0.0);
+        let approach = self.problem.relative_velocity(contact)[0].min(0.0);
         let touches = contact.impulse[0] > 0.0 || contact.gap + h * approach < bodies.alert;
         let before = match bodies.law.restitution {
-            Some(_) if touches => self.relative_before(bodies, state, &contact)[0],
+            Some(_) if touches => self.relative_before(bodies, state, contact)[0],
             _ => 0.0,
         };
         let bias = bodies.law.bias(contact.gap, before, h);
         let Some(bias) = bias.filter(|_| touches) else {
             self.problem.levers.truncate(contact.levers as usize);
-            return None;
+            return false;
         };
         contact.bias[0] = bias;
-        Some(contact)
+        true
     }
 }
 

@@ -77,7 +77,12 @@ impl Stepper {
         slot: &Slot,
     ) -> ContactStep {
         let velocity = self.problem.relative_velocity(contact);
-        let before = self.relative_before(input.bodies, state, contact);
+        // What it is for weighs 1 - theta.
+        let before = if input.theta == 1.0 {
+            velocity
+        } else {
+            self.relative_before(input.bodies, state, contact)
+        };
         let springs = input.bodies.law.springs;
         let stretched = springs.map_or(0.0, |s| -contact.impulse[1] / (input.step * s.tangential));
         // A compliant boundary puts its disks where its own body says, which is not for this ledger to judge.
