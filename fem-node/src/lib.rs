@@ -27,8 +27,8 @@
 //! | equation | function | source |
 //! |---|---|---|
 //! | u' = u + h v + h^2/2 a | [`Scheme::predicted`](integrate::Scheme::predicted) | Newmark (1959), beta = 0; RSB eq 12, corrected |
-//! | a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F') | [`NodeRow::end`](integrate::node_row::NodeRow::end) | the same, gamma = b |
-//! | v' = v + h [(1-b) a + b a'] | [`NodeRow::end`](integrate::node_row::NodeRow::end) | the same |
+//! | a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F') | [`Now::end`](integrate::node_row::Now::end) | the same, gamma = b |
+//! | v' = v + h [(1-b) a + b a'] | [`Now::end`](integrate::node_row::Now::end) | the same |
 //! | d' = (beta/h) (F' - F) | [`NodeRow::damp_stiffness`](integrate::node_row::NodeRow::damp_stiffness) | Rayleigh (1877), section 102 |
 //! | h < sqrt(2/b)/omega_max | [`step_limit`](spectrum::step_limit) | spectral radius, stated there |
 //! | h < (sqrt(2/b + 4 xi^2) - 2 xi)/omega_max | [`damped_step_limit`](spectrum::damped_step_limit) | Belytschko, Liu and Moran (2000), section 6.2 |

@@ -89,8 +89,9 @@ impl LocalLaw {
             return [stick_n, stick_t];
         }
         // Chosen without a branch: nobody foretells to which side the next contact slides.
-        let r_n = -b[0] * self.slide[usize::from(stick_t <= 0.0)];
-        [r_n, self.friction.copysign(stick_t) * r_n]
+        let side = usize::from(stick_t <= 0.0);
+        let r_n = -b[0] * self.slide[side];
+        [r_n, [self.friction, -self.friction][side] * r_n]
     }
 }
 

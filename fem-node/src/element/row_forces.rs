@@ -60,20 +60,38 @@ impl RowForces {
 
     /// Force on these components of a row of nodes: from the elements above it, then from those below it.
     pub(crate) fn assemble(&self, force: &mut [f64], spans: &[Range<usize>]) {
-        vectorised(
-            #[inline(always)]
-            || {
-                for k in spans.iter().flat_map(|span| span.clone().step_by(LANES)) {
-                    let above = Pack::load(&self.carried[0], k) + Pack::load(&self.carried[1], k);
-                    let below = Pack::load(&self.upper[0], k) + Pack::load(&self.upper[1], k);
-                    (above + below).store(force, k);
-                }
-            },
-        );
+        for span in spans {
+            // Whole packs: beyond the span there is room, and nobody reads it.
+            let span = span.start..span.start + span.len().next_multiple_of(LANES);
+            let [left, right] = self.carried.each_ref().map(|forces| chunks(forces, &span));
+            let [below_left, below_right] =
+                self.upper.each_ref().map(|forces| chunks(forces, &span));
+            let sources = left
+                .iter()
+                .zip(right)
+                .zip(below_left.iter().zip(below_right));
+            let force = force[span.clone()].as_chunks_mut::<LANES>().0;
+            vectorised(
+                #[inline(always)]
+                || {
+                    for (force, ((left, right), (below_left, below_right))) in
+                        force.iter_mut().zip(sources)
+                    {
+                        let above = Pack(*left) + Pack(*right);
+                        *force = (above + (Pack(*below_left) + Pack(*below_right))).0;
+                    }
+                },
+            );
+        }
     }
 
     /// Goes down by one row: the forces on the lower nodes become those that are carried.
     pub(crate) fn advance(&mut self) {
         std::mem::swap(&mut self.carried, &mut self.lower);
     }
+}
+
+/// Whole packs of a span.
+fn chunks<'a>(forces: &'a [f64], span: &Range<usize>) -> &'a [[f64; LANES]] {
+    forces[span.clone()].as_chunks().0
 }

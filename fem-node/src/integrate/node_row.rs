@@ -23,14 +23,21 @@ pub(crate) struct NodeRow<'a> {
     pub(super) dissipated: Dissipated<&'a mut [f64]>,
 }
 
-/// The numbers from `k` on of all fields at the end of a step.
+/// Neighbouring components before the end of a step.
+pub(crate) struct Now {
+    v: Pack,
+    a: Pack,
+    force: Pack,
+    new_force: Pack,
+    load: Pack,
+    mass: Pack,
+    inverse_mass: Pack,
+}
+
+/// Their rates after it.
 pub(crate) struct Ended {
     v: Pack,
     a: Pack,
-    new_v: Pack,
-    new_a: Pack,
-    d_force: Pack,
-    mass: Pack,
 }
 
 impl NodeRow<'_> {
@@ -84,66 +91,123 @@ impl NodeRow<'_> {
         rule: &Rule,
         span: &Range<usize>,
     ) {
-        for (k, count) in packs(span) {
-            let ended = self.end(&rule.scheme, rule.damping.end, k);
+        let (v, v_rest) = self.v[span.clone()].as_chunks_mut::<LANES>();
+        let (a, a_rest) = self.a[span.clone()].as_chunks_mut::<LANES>();
+        let (force, force_rest) = self.force[span.clone()].as_chunks_mut::<LANES>();
+        let (new_force, new_force_rest) = packs_of(self.new_force, span);
+        let (load, load_rest) = packs_of(self.load, span);
+        let (mass, mass_rest) = packs_of(self.mass, span);
+        let (inverse_mass, inverse_mass_rest) = packs_of(self.inverse_mass, span);
+        let (numerical, numerical_rest) = energies::<NUMERICAL>(self.dissipated.numerical, span);
+        let (damping, damping_rest) = energies::<DAMPED>(self.dissipated.mass_damping, span);
+        let count = v.len();
+        // Said once, so that nothing is asked in the loop.
+        assert!(a.len() == count && force.len() == count && new_force.len() == count);
+        assert!(load.len() == count && mass.len() == count && inverse_mass.len() == count);
+        assert!(!NUMERICAL || numerical.len() == count);
+        assert!(!DAMPED || damping.len() == count);
+        for i in 0..count {
+            let now = Now {
+                v: Pack(v[i]),
+                a: Pack(a[i]),
+                force: Pack(force[i]),
+                new_force: Pack(new_force[i]),
+                load: Pack(load[i]),
+                mass: Pack(mass[i]),
+                inverse_mass: Pack(inverse_mass[i]),
+            };
+            let ended = now.end(&rule.scheme, rule.damping.end);
             if NUMERICAL {
-                let energy = numerical_dissipation(&rule.scheme, &ended);
-                add(&mut self.dissipated.numerical, energy, count, k);
+                let energy = numerical_dissipation(&rule.scheme, &now, &ended);
+                numerical[i] = (Pack(numerical[i]) + energy).0;
             }
             if DAMPED {
-                let energy = mass_damping(&rule.scheme, rule.damping, &ended);
-                add(&mut self.dissipated.mass_damping, energy, count, k);
+                let energy = mass_damping(&rule.scheme, rule.damping, &now, &ended);
+                damping[i] = (Pack(damping[i]) + energy).0;
             }
-            ended.new_v.store_up_to(count, self.v, k);
-            ended.new_a.store_up_to(count, self.a, k);
-            Pack::load(self.new_force, k).store_up_to(count, self.force, k);
+            (v[i], a[i], force[i]) = (ended.v.0, ended.a.0, new_force[i]);
         }
+        if v_rest.is_empty() {
+            return;
+        }
+        let now = Now {
+            v: Pack::first(v_rest),
+            a: Pack::first(a_rest),
+            force: Pack::first(force_rest),
+            new_force: Pack::first(new_force_rest),
+            load: Pack::first(load_rest),
+            mass: Pack::first(mass_rest),
+            inverse_mass: Pack::first(inverse_mass_rest),
+        };
+        let ended = now.end(&rule.scheme, rule.damping.end);
+        if NUMERICAL {
+            let energy = numerical_dissipation(&rule.scheme, &now, &ended);
+            (Pack::first(numerical_rest) + energy).store_first(numerical_rest);
+        }
+        if DAMPED {
+            let energy = mass_damping(&rule.scheme, rule.damping, &now, &ended);
+            (Pack::first(damping_rest) + energy).store_first(damping_rest);
+        }
+        ended.v.store_first(v_rest);
+        ended.a.store_first(a_rest);
+        now.new_force.store_first(force_rest);
     }
+}
 
+impl Now {
     /// a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F(u')), and v' = v + h [(1-b) a + b a']
     #[inline(always)]
-    fn end(&self, scheme: &Scheme, c: f64, k: usize) -> Ended {
+    fn end(&self, scheme: &Scheme, c: f64) -> Ended {
         let (h, b) = (scheme.step, scheme.damping);
         let drag = Pack::splat(c / (1.0 + b * h * c));
         let (old, new) = scheme.weights();
-        let (v, a) = (Pack::load(self.v, k), Pack::load(self.a, k));
-        let new_force = Pack::load(self.new_force, k);
-        let net = Pack::load(self.load, k) - new_force;
-        let p = Pack::load(self.inverse_mass, k) * net;
-        let undamped = v + (old * a + new * p);
-        let new_a = p - drag * undamped;
+        let p = self.inverse_mass * (self.load - self.new_force);
+        let undamped = self.v + (old * self.a + new * p);
+        let a = p - drag * undamped;
         Ended {
-            v,
+            v: self.v + (old * self.a + new * a),
             a,
-            new_v: v + (old * a + new * new_a),
-            new_a,
-            d_force: new_force - Pack::load(self.force, k),
-            mass: Pack::load(self.mass, k),
         }
     }
+}
+
+/// A span of a field, in packs and the rest.
+#[inline(always)]
+fn packs_of<'a>(field: &'a [f64], span: &Range<usize>) -> (&'a [[f64; LANES]], &'a [f64]) {
+    field[span.clone()].as_chunks()
+}
+
+/// Energies of a span, in packs and the rest; none where they are not counted.
+#[inline(always)]
+fn energies<'a, const COUNTED: bool>(
+    energies: &'a mut [f64],
+    span: &Range<usize>,
+) -> (&'a mut [[f64; LANES]], &'a mut [f64]) {
+    let own = if COUNTED { span.clone() } else { 0..0 };
+    energies[own].as_chunks_mut()
 }
 
 /// du dF - b h^2/2 da M da
 #[inline(always)]
-pub(crate) fn numerical_dissipation(scheme: &Scheme, ended: &Ended) -> Pack {
+pub(crate) fn numerical_dissipation(scheme: &Scheme, now: &Now, ended: &Ended) -> Pack {
     let h = Pack::splat(scheme.step);
     let half = Pack::splat(0.5 * scheme.step * scheme.step);
     let weight = Pack::splat(0.5 * scheme.damping * scheme.step * scheme.step);
-    let du = h * ended.v + half * ended.a;
-    let da = ended.new_a - ended.a;
-    du * ended.d_force - weight * ended.mass * da * da
+    let du = h * now.v + half * now.a;
+    let da = ended.a - now.a;
+    du * (now.new_force - now.force) - weight * now.mass * da * da
 }
 
 /// [(1-b) c v + b c' v'] M du
 #[inline(always)]
-fn mass_damping(scheme: &Scheme, damping: Damping, ended: &Ended) -> Pack {
+fn mass_damping(scheme: &Scheme, damping: Damping, now: &Now, ended: &Ended) -> Pack {
     let h = Pack::splat(scheme.step);
     let half = Pack::splat(0.5 * scheme.step * scheme.step);
     let start = Pack::splat((1.0 - scheme.damping) * damping.start);
     let end = Pack::splat(scheme.damping * damping.end);
-    let drag = start * ended.v + end * ended.new_v;
-    let du = h * ended.v + half * ended.a;
-    drag * ended.mass * du
+    let drag = start * now.v + end * ended.v;
+    let du = h * now.v + half * now.a;
+    drag * now.mass * du
 }
 
 /// Beginning of each pack of a span, and the numbers of it that belong to the span.
