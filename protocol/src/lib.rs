@@ -12,6 +12,7 @@
 //! - [`finding`]: values that are not plausible, and the bounds of a check;
 //! - [`cure`]: errors of the system, with what to do about them;
 //! - [`checkpoint`]: a node's state as bytes;
+//! - [`busy`]: stretches of time in which a process was at work;
 //! - [`link`]: the ways a frame travels: an in-process channel or shared memory;
 //! - [`serve`](mod@serve): the loop that turns frames into calls of a [`Node`];
 //! - [`participate`](mod@participate): the whole life of a participant in a process of its own.
@@ -22,6 +23,7 @@
 //! assert!(frame.verify().is_ok());
 //! ```
 
+pub mod busy;
 pub mod checkpoint;
 pub mod cure;
 pub mod finding;

@@ -6,6 +6,7 @@ use nix::sys::resource::{UsageWho, getrusage};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::busy::{BusyTimes, monotonic_ns};
 use crate::frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 use crate::link::{Link, LinkError};
 use crate::node::{BoundaryAnswer, Description, Node, NodeError, Outcome, Window};
@@ -61,6 +62,9 @@ pub struct Farewell {
     pub wait_s: f64,
     /// Largest resident set of the process (bytes).
     pub peak_rss_bytes: u64,
+    /// Times in which requests were answered; empty for a program that does not tell them.
+    #[serde(default)]
+    pub busy: BusyTimes,
 }
 
 /// The reason why a participant stopped serving.
@@ -101,11 +105,12 @@ where
     server.send_text(Kind::Welcome, &welcome(session, node.describe()))?;
     loop {
         let request = server.receive()?;
-        let start = Instant::now();
+        let (start, start_ns) = (Instant::now(), monotonic_ns());
         let answer = server
             .check_length(&request)
             .and_then(|()| answer(node.as_mut(), &request));
         server.solve += start.elapsed();
+        server.busy.until_now(start_ns);
         match answer {
             Ok(Answer::Numbers(kind, payload)) => server.send(kind, payload)?,
             Ok(Answer::Bytes(kind, bytes)) => server.send_bytes(kind, &bytes)?,
@@ -132,6 +137,7 @@ struct Server<'a> {
     setup: Duration,
     solve: Duration,
     wait: Duration,
+    busy: BusyTimes,
 }
 
 impl<'a> Server<'a> {
@@ -146,6 +152,7 @@ impl<'a> Server<'a> {
             setup: Duration::ZERO,
             solve: Duration::ZERO,
             wait: Duration::ZERO,
+            busy: BusyTimes::default(),
         }
     }
 
@@ -245,7 +252,7 @@ impl<'a> Server<'a> {
         Err(error.into())
     }
 
-    fn farewell(&self, outcome: Outcome) -> Farewell {
+    fn farewell(&mut self, outcome: Outcome) -> Farewell {
         let usage = getrusage(UsageWho::RUSAGE_SELF).ok();
         let seconds = |t: nix::sys::time::TimeVal| t.tv_sec() as f64 + 1e-6 * t.tv_usec() as f64;
         Farewell {
@@ -255,6 +262,7 @@ impl<'a> Server<'a> {
             setup_wall_s: self.setup.as_secs_f64(),
             wait_s: self.wait.as_secs_f64(),
             peak_rss_bytes: usage.map_or(0, |u| 1024 * u.max_rss().max(0) as u64),
+            busy: std::mem::take(&mut self.busy),
         }
     }
 }

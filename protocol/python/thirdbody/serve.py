@@ -16,6 +16,7 @@ from typing import Any, Callable, Dict, Optional
 
 import numpy as np
 
+from .busy import BusyTimes
 from .config import Config, Setting
 from .errors import ConfigurationError, Diverged, Fault, ProtocolError, code_of
 from .link import Link, LinkError
@@ -97,6 +98,7 @@ class Server:
         self._current = Header()
         self._turn = -1
         self._setup_s = self._solve_s = self._wait_s = 0.0
+        self._busy = BusyTimes()
 
     def serve(self, make: Callable[[Config, Setting], Node]) -> None:
         """Serves until the farewell; a failure is told to the coordinator before it is raised."""
@@ -199,7 +201,7 @@ class Server:
 
     def _answer(self, node: Node, request: Frame) -> bool:
         """Answers a request; false after the last."""
-        start = time.perf_counter()
+        start, start_ns = time.perf_counter(), time.monotonic_ns()
         word, header = request.word, request.header
         window = Window(header.window, header.iteration, header.step, header.substeps, header.t0_s, header.t1_s)
         try:
@@ -238,6 +240,7 @@ class Server:
             elif word == "Finish":
                 outcome = node.finish()
                 self._solve_s += time.perf_counter() - start
+                self._busy.until_now(start_ns)
                 self._send_json("Finished", self._farewell(outcome))
                 return False
             else:
@@ -245,6 +248,7 @@ class Server:
         except WireError as error:
             raise ProtocolError(str(error)) from error
         self._solve_s += time.perf_counter() - start
+        self._busy.until_now(start_ns)
         self._send(answer, payload)
         return True
 
@@ -271,6 +275,7 @@ class Server:
             "setup_wall_s": self._setup_s,
             "wait_s": self._wait_s,
             "peak_rss_bytes": 1024 * usage.ru_maxrss,
+            "busy": self._busy.document(),
         }
 
 
