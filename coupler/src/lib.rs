@@ -7,6 +7,7 @@
 //! - [`scheme`]: coupling schemes as algorithms, mapping, ledgers, and the prediction of stability;
 //! - [`participants`]: starting participants, keeping watch over them, speaking to them;
 //! - [`output`]: signals, interface traction, progress; [`rundir`], [`summary`]: the files of a run;
+//! - [`cost`]: where the time of a run went, and what its first windows foretell;
 //! - [`run`]: the loop over windows, checkpoints, a whole run;
 //! - [`replay`]: solvers and coupler again, against the log;
 //! - [`validate`]: scenes against what must come out of them;
@@ -53,6 +54,7 @@
 pub mod bench;
 pub mod cli;
 pub mod conform;
+pub mod cost;
 pub mod error;
 pub mod log;
 pub mod output;

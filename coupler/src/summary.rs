@@ -2,11 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use protocol::busy::BusyTimes;
 use protocol::serve::Farewell;
 use protocol::{Finding, HeldLoad, Phase, Role};
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value};
 
+use crate::cost::account::TimeAccount;
+use crate::cost::prediction::Pace;
 use crate::error::{CHECK_FAILED, Error};
 use crate::output::sample::load_history;
 use crate::participants::handshake::Greeted;
@@ -15,6 +18,10 @@ use crate::plausible::{self, InterfaceWorks, Warning};
 use crate::scenario::{Interface, Plausible, Scenario, Scheme};
 use crate::scheme::coupling::Coupling;
 use crate::scheme::ledger::{EnergyLedger, EnergySums, InterfaceLedger, ratio};
+
+mod spent;
+
+use spent::Spent;
 
 /// Outcome of a run: the file, field by field. Fields that never came about (a run that ended early) are left out of it.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -27,6 +34,9 @@ pub struct Summary {
     /// Simulated time that stands (s).
     pub sim_time_s: f64,
     wall_s: f64,
+    /// Parts of `wall_s`, and its prediction.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub spent: Option<Spent>,
     /// Windows that stand.
     pub windows: u64,
     /// Values and keys that are not plausible, in the order in which they were found.
@@ -46,6 +56,9 @@ pub struct Summary {
     coupling: Option<InterfaceSummary>,
     #[serde(serialize_with = "by_name", skip_serializing_if = "Vec::is_empty")]
     interfaces: Vec<(String, InterfaceSummary)>,
+    /// Lines about stability and log from before the first window.
+    #[serde(skip)]
+    pub foreseen: Vec<String>,
     /// Size of the log (bytes) as it was foreseen after the handshake, with the fewest and the most repeats.
     #[serde(skip)]
     pub log_predicted_bytes: Option<[u64; 2]>,
@@ -143,6 +156,9 @@ struct InterfaceSummary {
     wall_s: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     share: Option<f64>,
+    /// The time of the windows by who was at work; `wall_s` is that in which no participant was.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    account: Option<TimeAccount>,
 }
 
 /// `wall_s` is what the run loses to the log, `share` that of its wall-clock time; the writing thread's time and that of
@@ -244,16 +260,14 @@ impl Summary {
         self.results.insert("energy_balance_rel".into(), balance);
     }
 
-    /// Enters what the participants said at the end, `talk_wall_s` after the greetings and `run_wall_s` after the start of the run.
-    pub fn farewell(&mut self, farewells: Vec<Farewell>, talk_wall_s: f64, run_wall_s: f64) {
+    /// Enters what the participants said at the end.
+    pub fn farewell(&mut self, farewells: Vec<Farewell>) {
         let mut state = blake3::Hasher::new();
-        let mut solving = 0.0;
         for ((name, participant), farewell) in self.participants.iter_mut().zip(farewells) {
             let outcome = farewell.outcome;
             self.held.push(outcome.held_load);
             state.update(name.as_bytes());
             state.update(outcome.state_hash.as_bytes());
-            solving += farewell.solve_wall_s;
             self.results.extend(outcome.results);
             let work: f64 = outcome.work.values().sum();
             participant.work = Some(WorkSummary {
@@ -270,10 +284,24 @@ impl Summary {
             });
         }
         self.hashes.state = Some(state.finalize().to_hex().to_string());
-        if let Some(coupling) = &mut self.coupling {
-            let wall_s = (talk_wall_s - solving).max(0.0);
+    }
+
+    /// Enters what a run cost, `run_wall_s` after its start; `awaited` are the times in which it waited for each participant.
+    pub fn spent(
+        &mut self,
+        pace: &Pace,
+        farewells: &[Farewell],
+        awaited: &[BusyTimes],
+        run_wall_s: f64,
+    ) {
+        self.spent = Spent::of(pace);
+        if let (Some(coupling), Some(stretch_ns)) = (&mut self.coupling, pace.stretch_ns()) {
+            let told: Vec<BusyTimes> = farewells.iter().map(|said| said.busy.clone()).collect();
+            let account = TimeAccount::of(stretch_ns, &told, awaited);
+            let wall_s = account.own_wall_s + account.wait_s;
             coupling.wall_s = Some(wall_s);
             coupling.share = Some(ratio(wall_s, run_wall_s));
+            coupling.account = Some(account);
         }
     }
 
@@ -375,6 +403,9 @@ impl Summary {
             (0, "completed")
         };
         self.wall_s = wall_s;
+        if let Some(spent) = &mut self.spent {
+            spent.end(wall_s, self.windows);
+        }
         self.status = error.map_or(status, Error::status);
         self.exit_code = error.map_or(code, Error::exit_code);
         self.message = error.map_or_else(String::new, ToString::to_string);
@@ -435,6 +466,7 @@ impl InterfaceSummary {
             points: joules("points_", &points),
             wall_s: None,
             share: None,
+            account: None,
         }
     }
 }

@@ -12,7 +12,7 @@ const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 const REDESIGN: usize = 31_500;
 
 /// Features since, with the lines that they may take.
-const SINCE: [(&str, usize); 11] = [
+const SINCE: [(&str, usize); 12] = [
     ("checks of plausibility", 1020),
     ("strict logs", 420),
     ("limits of disk, files and words", 240),
@@ -27,6 +27,7 @@ const SINCE: [(&str, usize); 11] = [
         "participants to begin with, and the time of their answers",
         280,
     ),
+    ("time by who was at work, and the cost foretold", 350),
 ];
 
 #[test]

@@ -36,6 +36,8 @@ fn every_shipped_scene_is_valid() {
                 "{}",
                 String::from_utf8_lossy(&output.stderr)
             );
+            let told = String::from_utf8_lossy(&output.stdout);
+            assert!(told.contains("cost: about"), "{told}");
             checked += 1;
         }
     }

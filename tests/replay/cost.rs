@@ -1,10 +1,11 @@
-//! Costs of a log and of a replay: the size that is foreseen, the share of the run, the time of a replay.
+//! Costs of a run, a log and a replay: where the time went, what was foretold, the share of the log.
 //!
 //! Reference: the file itself, and the clocks of run and replay. The size is foreseen within 25 %, as lz4 packs no two
 //! scenes alike.
 
 use coupler::scenario::load::load;
 use harness::runs::{Scratch, parse_json, thirdbody};
+use serde_json::Value;
 
 use super::resume::{conduct, loaded, shipped};
 
@@ -63,6 +64,121 @@ fn check_tells_the_size_of_the_log_unless_there_is_none() {
     };
     assert!(told("run.output.exchange=true"));
     assert!(!told("run.output.exchange=false"));
+}
+
+#[test]
+fn check_tells_time_and_memory_and_what_is_uncertain() {
+    let told = |name: &str, sets: &[&str]| {
+        let scene = shipped(name);
+        let scene = scene.to_string_lossy();
+        let arguments = [["check", &scene].as_slice(), sets].concat();
+        String::from_utf8_lossy(&printed(&arguments)).into_owned()
+    };
+    let everybody = ["cost: about", "uncertain", "memory: about"];
+    let coupled = [
+        "cost: rail: ",
+        " element_steps",
+        "cost: third-body: ",
+        "contact_iterations",
+        "cost: coupler: ",
+    ];
+    let quick = told("quick", &[]);
+    let alone = told("verification/bouncing-disk", &[]);
+    for word in everybody {
+        assert!(
+            quick.contains(word) && alone.contains(word),
+            "{word}: {quick}{alone}"
+        );
+    }
+    assert!(coupled.iter().all(|word| quick.contains(word)), "{quick}");
+    assert!(!alone.contains("cost: coupler"), "{alone}");
+    assert!(!told("quick", &["--no-start"]).contains("cost"));
+    // The run is refused, and check says so.
+    let naive = ["--set", "interface.layer-base.scheme=staggered-serial"];
+    assert!(told("quick", &naive).contains("cost: not predicted, the run ends early"));
+}
+
+#[test]
+fn the_parts_of_the_wall_add_up() {
+    let scratch = Scratch::new("parts");
+    let sets = ["run.end_s=2e-4"];
+    let run = conduct(
+        &loaded(&shipped("quick"), &sets),
+        &scratch.path().join("run"),
+        1,
+        None,
+    );
+    let value = run.summary.value();
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let sum =
+        |value: &Value, keys: &[&str]| keys.iter().map(|key| number(&value[key])).sum::<f64>();
+    let wall_s = number(&value["wall_s"]);
+    let parts = sum(
+        &value,
+        &["setup_wall_s", "windows_wall_s", "closing_wall_s"],
+    );
+    assert!(
+        (parts - wall_s).abs() < 0.02 * wall_s,
+        "{parts} of {wall_s}"
+    );
+    let (windows_s, coupling) = (number(&value["windows_wall_s"]), &value["coupling"]);
+    let parts = sum(coupling, &["solve_wall_s", "own_wall_s", "wait_s"]);
+    assert!(
+        (parts - windows_s).abs() < 0.02 * windows_s,
+        "{parts} of {windows_s}"
+    );
+    let parts = sum(coupling, &["solve_wall_s", "wall_s"]);
+    assert!(
+        (parts - windows_s).abs() < 0.02 * windows_s,
+        "{parts} of {windows_s}"
+    );
+    for key in ["solve_wall_s", "own_wall_s", "wait_s", "share"] {
+        assert!(number(&coupling[key]) > 0.0, "{key}: {coupling}");
+    }
+    // The union of solves is no more than their sum, and each participant was at work or waited, from its greeting to its end.
+    let participants = value["participants"].as_object().expect("they are told");
+    let solves: f64 = participants
+        .values()
+        .map(|p| number(&p["solve_wall_s"]))
+        .sum();
+    assert!(
+        number(&coupling["solve_wall_s"]) <= solves,
+        "{solves}: {coupling}"
+    );
+    for (name, participant) in participants {
+        let own = sum(participant, &["solve_wall_s", "wait_s"]);
+        assert!(
+            (windows_s..wall_s).contains(&own),
+            "{name}: {own} of {windows_s}"
+        );
+    }
+}
+
+#[test]
+fn a_run_tells_how_wrong_its_prediction_was() {
+    let scratch = Scratch::new("foretold");
+    let sets = ["run.end_s=1e-3"];
+    let scene = loaded(&shipped("wheel-rail-fe-small"), &sets);
+    let value = conduct(&scene, &scratch.path().join("run"), 1, None)
+        .summary
+        .value();
+    let told = &value["prediction"];
+    let Some(foretold_s) = told["wall_s"].as_f64() else {
+        let windows_s = value["windows_wall_s"].as_f64();
+        assert!(
+            windows_s.is_some_and(|s| s < 1.5),
+            "nothing is foretold: {value:#}"
+        );
+        return;
+    };
+    let ratio = foretold_s / value["wall_s"].as_f64().expect("a number");
+    assert_eq!(told["wall_over_actual"].as_f64(), Some(ratio));
+    let ends = ["wall_low_s", "wall_high_s"].map(|key| told[key].as_f64().expect("a number"));
+    assert!((ends[0]..=ends[1]).contains(&foretold_s), "{told}");
+    let memory = told["memory_over_actual"].as_f64().expect("a number");
+    // Tests beside this one grow in the same process.
+    assert!(memory > 0.0 && memory <= 1.0, "{told}");
+    println!("time foretold over actual {ratio:.3}, memory {memory:.3}");
 }
 
 #[test]

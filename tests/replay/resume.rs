@@ -29,6 +29,7 @@ pub(crate) fn conduct(
         watch: Watch::default(),
         progress: false,
         strict: false,
+        rehearsal: false,
     };
     let ended = match from {
         None => run(loaded, &options),

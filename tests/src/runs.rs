@@ -170,6 +170,7 @@ fn run_text(text: &str, overrides: &[&str]) -> Result<Left, Error> {
             watch: Watch::default(),
             progress: false,
             strict: false,
+            rehearsal: false,
         },
     )?;
     let signals = read_csv(&scratch.path().join("signals.csv"));

@@ -1,17 +1,26 @@
 //! `thirdbody check`: everything that can be said before a run.
 
-use super::common::{ScenarioArguments, VerbResult, foreign, own_program, print};
+use std::iter;
+
+use serde_json::Value;
+
+use super::common::{ScenarioArguments, VerbResult, foreign, print};
+use super::run::options;
+use crate::cost::prediction::CostPrediction;
+use crate::error::Error;
 use crate::participants::Registry;
-use crate::run::forecast::Forecast;
-use crate::run::session::check as check_scenario;
+use crate::run::check::check as check_scenario;
+use crate::run::session::{Ended, fresh_run_id, run};
+use crate::rundir::Scratch;
 use crate::scenario::load::Loaded;
+use crate::summary::Summary;
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
 pub struct CheckArguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
-    /// Start nothing: leave out the prediction of stability, which needs the solvers' own words.
+    /// Start nothing: leave out stability, which needs the solvers' own words, and cost, which is measured.
     #[arg(long)]
     no_start: bool,
     /// Start programs that the scenario names, too.
@@ -22,32 +31,98 @@ pub struct CheckArguments {
 /// Checks a scenario; an error has exit code 2.
 pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     let loaded = arguments.scenario.load()?;
-    let warnings = check_scenario(&loaded, registry, arguments.scenario.threads())?;
+    let threads = arguments.scenario.threads();
+    let warnings = check_scenario(&loaded, registry, threads)?;
     print(&describe(&loaded))?;
     for warning in warnings {
         print(&warning.line())?;
     }
-    if loaded.scenario.interface.is_empty() || arguments.no_start {
+    if arguments.no_start {
         return Ok(0);
     }
     if let Some((name, _)) = foreign(&loaded.scenario)
         && !arguments.allow_commands
     {
         print(&format!(
-            "stability: not predicted, participant {name} is a program of its own; --allow-commands starts it"
+            "stability and cost: not predicted, participant {name} is a program of its own; --allow-commands starts it"
         ))?;
         return Ok(0);
     }
-    let forecast = Forecast {
-        loaded: &loaded,
-        registry,
-        program: own_program()?,
-        threads: arguments.scenario.threads(),
-    };
-    for line in forecast.lines()? {
+    let scratch = Scratch::new("check", fresh_run_id());
+    let mut options = options(Some(scratch.path()), threads, registry)?;
+    options.progress = false;
+    options.rehearsal = true;
+    for line in foretold(run(&loaded, &options)?)? {
         print(&line)?;
     }
     Ok(0)
+}
+
+/// Stability, log and cost as a rehearsal foretold them. One that came to no window is an error, unless it told the reason to
+/// expect that.
+fn foretold(ended: Ended) -> Result<Vec<String>, Error> {
+    let summary = &ended.summary;
+    let lines = summary.foreseen.iter().cloned();
+    let cost = summary.spent.as_ref().and_then(|spent| spent.told);
+    match (cost, ended.error) {
+        (Some(cost), _) => Ok(lines.chain(cost_lines(summary, &cost)).collect()),
+        (None, Some(error @ Error::Interrupted { .. })) => Err(error),
+        (None, Some(error)) if summary.foreseen.is_empty() => Err(error),
+        (None, Some(error)) => {
+            let why = format!("cost: not predicted, the run ends early: {error}");
+            Ok(lines.chain(iter::once(why)).collect())
+        }
+        (None, None) => Ok(lines.collect()),
+    }
+}
+
+fn cost_lines(summary: &Summary, cost: &CostPrediction) -> Vec<String> {
+    let value = summary.value();
+    let setup_s = number(&value["setup_wall_s"]);
+    let mut lines = vec![format!(
+        "cost: about {:.1} s, {setup_s:.1} s of them for the set-up; the windows as the first {} of them went, in {:.1} s",
+        cost.wall_s, cost.windows, cost.windows_wall_s
+    )];
+    for (name, participant) in value["participants"].as_object().into_iter().flatten() {
+        lines.extend(work_line(name, participant));
+    }
+    let coupling = &value["coupling"];
+    if coupling.is_object() {
+        let each_us = |key: &str| 1e6 * number(&coupling[key]) / cost.windows as f64;
+        let logged = value["log"]["messages"].as_u64();
+        let messages = logged.map(|count| format!(", {count} messages until then"));
+        lines.push(format!(
+            "cost: coupler: {:.0} us of its own and {:.0} us of waiting for frames a window{}",
+            each_us("own_wall_s"),
+            each_us("wait_s"),
+            messages.unwrap_or_default()
+        ));
+    }
+    lines.push(format!(
+        "cost: uncertain are the iterations of a window, which follow the load history: {:.1} s if all windows to come go as the fastest quarter of those seen, {:.1} s as the slowest",
+        cost.wall_low_s, cost.wall_high_s
+    ));
+    lines.push(format!(
+        "memory: about {:.3e} bytes at the peak, all processes together",
+        cost.memory_bytes as f64
+    ));
+    lines
+}
+
+/// Work of a participant in a rehearsal, and the time of each piece.
+fn work_line(name: &str, participant: &Value) -> Option<String> {
+    let work = participant["work"].as_object()?;
+    let done = work.iter().filter(|(_, amount)| number(amount) > 0.0);
+    let done = done.map(|(kind, amount)| format!("{:.3e} {kind}", number(amount)));
+    let done = done.collect::<Vec<_>>().join(", ");
+    let [wall_s, each_ns] = ["solve_wall_s", "ns_per_work"].map(|key| number(&participant[key]));
+    Some(format!(
+        "cost: {name}: {done} until then in {wall_s:.2} s, {each_ns:.1} ns each"
+    ))
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_default()
 }
 
 fn describe(loaded: &Loaded) -> String {

@@ -8,7 +8,7 @@ use crate::conform::{all_hold, conform as try_rules};
 use crate::error::CHECK_FAILED;
 use crate::output::tell;
 use crate::participants::Registry;
-use crate::run::session::check;
+use crate::run::check::check;
 use crate::scenario::load::load;
 
 /// Arguments of `conform`.

@@ -56,6 +56,7 @@ pub(super) fn options<'a>(
         watch: listen()?,
         progress: true,
         strict: false,
+        rehearsal: false,
     })
 }
 

@@ -1,5 +1,6 @@
 //! Requests and answers between the coordinator and its participants.
 
+use protocol::busy::BusyTimes;
 use protocol::{Frame, Header, Kind, PROTOCOL_VERSION, Window};
 
 use super::peer::{Peer, Wait};
@@ -165,6 +166,11 @@ impl Peers {
     /// A participant itself.
     pub fn peer(&mut self, peer: usize) -> &mut Peer {
         &mut self.peers[peer]
+    }
+
+    /// Times in which the coordinator did nothing but wait, for each participant.
+    pub fn awaited(&self) -> Vec<BusyTimes> {
+        self.peers.iter().map(|peer| peer.awaited.clone()).collect()
     }
 
     /// The error of an answer that does not belong here.

@@ -30,7 +30,11 @@ fn parse(text: &str) -> serde_json::Result<Farewell> {
             *number = 0.into();
         }
     }
+    // Times that cannot be read are as good as none.
+    let busy = value.as_object_mut().and_then(|told| told.remove("busy"));
     let mut farewell: Farewell = serde_json::from_value(value)?;
+    let busy = busy.and_then(|busy| serde_json::from_value(busy).ok());
+    farewell.busy = busy.unwrap_or_default();
     farewell.outcome.warnings.extend(left_out);
     Ok(farewell)
 }
@@ -65,13 +69,16 @@ fn without_bare_words(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use protocol::busy::BusyTimes;
+
     use super::*;
 
     #[test]
     fn a_number_that_is_none_costs_itself() {
         let text = r#"{"outcome": {"steps": 3, "work": {"steps": 3.0, "odd": NaN},
             "results": {"a_m": 1.5, "b \"NaN\" \\": -Infinity, "c_pa": Infinity}, "state_hash": "NaN"},
-            "cpu_s": NaN, "solve_wall_s": 1.0, "setup_wall_s": 0.0, "wait_s": 0.0, "peak_rss_bytes": 7}"#;
+            "cpu_s": NaN, "solve_wall_s": 1.0, "setup_wall_s": 0.0, "wait_s": 0.0, "peak_rss_bytes": 7,
+            "busy": {"every": 1, "spans_ns": [[1, NaN]]}}"#;
         let farewell = parse(text).expect("it can be read");
         let outcome = &farewell.outcome;
         assert_eq!(outcome.results, [("a_m".to_string(), 1.5)].into());
@@ -79,6 +86,7 @@ mod tests {
         assert_eq!(outcome.state_hash, "NaN");
         assert_eq!(outcome.warnings.len(), 3, "{:?}", outcome.warnings);
         assert_eq!((farewell.cpu_s, farewell.solve_wall_s), (0.0, 1.0));
+        assert_eq!(farewell.busy, BusyTimes::default());
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use protocol::busy::{BusyTimes, monotonic_ns};
 use protocol::link::channel;
 use protocol::{Frame, Header, Kind, Link, LinkError, NodeError, PROTOCOL_VERSION};
 use serde::de::DeserializeOwned;
@@ -55,6 +56,8 @@ pub struct Peer {
     answered: u64,
     /// The fault that it answered, after which it ends.
     pub fault: Option<NodeError>,
+    /// Times in which the coordinator did nothing but wait for its answers.
+    pub awaited: BusyTimes,
 }
 
 impl Peer {
@@ -69,6 +72,7 @@ impl Peer {
             open: VecDeque::new(),
             answered: 0,
             fault: None,
+            awaited: BusyTimes::default(),
         }
     }
 
@@ -149,6 +153,13 @@ impl Peer {
 
     /// Waits for the answer to the last request.
     pub fn receive(&mut self, expected: Kind, wait: &Wait) -> Result<Frame, Error> {
+        let start_ns = monotonic_ns();
+        let answer = self.wait_for(expected, wait);
+        self.awaited.until_now(start_ns);
+        answer
+    }
+
+    fn wait_for(&mut self, expected: Kind, wait: &Wait) -> Result<Frame, Error> {
         let mut waited = Duration::ZERO;
         loop {
             wait.watch.check()?;

@@ -1,5 +1,6 @@
 //! The coupler again, against tapes of all participants.
 
+use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
@@ -91,5 +92,6 @@ fn windows(
             }
         }
     }
-    each_window(peers, greeted, &mut groups, |_, _, _, _| Ok(()))
+    let go_on = |_: &mut _, _: &_, _: &_, _| Ok(ControlFlow::Continue(()));
+    each_window(peers, greeted, &mut groups, go_on)
 }

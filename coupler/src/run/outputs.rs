@@ -1,10 +1,13 @@
 //! The outputs of accepted windows: signals, fields, tractions, checkpoints, progress.
 
+use std::ops::ControlFlow;
+
 use protocol::{Bounds, Description, Frame, Header, Kind, Phase, Window};
 
 use super::checkpoint::{Checkpoint, Keeper, RestartPoint};
 use super::position::Position;
 use super::time_loop::GroupRun;
+use crate::cost::prediction::Pace;
 use crate::error::Error;
 use crate::output::collection::{self, Moment};
 use crate::output::profile::{self, LoadedNodes, Traction};
@@ -40,15 +43,19 @@ pub struct Outputs<'a> {
     pub keeper: Keeper,
     /// Steps done, on stderr.
     pub progress: Progress,
+    /// The cost so far.
+    pub pace: Pace,
+    /// A rehearsal ends once its cost is predicted.
+    rehearsal: bool,
 }
 
 impl<'a> Outputs<'a> {
-    /// Nothing yet, of participants that were greeted; `progress` shows it on stderr.
+    /// Nothing yet, of participants that were greeted; `progress` shows it on stderr, a `rehearsal` ends early.
     pub fn new(
         rundir: &'a RunDir,
         loaded: &'a Loaded,
         greeted: &'a [Greeted],
-        progress: bool,
+        (progress, rehearsal): (bool, bool),
     ) -> Result<Outputs<'a>, Error> {
         let scenario = &loaded.scenario;
         let descriptions: Vec<_> = greeted.iter().map(|greeted| &greeted.description).collect();
@@ -85,6 +92,8 @@ impl<'a> Outputs<'a> {
             keeper: Keeper::new(rundir, loaded, greeted)?,
             descriptions,
             progress: Progress::new(&scenario.run.name, progress),
+            pace: Pace::new(greeted.iter().map(|one| one.pid).collect()),
+            rehearsal,
         })
     }
 
@@ -108,13 +117,15 @@ impl<'a> Outputs<'a> {
         .collect()
     }
 
-    /// Between two windows: writes a checkpoint if one is due, and ends the run if it was interrupted.
+    /// Between two windows: writes a checkpoint if one is due, and ends the run if it was interrupted or is a rehearsal that has
+    /// seen enough.
     pub fn pause(
         &mut self,
         recorded: &mut Recorded,
         groups: &[GroupRun],
         position: Position,
-    ) -> Result<(), Error> {
+    ) -> Result<ControlFlow<()>, Error> {
+        let t_s = position.t_s;
         let interrupted = recorded.peers.watch.interrupted();
         if self.keeper.due(&position, interrupted.is_some()) {
             self.state.signals_bytes = self.signals.sync()?;
@@ -127,7 +138,12 @@ impl<'a> Outputs<'a> {
                     outputs: self.state.clone(),
                 })?;
         }
-        interrupted.map_or(Ok(()), Err)
+        self.pace.see(t_s);
+        match interrupted {
+            Some(error) => Err(error),
+            None if self.rehearsal && self.pace.prediction.is_some() => Ok(ControlFlow::Break(())),
+            None => Ok(ControlFlow::Continue(())),
+        }
     }
 
     /// Adds an accepted window, after which all groups have come to `reached_s`; a solver that runs alone has no group.
@@ -347,6 +363,7 @@ impl<'a> Outputs<'a> {
         communicator: &mut dyn Communicator,
         summary: &mut Summary,
     ) -> Result<(), Error> {
+        self.pace.end();
         snapshot(communicator, "end")?;
         self.collect(communicator, Some(summary.sim_time_s))?;
         self.progress.done();

@@ -8,19 +8,21 @@ use protocol::Kind;
 use protocol::serve::Farewell;
 use serde_json::json;
 
+use super::check::check;
 use super::checkpoint::RestartPoint;
 use super::log_volume::{self, Repeats};
 use super::outputs::Outputs;
 use super::position::Position;
-use super::time_loop::{GroupRun, describe, each_window, end_s, groups_at_start, position};
+use super::time_loop::{
+    GroupRun, describe, each_window, end_s, groups_at_start, position, reached_s,
+};
 use crate::error::{Error, Refusal};
 use crate::log::{Exchange, Provenance, Recorder, Volume};
 use crate::output::tell;
 use crate::participants::farewell::read_farewell;
 use crate::participants::handshake::{self, Greeted};
 use crate::participants::journal::Journal;
-use crate::participants::launch::{Launcher, config_value, setting};
-use crate::participants::process::require_program;
+use crate::participants::launch::Launcher;
 use crate::participants::recorded::Recorded;
 use crate::participants::rehearsed::Rehearsed;
 use crate::participants::remote::Remote;
@@ -51,6 +53,8 @@ pub struct Options<'a> {
     pub progress: bool,
     /// Any warning makes the run suspect.
     pub strict: bool,
+    /// The run ends, in order, as soon as its cost is predicted.
+    pub rehearsal: bool,
 }
 
 /// The end of a run; the summary is in the run directory too.
@@ -61,37 +65,6 @@ pub struct Ended {
     pub summary: Summary,
     /// Reason of an early end.
     pub error: Option<Error>,
-}
-
-/// Checks a scenario as far as that goes without starting anything; returns what the user should know.
-pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec<Warning>, Error> {
-    let mut warnings = Vec::new();
-    for participant in &loaded.scenario.participant {
-        let name = &participant.name;
-        if let Some(command) = &participant.command {
-            require_program(name, &command[0], &loaded.folder)?;
-            continue;
-        }
-        let solver = registry.find(participant)?;
-        let setting = setting(loaded, participant, threads);
-        let found = (solver.check)(&config_value(participant), &setting).map_err(|error| {
-            let key = format!("participant.{name}.config.{}", error.key);
-            loaded.source.error(&key, error)
-        })?;
-        let found = found.iter();
-        warnings.extend(found.map(|text| Warning::advice("advice", name, text)));
-    }
-    for interface in &loaded.scenario.interface {
-        let scheme = toml::Value::try_from(interface.scheme.word()).expect("it is a word");
-        let name = &interface.name;
-        let unused = interface.given.unused().into_iter();
-        warnings.extend(unused.map(|key| {
-            let place = format!("interface.{name}.{key}");
-            let text = format!("means nothing for scheme = {scheme} and is not used");
-            Warning::advice("unused_key", &place, text)
-        }));
-    }
-    Ok(warnings)
 }
 
 /// Runs a scenario. An error before anything was started is returned as such; from then on the run directory
@@ -141,6 +114,7 @@ pub fn go_on_among(
         rundir.note(&format!("goes on from {}", restart.path.display()));
     }
     let mut session = RunSession {
+        start,
         loaded,
         options,
         rundir: &rundir,
@@ -151,7 +125,7 @@ pub fn go_on_among(
         summary: Summary::new(&loaded.scenario.run.name, &loaded.hash),
     };
     session.found(warnings);
-    let error = session.run(start).err();
+    let error = session.run().err();
     let mut summary = session.summary;
     summary.end(
         start.elapsed().as_secs_f64(),
@@ -176,6 +150,7 @@ pub fn fresh_run_id() -> u64 {
 }
 
 struct RunSession<'a> {
+    start: Instant,
     loaded: &'a Loaded,
     options: &'a Options<'a>,
     rundir: &'a RunDir,
@@ -188,7 +163,7 @@ struct RunSession<'a> {
 
 impl RunSession<'_> {
     /// Starts the participants, lets them talk, and closes the log whatever came of it.
-    fn run(&mut self, start: Instant) -> Result<(), Error> {
+    fn run(&mut self) -> Result<(), Error> {
         let launcher = Launcher {
             loaded: self.loaded,
             registry: self.options.registry,
@@ -201,10 +176,11 @@ impl RunSession<'_> {
             peers: (self.launch)(&launcher)?,
             journal: Journal::new(self.recorder()?),
         };
-        let result = self.converse(&mut recorded, start);
+        let result = self.converse(&mut recorded);
         let closed = recorded.journal.close();
         if let Ok(closed) = &closed {
-            self.summary.close(closed, start.elapsed().as_secs_f64());
+            let wall_s = self.start.elapsed().as_secs_f64();
+            self.summary.close(closed, wall_s);
         }
         result.and(closed.map(|_| ()))
     }
@@ -225,7 +201,7 @@ impl RunSession<'_> {
     }
 
     /// All that is said: greeting, what came before if the run goes on, windows, farewell.
-    fn converse(&mut self, recorded: &mut Recorded, start: Instant) -> Result<(), Error> {
+    fn converse(&mut self, recorded: &mut Recorded) -> Result<(), Error> {
         let greeted = handshake::greet(recorded, self.loaded, self.run_id)?;
         let scenario = &self.loaded.scenario;
         for (participant, greeted) in scenario.participant.iter().zip(&greeted) {
@@ -238,8 +214,8 @@ impl RunSession<'_> {
             self.found(said.map(|text| Warning::advice("advice", name, text)));
         }
         self.summary.greet(scenario, &greeted);
-        let talking = Instant::now();
-        let mut outputs = Outputs::new(self.rundir, self.loaded, &greeted, self.options.progress)?;
+        let ways = (self.options.progress, self.options.rehearsal);
+        let mut outputs = Outputs::new(self.rundir, self.loaded, &greeted, ways)?;
         if outputs.keeper.writes() {
             recorded.peers.watch.let_windows_end();
         }
@@ -263,7 +239,8 @@ impl RunSession<'_> {
             read_farewell(frame)
                 .map_err(|why| format!("sent an outcome that cannot be read: {why}"))
         })?;
-        let [talk_wall_s, run_wall_s] = [talking, start].map(|since| since.elapsed().as_secs_f64());
+        let run_wall_s = self.start.elapsed().as_secs_f64();
+        let awaited = recorded.peers.awaited();
         for (participant, farewell) in scenario.participant.iter().zip(&farewells) {
             let (name, outcome) = (&participant.name, &farewell.outcome);
             let found = outcome.findings.iter().cloned();
@@ -271,7 +248,9 @@ impl RunSession<'_> {
             let said = outcome.warnings.iter();
             self.found(said.map(|text| Warning::advice("advice", name, text)));
         }
-        self.summary.farewell(farewells, talk_wall_s, run_wall_s);
+        self.summary
+            .spent(&outputs.pace, &farewells, &awaited, run_wall_s);
+        self.summary.farewell(farewells);
         let bounds = &scenario.run.plausible;
         let mut judged = self.summary.judged(bounds, &outputs.sampled_down_n());
         // One that was told on the way says more than one about the end.
@@ -336,6 +315,10 @@ impl RunSession<'_> {
             None => self.predict(recorded, greeted, &mut groups)?,
         }
         outputs.progress.expect(groups[0].at.step, groups[0].end);
+        let t_s = reached_s(&groups);
+        outputs
+            .pace
+            .begin(self.start, t_s, end_s(scenario, greeted)?);
         let (summary, rundir, shown) = (&mut self.summary, self.rundir, self.options.progress);
         let seen = |recorded: &mut Recorded, groups: &[GroupRun], window: &_, accepted| {
             let position = position(groups);
@@ -371,23 +354,32 @@ impl RunSession<'_> {
 
     /// Notes the stability that the handshake predicts, and refuses a scheme that is predicted to fail.
     fn predict(
-        &self,
+        &mut self,
         recorded: &mut Recorded,
         greeted: &[Greeted],
         groups: &mut [GroupRun],
     ) -> Result<(), Error> {
         let remote = &mut Remote::new(recorded, greeted);
-        for group in groups {
-            for (index, prediction) in foresee(&mut group.coupling, remote)? {
+        let mut predicted = Vec::new();
+        for coupling in groups.iter_mut().map(|group| &mut group.coupling) {
+            for (index, prediction) in foresee(coupling, remote)? {
                 let interface = &self.loaded.scenario.interface[index];
-                let name = &interface.name;
+                let (name, group) = (&interface.name, coupling.group());
                 for line in prediction.lines() {
                     self.rundir.note(&format!("interface `{name}`: {line}"));
                 }
-                prediction.refuse(interface)?;
+                self.summary.foreseen.push(format!(
+                    "interface {name}: windows of {:.4e} s, {} nodes and {} glued points in its group",
+                    group.clock.window_s(),
+                    group.nodes.len(),
+                    group.points.len()
+                ));
+                self.summary.foreseen.extend(prediction.lines());
+                predicted.push((interface, prediction));
             }
         }
-        Ok(())
+        let mut predicted = predicted.iter();
+        predicted.try_for_each(|(interface, prediction)| prediction.refuse(interface))
     }
 
     /// Windows of a solver without an interface.
@@ -424,6 +416,9 @@ impl RunSession<'_> {
         outputs
             .progress
             .expect(start * u64::from(clock.substeps), end);
+        let [start_s, end_s] =
+            [start * u64::from(clock.substeps), end].map(|s| s as f64 * clock.step_s);
+        outputs.pace.begin(self.start, start_s, end_s);
         for index in start..end.div_ceil(clock.substeps.into()) {
             let step = index * u64::from(clock.substeps);
             let window = clock.window(index, step, clock.substeps_before(step, end));
@@ -445,7 +440,9 @@ impl RunSession<'_> {
                 groups: Vec::new(),
                 over: step + u64::from(window.substeps) >= end,
             };
-            outputs.pause(recorded, &[], position)?;
+            if outputs.pause(recorded, &[], position)?.is_break() {
+                break;
+            }
         }
         outputs.finish(recorded, &mut self.summary)
     }
@@ -458,10 +455,13 @@ impl RunSession<'_> {
         }
         let texts = self.loaded.resolved.len() + self.manifest.len();
         let [least, most] = volumes.map(|v| v.bytes(texts, output.flush_every_windows));
-        self.rundir
-            .note(&log_volume::line(&volumes[0], least, most));
+        let line = log_volume::line(&volumes[0], least, most);
+        self.rundir.note(&line);
+        self.summary.foreseen.push(line);
         self.summary.log_predicted_bytes = Some([least, most]);
+        // A rehearsal writes little, and not where the run will.
         let free = self.rundir.free_bytes();
+        let free = free.filter(|_| !self.options.rehearsal);
         let log = self.rundir.path().join("exchange.mcap");
         log_volume::require_space(least, free, &log)?;
         let rest = log_volume::require_space(most, free, &log).err();

@@ -1,5 +1,7 @@
 //! The time loop: groups of interfaces on their way through time, window by window.
 
+use std::ops::ControlFlow;
+
 use protocol::{Window, larger};
 
 use super::position::{GroupPosition, Position};
@@ -52,7 +54,7 @@ pub fn end_s(scenario: &Scenario, greeted: &[Greeted]) -> Result<f64, Error> {
 }
 
 /// Runs all windows of all groups until their end, in the order in which the windows end; windows are halved where the
-/// scheme asks for it. `seen` is told of each accepted window.
+/// scheme asks for it. `seen` is told of each accepted window, and may end the loop.
 pub fn each_window<C, F>(
     communicator: &mut C,
     greeted: &[Greeted],
@@ -61,13 +63,15 @@ pub fn each_window<C, F>(
 ) -> Result<(), Error>
 where
     C: Communicator,
-    F: FnMut(&mut C, &[GroupRun], &Window, AcceptedWindow) -> Result<(), Error>,
+    F: FnMut(&mut C, &[GroupRun], &Window, AcceptedWindow) -> Result<ControlFlow<()>, Error>,
 {
     while let Some((index, window)) = earliest(groups) {
         let remote = &mut Remote::new(communicator, greeted);
         let (window, accepted) = groups[index].advance(remote, window)?;
         communicator.end_window(window.index)?;
-        seen(communicator, groups, &window, accepted)?;
+        if seen(communicator, groups, &window, accepted)?.is_break() {
+            break;
+        }
     }
     Ok(())
 }

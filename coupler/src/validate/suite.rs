@@ -142,6 +142,7 @@ fn complete(scene: &Path, set: &[String], runs: &Runs, out: &Path) -> Result<End
         watch: runs.watch.clone(),
         progress: false,
         strict: false,
+        rehearsal: false,
     };
     let mut ended = run(&loaded, &options)?;
     ended.error.take().map_or(Ok(ended), Err)

@@ -190,6 +190,7 @@ fn with_options<T>(out: &Path, go: impl FnOnce(&Options) -> T) -> T {
         watch: Watch::default(),
         progress: false,
         strict: false,
+        rehearsal: false,
     })
 }
 

@@ -1,0 +1,32 @@
+//! Memory of the processes of a run.
+
+use std::collections::BTreeSet;
+use std::fs;
+
+/// Largest resident sets (bytes) so far of this process and these, together. One that has ended counts nothing.
+pub fn peak_bytes(pids: &[u32]) -> u64 {
+    let mut all = BTreeSet::from([std::process::id()]);
+    all.extend(pids);
+    all.into_iter().filter_map(peak_of).sum()
+}
+
+/// Largest resident set of a process (bytes).
+fn peak_of(pid: u32) -> Option<u64> {
+    let status = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kilobytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_process_counts_once() {
+        let own = peak_bytes(&[]);
+        assert!(own > 1 << 20, "{own}");
+        let twice = peak_bytes(&[std::process::id(), std::process::id(), u32::MAX]);
+        assert!(twice < own + own / 2, "{twice} after {own}");
+    }
+}

@@ -1,0 +1,9 @@
+//! The cost of a run: where its time went, and what its first windows foretell.
+//!
+//! - [`account`]: the time of the windows by who was at work;
+//! - [`prediction`]: time and memory of a whole run, predicted from its first windows;
+//! - [`memory`]: memory of the processes of a run.
+
+pub mod account;
+pub mod memory;
+pub mod prediction;

@@ -1,0 +1,39 @@
+//! Everything that can be said of a scenario without starting anything.
+
+use crate::error::Error;
+use crate::participants::Registry;
+use crate::participants::launch::{config_value, setting};
+use crate::participants::process::require_program;
+use crate::plausible::Warning;
+use crate::scenario::load::Loaded;
+
+/// Checks a scenario as far as that goes without starting anything; returns what the user should know.
+pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec<Warning>, Error> {
+    let mut warnings = Vec::new();
+    for participant in &loaded.scenario.participant {
+        let name = &participant.name;
+        if let Some(command) = &participant.command {
+            require_program(name, &command[0], &loaded.folder)?;
+            continue;
+        }
+        let solver = registry.find(participant)?;
+        let setting = setting(loaded, participant, threads);
+        let found = (solver.check)(&config_value(participant), &setting).map_err(|error| {
+            let key = format!("participant.{name}.config.{}", error.key);
+            loaded.source.error(&key, error)
+        })?;
+        let found = found.iter();
+        warnings.extend(found.map(|text| Warning::advice("advice", name, text)));
+    }
+    for interface in &loaded.scenario.interface {
+        let scheme = toml::Value::try_from(interface.scheme.word()).expect("it is a word");
+        let name = &interface.name;
+        let unused = interface.given.unused().into_iter();
+        warnings.extend(unused.map(|key| {
+            let place = format!("interface.{name}.{key}");
+            let text = format!("means nothing for scheme = {scheme} and is not used");
+            Warning::advice("unused_key", &place, text)
+        }));
+    }
+    Ok(warnings)
+}
