@@ -54,6 +54,7 @@
 //! The last bracket telescopes inside a window, not across windows: a is computed anew under the new force.
 
 mod dissipation;
+mod front;
 mod integrator;
 mod load;
 pub(crate) mod node_row;

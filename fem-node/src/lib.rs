@@ -27,8 +27,8 @@
 //! | equation | function | source |
 //! |---|---|---|
 //! | u' = u + h v + h^2/2 a | [`Scheme::predicted`](integrate::Scheme::predicted) | Newmark (1959), beta = 0; RSB eq 12, corrected |
-//! | a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F') | [`Now::end`](integrate::node_row::Now::end) | the same, gamma = b |
-//! | v' = v + h [(1-b) a + b a'] | [`Now::end`](integrate::node_row::Now::end) | the same |
+//! | a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F') | [`NodeRow::accelerate`](integrate::node_row::NodeRow::accelerate) | the same, gamma = b |
+//! | v' = v + h [(1-b) a + b a'] | [`NodeRow::new_velocity`](integrate::node_row::NodeRow::new_velocity) | the same |
 //! | d' = (beta/h) (F' - F) | [`NodeRow::damp_stiffness`](integrate::node_row::NodeRow::damp_stiffness) | Rayleigh (1877), section 102 |
 //! | h < sqrt(2/b)/omega_max | [`step_limit`](spectrum::step_limit) | spectral radius, stated there |
 //! | h < (sqrt(2/b + 4 xi^2) - 2 xi)/omega_max | [`damped_step_limit`](spectrum::damped_step_limit) | Belytschko, Liu and Moran (2000), section 6.2 |
@@ -51,8 +51,8 @@
 //! | f' = M (1 + b h c) (a_s - a_0') | [`PrescribedVelocity::step`](prescribed_velocity::PrescribedVelocity::step) | derived in its module |
 //! | r = F + d - f of a prescribed motion | [`reaction`](window::works::reaction) | derived in [`boundary`] |
 //! | W = [(1-b) f + b f'] du | [`applied_work`](window::applied_work) | derived in [`integrate`](mod@integrate) |
-//! | (b-1/2) (du dF - b h^2/2 da M da) - (b h^2/4) d(a M a) | [`numerical_dissipation`](integrate::node_row::numerical_dissipation), [`WindowRun::close`](window::WindowRun::close) | derived in [`integrate`](mod@integrate) |
-//! | [(1-b) c v + b c' v'] M du | [`mass_damping`](integrate::node_row::mass_damping) | derived in [`integrate`](mod@integrate) |
+//! | (b-1/2) (du dF - b h^2/2 da M da) - (b h^2/4) d(a M a) | [`NodeRow::numerical_dissipation`](integrate::node_row::NodeRow::numerical_dissipation), [`WindowRun::close`](window::WindowRun::close) | derived in [`integrate`](mod@integrate) |
+//! | [(1-b) c v + b c' v'] M du | [`NodeRow::mass_damping`](integrate::node_row::NodeRow::mass_damping) | derived in [`integrate`](mod@integrate) |
 //! | energies of wheel and contact | [`WheelRun::add_energies`](wheel::run::WheelRun::add_energies) | derived in [`integrate`](mod@integrate) |
 //!
 //! # Example

@@ -43,20 +43,6 @@ impl Pack {
         row[at..at + LANES].copy_from_slice(&self.0);
     }
 
-    /// Up to `LANES` numbers, and zeros.
-    #[inline(always)]
-    pub(crate) fn first(numbers: &[f64]) -> Pack {
-        let mut lanes = [0.0; LANES];
-        lanes[..numbers.len()].copy_from_slice(numbers);
-        Pack(lanes)
-    }
-
-    /// Writes as many numbers as there is room for.
-    #[inline(always)]
-    pub(crate) fn store_first(self, numbers: &mut [f64]) {
-        numbers.copy_from_slice(&self.0[..numbers.len()]);
-    }
-
     /// Writes the first `count` numbers, at most all of them, from `at` on.
     #[inline(always)]
     pub(crate) fn store_up_to(self, count: usize, row: &mut [f64], at: usize) {

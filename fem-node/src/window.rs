@@ -1,7 +1,5 @@
 //! One coupling window: m steps from the committed state under a constant interface force or a prescribed velocity.
 
-use std::sync::Arc;
-
 use protocol::larger;
 use rayon::ThreadPool;
 
@@ -16,10 +14,12 @@ use crate::prescribed_velocity::PrescribedVelocity;
 use crate::probe::{HoldRecord, hold_record};
 use crate::wheel::WheelRun;
 
+mod extent;
 mod pieces;
 mod region;
 mod works;
 
+pub(crate) use extent::{Extent, WindowInput};
 use pieces::Pieces;
 use region::Regions;
 use works::Works;
@@ -42,17 +42,6 @@ pub(crate) struct EnergyExcess {
     pub(crate) kinetic: f64,
     /// Work of all forces and the energy stored at the start (J).
     pub(crate) supplied: f64,
-}
-
-/// Boundary data of a window.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct WindowInput {
-    /// Own steps to do.
-    pub(crate) substeps: u32,
-    /// Interface force by component (N), held constant.
-    pub(crate) interface: Vec<(usize, f64)>,
-    /// Velocity by component (m/s) that is reached at the end of the window, in a straight line.
-    pub(crate) velocity: Vec<(usize, f64)>,
 }
 
 /// The state that a window leads to, kept apart from the committed one until it is accepted.
@@ -88,23 +77,6 @@ pub(crate) struct WindowRun {
     /// The last whole run was one of pieces.
     in_pieces: bool,
     pub(crate) velocity: Option<PrescribedVelocity>,
-}
-
-/// Extent of a run of a window.
-#[derive(Clone, Debug)]
-pub(crate) enum Extent {
-    /// The whole body.
-    Whole,
-    /// The whole body; the states of the rings of a region are recorded.
-    Recorded(Arc<Region>),
-    /// What the changed force can have reached since the run that was recorded.
-    Part(Arc<Region>),
-}
-
-impl Extent {
-    pub(crate) fn is_part(&self) -> bool {
-        matches!(self, Extent::Part(_))
-    }
 }
 
 impl WindowRun {

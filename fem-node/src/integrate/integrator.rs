@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::dissipation::Dissipated;
+use super::front::Front;
 use super::load::Load;
-use super::region::Front;
 use super::scheme::{Damping, Rule, Scheme};
 use super::scratch::Scratch;
 use super::state::State;

@@ -13,6 +13,8 @@ pub(crate) struct NodeRow<'a> {
     pub(super) a: &'a mut [f64],
     pub(super) force: &'a mut [f64],
     pub(super) new_force: &'a [f64],
+    /// Buffer for the new accelerations.
+    pub(super) new_a: &'a mut [f64],
     pub(super) load: &'a [f64],
     pub(super) mass: &'a [f64],
     pub(super) inverse_mass: &'a [f64],
@@ -23,29 +25,13 @@ pub(crate) struct NodeRow<'a> {
     pub(super) dissipated: Dissipated<&'a mut [f64]>,
 }
 
-/// Neighbouring components before the end of a step.
-pub(crate) struct Now {
-    v: Pack,
-    a: Pack,
-    force: Pack,
-    new_force: Pack,
-    load: Pack,
-    mass: Pack,
-    inverse_mass: Pack,
-}
-
-/// Their rates after it.
-pub(crate) struct Ended {
-    v: Pack,
-    a: Pack,
-}
-
 impl NodeRow<'_> {
     /// Stiffness damping d' = (beta/h) (F' - F), which is taken off the load; adds [(1-b) d + b d'] du to the energies.
     pub(crate) fn damp_stiffness(&mut self, scheme: &Scheme, spans: &[Range<usize>]) {
         if self.damping_force.is_empty() {
             return;
         }
+        let counted = !self.dissipated.stiffness_damping.is_empty();
         let h = Pack::splat(scheme.step);
         let half = Pack::splat(0.5 * scheme.step * scheme.step);
         let rate = Pack::splat(scheme.stiffness_damping / scheme.step);
@@ -59,7 +45,9 @@ impl NodeRow<'_> {
             let energy = (start * Pack::load(self.damping_force, k) + end * new) * du;
             (Pack::load(self.load, k) - new).store(self.net, k);
             new.store_up_to(count, self.damping_force, k);
-            add(&mut self.dissipated.stiffness_damping, energy, count, k);
+            if counted {
+                add(self.dissipated.stiffness_damping, energy, count, k);
+            }
         }
         let net: &mut [f64] = std::mem::take(&mut self.net);
         self.load = net;
@@ -67,147 +55,166 @@ impl NodeRow<'_> {
 
     /// Accelerations, energies and velocities in these spans, once the forces are known.
     pub(super) fn finish(&mut self, rule: &Rule, layout: Layout, spans: &[Range<usize>]) {
-        let numerical = !self.dissipated.numerical.is_empty();
-        let damped = !self.dissipated.mass_damping.is_empty() && rule.damping.acts();
         for span in spans {
-            vectorised(
-                #[inline(always)]
-                || match (numerical, damped) {
-                    (false, false) => self.finish_span::<false, false>(rule, span),
-                    (true, false) => self.finish_span::<true, false>(rule, span),
-                    (false, true) => self.finish_span::<false, true>(rule, span),
-                    (true, true) => self.finish_span::<true, true>(rule, span),
-                },
-            );
+            let whole = span.start..span.end - span.len() % LANES;
+            self.part(&whole).finish_packs(rule);
+            self.finish_rest(rule, &(whole.end..span.end));
         }
         layout.repeat_period(self.a);
         layout.repeat_period(self.v);
     }
 
-    /// One pass over the fields, every number of which is read and written once; what a scheme does not dissipate costs nothing.
-    #[inline(always)]
-    fn finish_span<const NUMERICAL: bool, const DAMPED: bool>(
-        &mut self,
-        rule: &Rule,
-        span: &Range<usize>,
-    ) {
-        let (v, v_rest) = self.v[span.clone()].as_chunks_mut::<LANES>();
-        let (a, a_rest) = self.a[span.clone()].as_chunks_mut::<LANES>();
-        let (force, force_rest) = self.force[span.clone()].as_chunks_mut::<LANES>();
-        let (new_force, new_force_rest) = packs_of(self.new_force, span);
-        let (load, load_rest) = packs_of(self.load, span);
-        let (mass, mass_rest) = packs_of(self.mass, span);
-        let (inverse_mass, inverse_mass_rest) = packs_of(self.inverse_mass, span);
-        let (numerical, numerical_rest) = energies::<NUMERICAL>(self.dissipated.numerical, span);
-        let (damping, damping_rest) = energies::<DAMPED>(self.dissipated.mass_damping, span);
-        let count = v.len();
-        // Said once, so that nothing is asked in the loop.
-        assert!(a.len() == count && force.len() == count && new_force.len() == count);
-        assert!(load.len() == count && mass.len() == count && inverse_mass.len() == count);
-        assert!(!NUMERICAL || numerical.len() == count);
-        assert!(!DAMPED || damping.len() == count);
-        for i in 0..count {
-            let now = Now {
-                v: Pack(v[i]),
-                a: Pack(a[i]),
-                force: Pack(force[i]),
-                new_force: Pack(new_force[i]),
-                load: Pack(load[i]),
-                mass: Pack(mass[i]),
-                inverse_mass: Pack(inverse_mass[i]),
-            };
-            let ended = now.end(&rule.scheme, rule.damping.end);
-            if NUMERICAL {
-                let energy = numerical_dissipation(&rule.scheme, &now, &ended);
-                numerical[i] = (Pack(numerical[i]) + energy).0;
-            }
-            if DAMPED {
-                let energy = mass_damping(&rule.scheme, rule.damping, &now, &ended);
-                damping[i] = (Pack(damping[i]) + energy).0;
-            }
-            (v[i], a[i], force[i]) = (ended.v.0, ended.a.0, new_force[i]);
-        }
-        if v_rest.is_empty() {
+    /// Fewer components than a pack has.
+    fn finish_rest(&mut self, rule: &Rule, span: &Range<usize>) {
+        if span.is_empty() {
             return;
         }
-        let now = Now {
-            v: Pack::first(v_rest),
-            a: Pack::first(a_rest),
-            force: Pack::first(force_rest),
-            new_force: Pack::first(new_force_rest),
-            load: Pack::first(load_rest),
-            mass: Pack::first(mass_rest),
-            inverse_mass: Pack::first(inverse_mass_rest),
+        let row = self.part(span);
+        let (mut v, mut a) = (filled(row.v), filled(row.a));
+        let (mut force, mut new_a) = (filled(row.force), [0.0; LANES]);
+        let (mut numerical, mut damping) = (
+            filled(row.dissipated.numerical),
+            filled(row.dissipated.mass_damping),
+        );
+        let counted = |energies: &[f64]| if energies.is_empty() { 0 } else { LANES };
+        let (numericals, dampings) = (
+            counted(row.dissipated.numerical),
+            counted(row.dissipated.mass_damping),
+        );
+        let pack = NodeRow {
+            v: &mut v,
+            a: &mut a,
+            force: &mut force,
+            new_force: &filled(row.new_force),
+            new_a: &mut new_a,
+            load: &filled(row.load),
+            mass: &filled(row.mass),
+            inverse_mass: &filled(row.inverse_mass),
+            damping_force: &mut [],
+            net: &mut [],
+            dissipated: Dissipated {
+                numerical: &mut numerical[..numericals],
+                mass_damping: &mut damping[..dampings],
+                ..Dissipated::default()
+            },
         };
-        let ended = now.end(&rule.scheme, rule.damping.end);
-        if NUMERICAL {
-            let energy = numerical_dissipation(&rule.scheme, &now, &ended);
-            (Pack::first(numerical_rest) + energy).store_first(numerical_rest);
+        pack.finish_packs(rule);
+        let ended = [
+            (row.v, v),
+            (row.a, a),
+            (row.force, force),
+            (row.dissipated.numerical, numerical),
+            (row.dissipated.mass_damping, damping),
+        ];
+        for (own, pack) in ended {
+            own.copy_from_slice(&pack[..own.len()]);
         }
-        if DAMPED {
-            let energy = mass_damping(&rule.scheme, rule.damping, &now, &ended);
-            (Pack::first(damping_rest) + energy).store_first(damping_rest);
-        }
-        ended.v.store_first(v_rest);
-        ended.a.store_first(a_rest);
-        now.new_force.store_first(force_rest);
     }
-}
 
-impl Now {
-    /// a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F(u')), and v' = v + h [(1-b) a + b a']
+    /// These components alone.
+    fn part(&mut self, span: &Range<usize>) -> NodeRow<'_> {
+        let own = || span.clone();
+        NodeRow {
+            v: &mut self.v[own()],
+            a: &mut self.a[own()],
+            force: &mut self.force[own()],
+            new_force: &self.new_force[own()],
+            new_a: &mut self.new_a[own()],
+            load: &self.load[own()],
+            mass: &self.mass[own()],
+            inverse_mass: &self.inverse_mass[own()],
+            damping_force: &mut [],
+            net: &mut [],
+            dissipated: self.dissipated.row(own()),
+        }
+    }
+
+    /// Whole packs of components.
+    fn finish_packs(mut self, rule: &Rule) {
+        vectorised(
+            #[inline(always)]
+            || {
+                self.accelerate(&rule.scheme, rule.damping.end);
+                if !self.dissipated.numerical.is_empty() {
+                    self.numerical_dissipation(&rule.scheme);
+                }
+                if !self.dissipated.mass_damping.is_empty() && rule.damping.acts() {
+                    self.mass_damping(&rule.scheme, rule.damping);
+                }
+                self.correct(&rule.scheme);
+            },
+        );
+    }
+
+    /// a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F(u'))
     #[inline(always)]
-    fn end(&self, scheme: &Scheme, c: f64) -> Ended {
+    pub(crate) fn accelerate(&mut self, scheme: &Scheme, c: f64) {
         let (h, b) = (scheme.step, scheme.damping);
         let drag = Pack::splat(c / (1.0 + b * h * c));
         let (old, new) = scheme.weights();
-        let p = self.inverse_mass * (self.load - self.new_force);
-        let undamped = self.v + (old * self.a + new * p);
-        let a = p - drag * undamped;
-        Ended {
-            v: self.v + (old * self.a + new * a),
-            a,
+        for k in (0..self.new_a.len()).step_by(LANES) {
+            let net = Pack::load(self.load, k) - Pack::load(self.new_force, k);
+            let p = Pack::load(self.inverse_mass, k) * net;
+            let undamped = Pack::load(self.v, k) + (old * Pack::load(self.a, k) + new * p);
+            (p - drag * undamped).store(self.new_a, k);
         }
+    }
+
+    /// Adds du dF - b h^2/2 da M da.
+    #[inline(always)]
+    pub(crate) fn numerical_dissipation(&mut self, scheme: &Scheme) {
+        let h = Pack::splat(scheme.step);
+        let half = Pack::splat(0.5 * scheme.step * scheme.step);
+        let weight = Pack::splat(0.5 * scheme.damping * scheme.step * scheme.step);
+        for k in (0..self.new_a.len()).step_by(LANES) {
+            let a = Pack::load(self.a, k);
+            let du = h * Pack::load(self.v, k) + half * a;
+            let d_force = Pack::load(self.new_force, k) - Pack::load(self.force, k);
+            let da = Pack::load(self.new_a, k) - a;
+            let energy = du * d_force - weight * Pack::load(self.mass, k) * da * da;
+            energy.add_to(self.dissipated.numerical, k);
+        }
+    }
+
+    /// Adds [(1-b) c v + b c' v'] M du.
+    #[inline(always)]
+    pub(crate) fn mass_damping(&mut self, scheme: &Scheme, damping: Damping) {
+        let h = Pack::splat(scheme.step);
+        let half = Pack::splat(0.5 * scheme.step * scheme.step);
+        let start = Pack::splat((1.0 - scheme.damping) * damping.start);
+        let end = Pack::splat(scheme.damping * damping.end);
+        for k in (0..self.new_a.len()).step_by(LANES) {
+            let v = Pack::load(self.v, k);
+            let drag = start * v + end * self.new_velocity(scheme, k);
+            let du = h * v + half * Pack::load(self.a, k);
+            let energy = drag * Pack::load(self.mass, k) * du;
+            energy.add_to(self.dissipated.mass_damping, k);
+        }
+    }
+
+    /// v' = v + h [(1-b) a + b a']
+    #[inline(always)]
+    pub(crate) fn new_velocity(&self, scheme: &Scheme, k: usize) -> Pack {
+        let (old, new) = scheme.weights();
+        Pack::load(self.v, k) + (old * Pack::load(self.a, k) + new * Pack::load(self.new_a, k))
+    }
+
+    /// The new fields become the old ones.
+    #[inline(always)]
+    fn correct(&mut self, scheme: &Scheme) {
+        for k in (0..self.new_a.len()).step_by(LANES) {
+            self.new_velocity(scheme, k).store(self.v, k);
+        }
+        self.a.copy_from_slice(self.new_a);
+        self.force.copy_from_slice(self.new_force);
     }
 }
 
-/// A span of a field, in packs and the rest.
-#[inline(always)]
-fn packs_of<'a>(field: &'a [f64], span: &Range<usize>) -> (&'a [[f64; LANES]], &'a [f64]) {
-    field[span.clone()].as_chunks()
-}
-
-/// Energies of a span, in packs and the rest; none where they are not counted.
-#[inline(always)]
-fn energies<'a, const COUNTED: bool>(
-    energies: &'a mut [f64],
-    span: &Range<usize>,
-) -> (&'a mut [[f64; LANES]], &'a mut [f64]) {
-    let own = if COUNTED { span.clone() } else { 0..0 };
-    energies[own].as_chunks_mut()
-}
-
-/// du dF - b h^2/2 da M da
-#[inline(always)]
-pub(crate) fn numerical_dissipation(scheme: &Scheme, now: &Now, ended: &Ended) -> Pack {
-    let h = Pack::splat(scheme.step);
-    let half = Pack::splat(0.5 * scheme.step * scheme.step);
-    let weight = Pack::splat(0.5 * scheme.damping * scheme.step * scheme.step);
-    let du = h * now.v + half * now.a;
-    let da = ended.a - now.a;
-    du * (now.new_force - now.force) - weight * now.mass * da * da
-}
-
-/// [(1-b) c v + b c' v'] M du
-#[inline(always)]
-fn mass_damping(scheme: &Scheme, damping: Damping, now: &Now, ended: &Ended) -> Pack {
-    let h = Pack::splat(scheme.step);
-    let half = Pack::splat(0.5 * scheme.step * scheme.step);
-    let start = Pack::splat((1.0 - scheme.damping) * damping.start);
-    let end = Pack::splat(scheme.damping * damping.end);
-    let drag = start * now.v + end * ended.v;
-    let du = h * now.v + half * now.a;
-    drag * now.mass * du
+/// A pack that begins with these numbers.
+fn filled(numbers: &[f64]) -> [f64; LANES] {
+    let mut pack = [0.0; LANES];
+    pack[..numbers.len()].copy_from_slice(numbers);
+    pack
 }
 
 /// Beginning of each pack of a span, and the numbers of it that belong to the span.

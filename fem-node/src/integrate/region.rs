@@ -9,6 +9,7 @@
 use std::ops::Range;
 
 use super::dissipation::Dissipated;
+use super::front::Front;
 use super::rings::Rings;
 use super::scheme::Scheme;
 use super::state::State;
@@ -17,37 +18,6 @@ use crate::element::{Body, Layout};
 
 /// Largest share of the steps of all elements that a region may take: beyond, it does not pay to keep the tape.
 const SHARE_MAX: f64 = 0.8;
-
-/// Nodes A_k that are stepped together.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Front {
-    /// Columns of nodes in each row of a structured mesh; none where both ends are equal.
-    Columns(Vec<[usize; 2]>),
-    /// Nodes of an unstructured mesh.
-    Nodes(PartOfNodes),
-}
-
-/// Part of an unstructured mesh.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct PartOfNodes {
-    /// Runs of nodes.
-    pub(super) nodes: Vec<Range<usize>>,
-    /// Rows of elements that touch them.
-    pub(super) rows: Vec<usize>,
-}
-
-impl PartOfNodes {
-    /// Both components of each run of nodes, `stride` apart.
-    pub(super) fn spans(&self, stride: usize) -> impl Iterator<Item = Range<usize>> + '_ {
-        let both = move |run: &Range<usize>| [run.clone(), stride + run.start..stride + run.end];
-        self.nodes.iter().flat_map(both)
-    }
-
-    /// Components of the nodes.
-    pub(super) fn components(&self, stride: usize) -> impl Iterator<Item = usize> + '_ {
-        self.spans(stride).flatten()
-    }
-}
 
 /// The ring beyond the front of a step.
 #[derive(Clone, Debug, Default)]

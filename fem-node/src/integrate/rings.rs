@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::region::{Front, PartOfNodes};
+use super::front::{Front, PartOfNodes};
 use crate::element::{Body, Layout};
 use crate::mesh::Connectivity;
 

@@ -10,6 +10,7 @@ use crate::material::nonlinear::NonlinearLaw;
 pub(super) struct Scratch {
     pub(super) elements: RowForces,
     pub(super) force: Vec<f64>,
+    pub(super) acceleration: Vec<f64>,
     /// Loads less the stiffness damping.
     pub(super) net: Vec<f64>,
     pub(super) above: Vec<f64>,
@@ -43,6 +44,7 @@ impl Scratch {
         Scratch {
             elements: RowForces::new(body.layout),
             force: zero.clone(),
+            acceleration: zero.clone(),
             net: zero.clone(),
             above: zero.clone(),
             below: zero,

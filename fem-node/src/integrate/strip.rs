@@ -265,6 +265,7 @@ impl Strip<'_> {
             a: &mut self.a[own.clone()],
             force: &mut self.force[own.clone()],
             new_force: force,
+            new_a: &mut scratch.acceleration,
             load: load.row(self.first + local),
             mass: &body.mass[all.clone()],
             inverse_mass: &body.inverse_mass[all],

@@ -9,9 +9,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::dissipation::{Dissipated, cut};
+use super::front::PartOfNodes;
 use super::load::Load;
 use super::node_row::NodeRow;
-use super::region::PartOfNodes;
 use super::scheme::{Rule, Scheme};
 use super::state::State;
 use super::upper_row::UpperRow;
@@ -35,6 +35,8 @@ pub(super) struct Unstructured {
     corners: Vec<f64>,
     /// Internal forces at the end of the step.
     new_force: Vec<f64>,
+    /// Accelerations at its end.
+    new_a: Vec<f64>,
     /// Loads less the stiffness damping; empty until there is any.
     net: Vec<f64>,
     /// Increments of the displacements; empty under a law without history.
@@ -65,7 +67,8 @@ impl Unstructured {
             } else {
                 Vec::new()
             },
-            new_force: zero,
+            new_force: zero.clone(),
+            new_a: zero,
             net: Vec::new(),
             law,
             row_history,
@@ -89,7 +92,14 @@ impl Unstructured {
         if !state.damping_force.is_empty() {
             self.net.resize(load.len(), 0.0);
             let net = &mut self.net;
-            let rows = node_rows(body, state, &self.new_force, load, net, dissipated.whole());
+            let rows = node_rows(
+                body,
+                state,
+                (&self.new_force, &mut self.new_a),
+                load,
+                net,
+                dissipated.whole(),
+            );
             each(self.parallel, rows, |mut row| {
                 let all = 0..row.new_force.len();
                 row.damp_stiffness(&rule.scheme, &[all]);
@@ -109,7 +119,14 @@ impl Unstructured {
             load = run.load();
         }
         let all = dissipated.whole();
-        let rows = node_rows(body, state, &self.new_force, load, &mut [], all);
+        let rows = node_rows(
+            body,
+            state,
+            (&self.new_force, &mut self.new_a),
+            load,
+            &mut [],
+            all,
+        );
         each(self.parallel, rows, |mut row| {
             let all = 0..row.new_force.len();
             row.finish(rule, body.layout, &[all]);
@@ -165,6 +182,7 @@ impl Unstructured {
             a: &mut state.a,
             force: &mut state.force,
             new_force: &self.new_force,
+            new_a: &mut self.new_a,
             load: load.row(0),
             mass: &body.mass,
             inverse_mass: &body.inverse_mass,
@@ -233,7 +251,7 @@ impl Unstructured {
 fn node_rows<'a>(
     body: &'a Body,
     state: &'a mut State,
-    new_force: &'a [f64],
+    (new_force, new_a): (&'a [f64], &'a mut [f64]),
     load: &'a [f64],
     mut net: &'a mut [f64],
     mut dissipated: Dissipated<&'a mut [f64]>,
@@ -242,22 +260,25 @@ fn node_rows<'a>(
     let mut damping = &mut state.damping_force[..damped];
     let rates = state.v.chunks_mut(NODES).zip(state.a.chunks_mut(NODES));
     let fields = rates.zip(state.force.chunks_mut(NODES));
-    let fields = fields.zip(new_force.chunks(NODES));
-    let pieces = fields.enumerate().map(|(k, (((v, a), force), new_force))| {
-        let range = k * NODES..k * NODES + v.len();
-        NodeRow {
-            v,
-            a,
-            force,
-            new_force,
-            load: &load[range.clone()],
-            mass: &body.mass[range.clone()],
-            inverse_mass: &body.inverse_mass[range],
-            damping_force: cut(&mut damping, NODES),
-            net: cut(&mut net, NODES),
-            dissipated: dissipated.cut(NODES, 0),
-        }
-    });
+    let fields = fields.zip(new_force.chunks(NODES).zip(new_a.chunks_mut(NODES)));
+    let pieces = fields
+        .enumerate()
+        .map(|(k, (((v, a), force), (new_force, new_a)))| {
+            let range = k * NODES..k * NODES + v.len();
+            NodeRow {
+                v,
+                a,
+                force,
+                new_force,
+                new_a,
+                load: &load[range.clone()],
+                mass: &body.mass[range.clone()],
+                inverse_mass: &body.inverse_mass[range],
+                damping_force: cut(&mut damping, NODES),
+                net: cut(&mut net, NODES),
+                dissipated: dissipated.cut(NODES, 0),
+            }
+        });
     pieces.collect()
 }
 

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use rayon::ThreadPool;
 
-use super::WindowInput;
+use super::extent::WindowInput;
 use crate::committed::Committed;
 use crate::element::{Body, Layout};
 use crate::integrate::{

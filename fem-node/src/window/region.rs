@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Extent, WindowInput};
+use super::extent::{Extent, WindowInput};
 use crate::integrate::Region;
 use crate::model::Model;
 

@@ -3,7 +3,7 @@
 //! The displacements of loaded components and the reactions of driven ones are kept for each step: a repeat of the window
 //! replaces only those that it reaches.
 
-use super::Extent;
+use super::extent::Extent;
 use crate::boundary::Traction;
 use crate::integrate::{Load, State};
 use crate::model::Model;
