@@ -50,7 +50,7 @@
 //! | H D = M_i + H^2/2 K_i + sum L L^T (1 - cos(omega H)) | [`impedance`](compliance::impedance) | stated there |
 //! | f' = M (1 + b h c) (a_s - a_0') | [`PrescribedVelocity::step`](prescribed_velocity::PrescribedVelocity::step) | derived in its module |
 //! | r = F + d - f of a prescribed motion | [`reaction`](window::works::reaction) | derived in [`boundary`] |
-//! | W = [(1-b) f + b f'] du | [`applied_work`](window::applied_work) | derived in [`integrate`](mod@integrate) |
+//! | W = [(1-b) f + b f'] du | [`applied_work`](window::works::applied_work) | derived in [`integrate`](mod@integrate) |
 //! | (b-1/2) (du dF - b h^2/2 da M da) - (b h^2/4) d(a M a) | [`NodeRow::numerical_dissipation`](integrate::node_row::NodeRow::numerical_dissipation), [`WindowRun::close`](window::WindowRun::close) | derived in [`integrate`](mod@integrate) |
 //! | [(1-b) c v + b c' v'] M du | [`NodeRow::mass_damping`](integrate::node_row::NodeRow::mass_damping) | derived in [`integrate`](mod@integrate) |
 //! | energies of wheel and contact | [`WheelRun::add_energies`](wheel::run::WheelRun::add_energies) | derived in [`integrate`](mod@integrate) |

@@ -17,7 +17,7 @@ use crate::wheel::WheelRun;
 mod extent;
 mod pieces;
 mod region;
-mod works;
+pub(crate) mod works;
 
 pub(crate) use extent::{Extent, WindowInput};
 use pieces::Pieces;

@@ -153,7 +153,7 @@ fn enter(
 }
 
 /// [(1-b) f + b f'] du of the tractions over the step that begins at `step` (J).
-fn applied_work(model: &Model, step: u64, before: &[f64], after: &[f64]) -> f64 {
+pub(crate) fn applied_work(model: &Model, step: u64, before: &[f64], after: &[f64]) -> f64 {
     let (b, h) = (model.scheme.damping, model.scheme.step);
     let mut increments = before.iter().zip(after).map(|(old, new)| new - old);
     let of_traction = |traction: &Traction| {
