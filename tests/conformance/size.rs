@@ -12,7 +12,7 @@ const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 const REDESIGN: usize = 31_500;
 
 /// Features since, with the lines that they may take.
-const SINCE: [(&str, usize); 12] = [
+const SINCE: [(&str, usize); 15] = [
     ("checks of plausibility", 1020),
     ("strict logs", 420),
     ("limits of disk, files and words", 240),
@@ -28,6 +28,9 @@ const SINCE: [(&str, usize); 12] = [
         280,
     ),
     ("time by who was at work, and the cost foretold", 350),
+    ("waiting beside a busy neighbour", 110),
+    ("repeats of what a change can reach, pieces of columns", 1790),
+    ("sweeps of bonded layers, banded boundaries", 100),
 ];
 
 #[test]
