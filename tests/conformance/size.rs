@@ -29,7 +29,10 @@ const SINCE: [(&str, usize); 15] = [
     ),
     ("time by who was at work, and the cost foretold", 350),
     ("waiting beside a busy neighbour", 110),
-    ("repeats of what a change can reach, pieces of columns", 1790),
+    (
+        "repeats of what a change can reach, pieces of columns",
+        1790,
+    ),
     ("sweeps of bonded layers, banded boundaries", 100),
 ];
 
