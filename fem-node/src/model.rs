@@ -9,7 +9,7 @@ use crate::config::{
 };
 use crate::element::{Body, Supports};
 use crate::gmsh;
-use crate::integrate::{Scheme, Ways};
+use crate::integrate::{Damping, Scheme, Ways};
 use crate::material::Elastic;
 use crate::material::j2::J2;
 use crate::material::nonlinear::NonlinearLaw;
@@ -135,6 +135,14 @@ impl Model {
     pub(crate) fn damping_at(&self, step: u64) -> f64 {
         let start = self.wheel.as_ref().map(|wheel| wheel.damping_at(step));
         self.scheme.mass_damping + start.unwrap_or(0.0)
+    }
+
+    /// Mass damping at both ends of the step that begins after `step`.
+    pub(crate) fn damping_over(&self, step: u64) -> Damping {
+        Damping {
+            start: self.damping_at(step),
+            end: self.damping_at(step + 1),
+        }
     }
 
     /// Ways in which the body dissipates.

@@ -6,7 +6,7 @@ use rayon::ThreadPool;
 use crate::boundary::Traction;
 use crate::committed::Committed;
 use crate::integrate::{
-    Damping, Dissipated, Integrator, Load, Region, State, Tally, Tape, UpperRow, kinetic_energy,
+    Dissipated, Integrator, Load, Region, State, Tally, Tape, UpperRow, kinetic_energy,
 };
 use crate::ledger::Ledger;
 use crate::model::Model;
@@ -231,10 +231,7 @@ impl WindowRun {
         let (body, scheme) = (&model.body, &model.scheme);
         self.works.move_to(model, &mut self.state, step, k);
         self.set_load(model, input, step + 1, false);
-        integrator.damping = Damping {
-            start: model.damping_at(step),
-            end: model.damping_at(step + 1),
-        };
+        integrator.damping = model.damping_over(step);
         let rows = [0, body.layout.node_rows];
         let wheel = model.wheel.as_ref().zip(self.wheel.as_mut());
         let (state, dissipated, tape) = (&mut self.state, &mut self.dissipated, &mut self.tape);

@@ -32,3 +32,12 @@ impl PartOfNodes {
         self.spans(stride).flatten()
     }
 }
+
+/// Columns from the first to the last of two rows, of which either may have none.
+pub(super) fn joined(one: [usize; 2], other: [usize; 2]) -> [usize; 2] {
+    match (one[0] == one[1], other[0] == other[1]) {
+        (true, _) => other,
+        (_, true) => one,
+        _ => [one[0].min(other[0]), one[1].max(other[1])],
+    }
+}

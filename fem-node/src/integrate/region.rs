@@ -30,7 +30,7 @@ pub(crate) struct Ring {
     plastic: Vec<Range<usize>>,
 }
 
-/// What a change of the force on some components can reach in a window of so many steps.
+/// Reach of a change of the force on some components in a window of so many steps.
 #[derive(Clone, Debug)]
 pub(crate) struct Region {
     components: Vec<usize>,
@@ -278,16 +278,8 @@ impl Tape {
             plastic.for_each(|own| self.take(&mut dissipated.plastic, own));
         }
         let [numerical, mass, stiffness] = dissipated.nodal_mut();
-        let mut fields = [
-            &mut state.u,
-            &mut state.v,
-            &mut state.a,
-            &mut state.force,
-            &mut state.damping_force,
-            numerical,
-            mass,
-            stiffness,
-        ];
+        let [u, v, a, force, damping_force] = state.nodal_mut();
+        let mut fields = [u, v, a, force, damping_force, numerical, mass, stiffness];
         for own in &ring.enters {
             fields.iter_mut().for_each(|field| self.take(field, own));
         }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::front::{Front, PartOfNodes};
+use super::front::{Front, PartOfNodes, joined};
 use crate::element::{Body, Layout};
 use crate::mesh::Connectivity;
 
@@ -226,15 +226,6 @@ impl Rings<'_> {
             nodes: runs(nodes),
             rows,
         })
-    }
-}
-
-/// Columns from the first to the last of both.
-fn joined(one: [usize; 2], other: [usize; 2]) -> [usize; 2] {
-    match (one[0] == one[1], other[0] == other[1]) {
-        (true, _) => other,
-        (_, true) => one,
-        _ => [one[0].min(other[0]), one[1].max(other[1])],
     }
 }
 

@@ -44,6 +44,17 @@ impl State {
         }
     }
 
+    /// Nodal fields: u, v, a, F, d.
+    pub(crate) fn nodal_mut(&mut self) -> [&mut Vec<f64>; 5] {
+        [
+            &mut self.u,
+            &mut self.v,
+            &mut self.a,
+            &mut self.force,
+            &mut self.damping_force,
+        ]
+    }
+
     /// Takes over the start of a window; the accelerations follow from it.
     pub fn restore(&mut self, start: &State) {
         self.u.copy_from_slice(&start.u);

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::dissipation::{Dissipated, cut};
+use super::front::joined;
 use super::load::Load;
 use super::node_row::NodeRow;
 use super::scheme::{Rule, Scheme};
@@ -152,10 +153,11 @@ impl Strip<'_> {
 
     /// Elements between this row and the next, which may belong to the strip below.
     fn elements_below(&mut self, body: &Body, local: usize) {
-        let columns = [local, local + 1].map(|local| self.columns(body.layout, local));
-        let Some(columns) = hull(columns) else {
+        let columns = |local: usize| self.columns(body.layout, local);
+        let columns = joined(columns(local), columns(local + 1));
+        if columns[0] == columns[1] {
             return;
-        };
+        }
         let elements_at = body.layout.elements_at(columns);
         let size = body.layout.row_len();
         let scratch = &mut *self.scratch;
@@ -288,13 +290,4 @@ impl Strip<'_> {
         }
         row.finish(rule, layout, &spans);
     }
-}
-
-/// The columns of two rows together; none where neither has any.
-fn hull(rows: [[usize; 2]; 2]) -> Option<[usize; 2]> {
-    let mut present = rows.into_iter().filter(|[first, end]| first < end);
-    let one = present.next()?;
-    Some(present.fold(one, |[first, end], [other, its_end]| {
-        [first.min(other), end.max(its_end)]
-    }))
 }

@@ -22,7 +22,7 @@ pub(crate) enum Extent {
     Whole,
     /// The whole body; the states of the rings of a region are recorded.
     Recorded(Arc<Region>),
-    /// What the changed force can have reached since the run that was recorded.
+    /// The part that the changed force can have reached since the run that was recorded.
     Part(Arc<Region>),
 }
 

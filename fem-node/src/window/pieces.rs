@@ -12,9 +12,7 @@ use rayon::ThreadPool;
 use super::extent::WindowInput;
 use crate::committed::Committed;
 use crate::element::{Body, Layout};
-use crate::integrate::{
-    BLOCK, Damping, Dissipated, Integrator, Load, Region, Ring, State, Tally, Tape,
-};
+use crate::integrate::{BLOCK, Dissipated, Integrator, Load, Region, Ring, State, Tally, Tape};
 use crate::model::Model;
 
 /// Steps of elements in a window for each thread, below which waking it costs more than it saves.
@@ -119,12 +117,13 @@ impl Pieces {
             state.damping_force.resize(piece.damping_len(layout), 0.0);
             let [numerical, mass, stiffness] = dissipated.nodal_mut();
             let [its_numerical, its_mass, its_stiffness] = piece.dissipated.nodal();
+            let [u, v, a, force, damping_force] = state.nodal_mut();
             let fields = [
-                (&mut state.u, &piece.state.u),
-                (&mut state.v, &piece.state.v),
-                (&mut state.a, &piece.state.a),
-                (&mut state.force, &piece.state.force),
-                (&mut state.damping_force, &piece.state.damping_force),
+                (u, &piece.state.u),
+                (v, &piece.state.v),
+                (a, &piece.state.a),
+                (force, &piece.state.force),
+                (damping_force, &piece.state.damping_force),
                 (numerical, its_numerical),
                 (mass, its_mass),
                 (stiffness, its_stiffness),
@@ -193,10 +192,7 @@ impl Piece {
         self.begin(model, committed, input);
         for k in 1..=input.substeps {
             let step = committed.steps + u64::from(k) - 1;
-            self.integrator.damping = Damping {
-                start: model.damping_at(step),
-                end: model.damping_at(step + 1),
-            };
+            self.integrator.damping = model.damping_over(step);
             let good = self.good_until(model.body.layout, input.substeps - k);
             let (state, dissipated) = (&mut self.state, &mut self.dissipated);
             let integrator = &mut self.integrator;

@@ -132,7 +132,7 @@ impl Link for ChannelLink {
 }
 
 impl Drop for ChannelLink {
-    /// What was sent is still received.
+    /// Frames that were sent are still received.
     fn drop(&mut self) {
         self.outbound.close();
         self.inbound.close();
