@@ -5,9 +5,11 @@
 //! unstructured mesh form one row, and its elements gather from it what they need.
 
 pub(crate) mod body;
+mod constants;
 mod corners;
 mod gather;
 mod layout;
+mod linear;
 mod modes;
 mod points;
 pub(crate) mod q4_1point;

@@ -57,6 +57,7 @@ mod dissipation;
 mod front;
 mod integrator;
 mod load;
+mod node_pass;
 pub(crate) mod node_row;
 mod region;
 mod rings;

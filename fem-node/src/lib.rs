@@ -34,7 +34,7 @@
 //! | h < (sqrt(2/b + 4 xi^2) - 2 xi)/omega_max | [`damped_step_limit`](spectrum::damped_step_limit) | Belytschko, Liu and Moran (2000), section 6.2 |
 //! | K phi = omega^2 M phi, the largest omega | [`omega_max`](spectrum::omega_max) | Lanczos (1950); Parlett (1980), ch. 13 |
 //! | m_a = sum of rho t A/4 | [`lump`](element::body::lump) | row-sum lumping |
-//! | f = t A B^T s + G Q, one point and hourglass stiffness | [`Q4OnePoint::row`](element::q4_1point::Q4OnePoint::row) | Flanagan and Belytschko (1981) |
+//! | f = t A B^T s + G Q, one point and hourglass stiffness | [`Q4OnePoint`](element::q4_1point::Q4OnePoint) | Flanagan and Belytschko (1981) |
 //! | f = sum of t J B^T s over 2 x 2 points | [`integrate`](element::q4_2x2::integrate) | Gauss quadrature |
 //! | s = D e + k (E - e) 1, one mean dilatation E | [`add_mean_pressure`](element::q4_bbar::add_mean_pressure) | Hughes (1980) |
 //! | s = D e | [`Elastic::stress`](material::Elastic::stress), by packs [`hooke`](material::nonlinear::hooke) | Hooke |

@@ -4,12 +4,15 @@
 //! not overlap, and gives up. Loading a few numbers of each slice by value, computing, and storing them at
 //! the end leaves nothing to prove.
 
-use std::ops::{Add, Div, Mul, Sub};
+use std::ops::Range;
 
 use protocol::larger;
 
-/// Numbers in a [`Pack`]: two registers of the baseline x86-64, one of AVX.
-pub(crate) const LANES: usize = 4;
+#[cfg(target_arch = "x86_64")]
+mod avx;
+mod lanes;
+
+pub(crate) use lanes::{InRegisters, LANES, Lanes, Pack, Registers};
 
 /// Calls `work` where the compiler may use the widest vector registers that this machine and the build have; `work` must be
 /// inlined. Every operation rounds as it does elsewhere, so the bits are the same.
@@ -18,80 +21,49 @@ pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(work)
 }
 
-/// `LANES` neighbouring numbers of a row.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Pack(pub [f64; LANES]);
-
-impl Pack {
-    /// The same number in every lane.
-    #[inline(always)]
-    pub(crate) fn splat(value: f64) -> Pack {
-        Pack([value; LANES])
+/// Runs a computation in the widest registers that this machine and the build have. In loops over [`Pack`] the compiler has to find
+/// the vectors, and where a loop reads many rows it takes the lanes apart again to compute several packs at once.
+pub(crate) fn in_registers(computation: impl InRegisters) {
+    match pulp::Arch::new() {
+        #[cfg(target_arch = "x86_64")]
+        pulp::Arch::V4(machine) => avx::run(machine, *machine, computation),
+        #[cfg(target_arch = "x86_64")]
+        pulp::Arch::V3(machine) => avx::run(machine, machine, computation),
+        _ => computation.run(Portable),
     }
+}
 
-    /// The numbers from `at` on.
-    #[inline(always)]
-    pub(crate) fn load(row: &[f64], at: usize) -> Pack {
-        let mut lanes = [0.0; LANES];
-        lanes.copy_from_slice(&row[at..at + LANES]);
-        Pack(lanes)
-    }
+/// The registers of any machine.
+#[derive(Clone, Copy)]
+struct Portable;
 
-    /// Writes the numbers from `at` on.
-    #[inline(always)]
-    pub(crate) fn store(self, row: &mut [f64], at: usize) {
-        row[at..at + LANES].copy_from_slice(&self.0);
-    }
-
-    /// Writes the first `count` numbers, at most all of them, from `at` on.
-    #[inline(always)]
-    pub(crate) fn store_up_to(self, count: usize, row: &mut [f64], at: usize) {
-        if count >= LANES {
-            self.store(row, at);
-        } else {
-            row[at..at + count].copy_from_slice(&self.0[..count]);
-        }
-    }
-
-    /// Adds to the numbers from `at` on.
-    #[inline(always)]
-    pub(crate) fn add_to(self, row: &mut [f64], at: usize) {
-        (Pack::load(row, at) + self).store(row, at);
-    }
-
-    /// Sum of the lanes, pairwise.
-    #[inline(always)]
-    pub(crate) fn sum(self) -> f64 {
-        (self.0[0] + self.0[2]) + (self.0[1] + self.0[3])
-    }
-
-    /// Square root of each lane.
-    #[inline(always)]
-    pub(crate) fn sqrt(self) -> Pack {
-        self.zip(self, |a, _| a.sqrt())
-    }
-
-    /// The larger one, lane by lane.
-    #[inline(always)]
-    pub(crate) fn max(self, other: Pack) -> Pack {
-        self.zip(other, |a, b| if a > b { a } else { b })
-    }
-
-    /// True where any lane is above that of `other`.
-    #[inline(always)]
-    pub(crate) fn any_above(self, other: Pack) -> bool {
-        let above = self.zip(other, |a, b| if a > b { 1.0 } else { 0.0 });
-        above.sum() > 0.0
-    }
+impl Registers for Portable {
+    type Vector = Pack;
 
     #[inline(always)]
-    fn zip(self, other: Pack, combine: impl Fn(f64, f64) -> f64) -> Pack {
-        let mut lanes = self.0;
-        for (lane, right) in lanes.iter_mut().zip(other.0) {
-            *lane = combine(*lane, right);
-        }
-        Pack(lanes)
+    fn load(self, numbers: &[f64; LANES]) -> Pack {
+        Pack(*numbers)
     }
+}
+
+/// These packs of the numbers from `first` on. Slices of the same packs have one length, so that a loop over them checks no bounds.
+#[inline(always)]
+pub(crate) fn packs_of<'a>(
+    numbers: &'a [f64],
+    first: usize,
+    packs: &Range<usize>,
+) -> &'a [[f64; LANES]] {
+    &numbers[first..].as_chunks().0[packs.clone()]
+}
+
+/// The same, to be written.
+#[inline(always)]
+pub(crate) fn packs_of_mut<'a>(
+    numbers: &'a mut [f64],
+    first: usize,
+    packs: &Range<usize>,
+) -> &'a mut [[f64; LANES]] {
+    &mut numbers[first..].as_chunks_mut().0[packs.clone()]
 }
 
 /// The largest of these, none being negative; not a number if any is not.
@@ -99,16 +71,30 @@ pub(crate) fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, larger)
 }
 
-macro_rules! lane_by_lane {
-    ($($operator:ident $function:ident $symbol:tt),*) => {$(
-        impl $operator for Pack {
-            type Output = Pack;
-            #[inline(always)]
-            fn $function(self, other: Pack) -> Pack {
-                self.zip(other, |a, b| a $symbol b)
-            }
-        }
-    )*};
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-lane_by_lane!(Add add +, Sub sub -, Mul mul *, Div div /);
+    struct Compare;
+
+    impl InRegisters for Compare {
+        fn run<R: Registers>(self, registers: R) {
+            let (a, b) = ([1.5, -2.25, 3e-9, 7e11], [0.5, 0.0, 9.0, -4.75]);
+            let [x, y] = [registers.load(&a), registers.load(&b)];
+            let computed: [[f64; LANES]; 4] = [
+                (x + y).into(),
+                (x - y).into(),
+                (x * y).into(),
+                x.all(0.1).into(),
+            ];
+            let (a, b) = (Pack(a), Pack(b));
+            let plain = [a + b, a - b, a * b, Pack::splat(0.1)];
+            assert_eq!(computed, plain.map(|pack| pack.0));
+        }
+    }
+
+    #[test]
+    fn registers_compute_like_arrays() {
+        in_registers(Compare);
+    }
+}

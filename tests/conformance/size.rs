@@ -12,7 +12,7 @@ const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 const REDESIGN: usize = 31_500;
 
 /// Features since, with the lines that they may take.
-const SINCE: [(&str, usize); 15] = [
+const SINCE: [(&str, usize); 17] = [
     ("checks of plausibility", 1020),
     ("strict logs", 420),
     ("limits of disk, files and words", 240),
@@ -34,6 +34,11 @@ const SINCE: [(&str, usize); 15] = [
         1790,
     ),
     ("sweeps of bonded layers, banded boundaries", 100),
+    (
+        "vectors in registers, one pass over the nodes of a row",
+        420,
+    ),
+    ("threads that stand by", 90),
 ];
 
 #[test]

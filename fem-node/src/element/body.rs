@@ -8,8 +8,9 @@ use super::gather::{
     CORNER_FORCES, GatherBuffers, NodalFields, corner_rows, elements_of, gather, sum_corners,
 };
 use super::layout::Layout;
+use super::linear::{LinearRow, OverElements};
 use super::q4_1point::{self, Q4OnePoint};
-use super::q4_2x2::Q4FourPoint;
+use super::q4_2x2::{Linear, Q4FourPoint};
 use super::q4_bbar;
 use super::row_forces::RowForces;
 use super::shape::area;
@@ -20,7 +21,7 @@ use crate::material::Elastic;
 use crate::material::j2::{HISTORY, history_at};
 use crate::material::nonlinear::NonlinearLaw;
 use crate::mesh::{Connectivity, Mesh};
-use crate::pack::vectorised;
+use crate::pack::{InRegisters, Registers, in_registers, vectorised};
 
 /// A body ready to be integrated in time.
 #[derive(Clone, Debug)]
@@ -50,6 +51,29 @@ pub(crate) struct ElementRow<'a> {
 enum Element {
     OnePoint(Q4OnePoint),
     FourPoint(Q4FourPoint),
+}
+
+/// A computation over a row of the elements.
+struct OverRow<'a, C> {
+    element: &'a Element,
+    row: usize,
+    computation: C,
+}
+
+impl<C: OverElements> InRegisters for OverRow<'_, C> {
+    #[inline(always)]
+    fn run<R: Registers>(self, registers: R) {
+        let (row, computation) = (self.row, self.computation);
+        match self.element {
+            Element::OnePoint(elements) => computation.over(registers, elements, row),
+            Element::FourPoint(elements) if elements.has_mean_dilatation() => {
+                computation.over(registers, &Linear::<true>(elements), row);
+            }
+            Element::FourPoint(elements) => {
+                computation.over(registers, &Linear::<false>(elements), row);
+            }
+        }
+    }
 }
 
 impl Body {
@@ -94,16 +118,6 @@ impl Body {
             }
             piece
         };
-        let constants = |constants: &[f64]| -> Vec<f64> {
-            let rows = constants.chunks(all.padded_columns());
-            let padding = layout.padded_columns() - layout.columns;
-            let of_row = |row: &[f64]| {
-                let mut own = row[columns.start..columns.end - 1].to_vec();
-                own.extend(std::iter::repeat_n(0.0, padding));
-                own
-            };
-            rows.flat_map(of_row).collect()
-        };
         let node_mass = self.node_mass.chunks(all.nodes_in_row);
         Body {
             layout,
@@ -113,9 +127,11 @@ impl Body {
                 .flat_map(|row| row[columns.clone()].to_vec())
                 .collect(),
             element: match &self.element {
-                Element::OnePoint(elements) => Element::OnePoint(elements.piece(layout, constants)),
+                Element::OnePoint(elements) => {
+                    Element::OnePoint(elements.piece(layout, columns.start))
+                }
                 Element::FourPoint(elements) => {
-                    Element::FourPoint(elements.piece(layout, constants))
+                    Element::FourPoint(elements.piece(layout, columns.start))
                 }
             },
             connectivity: None,
@@ -172,13 +188,22 @@ impl Body {
         columns: Range<usize>,
         out: &mut RowForces,
     ) {
-        vectorised(
-            #[inline(always)]
-            || match &self.element {
-                Element::OnePoint(elements) => elements.row(row, u, columns, out),
-                Element::FourPoint(elements) => elements.row(row, u, columns, out),
-            },
-        );
+        let linear = LinearRow {
+            u,
+            stride: self.layout.element_stride(),
+            columns,
+            out,
+        };
+        self.over_linear(row, linear);
+    }
+
+    /// Runs a computation over a row of elements under a linear law.
+    fn over_linear(&self, row: usize, computation: impl OverElements) {
+        in_registers(OverRow {
+            element: &self.element,
+            row,
+            computation,
+        });
     }
 
     /// Forces of some elements of a row, whole packs of them, under a nonlinear law.

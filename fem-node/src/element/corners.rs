@@ -1,38 +1,38 @@
-//! Displacements at the corners of a row of elements, loaded by packs, and constants of the elements by rows.
+//! Displacements at the corners of a row of elements, loaded by packs.
 
-use super::layout::Layout;
+use std::ops::Range;
+
 use crate::material::j2::{HISTORY, History, PointHistory, history_pack};
-use crate::mesh::Mesh;
-use crate::pack::Pack;
+use crate::pack::{LANES, Lanes, Pack, Registers, packs_of};
 
-/// N constants of each element, row after row: for each row N arrays of [`Layout::padded_columns`], zero in the padding.
-pub(super) fn row_constants<const N: usize>(
-    mesh: &Mesh,
-    layout: Layout,
-    of_element: impl Fn(&[[f64; 2]; 4]) -> [f64; N],
-) -> Vec<f64> {
-    let padded = layout.padded_columns();
-    let mut constants = vec![0.0; mesh.rows * N * padded];
-    for [i, j] in mesh.element_indices() {
-        let row = &mut constants[j * N * padded..(j + 1) * N * padded];
-        let corners = mesh.corners(i, j).map(|n| mesh.point(n[0], n[1]));
-        for (array, constant) in row.chunks_exact_mut(padded).zip(of_element(&corners)) {
-            array[i] = constant;
-        }
-    }
-    constants
+/// One displacement component at the corners of a pack of elements, anticlockwise from the lower left one.
+#[derive(Clone, Copy)]
+pub(crate) struct Corners<V = Pack> {
+    u1: V,
+    u2: V,
+    u3: V,
+    u4: V,
 }
 
-/// One displacement component at the corners of a pack of elements.
-pub(super) struct Corners {
-    u1: Pack,
-    u2: Pack,
-    u3: Pack,
-    u4: Pack,
+/// One displacement component at the corners of some packs of elements, corner after corner: slices of one length, so that a
+/// loop over them checks no bounds.
+pub(crate) struct CornerPacks<'a>([&'a [[f64; LANES]]; 4]);
+
+impl CornerPacks<'_> {
+    #[inline(always)]
+    pub(crate) fn at<R: Registers>(&self, registers: R, p: usize) -> Corners<R::Vector> {
+        let [u1, u2, u3, u4] = self.0;
+        Corners {
+            u1: registers.load(&u1[p]),
+            u2: registers.load(&u2[p]),
+            u3: registers.load(&u3[p]),
+            u4: registers.load(&u4[p]),
+        }
+    }
 }
 
 /// A field at the corners of a row of elements, one slice for each corner, anticlockwise from the lower left one:
-/// element i finds its x component at i and its y component at [`Layout::element_stride`] + i.
+/// element i finds its x component at i and its y component at [`super::Layout::element_stride`] + i.
 #[derive(Clone, Copy)]
 pub(crate) struct CornerRows<'a>([&'a [f64]; 4]);
 
@@ -48,6 +48,14 @@ impl<'a> CornerRows<'a> {
     pub(crate) fn between([upper, lower]: [&'a [f64]; 2]) -> CornerRows<'a> {
         let right = |row: &'a [f64]| row.get(1..).unwrap_or_default();
         CornerRows([lower, right(lower), right(upper), upper])
+    }
+
+    /// The component that begins at `component`, at the corners of these packs of elements.
+    #[inline(always)]
+    pub(crate) fn packs(self, component: usize, packs: &Range<usize>) -> CornerPacks<'a> {
+        let [u1, u2, u3, u4] = self.0;
+        let of = |corner| packs_of(corner, component, packs);
+        CornerPacks([of(u1), of(u2), of(u3), of(u4)])
     }
 
     /// Both components at the corners of the elements from `i` on.
@@ -68,23 +76,23 @@ impl<'a> CornerRows<'a> {
     }
 }
 
-impl Corners {
+impl<V: Lanes> Corners<V> {
     #[inline(always)]
-    pub(super) fn gradient(&self, bx: [Pack; 2], by: [Pack; 2]) -> (Pack, Pack) {
+    pub(super) fn gradient(&self, bx: [V; 2], by: [V; 2]) -> (V, V) {
         let (d13, d24) = (self.u1 - self.u3, self.u2 - self.u4);
         (bx[0] * d13 + bx[1] * d24, by[0] * d13 + by[1] * d24)
     }
 
     /// Four times the means of u,xi and u,eta over the element.
     #[inline(always)]
-    pub(super) fn natural(&self) -> (Pack, Pack) {
+    pub(super) fn natural(&self) -> (V, V) {
         let (d31, d24) = (self.u3 - self.u1, self.u2 - self.u4);
         (d31 + d24, d31 - d24)
     }
 
     /// h.u
     #[inline(always)]
-    pub(super) fn hourglass(&self) -> Pack {
+    pub(super) fn hourglass(&self) -> V {
         (self.u1 + self.u3) - (self.u2 + self.u4)
     }
 }
@@ -95,7 +103,7 @@ pub(crate) struct StrainPath<'a> {
     pub(crate) u: CornerRows<'a>,
     /// Increments of the last step; empty under a law without history.
     pub(crate) du: CornerRows<'a>,
-    /// History of this row: for each point [`HISTORY`] arrays of [`Layout::padded_columns`]; empty under a law without.
+    /// History of this row: for each point [`HISTORY`] arrays of [`super::Layout::padded_columns`]; empty under a law without.
     pub(crate) history: &'a mut [f64],
     /// Dissipation of each element (J), to which that of the step is added; empty where it is not counted.
     pub(crate) dissipated: &'a mut [f64],

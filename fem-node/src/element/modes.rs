@@ -1,50 +1,60 @@
 //! Bilinear fields as sums of their modes along xi, eta and xi eta.
 
 use super::corners::Corners;
-use super::row_forces::RowForces;
+use super::row_forces::CornerForces;
 use super::shape::GAUSS;
-use crate::pack::Pack;
+use crate::pack::{Lanes, Pack};
 
 /// A bilinear field of a pack of elements, or the forces that do work on it: parts along xi, eta and xi eta.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Modes {
-    pub(super) xi: Pack,
-    pub(super) eta: Pack,
-    pub(super) hourglass: Pack,
+pub(crate) struct Modes<V = Pack> {
+    pub(super) xi: V,
+    pub(super) eta: V,
+    pub(super) hourglass: V,
 }
 
-impl Modes {
+impl<V: Lanes> Modes<V> {
+    /// Those of a field that is zero.
+    #[inline(always)]
+    pub(super) fn zero(zero: V) -> Modes<V> {
+        Modes {
+            xi: zero,
+            eta: zero,
+            hourglass: zero,
+        }
+    }
+
     /// Four times the slopes, that of xi eta taken at a Gauss point.
     #[inline(always)]
-    pub(super) fn of(corners: &Corners) -> Modes {
+    pub(super) fn of(corners: &Corners<V>) -> Modes<V> {
         let (xi, eta) = corners.natural();
         Modes {
             xi,
             eta,
-            hourglass: Pack::splat(GAUSS) * corners.hourglass(),
+            hourglass: xi.all(GAUSS) * corners.hourglass(),
         }
     }
 
     /// Modes of both components.
     #[inline(always)]
-    pub(super) fn both([x, y]: &[Corners; 2]) -> [Modes; 2] {
+    pub(super) fn both([x, y]: &[Corners<V>; 2]) -> [Modes<V>; 2] {
         [Modes::of(x), Modes::of(y)]
     }
 
     #[inline(always)]
-    pub(super) fn add_xi(&mut self, upper: bool, xi: Pack) {
+    pub(super) fn add_xi(&mut self, upper: bool, xi: V) {
         self.xi = self.xi + xi;
         self.hourglass = plus_minus(upper, self.hourglass, xi);
     }
 
     #[inline(always)]
-    pub(super) fn add_eta(&mut self, right: bool, eta: Pack) {
+    pub(super) fn add_eta(&mut self, right: bool, eta: V) {
         self.eta = self.eta + eta;
         self.hourglass = plus_minus(right, self.hourglass, eta);
     }
 
     #[inline(always)]
-    pub(super) fn scaled(self, factor: Pack) -> Modes {
+    pub(super) fn scaled(self, factor: V) -> Modes<V> {
         Modes {
             xi: factor * self.xi,
             eta: factor * self.eta,
@@ -52,17 +62,19 @@ impl Modes {
         }
     }
 
-    /// Hands the forces to the corners.
+    /// Forces on the corners.
     #[inline(always)]
-    pub(super) fn store(&self, out: &mut RowForces, i: usize) {
-        let first = Pack::splat(0.0) - self.xi - self.eta;
-        let hourglass = Pack::splat(GAUSS) * self.hourglass;
-        out.store(i, first, self.xi - self.eta, hourglass);
+    pub(super) fn on_corners(&self) -> CornerForces<V> {
+        CornerForces {
+            first: self.xi.all(0.0) - self.xi - self.eta,
+            second: self.xi - self.eta,
+            hourglass: self.xi.all(GAUSS) * self.hourglass,
+        }
     }
 }
 
 /// `mean` with `slope` added or taken off.
 #[inline(always)]
-pub(super) fn plus_minus(positive: bool, mean: Pack, slope: Pack) -> Pack {
+pub(super) fn plus_minus<V: Lanes>(positive: bool, mean: V, slope: V) -> V {
     if positive { mean + slope } else { mean - slope }
 }

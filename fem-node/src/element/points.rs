@@ -14,10 +14,13 @@ use crate::pack::{LANES, Pack};
 /// xi eta at a Gauss point; t / 16 J at the four points.
 pub(super) const GEOMETRY: usize = 10;
 
+/// Constants of each element: those of [`geometry`], and t k / area for the mean pressure.
+pub(super) const CONSTANTS: usize = GEOMETRY + 1;
+
 /// The four points of all elements of a row.
 pub(super) struct RowPoints<'a> {
-    /// Arrays of [`Layout::padded_columns`], those of [`geometry`] first.
-    pub(super) constants: &'a [f64],
+    /// By packs, those of [`geometry`] first.
+    pub(super) constants: &'a [[Pack; CONSTANTS]],
     pub(super) layout: Layout,
     pub(super) moduli: [f64; 3],
     pub(super) thickness: f64,
@@ -156,16 +159,15 @@ impl RowPoints<'_> {
     /// Point `k` in the order of the weights: (-, -), (+, -), (-, +), (+, +).
     #[inline(always)]
     fn point(&self, k: usize, i: usize) -> GaussPoint {
-        let padded = self.layout.padded_columns();
-        let constant = |k: usize| Pack::load(self.constants, k * padded + i);
+        let constants = &self.constants[i / LANES];
         let (upper, right) = (k >= 2, k % 2 == 1);
-        let (bx, by) = (constant(4), constant(5));
+        let (bx, by) = (constants[4], constants[5]);
         GaussPoint {
-            x_xi: plus_minus(upper, constant(0), bx),
-            y_xi: plus_minus(upper, constant(1), by),
-            x_eta: plus_minus(right, constant(2), bx),
-            y_eta: plus_minus(right, constant(3), by),
-            weight: constant(6 + k),
+            x_xi: plus_minus(upper, constants[0], bx),
+            y_xi: plus_minus(upper, constants[1], by),
+            x_eta: plus_minus(right, constants[2], bx),
+            y_eta: plus_minus(right, constants[3], by),
+            weight: constants[6 + k],
             upper,
             right,
         }
@@ -241,7 +243,8 @@ impl GaussPoint {
 mod tests {
     use super::*;
     use crate::config::{MaterialConfig, Plane};
-    use crate::element::corners::{CornerRows, row_constants};
+    use crate::element::constants::Constants;
+    use crate::element::corners::CornerRows;
     use crate::material::Elastic;
     use crate::mesh::Mesh;
 
@@ -291,8 +294,13 @@ mod tests {
         let elastic = Elastic::new(&material, Plane::Strain);
         let law = NonlinearLaw::Plastic(J2::new(&material, &elastic).expect("it yields"));
         let layout = Layout::new(&mesh);
+        let constants = Constants::new(&mesh, layout, |p| {
+            let mut constants = [0.0; CONSTANTS];
+            constants[..GEOMETRY].copy_from_slice(&geometry(p, 0.7));
+            constants
+        });
         let points = RowPoints {
-            constants: &row_constants(&mesh, layout, |p| geometry(p, 0.7)),
+            constants: constants.row(0),
             layout,
             moduli: elastic.moduli(),
             thickness: 0.7,

@@ -21,15 +21,17 @@
 
 use std::ops::Range;
 
-use super::corners::{CornerRows, Corners, StrainPath, StrainState, row_constants};
+use super::constants::Constants;
+use super::corners::{Corners, StrainPath, StrainState};
 use super::layout::Layout;
-use super::row_forces::RowForces;
+use super::linear::LinearElements;
+use super::row_forces::{CornerForces, RowForces};
 use super::shape::{area, slopes};
 use super::stiffness::Stiffness;
 use crate::material::Elastic;
-use crate::material::nonlinear::{Gradient, NonlinearLaw};
+use crate::material::nonlinear::NonlinearLaw;
 use crate::mesh::Mesh;
-use crate::pack::{LANES, Pack};
+use crate::pack::{LANES, Lanes, Pack, Registers};
 
 /// Share of the largest stiffness of the element that resists the hourglass modes.
 const HOURGLASS: f64 = 0.1;
@@ -37,13 +39,12 @@ const HOURGLASS: f64 = 0.1;
 /// Constants of each element: B_x1, B_x2, B_y1, B_y2, h.x, h.y, t A, and the hourglass stiffness over 4.
 const CONSTANTS: usize = 8;
 
-/// All elements of a mesh, as a structure of arrays row by row.
+/// All elements of a mesh.
 #[derive(Clone, Debug)]
 pub(crate) struct Q4OnePoint {
     elastic: Elastic,
     layout: Layout,
-    /// For each row of elements [`CONSTANTS`] arrays of [`Layout::padded_columns`]; zero in the padding.
-    constants: Vec<f64>,
+    constants: Constants<CONSTANTS>,
 }
 
 impl Q4OnePoint {
@@ -56,54 +57,16 @@ impl Q4OnePoint {
         Q4OnePoint {
             elastic: *elastic,
             layout,
-            constants: row_constants(mesh, layout, |p| element_constants(p, elastic, thickness)),
+            constants: Constants::new(mesh, layout, |p| element_constants(p, elastic, thickness)),
         }
     }
 
-    /// The elements of a piece, their constants cut out by `cut`.
-    pub(super) fn piece(&self, layout: Layout, cut: impl Fn(&[f64]) -> Vec<f64>) -> Q4OnePoint {
+    /// The elements of the piece whose first column of elements is `first`.
+    pub(super) fn piece(&self, layout: Layout, first: usize) -> Q4OnePoint {
         Q4OnePoint {
+            elastic: self.elastic,
             layout,
-            constants: cut(&self.constants),
-            ..*self
-        }
-    }
-
-    /// Forces of the elements of a row under the displacements of its corners: f_ia = t A B_ja s_ij + G_a Q_i.
-    #[inline(always)]
-    pub(crate) fn row(
-        &self,
-        row: usize,
-        u: CornerRows,
-        columns: Range<usize>,
-        out: &mut RowForces,
-    ) {
-        let padded = self.layout.padded_columns();
-        let stride = self.layout.element_stride();
-        let constants = &self.constants[row * CONSTANTS * padded..(row + 1) * CONSTANTS * padded];
-        for i in columns.step_by(LANES) {
-            let constant = |k: usize| Pack::load(constants, k * padded + i);
-            let [x, y] = u.load(stride, i);
-            let (bx1, bx2, by1, by2) = (constant(0), constant(1), constant(2), constant(3));
-            let (xx, xy) = x.gradient([bx1, bx2], [by1, by2]);
-            let (yx, yy) = y.gradient([bx1, bx2], [by1, by2]);
-
-            let (hx, hy, volume, hourglass) = (constant(4), constant(5), constant(6), constant(7));
-            let c = |value: f64| Pack::splat(value) * volume;
-            let (c11, c12, c33) = (
-                c(self.elastic.c11),
-                c(self.elastic.c12),
-                c(self.elastic.c33),
-            );
-            let shear = c33 * (xy + yx);
-            let qx = hourglass * (x.hourglass() - hx * xx - hy * xy);
-            let qy = hourglass * (y.hourglass() - hx * yx - hy * yy);
-
-            // G_a Q = h_a Q - B_xa (h.x) Q - B_ya (h.y) Q: the last two join the stress.
-            let (sxx, sxy) = (c11 * xx + c12 * yy - hx * qx, shear - hy * qx);
-            let (syx, syy) = (shear - hx * qy, c12 * xx + c11 * yy - hy * qy);
-            out.store(i, bx1 * sxx + by1 * sxy, bx2 * sxx + by2 * sxy, qx);
-            out.store(stride + i, bx1 * syx + by1 * syy, bx2 * syx + by2 * syy, qy);
+            constants: self.constants.piece(layout, first),
         }
     }
 
@@ -119,29 +82,32 @@ impl Q4OnePoint {
     ) {
         let moduli = self.elastic.moduli();
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
-        let (u, du) = (path.u, path.du);
+        let (u, du, constants) = (path.u, path.du, self.constants.row(row));
         for i in columns.step_by(LANES) {
-            let constant = |k: usize| self.constant(row, k, i);
+            let [bx1, bx2, by1, by2, hx, hy, volume, hourglass] = constants[i / LANES];
+            let (bx, by) = ([bx1, bx2], [by1, by2]);
             let corners = u.load(stride, i);
-            let gradient = self.gradient(row, i, &corners);
+            let gradient = gradient(bx, by, &corners);
             let response = law.respond(
                 moduli,
                 gradient,
                 #[inline(always)]
-                || self.gradient(row, i, &du.load(stride, i)),
+                || self::gradient(bx, by, &du.load(stride, i)),
                 &mut path.point(0, padded),
                 i,
             );
-            let (hx, hy, volume, hourglass) = (constant(4), constant(5), constant(6), constant(7));
             path.count(volume * response.dissipated, i);
             for (k, corners) in corners.iter().enumerate() {
                 let [along_x, along_y] = gradient[k];
                 let q = hourglass * (corners.hourglass() - hx * along_x - hy * along_y);
                 let sx = volume * response.stress[k][0] - hx * q;
                 let sy = volume * response.stress[k][1] - hy * q;
-                let first = constant(0) * sx + constant(2) * sy;
-                let second = constant(1) * sx + constant(3) * sy;
-                out.store(k * stride + i, first, second, q);
+                let forces = CornerForces {
+                    first: bx1 * sx + by1 * sy,
+                    second: bx2 * sx + by2 * sy,
+                    hourglass: q,
+                };
+                out.store(k * stride + i, forces);
             }
         }
     }
@@ -156,30 +122,61 @@ impl Q4OnePoint {
         let moduli = self.elastic.moduli();
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let mut sum = Pack::splat(0.0);
-        for i in (0..padded).step_by(LANES) {
-            let gradient = self.gradient(row, i, &now.u.load(stride, i));
+        let starts = (0..padded).step_by(LANES);
+        for (i, constants) in starts.zip(self.constants.row(row)) {
+            let [bx1, bx2, by1, by2, ..] = *constants;
+            let gradient = gradient([bx1, bx2], [by1, by2], &now.u.load(stride, i));
             let energy = law.energy_correction(moduli, gradient, now.history(0, padded, i));
-            sum = sum + self.constant(row, 6, i) * energy;
+            sum = sum + constants[6] * energy;
         }
         sum.sum()
     }
+}
 
-    #[inline(always)]
-    fn constant(&self, row: usize, k: usize, i: usize) -> Pack {
-        Pack::load(
-            &self.constants,
-            (row * CONSTANTS + k) * self.layout.padded_columns() + i,
-        )
+impl LinearElements for Q4OnePoint {
+    type Constants = [Pack; CONSTANTS];
+
+    fn constants(&self, row: usize) -> &[Self::Constants] {
+        self.constants.row(row)
     }
 
-    /// Mean gradient of the displacement.
+    /// f_ia = t A B_ja s_ij + G_a Q_i
     #[inline(always)]
-    fn gradient(&self, row: usize, i: usize, [x, y]: &[Corners; 2]) -> Gradient {
-        let constant = |k: usize| self.constant(row, k, i);
-        let (bx, by) = ([constant(0), constant(1)], [constant(2), constant(3)]);
-        let ((xx, xy), (yx, yy)) = (x.gradient(bx, by), y.gradient(bx, by));
-        [[xx, xy], [yx, yy]]
+    fn forces<R: Registers>(
+        &self,
+        registers: R,
+        constants: &Self::Constants,
+        [x, y]: [Corners<R::Vector>; 2],
+    ) -> [CornerForces<R::Vector>; 2] {
+        let [bx1, bx2, by1, by2, hx, hy, volume, hourglass] = registers.load_all(constants);
+        let [[xx, xy], [yx, yy]] = gradient([bx1, bx2], [by1, by2], &[x, y]);
+        let c = |value: f64| registers.splat(value) * volume;
+        let (c11, c12, c33) = (
+            c(self.elastic.c11),
+            c(self.elastic.c12),
+            c(self.elastic.c33),
+        );
+        let shear = c33 * (xy + yx);
+        let qx = hourglass * (x.hourglass() - hx * xx - hy * xy);
+        let qy = hourglass * (y.hourglass() - hx * yx - hy * yy);
+
+        // G_a Q = h_a Q - B_xa (h.x) Q - B_ya (h.y) Q: the last two join the stress.
+        let (sxx, sxy) = (c11 * xx + c12 * yy - hx * qx, shear - hy * qx);
+        let (syx, syy) = (shear - hx * qy, c12 * xx + c11 * yy - hy * qy);
+        let forces = |sx: R::Vector, sy: R::Vector, q: R::Vector| CornerForces {
+            first: bx1 * sx + by1 * sy,
+            second: bx2 * sx + by2 * sy,
+            hourglass: q,
+        };
+        [forces(sxx, sxy, qx), forces(syx, syy, qy)]
     }
+}
+
+/// Mean gradient of the displacement.
+#[inline(always)]
+fn gradient<V: Lanes>(bx: [V; 2], by: [V; 2], [x, y]: &[Corners<V>; 2]) -> [[V; 2]; 2] {
+    let ((xx, xy), (yx, yy)) = (x.gradient(bx, by), y.gradient(bx, by));
+    [[xx, xy], [yx, yy]]
 }
 
 /// K = t A B^T D B + 0.1 c11 A (sum B^2) t G G^T in x and in y: the tangent of the forces above.

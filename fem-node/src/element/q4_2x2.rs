@@ -24,20 +24,19 @@
 
 use std::ops::Range;
 
-use super::corners::{CornerRows, StrainPath, StrainState, row_constants};
+use super::constants::Constants;
+use super::corners::{Corners, StrainPath, StrainState};
 use super::layout::Layout;
+use super::linear::LinearElements;
 use super::modes::{Modes, plus_minus};
-use super::points::{GEOMETRY, RowPoints, geometry};
+use super::points::{CONSTANTS, GEOMETRY, RowPoints, geometry};
 use super::q4_bbar::{add_mean_pressure, deviatoric_moduli};
-use super::row_forces::RowForces;
+use super::row_forces::{CornerForces, RowForces};
 use super::shape::area;
 use crate::material::Elastic;
 use crate::material::nonlinear::NonlinearLaw;
 use crate::mesh::Mesh;
-use crate::pack::{LANES, Pack};
-
-/// Constants of each element: those of [`geometry`], and t k / area for the mean pressure.
-const CONSTANTS: usize = GEOMETRY + 1;
+use crate::pack::{LANES, Lanes, Pack, Registers};
 
 /// All elements of a mesh, with or without the mean dilatation.
 #[derive(Clone, Debug)]
@@ -46,8 +45,7 @@ pub(super) struct Q4FourPoint {
     mean_dilatation: bool,
     layout: Layout,
     thickness: f64,
-    /// For each row of elements its constants, arrays of [`Layout::padded_columns`].
-    constants: Vec<f64>,
+    constants: Constants<CONSTANTS>,
 }
 
 impl Q4FourPoint {
@@ -58,73 +56,36 @@ impl Q4FourPoint {
         thickness: f64,
         mean_dilatation: bool,
     ) -> Q4FourPoint {
-        let plain = |p: &[[f64; 2]; 4]| geometry(p, thickness);
-        let with_pressure = |p: &[[f64; 2]; 4]| {
+        let of_element = |p: &[[f64; 2]; 4]| {
             let mut constants = [thickness * elastic.bulk() / area(p); CONSTANTS];
-            constants[..GEOMETRY].copy_from_slice(&plain(p));
+            constants[..GEOMETRY].copy_from_slice(&geometry(p, thickness));
             constants
         };
-        let (moduli, constants) = if mean_dilatation {
-            let constants = row_constants(mesh, layout, with_pressure);
-            (deviatoric_moduli(elastic), constants)
+        let moduli = if mean_dilatation {
+            deviatoric_moduli(elastic)
         } else {
-            (elastic.moduli(), row_constants(mesh, layout, plain))
+            elastic.moduli()
         };
         Q4FourPoint {
             moduli,
             mean_dilatation,
             layout,
             thickness,
-            constants,
+            constants: Constants::new(mesh, layout, of_element),
         }
     }
 
-    /// The elements of a piece, their constants cut out by `cut`.
-    pub(super) fn piece(&self, layout: Layout, cut: impl Fn(&[f64]) -> Vec<f64>) -> Q4FourPoint {
+    /// The elements of the piece whose first column of elements is `first`.
+    pub(super) fn piece(&self, layout: Layout, first: usize) -> Q4FourPoint {
         Q4FourPoint {
             layout,
-            constants: cut(&self.constants),
+            constants: self.constants.piece(layout, first),
             ..*self
         }
     }
 
-    /// Forces of the elements of a row under the displacements of its corners.
-    #[inline(always)]
-    pub(super) fn row(
-        &self,
-        row: usize,
-        u: CornerRows,
-        columns: Range<usize>,
-        out: &mut RowForces,
-    ) {
-        if self.mean_dilatation {
-            self.row_of::<true>(row, u, columns, out);
-        } else {
-            self.row_of::<false>(row, u, columns, out);
-        }
-    }
-
-    /// The branch for the mean dilatation stands outside the loop: inside it costs the q4_bbar a fifth of its time.
-    #[inline(always)]
-    fn row_of<const MEAN: bool>(
-        &self,
-        row: usize,
-        u: CornerRows,
-        columns: Range<usize>,
-        out: &mut RowForces,
-    ) {
-        let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
-        let constants = self.row_constants(row);
-        for i in columns.step_by(LANES) {
-            let u = Modes::both(&u.load(stride, i));
-            let constant = |k: usize| Pack::load(constants, k * padded + i);
-            let mut forces = integrate(&constant, u, self.moduli);
-            if MEAN {
-                add_mean_pressure(&constant, constant(GEOMETRY), u, &mut forces);
-            }
-            forces[0].store(out, i);
-            forces[1].store(out, stride + i);
-        }
+    pub(super) fn has_mean_dilatation(&self) -> bool {
+        self.mean_dilatation
     }
 
     /// Forces of the elements of a row under a nonlinear law.
@@ -138,7 +99,7 @@ impl Q4FourPoint {
         out: &mut RowForces,
     ) {
         let points = self.points(row);
-        let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
+        let stride = self.layout.element_stride();
         points.forces(
             law,
             path,
@@ -146,11 +107,10 @@ impl Q4FourPoint {
             #[inline(always)]
             |i, mut forces, u| {
                 if self.mean_dilatation {
-                    let constant = |k: usize| Pack::load(points.constants, k * padded + i);
-                    add_mean_pressure(&constant, constant(GEOMETRY), u, &mut forces);
+                    add_mean_pressure(&points.constants[i / LANES], u, &mut forces);
                 }
-                forces[0].store(out, i);
-                forces[1].store(out, stride + i);
+                out.store(i, forces[0].on_corners());
+                out.store(stride + i, forces[1].on_corners());
             },
         );
     }
@@ -165,14 +125,9 @@ impl Q4FourPoint {
         self.points(row).energy_correction(law, now)
     }
 
-    fn row_constants(&self, row: usize) -> &[f64] {
-        let size = self.constants.len() / self.layout.rows;
-        &self.constants[row * size..(row + 1) * size]
-    }
-
     fn points(&self, row: usize) -> RowPoints<'_> {
         RowPoints {
-            constants: self.row_constants(row),
+            constants: self.constants.row(row),
             layout: self.layout,
             moduli: self.moduli,
             thickness: self.thickness,
@@ -180,29 +135,60 @@ impl Q4FourPoint {
     }
 }
 
-/// Forces f = sum over the four points of t J B^T s, s = D grad u; `constant` gives those of [`geometry`].
+/// The elements under a linear law. The branch for the mean dilatation stands outside the loops: inside it costs the q4_bbar a
+/// fifth of its time.
+pub(super) struct Linear<'a, const MEAN: bool>(pub(super) &'a Q4FourPoint);
+
+impl<const MEAN: bool> LinearElements for Linear<'_, MEAN> {
+    type Constants = [Pack; CONSTANTS];
+
+    fn constants(&self, row: usize) -> &[Self::Constants] {
+        self.0.constants.row(row)
+    }
+
+    #[inline(always)]
+    fn forces<R: Registers>(
+        &self,
+        registers: R,
+        constants: &Self::Constants,
+        u: [Corners<R::Vector>; 2],
+    ) -> [CornerForces<R::Vector>; 2] {
+        let (u, constants) = (Modes::both(&u), registers.load_all(constants));
+        let mut forces = integrate(&constants, u, self.0.moduli);
+        if MEAN {
+            add_mean_pressure(&constants, u, &mut forces);
+        }
+        [forces[0].on_corners(), forces[1].on_corners()]
+    }
+}
+
+/// Forces f = sum over the four points of t J B^T s, s = D grad u, of a pack of elements with these constants.
 #[inline(always)]
-pub(crate) fn integrate(
-    constant: &impl Fn(usize) -> Pack,
-    [x, y]: [Modes; 2],
+pub(crate) fn integrate<V: Lanes>(
+    constants: &[V; CONSTANTS],
+    [x, y]: [Modes<V>; 2],
     moduli: [f64; 3],
-) -> [Modes; 2] {
-    let [c11, c12, c33] = moduli.map(Pack::splat);
-    let (bx, by) = (constant(4), constant(5));
-    let zero = Pack::splat(0.0);
-    let (mut fx, mut fy) = (Modes::default(), Modes::default());
+) -> [Modes<V>; 2] {
+    let (c11, c12, c33) = (
+        x.xi.all(moduli[0]),
+        x.xi.all(moduli[1]),
+        x.xi.all(moduli[2]),
+    );
+    let (bx, by) = (constants[4], constants[5]);
+    let zero = bx.all(0.0);
+    let [mut fx, mut fy] = [Modes::zero(zero); 2];
     for upper in [false, true] {
         let u_xi = plus_minus(upper, x.xi, x.hourglass);
         let v_xi = plus_minus(upper, y.xi, y.hourglass);
-        let x_xi = plus_minus(upper, constant(0), bx);
-        let y_xi = plus_minus(upper, constant(1), by);
+        let x_xi = plus_minus(upper, constants[0], bx);
+        let y_xi = plus_minus(upper, constants[1], by);
         let mut row = [zero; 2];
         for right in [false, true] {
             let u_eta = plus_minus(right, x.eta, x.hourglass);
             let v_eta = plus_minus(right, y.eta, y.hourglass);
-            let x_eta = plus_minus(right, constant(2), bx);
-            let y_eta = plus_minus(right, constant(3), by);
-            let weight = constant(6 + 2 * usize::from(upper) + usize::from(right));
+            let x_eta = plus_minus(right, constants[2], bx);
+            let y_eta = plus_minus(right, constants[3], by);
+            let weight = constants[6 + 2 * usize::from(upper) + usize::from(right)];
 
             let exx = u_xi * y_eta - u_eta * y_xi;
             let eyy = v_eta * x_xi - v_xi * x_eta;

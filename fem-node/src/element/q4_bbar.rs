@@ -17,21 +17,21 @@
 //! the forces of the uniform pressure -k E, which need only the mean gradients.
 
 use super::modes::Modes;
+use super::points::CONSTANTS;
 use super::shape::{GAUSS_POINTS, area, jacobian, slopes};
 use super::stiffness::{Stiffness, dilatation_row, four_point};
 use crate::material::Elastic;
-use crate::pack::Pack;
+use crate::pack::Lanes;
 
-/// Adds the forces t A k E b of the mean pressure -k E, E = b u being the mean dilatation. `geometry` gives the means of x,xi, y,xi, x,eta, y,eta and `stiffness` is
-/// t k / area. The mean gradients times the area give t k E; the hourglass modes do not change the volume.
+/// Adds the forces t A k E b of the mean pressure -k E, E = b u being the mean dilatation. The constants begin with the means
+/// of x,xi, y,xi, x,eta, y,eta and end with t k / area. The mean gradients times the area give t k E; the hourglass modes do not change the volume.
 #[inline(always)]
-pub(crate) fn add_mean_pressure(
-    geometry: &impl Fn(usize) -> Pack,
-    stiffness: Pack,
-    [x, y]: [Modes; 2],
-    [fx, fy]: &mut [Modes; 2],
+pub(crate) fn add_mean_pressure<V: Lanes>(
+    constants: &[V; CONSTANTS],
+    [x, y]: [Modes<V>; 2],
+    [fx, fy]: &mut [Modes<V>; 2],
 ) {
-    let (x_xi, y_xi, x_eta, y_eta) = (geometry(0), geometry(1), geometry(2), geometry(3));
+    let [x_xi, y_xi, x_eta, y_eta, .., stiffness] = *constants;
     let volume = (x.xi * y_eta - x.eta * y_xi) + (y.eta * x_xi - y.xi * x_eta);
     let stress = stiffness * volume;
     fx.xi = fx.xi + stress * y_eta;

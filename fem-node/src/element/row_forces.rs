@@ -3,7 +3,27 @@
 use std::ops::Range;
 
 use super::layout::Layout;
-use crate::pack::{LANES, Pack, vectorised};
+use crate::pack::{LANES, Lanes, Pack, packs_of, packs_of_mut, vectorised};
+
+/// Forces along one axis on the corners of a pack of elements: f1 = F1 + Q, f2 = F2 - Q, f3 = -F1 + Q, f4 = -F2 - Q.
+#[derive(Clone, Copy)]
+pub(crate) struct CornerForces<V = Pack> {
+    /// F1
+    pub(super) first: V,
+    /// F2
+    pub(super) second: V,
+    /// Q
+    pub(super) hourglass: V,
+}
+
+impl<V: Lanes> CornerForces<V> {
+    /// Forces on the lower left, the lower right, the upper right and the upper left corner.
+    #[inline(always)]
+    pub(super) fn on_corners(self) -> [V; 4] {
+        let (f1, f2, q) = (self.first, self.second, self.hourglass);
+        [f1 + q, f2 - q, q - f1, q.all(0.0) - f2 - q]
+    }
+}
 
 /// Forces of a row of elements on the nodes above and below it, kept until the row below has added its own.
 ///
@@ -18,6 +38,40 @@ pub(crate) struct RowForces {
     carried: [Vec<f64>; 2],
 }
 
+/// One component of the forces on the corners of some packs of elements: slices of one length, so that a loop over them checks no
+/// bounds.
+pub(super) struct PackForces<'a> {
+    lower_left: &'a mut [[f64; LANES]],
+    lower_right: &'a mut [[f64; LANES]],
+    upper_left: &'a mut [[f64; LANES]],
+    upper_right: &'a mut [[f64; LANES]],
+}
+
+impl<'a> PackForces<'a> {
+    #[inline(always)]
+    fn new(
+        [lower_left, lower_right]: [&'a mut [f64]; 2],
+        [upper_left, upper_right]: [&'a mut [f64]; 2],
+        packs: &Range<usize>,
+    ) -> PackForces<'a> {
+        PackForces {
+            lower_left: packs_of_mut(lower_left, 0, packs),
+            lower_right: packs_of_mut(lower_right, 1, packs),
+            upper_left: packs_of_mut(upper_left, 0, packs),
+            upper_right: packs_of_mut(upper_right, 1, packs),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn store(&mut self, p: usize, forces: CornerForces<impl Lanes>) {
+        let [f1, f2, f3, f4] = forces.on_corners();
+        self.lower_left[p] = f1.into();
+        self.lower_right[p] = f2.into();
+        self.upper_right[p] = f3.into();
+        self.upper_left[p] = f4.into();
+    }
+}
+
 impl RowForces {
     pub(crate) fn new(layout: Layout) -> RowForces {
         let zero = || [0, 1].map(|_| vec![0.0; 2 * layout.element_stride()]);
@@ -28,13 +82,46 @@ impl RowForces {
         }
     }
 
-    /// Corner forces f1 = F1 + Q, f2 = F2 - Q, f3 = -F1 + Q, f4 = -F2 - Q.
+    /// Forces on the corners of the elements from `i` on.
     #[inline(always)]
-    pub(super) fn store(&mut self, i: usize, f1: Pack, f2: Pack, q: Pack) {
-        (f1 + q).store(&mut self.lower[0], i);
-        (f2 - q).store(&mut self.lower[1], i + 1);
-        (q - f1).store(&mut self.upper[1], i + 1);
-        (Pack::splat(0.0) - f2 - q).store(&mut self.upper[0], i);
+    pub(super) fn store(&mut self, i: usize, forces: CornerForces) {
+        let [f1, f2, f3, f4] = forces.on_corners();
+        f1.store(&mut self.lower[0], i);
+        f2.store(&mut self.lower[1], i + 1);
+        f3.store(&mut self.upper[1], i + 1);
+        f4.store(&mut self.upper[0], i);
+    }
+
+    /// Both components of the forces on the corners of these packs of elements.
+    #[inline(always)]
+    pub(super) fn packs(&mut self, stride: usize, packs: &Range<usize>) -> [PackForces<'_>; 2] {
+        let [lower_left, lower_right] = self.lower.each_mut().map(|all| all.split_at_mut(stride));
+        let [upper_left, upper_right] = self.upper.each_mut().map(|all| all.split_at_mut(stride));
+        [
+            PackForces::new(
+                [lower_left.0, lower_right.0],
+                [upper_left.0, upper_right.0],
+                packs,
+            ),
+            PackForces::new(
+                [lower_left.1, lower_right.1],
+                [upper_left.1, upper_right.1],
+                packs,
+            ),
+        ]
+    }
+
+    /// Forces on these packs of a component of a row of nodes: of the elements above on the right and on the left, then of those
+    /// below.
+    #[inline(always)]
+    pub(crate) fn on_nodes(&self, component: usize, packs: &Range<usize>) -> [&[[f64; LANES]]; 4] {
+        let ([left, right], [below_left, below_right]) = (&self.carried, &self.upper);
+        [
+            packs_of(left, component, packs),
+            packs_of(right, component, packs),
+            packs_of(below_left, component, packs),
+            packs_of(below_right, component, packs),
+        ]
     }
 
     /// Forces (x1, y1, x2, ..) on the corners of element `i`, `stride` being that of the elements.
@@ -92,6 +179,7 @@ impl RowForces {
 }
 
 /// Whole packs of a span.
+#[inline(always)]
 fn chunks<'a>(forces: &'a [f64], span: &Range<usize>) -> &'a [[f64; LANES]] {
     forces[span.clone()].as_chunks().0
 }

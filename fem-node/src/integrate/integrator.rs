@@ -8,10 +8,11 @@ use super::load::Load;
 use super::scheme::{Damping, Rule, Scheme};
 use super::scratch::Scratch;
 use super::state::State;
-use super::strip::{Part, split};
+use super::strip::{Columns, Part, split};
 use super::unstructured::Unstructured;
 use crate::element::Body;
 use crate::material::nonlinear::NonlinearLaw;
+use crate::pack::LANES;
 use crate::wheel::{Wheel, WheelRun};
 
 /// Below this number of elements for each thread, waking the threads costs more than they save: with 2 820 each,
@@ -140,14 +141,15 @@ impl Integrator {
             }
         };
         let part = Part {
-            columns,
+            columns: Columns::OfRows(columns),
             increments,
             predicted: 0,
         };
         self.sweep(body, state, load, dissipated, part);
     }
 
-    /// One step of the same columns in all rows, of which those beside them are where the step before has left them.
+    /// One step of the same columns in all rows, of which those beside them are where the step before has left them. The rest of
+    /// the packs at both ends is stepped too.
     pub(crate) fn step_columns(
         &mut self,
         body: &Body,
@@ -159,8 +161,10 @@ impl Integrator {
         if self.scheme.stiffness_damping > 0.0 {
             state.damping_force.resize(body.layout.len(), 0.0);
         }
+        let [first, end] = columns;
+        let packs = [first / LANES * LANES, end.next_multiple_of(LANES)];
         let part = Part {
-            columns: &vec![columns; body.layout.node_rows],
+            columns: Columns::Packs(packs),
             increments: &[],
             predicted: 1,
         };

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::dissipation::{Dissipated, cut};
 use super::front::joined;
 use super::load::Load;
+use super::node_pass::NodePass;
 use super::node_row::NodeRow;
 use super::scheme::{Rule, Scheme};
 use super::scratch::{Scratch, copy_neighbours};
@@ -12,7 +13,7 @@ use super::state::State;
 use super::upper_row::UpperRow;
 use crate::element::{Body, CornerRows, Layout, StrainPath};
 use crate::material::nonlinear::NonlinearLaw;
-use crate::pack::vectorised;
+use crate::pack::{in_registers, vectorised};
 use crate::wheel::{Wheel, WheelRun};
 
 /// Neighbouring rows of nodes and everything that stepping them writes.
@@ -38,12 +39,20 @@ pub(super) struct Strip<'a> {
 /// Part of a body that a step goes over; everything else is as it would be after the step where the part needs it.
 #[derive(Clone, Copy)]
 pub(super) struct Part<'a> {
-    /// Columns of nodes in each row, of which some rows may have none.
-    pub(super) columns: &'a [[usize; 2]],
+    pub(super) columns: Columns<'a>,
     /// Increments of the displacements in the rows beside the part; empty under a law without history.
     pub(super) increments: &'a [f64],
     /// Columns beside it on either hand that are where the step before has left them, and must be predicted.
     pub(super) predicted: usize,
+}
+
+/// Columns of nodes of a part.
+#[derive(Clone, Copy)]
+pub(super) enum Columns<'a> {
+    /// The same in each row, from the first of a pack to the last of one.
+    Packs([usize; 2]),
+    /// Those of each row, of which some may have none.
+    OfRows(&'a [[usize; 2]]),
 }
 
 /// Cuts the rows `first .. end` into as many strips as there are buffers for. Each strip gets copies of the
@@ -199,11 +208,10 @@ impl Strip<'_> {
     fn columns(&self, layout: Layout, local: usize) -> [usize; 2] {
         match self.part {
             None => [0, layout.stride],
-            Some(part) => part
-                .columns
-                .get(self.first + local)
-                .copied()
-                .unwrap_or_default(),
+            Some(part) => match part.columns {
+                Columns::Packs(columns) => columns,
+                Columns::OfRows(rows) => rows.get(self.first + local).copied().unwrap_or_default(),
+            },
         }
     }
 
@@ -216,19 +224,19 @@ impl Strip<'_> {
             columns[0].saturating_sub(beside),
             (columns[1] + beside).min(layout.stride),
         ];
-        for span in layout.spans(predicted) {
-            let span = row.start + span.start..row.start + span.end;
-            let rates = self.v[span.clone()].iter().zip(&self.a[span.clone()]);
-            let nodes = self.u[span].iter_mut().zip(rates);
-            vectorised(
-                #[inline(always)]
-                || {
-                    for (u, (v, a)) in nodes {
+        let u = &mut self.u[row.clone()];
+        let (v, a) = (&self.v[row.clone()], &self.a[row]);
+        vectorised(
+            #[inline(always)]
+            || {
+                for span in layout.spans(predicted) {
+                    let rates = v[span.clone()].iter().zip(&a[span.clone()]);
+                    for (u, (v, a)) in u[span].iter_mut().zip(rates) {
                         *u = scheme.predicted(*u, *v, *a);
                     }
-                },
-            );
-        }
+                }
+            },
+        );
     }
 
     /// Increments of the next row, for a law with history.
@@ -255,13 +263,31 @@ impl Strip<'_> {
         if columns[0] == columns[1] {
             return scratch.elements.advance();
         }
+        let own = local * layout.row_len()..(local + 1) * layout.row_len();
+        let all = layout.row(self.first + local);
+        let comes_between = (self.wheel.is_some() && local == 0) || !self.damping_force.is_empty();
+        let is_counted = !self.dissipated.numerical.is_empty();
+        if is_counted && !comes_between && !layout.is_periodic() {
+            in_registers(NodePass {
+                rule: *rule,
+                stride: layout.stride,
+                columns,
+                forces: &scratch.elements,
+                v: &mut self.v[own.clone()],
+                a: &mut self.a[own.clone()],
+                force: &mut self.force[own.clone()],
+                load: load.row(self.first + local),
+                mass: &body.mass[all.clone()],
+                inverse_mass: &body.inverse_mass[all],
+                dissipated: self.dissipated.row(own),
+            });
+            return scratch.elements.advance();
+        }
         let spans = layout.spans(columns);
         let force = &mut scratch.force;
         scratch.elements.assemble(force, &spans);
         scratch.elements.advance();
         layout.fold_period(force);
-        let own = local * force.len()..(local + 1) * force.len();
-        let all = layout.row(self.first + local);
         let mut row = NodeRow {
             v: &mut self.v[own.clone()],
             a: &mut self.a[own.clone()],

@@ -1,0 +1,62 @@
+//! Constants of the elements, by packs of neighbours.
+
+use super::layout::Layout;
+use crate::mesh::Mesh;
+use crate::pack::{LANES, Pack};
+
+/// N constants of each pack of elements, row after row; zero in the padding. A pack has all of its own side by side: one
+/// address gives them, and the loop over a row checks one bound for all.
+#[derive(Clone, Debug)]
+pub(super) struct Constants<const N: usize> {
+    packs: Vec<[Pack; N]>,
+    of_row: usize,
+}
+
+impl<const N: usize> Constants<N> {
+    pub(super) fn new(
+        mesh: &Mesh,
+        layout: Layout,
+        of_element: impl Fn(&[[f64; 2]; 4]) -> [f64; N],
+    ) -> Constants<N> {
+        let mut constants = Constants::zero(layout);
+        for [i, j] in mesh.element_indices() {
+            let corners = mesh.corners(i, j).map(|n| mesh.point(n[0], n[1]));
+            constants.set([i, j], of_element(&corners));
+        }
+        constants
+    }
+
+    /// Those of the piece whose first column of elements is `first`.
+    pub(super) fn piece(&self, layout: Layout, first: usize) -> Constants<N> {
+        let mut piece = Constants::zero(layout);
+        for (i, j) in (0..layout.rows).flat_map(|j| (0..layout.columns).map(move |i| (i, j))) {
+            piece.set([i, j], self.get([first + i, j]));
+        }
+        piece
+    }
+
+    /// The packs of a row.
+    #[inline(always)]
+    pub(super) fn row(&self, row: usize) -> &[[Pack; N]] {
+        &self.packs[row * self.of_row..(row + 1) * self.of_row]
+    }
+
+    fn zero(layout: Layout) -> Constants<N> {
+        let of_row = layout.padded_columns() / LANES;
+        Constants {
+            packs: vec![[Pack::splat(0.0); N]; layout.rows * of_row],
+            of_row,
+        }
+    }
+
+    fn get(&self, [i, j]: [usize; 2]) -> [f64; N] {
+        self.packs[j * self.of_row + i / LANES].map(|constant| constant.0[i % LANES])
+    }
+
+    fn set(&mut self, [i, j]: [usize; 2], constants: [f64; N]) {
+        let pack = &mut self.packs[j * self.of_row + i / LANES];
+        for (pack, constant) in pack.iter_mut().zip(constants) {
+            pack.0[i % LANES] = constant;
+        }
+    }
+}
