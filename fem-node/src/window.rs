@@ -1,7 +1,6 @@
 //! One coupling window: m steps from the committed state under a constant interface force or a prescribed velocity.
 
 use protocol::larger;
-use rayon::ThreadPool;
 
 use crate::boundary::Traction;
 use crate::committed::Committed;
@@ -17,11 +16,13 @@ use crate::wheel::WheelRun;
 mod extent;
 mod pieces;
 mod region;
+mod team;
 pub(crate) mod works;
 
 pub(crate) use extent::{Extent, WindowInput};
 use pieces::Pieces;
 use region::Regions;
+pub(crate) use team::Team;
 use works::Works;
 
 /// Steps between two checks of the kinetic energy: a check costs a tenth of a step.
@@ -105,25 +106,26 @@ impl WindowRun {
         self.regions.extent(model, steps, input)
     }
 
-    /// Runs the window from the committed state, on the threads of the pool where there is one. Returns the steps of elements that
+    /// Runs the window from the committed state, on the threads of the team where that pays. Returns the steps of elements that
     /// were computed.
     pub(crate) fn run(
         &mut self,
         model: &Model,
-        (integrator, pool): (&mut Integrator, Option<&ThreadPool>),
+        (integrator, team): (&mut Integrator, &Team),
         committed: &Committed,
         input: &WindowInput,
         extent: &Extent,
     ) -> u64 {
-        let cut = pool.filter(|pool| self.is_cut(model, input, extent, pool.current_num_threads()));
-        if let Some(pool) = cut {
-            self.run_pieces(pool, model, committed, input, extent);
+        if self.is_cut(model, input, extent, team.threads()) {
+            self.run_pieces(team, model, committed, input, extent);
         } else {
             let strips = integrator.strips();
             let mut steps = || self.run_steps(model, integrator, committed, input, extent);
-            let done = match pool.filter(|_| strips > 1) {
-                Some(pool) => pool.install(steps),
-                None => steps(),
+            // Waking the other threads for a part of the body costs more than they would save.
+            let done = if strips > 1 && !extent.is_part() {
+                team.install(steps)
+            } else {
+                steps()
             };
             if done < input.substeps {
                 return model.mesh.elements() as u64 * u64::from(done);
@@ -146,7 +148,7 @@ impl WindowRun {
         extent: &Extent,
         threads: usize,
     ) -> bool {
-        if extent.is_part() || !input.velocity.is_empty() {
+        if threads < 2 || extent.is_part() || !input.velocity.is_empty() {
             return false;
         }
         let known = |(most, of): (u32, usize)| input.substeps <= most && of == threads;
@@ -160,7 +162,7 @@ impl WindowRun {
     /// The whole window, piece by piece.
     fn run_pieces(
         &mut self,
-        pool: &ThreadPool,
+        team: &Team,
         model: &Model,
         committed: &Committed,
         input: &WindowInput,
@@ -175,7 +177,7 @@ impl WindowRun {
         };
         let (layout, state) = (model.body.layout, &mut self.state);
         if let Some(pieces) = &mut self.pieces {
-            pieces.run(pool, model, committed, input, region);
+            pieces.run(team, model, committed, input, region);
             pieces.fill(layout, state, &mut self.dissipated, &mut self.tally);
         }
     }

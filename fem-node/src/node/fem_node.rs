@@ -1,7 +1,6 @@
 //! An explicit body with its committed state and the window at hand.
 
 use protocol::Setting;
-use rayon::ThreadPool;
 
 use crate::committed::Committed;
 use crate::config::{Config, Start};
@@ -13,7 +12,7 @@ use crate::model::Model;
 use crate::snapshot::Snapshots;
 use crate::statics::{Loads, equilibrium};
 use crate::wheel::WheelState;
-use crate::window::{WindowInput, WindowRun};
+use crate::window::{Team, WindowInput, WindowRun};
 
 /// An elastic body in explicit dynamics.
 ///
@@ -23,8 +22,8 @@ pub struct FemNode {
     /// Mesh, body, scheme and loads.
     pub model: Model,
     pub(super) snapshots: Snapshots,
-    /// Never the global pool: its size would ignore the setting.
-    pub(super) pool: ThreadPool,
+    /// Never the global threads: their number would ignore the setting.
+    pub(super) team: Team,
     pub(super) integrator: Integrator,
     pub(crate) interface: Interface,
     pub(super) committed: Committed,
@@ -42,7 +41,7 @@ impl FemNode {
         let (body, elements) = (&model.body, model.mesh.elements());
         Ok(FemNode {
             snapshots: Snapshots::new(setting),
-            pool: FemError::pool(threads)?,
+            team: Team::new(threads)?,
             integrator: Integrator::new(body, model.scheme, model.law, elements, threads),
             interface: Interface::default(),
             run: WindowRun::new(&model, &state),

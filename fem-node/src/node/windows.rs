@@ -62,10 +62,7 @@ impl FemNode {
         let (model, integrator) = (&self.model, &mut self.integrator);
         let (run, committed) = (&mut self.run, &self.committed);
         let extent = run.extent(model, committed.steps, &input);
-        // Waking the other threads for a part of the body costs more than they would save.
-        let pool =
-            Some(&self.pool).filter(|pool| pool.current_num_threads() > 1 && !extent.is_part());
-        let done = run.run(model, (integrator, pool), committed, &input, &extent);
+        let done = run.run(model, (integrator, &self.team), committed, &input, &extent);
         self.committed.element_steps += done;
         self.committed.steps_done += u64::from(window.substeps);
         self.check_divergence(window)?;
@@ -125,13 +122,13 @@ impl FemNode {
             self.committed.column_steps +=
                 u64::from(substeps) * self.interface.components.len() as u64;
         }
-        let (model, pool) = (&self.model, &self.pool);
+        let (model, team) = (&self.model, &self.team);
         let compute = match matrix {
             Condensed::Compliance => compliance,
             Condensed::Impedance => impedance,
         };
         let columns = self.interface.condensed(matrix, substeps, |components| {
-            pool.install(|| compute(model, components, substeps))
+            team.install(|| compute(model, components, substeps))
         });
         if columns.iter().all(|c| c.is_finite()) {
             return Ok(columns.to_vec());

@@ -7,9 +7,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use rayon::ThreadPool;
-
 use super::extent::WindowInput;
+use super::team::Team;
 use crate::committed::Committed;
 use crate::element::{Body, Layout};
 use crate::integrate::{BLOCK, Dissipated, Integrator, Load, Region, Ring, State, Tally, Tape};
@@ -74,10 +73,10 @@ impl Pieces {
         })
     }
 
-    /// Runs a window, recording the rings of the region. The calling thread steps one of the pieces.
+    /// Runs a window, recording the rings of the region.
     pub(super) fn run(
         &mut self,
-        pool: &ThreadPool,
+        team: &Team,
         model: &Model,
         committed: &Committed,
         input: &WindowInput,
@@ -93,16 +92,7 @@ impl Pieces {
                 piece.follow(model.body.layout, region);
             }
         }
-        pool.in_place_scope(|scope| {
-            let mut pieces = self.pieces.iter_mut();
-            let first = pieces.next();
-            for piece in pieces {
-                scope.spawn(move |_| piece.run(model, committed, input));
-            }
-            if let Some(piece) = first {
-                piece.run(model, committed, input);
-            }
-        });
+        team.side_by_side(&mut self.pieces, |piece| piece.run(model, committed, input));
     }
 
     /// Takes the ends of all pieces over.

@@ -9,7 +9,7 @@ use crate::mesh::Edge;
 use crate::model::Model;
 use crate::wheel::WheelState;
 use crate::wheel::node_contact::count;
-use crate::window::{Extent, WindowInput, WindowRun};
+use crate::window::{Extent, Team, WindowInput, WindowRun};
 
 const YOUNG: f64 = 102.5e9;
 const DENSITY: f64 = 7800.0;
@@ -19,6 +19,7 @@ const THICKNESS: f64 = 1e-3;
 struct Flight {
     model: Model,
     integrator: Integrator,
+    team: Team,
     run: WindowRun,
     committed: Committed,
 }
@@ -48,6 +49,7 @@ impl Flight {
         let wheel = WheelState::at_rest(model.wheel.as_ref().expect("it has one"));
         Flight {
             integrator: Integrator::new(&model.body, model.scheme, None, model.mesh.elements(), 1),
+            team: Team::new(1).expect("its own thread"),
             run: WindowRun::new(&model, &State::at_rest(&model.body)),
             committed: Committed {
                 state: State::at_rest(&model.body),
@@ -66,7 +68,7 @@ impl Flight {
         let committed = &mut self.committed;
         self.run.run(
             &self.model,
-            (&mut self.integrator, None),
+            (&mut self.integrator, &self.team),
             committed,
             &input,
             &Extent::Whole,
