@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::dissipation::Dissipated;
-use super::scheme::Rule;
+use super::scheme::{Damping, Rule};
 use crate::element::RowForces;
 use crate::pack::{InRegisters, LANES, Pack, Registers, packs_of, packs_of_mut};
 
@@ -31,12 +31,20 @@ pub(super) struct NodePass<'a> {
 /// Fields of a pack that the end of a step changes, both components of each.
 type Changed = [[Pack; 2]; 5];
 
+impl NodePass<'_> {
+    /// True where the energies are counted that the pass always counts.
+    pub(super) fn counts(dissipated: &Dissipated<&mut [f64]>, damping: Damping) -> bool {
+        let damping_is_counted = !damping.acts() || !dissipated.mass_damping.is_empty();
+        !dissipated.numerical.is_empty() && damping_is_counted
+    }
+}
+
 impl InRegisters for NodePass<'_> {
     #[inline(always)]
     fn run<R: Registers>(mut self, registers: R) {
         let [first, end] = self.columns;
         let packs = first / LANES..end.div_ceil(LANES);
-        let damped = self.rule.damping.acts() && !self.dissipated.mass_damping.is_empty();
+        let damped = self.rule.damping.acts();
         let [left, right] = self.edges();
         let kept = [left, right].map(|edge| edge.map(|pack| (pack, self.changing_of(pack))));
         for component in [0, self.stride] {
@@ -89,8 +97,11 @@ impl NodePass<'_> {
             let (old_v, old_a, mass) = (load(&v[p]), load(&a[p]), load(&masses[p]));
 
             let free = load(&inverse_masses[p]) * (load(&loads[p]) - force);
-            let undamped = old_v + (old * old_a + new * free);
-            let new_a = free - drag * undamped;
+            let new_a = if DAMPED {
+                free - drag * (old_v + (old * old_a + new * free))
+            } else {
+                free
+            };
             let new_v = old_v + (old * old_a + new * new_a);
 
             let du = step * old_v + half * old_a;
@@ -155,7 +166,7 @@ impl NodePass<'_> {
 #[cfg(test)]
 mod tests {
     use super::super::node_row::NodeRow;
-    use super::super::scheme::{Damping, Scheme};
+    use super::super::scheme::Scheme;
     use super::*;
     use crate::config::{ElementKind, MaterialConfig, Plane};
     use crate::element::{Body, CornerRows, Layout, Supports};

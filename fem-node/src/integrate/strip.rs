@@ -266,7 +266,7 @@ impl Strip<'_> {
         let own = local * layout.row_len()..(local + 1) * layout.row_len();
         let all = layout.row(self.first + local);
         let comes_between = (self.wheel.is_some() && local == 0) || !self.damping_force.is_empty();
-        let is_counted = !self.dissipated.numerical.is_empty();
+        let is_counted = NodePass::counts(&self.dissipated, rule.damping);
         if is_counted && !comes_between && !layout.is_periodic() {
             in_registers(NodePass {
                 rule: *rule,
