@@ -35,14 +35,15 @@ pub enum DemError {
     )]
     Denominator { a: u32, b: u32, denominator: f64 },
     #[error(
-        "window {window}: the contact solver stands at a true residual of {residual:.2e} after {iterations} iterations, the tolerance is {tolerance:.1e}; raise solver.max_iterations or lower the step{}",
-        friction_hint(*friction)
+        "window {window}: the contact solver stands at a true residual of {residual:.2e} after {iterations} iterations, the tolerance is {tolerance:.1e}; {}",
+        cure(*rigid, *friction)
     )]
     NotConverged {
         window: u64,
         residual: f64,
         iterations: usize,
         tolerance: f64,
+        rigid: bool,
         friction: f64,
     },
     #[error(
@@ -79,15 +80,20 @@ pub enum DemError {
     },
 }
 
-/// Friction above which sweeps may run in a circle: below it no layer has been seen to.
+/// Friction above which sweeps of elastic grains may run in a circle: below it no layer has been seen to.
 const STRONG_FRICTION: f64 = 3.0;
 
-/// Advice where friction may be the reason.
-fn friction_hint(friction: f64) -> String {
-    if friction < STRONG_FRICTION {
-        return String::new();
+/// Advice for a step that does not converge. More iterations alone seldom help rigid grains with friction, which bear each other in
+/// many ways: springs make the way unique.
+fn cure(rigid: bool, friction: f64) -> String {
+    if rigid && friction > 0.0 {
+        return "give the contacts springs (law.contact_stiffness_pa), lower the step, or raise solver.max_iterations".into();
     }
-    format!(", or lower law.friction: at {friction} the solver may run in a circle")
+    let mut cure = "lower the step or raise solver.max_iterations".to_owned();
+    if friction >= STRONG_FRICTION {
+        cure += &format!(", or lower law.friction: at {friction} the solver may run in a circle");
+    }
+    cure
 }
 
 impl From<DemError> for NodeError {

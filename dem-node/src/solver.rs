@@ -4,9 +4,10 @@
 //! v = v_free + M^-1 H r, u = H^T v, and at each contact U = u + (g/h, d_t/h) + r/(k h^2) obeys Signorini-Coulomb
 //! (equation 8 of Renouf, Saulot and Berthier 2006, with one law per contact).
 
-mod average;
+mod acceleration;
 mod contact;
 mod criteria;
+mod extrapolation;
 mod groups;
 mod levers;
 pub mod nsgs;

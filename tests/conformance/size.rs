@@ -12,7 +12,7 @@ const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 const REDESIGN: usize = 31_500;
 
 /// Features since, with the lines that they may take.
-const SINCE: [(&str, usize); 17] = [
+const SINCE: [(&str, usize); 18] = [
     ("checks of plausibility", 1020),
     ("strict logs", 420),
     ("limits of disk, files and words", 240),
@@ -39,6 +39,7 @@ const SINCE: [(&str, usize); 17] = [
         420,
     ),
     ("threads that stand by", 90),
+    ("sweeps that creep, flee and circle", 140),
 ];
 
 #[test]

@@ -131,11 +131,15 @@ fn friction_of_0_slides_and_of_10_rolls() {
     }
 }
 
-/// A layer on a rigid base under its wheel, as in `scenarios/extremes/grains`; `changes` are made to the wheel.
+/// A layer of elastic grains on a rigid base under its wheel, as in `scenarios/extremes/grains`; `changes` are made to the wheel.
 fn layer_under_wheel(friction: f64, changes: Value) -> Dem {
     let law = json!({
         "kind": "coulomb", "friction": friction, "contact_stiffness_pa": 2.255e11, "tangential_stiffness_ratio": 0.5,
     });
+    layer_of(law, changes)
+}
+
+fn layer_of(law: Value, changes: Value) -> Dem {
     let sample = json!({
         "kind": "layer", "thickness_m": 0.3e-3, "half_width_m": 1.5e-3, "crown_radius_m": 0.3,
         "radius_min_m": 0.05e-3, "radius_max_m": 0.1e-3, "law": "surface_uniform",
@@ -166,6 +170,25 @@ fn friction_of_5_and_10_among_grains_carries_the_wheel() {
         assert!(report.signal("true_residual") <= 1e-4);
         assert!(report.imbalance(0.0) < 1e-2, "{}", report.imbalance(0.0));
         // The mean over the last half of the hold: the wheel still swings on the grains.
+        let outcome = dem.finish().expect("it finishes");
+        close(
+            "wheel force",
+            outcome.results["wheel_force_n"],
+            1500.0,
+            30.0,
+        );
+    }
+}
+
+/// Plain sweeps, and averages of them, stand at a true residual of 1.2e-4 to 9e-4 in some steps of rigid grains: modes with
+/// eigenvalues of 0.9998 and of 1.0001.
+#[test]
+fn rigid_grains_with_friction_up_to_1_carry_the_wheel() {
+    for friction in [0.3, 1.0] {
+        let law = json!({"kind": "coulomb", "friction": friction});
+        let mut dem = layer_of(law, json!({}));
+        let report = march(&mut dem, 0, 800);
+        assert!(report.signal("true_residual") <= 1e-4);
         let outcome = dem.finish().expect("it finishes");
         close(
             "wheel force",

@@ -187,6 +187,7 @@ impl Dem {
             residual,
             iterations,
             tolerance: self.solver.criteria.tolerance,
+            rigid: self.bodies.law.springs.is_none(),
             friction: self.bodies.law.friction,
         }
     }

@@ -3,11 +3,14 @@
 //! Each contact in turn takes the impulse that its own law wants under the velocities of the moment, and changes the
 //! velocities of its two bodies at once. The matrix W is never formed: stored rows cost four times as much.
 
-use super::average::Averager;
+use super::acceleration::Accelerator;
 use super::criteria::{Convergence, Criteria};
 use super::groups::Sweeper;
 use super::problem::Problem;
 use super::residual::{Defect, convergence};
+
+/// Sweeps between two looks at the true residual while the sweeps are accelerated, whatever their increments.
+const CHECK_EVERY: usize = 20;
 
 /// Sweeps until the true residual is within the tolerance.
 ///
@@ -26,16 +29,16 @@ pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) 
     sweeper.load(problem);
     let mut bound = criteria.tolerance;
     let mut iterations = 0;
-    let mut averager = Averager::new();
+    let mut accelerator = Accelerator::default();
     while iterations < criteria.max_iterations {
-        let [changed, size] = averager.sweep(problem, sweeper, criteria.parallel);
+        let [changed, size] = accelerator.sweep(problem, sweeper, criteria.parallel);
         let change = problem.relative(changed.sqrt(), size.sqrt());
         iterations += 1;
-        averager.watch(problem, change);
         if change.is_nan() {
             break;
         }
-        if iterations < criteria.min_iterations || change > bound {
+        let is_due = accelerator.is_at_work() && iterations.is_multiple_of(CHECK_EVERY);
+        if iterations < criteria.min_iterations || (change > bound && !is_due) {
             continue;
         }
         sweeper.store(problem);
@@ -44,7 +47,9 @@ pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) 
         if residual <= criteria.tolerance {
             return convergence(problem, defect, iterations, criteria);
         }
-        bound = change * (criteria.tolerance / residual).max(0.1);
+        if change <= bound {
+            bound = change * (criteria.tolerance / residual).max(0.1);
+        }
     }
     sweeper.store(problem);
     convergence(problem, Defect::new(problem), iterations, criteria)
