@@ -6,6 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::drive::{Drive, Moment};
 use crate::geometry::Proximity;
 use crate::solver::Levers;
 
@@ -32,8 +33,10 @@ pub struct Cluster {
     pub mass: f64,
     /// sqrt(2 I/m) (m).
     pub radius: f64,
-    /// 1 where it can move, 0 where it is locked: x, y, rotation.
+    /// 1 where it can move, 0 where its velocity stays what it was at the start: x, y, rotation.
     pub free: [f64; 3],
+    /// Loads, where it is driven.
+    pub drive: Option<Drive>,
     /// Its pose at the start.
     pub start: Pose,
     /// Velocity at the start: v_x, v_y, spin times radius (m/s).
@@ -53,6 +56,8 @@ pub struct ClusterMembers {
     pub inertia: Option<f64>,
     /// Velocity of the centre of mass and spin at the start (m/s, m/s, rad/s).
     pub velocity: [f64; 3],
+    /// Loads, where it is driven.
+    pub drive: Option<Drive>,
 }
 
 /// Position and angle of a cluster.
@@ -97,6 +102,7 @@ impl Cluster {
             mass: mass * scale,
             radius,
             free: members.locked.map(|locked| f64::from(u8::from(!locked))),
+            drive: members.drive.clone(),
             start: Pose { centre, angle: 0.0 },
             start_velocity: [x, y, spin * radius],
         }
@@ -107,10 +113,39 @@ impl Cluster {
         self.disks[0]
     }
 
-    /// Change by a unit impulse of (v_x, v_y, spin times radius) (1/kg).
-    pub fn inverse_mass(&self) -> [f64; 3] {
+    /// Change by a unit impulse of (v_x, v_y, spin times radius) (1/kg). Damping is implicit: it acts on this change too.
+    pub fn inverse_mass(&self, at: &Moment) -> [f64; 3] {
         let [x, y, turn] = self.free;
-        [x / self.mass, y / self.mass, 2.0 * turn / self.mass]
+        let damped = self.mass + at.theta * self.drag(at);
+        [x / damped, y / damped, 2.0 * turn / self.mass]
+    }
+
+    fn drag(&self, at: &Moment) -> f64 {
+        self.drive.as_ref().map_or(0.0, |drive| drive.drag(at))
+    }
+
+    /// Velocity at the end of a step without contacts: v with weight and loads, the weight giving `gravity` (m/s2).
+    pub fn free_velocity(&self, v: [f64; 3], gravity: [f64; 2], at: &Moment) -> [f64; 3] {
+        let Some(drive) = &self.drive else {
+            let kick = |k: usize| v[k] + self.free[k] * at.step * gravity[k];
+            return [kick(0), kick(1), v[2]];
+        };
+        let (push, drag) = (drive.push(at), drive.drag(at));
+        let kick = |k: usize| {
+            let gained = self.mass * at.step * gravity[k] + push[k] - drag * v[k];
+            v[k] + self.free[k] * gained / (self.mass + at.theta * drag)
+        };
+        [kick(0), kick(1), v[2]]
+    }
+
+    /// Impulse of loads and damping in a step in the free directions (N s), for the velocities at its start and its end.
+    pub fn driving_impulse(&self, start: [f64; 3], end: [f64; 3], at: &Moment) -> [f64; 2] {
+        let Some(drive) = &self.drive else {
+            return [0.0; 2];
+        };
+        let (push, drag) = (drive.push(at), drive.drag(at));
+        let meanwhile = |k: usize| at.theta * end[k] + (1.0 - at.theta) * start[k];
+        [0, 1].map(|k| self.free[k] * (push[k] - drag * meanwhile(k)))
     }
 
     /// Moves the pose with a velocity (v_x, v_y, spin times radius) for a time (s) and the disks with it.
@@ -181,6 +216,12 @@ impl Clusters {
         self.of(body).map_or(body, |(_, cluster)| cluster.leader())
     }
 
+    /// The clusters that are driven, with their numbers and drives.
+    pub fn driven(&self) -> impl Iterator<Item = (usize, &Cluster, &Drive)> {
+        let all = self.list.iter().enumerate();
+        all.filter_map(|(i, cluster)| Some((i, cluster, cluster.drive.as_ref()?)))
+    }
+
     /// True if two disks belong to the same cluster.
     pub fn share(&self, a: usize, b: usize) -> bool {
         match (self.of(a), self.of(b)) {
@@ -198,6 +239,7 @@ impl Clusters {
         at: &Proximity,
         disk: impl Fn(usize) -> ([f64; 2], f64),
         inverse: impl Fn(usize) -> [f64; 3],
+        moment: &Moment,
     ) -> Option<Levers> {
         let clusters = pair.map(|body| self.of(body));
         if clusters.iter().all(Option::is_none) {
@@ -210,7 +252,7 @@ impl Clusters {
                     let (centre, radius) = disk(pair[i]);
                     (
                         cluster.lever(&poses[index], at.normal, centre, side * radius),
-                        cluster.inverse_mass(),
+                        cluster.inverse_mass(moment),
                     )
                 }
                 None => ([0.0, side], inverse(pair[i])),

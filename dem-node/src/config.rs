@@ -1,11 +1,14 @@
 //! The keys of `[participant.config]` and their limits.
 
 mod disks;
+mod drive;
+mod fill;
 mod law;
 mod layer;
 pub(crate) mod limits;
 mod plausible;
 mod sample;
+pub(crate) mod table;
 
 use protocol::ConfigError;
 use serde::Deserialize;
@@ -14,7 +17,9 @@ use crate::law::Penetration;
 use crate::solver::{Algorithm, Criteria};
 use limits::{PERIOD, at_least, finite, positive, refuse_given, refuse_if, within};
 
-pub use disks::{ClusterConfig, DisksConfig, WallConfig};
+pub use disks::{ClusterConfig, DiskConfig, DisksConfig, WallConfig};
+pub use drive::{ClusterDriveConfig, Component};
+pub use fill::{FillConfig, RowConfig};
 pub use law::{LawConfig, LawKind};
 pub use layer::{LayerConfig, RadiusLaw};
 pub use plausible::PlausibleConfig;

@@ -21,8 +21,10 @@ pub struct Accounts {
     pub load: f64,
     /// Work of the sideways drive of the wheel.
     pub drive: f64,
-    /// Work of moving walls.
+    /// Work of moving walls and of drives of clusters.
     pub walls: f64,
+    /// Lost in the damping of driven clusters.
+    pub damping: f64,
     /// Work of the grains' weight.
     pub weight: f64,
     /// Lost in impacts and by the scheme.

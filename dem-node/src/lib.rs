@@ -97,6 +97,7 @@ pub mod cluster;
 pub mod cohesion;
 pub mod config;
 pub mod detect;
+mod drive;
 pub mod error;
 pub mod faces;
 pub mod geometry;

@@ -2,6 +2,7 @@
 
 mod checkpoint;
 mod dem;
+mod driven;
 mod report;
 mod request;
 

@@ -1,6 +1,7 @@
 //! Samples: grains listed one by one, or a pressed layer.
 
 pub mod bed;
+mod fill;
 pub mod layer;
 pub mod random;
 pub mod relax;
@@ -9,14 +10,15 @@ mod types;
 pub use types::{Disk, Sample};
 
 use crate::cluster::ClusterMembers;
-use crate::config::{Config, DisksConfig, LawKind, SampleConfig, WallConfig};
+use crate::config::{ClusterDriveConfig, Config, DisksConfig, LawKind, SampleConfig, WallConfig};
+use crate::drive::Drive;
 use crate::error::DemError;
 use crate::faces::{Face, RigidWall, polyline};
 
 /// Prepares the sample of a scenario. `seed` is the run's, which `sample.seed` overrides.
 pub fn prepare(config: &Config, seed: u64) -> Result<Sample, DemError> {
     match &config.sample {
-        SampleConfig::Disks(disks) => Ok(listed(disks)),
+        SampleConfig::Disks(disks) => Ok(listed(&fill::expanded(disks, seed))),
         SampleConfig::Layer(recipe) => layer::prepare(
             recipe,
             config.law.contact_stiffness_pa,
@@ -110,15 +112,22 @@ fn members(config: &DisksConfig, name: &str, first: usize) -> ClusterMembers {
             ..ClusterMembers::default()
         };
     };
+    let drive = cluster.drive.as_ref();
+    let prescribed = drive.map_or([None; 2], ClusterDriveConfig::velocity);
     ClusterMembers {
         disks,
         locked: cluster.holds(),
-        mass: cluster.mass_kg,
+        mass: cluster.mass(),
         inertia: cluster.inertia_kg_m2,
         velocity: [
-            cluster.vx_m_per_s,
-            cluster.vy_m_per_s,
+            prescribed[0].unwrap_or(cluster.vx_m_per_s),
+            prescribed[1].unwrap_or(cluster.vy_m_per_s),
             cluster.spin_rad_per_s,
         ],
+        drive: cluster.drive.as_ref().map(|drive| Drive {
+            name: name.to_string(),
+            forces: drive.forces(),
+            damping: drive.damping_n_s_per_m,
+        }),
     }
 }

@@ -207,9 +207,12 @@ impl State {
                 .into_iter()
                 .for_each(&mut add);
         }
-        if self.wall_time != 0.0 {
+        if self.wall_time != 0.0 || self.accounts.walls != 0.0 {
             add(self.wall_time);
             add(self.accounts.walls);
+        }
+        if self.accounts.damping != 0.0 {
+            add(self.accounts.damping);
         }
         self.glued_velocity.iter().for_each(|x| add(*x));
         self.wheel.position.iter().for_each(|x| add(*x));

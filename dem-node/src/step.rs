@@ -8,10 +8,12 @@ use serde::{Deserialize, Serialize};
 
 mod assembly;
 mod balance;
+mod driven;
 mod update;
 
 use crate::bodies::Bodies;
 use crate::cohesion::Cohesion;
+use crate::drive::Moment;
 use crate::error::DemError;
 use crate::repair::{self, Repair, Stepped};
 use crate::solver::{Convergence, Criteria, NO_BOND, Partition, Problem, Solver};
@@ -30,8 +32,21 @@ pub struct StepInput<'a> {
     pub load: f64,
     /// Sideways displacement of the wheel at the end (m).
     pub wheel_x: f64,
+    /// Time at which loads are taken (s).
+    pub loaded: f64,
     /// Velocities of the glued disks without contact forces, a_g (m/s).
     pub free_velocity: &'a [f64],
+}
+
+impl StepInput<'_> {
+    /// The moment at which the loads of driven clusters are taken.
+    pub fn moment(&self) -> Moment {
+        Moment {
+            time: self.loaded,
+            step: self.step,
+            theta: self.theta,
+        }
+    }
 }
 
 /// Summary of a step.
@@ -70,6 +85,8 @@ pub struct Stepper {
     /// Adhesion at the end of the step of each bond of the problem.
     adhesion: Vec<f64>,
     repair: Repair,
+    /// Force of the grains on each driven cluster in the last step (N).
+    pub(crate) on_driven: Vec<[f64; 2]>,
 }
 
 impl Stepper {
@@ -101,6 +118,7 @@ impl Stepper {
         summary.momentum_defect = balance.defect;
         summary.added_inertia = balance.inertia * bodies.added_mass_rel;
         summary.through = balance.through;
+        self.drive_clusters(state, input);
         self.update_bodies(state, input);
         let drift = input.step * input.theta;
         state.drift(bodies, drift);

@@ -93,6 +93,7 @@ impl Pack {
             theta: 1.0,
             load: 0.0,
             wheel_x: 0.0,
+            loaded: 0.0,
             free_velocity: &[],
         };
         let mut stepper = Stepper::default();

@@ -3,15 +3,24 @@
 use protocol::ConfigError;
 use serde::Deserialize;
 
+use super::drive::ClusterDriveConfig;
+use super::fill::{FillConfig, RowConfig};
 use super::limits::{finite, positive, refuse_if};
 use crate::geometry::range;
 
-/// Disks and walls one by one.
+/// Disks and walls one by one, and areas and rows that are filled with disks.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DisksConfig {
     /// The disks; glued ones form the sets `base` and `lid`.
+    #[serde(default)]
     pub disks: Vec<DiskConfig>,
+    /// Rectangles that are filled with loose disks of random radii.
+    #[serde(default)]
+    pub fill: Vec<FillConfig>,
+    /// Rows of disks of random radii, each row a rigid cluster or a part of one: rough walls.
+    #[serde(default)]
+    pub rows: Vec<RowConfig>,
     /// Rigid walls.
     #[serde(default)]
     pub walls: Vec<WallConfig>,
@@ -93,6 +102,9 @@ pub struct ClusterConfig {
     /// Spin at the start (rad/s), anticlockwise positive.
     #[serde(default)]
     pub spin_rad_per_s: f64,
+    /// Prescribed motion and loads; a driven cluster does not turn.
+    #[serde(default)]
+    pub drive: Option<ClusterDriveConfig>,
 }
 
 /// The words for `sample.clusters.locked`.
@@ -167,8 +179,20 @@ fn validate_corners(key: &str, points: &[[f64; 2]]) -> Result<(), ConfigError> {
 impl ClusterConfig {
     /// True for each of x, y and rotation that is held.
     pub fn holds(&self) -> [bool; 3] {
-        [MotionConfig::X, MotionConfig::Y, MotionConfig::Rotation]
-            .map(|motion| self.locked.contains(&motion))
+        let [x, y, turn] = [MotionConfig::X, MotionConfig::Y, MotionConfig::Rotation]
+            .map(|motion| self.locked.contains(&motion));
+        match &self.drive {
+            None => [x, y, turn],
+            Some(drive) => {
+                let prescribed = drive.velocity().map(|v| v.is_some());
+                [prescribed[0], prescribed[1], true]
+            }
+        }
+    }
+
+    /// Mass (kg) that is not that of the disks.
+    pub fn mass(&self) -> Option<f64> {
+        self.mass_kg.or(self.drive.as_ref()?.mass_kg)
     }
 
     fn validate(&self, key: &str) -> Result<(), ConfigError> {
@@ -189,17 +213,43 @@ impl ClusterConfig {
                 "remove it, or take the motion out of `locked`",
             )?;
         }
-        Ok(())
+        match &self.drive {
+            None => Ok(()),
+            Some(drive) => self.validate_drive(drive, key),
+        }
+    }
+
+    fn validate_drive(&self, drive: &ClusterDriveConfig, key: &str) -> Result<(), ConfigError> {
+        refuse_if(
+            !self.locked.is_empty(),
+            &format!("{key}.locked"),
+            "a driven cluster does not turn, and its drive says how it moves along x and y",
+            "remove the key; drive.velocity_m_per_s = 0 holds a direction",
+        )?;
+        refuse_if(
+            self.mass_kg.is_some() && drive.mass_kg.is_some(),
+            &format!("{key}.mass_kg"),
+            "is given in drive.mass_kg as well",
+            "remove one of them",
+        )?;
+        drive.validate(&format!("{key}.drive"))
     }
 }
 
 impl DisksConfig {
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
-        if self.disks.iter().all(|disk| disk.glued) {
+        for (i, fill) in self.fill.iter().enumerate() {
+            fill.validate(&format!("sample.fill[{i}]"))?;
+        }
+        for (i, row) in self.rows.iter().enumerate() {
+            row.validate(&format!("sample.rows[{i}]"))?;
+        }
+        if self.fill.is_empty() && self.rows.is_empty() && self.disks.iter().all(|d| d.glued) {
             return Err(ConfigError::new(
                 "sample.disks",
                 "needs at least one disk that is not glued",
-            ));
+            )
+            .help("list one, or fill a rectangle with sample.fill"));
         }
         for (i, disk) in self.disks.iter().enumerate() {
             let key = |name: &str| format!("sample.disks[{i}].{name}");
@@ -221,7 +271,14 @@ impl DisksConfig {
 
     /// True if any disks move together.
     pub fn has_clusters(&self) -> bool {
-        self.disks.iter().any(|disk| disk.cluster.is_some())
+        !self.rows.is_empty() || self.disks.iter().any(|disk| disk.cluster.is_some())
+    }
+
+    /// True for a disk of this cluster, listed or in a row.
+    fn has_disks_of(&self, name: &str) -> bool {
+        let listed = self.disks.iter().filter_map(|disk| disk.cluster.as_deref());
+        let rows = self.rows.iter().map(|row| row.cluster.as_str());
+        listed.chain(rows).any(|cluster| cluster == name)
     }
 
     /// Refuses clusters without disks and disks that cannot be in one.
@@ -238,7 +295,6 @@ impl DisksConfig {
         for (i, cluster) in self.clusters.iter().enumerate() {
             let key = format!("sample.clusters[{i}]");
             cluster.validate(&key)?;
-            let named = |disk: &DiskConfig| disk.cluster.as_ref() == Some(&cluster.name);
             let again = self.clusters[..i].iter().any(|c| c.name == cluster.name);
             let fault = if again {
                 "is there twice"
@@ -246,10 +302,10 @@ impl DisksConfig {
                 "has no disks"
             };
             refuse_if(
-                again || !self.disks.iter().any(named),
+                again || !self.has_disks_of(&cluster.name),
                 &format!("{key}.name"),
                 format!("{:?} {fault}", cluster.name),
-                "write cluster = \"name\" at its disks, and one entry a name",
+                "write cluster = \"name\" at its disks or in sample.rows, and one entry a name",
             )?;
         }
         Ok(())
@@ -266,12 +322,30 @@ impl DisksConfig {
                 "write nx = 0",
             )?;
         }
-        Ok(range(self.disks.iter().map(|disk| disk.radius_m))[1])
+        let listed = self.disks.iter().map(|disk| disk.radius_m);
+        let fills = self.fill.iter().map(|fill| fill.radius_max_m);
+        let rows = self.rows.iter().map(|row| row.radius_max_m);
+        Ok(range(listed.chain(fills).chain(rows))[1])
     }
 
-    /// A cluster is listed whole, also where it lies across an end: its places are not folded.
+    /// True if a cluster cannot turn: it may be as wide as the strip then.
+    fn is_upright(&self, cluster: Option<&str>) -> bool {
+        let mut entries = self.clusters.iter().filter(|c| Some(c.name.as_str()) == cluster);
+        entries.any(|entry| entry.holds()[2])
+    }
+
+    /// A cluster that turns is listed whole, also where it lies across an end: its places are not folded.
     fn refuse_torn_clusters(&self, length: f64) -> Result<(), ConfigError> {
-        for (i, disk) in self.disks.iter().enumerate() {
+        for (i, row) in self.rows.iter().enumerate() {
+            refuse_if(
+                !self.is_upright(Some(&row.cluster)),
+                &format!("sample.rows[{i}].cluster"),
+                format!("{:?} may turn, and a row of a strip that repeats cannot", row.cluster),
+                "add its entry to sample.clusters with a drive or locked = [\"rotation\"]",
+            )?;
+        }
+        let turning = |disk: &&DiskConfig| !self.is_upright(disk.cluster.as_deref());
+        for (i, disk) in self.disks.iter().enumerate().filter(|(_, disk)| turning(disk)) {
             let far = |other: &&DiskConfig| (other.x_m - disk.x_m).abs() > 0.5 * length;
             let torn = |other: &DiskConfig| disk.cluster.is_some() && other.cluster == disk.cluster;
             refuse_if(

@@ -8,6 +8,7 @@ use crate::bond;
 use crate::boundary::CompliantBoundary;
 use crate::bounds::Bounds;
 use crate::config::{Config, PlausibleConfig};
+use crate::drive::DriveMeans;
 use crate::error::DemError;
 use crate::interface::InterfaceDisks;
 use crate::mass_scaling::MassScaling;
@@ -65,6 +66,7 @@ pub(super) struct Progress {
     /// The committed state.
     pub state: State,
     pub statistics: RunStatistics,
+    pub driven: DriveMeans,
     pub steps: u64,
     pub contact_iterations: f64,
 }
@@ -108,6 +110,7 @@ impl Dem {
             trial: state.clone(),
             progress: Progress {
                 statistics: RunStatistics::new(state.wheel.position[1]),
+                driven: DriveMeans::default(),
                 state,
                 steps: 0,
                 contact_iterations: 0.0,
@@ -153,6 +156,7 @@ impl Dem {
             theta: self.theta,
             load: self.program.map_or(0.0, |p| p.load_at(loaded)),
             wheel_x: self.program.map_or(0.0, |p| p.displacement_at(end)),
+            loaded,
             free_velocity,
         };
         let state = if trial {
@@ -201,8 +205,12 @@ impl Dem {
         summary: &StepSummary,
     ) {
         let Progress {
-            state, statistics, ..
+            state,
+            statistics,
+            driven,
+            ..
         } = &mut self.progress;
+        driven.record(&self.stepper.on_driven, start, self.end);
         let span = StepSpan {
             start,
             end,

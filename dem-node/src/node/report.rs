@@ -14,6 +14,7 @@ impl Dem {
     pub(super) fn report(&self, summary: &StepSummary) -> Vec<f64> {
         let since = self.stored();
         let signals = self.signals(summary).into_iter().map(|(_, value)| value);
+        let signals = signals.chain(self.driven_signals());
         let ledger = self.ledger(since).map(|(_, _, value)| value);
         signals.chain(ledger).collect()
     }
@@ -40,8 +41,11 @@ impl Dem {
     /// The energy balance: names, roles and values of its terms, with the energies stored since the start (J).
     fn ledger(&self, stored: [f64; 4]) -> impl Iterator<Item = (&'static str, Role, f64)> {
         let accounts = &self.progress.state.accounts;
-        let walls =
-            (self.bodies.wall_speed() > 0.0).then_some(("walls", Role::Work, accounts.walls));
+        let clusters = &self.bodies.clusters;
+        let moved = self.bodies.wall_speed() > 0.0 || clusters.driven().next().is_some();
+        let walls = moved.then_some(("walls", Role::Work, accounts.walls));
+        let damped = clusters.driven().any(|(_, _, drive)| drive.damping > 0.0);
+        let damping = damped.then_some(("damping", Role::Dissipated, accounts.damping));
         let repairs = self.bodies.law.penetration.repairs();
         let repair = repairs.then_some(("repair", Role::Dissipated, accounts.repair));
         accounts
@@ -49,6 +53,7 @@ impl Dem {
             .into_iter()
             .chain(walls)
             .chain(repair)
+            .chain(damping)
     }
 
     pub(super) fn ledger_terms(&self) -> Vec<Term> {
@@ -61,7 +66,8 @@ impl Dem {
 
     pub(super) fn signal_names(&self) -> Vec<String> {
         let signals = self.signals(&StepSummary::default()).into_iter();
-        signals.map(|(name, _)| name.to_string()).collect()
+        let names = signals.map(|(name, _)| name.to_string());
+        names.chain(self.driven_names()).collect()
     }
 
     /// A glued disk's share of all that can move, behind the two grains that it carries on average.
@@ -101,7 +107,8 @@ impl Dem {
             ),
         ]);
         let results = results.into_iter().chain(own);
-        results.map(|(name, x)| (name.to_string(), x)).collect()
+        let results = results.map(|(name, x)| (name.to_string(), x));
+        results.chain(self.driven_results()).collect()
     }
 
     /// The run as it is judged at its end.

@@ -76,9 +76,8 @@ impl Stepper {
                 records[*disk] = BodyRecord::default();
             }
             let start = state.velocities[cluster.leader()];
-            let kick = |k: usize| start[k] + cluster.free[k] * h * bodies.gravity[k];
             records[cluster.leader()] = BodyRecord {
-                velocity: [kick(0), kick(1), start[2]],
+                velocity: cluster.free_velocity(start, bodies.gravity, &input.moment()),
                 inverse_mass: 1.0 / cluster.mass,
             };
         }
@@ -152,7 +151,7 @@ impl Stepper {
             let inverse = |body: usize| self.problem.inverse_mass(body);
             let levers = bodies
                 .clusters
-                .levers(&state.clusters, pair, &at, disk, inverse);
+                .levers(&state.clusters, pair, &at, disk, inverse, &input.moment());
             if let Some(levers) = levers {
                 contact.levers = self.problem.levers.len() as u32;
                 self.problem.levers.push(levers);

@@ -37,7 +37,7 @@ impl Stepper {
             }
         }
         if !bodies.clusters.list.is_empty() {
-            let held = self.held_impulse(bodies, h);
+            let held = self.held_impulse(state, input);
             defect = [defect[0] + held[0], defect[1] + held[1]];
         }
         if bodies.prescribed_velocity.is_some() {
@@ -51,9 +51,16 @@ impl Stepper {
         }
     }
 
-    /// Impulse by which the locked motions of clusters are held: against contacts and weight (N s).
-    fn held_impulse(&self, bodies: &Bodies, h: f64) -> [f64; 2] {
+    /// Impulse on clusters beside contacts and weight (N s): what holds their locked motions against both, and their drives.
+    fn held_impulse(&self, state: &State, input: &StepInput) -> [f64; 2] {
+        let (bodies, h) = (input.bodies, input.step);
         let mut held = [0.0; 2];
+        for (_, cluster, _) in bodies.clusters.driven() {
+            let leader = cluster.leader();
+            let (start, end) = (state.velocities[leader], self.problem.records[leader].velocity);
+            let push = cluster.driving_impulse(start, end, &input.moment());
+            held = [held[0] + push[0], held[1] + push[1]];
+        }
         let mut hold = |cluster: &Cluster, impulse: [f64; 2]| {
             for ((sum, free), p) in held.iter_mut().zip(&cluster.free).zip(impulse) {
                 *sum -= (1.0 - free) * p;

@@ -1,0 +1,114 @@
+//! The keys of `sample.clusters.drive`: a cluster that is moved, or pushed, along x and along y.
+
+use protocol::ConfigError;
+use serde::Deserialize;
+
+use super::limits::{at_least, finite, positive, refuse_if};
+use super::table::{LoadTable, validate_table};
+
+/// Prescribed motion and loads of a cluster. Each direction has a velocity, or is `"free"` and has a force.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ClusterDriveConfig {
+    /// Velocity along x and y (m/s); `"free"` where a force acts. Both are free when absent.
+    pub velocity_m_per_s: Option<[Component; 2]>,
+    /// Force along x and y (N); `"free"` where a velocity is prescribed, or none acts. None acts when absent.
+    pub force_n: Option<[Component; 2]>,
+    /// Force over time (s, N) in the only free direction, in place of `force_n`: linear between the entries, constant beyond them.
+    pub load_table: Option<LoadTable>,
+    /// Mass (kg), before `mass_scale`; that of the disks when absent.
+    pub mass_kg: Option<f64>,
+    /// Force against the motion in free directions over its speed (N s/m).
+    #[serde(default)]
+    pub damping_n_s_per_m: f64,
+}
+
+/// A number, or the word `"free"`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "expected a number or \"free\"")]
+pub enum Component {
+    /// Value.
+    Given(f64),
+    /// No value.
+    Free(Free),
+}
+
+/// The word `"free"`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Free {
+    /// Not prescribed.
+    Free,
+}
+
+impl Component {
+    fn number(self) -> Option<f64> {
+        match self {
+            Component::Given(number) => Some(number),
+            Component::Free(_) => None,
+        }
+    }
+}
+
+const DIRECTIONS: [&str; 2] = ["x", "y"];
+
+impl ClusterDriveConfig {
+    /// Velocity along x and y where one is prescribed (m/s).
+    pub fn velocity(&self) -> [Option<f64>; 2] {
+        let given = self.velocity_m_per_s;
+        given.map_or([None; 2], |both| both.map(Component::number))
+    }
+
+    /// Force over time along x and y (s, N); empty where none acts.
+    pub fn forces(&self) -> [LoadTable; 2] {
+        let given = self.force_n;
+        let constant = given.map_or([None; 2], |both| both.map(Component::number));
+        let velocity = self.velocity();
+        [0, 1].map(|k| match (&self.load_table, constant[k]) {
+            (Some(table), _) if velocity[k].is_none() => table.clone(),
+            (_, Some(force)) => vec![[0.0, force]],
+            _ => Vec::new(),
+        })
+    }
+
+    pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
+        let velocity = self.velocity();
+        let force = self.force_n.map_or([None; 2], |both| both.map(Component::number));
+        for k in 0..2 {
+            let name = DIRECTIONS[k];
+            for (word, value) in [("velocity_m_per_s", velocity[k]), ("force_n", force[k])] {
+                finite(&format!("{key}.{word}"), value.unwrap_or(0.0))?;
+            }
+            refuse_if(
+                velocity[k].is_some() && force[k].is_some(),
+                &format!("{key}.force_n"),
+                format!("both a velocity and a force are given along {name}"),
+                "write \"free\" in the place of one of them",
+            )?;
+        }
+        let free = velocity.iter().filter(|v| v.is_none()).count();
+        positive(&format!("{key}.mass_kg"), self.mass_kg, "kg")?;
+        at_least(&format!("{key}.damping_n_s_per_m"), self.damping_n_s_per_m, 0.0, "N s/m")?;
+        refuse_if(
+            free == 0 && (self.mass_kg.is_some() || self.damping_n_s_per_m > 0.0),
+            key,
+            "mass and damping act in free directions, and both velocities are prescribed",
+            "remove them, or write \"free\" in velocity_m_per_s",
+        )?;
+        self.validate_load(key, free)
+    }
+
+    fn validate_load(&self, key: &str, free: usize) -> Result<(), ConfigError> {
+        let Some(table) = &self.load_table else {
+            return Ok(());
+        };
+        let key = format!("{key}.load_table");
+        refuse_if(
+            free != 1 || self.force_n.is_some(),
+            &key,
+            format!("is the force in the only free direction, and {free} directions are free or force_n is given too"),
+            "prescribe the velocity of the other direction, and remove force_n",
+        )?;
+        validate_table(&key, table)
+    }
+}

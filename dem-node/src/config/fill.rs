@@ -1,0 +1,116 @@
+//! The keys of `sample.fill` and `sample.rows`: disks by the rectangle and by the row.
+
+use protocol::ConfigError;
+use serde::Deserialize;
+
+use super::layer::RadiusLaw;
+use super::limits::{at_least, finite, positive, refuse_if};
+
+/// More disks than this are taken for a mistyped unit.
+const DISKS_MAX: f64 = 5e5;
+
+/// A rectangle of loose disks: one in the middle of each square of a grid that the widest disk just fits.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FillConfig {
+    /// Left and right side (m).
+    pub x_m: [f64; 2],
+    /// Lower and upper side (m).
+    pub y_m: [f64; 2],
+    /// Smallest radius (m).
+    pub radius_min_m: f64,
+    /// Largest radius (m).
+    pub radius_max_m: f64,
+    /// Distribution of the radii.
+    pub law: RadiusLaw,
+    /// Largest speed of the disks at the start (m/s); each has a random part of it in both directions.
+    #[serde(default)]
+    pub speed_m_per_s: f64,
+    /// Seed of the radii and speeds; the run's seed when absent.
+    pub seed: Option<u64>,
+}
+
+/// A row of disks at equal distances, as many as disks of the mean radius that touch.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RowConfig {
+    /// Name of the rigid cluster that they belong to.
+    pub cluster: String,
+    /// Ends of the row (m).
+    pub x_m: [f64; 2],
+    /// Height of the centres (m).
+    pub y_m: f64,
+    /// Smallest radius (m).
+    pub radius_min_m: f64,
+    /// Largest radius (m).
+    pub radius_max_m: f64,
+    /// Distribution of the radii.
+    pub law: RadiusLaw,
+    /// Seed of the radii; the run's seed when absent.
+    pub seed: Option<u64>,
+}
+
+impl FillConfig {
+    /// Columns and rows of the grid.
+    pub fn grid(&self) -> [f64; 2] {
+        let [width, height] = [self.x_m, self.y_m].map(|[low, high]| high - low);
+        let side = 2.0 * self.radius_max_m;
+        // A rectangle made for a whole number of disks must not lose one to rounding.
+        [width, height].map(|length| (length / side * (1.0 + 4.0 * f64::EPSILON)).floor())
+    }
+
+    pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
+        validate_sides(&format!("{key}.x_m"), self.x_m)?;
+        validate_sides(&format!("{key}.y_m"), self.y_m)?;
+        validate_radii(key, [self.radius_min_m, self.radius_max_m])?;
+        at_least(&format!("{key}.speed_m_per_s"), self.speed_m_per_s, 0.0, "m/s")?;
+        let [columns, rows] = self.grid();
+        validate_count(key, columns * rows)
+    }
+}
+
+impl RowConfig {
+    /// Number of its disks.
+    pub fn count(&self) -> f64 {
+        let pitch = self.radius_min_m + self.radius_max_m;
+        ((self.x_m[1] - self.x_m[0]) / pitch).round().max(1.0)
+    }
+
+    pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
+        validate_sides(&format!("{key}.x_m"), self.x_m)?;
+        finite(&format!("{key}.y_m"), self.y_m)?;
+        validate_radii(key, [self.radius_min_m, self.radius_max_m])?;
+        validate_count(key, self.count())
+    }
+}
+
+fn validate_sides(key: &str, [low, high]: [f64; 2]) -> Result<(), ConfigError> {
+    finite(key, low)?;
+    finite(key, high)?;
+    refuse_if(
+        low >= high,
+        key,
+        format!("{low:e} does not lie before {high:e}"),
+        "write [low, high]",
+    )
+}
+
+fn validate_radii(key: &str, [least, most]: [f64; 2]) -> Result<(), ConfigError> {
+    positive(&format!("{key}.radius_min_m"), least, "m")?;
+    at_least(&format!("{key}.radius_max_m"), most, least, "m")
+}
+
+fn validate_count(key: &str, count: f64) -> Result<(), ConfigError> {
+    refuse_if(
+        count < 1.0,
+        key,
+        "has no room for a disk of radius_max_m",
+        "give it larger sides, or smaller disks",
+    )?;
+    refuse_if(
+        count > DISKS_MAX,
+        key,
+        format!("holds {count:.1e} disks, more than {DISKS_MAX:.0e}"),
+        "check the units (m): smaller sides, or larger disks",
+    )
+}
