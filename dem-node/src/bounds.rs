@@ -2,7 +2,7 @@
 
 use protocol::ConfigError;
 
-use crate::config::{Config, RadiusLaw, SampleConfig};
+use crate::config::{Config, SampleConfig};
 use crate::error::DemError;
 use crate::geometry::range;
 use crate::wheel::WheelProgram;
@@ -100,19 +100,21 @@ impl Bounds {
 pub(crate) fn radii(config: &Config) -> (f64, f64) {
     match &config.sample {
         SampleConfig::Disks(sample) => {
-            let free = || sample.disks.iter().filter(|d| !d.glued).map(|d| d.radius_m);
-            let mean = free().sum::<f64>() / free().count() as f64;
-            (mean, range(free())[0])
+            let listed = sample.disks.iter().filter(|disk| !disk.glued);
+            let listed = listed.map(|disk| (1.0, [disk.radius_m; 2], disk.radius_m));
+            let fills = sample.fill.iter().map(|fill| {
+                let [columns, rows] = fill.grid();
+                let ends = [fill.radius_min_m, fill.radius_max_m];
+                (columns * rows, ends, fill.law.mean(ends))
+            });
+            let all: Vec<_> = listed.chain(fills).collect();
+            let count: f64 = all.iter().map(|(count, ..)| count).sum();
+            let sum = all.iter().map(|(count, _, mean)| count * mean).sum::<f64>();
+            (sum / count, range(all.iter().map(|(_, ends, _)| ends[0]))[0])
         }
         SampleConfig::Layer(layer) => {
             let (a, b) = (layer.radius_min_m, layer.radius_max_m);
-            let mean = match layer.law {
-                _ if a == b => a,
-                RadiusLaw::SurfaceUniform => a * b * (b / a).ln() / (b - a),
-                RadiusLaw::NumberUniform => 0.5 * (a + b),
-                RadiusLaw::LogUniform => (b - a) / (b / a).ln(),
-            };
-            (mean, a)
+            (layer.law.mean([a, b]), a)
         }
     }
 }

@@ -7,6 +7,7 @@ mod law;
 mod layer;
 pub(crate) mod limits;
 mod plausible;
+mod profile;
 mod sample;
 pub(crate) mod table;
 
@@ -23,6 +24,7 @@ pub use fill::{FillConfig, RowConfig};
 pub use law::{LawConfig, LawKind};
 pub use layer::{LayerConfig, RadiusLaw};
 pub use plausible::PlausibleConfig;
+pub use profile::{Axis, ProfileConfig};
 pub use sample::SampleConfig;
 
 /// Residuals that mean something: one below is rounding, one above no solution.
@@ -57,6 +59,9 @@ pub struct Config {
     /// Opens or closes the only contact of a pair of disks.
     #[serde(default)]
     pub drive: Option<DriveConfig>,
+    /// Means over slices and intervals; none when absent.
+    #[serde(default)]
+    pub profile: Option<ProfileConfig>,
     /// Bounds of the checks of plausibility.
     #[serde(default)]
     pub plausible: PlausibleConfig,
@@ -137,6 +142,9 @@ impl Config {
         self.sample.validate()?;
         if let Some(wheel) = &self.wheel {
             wheel.validate()?;
+        }
+        if let Some(profile) = &self.profile {
+            profile.validate()?;
         }
         self.validate_drive()?;
         self.validate_together()?;

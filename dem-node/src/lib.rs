@@ -111,6 +111,7 @@ pub mod node;
 pub mod plausible;
 pub mod positions;
 pub mod prescribed_opening;
+mod profile;
 pub mod repair;
 pub mod report;
 pub mod sample;

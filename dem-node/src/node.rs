@@ -189,10 +189,12 @@ impl Node for Dem {
             let thickness = self.setting.thickness_m;
             snapshot::write(&path, &self.bodies, &self.progress.state, thickness)?;
         }
+        self.write_profile()?;
         Ok(())
     }
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
+        self.write_profile()?;
         let judged = self.judged();
         Ok(Outcome {
             steps: self.progress.steps,

@@ -12,7 +12,12 @@ use crate::state::State;
 /// Writes disks as vertices and the contacts between them as lines. Point data: radius_m, velocity_m_per_s, spin_rad_per_s,
 /// glued, pressure_pa; cell data: force_n (normal, tangential), zero on vertices.
 pub fn write(path: &Path, bodies: &Bodies, state: &State, thickness: f64) -> Result<(), DemError> {
-    std::fs::write(path, document(bodies, state, thickness)).map_err(|source| DemError::Write {
+    write_text(path, &document(bodies, state, thickness))
+}
+
+/// Writes a text file.
+pub fn write_text(path: &Path, text: &str) -> Result<(), DemError> {
+    std::fs::write(path, text).map_err(|source| DemError::Write {
         path: path.display().to_string(),
         source,
     })

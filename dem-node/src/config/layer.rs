@@ -64,6 +64,18 @@ pub enum RadiusLaw {
     LogUniform,
 }
 
+impl RadiusLaw {
+    /// Mean radius between two limits (m).
+    pub fn mean(self, [a, b]: [f64; 2]) -> f64 {
+        match self {
+            _ if a == b => a,
+            RadiusLaw::SurfaceUniform => a * b * (b / a).ln() / (b - a),
+            RadiusLaw::NumberUniform => 0.5 * (a + b),
+            RadiusLaw::LogUniform => (b - a) / (b / a).ln(),
+        }
+    }
+}
+
 impl LayerConfig {
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         for (key, value) in [

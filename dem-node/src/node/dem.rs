@@ -7,16 +7,18 @@ use crate::bodies::Bodies;
 use crate::bond;
 use crate::boundary::CompliantBoundary;
 use crate::bounds::Bounds;
-use crate::config::{Config, PlausibleConfig};
+use crate::config::{Config, PlausibleConfig, ProfileConfig};
 use crate::drive::DriveMeans;
 use crate::error::DemError;
 use crate::interface::InterfaceDisks;
 use crate::mass_scaling::MassScaling;
 use crate::prescribed_opening::PrescribedOpening;
 use crate::repair;
+use crate::profile::Profile;
 use crate::report::{RunStatistics, StepSpan};
 use crate::sample::{self, Sample};
 use crate::setup;
+use crate::snapshot;
 use crate::solver::Convergence;
 use crate::state::State;
 use crate::step::{StepInput, StepSummary, Stepper};
@@ -58,6 +60,7 @@ pub struct Dem {
     pub(super) pending: Option<Pending>,
     pub(super) initial_energy: [f64; 4],
     pub(super) plausible: PlausibleConfig,
+    pub(super) profile: Option<ProfileConfig>,
 }
 
 /// Everything that committed windows change: the checkpoint. The rest follows from configuration and handshake.
@@ -67,6 +70,7 @@ pub(super) struct Progress {
     pub state: State,
     pub statistics: RunStatistics,
     pub driven: DriveMeans,
+    pub profile: Profile,
     pub steps: u64,
     pub contact_iterations: f64,
 }
@@ -111,6 +115,7 @@ impl Dem {
             progress: Progress {
                 statistics: RunStatistics::new(state.wheel.position[1]),
                 driven: DriveMeans::default(),
+                profile: Profile::default(),
                 state,
                 steps: 0,
                 contact_iterations: 0.0,
@@ -127,6 +132,7 @@ impl Dem {
             window: None,
             pending: None,
             plausible: config.plausible,
+            profile: config.profile,
         })
     }
 
@@ -196,6 +202,16 @@ impl Dem {
         }
     }
 
+    /// Writes `<participant>-profile.csv` beside the fields, where a profile is asked for.
+    pub(super) fn write_profile(&self) -> Result<(), DemError> {
+        let (Some(config), Some(folder)) = (&self.profile, &self.setting.fields) else {
+            return Ok(());
+        };
+        let path = folder.join(format!("{}-profile.csv", self.setting.participant));
+        let text = self.progress.profile.csv(config, self.setting.thickness_m);
+        snapshot::write_text(&path, &text)
+    }
+
     /// Records a committed step; `drive_before` is the account of the sideways drive at its start (J).
     pub(super) fn record(
         &mut self,
@@ -208,8 +224,13 @@ impl Dem {
             state,
             statistics,
             driven,
+            profile,
             ..
         } = &mut self.progress;
+        if let Some(config) = &self.profile {
+            let grains = (&self.bodies, &*state, self.setting.thickness_m);
+            profile.record(config, grains, [start, end]);
+        }
         driven.record(&self.stepper.on_driven, start, self.end);
         let span = StepSpan {
             start,

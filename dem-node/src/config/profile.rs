@@ -1,0 +1,57 @@
+//! The keys of `profile`: means over slices of the sample and intervals of time.
+
+use protocol::ConfigError;
+use serde::Deserialize;
+
+use super::limits::{at_least, positive, within};
+
+/// Most slices of a profile.
+const BINS_MAX: f64 = 1000.0;
+
+/// `profile`: the slices and intervals.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProfileConfig {
+    /// Direction in which slices follow each other.
+    pub axis: Axis,
+    /// Number of slices of equal thickness, from the lowest edge of the grains to the highest at the start of an interval.
+    pub bins: u32,
+    /// Start of the first interval (s).
+    #[serde(default)]
+    pub start_s: f64,
+    /// Length of an interval (s).
+    pub every_s: f64,
+}
+
+/// The words for `profile.axis`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Axis {
+    /// Sideways.
+    X,
+    /// Upwards.
+    Y,
+}
+
+impl Axis {
+    /// Index of the coordinate.
+    pub fn index(self) -> usize {
+        match self {
+            Axis::X => 0,
+            Axis::Y => 1,
+        }
+    }
+
+    /// Letter of the coordinate.
+    pub fn letter(self) -> char {
+        ['x', 'y'][self.index()]
+    }
+}
+
+impl ProfileConfig {
+    pub(super) fn validate(&self) -> Result<(), ConfigError> {
+        within("profile.bins", f64::from(self.bins), [1.0, BINS_MAX])?;
+        at_least("profile.start_s", self.start_s, 0.0, "s")?;
+        positive("profile.every_s", self.every_s, "s")
+    }
+}
