@@ -4,6 +4,7 @@ use crate::cluster::Clusters;
 use crate::faces::{Face, RigidWall};
 use crate::geometry::Period;
 use crate::law::Law;
+use crate::pairs::Pairs;
 
 /// The bodies in their numbering: free grains, glued disks, wheel (if any), walls.
 #[derive(Clone, Debug, Default)]
@@ -34,8 +35,10 @@ pub struct Bodies {
     pub period: Option<Period>,
     /// Velocity of the only grain when its motion is prescribed (m/s).
     pub prescribed_velocity: Option<[f64; 2]>,
-    /// The law of every contact.
+    /// The law of every contact whose pair has none of its own.
     pub law: Law,
+    /// Laws by pair.
+    pub pairs: Pairs,
     /// Pairs that may come closer than this in a step enter the contact problem (m).
     pub alert: f64,
     /// Distance that the Verlet list holds beyond that, so that it lasts several steps (m).
@@ -51,6 +54,12 @@ impl Bodies {
     /// Number of glued disks.
     pub fn glued(&self) -> usize {
         self.reference.len()
+    }
+
+    /// The law between two bodies.
+    #[inline]
+    pub fn law_of(&self, a: usize, b: usize) -> &Law {
+        self.pairs.of(a, b).unwrap_or(&self.law)
     }
 
     /// Number of all bodies.

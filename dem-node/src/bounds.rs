@@ -110,7 +110,10 @@ pub(crate) fn radii(config: &Config) -> (f64, f64) {
             let all: Vec<_> = listed.chain(fills).collect();
             let count: f64 = all.iter().map(|(count, ..)| count).sum();
             let sum = all.iter().map(|(count, _, mean)| count * mean).sum::<f64>();
-            (sum / count, range(all.iter().map(|(_, ends, _)| ends[0]))[0])
+            (
+                sum / count,
+                range(all.iter().map(|(_, ends, _)| ends[0]))[0],
+            )
         }
         SampleConfig::Layer(layer) => {
             let (a, b) = (layer.radius_min_m, layer.radius_max_m);

@@ -46,6 +46,8 @@ pub struct Cluster {
 /// The description of a cluster in a sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClusterMembers {
+    /// Name that its disks give.
+    pub name: String,
     /// Numbers of its disks among the free grains.
     pub disks: Vec<usize>,
     /// True for each of x, y and rotation that is locked.

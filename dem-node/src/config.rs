@@ -6,6 +6,7 @@ mod fill;
 mod law;
 mod layer;
 pub(crate) mod limits;
+mod pairs;
 mod plausible;
 mod profile;
 mod sample;
@@ -15,6 +16,7 @@ use protocol::ConfigError;
 use serde::Deserialize;
 
 use crate::law::Penetration;
+use crate::pairs::{GRAINS, ROWS, WHEEL};
 use crate::solver::{Algorithm, Criteria};
 use limits::{PERIOD, at_least, finite, positive, refuse_given, refuse_if, within};
 
@@ -148,8 +150,29 @@ impl Config {
         }
         self.validate_drive()?;
         self.validate_together()?;
+        self.validate_pairs()?;
         self.validate_with_clusters()?;
         self.validate_periodic()
+    }
+
+    /// Refuses pairs that the scene does not have, and laws by pair that the solver cannot take.
+    fn validate_pairs(&self) -> Result<(), ConfigError> {
+        let mut groups = vec![GRAINS];
+        groups.extend(self.wheel.map(|_| WHEEL));
+        match &self.sample {
+            SampleConfig::Disks(sample) => {
+                sample.validate_names()?;
+                groups.extend(sample.groups());
+            }
+            SampleConfig::Layer(layer) => groups.extend(&ROWS[..1 + usize::from(layer.lid)]),
+        }
+        pairs::validate_pairs(&self.law, &groups)?;
+        refuse_if(
+            self.solver.algorithm == Algorithm::Pcg && !self.law.pairs.is_empty(),
+            "solver.kind",
+            "\"pcg\" solves contacts of one law, and law.pairs has others",
+            "write solver.kind = \"nsgs\"",
+        )
     }
 
     fn validate_together(&self) -> Result<(), ConfigError> {

@@ -108,6 +108,7 @@ pub mod law;
 pub mod ledger;
 pub mod mass_scaling;
 pub mod node;
+mod pairs;
 pub mod plausible;
 pub mod positions;
 pub mod prescribed_opening;

@@ -81,9 +81,9 @@ impl Profile {
         if self.interval.as_ref().is_some_and(|i| i.number != number) {
             self.close(config.axis, thickness);
         }
-        let interval = self.interval.get_or_insert_with(|| {
-            Interval::new(config, bodies, state, number, start)
-        });
+        let interval = self
+            .interval
+            .get_or_insert_with(|| Interval::new(config, bodies, state, number, start));
         interval.add(config.axis, bodies, state);
         interval.times[1] = end;
     }
@@ -139,9 +139,8 @@ impl Profile {
             return Vec::new();
         };
         let middle = &last[bins / 4..bins - bins / 4];
-        let mean = |of: &dyn Fn(&Slice) -> f64| {
-            middle.iter().map(of).sum::<f64>() / middle.len() as f64
-        };
+        let mean =
+            |of: &dyn Fn(&Slice) -> f64| middle.iter().map(of).sum::<f64>() / middle.len() as f64;
         let (along, across) = (config.axis.index(), 1 - config.axis.index());
         let normal = mean(&|slice| slice.stress[3 * along]);
         let shear = mean(&|slice| slice.stress[2 * across + along]);
@@ -149,11 +148,17 @@ impl Profile {
         let masses = bodies.masses.iter().filter(|mass| **mass > 0.0);
         let mass = masses.clone().sum::<f64>() / masses.count() as f64 / thickness;
         let named = [
-            ("profile_solid_fraction", mean(&|slice| slice.solid_fraction)),
+            (
+                "profile_solid_fraction",
+                mean(&|slice| slice.solid_fraction),
+            ),
             ("profile_shear_rate_per_s", rate),
             ("profile_normal_stress_pa", normal),
             ("profile_shear_over_normal", shear.abs() / normal),
-            ("profile_inertial_number", rate.abs() * (mass / normal).sqrt()),
+            (
+                "profile_inertial_number",
+                rate.abs() * (mass / normal).sqrt(),
+            ),
         ];
         given(named.map(|(name, x)| (name, Some(x).filter(|x| x.is_finite())))).collect()
     }
@@ -185,7 +190,12 @@ impl Interval {
             self.add_disk(axis, bodies, state, disk);
         }
         let positions = state.positions(bodies);
-        for slot in state.list.slots.iter().filter(|slot| slot.force != [0.0; 2]) {
+        for slot in state
+            .list
+            .slots
+            .iter()
+            .filter(|slot| slot.force != [0.0; 2])
+        {
             let (a, b) = (slot.a as usize, slot.b as usize);
             let at = proximity(bodies, &positions, a, b);
             let [nx, ny] = at.normal;
@@ -211,7 +221,8 @@ impl Interval {
         let middle = centre[axis.index()];
         let edges = [middle - radius, middle + radius];
         for (bin, [low, high]) in self.crossed(edges) {
-            let area = radius * radius * (cap((high - middle) / radius) - cap((low - middle) / radius));
+            let area =
+                radius * radius * (cap((high - middle) / radius) - cap((low - middle) / radius));
             let sums = &mut self.sums[bin];
             sums.area += area;
             sums.flow[0] += area * vx;
@@ -286,7 +297,9 @@ impl Interval {
             place: self.ends[0] + (bin as f64 + 0.5) * pitch,
             velocity: sums.flow.map(|flow| flow / sums.area),
             solid_fraction: sums.area / (steps * volume),
-            stress: sums.moment.map(|moment| -moment / (steps * volume * thickness)),
+            stress: sums
+                .moment
+                .map(|moment| -moment / (steps * volume * thickness)),
             shear_rate: 0.0,
         });
         let mut slices: Vec<Slice> = means.collect();

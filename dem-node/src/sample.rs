@@ -56,6 +56,7 @@ fn listed(config: &DisksConfig) -> Sample {
         glued,
         lid: on_top,
         walls: walls(&config.walls),
+        wall_names: wall_names(&config.walls),
         clusters: clusters(config),
         solid_fraction: 0.0,
     }
@@ -77,6 +78,14 @@ fn walls(config: &[WallConfig]) -> Vec<RigidWall> {
         }));
     }
     walls
+}
+
+fn wall_names(config: &[WallConfig]) -> Vec<String> {
+    let names = config.iter().flat_map(|wall| {
+        let faces = wall.points_m.as_ref().map_or(1, |points| points.len() - 1);
+        std::iter::repeat_n(wall.name.clone().unwrap_or_default(), faces)
+    });
+    names.collect()
 }
 
 fn half_plane(wall: &WallConfig) -> Face {
@@ -108,6 +117,7 @@ fn members(config: &DisksConfig, name: &str, first: usize) -> ClusterMembers {
     let disks = vec![first];
     let Some(cluster) = config.clusters.iter().find(|c| c.name == name) else {
         return ClusterMembers {
+            name: name.to_string(),
             disks,
             ..ClusterMembers::default()
         };
@@ -115,6 +125,7 @@ fn members(config: &DisksConfig, name: &str, first: usize) -> ClusterMembers {
     let drive = cluster.drive.as_ref();
     let prescribed = drive.map_or([None; 2], ClusterDriveConfig::velocity);
     ClusterMembers {
+        name: name.to_string(),
         disks,
         locked: cluster.holds(),
         mass: cluster.mass(),

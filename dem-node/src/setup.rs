@@ -12,6 +12,7 @@ use crate::config::{Config, LawConfig, LawKind};
 use crate::error::DemError;
 use crate::geometry::range;
 use crate::law::{Law, Penetration, Springs};
+use crate::pairs::{GRAINS, Pairs, ROWS, WHEEL};
 use crate::positions::proximity;
 use crate::sample::Sample;
 use crate::state::State;
@@ -50,10 +51,37 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
         period: config.sample.period(),
         prescribed_velocity: None,
         law: law(&config.law, thickness),
+        pairs: pairs(config, thickness, sample),
         alert: ALERT * smallest,
         // The first list must hold all pairs that are bonded.
         skin: (SKIN * smallest).max(config.law.alert_m.unwrap_or(0.0)),
     }
+}
+
+/// The laws by pair of the scene.
+fn pairs(config: &Config, thickness: f64, sample: &Sample) -> Pairs {
+    if config.law.pairs.is_empty() {
+        return Pairs::default();
+    }
+    let mut names = vec![GRAINS.to_string(); sample.free.len()];
+    for cluster in &sample.clusters {
+        for disk in &cluster.disks {
+            names[*disk].clone_from(&cluster.name);
+        }
+    }
+    let base = sample.glued.len() - sample.lid;
+    let glued = (0..sample.glued.len()).map(|i| ROWS[usize::from(i >= base)].to_string());
+    names.extend(glued);
+    names.extend(config.wheel.map(|_| WHEEL.to_string()));
+    names.extend(sample.wall_names.iter().cloned());
+    let laws = config.law.pairs.iter();
+    let laws = laws.map(|pair| {
+        (
+            pair.between.clone(),
+            law(&pair.merged(&config.law), thickness),
+        )
+    });
+    Pairs::new(&names, &laws.collect::<Vec<_>>())
 }
 
 fn clusters(config: &Config, sample: &Sample, masses: &[f64]) -> Clusters {

@@ -101,7 +101,8 @@ impl State {
                 continue;
             }
             let gap = proximity(bodies, &positions, slot.a as usize, slot.b as usize).gap;
-            if let (Some(springs), true) = (bodies.law.springs, gap < 0.0) {
+            let law = bodies.law_of(slot.a as usize, slot.b as usize);
+            if let (Some(springs), true) = (law.springs, gap < 0.0) {
                 slot.force[0] = -gap * springs.normal;
                 slot.left = gap;
             }
@@ -174,7 +175,8 @@ impl State {
                 // Tension and shear are the bond's.
                 Some(_) => [slot.force[0].max(0.0), 0.0],
             };
-            let [normal, tangential] = bodies.law.stored(force);
+            let law = bodies.law_of(slot.a as usize, slot.b as usize);
+            let [normal, tangential] = law.stored(force);
             let cohesive = bonded.map_or(0.0, |(_, bond)| bond.stored(bodies));
             [sum[0] + normal, sum[1] + tangential, sum[2] + cohesive]
         })

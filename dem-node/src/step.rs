@@ -192,7 +192,8 @@ impl Stepper {
         }
         for (contact, adhesion) in problem.bonds.iter_mut().zip(&self.adhesion) {
             let bond = &state.bonds[contact.index as usize];
-            contact.soften(&bodies.law, bond, *adhesion, h);
+            let [a, b] = [bond.a, bond.b].map(|body| body as usize);
+            contact.soften(bodies.law_of(a, b), bond, *adhesion, h);
         }
         true
     }

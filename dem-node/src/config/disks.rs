@@ -7,6 +7,7 @@ use super::drive::ClusterDriveConfig;
 use super::fill::{FillConfig, RowConfig};
 use super::limits::{finite, positive, refuse_if};
 use crate::geometry::range;
+use crate::pairs::{GRAINS, ROWS, WHEEL};
 
 /// Disks and walls one by one, and areas and rows that are filled with disks.
 #[derive(Clone, Debug, Deserialize)]
@@ -64,6 +65,8 @@ pub struct DiskConfig {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WallConfig {
+    /// Name for `law.pairs`.
+    pub name: Option<String>,
     /// A point of the face of a half-plane (m).
     pub x_m: Option<f64>,
     /// A point of the face of a half-plane (m).
@@ -274,6 +277,40 @@ impl DisksConfig {
         !self.rows.is_empty() || self.disks.iter().any(|disk| disk.cluster.is_some())
     }
 
+    /// Names of the groups of its bodies, for `law.pairs`.
+    pub(super) fn groups(&self) -> Vec<&str> {
+        let glued = |lid: bool| self.disks.iter().any(|disk| disk.glued && disk.lid == lid);
+        let rows = ROWS.into_iter().zip([glued(false), glued(true)]);
+        let rows = rows.filter_map(|(name, there)| there.then_some(name));
+        let walls = self.walls.iter().filter_map(|wall| wall.name.as_deref());
+        let listed = self.disks.iter().filter_map(|disk| disk.cluster.as_deref());
+        let clusters = listed.chain(self.rows.iter().map(|row| row.cluster.as_str()));
+        let mut names: Vec<&str> = rows.chain(walls).chain(clusters).collect();
+        names.dedup();
+        names
+    }
+
+    /// Refuses names of walls and driven clusters that are those of other groups, or no names of signals.
+    pub(super) fn validate_names(&self) -> Result<(), ConfigError> {
+        let walls = self.walls.iter().enumerate();
+        let walls = walls.filter_map(|(i, wall)| Some(("walls", i, wall.name.as_deref()?)));
+        let clusters = self.clusters.iter().enumerate();
+        let clusters = clusters.map(|(i, cluster)| ("clusters", i, cluster.name.as_str()));
+        let mut known = vec![GRAINS, WHEEL, ROWS[0], ROWS[1]];
+        for (list, i, name) in walls.chain(clusters) {
+            let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+            let wrong = name.is_empty() || !name.chars().all(plain);
+            refuse_if(
+                wrong || known.contains(&name),
+                &format!("sample.{list}[{i}].name"),
+                format!("{name:?} is taken by another group, or is no name"),
+                "choose another one of letters, digits, - and _",
+            )?;
+            known.push(name);
+        }
+        Ok(())
+    }
+
     /// True for a disk of this cluster, listed or in a row.
     fn has_disks_of(&self, name: &str) -> bool {
         let listed = self.disks.iter().filter_map(|disk| disk.cluster.as_deref());
@@ -330,7 +367,10 @@ impl DisksConfig {
 
     /// True if a cluster cannot turn: it may be as wide as the strip then.
     fn is_upright(&self, cluster: Option<&str>) -> bool {
-        let mut entries = self.clusters.iter().filter(|c| Some(c.name.as_str()) == cluster);
+        let mut entries = self
+            .clusters
+            .iter()
+            .filter(|c| Some(c.name.as_str()) == cluster);
         entries.any(|entry| entry.holds()[2])
     }
 
@@ -340,12 +380,20 @@ impl DisksConfig {
             refuse_if(
                 !self.is_upright(Some(&row.cluster)),
                 &format!("sample.rows[{i}].cluster"),
-                format!("{:?} may turn, and a row of a strip that repeats cannot", row.cluster),
+                format!(
+                    "{:?} may turn, and a row of a strip that repeats cannot",
+                    row.cluster
+                ),
                 "add its entry to sample.clusters with a drive or locked = [\"rotation\"]",
             )?;
         }
         let turning = |disk: &&DiskConfig| !self.is_upright(disk.cluster.as_deref());
-        for (i, disk) in self.disks.iter().enumerate().filter(|(_, disk)| turning(disk)) {
+        for (i, disk) in self
+            .disks
+            .iter()
+            .enumerate()
+            .filter(|(_, disk)| turning(disk))
+        {
             let far = |other: &&DiskConfig| (other.x_m - disk.x_m).abs() > 0.5 * length;
             let torn = |other: &DiskConfig| disk.cluster.is_some() && other.cluster == disk.cluster;
             refuse_if(

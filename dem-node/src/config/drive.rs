@@ -73,7 +73,9 @@ impl ClusterDriveConfig {
 
     pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
         let velocity = self.velocity();
-        let force = self.force_n.map_or([None; 2], |both| both.map(Component::number));
+        let force = self
+            .force_n
+            .map_or([None; 2], |both| both.map(Component::number));
         for k in 0..2 {
             let name = DIRECTIONS[k];
             for (word, value) in [("velocity_m_per_s", velocity[k]), ("force_n", force[k])] {
@@ -88,7 +90,12 @@ impl ClusterDriveConfig {
         }
         let free = velocity.iter().filter(|v| v.is_none()).count();
         positive(&format!("{key}.mass_kg"), self.mass_kg, "kg")?;
-        at_least(&format!("{key}.damping_n_s_per_m"), self.damping_n_s_per_m, 0.0, "N s/m")?;
+        at_least(
+            &format!("{key}.damping_n_s_per_m"),
+            self.damping_n_s_per_m,
+            0.0,
+            "N s/m",
+        )?;
         refuse_if(
             free == 0 && (self.mass_kg.is_some() || self.damping_n_s_per_m > 0.0),
             key,
@@ -106,7 +113,9 @@ impl ClusterDriveConfig {
         refuse_if(
             free != 1 || self.force_n.is_some(),
             &key,
-            format!("is the force in the only free direction, and {free} directions are free or force_n is given too"),
+            format!(
+                "is the force in the only free direction, and {free} directions are free or force_n is given too"
+            ),
             "prescribe the velocity of the other direction, and remove force_n",
         )?;
         validate_table(&key, table)

@@ -63,7 +63,12 @@ impl FillConfig {
         validate_sides(&format!("{key}.x_m"), self.x_m)?;
         validate_sides(&format!("{key}.y_m"), self.y_m)?;
         validate_radii(key, [self.radius_min_m, self.radius_max_m])?;
-        at_least(&format!("{key}.speed_m_per_s"), self.speed_m_per_s, 0.0, "m/s")?;
+        at_least(
+            &format!("{key}.speed_m_per_s"),
+            self.speed_m_per_s,
+            0.0,
+            "m/s",
+        )?;
         let [columns, rows] = self.grid();
         validate_count(key, columns * rows)
     }

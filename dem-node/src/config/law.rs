@@ -9,7 +9,7 @@ use crate::cohesion::HPrime;
 use crate::law::Penetration;
 
 /// `law`: unilateral contact with optional friction and compliance.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LawConfig {
     /// Signorini, Coulomb or cohesion, or LMGC90's name of one with the options that it means.
@@ -42,6 +42,25 @@ pub struct LawConfig {
     /// single bond.
     #[serde(default)]
     pub bonds_min: u32,
+    /// Laws of contacts between two groups of bodies.
+    #[serde(default)]
+    pub pairs: Vec<PairConfig>,
+}
+
+/// Laws of contacts between two groups: all that is absent is that of `law`.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PairConfig {
+    /// Names of the groups: `grains`, `base`, `lid`, `wheel`, or that of a wall or cluster; twice the same for the contacts within.
+    pub between: [String; 2],
+    /// Coefficient of friction.
+    pub friction: Option<f64>,
+    /// Newton's coefficient of restitution of rigid contacts.
+    pub restitution: Option<f64>,
+    /// Stiffness of the contacts per thickness (Pa).
+    pub contact_stiffness_pa: Option<f64>,
+    /// kt / kn of compliant contacts.
+    pub tangential_stiffness_ratio: Option<f64>,
 }
 
 /// The words for `law.kind`.
@@ -72,6 +91,22 @@ impl LawKind {
             LawKind::IqsClb | LawKind::RstClb => LawKind::Coulomb,
             LawKind::IqsMacCzm => LawKind::Cohesion,
             plain => plain,
+        }
+    }
+}
+
+impl PairConfig {
+    /// The law with what this pair has of its own.
+    pub fn merged(&self, law: &LawConfig) -> LawConfig {
+        LawConfig {
+            friction: self.friction.or(law.friction),
+            restitution: self.restitution.or(law.restitution),
+            contact_stiffness_pa: self.contact_stiffness_pa.or(law.contact_stiffness_pa),
+            tangential_stiffness_ratio: self
+                .tangential_stiffness_ratio
+                .or(law.tangential_stiffness_ratio),
+            pairs: Vec::new(),
+            ..law.clone()
         }
     }
 }

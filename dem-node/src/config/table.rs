@@ -51,7 +51,14 @@ mod tests {
     #[test]
     fn loads_are_linear_between_entries_and_constant_beyond() {
         let table = [[1.0, 10.0], [3.0, 30.0], [4.0, 0.0]];
-        for (time, load) in [(0.0, 10.0), (1.0, 10.0), (1.5, 15.0), (3.0, 30.0), (3.75, 7.5), (9.0, 0.0)] {
+        for (time, load) in [
+            (0.0, 10.0),
+            (1.0, 10.0),
+            (1.5, 15.0),
+            (3.0, 30.0),
+            (3.75, 7.5),
+            (9.0, 0.0),
+        ] {
             assert_eq!(load_at(&table, time), load, "{time}");
         }
         assert_eq!(load_at(&[], 1.0), 0.0);
@@ -60,7 +67,12 @@ mod tests {
     #[test]
     fn entries_that_go_back_are_refused_by_their_number() {
         let error = validate_table("wheel.load_table", &[[0.0, 1.0], [2.0, 1.0], [2.0, 3.0]]);
-        let text = error.expect_err("two entries are at the same time").to_string();
-        assert!(text.contains("wheel.load_table") && text.contains("entry 2"), "{text}");
+        let text = error
+            .expect_err("two entries are at the same time")
+            .to_string();
+        assert!(
+            text.contains("wheel.load_table") && text.contains("entry 2"),
+            "{text}"
+        );
     }
 }

@@ -110,10 +110,15 @@ impl Dem {
         let results = results.map(|(name, x)| (name.to_string(), x));
         let profile = self.profile.iter().flat_map(|config| {
             let thickness = self.setting.thickness_m;
-            self.progress.profile.results(config, &self.bodies, thickness)
+            self.progress
+                .profile
+                .results(config, &self.bodies, thickness)
         });
         let profile = profile.map(|(name, x)| (name.to_string(), x));
-        results.chain(self.driven_results()).chain(profile).collect()
+        results
+            .chain(self.driven_results())
+            .chain(profile)
+            .collect()
     }
 
     /// The run as it is judged at its end.

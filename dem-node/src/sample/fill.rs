@@ -10,11 +10,13 @@ pub fn expanded(config: &DisksConfig, seed: u64) -> DisksConfig {
     let mut common = RandomNumbers::new(seed);
     for part in &config.rows {
         let mut own = part.seed.map(RandomNumbers::new);
-        all.disks.extend(row(part, own.as_mut().unwrap_or(&mut common)));
+        all.disks
+            .extend(row(part, own.as_mut().unwrap_or(&mut common)));
     }
     for part in &config.fill {
         let mut own = part.seed.map(RandomNumbers::new);
-        all.disks.extend(fill(part, own.as_mut().unwrap_or(&mut common)));
+        all.disks
+            .extend(fill(part, own.as_mut().unwrap_or(&mut common)));
     }
     all
 }

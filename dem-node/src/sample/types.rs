@@ -25,6 +25,8 @@ pub struct Sample {
     pub lid: usize,
     /// Rigid walls, polylines segment by segment.
     pub walls: Vec<RigidWall>,
+    /// Names of the walls, segment by segment; empty for one without.
+    pub wall_names: Vec<String>,
     /// Free grains that move together.
     pub clusters: Vec<ClusterMembers>,
     /// Solid fraction of the packing (0 where it has no meaning).

@@ -50,7 +50,8 @@ impl Accelerator {
         sweeper: &mut Sweeper,
         parallel: bool,
     ) -> [f64; 2] {
-        let manner = manner(self.sweeps, problem.friction);
+        let friction = self.sweeps >= PLAIN && problem.has_friction();
+        let manner = manner(self.sweeps, friction);
         self.sweeps += 1;
         if manner == Manner::Plain {
             return sweeper.sweep(problem, parallel);
@@ -82,8 +83,8 @@ impl Accelerator {
     }
 }
 
-fn manner(sweeps: usize, friction: f64) -> Manner {
-    let Some(since) = sweeps.checked_sub(PLAIN).filter(|_| friction > 0.0) else {
+fn manner(sweeps: usize, friction: bool) -> Manner {
+    let Some(since) = sweeps.checked_sub(PLAIN).filter(|_| friction) else {
         return Manner::Plain;
     };
     let (turn, within) = (
@@ -179,12 +180,12 @@ mod tests {
 
     #[test]
     fn turns_follow_the_plain_sweeps_and_only_with_friction() {
-        assert_eq!(manner(PLAIN - 1, 0.3), Manner::Plain);
-        assert_eq!(manner(PLAIN, 0.3), Manner::Extrapolated);
-        assert_eq!(manner(PLAIN + EXTRAPOLATED, 0.3), Manner::Averaged(0.5));
+        assert_eq!(manner(PLAIN - 1, true), Manner::Plain);
+        assert_eq!(manner(PLAIN, true), Manner::Extrapolated);
+        assert_eq!(manner(PLAIN + EXTRAPOLATED, true), Manner::Averaged(0.5));
         let second = PLAIN + EXTRAPOLATED + AVERAGED;
-        assert_eq!(manner(second, 0.3), Manner::Extrapolated);
-        assert_eq!(manner(second + EXTRAPOLATED, 0.3), Manner::Averaged(0.8));
-        assert_eq!(manner(second, 0.0), Manner::Plain);
+        assert_eq!(manner(second, true), Manner::Extrapolated);
+        assert_eq!(manner(second + EXTRAPOLATED, true), Manner::Averaged(0.8));
+        assert_eq!(manner(second, false), Manner::Plain);
     }
 }

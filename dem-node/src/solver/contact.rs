@@ -50,6 +50,8 @@ pub struct Contact {
     pub relative_gap: f64,
     /// The law's own term of U beside u, for instance g/h and d_t/h (m/s).
     pub bias: [f64; 2],
+    /// Coefficient of friction of a pair that has a law of its own.
+    pub own_friction: Option<f64>,
     /// Springs on the diagonal, 1/(k h^2) (1/kg).
     pub compliance: [f64; 2],
     /// Impulse, normal and tangential (N s).

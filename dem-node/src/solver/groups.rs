@@ -9,7 +9,7 @@ mod grouping;
 #[cfg(test)]
 mod tests;
 
-use super::contact::{BodyRecord, Contact};
+use super::contact::{BodyRecord, Contact, NO_BOND};
 use super::partition::{Partition, Subdomain, for_each_subdomain};
 use super::problem::Problem;
 use crate::lanes::{self, widest};
@@ -200,7 +200,7 @@ pub struct Sweeper {
     glued: Vec<(u32, u32)>,
     /// Contacts with a bond: stage, then contact ([`interleave`]).
     bonded: Vec<(u32, u32)>,
-    /// Contacts of the wheel and of clusters.
+    /// Contacts of the wheel, of clusters, and of pairs with a law of their own.
     wheel: Vec<u32>,
     clustered: Vec<u32>,
     grouping: Grouping,
@@ -222,7 +222,9 @@ impl Sweeper {
         self.wheel.clear();
         self.clustered.clear();
         for (index, contact) in problem.contacts.iter().enumerate() {
-            let chosen = if problem.levers.get(contact.levers as usize).is_some() {
+            let plain = contact.glued || contact.bond != NO_BOND;
+            let apart = contact.own_friction.is_some() && !plain;
+            let chosen = if apart || problem.levers.get(contact.levers as usize).is_some() {
                 &mut self.clustered
             } else if problem.wheel == Some(contact.b as usize) {
                 &mut self.wheel

@@ -24,7 +24,7 @@ pub struct Problem {
     pub wheel: Option<usize>,
     /// The boundary that the glued disks belong to.
     pub boundary: CompliantBoundary,
-    /// Coefficient of friction.
+    /// Coefficient of friction of contacts that have none of their own.
     pub friction: f64,
     /// Rounding error of a gap over the step (m/s): no residual can be smaller.
     pub rounding: f64,
@@ -51,7 +51,7 @@ impl Problem {
             };
             let pair = (contact.a, contact.b);
             match self.bonds.get_mut(contact.bond as usize) {
-                None => contact.law = LocalLaw::new(softened, self.friction, pair)?,
+                None => contact.law = LocalLaw::new(softened, self.friction_of(contact), pair)?,
                 Some(bond) => bond
                     .law
                     .prepare(contact.block, contact.compliance[0], pair)?,
@@ -123,6 +123,18 @@ impl Problem {
         } else {
             [inverse, inverse, 2.0 * inverse]
         }
+    }
+
+    /// Coefficient of friction of a contact.
+    #[inline(always)]
+    pub(crate) fn friction_of(&self, contact: &Contact) -> f64 {
+        contact.own_friction.unwrap_or(self.friction)
+    }
+
+    /// True if any contact has friction.
+    pub(super) fn has_friction(&self) -> bool {
+        let own = |contact: &Contact| contact.own_friction.is_some_and(|friction| friction > 0.0);
+        self.friction > 0.0 || self.contacts.iter().any(own)
     }
 
     /// Index of a glued disk in the boundary; `None` for other bodies.

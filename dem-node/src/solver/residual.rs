@@ -128,7 +128,8 @@ impl Defect {
                 } else {
                     r[1]
                 };
-                let [r_n, r_t] = coulomb_projection([r[0] - full[0] / d[0], x_t], problem.friction);
+                let [r_n, r_t] =
+                    coulomb_projection([r[0] - full[0] / d[0], x_t], problem.friction_of(contact));
                 defect += term(0, r_n);
                 defect += term(1, r_t);
             } else {

@@ -32,23 +32,23 @@ impl Stepper {
         self.problem.levers.clear();
         self.slots.clear();
         let mut bonds = BondCursor::new(&state.bonds);
-        let compliance = bodies.law.compliance(input.step);
         for index in 0..list.slots.len() {
             let slot = &list.slots[index];
             let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
             let bond = bonds.find((slot.a, slot.b));
-            let mut contact = self.candidate(state, input, slot, at, compliance);
+            let mut contact = self.candidate(state, input, slot, at);
             if bond.is_none() && !self.accept(state, input, &mut contact) {
                 // A contact that a rebound has opened leaves the problem: it must not keep its force.
                 (list.slots[index].force, list.slots[index].left) = ([0.0; 2], 0.0);
                 continue;
             }
             if let Some((index, bond)) = bond {
+                let law = bodies.law_of(contact.a as usize, contact.b as usize);
                 contact.bond = self.problem.bonds.len() as u32;
                 contact.gap -= bond.reference;
                 contact.bias = [contact.gap / input.step, 0.0];
                 contact.compliance[1] = 0.0;
-                let bonded = BondContact::new(&bodies.law, bond, index, input.step);
+                let bonded = BondContact::new(law, bond, index, input.step);
                 self.problem.bonds.push(bonded);
             }
             self.problem.contacts.push(contact);
@@ -117,17 +117,18 @@ impl Stepper {
         turning.fold(speed, f64::max)
     }
 
-    /// The contact that a slot would have, with the compliance of the law; its levers, if it needs any, join the problem.
+    /// The contact that a slot would have, with friction and compliance of its law; its levers, if it needs any, join the problem.
     fn candidate(
         &mut self,
         state: &State,
         input: &StepInput,
         slot: &Slot,
         at: Proximity,
-        compliance: [f64; 2],
     ) -> Contact {
         let (bodies, h) = (input.bodies, input.step);
         let pair = [slot.a as usize, slot.b as usize];
+        let own = bodies.pairs.of(pair[0], pair[1]);
+        let law = own.unwrap_or(&bodies.law);
         let glued = pair.map(|body| bodies.glued_index(body).is_some());
         let mut contact = Contact {
             a: slot.a,
@@ -140,7 +141,8 @@ impl Stepper {
                 None => 0.0,
             },
             bias: [0.0, slot.spring / h],
-            compliance,
+            own_friction: own.map(|law| law.friction),
+            compliance: law.compliance(h),
             impulse: [h * slot.force[0], h * slot.force[1]],
             bond: NO_BOND,
             levers: NO_LEVERS,
@@ -149,9 +151,10 @@ impl Stepper {
         if !bodies.clusters.list.is_empty() {
             let disk = |body: usize| (state.centres[body], bodies.radii[body]);
             let inverse = |body: usize| self.problem.inverse_mass(body);
-            let levers = bodies
-                .clusters
-                .levers(&state.clusters, pair, &at, disk, inverse, &input.moment());
+            let levers =
+                bodies
+                    .clusters
+                    .levers(&state.clusters, pair, &at, disk, inverse, &input.moment());
             if let Some(levers) = levers {
                 contact.levers = self.problem.levers.len() as u32;
                 self.problem.levers.push(levers);
@@ -166,11 +169,12 @@ impl Stepper {
         let (bodies, h) = (input.bodies, input.step);
         let approach = self.problem.relative_velocity(contact)[0].min(0.0);
         let touches = contact.impulse[0] > 0.0 || contact.gap + h * approach < bodies.alert;
-        let before = match bodies.law.restitution {
+        let law = bodies.law_of(contact.a as usize, contact.b as usize);
+        let before = match law.restitution {
             Some(_) if touches => self.relative_before(bodies, state, contact)[0],
             _ => 0.0,
         };
-        let bias = bodies.law.bias(contact.gap, before, h);
+        let bias = law.bias(contact.gap, before, h);
         let Some(bias) = bias.filter(|_| touches) else {
             self.problem.levers.truncate(contact.levers as usize);
             return false;

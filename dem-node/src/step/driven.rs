@@ -20,11 +20,18 @@ impl Stepper {
         for (index, cluster, drive) in bodies.clusters.driven() {
             let (push, drag, impulse) = (drive.push(&at), drive.drag(&at), impulses[index]);
             let leader = cluster.leader();
-            let (old, new) = (state.velocities[leader], self.problem.records[leader].velocity);
+            let (old, new) = (
+                state.velocities[leader],
+                self.problem.records[leader].velocity,
+            );
             for k in 0..2 {
                 let v = at.theta * new[k] + (1.0 - at.theta) * old[k];
                 let borne = impulse[k] + cluster.mass * at.step * bodies.gravity[k];
-                let work = if cluster.free[k] > 0.0 { push[k] } else { -borne };
+                let work = if cluster.free[k] > 0.0 {
+                    push[k]
+                } else {
+                    -borne
+                };
                 state.accounts.walls += work * v;
                 state.accounts.damping += cluster.free[k] * drag * v * v;
             }

@@ -22,7 +22,8 @@ impl Stepper {
             let slot = *slot as usize;
             let done = self.contact_step(state, input, contact, &state.list.slots[slot]);
             if contact.bond == NO_BOND {
-                state.accounts.lose(&contact_loss(&bodies.law, &done));
+                let law = bodies.law_of(contact.a as usize, contact.b as usize);
+                state.accounts.lose(&contact_loss(law, &done));
                 let slot = &mut state.list.slots[slot];
                 slot.force = [done.impulse[0] / h, done.impulse[1] / h];
                 slot.spring = done.spring[1];
@@ -65,7 +66,8 @@ impl Stepper {
         let adhesion = [before, solved, self.adhesion[index]];
         let bond = &mut state.bonds[contact.index as usize];
         let slot = &mut state.list.slots[slot];
-        let loss = bond::end_step(&bodies.law, bond, slot, done, adhesion);
+        let law = bodies.law_of(slot.a as usize, slot.b as usize);
+        let loss = bond::end_step(law, bond, slot, done, adhesion);
         state.accounts.lose(&loss);
     }
 
@@ -83,7 +85,8 @@ impl Stepper {
         } else {
             self.relative_before(input.bodies, state, contact)
         };
-        let springs = input.bodies.law.springs;
+        let law = input.bodies.law_of(contact.a as usize, contact.b as usize);
+        let springs = law.springs;
         let stretched = springs.map_or(0.0, |s| -contact.impulse[1] / (input.step * s.tangential));
         // A compliant boundary puts its disks where its own body says, which is not for this ledger to judge.
         let left = if contact.glued && self.problem.boundary.is_compliant() {

@@ -1,0 +1,194 @@
+//! Driven clusters: rough walls and single bodies that are moved or pushed along x and along y.
+//!
+//! ```text
+//!    v_x = V  ->  o-o-o-o-o-o   F_y = -P     free:       m (v' - v) = h F - h c v'  (theta = 1)
+//!                 o   o  o  o                prescribed: v = V, whatever the grains do
+//!    =========================
+//! ```
+//!
+//! Reference: the recursion of a damped mass, Coulomb's law, statics. Tolerance: rounding, or the true residual 1e-12.
+
+use serde_json::{Value, json};
+
+use crate::dem_support::{THICKNESS, build, close, march, mass, refusal, scene};
+
+const R: f64 = 1e-3;
+const STEP: f64 = 1e-5;
+
+fn floor() -> Value {
+    json!([{"name": "floor", "x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}])
+}
+
+/// One disk that is the cluster `top`, on the floor or above it.
+fn single(height: f64, law: Value, drive: Value, overrides: Value) -> Value {
+    let sample = json!({
+        "kind": "disks",
+        "disks": [{"x_m": 0.0, "y_m": R + height, "radius_m": R, "cluster": "top"}],
+        "clusters": [{"name": "top", "drive": drive}],
+        "walls": floor(),
+    });
+    scene(law, STEP, sample, overrides)
+}
+
+fn coulomb(friction: f64) -> Value {
+    json!({"kind": "coulomb", "friction": friction})
+}
+
+#[test]
+fn a_damped_mass_under_a_constant_force_follows_its_recursion() {
+    for theta in [1.0, 0.5] {
+        let drive = json!({"force_n": [2e-3, "free"], "mass_kg": 1e-3, "damping_n_s_per_m": 20.0});
+        let time = json!({"step_s": STEP, "pressure_pa": 1.0, "theta": theta});
+        let config = single(1.0, coulomb(0.3), drive, json!({"time": time}));
+        let mut dem = build(&config);
+        let report = march(&mut dem, 0, 40);
+        let (m, hc, push) = (1e-3, STEP * 20.0, STEP * 2e-3);
+        let mut v = 0.0;
+        let (mut x, mut work, mut damped) = (0.0, 0.0, 0.0);
+        for _ in 0..40 {
+            let next = ((m - hc * (1.0 - theta)) * v + push) / (m + hc * theta);
+            let mean = theta * next + (1.0 - theta) * v;
+            x += STEP * mean;
+            work += push * mean;
+            damped += hc * mean * mean;
+            v = next;
+        }
+        close("v_x", dem.state().velocities[0][0], v, 1e-13 * v);
+        close("x", report.signal("top_x_m"), x, 1e-12 * x);
+        close("work", report.energy("walls"), work, 1e-12 * work);
+        close("damping", report.energy("damping"), damped, 1e-12 * damped);
+        close("balance", report.imbalance(0.0), 0.0, 1e-12);
+    }
+}
+
+#[test]
+fn a_dragged_disk_rubs_with_its_weight_and_load_and_the_drive_pays_for_it() {
+    let (speed, load, friction, g) = (0.2, 3e-3, 0.3, 9.81);
+    let drive = json!({"velocity_m_per_s": [speed, "free"], "force_n": ["free", -load]});
+    let overrides = json!({"gravity_m_per_s2": [0.0, -g]});
+    let mut dem = build(&single(0.0, coulomb(friction), drive, overrides));
+    let report = march(&mut dem, 0, 50);
+    let borne = load + mass(R) * g;
+    let near = 1e-9 * borne;
+    close("force_y", report.signal("top_force_y_n"), borne, near);
+    close(
+        "force_x",
+        report.signal("top_force_x_n"),
+        -friction * borne,
+        near,
+    );
+    close("x", report.signal("top_x_m"), 50.0 * STEP * speed, 1e-15);
+    let work = friction * borne * 50.0 * STEP * speed;
+    close("work", report.energy("walls"), work, 1e-9 * work);
+    close("friction", report.energy("friction"), work, 1e-9 * work);
+    close("balance", report.imbalance(0.0), 0.0, 1e-11);
+    close("defect", report.signal("momentum_defect_n"), 0.0, near);
+}
+
+#[test]
+fn a_prescribed_way_down_bears_the_weight_of_the_cluster() {
+    let g = 9.81;
+    let drive = json!({"velocity_m_per_s": [0.0, -0.1]});
+    let overrides = json!({"gravity_m_per_s2": [0.0, -g]});
+    let mut dem = build(&single(1.0, coulomb(0.3), drive, overrides));
+    let report = march(&mut dem, 0, 30);
+    let way = 30.0 * STEP * 0.1;
+    close("y", report.signal("top_y_m"), 1.0 + R - way, 1e-14);
+    // The weight does m g h, and the drive takes it all up.
+    let fallen = mass(R) * g * way;
+    close("weight", report.energy("weight"), fallen, 1e-9 * fallen);
+    close("walls", report.energy("walls"), -fallen, 1e-9 * fallen);
+}
+
+#[test]
+fn a_load_over_time_is_that_of_its_table() {
+    let table = json!([[0.0, 0.0], [100.0 * STEP, -2.0e-3], [200.0 * STEP, -1.0e-3]]);
+    let drive = json!({"velocity_m_per_s": [0.0, "free"], "load_table": table});
+    let mut dem = build(&single(0.0, coulomb(0.3), drive, json!({})));
+    for (steps, load) in [(50, 1.0e-3), (100, 2.0e-3), (150, 1.5e-3), (250, 1.0e-3)] {
+        let report = march(&mut dem, steps - 50, 50);
+        close("force_y", report.signal("top_force_y_n"), load, 1e-12);
+    }
+}
+
+/// A row as wide as the strip presses a fill of disks on the floor.
+fn pressed_strip() -> Value {
+    let strip = [0.0, 20.0 * R];
+    let radii = json!({"radius_min_m": 0.8 * R, "radius_max_m": R, "law": "number_uniform"});
+    let with = |mut part: Value| {
+        for (key, value) in radii.as_object().into_iter().flatten() {
+            part[key] = value.clone();
+        }
+        part
+    };
+    let sample = json!({
+        "kind": "disks",
+        "periodic_x_m": strip,
+        "fill": [with(json!({"x_m": strip, "y_m": [0.0, 8.0 * R]}))],
+        "rows": [with(json!({"cluster": "top", "x_m": strip, "y_m": 9.1 * R}))],
+        "clusters": [{"name": "top", "drive": {
+            "velocity_m_per_s": [0.0, "free"], "force_n": ["free", -2.0], "damping_n_s_per_m": 2.0,
+        }}],
+        "walls": floor(),
+    });
+    let law = json!({"kind": "coulomb", "friction": 0.4, "contact_stiffness_pa": 1e8,
+        "tangential_stiffness_ratio": 0.5});
+    let profile = json!({"profile": {"axis": "y", "bins": 4, "start_s": 4e-2, "every_s": 1.0}});
+    let mut config = scene(law, 1e-5, sample, profile);
+    config["solver"]["tolerance"] = json!(1e-6);
+    config["time"]["end_s"] = json!(5e-2);
+    config
+}
+
+#[test]
+fn a_row_as_wide_as_the_strip_packs_what_lies_under_it_and_every_slice_bears_its_load() {
+    let config = pressed_strip();
+    let mut dem = build(&config);
+    let mut report = march(&mut dem, 0, 1000);
+    for part in 1..5 {
+        report = march(&mut dem, 1000 * part, 1000);
+    }
+    close("force_y", report.signal("top_force_y_n"), 2.0, 1e-2);
+    close("balance", report.imbalance(0.0), 0.0, 1e-8);
+    let outcome = protocol::Node::finish(&mut dem).expect("the run can end");
+    let result = |name: &str| outcome.results[name];
+    // Statics: the mean normal stress of any level cut is the load over its area.
+    let stress = 2.0 / (20.0 * R * THICKNESS);
+    let found = result("profile_normal_stress_pa");
+    close("stress", found, stress, 2e-3 * stress);
+    let phi = result("profile_solid_fraction");
+    assert!((0.74..0.87).contains(&phi), "{phi}");
+}
+
+#[test]
+fn what_a_drive_cannot_mean_is_refused_by_its_key() {
+    let told = |drive: Value| refusal(&single(0.0, coulomb(0.3), drive, json!({})));
+    let both = told(json!({"velocity_m_per_s": [1.0, "free"], "force_n": [2.0, 1.0]}));
+    assert!(
+        both.contains("drive.force_n") && both.contains("along x"),
+        "{both}"
+    );
+    let table = told(json!({"load_table": [[0.0, 1.0]]}));
+    assert!(
+        table.contains("drive.load_table") && table.contains("2 directions"),
+        "{table}"
+    );
+    let idle = told(json!({"velocity_m_per_s": [1.0, 0.0], "mass_kg": 1.0}));
+    assert!(idle.contains("clusters[0].drive"), "{idle}");
+    let word = told(json!({"velocity_m_per_s": [1.0, "loose"]}));
+    assert!(
+        word.contains("velocity_m_per_s") && word.contains("\"free\""),
+        "{word}"
+    );
+    let mut locked = single(0.0, coulomb(0.3), json!({}), json!({}));
+    locked["sample"]["clusters"][0]["locked"] = json!(["x"]);
+    let locked = refusal(&locked);
+    assert!(locked.contains("clusters[0].locked"), "{locked}");
+    let mut torn = pressed_strip();
+    torn["sample"]["clusters"] = json!([]);
+    let torn = refusal(&torn);
+    assert!(
+        torn.contains("rows[0].cluster") && torn.contains("rotation"),
+        "{torn}"
+    );
+}
