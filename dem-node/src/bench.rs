@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use crate::error::DemError;
-use crate::solver::{Algorithm, Criteria, Problem, Solver};
+use crate::solver::{Algorithm, Criteria, OnNotConverged, Problem, Solver};
 use crate::threads;
 use machine::{PASSES, byte_time, operation_time, peak_rss};
 use pack::Pack;
@@ -227,6 +227,7 @@ fn times(cold: &Problem, algorithm: Algorithm) -> Result<[Times; 2], DemError> {
 /// A tolerance of 0 asks for exactly so many iterations.
 fn criteria(algorithm: Algorithm, tolerance: f64, iterations: usize, threads: usize) -> Criteria {
     Criteria {
+        on_not_converged: OnNotConverged::Stop,
         algorithm,
         tolerance,
         min_iterations: if tolerance == 0.0 { iterations } else { 1 },

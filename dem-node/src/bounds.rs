@@ -38,12 +38,13 @@ impl Bounds {
     pub fn new(config: &Config) -> Bounds {
         let (mean, smallest) = radii(config);
         let density = config.density_kg_per_m3 * config.mass_scale;
-        let wheel = config.wheel.map(WheelProgram);
+        let wheel = config.wheel.clone().map(WheelProgram);
         Bounds {
             inertial_time: 2.0 * mean * (density / config.time.pressure_pa).sqrt(),
             top_speed: wheel.map_or(0.0, |wheel| wheel.top_speed()),
             frequency: config
                 .wheel
+                .as_ref()
                 .filter(|wheel| wheel.cycles > 0.0)
                 .map_or(0.0, |wheel| wheel.frequency_hz),
             smallest,

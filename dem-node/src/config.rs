@@ -19,6 +19,7 @@ use crate::law::Penetration;
 use crate::pairs::{GRAINS, ROWS, WHEEL};
 use crate::solver::{Algorithm, Criteria};
 use limits::{PERIOD, at_least, finite, positive, refuse_given, refuse_if, within};
+use table::LoadTable;
 
 pub use disks::{ClusterConfig, DiskConfig, DisksConfig, WallConfig};
 pub use drive::{ClusterDriveConfig, Component};
@@ -92,11 +93,15 @@ pub struct TimeConfig {
 }
 
 /// A rigid wheel that is pressed on the grains and moved sideways. It does not turn.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WheelConfig {
     /// Vertical load (N).
     pub load_n: f64,
+    /// Vertical load over time (s, N) instead of the linear ramp: linear between the entries, constant beyond them. At the end
+    /// of the hold it must be `load_n`, which results and checks of the hold refer to.
+    #[serde(default)]
+    pub load_table: LoadTable,
     /// Mass (kg), never scaled.
     pub mass_kg: f64,
     /// Radius of the face (m), its lowest point over x = 0 at the start; 0 = flat.
@@ -158,7 +163,7 @@ impl Config {
     /// Refuses pairs that the scene does not have, and laws by pair that the solver cannot take.
     fn validate_pairs(&self) -> Result<(), ConfigError> {
         let mut groups = vec![GRAINS];
-        groups.extend(self.wheel.map(|_| WHEEL));
+        groups.extend(self.wheel.as_ref().map(|_| WHEEL));
         match &self.sample {
             SampleConfig::Disks(sample) => {
                 sample.validate_names()?;
@@ -210,7 +215,7 @@ impl Config {
             "a layer needs the wheel that holds it, and there is none",
             "add [participant.config.wheel], or sample.lid = true",
         )?;
-        match self.wheel.filter(|wheel| wheel.radius_m > 0.0) {
+        match self.wheel.as_ref().filter(|wheel| wheel.radius_m > 0.0) {
             None => Ok(()),
             Some(wheel) => {
                 let least = WHEEL_GRAINS * 2.0 * layer.radius_max_m;
@@ -253,7 +258,9 @@ impl Config {
         };
         self.sample.validate_strip(ends)?;
         refuse_if(
-            self.wheel.is_some_and(|wheel| wheel.radius_m > 0.0),
+            self.wheel
+                .as_ref()
+                .is_some_and(|wheel| wheel.radius_m > 0.0),
             "wheel.radius_m",
             "a curved wheel does not repeat along x, and sample.periodic_x_m does",
             "write radius_m = 0",
@@ -342,6 +349,27 @@ impl WheelConfig {
         if self.cycles > 0.0 {
             positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
         }
-        Ok(())
+        self.validate_table()
+    }
+
+    fn validate_table(&self) -> Result<(), ConfigError> {
+        let key = "wheel.load_table";
+        if self.load_table.is_empty() {
+            return Ok(());
+        }
+        table::validate_table(key, &self.load_table)?;
+        for [_, load] in &self.load_table {
+            at_least(key, *load, 0.0, "N")?;
+        }
+        let held = table::load_at(&self.load_table, self.ramp_s + self.hold_s);
+        refuse_if(
+            (held - self.load_n).abs() > 1e-9 * self.load_n,
+            key,
+            format!(
+                "is {held:e} N at the end of the hold, and wheel.load_n is {:e} N",
+                self.load_n
+            ),
+            "write the load at which results are taken in wheel.load_n",
+        )
     }
 }

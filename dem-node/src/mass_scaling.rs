@@ -19,7 +19,7 @@ pub struct MassScaling {
 impl MassScaling {
     /// The numbers of a scene whose wheel moves sideways.
     pub fn new(config: &Config, bounds: &Bounds, sample: &Sample) -> Option<MassScaling> {
-        let program = WheelProgram(config.wheel?);
+        let program = WheelProgram(config.wheel.clone()?);
         let (speed, height) = (program.top_speed(), height(config, sample));
         if speed == 0.0 || height <= 0.0 {
             return None;
@@ -39,7 +39,7 @@ const SLUGGISH: f64 = 0.2;
 /// Advice on a layer whose scaled mass m cannot follow the load P of its wheel: it moves by a mean diameter d in sqrt(2 d m / P),
 /// which must be short beside ramp and hold.
 pub fn advice(config: &Config, thickness: f64) -> Option<String> {
-    let (SampleConfig::Layer(layer), Some(wheel)) = (&config.sample, config.wheel) else {
+    let (SampleConfig::Layer(layer), Some(wheel)) = (&config.sample, &config.wheel) else {
         return None;
     };
     let area = 2.0 * layer.half_width_m * layer.thickness_m;

@@ -17,6 +17,7 @@ use crate::boundary::CompliantBoundary;
 use crate::bounds::Bounds;
 use crate::interface;
 use crate::snapshot;
+use crate::solver::OnNotConverged;
 use crate::step::StepSummary;
 use dem::Pending;
 use request::{request, require_numbers};
@@ -40,7 +41,11 @@ impl Node for Dem {
             step_limit_s: self.bounds.limit(),
             step_limit_name: Bounds::NAME.into(),
             end_s: self.end,
-            phases: self.program.map(|p| p.phases()).unwrap_or_default(),
+            phases: self
+                .program
+                .as_ref()
+                .map(|p| p.phases())
+                .unwrap_or_default(),
             sets: interface::sets(&self.bodies),
             signals: self.signal_names(),
             ledger: self.ledger_terms(),
@@ -167,7 +172,8 @@ impl Node for Dem {
             let (start, end) = (index as f64 * step, (index + 1) as f64 * step);
             let drive_before = self.progress.state.accounts.drive;
             summary = self.advance([start, end], step, &fixed, false)?;
-            if !summary.convergence.converged {
+            let stops = self.solver.criteria.on_not_converged == OnNotConverged::Stop;
+            if stops && !summary.convergence.converged {
                 return Err(NodeError::from(self.not_converged(window, &summary)));
             }
             self.record(start, end, drive_before, &summary);

@@ -24,7 +24,9 @@ pub struct Judged<'a> {
     /// Statistics over its steps.
     pub statistics: &'a RunStatistics,
     /// The wheel, where there is one.
-    pub program: Option<WheelProgram>,
+    pub program: Option<&'a WheelProgram>,
+    /// True for a run without coupler.
+    pub alone: bool,
     /// Ends of a layer that does not repeat, in |x| (m).
     pub half_width: Option<f64>,
 }
@@ -42,6 +44,7 @@ impl Judged<'_> {
             self.detection(),
             self.contact_width(),
             self.contact_residual(),
+            self.not_converged(),
         ];
         all.into_iter().flatten().collect()
     }
@@ -145,6 +148,16 @@ impl Judged<'_> {
         })
     }
 
+    /// Steps of a run alone that stand although they did not converge; those of a coupled run are the coupler's.
+    fn not_converged(&self) -> Option<Finding> {
+        let [accepted, steps] = self.statistics.accepted();
+        let accepted = accepted * u64::from(self.alone);
+        let value = accepted as f64 / steps.max(1) as f64;
+        self.bounds.not_converged_rel.judge("not_converged", value, || {
+            format!("{accepted} of {steps} steps were accepted without having converged, as solver.on_not_converged = \"accept\" asks")
+        })
+    }
+
     /// Springs must be found as they were left.
     fn detection(&self) -> Option<Finding> {
         let accounts = &self.state.accounts;
@@ -202,6 +215,7 @@ mod tests {
     use crate::faces::{Face, RigidWall};
     use crate::law::Springs;
     use crate::report::StepSpan;
+    use crate::solver::Convergence;
     use crate::state::WheelState;
     use crate::step::StepSummary;
 
@@ -232,6 +246,10 @@ mod tests {
             on_wheel: [0.0, LOAD],
             on_boundary: [0.0, -LOAD - WEIGHT],
             through: LOAD,
+            convergence: Convergence {
+                converged: true,
+                ..Convergence::default()
+            },
             ..StepSummary::default()
         };
         let mut state = State {
@@ -255,6 +273,7 @@ mod tests {
             stored: [1.0, -1.0, 0.5, -0.5],
             program: WheelConfig {
                 load_n: LOAD,
+                load_table: Vec::new(),
                 mass_kg: 1.0,
                 radius_m: 0.0,
                 vy_m_per_s: 0.0,
@@ -274,7 +293,7 @@ mod tests {
     impl Scene {
         fn statistics(&self) -> RunStatistics {
             let mut statistics = RunStatistics::new(self.first_height);
-            let program = WheelProgram(self.program);
+            let program = WheelProgram(self.program.clone());
             let steps = self.steps.iter().zip(&self.heights);
             for (index, (step, height)) in steps.enumerate() {
                 let start = index as f64 * STEP;
@@ -297,13 +316,15 @@ mod tests {
 
         /// Codes of what is found, and if it makes the run suspect.
         fn found(&self) -> Vec<(String, bool)> {
+            let program = WheelProgram(self.program.clone());
             let judged = Judged {
                 bounds: PlausibleConfig::default(),
                 bodies: &self.bodies,
                 state: &self.state,
                 stored: self.stored,
                 statistics: &self.statistics(),
-                program: Some(WheelProgram(self.program)),
+                program: Some(&program),
+                alone: true,
                 half_width: self.half_width,
             };
             let findings = judged.findings().into_iter();
@@ -486,6 +507,13 @@ mod tests {
             scene
         };
         judges("contact_width", [0.71, 0.95], scene);
+    }
+
+    #[test]
+    fn steps_that_are_accepted_without_having_converged_are_counted() {
+        let mut scene = sound();
+        scene.steps[3].convergence.converged = false;
+        assert_eq!(scene.found(), [("not_converged".to_string(), true)]);
     }
 
     #[test]

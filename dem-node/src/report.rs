@@ -147,6 +147,9 @@ pub struct RunStatistics {
     /// Steps with a load, and those of them whose residual was measured against rounding.
     loaded_steps: u64,
     rounding_steps: u64,
+    /// All steps, and those of them that were accepted without having converged.
+    steps: u64,
+    accepted_steps: u64,
     last: StepSummary,
 }
 
@@ -182,6 +185,8 @@ impl RunStatistics {
             self.loaded_steps += 1;
             self.rounding_steps += u64::from(step.convergence.rounding);
         }
+        self.steps += 1;
+        self.accepted_steps += u64::from(!step.convergence.converged);
         self.last = *step;
         if let Some(program) = program {
             self.record_wheel(program, state.wheel, step, moment);
@@ -268,6 +273,11 @@ impl RunStatistics {
     /// Largest residual of a contact solve that was accepted.
     pub fn largest_residual(&self) -> f64 {
         self.residual_max
+    }
+
+    /// Steps that were accepted without having converged, and all steps.
+    pub fn accepted(&self) -> [u64; 2] {
+        [self.accepted_steps, self.steps]
     }
 
     /// Share of the loaded steps in which rounding decided that the contact solve had converged.

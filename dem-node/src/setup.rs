@@ -45,8 +45,8 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
         gravity: config.gravity_m_per_s2.map(|g| g / config.mass_scale),
         reference: sample.glued.iter().map(|disk| disk.centre).collect(),
         base: sample.glued.len() - sample.lid,
-        wheel_mass: config.wheel.map(|wheel| wheel.mass_kg),
-        wheel_radius: config.wheel.map_or(0.0, |wheel| wheel.radius_m),
+        wheel_mass: config.wheel.as_ref().map(|wheel| wheel.mass_kg),
+        wheel_radius: config.wheel.as_ref().map_or(0.0, |wheel| wheel.radius_m),
         walls: sample.walls.clone(),
         period: config.sample.period(),
         prescribed_velocity: None,
@@ -72,7 +72,7 @@ fn pairs(config: &Config, thickness: f64, sample: &Sample) -> Pairs {
     let base = sample.glued.len() - sample.lid;
     let glued = (0..sample.glued.len()).map(|i| ROWS[usize::from(i >= base)].to_string());
     names.extend(glued);
-    names.extend(config.wheel.map(|_| WHEEL.to_string()));
+    names.extend(config.wheel.as_ref().map(|_| WHEEL.to_string()));
     names.extend(sample.wall_names.iter().cloned());
     let laws = config.law.pairs.iter();
     let laws = laws.map(|pair| {

@@ -17,7 +17,7 @@ mod problem;
 mod residual;
 
 pub use contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
-pub use criteria::{Algorithm, Convergence, Criteria};
+pub use criteria::{Algorithm, Convergence, Criteria, OnNotConverged};
 pub use levers::Levers;
 pub use partition::Partition;
 pub use problem::Problem;

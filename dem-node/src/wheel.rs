@@ -4,16 +4,19 @@ use std::f64::consts::TAU;
 
 use protocol::Phase;
 
-use crate::config::WheelConfig;
+use crate::config::{WheelConfig, table};
 
 /// Load and motion of the wheel over time: the load ramps up, is held, and from t_s = ramp + hold on the wheel is moved
 /// sideways by D(t) = A sin(2 pi f (t - t_s)), at once at its full speed.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct WheelProgram(pub WheelConfig);
 
 impl WheelProgram {
     /// Load at a time (N), downwards.
     pub fn load_at(&self, t: f64) -> f64 {
+        if !self.0.load_table.is_empty() {
+            return table::load_at(&self.0.load_table, t);
+        }
         if t >= self.0.ramp_s {
             return self.0.load_n;
         }
@@ -50,7 +53,7 @@ impl WheelProgram {
 
     /// End of the history (s).
     pub fn end(&self) -> f64 {
-        let program = self.0;
+        let program = &self.0;
         let moving = if program.cycles > 0.0 {
             program.cycles / program.frequency_hz
         } else {
@@ -90,6 +93,7 @@ mod tests {
     fn program() -> WheelProgram {
         WheelProgram(WheelConfig {
             load_n: 8000.0,
+            load_table: Vec::new(),
             mass_kg: 0.01,
             radius_m: 0.0,
             vy_m_per_s: 0.0,
@@ -105,6 +109,20 @@ mod tests {
     fn the_load_ramps_then_holds() {
         assert_eq!(program().load_at(2.5e-4), 4000.0);
         assert_eq!(program().load_at(1.0), 8000.0);
+    }
+
+    #[test]
+    fn a_table_is_the_load_in_place_of_the_ramp() {
+        let mut program = program();
+        program.0.load_table = vec![[0.0, 1000.0], [4e-4, 5000.0], [9e-4, 8000.0], [1.9e-3, 0.0]];
+        for (time, load) in [
+            (0.0, 1000.0),
+            (2e-4, 3000.0),
+            (9e-4, 8000.0),
+            (1.4e-3, 4000.0),
+        ] {
+            assert!((program.load_at(time) - load).abs() < 1e-9, "{time}");
+        }
     }
 
     #[test]

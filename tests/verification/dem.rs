@@ -1,5 +1,6 @@
 //! Verification cases of dem-node.
 
+mod dem_accept;
 mod dem_balance;
 mod dem_bonds;
 mod dem_bounds;

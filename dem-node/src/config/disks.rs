@@ -247,13 +247,19 @@ impl DisksConfig {
         for (i, row) in self.rows.iter().enumerate() {
             row.validate(&format!("sample.rows[{i}]"))?;
         }
-        if self.fill.is_empty() && self.rows.is_empty() && self.disks.iter().all(|d| d.glued) {
-            return Err(ConfigError::new(
-                "sample.disks",
-                "needs at least one disk that is not glued",
-            )
-            .help("list one, or fill a rectangle with sample.fill"));
-        }
+        let others = !(self.fill.is_empty() && self.rows.is_empty());
+        refuse_if(
+            !others && self.disks.is_empty(),
+            "sample.disks",
+            "is missing, and so are sample.fill and sample.rows",
+            "list a disk, or fill a rectangle",
+        )?;
+        refuse_if(
+            !others && self.disks.iter().all(|disk| disk.glued),
+            "sample.disks",
+            "needs at least one disk that is not glued",
+            "list one, or fill a rectangle with sample.fill",
+        )?;
         for (i, disk) in self.disks.iter().enumerate() {
             let key = |name: &str| format!("sample.disks[{i}].{name}");
             positive(&key("radius_m"), disk.radius_m, "m")?;

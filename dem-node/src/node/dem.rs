@@ -93,7 +93,7 @@ impl Dem {
         let sample = sample::prepare(config, setting.seed)?;
         let mut bodies = setup::bodies(config, setting.thickness_m, &sample);
         let (state, opening) = start(config, &mut bodies, &sample)?;
-        let program = config.wheel.map(WheelProgram);
+        let program = config.wheel.clone().map(WheelProgram);
         let mut stepper = Stepper::default();
         stepper.problem.boundary = CompliantBoundary::fixed(bodies.glued());
         Ok(Dem {
@@ -102,6 +102,7 @@ impl Dem {
             theta: config.time.theta,
             own_step: opening.map(|p| p.step()).or(config.time.step_s),
             end: program
+                .as_ref()
                 .map(|p| p.end())
                 .or(opening.map(|p| p.end()))
                 .or(config.time.end_s),
@@ -160,8 +161,11 @@ impl Dem {
             bodies: &self.bodies,
             step,
             theta: self.theta,
-            load: self.program.map_or(0.0, |p| p.load_at(loaded)),
-            wheel_x: self.program.map_or(0.0, |p| p.displacement_at(end)),
+            load: self.program.as_ref().map_or(0.0, |p| p.load_at(loaded)),
+            wheel_x: self
+                .program
+                .as_ref()
+                .map_or(0.0, |p| p.displacement_at(end)),
             loaded,
             free_velocity,
         };

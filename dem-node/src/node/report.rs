@@ -129,7 +129,8 @@ impl Dem {
             state: &self.progress.state,
             stored: self.stored(),
             statistics: &self.progress.statistics,
-            program: self.program,
+            program: self.program.as_ref(),
+            alone: self.interface.disks.is_empty(),
             half_width: self.half_width,
         }
     }

@@ -12,6 +12,17 @@ pub enum Algorithm {
     Pcg,
 }
 
+/// What becomes of a step that did not converge: the words for `solver.on_not_converged`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OnNotConverged {
+    /// The run ends with exit code 3.
+    #[default]
+    Stop,
+    /// The step stands and is counted.
+    Accept,
+}
+
 /// `solver`: the solver of the contact problem and its stopping criteria.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -25,6 +36,10 @@ pub struct Criteria {
     pub max_iterations: usize,
     /// Iterations that are always done.
     pub min_iterations: usize,
+    /// What becomes of a step of a run alone whose iterations end above the tolerance; stopped when absent. In a coupled run
+    /// the key of the interface decides.
+    #[serde(default)]
+    pub on_not_converged: OnNotConverged,
     /// True if the rayon pool of the caller may be used, which no key says. The answer has the same bits either way.
     #[serde(skip)]
     pub parallel: bool,

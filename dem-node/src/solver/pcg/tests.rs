@@ -9,7 +9,9 @@ use crate::cohesion::{Cohesion, HPrime};
 use crate::law::{Law, Penetration};
 use crate::sample::random::RandomNumbers;
 use crate::solver::partition::Partition;
-use crate::solver::{Algorithm, BodyRecord, Contact, Criteria, NO_BOND, NO_LEVERS, Problem};
+use crate::solver::{
+    Algorithm, BodyRecord, Contact, Criteria, NO_BOND, NO_LEVERS, OnNotConverged, Problem,
+};
 use textbook::Textbook;
 
 const GLUED: usize = 6;
@@ -160,6 +162,7 @@ fn scenes(grains: usize) -> Vec<Scene> {
 
 fn exactly(iterations: usize, parallel: bool) -> Criteria {
     Criteria {
+        on_not_converged: OnNotConverged::Stop,
         algorithm: Algorithm::Pcg,
         tolerance: 0.0,
         min_iterations: iterations,
