@@ -25,14 +25,15 @@ pub struct Law {
 /// Treatment of the gap of a rigid contact, and of the overlap that is there already: the words for `law.penetration`.
 ///
 /// A repair within the velocities throws the grains apart that it separates (Baumgarte): what it moves in a step they keep
-/// as speed. The two repairs of positions leave the velocities alone (see [`crate::repair`]).
+/// as speed, and no heap comes to rest. The two repairs of positions leave the velocities alone (see [`crate::repair`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Penetration {
     /// U = u_n + g/h: an overlap is gone after the step, at the price of a speed |g|/h.
-    #[default]
     Gap,
-    /// U = u_n + max(0, g)/h: overlaps stay (LMGC90's IQS).
+    /// U = u_n + max(0, g)/h: overlaps stay (LMGC90's IQS). The default: 600 grains that fell into a box move at 2e-5 m/s then,
+    /// under `gap` at 1e-3 with bursts of 0.08 and six times the iterations, and overlap by 3e-5 of a radius on average.
+    #[default]
     Iqs,
     /// As IQS, then the bodies are moved apart along the normals of the step.
     Split,

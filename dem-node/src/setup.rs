@@ -8,10 +8,10 @@ use crate::bodies::Bodies;
 use crate::cluster::{Cluster, Clusters};
 use crate::cohesion::Cohesion;
 use crate::config::limits::refuse_if;
-use crate::config::{Config, LawConfig, LawKind};
+use crate::config::{Config, LawConfig};
 use crate::error::DemError;
 use crate::geometry::range;
-use crate::law::{Law, Penetration, Springs};
+use crate::law::{Law, Springs};
 use crate::pairs::{GRAINS, Pairs, ROWS, WHEEL};
 use crate::positions::proximity;
 use crate::sample::Sample;
@@ -105,16 +105,7 @@ fn law(config: &LawConfig, thickness: f64) -> Law {
         }),
         cohesion: cohesion(config, thickness),
         restitution: config.restitution,
-        penetration: penetration(config),
-    }
-}
-
-fn penetration(config: &LawConfig) -> Penetration {
-    match (config.penetration, config.kind) {
-        (Some(penetration), _) => penetration,
-        (None, LawKind::IqsClb | LawKind::IqsMacCzm) => Penetration::Iqs,
-        (None, _) if config.restitution.is_some() => Penetration::Iqs,
-        (None, _) => Penetration::Gap,
+        penetration: config.penetration.unwrap_or_default(),
     }
 }
 

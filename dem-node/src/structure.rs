@@ -20,7 +20,10 @@ const HELD: usize = 2;
 ///   most contacts point, from x towards y.
 /// - `contact_force_mean_n` and what follows: mean, largest and standard deviation of the normal forces, and the part of the
 ///   contacts that carry more than the mean: 0.39 in a broad distribution, 0.5 in a symmetric one.
-pub fn results(bodies: &Bodies, state: &State) -> [(&'static str, f64); 9] {
+/// - `backbone_bodies`: those that are left when bodies with fewer contacts than can hold them, 3 without friction and 2 with
+///   it, are taken away again and again; `backbone_contacts_per_body`: contacts of those, counted once and with walls, wheel
+///   and glued disks, over their number: 2 in a packing without friction that is just rigid (Moukarzel 1998).
+pub fn results(bodies: &Bodies, state: &State) -> [(&'static str, f64); 11] {
     let slots = || state.list.slots.iter().filter(|slot| slot.force[0] > 0.0);
     let forces: Vec<f64> = slots().map(|slot| slot.force[0]).collect();
     let degrees = degrees(bodies, state);
@@ -41,7 +44,10 @@ pub fn results(bodies: &Bodies, state: &State) -> [(&'static str, f64); 9] {
     let over_mean = |force: f64| if mean > 0.0 { force / mean } else { 0.0 };
     let strong = forces.iter().filter(|f| **f > mean).count();
     let direction = 0.5 * (2.0 * xy).atan2(xx - yy);
+    let backbone = backbone(bodies, state);
     [
+        ("backbone_bodies", backbone[0] as f64),
+        ("backbone_contacts_per_body", per(backbone[1], backbone[0])),
         ("coordination", per(held.iter().sum(), held.len())),
         (
             "coordination_with_rattlers",
@@ -61,6 +67,29 @@ pub fn results(bodies: &Bodies, state: &State) -> [(&'static str, f64); 9] {
         ),
         ("contact_force_above_mean_share", per(strong, forces.len())),
     ]
+}
+
+/// Bodies and contacts that are left when all that nothing can hold is taken away.
+fn backbone(bodies: &Bodies, state: &State) -> [usize; 2] {
+    let frictionless = bodies.law.friction == 0.0;
+    let least = if frictionless { 3 } else { HELD };
+    let leader = |body: u32| bodies.clusters.leader_of(body as usize);
+    let slots = state.list.slots.iter().filter(|slot| slot.force[0] > 0.0);
+    let mut contacts: Vec<[usize; 2]> = slots.map(|s| [leader(s.a), leader(s.b)]).collect();
+    loop {
+        let mut degree = vec![0usize; bodies.free];
+        for body in contacts.iter().flatten() {
+            if let Some(count) = degree.get_mut(*body) {
+                *count += 1;
+            }
+        }
+        let stays = |body: &usize| degree.get(*body).is_none_or(|count| *count >= least);
+        let before = contacts.len();
+        contacts.retain(|pair| pair.iter().all(stays));
+        if contacts.len() == before {
+            return [degree.iter().filter(|count| **count > 0).count(), before];
+        }
+    }
 }
 
 /// Contacts of each free body; clusters are counted once.

@@ -250,3 +250,44 @@ fn a_repair_keeps_the_budget_under_the_mean_load() {
     let scaled = under_load(&loaded("iqs", 1e-6, 1e-3, 1000.0, &STRIP));
     assert!(scaled < 1e-3, "mass scaled: {scaled:e}");
 }
+
+/// Disks that fall into a box and lie there.
+fn heap(penetration: Option<&str>) -> Value {
+    let fill = json!({
+        "x_m": [0.0, 12.0 * R], "y_m": [0.0, 16.0 * R], "radius_min_m": 0.4 * R, "radius_max_m": 0.6 * R,
+        "law": "number_uniform", "speed_m_per_s": 0.1,
+    });
+    let wall = |x: f64, nx: f64, ny: f64| json!({"x_m": x, "y_m": 0.0, "nx": nx, "ny": ny});
+    let sample = json!({
+        "kind": "disks",
+        "fill": [fill],
+        "walls": [wall(0.0, 0.0, 1.0), wall(0.0, 1.0, 0.0), wall(12.0 * R, -1.0, 0.0)],
+    });
+    let mut law = json!({"kind": "coulomb", "friction": 0.4});
+    if let Some(penetration) = penetration {
+        law["penetration"] = json!(penetration);
+    }
+    let mut config = scene(law, 5e-5, sample, json!({"gravity_m_per_s2": [0.0, -9.81]}));
+    config["solver"]["tolerance"] = json!(1e-3);
+    config
+}
+
+/// Largest speed of any grain in the last tenth of a second of three.
+fn unrest(penetration: Option<&str>) -> f64 {
+    let mut dem = build(&heap(penetration));
+    let mut fastest = 0.0f64;
+    for tenth in 0..30 {
+        let report = march(&mut dem, 200 * tenth, 200);
+        if tenth >= 20 {
+            fastest = fastest.max(report.signal("speed_max_m_per_s"));
+        }
+    }
+    fastest
+}
+
+#[test]
+fn a_heap_rests_by_default_and_never_where_overlaps_are_repaired_by_velocity() {
+    let (rest, agitated) = (unrest(None), unrest(Some("gap")));
+    assert!(rest < 2e-4, "{rest}");
+    assert!(agitated > 5.0 * rest, "{agitated} {rest}");
+}

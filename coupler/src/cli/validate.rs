@@ -29,6 +29,9 @@ pub struct ValidateArguments {
     /// Run the faults with this in their name only: killed, stopped, disk, simulated.
     #[arg(long, value_name = "WORDS", default_value = "")]
     only: String,
+    /// Run the long cases too, whose figures stand in scenarios/README.md.
+    #[arg(long)]
+    full: bool,
     /// Print the rows as JSON.
     #[arg(long)]
     json: bool,
@@ -39,6 +42,8 @@ pub struct ValidateArguments {
 enum Suite {
     /// Exact answers of the solvers alone and coupled.
     Verification,
+    /// Published cases of other people; minutes, and with --full hours.
+    Benchmarks,
     /// Inputs at their limits: right, refused by name, or detected.
     Extremes,
     /// The shipped scenes as they are, against their published and measured figures; takes minutes.
@@ -51,6 +56,7 @@ enum Suite {
 pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResult {
     let folder = match arguments.suite {
         Suite::Verification => Path::new("scenarios/verification"),
+        Suite::Benchmarks => Path::new("scenarios/benchmarks"),
         Suite::Extremes => Path::new("scenarios/extremes"),
         Suite::Scenes => Path::new("scenarios"),
         Suite::Faults => return faults(arguments),
@@ -59,6 +65,7 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
         registry,
         program: own_program()?,
         threads: 1,
+        full: arguments.full,
         watch: Watch::default(),
     };
     let rows = run_suite(folder, &runs)?;

@@ -25,6 +25,9 @@ pub struct Case {
     pub name: String,
     /// Author, year, equation, or the table that the numbers are from.
     pub source: String,
+    /// True for a case that takes long: it is run with `--full` only.
+    #[serde(default)]
+    pub full: bool,
     /// Overrides of the scene, as after `--set`.
     #[serde(default)]
     pub set: Vec<String>,

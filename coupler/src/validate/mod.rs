@@ -11,7 +11,7 @@
 //! tolerance_rel = 0.03               # or tolerance_abs
 //! ```
 //!
-//! `scene = "../../quick"` at the top of the file runs a scenario that lies elsewhere. A case that must fail says how: `exit_code = 3`, `says = ["starved"]`.
+//! `full = true` keeps a long case for `--full`. `scene = "../../quick"` at the top of the file runs a scenario that lies elsewhere. A case that must fail says how: `exit_code = 3`, `says = ["starved"]`.
 //!
 //! - [`case`](mod@case): the file;
 //! - [`suite`]: running the cases of a folder;

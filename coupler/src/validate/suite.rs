@@ -42,6 +42,8 @@ pub struct Runs<'a> {
     pub program: PathBuf,
     /// Threads of each participant.
     pub threads: usize,
+    /// True if the long cases are run too.
+    pub full: bool,
     /// Signals that end the suite.
     pub watch: Watch,
 }
@@ -60,7 +62,11 @@ pub fn run_suite(folder: &Path, runs: &Runs) -> Result<Vec<Row>, Error> {
         let expected = read(&scene.join("expected.toml"))?;
         let elsewhere = expected.scene.map(|elsewhere| scene.join(elsewhere));
         let scenario = elsewhere.unwrap_or_else(|| scene.clone());
-        for case in expected.case {
+        for case in expected
+            .case
+            .into_iter()
+            .filter(|case| runs.full || !case.full)
+        {
             rows.extend(run_case(scene, &scenario, &case, runs)?);
         }
     }

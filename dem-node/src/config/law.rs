@@ -22,7 +22,7 @@ pub struct LawConfig {
     pub tangential_stiffness_ratio: Option<f64>,
     /// Newton's coefficient of restitution of rigid contacts, 0 to 1; inelastic when absent.
     pub restitution: Option<f64>,
-    /// Treatment of overlaps of rigid contacts; `gap` when absent, `iqs` with restitution.
+    /// Treatment of overlaps of rigid contacts; `iqs` when absent.
     pub penetration: Option<Penetration>,
     /// Cn (Pa/m), normal stiffness of a bond over its area r1 r2/(r1 + r2) x thickness; this and all below with `cohesion`.
     pub cn_pa_per_m: Option<f64>,
