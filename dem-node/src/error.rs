@@ -3,6 +3,8 @@
 use protocol::{ConfigError, FaultCode, NodeError, WithCure};
 use thiserror::Error;
 
+use crate::solver::FIRST_TURNS;
+
 /// Reason for which the node cannot go on.
 #[derive(Debug, Error)]
 #[allow(missing_docs)]
@@ -36,7 +38,7 @@ pub enum DemError {
     Denominator { a: u32, b: u32, denominator: f64 },
     #[error(
         "window {window}: the contact solver stands at a true residual of {residual:.2e} after {iterations} iterations, the tolerance is {tolerance:.1e}; {}",
-        cure(*rigid, *friction)
+        cure(*rigid, *friction, *iterations, *pivots)
     )]
     NotConverged {
         window: u64,
@@ -45,6 +47,8 @@ pub enum DemError {
         tolerance: f64,
         rigid: bool,
         friction: f64,
+        /// True if the solver looks for the solution by pivoting in the end.
+        pivots: bool,
     },
     #[error(
         "window {window}: the repair of overlaps (law.penetration) stands at a true residual of {residual:.2e} after {iterations} iterations, its tolerance is {tolerance:.1e}; raise solver.max_iterations, lower the step, or write law.penetration = \"iqs\""
@@ -83,11 +87,26 @@ pub enum DemError {
 /// Friction above which sweeps of elastic grains may run in a circle: below it no layer has been seen to.
 const STRONG_FRICTION: f64 = 3.0;
 
-/// Advice for a step that does not converge. More iterations alone seldom help rigid grains with friction, which bear each other in
-/// many ways: springs make the way unique.
-fn cure(rigid: bool, friction: f64) -> String {
+/// Advice for a step that does not converge. More iterations alone seldom help where pivoting has not either.
+fn cure(rigid: bool, friction: f64, iterations: usize, pivots: bool) -> String {
+    let springs = "give the contacts springs (law.contact_stiffness_pa)";
+    if pivots && iterations < FIRST_TURNS {
+        return format!(
+            "raise solver.max_iterations: after {FIRST_TURNS} sweeps the solution is looked for by pivoting; or lower the step"
+        );
+    }
+    if pivots {
+        let or_springs = if rigid {
+            format!(" or {springs}")
+        } else {
+            String::new()
+        };
+        return format!(
+            "lower the step{or_springs}: more sweeps seldom help, and pivoting has not"
+        );
+    }
     if rigid && friction > 0.0 {
-        return "give the contacts springs (law.contact_stiffness_pa), lower the step, or raise solver.max_iterations".into();
+        return format!("write solver.kind = \"nsgs\", {springs} or lower the step");
     }
     let mut cure = "lower the step or raise solver.max_iterations".to_owned();
     if friction >= STRONG_FRICTION {

@@ -9,6 +9,7 @@ mod contact;
 mod criteria;
 mod extrapolation;
 mod groups;
+mod homotopy;
 mod levers;
 pub mod nsgs;
 mod partition;
@@ -16,6 +17,7 @@ pub mod pcg;
 mod problem;
 mod residual;
 
+pub use acceleration::FIRST_TURNS;
 pub use contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
 pub use criteria::{Algorithm, Convergence, Criteria, OnNotConverged};
 pub use levers::Levers;

@@ -140,7 +140,11 @@ fn layer_under_wheel(friction: f64, changes: Value) -> Dem {
 }
 
 fn layer_of(law: Value, changes: Value) -> Dem {
-    let sample = json!({
+    build(&layer_scene(law, changes, None))
+}
+
+fn layer_scene(law: Value, changes: Value, seed: Option<u64>) -> Value {
+    let mut sample = json!({
         "kind": "layer", "thickness_m": 0.3e-3, "half_width_m": 1.5e-3, "crown_radius_m": 0.3,
         "radius_min_m": 0.05e-3, "radius_max_m": 0.1e-3, "law": "surface_uniform",
     });
@@ -151,13 +155,16 @@ fn layer_of(law: Value, changes: Value) -> Dem {
     for (key, value) in changes.as_object().into_iter().flatten() {
         wheel[key] = value.clone();
     }
+    if let Some(seed) = seed {
+        sample["seed"] = seed.into();
+    }
     let overrides = json!({
         "mass_scale": 1000.0,
         "solver": {"kind": "nsgs", "tolerance": 1e-4, "max_iterations": 5000, "min_iterations": 2},
         "time": {"step_s": 6.12e-7, "pressure_pa": 1e9},
         "wheel": wheel,
     });
-    build(&scene(law, 6.12e-7, sample, overrides))
+    scene(law, 6.12e-7, sample, overrides)
 }
 
 /// Plain sweeps circle round the solution of some steps, at a true residual of 1e-4 to 2e-3; that the solution is there the
@@ -177,6 +184,18 @@ fn friction_of_5_and_10_among_grains_carries_the_wheel() {
             1500.0,
             30.0,
         );
+    }
+}
+
+/// Sweeps of all manners stand at a true residual of 4e-4 after 20 000 in a step of the third layer, and of 9e-3 after 5 000 in one of
+/// the sixth: only pivoting ends them.
+#[test]
+fn rigid_grains_on_which_sweeps_stand_carry_the_wheel() {
+    for (seed, friction) in [(3, 0.3), (6, 0.6)] {
+        let law = json!({"kind": "coulomb", "friction": friction});
+        let mut dem = build(&layer_scene(law, json!({}), Some(seed)));
+        let report = march(&mut dem, 0, 800);
+        assert!(report.signal("true_residual") <= 1e-4);
     }
 }
 

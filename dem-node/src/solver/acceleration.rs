@@ -22,6 +22,9 @@ const PLAIN: usize = 200;
 const EXTRAPOLATED: usize = 600;
 const AVERAGED: usize = 600;
 
+/// Sweeps after which each manner has been tried, and the solution is looked for by pivoting.
+pub const FIRST_TURNS: usize = PLAIN + EXTRAPOLATED + AVERAGED;
+
 /// s of the averaged sweeps, turn by turn.
 const WEIGHTS: [f64; 4] = [0.5, 0.8, 0.25, 0.1];
 

@@ -3,9 +3,10 @@
 //! Each contact in turn takes the impulse that its own law wants under the velocities of the moment, and changes the
 //! velocities of its two bodies at once. The matrix W is never formed: stored rows cost four times as much.
 
-use super::acceleration::Accelerator;
+use super::acceleration::{Accelerator, FIRST_TURNS};
 use super::criteria::{Convergence, Criteria};
 use super::groups::Sweeper;
+use super::homotopy;
 use super::problem::Problem;
 use super::residual::{Defect, convergence};
 
@@ -30,6 +31,7 @@ pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) 
     let mut bound = criteria.tolerance;
     let mut iterations = 0;
     let mut accelerator = Accelerator::default();
+    let mut pivoted = false;
     while iterations < criteria.max_iterations {
         let [changed, size] = accelerator.sweep(problem, sweeper, criteria.parallel);
         let change = problem.relative(changed.sqrt(), size.sqrt());
@@ -47,10 +49,27 @@ pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) 
         if residual <= criteria.tolerance {
             return convergence(problem, defect, iterations, criteria);
         }
+        if iterations >= FIRST_TURNS && !pivoted && problem.has_friction() {
+            pivoted = true;
+            if let Some(defect) = pivot(problem, criteria) {
+                return convergence(problem, defect, iterations, criteria);
+            }
+        }
         if change <= bound {
             bound = change * (criteria.tolerance / residual).max(0.1);
         }
     }
     sweeper.store(problem);
     convergence(problem, Defect::new(problem), iterations, criteria)
+}
+
+/// Takes over the solution that pivoting finds, if it is one; else nothing changes.
+fn pivot(problem: &mut Problem, criteria: &Criteria) -> Option<Defect> {
+    let solved = homotopy::solve(problem, criteria.tolerance)?;
+    let defect = Defect::new(&solved);
+    let holds = defect.residual(&solved) <= criteria.tolerance;
+    holds.then(|| {
+        *problem = solved;
+        defect
+    })
 }
