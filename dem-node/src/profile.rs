@@ -145,8 +145,9 @@ impl Profile {
         let normal = mean(&|slice| slice.stress[3 * along]);
         let shear = mean(&|slice| slice.stress[2 * across + along]);
         let rate = mean(&|slice| slice.shear_rate);
-        let masses = bodies.masses.iter().filter(|mass| **mass > 0.0);
-        let mass = masses.clone().sum::<f64>() / masses.count() as f64 / thickness;
+        let masses = grains(bodies).map(|disk| bodies.masses[disk]);
+        let masses: Vec<f64> = masses.filter(|mass| *mass > 0.0).collect();
+        let mass = masses.iter().sum::<f64>() / masses.len() as f64 / thickness;
         let named = [
             (
                 "profile_solid_fraction",
