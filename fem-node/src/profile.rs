@@ -73,9 +73,10 @@ impl Profile {
         self.pressure.iter().copied().fold(0.0, larger)
     }
 
-    /// Half of the width of the contact (m): under a Hertzian p^2 = p0^2 (1 - x^2/a^2) the zero of the straight line
-    /// through p^2 at the five nodes inside the outermost one, on the side x > 0. None where fewer than two
-    /// remain, or where that line does not fall, as under a uniform pressure.
+    /// Half of the width of the contact (m): the zero x = a of the straight line through p^2 over x^2 at the five nodes
+    /// inside the outermost one, on the side x > 0. A Hertzian p^2 = p0^2 (1 - x^2/a^2) is such a line (Johnson 1985, eq.
+    /// 4.44), so its half-width is exact. None where fewer than two nodes remain, or where the line does not fall,
+    /// as under a uniform pressure.
     pub fn half_width(&self) -> Option<f64> {
         let closed = |k: &usize| self.status[*k] != DirectedStatus::Open && self.x[*k] > 0.0;
         let closed: Vec<usize> = (0..self.x.len()).filter(closed).collect();
@@ -87,11 +88,12 @@ impl Profile {
         let mean = |value: &dyn Fn(usize) -> f64| {
             fit.iter().map(|k| value(*k)).sum::<f64>() / fit.len() as f64
         };
-        let squared = |k: usize| self.pressure[k] * self.pressure[k];
-        let (x, p2) = (mean(&|k| self.x[k]), mean(&squared));
-        let covariance = mean(&|k| (self.x[k] - x) * (squared(k) - p2));
-        let variance = mean(&|k| (self.x[k] - x).powi(2));
-        let zero = x - p2 * variance / covariance;
+        let x2 = |k: usize| self.x[k] * self.x[k];
+        let p2 = |k: usize| self.pressure[k] * self.pressure[k];
+        let (mean_x2, mean_p2) = (mean(&x2), mean(&p2));
+        let covariance = mean(&|k| (x2(k) - mean_x2) * (p2(k) - mean_p2));
+        let variance = mean(&|k| (x2(k) - mean_x2).powi(2));
+        let zero = (mean_x2 - mean_p2 * variance / covariance).sqrt();
         let outermost = closed.last().map_or(0.0, |k| self.x[*k]);
         (zero > 0.0 && zero <= 2.0 * outermost).then_some(zero)
     }
@@ -129,23 +131,17 @@ mod tests {
     }
 
     #[test]
-    fn the_half_width_of_a_parabola_in_x_is_found_from_its_squares() {
-        // p^2 = 100 - 10 x, a straight line already: it vanishes at 10.
+    fn the_half_width_of_a_hertzian_pressure_is_exact() {
+        // p^2 = 100 - x^2 vanishes at 10; a line through p^2 over x vanishes at 11.17.
         let x: Vec<f64> = (-9..=9).map(f64::from).collect();
-        let status = |x: &f64| {
-            if x.abs() > 8.0 {
-                DirectedStatus::Open
-            } else {
-                DirectedStatus::Stick
-            }
-        };
         let profile = Profile {
-            pressure: x.iter().map(|x| (100.0 - 10.0 * x.abs()).sqrt()).collect(),
+            pressure: x.iter().map(|x| (100.0 - x * x).sqrt()).collect(),
             shear: vec![0.0; x.len()],
-            status: x.iter().map(status).collect(),
+            status: vec![DirectedStatus::Stick; x.len()],
             x,
         };
-        assert!((profile.half_width().expect("seven nodes") - 10.0).abs() < 1e-12);
+        let half_width = profile.half_width().expect("nine nodes on the right");
+        assert!((half_width - 10.0).abs() < 1e-12, "{half_width}");
         assert_eq!(profile.peak(), 10.0);
     }
 }
