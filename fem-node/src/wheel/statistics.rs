@@ -24,8 +24,12 @@ pub(crate) const SIGNALS: [&str; 7] = [
 /// Half of the time over which Sn is averaged around D = 0 (s).
 const AROUND_ZERO: f64 = 10e-6;
 
-/// Span after a reversal over which Sn is averaged (s): before, the old slip is still dying out.
-const AFTER_REVERSAL: [f64; 2] = [10e-6, 30e-6];
+/// Span after a reversal over which the largest Sn of a single step is looked for (s): before, the old slip is still
+/// dying out. The last slip events end within it, which makes that maximum a figure of noise.
+const JUST_REVERSED: [f64; 2] = [10e-6, 30e-6];
+
+/// Span after a reversal over which Sn is averaged (s): the old slip has died out, the new one has hardly begun.
+const AFTER_REVERSAL: [f64; 2] = [30e-6, 300e-6];
 
 /// Share of the full friction from which on the whole wheel slides.
 const SLIDING: f64 = 0.999;
@@ -73,36 +77,75 @@ pub(crate) struct CycleStatistics {
     before_motion: Option<f64>,
     friction: Mean,
     sn_zero: Mean,
-    sn_reversal: Mean,
-    sn_reversal_range: Option<Range>,
+    sn_after_reversal: WorstMean,
+    sn_reversal_max: Option<f64>,
+    sn_stick_slip: StickSlip,
     sn_sliding: Mean,
     sn_sliding_range: Option<Range>,
     loop_area: f64,
 }
 
-/// Part of a cycle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum CyclePart {
-    NearZero,
-    AfterReversal,
-    Elsewhere,
+/// Means over spans that follow each other, of which the largest is kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct WorstMean {
+    span: Mean,
+    worst: Option<f64>,
 }
 
-/// D = 0 at every half period; the reversals lie a quarter of a period behind. The start of the motion is no
-/// such zero: nothing has slid before.
-fn cycle_part(program: &Program, periods: f64) -> CyclePart {
+impl WorstMean {
+    fn add(&mut self, value: f64) {
+        self.span.add(value);
+    }
+
+    /// Ends the span at hand, if there is one.
+    fn close(&mut self) {
+        if let Some(mean) = std::mem::take(&mut self.span).value() {
+            self.worst = Some(self.worst.map_or(mean, |worst| larger(worst, mean)));
+        }
+    }
+}
+
+/// Sn from the first step in which all nodes slide to the reversal that ends the stroke.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct StickSlip {
+    /// Reversals so far.
+    reversals: u64,
+    stroke: Mean,
+    /// Of the strokes that have ended.
+    all: Mean,
+}
+
+impl StickSlip {
+    fn add(&mut self, reversals: u64, sn: f64) {
+        if reversals > self.reversals {
+            let stroke = std::mem::take(&mut self.stroke);
+            self.all.sum += stroke.sum;
+            self.all.count += stroke.count;
+            self.reversals = reversals;
+        }
+        if sn == 100.0 || self.stroke.count > 0 {
+            self.stroke.add(sn);
+        }
+    }
+}
+
+/// True around D = 0, which comes back every half period. The start of the motion is no such zero: nothing has slid
+/// before.
+fn near_zero(program: &Program, periods: f64) -> bool {
     let half = 2.0 * periods;
     let from_zero = (half - half.round()) * 0.5 * program.period();
-    if half.round() >= 1.0 && from_zero.abs() <= AROUND_ZERO {
-        return CyclePart::NearZero;
-    }
-    let since_reversal = (half - 0.5).rem_euclid(1.0) * 0.5 * program.period();
-    let [from, until] = AFTER_REVERSAL;
-    if half >= 0.5 && (from..=until).contains(&since_reversal) {
-        CyclePart::AfterReversal
-    } else {
-        CyclePart::Elsewhere
-    }
+    half.round() >= 1.0 && from_zero.abs() <= AROUND_ZERO
+}
+
+/// Number of reversals so far, which lie a quarter of a period behind the zeros, and the time since the last (s).
+fn reversals(program: &Program, periods: f64) -> (u64, f64) {
+    let half = 2.0 * periods + 0.5;
+    (half as u64, half.fract() * 0.5 * program.period())
+}
+
+/// True where a reversal lies this span back (s).
+fn reversed_within((count, since): (u64, f64), [from, until]: [f64; 2]) -> bool {
+    count > 0 && (from..=until).contains(&since)
 }
 
 impl CycleStatistics {
@@ -129,14 +172,10 @@ impl CycleStatistics {
         };
         self.before_motion.get_or_insert(0.0);
         let sn = count(contacts).sliding_pct();
-        match cycle_part(program, periods) {
-            CyclePart::NearZero => self.sn_zero.add(sn),
-            CyclePart::AfterReversal => {
-                self.sn_reversal.add(sn);
-                self.sn_reversal_range = Some(Range::of(sn, self.sn_reversal_range));
-            }
-            CyclePart::Elsewhere => {}
+        if near_zero(program, periods) {
+            self.sn_zero.add(sn);
         }
+        self.record_reversal(reversals(program, periods), sn);
         if fn_ > 0.0 {
             self.friction.add(ft.abs() / fn_);
             if ft.abs() >= SLIDING * wheel.contact.friction * fn_ {
@@ -148,6 +187,20 @@ impl CycleStatistics {
             let shared = t.min(end) - (t - wheel.step).max(start);
             self.loop_area += drive_work * shared.max(0.0) / wheel.step;
         }
+    }
+
+    /// Takes note of the share of sliding nodes (%) after this number of reversals, the last of which is some time ago (s).
+    fn record_reversal(&mut self, reversals: (u64, f64), sn: f64) {
+        if reversed_within(reversals, JUST_REVERSED) {
+            let largest = self.sn_reversal_max.map_or(sn, |before| larger(before, sn));
+            self.sn_reversal_max = Some(largest);
+        }
+        if reversed_within(reversals, AFTER_REVERSAL) {
+            self.sn_after_reversal.add(sn);
+        } else {
+            self.sn_after_reversal.close();
+        }
+        self.sn_stick_slip.add(reversals.0, sn);
     }
 
     /// Least and largest force on the wheel in the second half of the hold, or the last one before the motion where there
@@ -171,8 +224,9 @@ impl CycleStatistics {
             ("wheel_force_n", self.held_force.value()),
             ("friction_coefficient", self.friction.value()),
             ("sn_max_velocity_pct", self.sn_zero.value()),
-            ("sn_reversal_pct", self.sn_reversal_range.map(|sn| sn.high)),
-            ("sn_reversal_mean_pct", self.sn_reversal.value()),
+            ("sn_reversal_pct", self.sn_after_reversal.worst),
+            ("sn_reversal_max_pct", self.sn_reversal_max),
+            ("sn_stick_slip_mean_pct", self.sn_stick_slip.all.value()),
             ("sn_sliding_mean_pct", self.sn_sliding.value()),
             ("sn_sliding_min_pct", sliding.map(|sn| sn.low)),
             ("sn_sliding_max_pct", sliding.map(|sn| sn.high)),
@@ -252,7 +306,8 @@ mod tests {
 
     #[test]
     fn the_start_of_the_motion_is_not_looked_at() {
-        assert_eq!(cycle_part(&program(), 0.0), CyclePart::Elsewhere);
+        assert!(!near_zero(&program(), 0.0));
+        assert_eq!(reversals(&program(), 0.0).0, 0);
     }
 
     #[test]
@@ -260,36 +315,76 @@ mod tests {
         for half in 1..5 {
             let zero = 0.5 * f64::from(half);
             let us = 1e-6 * 300.0;
-            assert_eq!(cycle_part(&program(), zero + 9.9 * us), CyclePart::NearZero);
-            assert_eq!(cycle_part(&program(), zero - 9.9 * us), CyclePart::NearZero);
-            assert_eq!(
-                cycle_part(&program(), zero - 10.1 * us),
-                CyclePart::Elsewhere
-            );
+            assert!(near_zero(&program(), zero + 9.9 * us));
+            assert!(near_zero(&program(), zero - 9.9 * us));
+            assert!(!near_zero(&program(), zero - 10.1 * us));
         }
     }
 
     #[test]
     fn reversals_lie_a_quarter_period_after_zeros() {
-        for half in 0..4 {
+        for half in 0..4_u32 {
             let reversal = 0.25 + 0.5 * f64::from(half);
-            let us = 1e-6 * 300.0;
+            let after = |us: f64| reversals(&program(), reversal + us * 1e-6 * 300.0);
+            assert_eq!(after(-0.1).0, u64::from(half));
+            assert_eq!(after(0.1).0, u64::from(half) + 1);
+            let within = |span| move |us: f64| reversed_within(after(us), span);
             assert_eq!(
-                cycle_part(&program(), reversal + 9.9 * us),
-                CyclePart::Elsewhere
+                [9.9, 10.1, 29.9, 30.1].map(within(JUST_REVERSED)),
+                [false, true, true, false]
             );
+            let settled = within(AFTER_REVERSAL);
             assert_eq!(
-                cycle_part(&program(), reversal + 10.1 * us),
-                CyclePart::AfterReversal
-            );
-            assert_eq!(
-                cycle_part(&program(), reversal + 29.9 * us),
-                CyclePart::AfterReversal
-            );
-            assert_eq!(
-                cycle_part(&program(), reversal + 30.1 * us),
-                CyclePart::Elsewhere
+                [29.9, 30.1, 299.9, 300.1].map(settled),
+                [false, true, true, false]
             );
         }
+    }
+
+    /// Statistics of shares of sliding nodes (%) seen every 10 us, the first one 5 us after the first reversal.
+    fn statistics_of(shares: &[f64]) -> CycleStatistics {
+        let mut statistics = CycleStatistics::default();
+        for (index, sn) in shares.iter().enumerate() {
+            // The next reversal follows after 400 us.
+            let (reversals, tick) = (1 + index as u64 / 40, index % 40);
+            statistics.record_reversal((reversals, 10e-6 * (tick as f64 + 0.5)), *sn);
+        }
+        statistics
+    }
+
+    #[test]
+    fn the_share_after_a_reversal_is_the_worst_of_the_means() {
+        let mut shares = [0.0; 120];
+        // Slip events before and after the span of the mean; within, 4 and then 2 samples out of 27.
+        (shares[1], shares[35]) = (70.0, 90.0);
+        shares[3..7].fill(67.5);
+        shares[50..52].fill(81.0);
+        let statistics = statistics_of(&shares);
+        assert_eq!(statistics.sn_after_reversal.worst, Some(10.0));
+        assert_eq!(
+            statistics.sn_reversal_max,
+            Some(70.0),
+            "15 us after a reversal"
+        );
+        let second = statistics_of(&shares[40..]);
+        assert_eq!(second.sn_after_reversal.worst, Some(6.0));
+        assert_eq!(second.sn_reversal_max, Some(0.0));
+        assert_eq!(
+            statistics_of(&shares[..20]).sn_after_reversal.worst,
+            None,
+            "a mean not yet complete"
+        );
+    }
+
+    #[test]
+    fn stick_slip_lasts_from_the_first_full_slip_to_the_reversal() {
+        let mut shares = [40.0; 100];
+        // 100, 38 of 0 until the reversal, then a stroke without full slip, and one that no reversal has ended.
+        shares[1] = 100.0;
+        shares[2..40].fill(0.0);
+        shares[90] = 100.0;
+        let mean = statistics_of(&shares).sn_stick_slip.all.value();
+        assert_eq!(mean, Some(100.0 / 39.0));
+        assert_eq!(statistics_of(&shares[..40]).sn_stick_slip.all.value(), None);
     }
 }
