@@ -87,7 +87,7 @@ impl Model {
             sides: config.sides,
         };
         let thickness = setting.thickness_m;
-        let mut body = Body::new(&mesh, config.element, &elastic, supports, thickness);
+        let mut body = Body::new(&mesh, config.element(), &elastic, supports, thickness);
         let (tractions, motions) = boundary::build(config, &mesh, &mut body, thickness)?;
         let omega_max = spectrum::omega_max(&body);
         let stiffness_damping = config.time.stiffness_damping_s.unwrap_or(0.0);
@@ -113,7 +113,7 @@ impl Model {
             mesh,
             elastic,
             law,
-            element: config.element,
+            element: config.element(),
             thickness,
             body,
             scheme,

@@ -2,6 +2,8 @@
 
 use protocol::{Finding, larger};
 
+use crate::config::ElementKind;
+use crate::element::GAUSS_POINTS;
 use crate::integrate::State;
 use crate::mesh::Edge;
 use crate::model::Model;
@@ -79,6 +81,28 @@ pub(crate) fn strain(model: &Model, value: f64) -> Option<Finding> {
         };
         format!("the body is strained by up to {value:.3}, and {means}: lower the load, or check young_pa and the dimensions")
     })
+}
+
+/// Plastic flow keeps the volume, which only the element with one mean dilatation lets happen at every stage: the others
+/// carry more than the limit load.
+pub(crate) fn volumetric_locking(model: &Model, state: &State) -> Option<Finding> {
+    let law = model.plastic()?;
+    if model.element == ElementKind::Q4MeanDilatation {
+        return None;
+    }
+    let strain = largest_plastic_strain(model, state);
+    let value = strain * 3.0 * law.mu / law.yield_stress;
+    let bounds = model.plausible.volumetric_locking;
+    bounds.judge("volumetric_locking", value, || {
+        format!("the body has yielded, with an equivalent plastic strain of up to {strain:.3e}, in elements that are too stiff when the material keeps its volume: loads near collapse are too high; take element = \"q4_bbar\", the default of a j2 material")
+    })
+}
+
+/// Largest equivalent plastic strain.
+fn largest_plastic_strain(model: &Model, state: &State) -> f64 {
+    let at = |element, point| model.body.plastic_strain(&state.history, element, point)[3];
+    let elements = model.mesh.element_indices();
+    largest(elements.flat_map(|element| GAUSS_POINTS.map(|point| at(element, point))))
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@
 //! Tolerance: 1e-6 for the cycles: each branch takes 500 periods at 0.9 of the critical damping, what
 //! is left of the oscillation is that of a step of 2e-3 of the force. 1e-4 for the limit: what is still elastic.
 
+use fem_node::config::ElementKind;
 use fem_node::{FemNode, probe};
 use protocol::Node;
 use serde_json::{Value, json};
@@ -245,4 +246,33 @@ fn an_elastic_body_has_no_plastic_term_and_a_plastic_one_has() {
     };
     assert!(!has(&block()));
     assert!(has(&soft("q4_1point")));
+}
+
+/// Flow that keeps the volume locks the other elements.
+#[test]
+fn a_plastic_body_takes_the_element_that_does_not_lock_unless_another_is_named() {
+    let element = |change: Value| node(&with(block(), change)).model.element;
+    let plastic = json!({"material": {"yield_pa": 1e5}});
+    assert_eq!(element(plastic.clone()), ElementKind::Q4MeanDilatation);
+    assert_eq!(element(json!({})), ElementKind::Q4OnePoint);
+    let named = with(plastic, json!({"element": "q4_2x2"}));
+    assert_eq!(element(named), ElementKind::Q4Full);
+}
+
+#[test]
+fn an_element_that_locks_says_so_once_it_has_yielded() {
+    let codes = |element: &str, traction: f64| {
+        let mut body = node(&with(
+            soft(element),
+            json!({"boundary": {"right": {"traction_pa": [traction, 0.0]}}}),
+        ));
+        body.advance_alone(&window(0, 300)).expect("stable");
+        let findings = body.finish().expect("it ends").findings;
+        let codes = findings.into_iter().map(|found| found.code);
+        codes.filter(|code| code == "volumetric_locking").count()
+    };
+    assert_eq!(codes("q4_1point", 3e5), 1);
+    assert_eq!(codes("q4_2x2", 3e5), 1);
+    assert_eq!(codes("q4_bbar", 3e5), 0);
+    assert_eq!(codes("q4_2x2", 3e3), 0, "it has not yielded");
 }

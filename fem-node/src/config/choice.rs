@@ -26,10 +26,9 @@ pub enum Start {
 }
 
 /// Finite element.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ElementKind {
     /// Bilinear quadrilateral, one point, hourglass stiffness of Flanagan and Belytschko.
-    #[default]
     #[serde(rename = "q4_1point")]
     Q4OnePoint,
     /// Bilinear quadrilateral, 2 x 2 points.

@@ -83,7 +83,7 @@ impl Config {
             "take plane = \"strain\": the return to the yield surface keeps ezz = 0, not szz = 0",
         )?;
         refuse(
-            corotational && self.element == ElementKind::Q4MeanDilatation,
+            corotational && self.element() == ElementKind::Q4MeanDilatation,
             "kinematics",
             "\"corotational\" does not go with the element q4_bbar",
             "take q4_1point or q4_2x2: the mean dilatation is that of small strain",

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::boundary::BoundaryConfig;
 use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start};
-use super::material::MaterialConfig;
+use super::material::{MaterialConfig, MaterialKind};
 use super::mesh::MeshSource;
 use super::plausible::PlausibleConfig;
 use super::statics::StaticsConfig;
@@ -21,9 +21,8 @@ pub struct Config {
     /// Way in which a body under a wheel comes under its load.
     #[serde(default)]
     pub start: Start,
-    /// Element; `q4_1point` when absent, the fast one.
-    #[serde(default)]
-    pub element: ElementKind,
+    /// Element; [`Config::element`] says which one when absent.
+    pub element: Option<ElementKind>,
     /// Small strain when absent.
     #[serde(default)]
     pub kinematics: Kinematics,
@@ -55,4 +54,18 @@ pub struct Config {
     /// Bounds of the checks of plausibility.
     #[serde(default)]
     pub plausible: PlausibleConfig,
+}
+
+impl Config {
+    /// The element that is given; without one the fast `q4_1point`, and `q4_bbar` for a plastic material, whose flow keeps
+    /// the volume.
+    pub fn element(&self) -> ElementKind {
+        let plastic = self.material.law() == MaterialKind::J2;
+        let own = if plastic {
+            ElementKind::Q4MeanDilatation
+        } else {
+            ElementKind::Q4OnePoint
+        };
+        self.element.unwrap_or(own)
+    }
 }

@@ -71,7 +71,10 @@ impl FemNode {
     pub(super) fn findings(&self) -> Vec<Finding> {
         let (model, committed) = (&self.model, &self.committed);
         let strain = plausible::strain_so_far(committed.strain_max, model, &committed.state);
-        let mut findings = vec![plausible::strain(model, strain)];
+        let mut findings = vec![
+            plausible::strain(model, strain),
+            plausible::volumetric_locking(model, &committed.state),
+        ];
         if let Some((wheel, state)) = model.wheel.as_ref().zip(committed.wheel.as_ref()) {
             let load = wheel.program.0.load_n;
             let range = state.statistics.held_range();
