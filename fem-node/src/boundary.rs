@@ -6,7 +6,7 @@
 
 use protocol::ConfigError;
 
-use crate::config::{Base, Component, Config, SetConfig, SetLoad};
+use crate::config::{Base, Component, Config, SetConfig, SetLoad, SetMotion};
 use crate::element::{Body, Layout};
 use crate::mesh::Mesh;
 
@@ -21,6 +21,8 @@ pub struct Traction {
 /// Components whose motion is prescribed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrescribedMotion {
+    /// The set that is moved.
+    pub set: String,
     /// Component, and the velocity after the ramp (m/s) or the displacement at its end (m).
     pub components: Vec<(usize, f64)>,
     quantity: Quantity,
@@ -62,6 +64,11 @@ impl Ramp {
 }
 
 impl PrescribedMotion {
+    /// Names of the components of the force on the body.
+    pub(crate) fn reaction_names(&self) -> [String; 2] {
+        ["x", "y"].map(|direction| format!("{}_reaction_{direction}_n", self.set))
+    }
+
     /// Displacement at time t over the number of the component (m).
     pub(crate) fn displacement(&self, t: f64) -> f64 {
         match self.quantity {
@@ -96,25 +103,21 @@ pub(crate) fn build(
             duration: set.ramp_s.unwrap_or(0.0),
         };
         let layout = body.layout;
-        let mut move_nodes = |quantity, values| {
-            let motion = motion(body, &nodes, quantity, values, ramp);
-            motions.push(without_doubles(name, motion, &motions)?);
-            Ok(())
-        };
-        let mut pull = |forces| tractions.push(Traction { forces, ramp });
-        match set.load() {
-            None => {}
-            Some(SetLoad::Velocity(velocity)) => move_nodes(Quantity::Velocity, velocity)?,
-            Some(SetLoad::Displacement(shift)) => move_nodes(Quantity::Displacement, shift)?,
+        if let Some(prescribed) = set.motion() {
+            let motion = motion(body, name, &nodes, prescribed, ramp);
+            motions.push(without_doubles(motion, &motions)?);
+        }
+        let forces = match set.load() {
+            None => continue,
             Some(SetLoad::Traction(traction)) => {
-                let forces = traction.map(|t| t * thickness);
-                pull(traction_forces(mesh, layout, &lines, forces));
+                let forces = traction.map(|t| t.0.unwrap_or(0.0) * thickness);
+                traction_forces(mesh, layout, &lines, forces)
             }
             Some(SetLoad::Pressure(pressure)) => {
-                let force = pressure * thickness;
-                pull(pressure_forces(mesh, layout, &lines, force));
+                pressure_forces(mesh, layout, &lines, pressure * thickness)
             }
-        }
+        };
+        tractions.push(Traction { forces, ramp });
     }
     for motion in &motions {
         body.fix(motion.components.iter().map(|(index, _)| *index));
@@ -134,12 +137,10 @@ fn nodes(config: &Config, mesh: &Mesh, name: &str) -> Result<Vec<[usize; 2]>, Co
         .ok_or_else(|| ConfigError::new(&key, "is no set of the mesh").help(mesh.listed_sets()))
 }
 
-/// The lines on which tractions act; none under a motion.
+/// The lines on which tractions act; none under a motion alone.
 fn lines(mesh: &Mesh, name: &str, set: &SetConfig) -> Result<Vec<Vec<[usize; 2]>>, ConfigError> {
-    let load = match set.load() {
-        Some(SetLoad::Traction(_)) => "traction_pa",
-        Some(SetLoad::Pressure(_)) => "pressure_pa",
-        _ => return Ok(Vec::new()),
+    let Some((load, _)) = set.load().map(SetLoad::numbers) else {
+        return Ok(Vec::new());
     };
     let refused = |problem: &str, help: &str| {
         let key = format!("boundary.{name}.{load}");
@@ -205,25 +206,30 @@ fn pressure_forces(
 /// Components of the nodes that a set moves; those that the supports hold stay theirs.
 fn motion(
     body: &Body,
+    set: &str,
     nodes: &[[usize; 2]],
-    quantity: Quantity,
-    values: [Component; 2],
+    prescribed: SetMotion,
     ramp: Ramp,
 ) -> PrescribedMotion {
     let layout = body.layout;
+    let values: [Component; 2] = prescribed.components();
+    let quantity = match prescribed {
+        SetMotion::Velocity(_) => Quantity::Velocity,
+        SetMotion::Displacement(_) => Quantity::Displacement,
+    };
     let given = |node: &[usize; 2], k: usize| Some((layout.index(*node, k), values[k].0?));
     let free = |(index, _): &(usize, f64)| body.inverse_mass[layout.tied_to(*index)] > 0.0;
     let all = nodes.iter().flat_map(|node| [0, 1].map(|k| given(node, k)));
     PrescribedMotion {
+        set: set.into(),
         components: all.flatten().filter(free).collect(),
         quantity,
         ramp,
     }
 }
 
-/// Sets share corners; both may move them, in the same way.
+/// Sets share corners; both may move them, in the same way. They count for the first set, whose reaction has their force.
 fn without_doubles(
-    name: &str,
     mut motion: PrescribedMotion,
     others: &[PrescribedMotion],
 ) -> Result<PrescribedMotion, ConfigError> {
@@ -234,7 +240,7 @@ fn without_doubles(
                 continue;
             };
             if !same || motion.components[at].1 != *value {
-                let key = format!("boundary.{name}");
+                let key = format!("boundary.{}", motion.set);
                 return Err(
                     ConfigError::new(&key, "moves a node otherwise than another set does").help(
                         "give both sets the same motion, or set one of the components to \"free\"",

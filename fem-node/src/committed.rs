@@ -25,6 +25,8 @@ pub(crate) struct Committed {
     pub(crate) hold_maxima: Option<PressureMaxima>,
     /// Contact and pressures just before the wheel starts to move sideways.
     pub(crate) hold_record: Option<HoldRecord>,
+    /// Force of each prescribed motion on the body (N).
+    pub(crate) reactions: Vec<[f64; 2]>,
     /// Largest strain at the ends of the phases so far.
     pub(crate) strain_max: f64,
 }

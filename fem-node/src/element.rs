@@ -26,7 +26,7 @@ pub(crate) use corners::{CornerRows, StrainPath};
 pub(crate) use gather::{CORNER_FORCES, GatherBuffers, NodalFields, sum_corners};
 pub use layout::Layout;
 pub(crate) use row_forces::RowForces;
-pub(crate) use shape::area;
 pub use shape::{GAUSS_POINTS, jacobian, slopes};
+pub(crate) use shape::{area, natural_coordinates, shape_functions};
 pub use stiffness::Stiffness;
 pub use supports::Supports;

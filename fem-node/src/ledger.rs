@@ -15,7 +15,7 @@ pub struct Ledger {
     /// Stored energy of the deformation, less that of a static start: u F(u) / 2, corrected for plastic strain and
     /// rotation. With kinematic hardening that of the back stress is part of it.
     pub strain: f64,
-    /// Kinetic energy v M v / 2.
+    /// Kinetic energy v M v / 2, less that of the start.
     pub kinetic: f64,
     /// Dissipated by mass damping, [(1-b) c v + b c' v'] M du.
     pub mass_damping: f64,

@@ -1,5 +1,7 @@
 //! From the checked keys to everything that does not change during a run.
 
+use std::collections::BTreeMap;
+
 use protocol::{ConfigError, Setting};
 
 use crate::boundary::{self, PrescribedMotion, Traction};
@@ -9,11 +11,13 @@ use crate::config::{
 };
 use crate::element::{Body, Supports};
 use crate::gmsh;
+use crate::initial;
 use crate::integrate::{Damping, Scheme, Ways};
 use crate::material::Elastic;
 use crate::material::j2::J2;
 use crate::material::nonlinear::NonlinearLaw;
 use crate::mesh::{Edge, Mesh};
+use crate::probe_points::{self, ProbePoint};
 use crate::spectrum;
 use crate::wheel::Wheel;
 
@@ -60,6 +64,10 @@ pub struct Model {
     pub(crate) supported: bool,
     /// Prescribed motions of named sets.
     pub motions: Vec<PrescribedMotion>,
+    /// Velocity at the start of each component that has one (m/s).
+    pub(crate) initial_velocity: BTreeMap<usize, f64>,
+    /// Points whose motion is reported.
+    pub(crate) probes: Vec<ProbePoint>,
     /// Sets with a prescribed motion of their own.
     pub(crate) moved_sets: Vec<String>,
     /// Warnings for the user, before a long run.
@@ -89,6 +97,8 @@ impl Model {
         let thickness = setting.thickness_m;
         let mut body = Body::new(&mesh, config.element(), &elastic, supports, thickness);
         let (tractions, motions) = boundary::build(config, &mesh, &mut body, thickness)?;
+        let initial_velocity = initial::velocities(&config.initial, &mesh, &body)?;
+        let probes = probe_points::locate(&config.probes, &mesh)?;
         let omega_max = spectrum::omega_max(&body);
         let stiffness_damping = config.time.stiffness_damping_s.unwrap_or(0.0);
         let step_limit =
@@ -123,6 +133,8 @@ impl Model {
             tractions,
             wheel,
             motions,
+            initial_velocity,
+            probes,
             supported: config.base != Base::Free,
             moved_sets: config.boundary.moved_sets().map(String::from).collect(),
             warnings,

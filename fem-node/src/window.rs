@@ -422,6 +422,11 @@ impl WindowRun {
         }
     }
 
+    /// Force of each prescribed motion on the body at the end of the window (N).
+    pub(crate) fn reactions(&self, model: &Model) -> Vec<[f64; 2]> {
+        self.works.last_reactions(model)
+    }
+
     /// The ledger at the end of the window, given the committed one of its start.
     pub(crate) fn close(
         &self,
@@ -443,7 +448,7 @@ impl WindowRun {
             interface_work: interface + self.reaction_work(),
             applied_work: before.applied_work + self.works.applied,
             strain: 0.5 * sums.strain + correction - self.start_strain,
-            kinetic: 0.5 * sums.kinetic,
+            kinetic: 0.5 * sums.kinetic - self.start_kinetic,
             mass_damping: before.mass_damping + sums.mass_damping,
             stiffness_damping: before.stiffness_damping + sums.stiffness_damping,
             numerical: before.numerical + loss,

@@ -33,6 +33,13 @@ fn flat() -> Value {
     }))
 }
 
+/// v M v / 2 (J), of which the ledger has the change since the start.
+fn kinetic(node: &fem_node::FemNode) -> f64 {
+    let masses = node.model.body.mass.iter();
+    let squares = masses.zip(&node.state().v).map(|(m, v)| m * v * v);
+    0.5 * squares.sum::<f64>()
+}
+
 #[test]
 fn a_translation_stretches_nothing() {
     for element in ["q4_1point", "q4_2x2", "q4_bbar"] {
@@ -56,7 +63,7 @@ fn a_translation_stretches_nothing() {
                 assert!(error.abs() <= 1e-10, "{element} {node:?}: {error:e}");
             }
         }
-        let strain = reported(&free, &report, "strain") / reported(&free, &report, "kinetic");
+        let strain = reported(&free, &report, "strain") / kinetic(&free);
         assert!(strain.abs() <= 1e-12, "{element}: {strain:e}");
     }
 }
@@ -93,7 +100,7 @@ fn no_energy_is_lost_at_the_seam() {
         };
         strip.advance_alone(&window(0, 1)).expect("stable");
         let start = energy(&strip);
-        let kinetic = strip.ledger().kinetic;
+        let kinetic = kinetic(&strip);
         strip.advance_alone(&window(1, 500)).expect("stable");
         let defect = (energy(&strip) - start) / kinetic;
         assert!(defect.abs() <= 1e-10, "b = {b}: {defect:e}");

@@ -7,6 +7,7 @@ use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start
 use super::keys::Config;
 use super::material::MaterialKind;
 use super::number::not_negative;
+use super::probe;
 
 impl Config {
     /// Checks every number that can be judged alone; mesh and step are judged where they are built.
@@ -15,6 +16,8 @@ impl Config {
         self.material.check()?;
         self.time.check()?;
         self.boundary.check()?;
+        self.initial.check()?;
+        probe::check(&self.probes)?;
         self.plausible.check()?;
         self.check_wheel()?;
         self.statics
@@ -22,6 +25,7 @@ impl Config {
         self.check_law()?;
         self.check_period()?;
         self.check_motion()?;
+        self.check_initial()?;
         self.check_start()
     }
 
@@ -161,6 +165,26 @@ impl Config {
             "boundary.top",
             "moves the edge that the wheel touches",
             "remove the motion or the wheel",
+        )
+    }
+
+    /// A velocity at the start belongs to a body that moves, and not yet under a wheel.
+    fn check_initial(&self) -> Result<(), ConfigError> {
+        let Some(set) = self.initial.0.keys().next() else {
+            return Ok(());
+        };
+        let key = format!("initial.{set}");
+        refuse(
+            self.solves_equilibrium(),
+            &key,
+            "a velocity does not go with a static analysis or start",
+            "take analysis = \"dynamic\" and start = \"ramp\", or remove the key",
+        )?;
+        refuse(
+            self.wheel.is_some(),
+            &key,
+            "does not go with a wheel, which touches the body at rest when the run starts",
+            "remove the key or the wheel",
         )
     }
 

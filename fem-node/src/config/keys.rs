@@ -4,9 +4,11 @@ use serde::Deserialize;
 
 use super::boundary::BoundaryConfig;
 use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start};
+use super::initial::InitialConfig;
 use super::material::{MaterialConfig, MaterialKind};
 use super::mesh::MeshSource;
 use super::plausible::PlausibleConfig;
+use super::probe::ProbeConfig;
 use super::statics::StaticsConfig;
 use super::time::TimeConfig;
 use super::wheel::{ContactConfig, WheelConfig};
@@ -44,6 +46,12 @@ pub struct Config {
     /// Loads and prescribed motions on named sets.
     #[serde(default)]
     pub boundary: BoundaryConfig,
+    /// Velocities at the start.
+    #[serde(default)]
+    pub initial: InitialConfig,
+    /// Points whose motion is reported.
+    #[serde(default)]
+    pub probes: Vec<ProbeConfig>,
     /// The rigid wheel on the upper edge.
     pub wheel: Option<WheelConfig>,
     /// Contact of the upper edge with the wheel.

@@ -110,6 +110,11 @@ impl Layout {
         node[1] * self.row_len() + component * self.stride + node[0]
     }
 
+    /// 0 (x) or 1 (y), the direction of the component at this index.
+    pub(crate) fn direction(self, index: usize) -> usize {
+        index % self.row_len() / self.stride
+    }
+
     /// The row of nodes that holds this index.
     pub fn row_of(self, index: usize) -> usize {
         index / self.row_len()

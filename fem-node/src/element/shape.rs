@@ -11,6 +11,16 @@ pub const GAUSS_POINTS: [[f64; 2]; 4] = [
     [-GAUSS, GAUSS],
 ];
 
+/// Natural coordinates of the corners, anticlockwise.
+const CORNERS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+
+/// Distance in natural coordinates by which a point may miss its element: the rounding of positions of 1 m with elements of
+/// 1 um.
+const OUTSIDE: f64 = 1e-9;
+
+/// Iterations after which a point lies in no element; the map of a convex element takes fewer than ten.
+const ITERATIONS: usize = 25;
+
 /// Area of a quadrilateral (m2), positive when its corners run anticlockwise.
 pub(crate) fn area(p: &[[f64; 2]; 4]) -> f64 {
     0.5 * ((p[2][0] - p[0][0]) * (p[3][1] - p[1][1]) - (p[3][0] - p[1][0]) * (p[2][1] - p[0][1]))
@@ -44,8 +54,31 @@ pub fn slopes(p: &[[f64; 2]; 4], natural: [f64; 2]) -> [[f64; 2]; 4] {
 
 /// Derivatives (N,xi N,eta) of N = (1 + xi xi_a)(1 + eta eta_a)/4.
 fn natural_slopes([xi, eta]: [f64; 2]) -> [[f64; 2]; 4] {
-    let signs = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-    signs.map(|[s, t]| [0.25 * s * (1.0 + t * eta), 0.25 * t * (1.0 + s * xi)])
+    CORNERS.map(|[s, t]| [0.25 * s * (1.0 + t * eta), 0.25 * t * (1.0 + s * xi)])
+}
+
+/// N_a = (1 + xi xi_a)(1 + eta eta_a)/4, corners anticlockwise.
+pub(crate) fn shape_functions([xi, eta]: [f64; 2]) -> [f64; 4] {
+    CORNERS.map(|[s, t]| 0.25 * (1.0 + s * xi) * (1.0 + t * eta))
+}
+
+/// Natural coordinates of a position in the element, the zero of sum N_a x_a - x by Newton's method; none outside.
+pub(crate) fn natural_coordinates(p: &[[f64; 2]; 4], position: [f64; 2]) -> Option<[f64; 2]> {
+    let mut natural = [0.0, 0.0];
+    for _ in 0..ITERATIONS {
+        let shapes = shape_functions(natural);
+        let mean = |k: usize| (0..4).map(|a| shapes[a] * p[a][k]).sum::<f64>();
+        let [x, y] = [0, 1].map(|k| position[k] - mean(k));
+        let [[a, b], [c, d]] = tangents(p, natural);
+        let determinant = a * d - b * c;
+        let step = [(d * x - c * y) / determinant, (a * y - b * x) / determinant];
+        natural = [natural[0] + step[0], natural[1] + step[1]];
+        if step.iter().all(|d| d.abs() < OUTSIDE) {
+            let inside = natural.iter().all(|n| n.abs() <= 1.0 + OUTSIDE);
+            return inside.then_some(natural.map(|n| n.clamp(-1.0, 1.0)));
+        }
+    }
+    None
 }
 
 #[cfg(test)]

@@ -50,6 +50,8 @@ impl Node for FemNode {
                 .chain(&forces)
                 .chain(SIGNALS.iter().filter(|_| !alone))
                 .map(|name| (*name).into())
+                .chain(self.probe_names())
+                .chain(self.reaction_names())
                 .collect(),
             ledger: self.terms().map(term).collect(),
             warnings: self.model.warnings.clone(),
@@ -126,6 +128,7 @@ impl Node for FemNode {
         };
         let committed = &mut self.committed;
         committed.ledger = self.run.close(&self.model, committed, &input);
+        committed.reactions = self.run.reactions(&self.model);
         if let (Some(wheel), Some(run)) = (&mut committed.wheel, &self.run.wheel) {
             committed.state.resume(&self.run.state);
             wheel.clone_from(&run.state);

@@ -33,7 +33,7 @@ pub struct FemNode {
 }
 
 impl FemNode {
-    /// Builds the body: at rest and undeformed, or in equilibrium with its wheel.
+    /// Builds the body: undeformed, at rest or with its initial velocities, or in equilibrium with its wheel.
     pub fn new(config: &Config, setting: &Setting) -> Result<FemNode, FemError> {
         let model = Model::new(config, setting)?;
         let threads = setting.threads.max(1);
@@ -100,7 +100,11 @@ impl FemNode {
 fn start_state(model: &Model, config: &Config) -> Result<(State, Option<WheelState>), FemError> {
     let wheel = model.wheel.as_ref();
     if wheel.is_none() || config.start == Start::Ramp {
-        let state = State::at_rest_under(&model.body, model.law.as_ref());
+        let mut state = State::at_rest_under(&model.body, model.law.as_ref());
+        for (index, velocity) in &model.initial_velocity {
+            state.v[*index] = *velocity;
+        }
+        model.body.layout.repeat_period(&mut state.v);
         return Ok((state, wheel.map(WheelState::at_rest)));
     }
     let start = equilibrium(model, Loads::new(config).as_ref())?;

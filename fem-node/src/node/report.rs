@@ -24,8 +24,24 @@ impl FemNode {
         if let Some((wheel, state)) = self.model.wheel.as_ref().zip(self.committed.wheel.as_ref()) {
             report.extend(state.signals(wheel));
         }
+        for probe in &self.model.probes {
+            report.extend(probe.values(&self.model, &self.committed.state, true));
+        }
+        report.extend(self.committed.reactions.iter().flatten());
         report.extend(self.terms().map(|(_, _, value)| value));
         report
+    }
+
+    /// Names of the signals of the probes.
+    pub(super) fn probe_names(&self) -> impl Iterator<Item = String> {
+        let probes = self.model.probes.iter();
+        probes.flat_map(|probe| probe.signals(true))
+    }
+
+    /// Names of the forces that prescribed motions exert on the body.
+    pub(super) fn reaction_names(&self) -> impl Iterator<Item = String> {
+        let motions = self.model.motions.iter();
+        motions.flat_map(|motion| motion.reaction_names())
     }
 
     /// Energies that this body has: only those which the scene requires.
@@ -64,6 +80,8 @@ impl FemNode {
         results.extend(maxima.results());
         let state = &self.committed.state;
         results.extend(probe::outward_displacements(&self.model, state));
+        let reactions = self.committed.reactions.iter().flatten().copied();
+        results.extend(self.reaction_names().zip(reactions));
         results
     }
 

@@ -145,6 +145,9 @@ impl StaticNode {
                 touching as f64,
             ]);
         }
+        for probe in &self.model.probes {
+            report.extend(probe.values(&self.model, &state.state, false));
+        }
         report
     }
 
@@ -239,6 +242,8 @@ fn loop_area(path: &[[f64; 2]]) -> f64 {
 impl Node for StaticNode {
     fn describe(&self) -> Description {
         let wheel = WHEEL_SIGNALS.iter().filter(|_| self.loads.is_some());
+        let probes = self.model.probes.iter();
+        let probes = probes.flat_map(|probe| probe.signals(false));
         let [loaded, end] = [self.loading(), self.end()].map(|increments| increments as f64);
         Description {
             kind: "fem".into(),
@@ -258,6 +263,7 @@ impl Node for StaticNode {
                 .iter()
                 .chain(wheel)
                 .map(|name| (*name).into())
+                .chain(probes)
                 .collect(),
             ledger: Vec::new(),
             warnings: self.model.warnings.clone(),

@@ -4,7 +4,7 @@
 //! replaces only those that it reaches.
 
 use super::extent::Extent;
-use crate::boundary::Traction;
+use crate::boundary::{PrescribedMotion, Traction};
 use crate::integrate::{Load, State};
 use crate::model::Model;
 
@@ -109,6 +109,21 @@ impl Works {
                 }
             }
         }
+    }
+
+    /// Force of each drive on the body at the end of the window (N), motion after motion.
+    pub(crate) fn last_reactions(&self, model: &Model) -> Vec<[f64; 2]> {
+        let first = self.reactions.len().saturating_sub(self.driven.len());
+        let mut last = self.reactions[first..].iter();
+        let layout = model.body.layout;
+        let sum = |motion: &PrescribedMotion| {
+            let mut sum = [0.0; 2];
+            for ((index, _), force) in motion.components.iter().zip(&mut last) {
+                sum[layout.direction(*index)] += force;
+            }
+            sum
+        };
+        model.motions.iter().map(sum).collect()
     }
 
     /// Adds the works of the step that began at `step`, the `k`th of the window.
