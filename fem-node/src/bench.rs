@@ -48,7 +48,7 @@ type Case = (&'static str, &'static str, [f64; 3]);
 
 const CASES: [Case; 6] = [
     ("q4_1point", "elastic", [8.0, 0.0, 79.0]),
-    ("q4_1point", "j2", [8.0, 4.0, 140.0]),
+    ("q4_1point", "j2", [8.0, 8.0, 160.0]),
     ("q4_2x2", "elastic", [10.0, 0.0, 220.0]),
     ("q4_2x2", "j2", [10.0, 16.0, 520.0]),
     ("q4_bbar", "elastic", [11.0, 0.0, 240.0]),

@@ -83,18 +83,23 @@ pub(crate) fn strain(model: &Model, value: f64) -> Option<Finding> {
     })
 }
 
-/// Plastic flow keeps the volume, which only the element with one mean dilatation lets happen at every stage: the others
-/// carry more than the limit load.
-pub(crate) fn volumetric_locking(model: &Model, state: &State) -> Option<Finding> {
+/// Plastic flow keeps the volume, which the element with one mean dilatation alone lets happen with all of its modes held.
+pub(crate) fn plastic_element(model: &Model, state: &State) -> Option<Finding> {
     let law = model.plastic()?;
-    if model.element == ElementKind::Q4MeanDilatation {
-        return None;
-    }
+    let weakness = match model.element {
+        ElementKind::Q4MeanDilatation => return None,
+        ElementKind::Q4Full => {
+            "q4_2x2 locks when the material keeps its volume: it has no limit load, and loads near collapse are too high"
+        }
+        ElementKind::Q4OnePoint => {
+            "the hourglass modes of q4_1point are hardly held in plastic flow, and loads near collapse are higher by some per cent"
+        }
+    };
     let strain = largest_plastic_strain(model, state);
     let value = strain * 3.0 * law.mu / law.yield_stress;
-    let bounds = model.plausible.volumetric_locking;
-    bounds.judge("volumetric_locking", value, || {
-        format!("the body has yielded, with an equivalent plastic strain of up to {strain:.3e}, in elements that are too stiff when the material keeps its volume: loads near collapse are too high; take element = \"q4_bbar\", the default of a j2 material")
+    let bounds = model.plausible.plastic_element;
+    bounds.judge("plastic_element", value, || {
+        format!("the body has yielded, with an equivalent plastic strain of up to {strain:.3e}; {weakness}: take element = \"q4_bbar\", the default of a j2 material")
     })
 }
 

@@ -24,6 +24,7 @@ mod fem_patch;
 mod fem_periodic;
 mod fem_plastic;
 mod fem_plausible;
+mod fem_punch;
 mod fem_rayleigh;
 mod fem_refuse;
 mod fem_repeat;

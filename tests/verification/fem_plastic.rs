@@ -260,7 +260,7 @@ fn a_plastic_body_takes_the_element_that_does_not_lock_unless_another_is_named()
 }
 
 #[test]
-fn an_element_that_locks_says_so_once_it_has_yielded() {
+fn an_element_of_less_quality_says_so_once_it_has_yielded() {
     let codes = |element: &str, traction: f64| {
         let mut body = node(&with(
             soft(element),
@@ -269,7 +269,7 @@ fn an_element_that_locks_says_so_once_it_has_yielded() {
         body.advance_alone(&window(0, 300)).expect("stable");
         let findings = body.finish().expect("it ends").findings;
         let codes = findings.into_iter().map(|found| found.code);
-        codes.filter(|code| code == "volumetric_locking").count()
+        codes.filter(|code| code == "plastic_element").count()
     };
     assert_eq!(codes("q4_1point", 3e5), 1);
     assert_eq!(codes("q4_2x2", 3e5), 1);

@@ -17,9 +17,9 @@ pub struct PlausibleConfig {
     pub contact_resolution: Bounds,
     /// Largest strain of a centroid, under small-strain kinematics the largest displacement gradient, rotation included.
     pub strain: Bounds,
-    /// Largest equivalent plastic strain over the elastic one Y/(3 mu) at first yield, where the element is not `q4_bbar`: the others
-    /// are too stiff in plastic flow, which keeps the volume.
-    pub volumetric_locking: Bounds,
+    /// Largest equivalent plastic strain over the elastic one Y/(3 mu) at first yield, where the element is not `q4_bbar`: in
+    /// plastic flow, which keeps the volume, `q4_2x2` is too stiff and `q4_1point` hardly held against hourglass modes.
+    pub plastic_element: Bounds,
 }
 
 impl Default for PlausibleConfig {
@@ -30,7 +30,7 @@ impl Default for PlausibleConfig {
             contact_reach_rel: bounds(0.5, 0.9),
             contact_resolution: bounds(0.3, 0.8),
             strain: bounds(0.1, 0.3),
-            volumetric_locking: bounds(0.0, 1e300),
+            plastic_element: bounds(0.0, 1e300),
         }
     }
 }
@@ -42,7 +42,7 @@ impl PlausibleConfig {
             ("contact_reach_rel", self.contact_reach_rel),
             ("contact_resolution", self.contact_resolution),
             ("strain", self.strain),
-            ("volumetric_locking", self.volumetric_locking),
+            ("plastic_element", self.plastic_element),
         ];
         Bounds::check_all("plausible", all)
     }

@@ -306,7 +306,9 @@ impl Body {
     /// History variables of a row of elements.
     pub(crate) fn history_row_len(&self, law: &NonlinearLaw) -> usize {
         match law {
-            NonlinearLaw::Plastic(_) => self.points() * HISTORY * self.layout.padded_columns(),
+            NonlinearLaw::Plastic(_) => {
+                self.history_blocks() * HISTORY * self.layout.padded_columns()
+            }
             NonlinearLaw::Corotational => 0,
         }
     }
@@ -315,6 +317,14 @@ impl Body {
     fn points(&self) -> usize {
         match &self.element {
             Element::OnePoint(_) => 1,
+            Element::FourPoint(_) => 4,
+        }
+    }
+
+    /// Blocks of [`HISTORY`] variables of an element: one for each point, and those of the hourglass modes.
+    fn history_blocks(&self) -> usize {
+        match &self.element {
+            Element::OnePoint(_) => q4_1point::HISTORY_BLOCKS,
             Element::FourPoint(_) => 4,
         }
     }
@@ -329,7 +339,7 @@ impl Body {
     ) -> [f64; HISTORY] {
         let padded = self.layout.padded_columns();
         let of_point = |point: usize| {
-            let first = (row * self.points() + point) * HISTORY * padded;
+            let first = (row * self.history_blocks() + point) * HISTORY * padded;
             history_at(&history[first..first + HISTORY * padded], padded, column)
         };
         if history.is_empty() {

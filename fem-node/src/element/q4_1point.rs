@@ -16,6 +16,17 @@
 //! Q_i = 0.1 c11 A (sum B_ia^2) t  G.u_i                               c11 = lambda + 2 mu in plane strain
 //! ```
 //!
+//! Under plasticity the hourglass modes yield with the element, or their elastic force would grow without bound in plastic flow and the
+//! body would have no limit load: while the point flows and Q g rises, the hourglass stiffness is scaled with the tangent
+//! modulus,
+//!
+//! ```text
+//! Q = K (g - g_p),   dg_p = (1 - s) dg   where the point flows and Q dg > 0, else 0,   g = G.u
+//! s = max((H + K_kin) / (3 mu + H + K_kin), 0.01)
+//! ```
+//!
+//! It stores Q (g - g_p)/2 and dissipates (Q + Q') dg_p / 2.
+//!
 //! G has length 1 on a parallelogram. There, for a square and nu = 0.3, the hourglass stiffness is 0.735 of
 //! the exact bending stiffness; full integration gives 1.57 of it.
 
@@ -29,7 +40,8 @@ use super::row_forces::{CornerForces, RowForces};
 use super::shape::{area, slopes};
 use super::stiffness::Stiffness;
 use crate::material::Elastic;
-use crate::material::nonlinear::NonlinearLaw;
+use crate::material::j2::J2;
+use crate::material::nonlinear::{Gradient, NonlinearLaw};
 use crate::mesh::Mesh;
 use crate::pack::{LANES, Lanes, Pack, Registers};
 
@@ -38,6 +50,13 @@ const HOURGLASS: f64 = 0.1;
 
 /// Constants of each element: B_x1, B_x2, B_y1, B_y2, h.x, h.y, t A, and the hourglass stiffness over 4.
 const CONSTANTS: usize = 8;
+
+/// Blocks of history variables of a plastic element: those of its point, and the plastic parts of the hourglass modes.
+pub(super) const HISTORY_BLOCKS: usize = 2;
+
+/// Least share of the elastic hourglass stiffness in plastic flow. With 1e-2 a Prandtl punch comes within 1e-3 of the load that it has
+/// without any (3 % more with 0.1), and 1e-3 of the largest stiffness still keeps the modes in hand.
+const SOFTENING_MIN: f64 = 0.01;
 
 /// All elements of a mesh.
 #[derive(Clone, Debug)]
@@ -96,10 +115,31 @@ impl Q4OnePoint {
                 &mut path.point(0, padded),
                 i,
             );
-            path.count(volume * response.dissipated, i);
-            for (k, corners) in corners.iter().enumerate() {
-                let [along_x, along_y] = gradient[k];
-                let q = hourglass * (corners.hourglass() - hx * along_x - hy * along_y);
+            let modes = hourglass_modes([hx, hy], &corners, gradient);
+            let mut plastic_modes = [Pack::splat(0.0); 2];
+            let mut dissipated = volume * response.dissipated;
+            if let Some(plastic) = law.plastic() {
+                let mut history = path.point(1, padded).load(i);
+                let flows = response.dissipated;
+                if flows.any_above(Pack::splat(0.0)) {
+                    let du = du.load(stride, i);
+                    let steps = hourglass_modes([hx, hy], &du, self::gradient(bx, by, &du));
+                    let softened = Pack::splat(1.0 - softening(plastic));
+                    for k in 0..2 {
+                        let trial = modes[k] - history[k];
+                        let grows = (trial * steps[k]).if_positive(flows);
+                        let flow = grows.if_positive(softened * steps[k]);
+                        let mean = trial - Pack::splat(0.5) * (steps[k] + flow);
+                        dissipated = dissipated + hourglass * mean * flow;
+                        history[k] = history[k] + flow;
+                    }
+                    path.point(1, padded).store(i, history);
+                }
+                plastic_modes = [history[0], history[1]];
+            }
+            path.count(dissipated, i);
+            for k in 0..2 {
+                let q = hourglass * (modes[k] - plastic_modes[k]);
                 let sx = volume * response.stress[k][0] - hx * q;
                 let sy = volume * response.stress[k][1] - hy * q;
                 let forces = CornerForces {
@@ -125,9 +165,19 @@ impl Q4OnePoint {
         let starts = (0..padded).step_by(LANES);
         for (i, constants) in starts.zip(self.constants.row(row)) {
             let [bx1, bx2, by1, by2, ..] = *constants;
-            let gradient = gradient([bx1, bx2], [by1, by2], &now.u.load(stride, i));
+            let corners = now.u.load(stride, i);
+            let gradient = gradient([bx1, bx2], [by1, by2], &corners);
             let energy = law.energy_correction(moduli, gradient, now.history(0, padded, i));
             sum = sum + constants[6] * energy;
+            if law.plastic().is_some() {
+                // Q (g - g_p) / 2 less Q g / 2.
+                let modes = hourglass_modes([constants[4], constants[5]], &corners, gradient);
+                let plastic = now.history(1, padded, i);
+                for k in 0..2 {
+                    let q = constants[7] * (modes[k] - plastic[k]);
+                    sum = sum - Pack::splat(0.5) * q * plastic[k];
+                }
+            }
         }
         sum.sum()
     }
@@ -177,6 +227,22 @@ impl LinearElements for Q4OnePoint {
 fn gradient<V: Lanes>(bx: [V; 2], by: [V; 2], [x, y]: &[Corners<V>; 2]) -> [[V; 2]; 2] {
     let ((xx, xy), (yx, yy)) = (x.gradient(bx, by), y.gradient(bx, by));
     [[xx, xy], [yx, yy]]
+}
+
+/// Twice G.u in x and in y: h.u less its linear part.
+#[inline(always)]
+fn hourglass_modes(moment: [Pack; 2], corners: &[Corners; 2], gradient: Gradient) -> [Pack; 2] {
+    let of = |k: usize| {
+        let [along_x, along_y] = gradient[k];
+        corners[k].hourglass() - moment[0] * along_x - moment[1] * along_y
+    };
+    [of(0), of(1)]
+}
+
+/// s, the share of the hourglass stiffness that is left in plastic flow.
+fn softening(law: &J2) -> f64 {
+    let hardening = law.isotropic + law.kinematic;
+    (hardening / (3.0 * law.mu + hardening)).max(SOFTENING_MIN)
 }
 
 /// K = t A B^T D B + 0.1 c11 A (sum B^2) t G G^T in x and in y: the tangent of the forces above.

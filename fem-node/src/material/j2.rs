@@ -57,12 +57,12 @@ pub(crate) struct PointHistory<'a> {
 
 impl PointHistory<'_> {
     #[inline(always)]
-    fn load(&self, at: usize) -> History {
+    pub(crate) fn load(&self, at: usize) -> History {
         history_pack(self.values, self.stride, at)
     }
 
     #[inline(always)]
-    fn store(&mut self, at: usize, [pxx, pyy, pxy, a]: History) {
+    pub(crate) fn store(&mut self, at: usize, [pxx, pyy, pxy, a]: History) {
         pxx.store(self.values, at);
         pyy.store(self.values, self.stride + at);
         pxy.store(self.values, 2 * self.stride + at);

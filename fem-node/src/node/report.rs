@@ -91,7 +91,7 @@ impl FemNode {
         let strain = plausible::strain_so_far(committed.strain_max, model, &committed.state);
         let mut findings = vec![
             plausible::strain(model, strain),
-            plausible::volumetric_locking(model, &committed.state),
+            plausible::plastic_element(model, &committed.state),
         ];
         if let Some((wheel, state)) = model.wheel.as_ref().zip(committed.wheel.as_ref()) {
             let load = wheel.program.0.load_n;

@@ -104,6 +104,12 @@ impl Pack {
         self.zip(other, |a, b| if a > b { a } else { b })
     }
 
+    /// `other` in the lanes that are positive, zero in the rest.
+    #[inline(always)]
+    pub(crate) fn if_positive(self, other: Pack) -> Pack {
+        self.zip(other, |a, b| if a > 0.0 { b } else { 0.0 })
+    }
+
     /// True where any lane is above that of `other`.
     #[inline(always)]
     pub(crate) fn any_above(self, other: Pack) -> bool {
