@@ -52,7 +52,7 @@ pub struct Case {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Number {
-    /// Place of the number: a path in summary.json, or `signals.<column>.<last | max | min | mean>`.
+    /// Place of the number: a path in summary.json, or `signals.<column>.<last | max | min | mean | t_max | t_min>`.
     pub path: String,
     /// Value that it must have; that of the case's reference if absent.
     pub expected: Option<f64>,

@@ -6,7 +6,7 @@
 //! source = "Hertz (1882); Johnson, Contact Mechanics (1985), section 4.2"
 //! set = ["participant.rail.config.contact.friction=0"]     # overrides, none by default
 //! [[case.number]]
-//! path = "results.p0_pa"             # in summary.json, or signals.<column>.<last | max | min | mean>
+//! path = "results.p0_pa"             # in summary.json, or signals.<column>.<last | max | min | mean | t_max | t_min>
 //! expected = 977.8e6
 //! tolerance_rel = 0.03               # or tolerance_abs
 //! ```

@@ -204,7 +204,8 @@ fn judged(case: &Case, number: &Number, ours: Option<f64>, expected: Option<f64>
     }
 }
 
-/// `<column>.<last | max | min | mean>`; the column's name may hold dots itself.
+/// `<column>.<last | max | min | mean | t_max | t_min>`, `t_` being the time of the extreme (s); the column's name may hold dots
+/// itself.
 fn of_signals(signals: &Signals, path: &str) -> Option<f64> {
     let (column, what) = path.rsplit_once('.')?;
     let values = signals.get(column)?;
@@ -212,7 +213,16 @@ fn of_signals(signals: &Signals, path: &str) -> Option<f64> {
         "last" => values.last().copied(),
         "max" => values.iter().copied().reduce(larger),
         "min" => values.iter().copied().reduce(|a, b| -larger(-a, -b)),
+        "t_max" => time_of(signals, values, 1.0),
+        "t_min" => time_of(signals, values, -1.0),
         "mean" => Some(values.iter().sum::<f64>() / values.len() as f64),
         _ => None,
     }
+}
+
+/// Time of the first of the largest values (s), of the smallest where the sign is -1.
+fn time_of(signals: &Signals, values: &[f64], sign: f64) -> Option<f64> {
+    let extreme = values.iter().map(|value| sign * value).reduce(larger)?;
+    let at = values.iter().position(|value| sign * value == extreme)?;
+    signals.get("t_s")?.get(at).copied()
 }
