@@ -151,6 +151,9 @@ pub struct Description {
     pub capabilities: Capabilities,
     /// Its own step (s); absent where it takes the window as its step.
     pub step_s: Option<f64>,
+    /// The most steps that it wants to answer for at once when it runs alone, where one of them takes long.
+    #[serde(default)]
+    pub steps_at_once: Option<u32>,
     /// The longest step, or for a node without own step the longest window, that it accepts (s).
     pub step_limit_s: Option<f64>,
     /// Name of the bound that `step_limit_s` is.

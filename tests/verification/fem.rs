@@ -32,6 +32,7 @@ mod fem_rotation;
 mod fem_scene;
 mod fem_static;
 mod fem_static_contact;
+mod fem_static_resume;
 mod fem_step_limit;
 mod fem_thrown;
 mod fem_wave;

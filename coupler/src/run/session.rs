@@ -401,9 +401,10 @@ impl RunSession<'_> {
                 "has no step of its own: give participant.{name}.config.time.step_s"
             ))
         })?;
+        let at_once = description.steps_at_once.unwrap_or(u32::MAX).max(1);
         let clock = Clock {
             step_s,
-            substeps: scenario.run.output.alone_steps,
+            substeps: scenario.run.output.alone_steps.min(at_once),
         };
         let end = clock.steps_until(end_s(scenario, greeted)?)?;
         let volume = log_volume::alone(scenario, description, &clock, end);

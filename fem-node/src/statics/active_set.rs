@@ -19,6 +19,7 @@
 
 use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, Solve};
+use serde::{Deserialize, Serialize};
 
 use super::contact::{DirectedStatus, WheelContact};
 use super::edge::EdgeCompliance;
@@ -76,7 +77,7 @@ pub(super) struct Failure {
 }
 
 /// The contact at the end of the last increment.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct ActiveSet {
     status: Vec<DirectedStatus>,
     normal: Vec<f64>,
@@ -100,6 +101,15 @@ impl ActiveSet {
             wheel: [0.0; 2],
             load: 0.0,
         }
+    }
+
+    /// True where it is of an edge with as many nodes.
+    pub(super) fn is_like(&self, other: &ActiveSet) -> bool {
+        let lengths = |set: &ActiveSet| {
+            let forces = [&set.normal, &set.tangential].map(Vec::len);
+            (set.status.len(), forces, set.u.len())
+        };
+        lengths(self) == lengths(other)
     }
 
     pub(super) fn describe(&self, face: &Face) -> WheelContact {

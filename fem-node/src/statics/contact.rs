@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::wheel::{ContactStatus, NodeContact};
 
 /// Contact of the wheel with the upper edge, node by node from left to right.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WheelContact {
     /// Unit normals from the body into the wheel.
     pub normals: Vec<[f64; 2]>,

@@ -1,5 +1,7 @@
 //! Compliance of the upper edge.
 
+use serde::{Deserialize, Serialize};
+
 use super::factor::Factor;
 use crate::mesh::Edge;
 use crate::model::Model;
@@ -18,7 +20,38 @@ pub(crate) struct EdgeCompliance {
     pub(super) scale: f64,
 }
 
+/// What has been computed of an [`EdgeCompliance`]. Columns are kept as they are: solved together with others they would come out
+/// with other last bits.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct KnownColumns {
+    share: f64,
+    columns: Vec<Option<[Vec<f64>; 2]>>,
+    scale: f64,
+}
+
 impl EdgeCompliance {
+    /// What has been computed so far.
+    pub(super) fn known(&self) -> KnownColumns {
+        KnownColumns {
+            share: self.share,
+            columns: self.columns.clone(),
+            scale: self.scale,
+        }
+    }
+
+    /// Takes it up again; false where it is not that of this edge.
+    pub(super) fn take_up(&mut self, known: KnownColumns) -> bool {
+        let length = self.full.len();
+        let mut columns = known.columns.iter().flatten().flatten();
+        let fits = known.columns.len() == self.columns.len()
+            && columns.all(|column| column.len() == length);
+        if fits {
+            (self.share, self.scale) = (known.share, known.scale);
+            self.columns = known.columns;
+        }
+        fits
+    }
+
     pub(super) fn new(model: &Model, factor: &Factor) -> EdgeCompliance {
         let components = components(model);
         let full = factor.solve(&tractions(model));

@@ -1,8 +1,10 @@
 //! Equilibrium under a history of loads, increment by increment.
 
+use serde::{Deserialize, Serialize};
+
 use super::active_set::{ActiveSet, Target};
 use super::contact::{DirectedStatus, WheelContact};
-use super::edge::EdgeCompliance;
+use super::edge::{EdgeCompliance, KnownColumns};
 use super::face::Face;
 use super::factor::Factor;
 use crate::config::Config;
@@ -12,6 +14,9 @@ use crate::model::Model;
 
 /// Contact half-width over the radius of a round wheel up to which its undeformed normals are taken.
 const LEAN_MAX: f64 = 0.5;
+
+/// Increments of the load of a wheel without friction.
+const SMOOTH_INCREMENTS: usize = 20;
 
 /// A wheel that is pressed on the upper edge, its load growing from zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,8 +47,16 @@ impl Loads {
     }
 }
 
+/// What increments change; the rest of a history of loads follows from the configuration.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Progress {
+    edge: KnownColumns,
+    contact: ActiveSet,
+    increments_done: usize,
+}
+
 /// A body in equilibrium.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StaticState {
     /// Displacements and internal forces; velocities and accelerations are zero.
     pub state: State,
@@ -87,12 +100,33 @@ impl Statics {
         })
     }
 
-    /// Increments that bring the full load. Without friction there is no history, and one is enough.
+    /// Increments that bring the full load. Without friction there is no history, but small increments try fewer nodes in vain
+    /// and let a coupler hear of each.
     pub fn loading_increments(&self) -> usize {
         match self.loads {
             Some(loads) if loads.friction_while_loading && loads.friction > 0.0 => loads.increments,
-            _ => 1,
+            Some(loads) => loads.increments.min(SMOOTH_INCREMENTS),
+            None => 1,
         }
+    }
+
+    /// What the increments so far have changed.
+    pub(super) fn progress(&self) -> Progress {
+        Progress {
+            edge: self.edge.known(),
+            contact: self.contact.clone(),
+            increments_done: self.increments_done,
+        }
+    }
+
+    /// Goes on from there; false where it is not that of this body.
+    pub(super) fn take_up(&mut self, progress: Progress) -> bool {
+        let fits = self.contact.is_like(&progress.contact) && self.edge.take_up(progress.edge);
+        if fits {
+            self.contact = progress.contact;
+            self.increments_done = progress.increments_done;
+        }
+        fits
     }
 
     /// The next increment of load; beyond the full load nothing changes.
