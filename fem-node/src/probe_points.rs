@@ -3,10 +3,9 @@
 use protocol::ConfigError;
 
 use crate::config::ProbeConfig;
-use crate::element::{natural_coordinates, shape_functions};
+use crate::element::{Layout, natural_coordinates, shape_functions};
 use crate::integrate::State;
 use crate::mesh::Mesh;
-use crate::model::Model;
 
 /// A point and the nodes around it.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,8 +66,7 @@ impl ProbePoint {
     }
 
     /// Values of these signals (m, m/s), sum N_a u_a.
-    pub(crate) fn values(&self, model: &Model, state: &State, moving: bool) -> Vec<f64> {
-        let layout = model.body.layout;
+    pub(crate) fn values(&self, layout: Layout, state: &State, moving: bool) -> Vec<f64> {
         let fields = if moving {
             &[&state.u, &state.v][..]
         } else {

@@ -25,7 +25,7 @@ impl FemNode {
             report.extend(state.signals(wheel));
         }
         for probe in &self.model.probes {
-            report.extend(probe.values(&self.model, &self.committed.state, true));
+            report.extend(probe.values(self.model.body.layout, &self.committed.state, true));
         }
         report.extend(self.committed.reactions.iter().flatten());
         report.extend(self.terms().map(|(_, _, value)| value));

@@ -162,7 +162,7 @@ impl StaticNode {
             ]);
         }
         for probe in &self.model.probes {
-            report.extend(probe.values(&self.model, &state.state, false));
+            report.extend(probe.values(self.model.body.layout, &state.state, false));
         }
         report
     }
