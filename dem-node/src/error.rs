@@ -3,8 +3,6 @@
 use protocol::{ConfigError, FaultCode, NodeError, WithCure};
 use thiserror::Error;
 
-use crate::solver::FIRST_TURNS;
-
 /// Reason for which the node cannot go on.
 #[derive(Debug, Error)]
 #[allow(missing_docs)]
@@ -38,7 +36,7 @@ pub enum DemError {
     Denominator { a: u32, b: u32, denominator: f64 },
     #[error(
         "window {window}: the contact solver stands at a true residual of {residual:.2e} after {iterations} iterations, the tolerance is {tolerance:.1e}; {}",
-        cure(*rigid, *friction, *iterations, *pivots)
+        cure(*rigid, *friction, *iterations, *pivots_after)
     )]
     NotConverged {
         window: u64,
@@ -47,8 +45,8 @@ pub enum DemError {
         tolerance: f64,
         rigid: bool,
         friction: f64,
-        /// True if the solver looks for the solution by pivoting in the end.
-        pivots: bool,
+        /// Sweeps after which the solver looks for the solution by pivoting, if it does.
+        pivots_after: Option<usize>,
     },
     #[error(
         "window {window}: the repair of overlaps (law.penetration) stands at a true residual of {residual:.2e} after {iterations} iterations, its tolerance is {tolerance:.1e}; raise solver.max_iterations, lower the step, or write law.penetration = \"iqs\""
@@ -88,14 +86,14 @@ pub enum DemError {
 const STRONG_FRICTION: f64 = 3.0;
 
 /// Advice for a step that does not converge. More iterations alone seldom help where pivoting has not either.
-fn cure(rigid: bool, friction: f64, iterations: usize, pivots: bool) -> String {
+fn cure(rigid: bool, friction: f64, iterations: usize, pivots_after: Option<usize>) -> String {
     let springs = "give the contacts springs (law.contact_stiffness_pa)";
-    if pivots && iterations < FIRST_TURNS {
+    if let Some(sweeps) = pivots_after.filter(|sweeps| iterations < *sweeps) {
         return format!(
-            "raise solver.max_iterations: after {FIRST_TURNS} sweeps the solution is looked for by pivoting; or lower the step"
+            "raise solver.max_iterations: after {sweeps} sweeps the solution is looked for by pivoting; or lower the step"
         );
     }
-    if pivots {
+    if pivots_after.is_some() {
         let or_springs = if rigid {
             format!(" or {springs}")
         } else {

@@ -12,7 +12,7 @@ const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 const REDESIGN: usize = 31_500;
 
 /// Features since, with the lines that they may take.
-const SINCE: [(&str, usize); 18] = [
+const SINCE: [(&str, usize); 24] = [
     ("checks of plausibility", 1020),
     ("strict logs", 420),
     ("limits of disk, files and words", 240),
@@ -40,6 +40,15 @@ const SINCE: [(&str, usize); 18] = [
     ),
     ("threads that stand by", 90),
     ("sweeps that creep, flee and circle", 140),
+    ("driven clusters, disks by the rectangle and the row", 560),
+    ("laws by pair", 260),
+    ("profiles", 340),
+    ("contacts by pivoting", 560),
+    (
+        "initial velocities, probes, reactions, plastic elements, static increments",
+        620,
+    ),
+    ("loads over time, accepted steps, benchmarks", 220),
 ];
 
 #[test]

@@ -19,7 +19,7 @@ use crate::report::{RunStatistics, StepSpan};
 use crate::sample::{self, Sample};
 use crate::setup;
 use crate::snapshot;
-use crate::solver::{Algorithm, Convergence};
+use crate::solver::{Algorithm, Convergence, FIRST_TURNS};
 use crate::state::State;
 use crate::step::{StepInput, StepSummary, Stepper};
 use crate::threads::SolverThreads;
@@ -196,6 +196,9 @@ impl Dem {
                 tolerance: repair::TOLERANCE,
             };
         }
+        let pivots = self.solver.criteria.algorithm == Algorithm::Nsgs
+            && self.bodies.law.friction > 0.0
+            && self.bodies.law.cohesion.is_none();
         DemError::NotConverged {
             window: window.index,
             residual,
@@ -203,9 +206,7 @@ impl Dem {
             tolerance: self.solver.criteria.tolerance,
             rigid: self.bodies.law.springs.is_none(),
             friction: self.bodies.law.friction,
-            pivots: self.solver.criteria.algorithm == Algorithm::Nsgs
-                && self.bodies.law.friction > 0.0
-                && self.bodies.law.cohesion.is_none(),
+            pivots_after: pivots.then_some(FIRST_TURNS),
         }
     }
 
