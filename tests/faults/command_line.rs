@@ -69,6 +69,18 @@ fn inputs_at_their_limits_are_right_refused_or_detected() {
 }
 
 #[test]
+fn short_forms_of_published_benchmarks_hold() {
+    let output = thirdbody(&["validate", "--suite", "benchmarks", "--json"]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        output.status.success(),
+        "{text}{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(text.matches("\"holds\":true").count() >= 60, "{text}");
+}
+
+#[test]
 fn a_node_outside_of_a_run_says_so() {
     let output = thirdbody(&["node", "fem"]);
     assert_eq!(output.status.code(), Some(2));
