@@ -13,6 +13,8 @@
 //! Management Science 11 (1965) 681-689) in the statuses of contacts. It ends at a solution for any friction: r.U <= 0 bounds r on
 //! every stretch of t as W + eps D is positive definite, and leaves only r = 0 at large t, so the path can only go on to t = 0
 //! (Anitescu and Potra, Nonlinear Dynamics 14 (1997) 231-247, for the 3D problem with polyhedral cones).
+//! How long it is nobody can say beforehand: events are one to four per closed contact as a rule, but a step of 300 rigid disks that flow
+//! at friction 1 has been given up after 15 000.
 //!
 //! eps D, springs that nobody sees, makes r unique where rigid grains bear each other in more than one way. They leave a residual of
 //! eps, which proximal steps (Rockafellar, SIAM J. Control Optim. 14 (1976) 877-898) take away where a tighter one is asked for: b less
