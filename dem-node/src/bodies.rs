@@ -62,6 +62,12 @@ impl Bodies {
         self.pairs.of(a, b).unwrap_or(&self.law)
     }
 
+    /// The law at a place of `pairs`, 0 being that of most contacts.
+    #[inline]
+    pub fn law_at(&self, place: u32) -> &Law {
+        self.pairs.law(place).unwrap_or(&self.law)
+    }
+
     /// Number of all bodies.
     pub fn count(&self) -> usize {
         self.disks() + usize::from(self.wheel_mass.is_some()) + self.walls.len()

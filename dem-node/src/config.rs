@@ -135,6 +135,28 @@ pub struct DriveConfig {
 }
 
 impl Config {
+    /// The configuration with a layer as wide as its wheel's load asks for (see [`LayerConfig::half_width_load_n`]).
+    ///
+    /// # Errors
+    /// The rule has no load to follow.
+    pub fn resolved(&self) -> Result<Config, ConfigError> {
+        let mut resolved = self.clone();
+        let SampleConfig::Layer(layer) = &self.sample else {
+            return Ok(resolved);
+        };
+        let key = "sample.half_width_load_n";
+        positive(key, layer.half_width_load_n, "N")?;
+        let load = self.wheel.as_ref().map_or(0.0, |wheel| wheel.load_n);
+        refuse_if(
+            layer.half_width_load_n.is_some() && (load <= 0.0 || layer.periodic_x_m.is_some()),
+            key,
+            "makes the half-width follow the load of a wheel, and there is no such wheel, or the layer repeats",
+            "remove it: half_width_m alone says how wide the layer is",
+        )?;
+        resolved.sample = SampleConfig::Layer(layer.under(load));
+        Ok(resolved)
+    }
+
     /// Refuses values out of range, naming the key, the value and what to do.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.law.validate()?;

@@ -135,6 +135,7 @@ pub use node::Dem;
 /// Checks the participant's keys without preparing its sample. Returns what the user should know before a long run.
 pub fn check(config: &serde_json::Value, setting: &Setting) -> Result<Vec<String>, ConfigError> {
     let config: Config = protocol::read_config(config)?;
+    let config = config.resolved()?;
     config.validate()?;
     check_setting(setting)?;
     let mut advice = match config.time.step_s {

@@ -51,12 +51,30 @@ impl Pairs {
         }
     }
 
+    /// Place of the law between two bodies plus one; 0 if it is none of their own.
+    #[inline]
+    pub fn place(&self, a: usize, b: usize) -> u32 {
+        match (self.groups.get(a), self.groups.get(b)) {
+            (Some(a), Some(b)) => u32::from(self.table[*a as usize * self.count + *b as usize]),
+            _ => 0,
+        }
+    }
+
+    /// The law at a place.
+    #[inline]
+    pub fn law(&self, place: u32) -> Option<&Law> {
+        self.laws.get((place as usize).wrapping_sub(1))
+    }
+
     /// The law between two bodies, if it is one of their own.
     #[inline]
     pub fn of(&self, a: usize, b: usize) -> Option<&Law> {
-        let (a, b) = (*self.groups.get(a)?, *self.groups.get(b)?);
-        let place = self.table[a as usize * self.count + b as usize];
-        self.laws.get((place as usize).checked_sub(1)?)
+        self.law(self.place(a, b))
+    }
+
+    /// Coefficients of friction in the order of their places.
+    pub fn frictions(&self) -> impl Iterator<Item = f64> {
+        self.laws.iter().map(|law| law.friction)
     }
 }
 

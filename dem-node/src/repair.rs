@@ -161,7 +161,7 @@ fn move_bodies(state: &mut State, step: &Stepped, displaced: &[BodyRecord]) {
 fn moved_apart(contact: &Contact, gap: f64, bodies: &Bodies) -> Contact {
     Contact {
         bias: [gap + left(bodies), 0.0],
-        own_friction: None,
+        own: 0,
         compliance: [0.0; 2],
         impulse: [0.0; 2],
         ..*contact

@@ -18,6 +18,7 @@ fn recipe(thickness_m: f64) -> LayerConfig {
     LayerConfig {
         thickness_m,
         half_width_m: 8e-3,
+        half_width_load_n: None,
         crown_radius_m: CROWN,
         radius_min_m: 0.05e-3,
         radius_max_m: 0.1e-3,
@@ -234,4 +235,29 @@ fn a_lid_is_cut_from_the_same_packing_and_holds_what_crosses_its_line() {
             "{disk:?}"
         );
     }
+}
+
+/// The half-width of a layer that is meant for 1 000 N, under a wheel of this load (m).
+fn half_width_under(load_n: f64) -> f64 {
+    let mut changed = config(json!({"half_width_load_n": 1000.0}));
+    changed["wheel"]["load_n"] = json!(load_n);
+    let read: Config = protocol::read_config(&changed).expect("the scene is valid");
+    let resolved = read.resolved().expect("there is a wheel");
+    match resolved.sample {
+        SampleConfig::Layer(layer) => layer.half_width_m,
+        SampleConfig::Disks(_) => panic!("it is a layer"),
+    }
+}
+
+/// A Hertzian line contact widens with the root of its load (Hertz 1882).
+#[test]
+fn a_layer_widens_with_the_load_that_it_is_meant_for() {
+    let meant = half_width_under(1000.0);
+    assert_eq!(half_width_under(4000.0), 2.0 * meant);
+    assert_eq!(half_width_under(250.0), 0.5 * meant);
+    let idle = config(json!({"half_width_load_n": 1000.0}));
+    let mut idle = idle;
+    idle["wheel"]["load_n"] = json!(0.0);
+    let message = refusal(&idle);
+    assert!(message.contains("sample.half_width_load_n"), "{message}");
 }

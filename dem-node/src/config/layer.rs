@@ -19,6 +19,9 @@ pub struct LayerConfig {
     pub thickness_m: f64,
     /// The layer covers |x| up to this (m).
     pub half_width_m: f64,
+    /// Load that `half_width_m` is meant for (N): under a wheel of another load P the layer covers `half_width_m` sqrt(P / this),
+    /// as a Hertzian line contact widens (Hertz 1882). The half-width is that for every load when absent.
+    pub half_width_load_n: Option<f64>,
     /// Radius of the crown of the base line (m); 0 = straight.
     pub crown_radius_m: f64,
     /// Smallest radius of the grains (m).
@@ -77,6 +80,18 @@ impl RadiusLaw {
 }
 
 impl LayerConfig {
+    /// The layer with the half-width that belongs to a load (N), and no rule any more.
+    pub(super) fn under(&self, load: f64) -> LayerConfig {
+        let wider = self
+            .half_width_load_n
+            .map_or(1.0, |meant| (load / meant).sqrt());
+        LayerConfig {
+            half_width_m: self.half_width_m * wider,
+            half_width_load_n: None,
+            ..self.clone()
+        }
+    }
+
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         for (key, value) in [
             ("thickness_m", self.thickness_m),

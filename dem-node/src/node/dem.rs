@@ -84,6 +84,7 @@ pub(super) struct Pending {
 impl Dem {
     /// Prepares the sample of a configuration and everything around it.
     pub fn new(config: &Config, setting: &Setting) -> Result<Dem, DemError> {
+        let config = &config.resolved()?;
         config.validate()?;
         let bounds = Bounds::new(config);
         let warnings = match config.time.step_s {

@@ -223,7 +223,7 @@ impl Sweeper {
         self.clustered.clear();
         for (index, contact) in problem.contacts.iter().enumerate() {
             let plain = contact.glued || contact.bond != NO_BOND;
-            let apart = contact.own_friction.is_some() && !plain;
+            let apart = contact.own > 0 && !plain;
             let chosen = if apart || problem.levers.get(contact.levers as usize).is_some() {
                 &mut self.clustered
             } else if problem.wheel == Some(contact.b as usize) {

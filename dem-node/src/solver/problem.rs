@@ -26,6 +26,8 @@ pub struct Problem {
     pub boundary: CompliantBoundary,
     /// Coefficient of friction of contacts that have none of their own.
     pub friction: f64,
+    /// Coefficients of those that have.
+    pub frictions: Vec<f64>,
     /// Rounding error of a gap over the step (m/s): no residual can be smaller.
     pub rounding: f64,
     /// Least size that residuals are measured against (m/s).
@@ -128,13 +130,13 @@ impl Problem {
     /// Coefficient of friction of a contact.
     #[inline(always)]
     pub(crate) fn friction_of(&self, contact: &Contact) -> f64 {
-        contact.own_friction.unwrap_or(self.friction)
+        let place = (contact.own as usize).wrapping_sub(1);
+        self.frictions.get(place).copied().unwrap_or(self.friction)
     }
 
     /// True if any contact has friction.
     pub(super) fn has_friction(&self) -> bool {
-        let own = |contact: &Contact| contact.own_friction.is_some_and(|friction| friction > 0.0);
-        self.friction > 0.0 || self.contacts.iter().any(own)
+        self.friction > 0.0 || self.frictions.iter().any(|friction| *friction > 0.0)
     }
 
     /// Index of a glued disk in the boundary; `None` for other bodies.

@@ -14,6 +14,8 @@ impl Stepper {
     pub(crate) fn assemble(&mut self, state: &mut State, input: &StepInput) {
         let bodies = input.bodies;
         self.problem.friction = bodies.law.friction;
+        self.problem.frictions.clear();
+        self.problem.frictions.extend(bodies.pairs.frictions());
         self.problem.first_glued = bodies.free;
         self.problem.wheel = bodies.wheel();
         self.problem.rounding = 4.0 * f64::EPSILON * extent(&state.centres) / input.step;
@@ -32,11 +34,12 @@ impl Stepper {
         self.problem.levers.clear();
         self.slots.clear();
         let mut bonds = BondCursor::new(&state.bonds);
+        let compliance = bodies.law.compliance(input.step);
         for index in 0..list.slots.len() {
             let slot = &list.slots[index];
             let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
             let bond = bonds.find((slot.a, slot.b));
-            let mut contact = self.candidate(state, input, slot, at);
+            let mut contact = self.candidate(state, input, slot, at, compliance);
             if bond.is_none() && !self.accept(state, input, &mut contact) {
                 // A contact that a rebound has opened leaves the problem: it must not keep its force.
                 (list.slots[index].force, list.slots[index].left) = ([0.0; 2], 0.0);
@@ -124,11 +127,11 @@ impl Stepper {
         input: &StepInput,
         slot: &Slot,
         at: Proximity,
+        compliance: [f64; 2],
     ) -> Contact {
         let (bodies, h) = (input.bodies, input.step);
         let pair = [slot.a as usize, slot.b as usize];
-        let own = bodies.pairs.of(pair[0], pair[1]);
-        let law = own.unwrap_or(&bodies.law);
+        let own = bodies.pairs.place(pair[0], pair[1]);
         let glued = pair.map(|body| bodies.glued_index(body).is_some());
         let mut contact = Contact {
             a: slot.a,
@@ -141,8 +144,11 @@ impl Stepper {
                 None => 0.0,
             },
             bias: [0.0, slot.spring / h],
-            own_friction: own.map(|law| law.friction),
-            compliance: law.compliance(h),
+            own,
+            compliance: bodies
+                .pairs
+                .law(own)
+                .map_or(compliance, |law| law.compliance(h)),
             impulse: [h * slot.force[0], h * slot.force[1]],
             bond: NO_BOND,
             levers: NO_LEVERS,
@@ -169,7 +175,7 @@ impl Stepper {
         let (bodies, h) = (input.bodies, input.step);
         let approach = self.problem.relative_velocity(contact)[0].min(0.0);
         let touches = contact.impulse[0] > 0.0 || contact.gap + h * approach < bodies.alert;
-        let law = bodies.law_of(contact.a as usize, contact.b as usize);
+        let law = bodies.law_at(contact.own);
         let before = match law.restitution {
             Some(_) if touches => self.relative_before(bodies, state, contact)[0],
             _ => 0.0,

@@ -22,7 +22,7 @@ impl Stepper {
             let slot = *slot as usize;
             let done = self.contact_step(state, input, contact, &state.list.slots[slot]);
             if contact.bond == NO_BOND {
-                let law = bodies.law_of(contact.a as usize, contact.b as usize);
+                let law = bodies.law_at(contact.own);
                 state.accounts.lose(&contact_loss(law, &done));
                 let slot = &mut state.list.slots[slot];
                 slot.force = [done.impulse[0] / h, done.impulse[1] / h];
@@ -85,7 +85,7 @@ impl Stepper {
         } else {
             self.relative_before(input.bodies, state, contact)
         };
-        let law = input.bodies.law_of(contact.a as usize, contact.b as usize);
+        let law = input.bodies.law_at(contact.own);
         let springs = law.springs;
         let stretched = springs.map_or(0.0, |s| -contact.impulse[1] / (input.step * s.tangential));
         // A compliant boundary puts its disks where its own body says, which is not for this ledger to judge.

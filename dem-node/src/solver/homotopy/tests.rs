@@ -141,8 +141,9 @@ fn heaps_with_friction_from_weak_to_strong_are_solved() {
 fn contacts_with_a_friction_of_their_own_are_solved() {
     for seed in 0..20 {
         let mut problem = heap(seed, 0.0);
+        problem.frictions = vec![0.2, 1.5];
         for (index, contact) in problem.contacts.iter_mut().enumerate() {
-            contact.own_friction = [None, Some(0.2), Some(1.5)][index % 3];
+            contact.own = index as u32 % 3;
         }
         problem.prepare(1e-10).expect("it is well posed");
         let solved = solve(&problem, 1e-10).expect("the path is followed");
