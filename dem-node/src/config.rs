@@ -173,7 +173,8 @@ impl Config {
             wheel.validate()?;
         }
         if let Some(profile) = &self.profile {
-            profile.validate()?;
+            let wheel = self.wheel.as_ref().map(WheelConfig::end);
+            profile.validate(wheel.or(self.time.end_s))?;
         }
         self.validate_drive()?;
         self.validate_together()?;
@@ -359,6 +360,16 @@ impl TimeConfig {
 }
 
 impl WheelConfig {
+    /// End of the history (s).
+    pub fn end(&self) -> f64 {
+        let moving = if self.cycles > 0.0 {
+            self.cycles / self.frequency_hz
+        } else {
+            0.0
+        };
+        self.ramp_s + self.hold_s + moving
+    }
+
     fn validate(&self) -> Result<(), ConfigError> {
         positive("wheel.mass_kg", self.mass_kg, "kg")?;
         at_least("wheel.load_n", self.load_n, 0.0, "N")?;

@@ -53,13 +53,7 @@ impl WheelProgram {
 
     /// End of the history (s).
     pub fn end(&self) -> f64 {
-        let program = &self.0;
-        let moving = if program.cycles > 0.0 {
-            program.cycles / program.frequency_hz
-        } else {
-            0.0
-        };
-        self.motion_start() + moving
+        self.0.end()
     }
 
     /// Start and end of the last full cycle (s).

@@ -161,6 +161,21 @@ fn a_row_as_wide_as_the_strip_packs_what_lies_under_it_and_every_slice_bears_its
 }
 
 #[test]
+fn a_cluster_that_is_driven_further_than_half_a_grain_in_a_step_is_told() {
+    let told = |speed: f64| {
+        let drive = json!({"velocity_m_per_s": [speed, "free"]});
+        let config = single(0.0, coulomb(0.3), drive, json!({}));
+        protocol::Node::describe(&build(&config)).warnings
+    };
+    assert_eq!(told(0.49 * R / STEP), Vec::<String>::new());
+    let fast = told(0.6 * R / STEP);
+    assert!(
+        fast.len() == 1 && fast[0].contains("0.600 of the smallest radius"),
+        "{fast:?}"
+    );
+}
+
+#[test]
 fn what_a_drive_cannot_mean_is_refused_by_its_key() {
     let told = |drive: Value| refusal(&single(0.0, coulomb(0.3), drive, json!({})));
     let both = told(json!({"velocity_m_per_s": [1.0, "free"], "force_n": [2.0, 1.0]}));

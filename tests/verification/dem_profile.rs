@@ -8,7 +8,7 @@ use dem_node::Dem;
 use protocol::{Node, Setting};
 use serde_json::{Value, json};
 
-use crate::dem_support::{THICKNESS, close, march, scene, setting};
+use crate::dem_support::{THICKNESS, close, march, refusal, scene, setting};
 
 const R: f64 = 1e-3;
 
@@ -107,4 +107,23 @@ fn the_shear_rate_of_a_row_of_speeds_is_their_slope_and_intervals_follow_each_ot
     let slope = (rows[2][3] - rows[0][3]) / (rows[2][2] - rows[0][2]);
     close("shear rate", rows[1][10], slope, 1e-9 * slope);
     assert!((38.0..42.0).contains(&slope), "{slope}");
+}
+
+#[test]
+fn more_slices_than_a_file_should_hold_are_refused() {
+    let sample = json!({"kind": "disks", "disks": [{"x_m": 0.0, "y_m": 0.0, "radius_m": R}]});
+    let overrides = json!({
+        "profile": {"axis": "x", "bins": 100, "every_s": 1e-6},
+        "time": {"step_s": 1e-6, "pressure_pa": 1.0, "end_s": 0.1},
+    });
+    let message = refusal(&scene(
+        json!({"kind": "signorini"}),
+        1e-6,
+        sample,
+        overrides,
+    ));
+    assert!(
+        message.contains("profile.every_s") && message.contains("1.0e7 slices"),
+        "{message}"
+    );
 }

@@ -3,10 +3,12 @@
 use protocol::ConfigError;
 use serde::Deserialize;
 
-use super::limits::{at_least, positive, within};
+use super::limits::{at_least, positive, refuse_if, within};
 
 /// Most slices of a profile.
 const BINS_MAX: f64 = 1000.0;
+/// Most slices of all intervals together, some 200 MB of CSV.
+const SLICES_MAX: f64 = 1e6;
 
 /// `profile`: the slices and intervals.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -49,9 +51,18 @@ impl Axis {
 }
 
 impl ProfileConfig {
-    pub(super) fn validate(&self) -> Result<(), ConfigError> {
+    /// Refuses values out of range, and more slices by the end of the run (s) than a file should hold.
+    pub(super) fn validate(&self, end: Option<f64>) -> Result<(), ConfigError> {
         within("profile.bins", f64::from(self.bins), [1.0, BINS_MAX])?;
         at_least("profile.start_s", self.start_s, 0.0, "s")?;
-        positive("profile.every_s", self.every_s, "s")
+        positive("profile.every_s", self.every_s, "s")?;
+        let lasts = (end.unwrap_or(0.0) - self.start_s).max(0.0);
+        let slices = f64::from(self.bins) * (lasts / self.every_s).ceil();
+        refuse_if(
+            slices > SLICES_MAX,
+            "profile.every_s",
+            format!("makes {slices:.1e} slices by the end of the run, more than {SLICES_MAX:.0e}"),
+            "make it longer, or profile.bins fewer",
+        )
     }
 }

@@ -73,6 +73,22 @@ impl SampleConfig {
         matches!(self, SampleConfig::Disks(disks) if disks.has_clusters())
     }
 
+    /// Speed of the fastest cluster whose motion is prescribed (m/s).
+    pub fn driven_speed(&self) -> f64 {
+        let SampleConfig::Disks(disks) = self else {
+            return 0.0;
+        };
+        let drives = disks
+            .clusters
+            .iter()
+            .filter_map(|cluster| cluster.drive.as_ref());
+        let speeds = drives.map(|drive| {
+            let [x, y] = drive.velocity().map(Option::unwrap_or_default);
+            x.hypot(y)
+        });
+        speeds.fold(0.0, f64::max)
+    }
+
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         match self {
             SampleConfig::Layer(layer) => layer.validate(),
