@@ -11,6 +11,7 @@ mod number;
 mod plausible;
 mod probe;
 mod statics;
+mod table;
 mod time;
 mod wheel;
 
@@ -26,5 +27,7 @@ pub(crate) use number::positive;
 pub use plausible::PlausibleConfig;
 pub use probe::ProbeConfig;
 pub use statics::{INCREMENTS, StaticsConfig};
+pub use table::LoadTable;
+pub(crate) use table::load_at;
 pub use time::{StepChoice, TimeConfig};
 pub use wheel::{ContactConfig, WheelConfig};

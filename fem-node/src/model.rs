@@ -113,7 +113,10 @@ impl Model {
             stiffness_damping,
         };
         let start_damping = config.time.start_mass_damping_per_s.unwrap_or(0.0);
-        let history = config.wheel.map(|wheel| history(config.start, wheel));
+        let history = config
+            .wheel
+            .clone()
+            .map(|wheel| history(config.start, wheel));
         let parts = history.as_ref().zip(config.contact.as_ref());
         let wheel = parts
             .map(|(wheel, contact)| Wheel::new(wheel, contact, &mesh, &body, step, start_damping));
@@ -138,7 +141,7 @@ impl Model {
             supported: config.base != Base::Free,
             moved_sets: config.boundary.moved_sets().map(String::from).collect(),
             warnings,
-            wheel_radius: config.wheel.map_or(0.0, |wheel| wheel.radius_m),
+            wheel_radius: config.wheel.as_ref().map_or(0.0, |wheel| wheel.radius_m),
             plausible: config.plausible,
         })
     }

@@ -80,6 +80,10 @@ const OF_A_WHEEL: &[(&str, &str)] = &[
     ("wheel.ramp_s", "-1e-3"),
     ("wheel.hold_s", "-1e-3"),
     ("wheel.cycles", "-1.0"),
+    ("wheel.load_table", "[]"),
+    ("wheel.load_table", "[[1e-4, 1.0], [0.0, 1.0]]"),
+    ("wheel.load_table", "[[0.0, -1.0], [1e-4, 1.0]]"),
+    ("wheel.load_table", "[[0.0, 0.0], [4e-4, 1.0]]"),
     ("contact", "null"),
     ("contact.friction", "-0.1"),
     ("time.end_s", "1e-3"),
@@ -106,6 +110,7 @@ fn keys_of_a_body_that_contradict_each_other_are_refused() {
     let pressed =
         |ramp_s: f64| json!({"boundary": {"top": {"traction_pa": [0.0, 1.0], "ramp_s": ramp_s}}});
     let at_rest = with(wheel(json!({})), json!({"start": "static"}));
+    let table = json!({"load_table": [[0.0, 0.0], [1e-4, 1.0]]});
     let cases = [
         (
             "time.stiffness_damping_s",
@@ -118,6 +123,11 @@ fn keys_of_a_body_that_contradict_each_other_are_refused() {
         ("boundary.top.ramp_s", pressed(-1.0)),
         ("boundary.top.ramp_s", with(at_rest, pressed(1e-4))),
         ("wheel", json!({"contact": {"friction": 0.3}})),
+        ("wheel.load_table", still(table.clone(), json!({}))),
+        (
+            "wheel.load_table",
+            with(wheel(table), json!({"start": "static"})),
+        ),
     ];
     for (key, change) in cases {
         refused_by_key(key, change);

@@ -21,7 +21,7 @@ impl Config {
         self.plausible.check()?;
         self.check_wheel()?;
         self.statics
-            .check(self.wheel.map_or(0.0, |wheel| wheel.load_n))?;
+            .check(self.wheel.as_ref().map_or(0.0, |wheel| wheel.load_n))?;
         self.check_law()?;
         self.check_period()?;
         self.check_motion()?;
@@ -67,6 +67,12 @@ impl Config {
             return Ok(());
         };
         wheel.check()?;
+        refuse(
+            wheel.load_table.is_some() && self.solves_equilibrium(),
+            "wheel.load_table",
+            "is a load over time, and a static analysis or start goes to wheel.load_n by increments, without time",
+            "remove the table, or take analysis = \"dynamic\" and start = \"ramp\"",
+        )?;
         contact.check()?;
         refuse(
             self.analysis == Analysis::Dynamic && self.time.end_s.is_some(),
@@ -121,7 +127,7 @@ impl Config {
             )?;
         }
         if self.analysis == Analysis::Static {
-            let cycles = self.wheel.map_or(0.0, |wheel| wheel.cycles);
+            let cycles = self.wheel.as_ref().map_or(0.0, |wheel| wheel.cycles);
             self.statics.check_cycles(cycles)?;
         }
         Ok(())

@@ -4,13 +4,17 @@ use protocol::ConfigError;
 use serde::Deserialize;
 
 use super::number::{not_negative, positive};
+use super::table::{LoadTable, check_table, load_at};
 
 /// A rigid wheel that is pressed on the upper edge and moved sideways.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WheelConfig {
     /// Vertical load (N).
     pub load_n: f64,
+    /// Vertical load over time (s, N) instead of the linear ramp: linear between the entries, constant beyond them. At
+    /// the end of the hold it must be `load_n`, which results and checks of the hold refer to.
+    pub load_table: Option<LoadTable>,
     /// Mass (kg), which resists vertical motion; the sideways motion is prescribed.
     pub mass_kg: f64,
     /// Radius of the face (m); 0 = flat.
@@ -63,7 +67,26 @@ impl WheelConfig {
         if self.cycles > 0.0 {
             positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
         }
-        Ok(())
+        self.check_table()
+    }
+
+    fn check_table(&self) -> Result<(), ConfigError> {
+        let Some(table) = &self.load_table else {
+            return Ok(());
+        };
+        let key = "wheel.load_table";
+        check_table(key, table)?;
+        for [_, load] in table {
+            not_negative(key, *load, "N")?;
+        }
+        let (held, load) = (load_at(table, self.ramp_s + self.hold_s), self.load_n);
+        if (held - load).abs() <= 1e-9 * load {
+            return Ok(());
+        }
+        let problem =
+            format!("is {held:e} N at the end of the hold, and wheel.load_n is {load:e} N");
+        Err(ConfigError::new(key, problem)
+            .help("write the load at which results are taken in wheel.load_n"))
     }
 }
 

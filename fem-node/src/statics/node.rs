@@ -85,7 +85,10 @@ impl StaticNode {
     pub fn new(config: &Config, setting: &Setting) -> Result<StaticNode, FemError> {
         let model = Model::new(config, setting)?;
         let loads = Loads::new(config);
-        let wheel = config.wheel.filter(|wheel| wheel.amplitude_m > 0.0);
+        let wheel = config
+            .wheel
+            .as_ref()
+            .filter(|wheel| wheel.amplitude_m > 0.0);
         Ok(StaticNode {
             statics: Statics::new(&model, loads)?,
             snapshots: Snapshots::new(setting),

@@ -2,17 +2,19 @@
 
 use std::f64::consts::TAU;
 
-use crate::config::WheelConfig;
+use crate::config::{self, WheelConfig};
 
-/// The load ramps up, is held, and from t_s = ramp + hold on the wheel is moved sideways by
+/// The load ramps up, or follows its table, is held, and from t_s = ramp + hold on the wheel is moved sideways by
 /// D(t) = A sin(2 pi f (t - t_s)), at once at its full speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Program(pub(crate) WheelConfig);
 
 impl Program {
     /// Load at a time (N), downwards.
     pub fn load_at(&self, t: f64) -> f64 {
-        if t < self.0.ramp_s {
+        if let Some(table) = &self.0.load_table {
+            config::load_at(table, t)
+        } else if t < self.0.ramp_s {
             self.0.load_n * t / self.0.ramp_s
         } else {
             self.0.load_n
@@ -77,6 +79,7 @@ pub(super) mod tests {
     pub(in crate::wheel) fn program() -> Program {
         Program(WheelConfig {
             load_n: 8000.0,
+            load_table: None,
             mass_kg: 1.0,
             radius_m: 0.0,
             amplitude_m: 5e-5,
@@ -91,6 +94,21 @@ pub(super) mod tests {
     fn the_load_ramps_then_holds() {
         assert_eq!(program().load_at(2.5e-4), 4000.0);
         assert_eq!(program().load_at(1.0), 8000.0);
+    }
+
+    #[test]
+    fn a_table_is_the_load_in_place_of_the_ramp() {
+        let mut program = program();
+        let table = vec![[0.0, 1000.0], [4e-4, 5000.0], [9e-4, 8000.0], [1.9e-3, 0.0]];
+        program.0.load_table = Some(table);
+        for (time, load) in [
+            (0.0, 1000.0),
+            (2e-4, 3000.0),
+            (9e-4, 8000.0),
+            (1.4e-3, 4000.0),
+        ] {
+            assert!((program.load_at(time) - load).abs() < 1e-9, "{time}");
+        }
     }
 
     #[test]

@@ -39,7 +39,7 @@ impl Wheel {
     ) -> Wheel {
         let (nodes, _) = mesh.surface(Edge::Top);
         let points: Vec<[f64; 2]> = nodes.iter().map(|n| mesh.point(n[0], n[1])).collect();
-        let program = Program(*config);
+        let program = Program(config.clone());
         Wheel {
             mass: config.mass_kg,
             radius: config.radius_m,

@@ -1,0 +1,77 @@
+//! Loads over time: `load_table = [[t_s, n], ...]`.
+
+use protocol::ConfigError;
+
+/// Times (s) and forces (N), by ascending time.
+pub type LoadTable = Vec<[f64; 2]>;
+
+/// Force at a time (N): linear between the entries, constant before the first and after the last; 0 without entries.
+pub(crate) fn load_at(table: &[[f64; 2]], time: f64) -> f64 {
+    let next = table.partition_point(|[t, _]| *t <= time);
+    let Some([t0, n0]) = next.checked_sub(1).map(|last| table[last]) else {
+        return table.first().map_or(0.0, |[_, n]| *n);
+    };
+    match table.get(next) {
+        Some([t1, n1]) => n0 + (n1 - n0) * ((time - t0) / (t1 - t0)),
+        None => n0,
+    }
+}
+
+/// Refuses a table without entries, numbers that are not finite, and times that do not ascend.
+pub(super) fn check_table(key: &str, table: &[[f64; 2]]) -> Result<(), ConfigError> {
+    let refused = |problem: String, help: &str| Err(ConfigError::new(key, problem).help(help));
+    if table.is_empty() {
+        return refused("has no entries".into(), "write [[t_s, n], ...]");
+    }
+    if let Some(i) = table.iter().position(|e| e.iter().any(|x| !x.is_finite())) {
+        let problem = format!("entry {i} is {:?}, and must hold finite numbers", table[i]);
+        return refused(problem, "write [[t_s, n], ...]");
+    }
+    let Some(i) = table.windows(2).position(|pair| pair[1][0] <= pair[0][0]) else {
+        return Ok(());
+    };
+    let problem = format!(
+        "entry {} is at {:e} s, not after {:e} s of the one before",
+        i + 1,
+        table[i + 1][0],
+        table[i][0]
+    );
+    refused(problem, "list the entries by ascending time")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn loads_are_linear_between_entries_and_constant_beyond() {
+        let table = [[1.0, 10.0], [3.0, 30.0], [4.0, 0.0]];
+        for (time, load) in [
+            (0.0, 10.0),
+            (1.0, 10.0),
+            (1.5, 15.0),
+            (3.0, 30.0),
+            (3.75, 7.5),
+            (9.0, 0.0),
+        ] {
+            assert_eq!(load_at(&table, time), load, "{time}");
+        }
+        assert_eq!(load_at(&[], 1.0), 0.0);
+    }
+
+    #[test]
+    fn a_wrong_table_is_refused_by_its_key_and_entry() {
+        for (table, told) in [
+            (vec![], "no entries"),
+            (vec![[0.0, 1.0], [2.0, 1.0], [2.0, 3.0]], "entry 2"),
+            (vec![[0.0, 1.0], [2.0, f64::NAN]], "entry 1"),
+        ] {
+            let error = check_table("wheel.load_table", &table);
+            let text = error.expect_err("the table is wrong").to_string();
+            assert!(
+                text.contains("wheel.load_table") && text.contains(told),
+                "{text}"
+            );
+        }
+    }
+}
