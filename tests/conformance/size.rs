@@ -48,7 +48,7 @@ const SINCE: [(&str, usize); 24] = [
         "initial velocities, probes, reactions, plastic elements, static increments",
         620,
     ),
-    ("loads over time, accepted steps, benchmarks", 220),
+    ("loads over time, accepted steps, benchmarks", 320),
 ];
 
 #[test]

@@ -35,6 +35,30 @@ fn a_sound_rail_behind_another_name_is_no_alarm() {
     }
 }
 
+#[test]
+fn a_cadence_needs_participants_that_can_be_resumed() {
+    let text = std::fs::read_to_string(folder("quick").join("scenario.toml")).expect("it ships");
+    let text = harmed(&text, ["rail", "no-rollback"]);
+    let sets = [
+        "run.end_s=6e-5",
+        "run.checkpoint_every_windows=1",
+        "interface.layer-base.scheme=staggered-serial",
+        "interface.layer-base.unsafe_window=true",
+    ];
+    let refused = match run_in_process(&text, &sets) {
+        Ok(left) => left.ended.error,
+        Err(error) => Some(error),
+    };
+    let message = refused.expect("it cannot write one").to_string();
+    for word in [
+        "run.checkpoint_every_windows",
+        "`rail`",
+        "capability `resume`",
+    ] {
+        assert!(message.contains(word), "no {word} in: {message}");
+    }
+}
+
 /// Harms of the handshake, each with words of the refusal.
 const REFUSED: [(&str, &str); 7] = [
     ("nan-length", "length (m) NaN"),

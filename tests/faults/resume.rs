@@ -255,25 +255,3 @@ fn foreign_programs_resume_with_leave_only() {
     let output = resume(work.path(), "out", "yes", &["--allow-commands"]);
     assert_eq!(hashes(&output), whole);
 }
-
-#[test]
-fn a_cadence_needs_participants_that_can_be_resumed() {
-    let work = Scratch::new("no-checkpoint");
-    let scene = crate::scene::folder("verification/rail-under-wheel");
-    let output = thirdbody(work.path())
-        .arg("run")
-        .arg(scene)
-        .args(["--out", "out", "--set", "run.checkpoint_every_windows=1"])
-        .args(["--set", "run.output.exchange=true"])
-        .output()
-        .expect("the program starts");
-    fails(
-        &output,
-        2,
-        &[
-            "run.checkpoint_every_windows",
-            "`rail`",
-            "capability `resume`",
-        ],
-    );
-}
