@@ -44,40 +44,31 @@ fn every_shipped_scene_is_valid() {
     assert!(checked >= 2);
 }
 
-#[test]
-fn the_verification_scenes_give_what_they_must() {
-    let output = thirdbody(&["validate", "--json"]);
+/// Every row of a suite holds, and there are at least so many.
+fn suite_holds(arguments: &[&str], rows: usize) {
+    let output = thirdbody(&[&["validate", "--json"], arguments].concat());
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(
         output.status.success(),
         "{text}{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    assert!(text.matches("\"holds\":true").count() >= 10, "{text}");
+    assert!(text.matches("\"holds\":true").count() >= rows, "{text}");
+}
+
+#[test]
+fn the_verification_scenes_give_what_they_must() {
+    suite_holds(&[], 10);
 }
 
 #[test]
 fn inputs_at_their_limits_are_right_refused_or_detected() {
-    let output = thirdbody(&["validate", "--suite", "extremes", "--json"]);
-    let text = String::from_utf8_lossy(&output.stdout);
-    assert!(
-        output.status.success(),
-        "{text}{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    assert!(text.matches("\"holds\":true").count() >= 80, "{text}");
+    suite_holds(&["--suite", "extremes"], 80);
 }
 
 #[test]
 fn short_forms_of_published_benchmarks_hold() {
-    let output = thirdbody(&["validate", "--suite", "benchmarks", "--json"]);
-    let text = String::from_utf8_lossy(&output.stdout);
-    assert!(
-        output.status.success(),
-        "{text}{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    assert!(text.matches("\"holds\":true").count() >= 60, "{text}");
+    suite_holds(&["--suite", "benchmarks"], 60);
 }
 
 #[test]
