@@ -29,7 +29,7 @@ pub struct ValidateArguments {
     /// Run the faults with this in their name only: killed, stopped, disk, simulated.
     #[arg(long, value_name = "WORDS", default_value = "")]
     only: String,
-    /// Run the long cases too, whose figures stand in scenarios/README.md.
+    /// Run the long cases too.
     #[arg(long)]
     full: bool,
     /// Print the rows as JSON.
@@ -42,7 +42,7 @@ pub struct ValidateArguments {
 enum Suite {
     /// Exact answers of the solvers alone and coupled.
     Verification,
-    /// Published cases of other people; minutes, and with --full hours.
+    /// Published cases of other people: a minute, and with --full a quarter of an hour or more.
     Benchmarks,
     /// Inputs at their limits: right, refused by name, or detected.
     Extremes,
