@@ -1,6 +1,6 @@
 //! The loop that turns frames into calls of a [`Node`].
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use nix::sys::resource::{UsageWho, getrusage};
 use serde::{Deserialize, Serialize};
@@ -58,7 +58,7 @@ pub struct Farewell {
     pub solve_wall_s: f64,
     /// Wall-clock time of the set-up (s).
     pub setup_wall_s: f64,
-    /// Wall-clock time spent waiting for requests (s).
+    /// Wall-clock time of the rest, from the greeting on (s): waiting for requests, reading them and sending answers.
     pub wait_s: f64,
     /// Largest resident set of the process (bytes).
     pub peak_rss_bytes: u64,
@@ -96,21 +96,21 @@ where
     if let Err(error) = check_hello(session, &hello) {
         return server.fail(error);
     }
-    let start = Instant::now();
     let mut node = match build(session) {
         Ok(node) => node,
         Err(error) => return server.fail(error),
     };
-    server.setup = start.elapsed();
+    let span = server.lap();
+    server.setup_ns = span[1] - span[0];
     server.send_text(Kind::Welcome, &welcome(session, node.describe()))?;
     loop {
         let request = server.receive()?;
-        let (start, start_ns) = (Instant::now(), monotonic_ns());
         let answer = server
             .check_length(&request)
             .and_then(|()| answer(node.as_mut(), &request));
-        server.solve += start.elapsed();
-        server.busy.until_now(start_ns);
+        let span = server.lap();
+        server.solve_ns += span[1] - span[0];
+        server.busy.add(span);
         match answer {
             Ok(Answer::Numbers(kind, payload)) => server.send(kind, payload)?,
             Ok(Answer::Bytes(kind, bytes)) => server.send_bytes(kind, &bytes)?,
@@ -134,9 +134,11 @@ struct Server<'a> {
     heard: u64,
     /// Exchanged components, once points are selected.
     components: Option<usize>,
-    setup: Duration,
-    solve: Duration,
-    wait: Duration,
+    /// Until when the time is accounted for. Laps meet, so that no moment is lost between them, however long a busy machine keeps it.
+    lapped_ns: u64,
+    setup_ns: u64,
+    solve_ns: u64,
+    wait_ns: u64,
     busy: BusyTimes,
 }
 
@@ -149,17 +151,29 @@ impl<'a> Server<'a> {
             turn: 0,
             heard: 0,
             components: None,
-            setup: Duration::ZERO,
-            solve: Duration::ZERO,
-            wait: Duration::ZERO,
+            lapped_ns: monotonic_ns(),
+            setup_ns: 0,
+            solve_ns: 0,
+            wait_ns: 0,
             busy: BusyTimes::default(),
         }
     }
 
+    /// The time (ns) from the end of the lap before until now.
+    fn lap(&mut self) -> [u64; 2] {
+        let start_ns = std::mem::replace(&mut self.lapped_ns, monotonic_ns());
+        [start_ns, self.lapped_ns]
+    }
+
     fn receive(&mut self) -> Result<Frame, ServeError> {
-        let start = Instant::now();
+        let frame = self.listen()?;
+        let [start_ns, end_ns] = self.lap();
+        self.wait_ns += end_ns - start_ns;
+        Ok(frame)
+    }
+
+    fn listen(&mut self) -> Result<Frame, ServeError> {
         let mut frame = self.hear()?;
-        self.wait += start.elapsed();
         self.current = frame.header;
         self.turn = self.heard;
         self.heard += 1;
@@ -258,9 +272,9 @@ impl<'a> Server<'a> {
         Farewell {
             outcome,
             cpu_s: usage.map_or(0.0, |u| seconds(u.user_time()) + seconds(u.system_time())),
-            solve_wall_s: self.solve.as_secs_f64(),
-            setup_wall_s: self.setup.as_secs_f64(),
-            wait_s: self.wait.as_secs_f64(),
+            solve_wall_s: 1e-9 * self.solve_ns as f64,
+            setup_wall_s: 1e-9 * self.setup_ns as f64,
+            wait_s: 1e-9 * self.wait_ns as f64,
             peak_rss_bytes: usage.map_or(0, |u| 1024 * u.max_rss().max(0) as u64),
             busy: std::mem::take(&mut self.busy),
         }
