@@ -62,6 +62,8 @@ pub struct Model {
     pub wheel: Option<Wheel>,
     /// True where the bottom is held, so that nothing can be coupled to it.
     pub(crate) supported: bool,
+    /// True where no component is held or moved, so that the momentum is that of the forces on the body.
+    pub(crate) free: bool,
     /// Prescribed motions of named sets.
     pub motions: Vec<PrescribedMotion>,
     /// Velocity at the start of each component that has one (m/s).
@@ -135,6 +137,7 @@ impl Model {
             end: end.or(config.time.end_s),
             tractions,
             wheel,
+            free: config.base == Base::Free && config.sides == Sides::Free && motions.is_empty(),
             motions,
             initial_velocity,
             probes,

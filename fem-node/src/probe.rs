@@ -12,6 +12,25 @@ use crate::model::Model;
 use crate::profile::Profile;
 use crate::wheel::{Wheel, WheelState};
 
+/// Names of the values of [`momentum`].
+pub(crate) fn momentum_names(model: &Model) -> &'static [&'static str] {
+    let count = 2 * usize::from(model.free);
+    &["momentum_x_kg_m_per_s", "momentum_y_kg_m_per_s"][..count]
+}
+
+/// Momentum of a body that nothing holds (kg m/s), empty for any other.
+pub(crate) fn momentum(model: &Model, state: &State) -> Vec<f64> {
+    let body = &model.body;
+    let moving = state.v.iter().zip(&body.mass).map(|(v, m)| v * m);
+    let mut sums = vec![0.0; momentum_names(model).len()];
+    if model.free {
+        for (index, momentum) in moving.enumerate() {
+            sums[body.layout.direction(index)] += momentum;
+        }
+    }
+    sums
+}
+
 /// Names of the values of [`surface_signals`]: none for a body without an upper edge.
 pub(crate) fn surface_names(model: &Model) -> &'static [&'static str] {
     if model.mesh.edge(Edge::Top).is_empty() {

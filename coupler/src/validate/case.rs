@@ -52,7 +52,8 @@ pub struct Case {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Number {
-    /// Place of the number: a path in summary.json, or `signals.<column>.<last | max | min | mean | t_max | t_min>`.
+    /// Place of the number: a path in summary.json, or `signals.<column>.<last | max | min | mean | t_max | t_min>`, where `<a>+<b>` is
+    /// the sum of two columns.
     pub path: String,
     /// Value that it must have; that of the case's reference if absent.
     pub expected: Option<f64>,

@@ -205,10 +205,14 @@ fn judged(case: &Case, number: &Number, ours: Option<f64>, expected: Option<f64>
 }
 
 /// `<column>.<last | max | min | mean | t_max | t_min>`, `t_` being the time of the extreme (s); the column's name may hold dots
-/// itself.
+/// itself, and columns joined by `+` are summed.
 fn of_signals(signals: &Signals, path: &str) -> Option<f64> {
-    let (column, what) = path.rsplit_once('.')?;
-    let values = signals.get(column)?;
+    let (columns, what) = path.rsplit_once('.')?;
+    let columns = columns.split('+').map(|column| signals.get(column));
+    let columns = columns.collect::<Option<Vec<&Vec<f64>>>>()?;
+    let reports = columns.iter().map(|column| column.len()).min()?;
+    let sum = |row| columns.iter().map(|column| column[row]).sum();
+    let values = &(0..reports).map(sum).collect::<Vec<f64>>();
     match what {
         "last" => values.last().copied(),
         "max" => values.iter().copied().reduce(larger),

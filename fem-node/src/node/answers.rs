@@ -52,6 +52,11 @@ impl Node for FemNode {
                 .map(|name| (*name).into())
                 .chain(self.probe_names())
                 .chain(self.reaction_names())
+                .chain(
+                    probe::momentum_names(&self.model)
+                        .iter()
+                        .map(|name| (*name).into()),
+                )
                 .collect(),
             ledger: self.terms().map(term).collect(),
             warnings: self.model.warnings.clone(),

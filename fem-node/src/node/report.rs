@@ -28,6 +28,7 @@ impl FemNode {
             report.extend(probe.values(self.model.body.layout, &self.committed.state, true));
         }
         report.extend(self.committed.reactions.iter().flatten());
+        report.extend(probe::momentum(&self.model, &self.committed.state));
         report.extend(self.terms().map(|(_, _, value)| value));
         report
     }
