@@ -34,8 +34,11 @@ use system::{Line, System};
 const SOFTENING: f64 = 0.1;
 const SOFTENING_BOUNDS: [f64; 2] = [1e-9, 1e-5];
 
-/// Entries of inverses that may be updated, some ten seconds' work: 1 500 closed contacts can be followed.
+/// Entries of inverses that may be updated, some ten seconds' work.
 const MOST_WORK: usize = 4_000_000_000;
+
+/// Contacts that press, in the sweeps' last answer, beyond which that is not enough for two events each: 2 n of n^2 entries.
+const MOST_PRESSING: usize = 1_250;
 
 /// Error of the equations over the size of their terms above which the solution is corrected, and above which it is given up.
 const CORRECTED: f64 = 1e-11;
@@ -51,9 +54,11 @@ const PROXIMAL: usize = 5;
 const SPREAD: f64 = 0.5;
 
 /// The problem under the impulses that solve it, which the true residual must judge; none where there are bonds or the path cannot be
-/// followed.
+/// followed: it would be too long where more than [`MOST_PRESSING`] contacts press.
 pub(super) fn solve(problem: &Problem, tolerance: f64) -> Option<Problem> {
-    if problem.contacts.iter().any(|c| c.bond != NO_BOND) {
+    let pressing = problem.contacts.iter().filter(|c| c.impulse[0] > 0.0);
+    let bonded = problem.contacts.iter().any(|c| c.bond != NO_BOND);
+    if bonded || pressing.count() > MOST_PRESSING {
         return None;
     }
     let softening = (SOFTENING * tolerance).clamp(SOFTENING_BOUNDS[0], SOFTENING_BOUNDS[1]);

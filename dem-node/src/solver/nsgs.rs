@@ -13,6 +13,10 @@ use super::residual::{Defect, convergence};
 /// Sweeps between two looks at the true residual while the sweeps are accelerated, whatever their increments.
 const CHECK_EVERY: usize = 20;
 
+/// Residual above which sweeps have found next to nothing: 1 is that of no impulses. It is so where a run has blown up, and the path to
+/// the solution of what is no state of anything is long.
+const NOTHING_FOUND: f64 = 0.9;
+
 /// Sweeps until the true residual is within the tolerance.
 ///
 /// The gate is the increment of a sweep, with dr what it changed and D the bodies' part of the diagonal of W,
@@ -49,7 +53,8 @@ pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) 
         if residual <= criteria.tolerance {
             return convergence(problem, defect, iterations, criteria);
         }
-        if iterations >= FIRST_TURNS && !pivoted && problem.has_friction() {
+        let stuck = iterations >= FIRST_TURNS && residual < NOTHING_FOUND;
+        if stuck && !pivoted && problem.has_friction() {
             pivoted = true;
             if let Some(defect) = pivot(problem, criteria) {
                 return convergence(problem, defect, iterations, criteria);
