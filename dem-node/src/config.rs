@@ -10,16 +10,15 @@ mod pairs;
 mod plausible;
 mod profile;
 mod sample;
-pub(crate) mod table;
 
 use protocol::ConfigError;
+use protocol::table::{LoadTable, check_table, load_at};
 use serde::Deserialize;
 
 use crate::law::Penetration;
 use crate::pairs::{GRAINS, ROWS, WHEEL};
 use crate::solver::{Algorithm, Criteria};
 use limits::{PERIOD, at_least, finite, positive, refuse_given, refuse_if, within};
-use table::LoadTable;
 
 pub use disks::{ClusterConfig, DiskConfig, DisksConfig, WallConfig};
 pub use drive::{ClusterDriveConfig, Component};
@@ -100,8 +99,7 @@ pub struct WheelConfig {
     pub load_n: f64,
     /// Vertical load over time (s, N) instead of the linear ramp: linear between the entries, constant beyond them. At the end
     /// of the hold it must be `load_n`, which results and checks of the hold refer to.
-    #[serde(default)]
-    pub load_table: LoadTable,
+    pub load_table: Option<LoadTable>,
     /// Mass (kg), never scaled.
     pub mass_kg: f64,
     /// Radius of the face (m), its lowest point over x = 0 at the start; 0 = flat.
@@ -386,15 +384,15 @@ impl WheelConfig {
     }
 
     fn validate_table(&self) -> Result<(), ConfigError> {
-        let key = "wheel.load_table";
-        if self.load_table.is_empty() {
+        let Some(table) = &self.load_table else {
             return Ok(());
-        }
-        table::validate_table(key, &self.load_table)?;
-        for [_, load] in &self.load_table {
+        };
+        let key = "wheel.load_table";
+        check_table(key, table)?;
+        for [_, load] in table {
             at_least(key, *load, 0.0, "N")?;
         }
-        let held = table::load_at(&self.load_table, self.ramp_s + self.hold_s);
+        let held = load_at(table, self.ramp_s + self.hold_s);
         refuse_if(
             (held - self.load_n).abs() > 1e-9 * self.load_n,
             key,

@@ -273,7 +273,7 @@ mod tests {
             stored: [1.0, -1.0, 0.5, -0.5],
             program: WheelConfig {
                 load_n: LOAD,
-                load_table: Vec::new(),
+                load_table: None,
                 mass_kg: 1.0,
                 radius_m: 0.0,
                 vy_m_per_s: 0.0,

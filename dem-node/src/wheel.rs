@@ -3,8 +3,9 @@
 use std::f64::consts::TAU;
 
 use protocol::Phase;
+use protocol::table::load_at;
 
-use crate::config::{WheelConfig, table};
+use crate::config::WheelConfig;
 
 /// Load and motion of the wheel over time: the load ramps up, is held, and from t_s = ramp + hold on the wheel is moved
 /// sideways by D(t) = A sin(2 pi f (t - t_s)), at once at its full speed.
@@ -14,8 +15,8 @@ pub struct WheelProgram(pub WheelConfig);
 impl WheelProgram {
     /// Load at a time (N), downwards.
     pub fn load_at(&self, t: f64) -> f64 {
-        if !self.0.load_table.is_empty() {
-            return table::load_at(&self.0.load_table, t);
+        if let Some(table) = &self.0.load_table {
+            return load_at(table, t);
         }
         if t >= self.0.ramp_s {
             return self.0.load_n;
@@ -87,7 +88,7 @@ mod tests {
     fn program() -> WheelProgram {
         WheelProgram(WheelConfig {
             load_n: 8000.0,
-            load_table: Vec::new(),
+            load_table: None,
             mass_kg: 0.01,
             radius_m: 0.0,
             vy_m_per_s: 0.0,
@@ -108,7 +109,8 @@ mod tests {
     #[test]
     fn a_table_is_the_load_in_place_of_the_ramp() {
         let mut program = program();
-        program.0.load_table = vec![[0.0, 1000.0], [4e-4, 5000.0], [9e-4, 8000.0], [1.9e-3, 0.0]];
+        let table = vec![[0.0, 1000.0], [4e-4, 5000.0], [9e-4, 8000.0], [1.9e-3, 0.0]];
+        program.0.load_table = Some(table);
         for (time, load) in [
             (0.0, 1000.0),
             (2e-4, 3000.0),

@@ -11,7 +11,6 @@ mod number;
 mod plausible;
 mod probe;
 mod statics;
-mod table;
 mod time;
 mod wheel;
 
@@ -27,7 +26,5 @@ pub(crate) use number::positive;
 pub use plausible::PlausibleConfig;
 pub use probe::ProbeConfig;
 pub use statics::{INCREMENTS, StaticsConfig};
-pub use table::LoadTable;
-pub(crate) use table::load_at;
 pub use time::{StepChoice, TimeConfig};
 pub use wheel::{ContactConfig, WheelConfig};

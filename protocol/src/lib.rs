@@ -8,6 +8,7 @@
 //! Modules, in reading order:
 //! - [`frame`]: the fixed header and its payload of doubles;
 //! - [`setting`]: the setting that a participant is launched with, and the checked reading of its own keys;
+//! - [`table`]: loads over time, a key of several solvers;
 //! - [`node`]: the requests that a solver answers, and the types of its answers;
 //! - [`finding`]: values that are not plausible, and the bounds of a check;
 //! - [`cure`]: errors of the system, with what to do about them;
@@ -33,6 +34,7 @@ pub mod node;
 pub mod participate;
 pub mod serve;
 pub mod setting;
+pub mod table;
 
 pub use cure::WithCure;
 pub use finding::{Bounds, Finding, larger};

@@ -135,4 +135,8 @@ fn a_wheel_that_no_step_can_follow_or_no_grain_can_carry_is_refused() {
         &with(json!({"cycles": 1.0, "frequency_hz": 1e9})),
         &["wheel.frequency_hz: ", "fewer than 20 steps"],
     );
+    told(
+        &with(json!({"load_table": []})),
+        &["wheel.load_table: ", "no entries"],
+    );
 }

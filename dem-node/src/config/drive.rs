@@ -1,10 +1,10 @@
 //! The keys of `sample.clusters.drive`: a cluster that is moved, or pushed, along x and along y.
 
 use protocol::ConfigError;
+use protocol::table::{LoadTable, check_table};
 use serde::Deserialize;
 
 use super::limits::{at_least, finite, positive, refuse_if};
-use super::table::{LoadTable, validate_table};
 
 /// Prescribed motion and loads of a cluster. Each direction has a velocity, or is `"free"` and has a force.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -118,6 +118,6 @@ impl ClusterDriveConfig {
             ),
             "prescribe the velocity of the other direction, and remove force_n",
         )?;
-        validate_table(&key, table)
+        check_table(&key, table)
     }
 }

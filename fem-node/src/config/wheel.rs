@@ -1,10 +1,10 @@
 //! The rigid wheel on the upper edge and the contact with it.
 
 use protocol::ConfigError;
+use protocol::table::{LoadTable, check_table, load_at};
 use serde::Deserialize;
 
 use super::number::{not_negative, positive};
-use super::table::{LoadTable, check_table, load_at};
 
 /// A rigid wheel that is pressed on the upper edge and moved sideways.
 #[derive(Clone, Debug, PartialEq, Deserialize)]

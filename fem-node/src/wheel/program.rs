@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use crate::config::{self, WheelConfig};
+use protocol::table::load_at;
+
+use crate::config::WheelConfig;
 
 /// The load ramps up, or follows its table, is held, and from t_s = ramp + hold on the wheel is moved sideways by
 /// D(t) = A sin(2 pi f (t - t_s)), at once at its full speed.
@@ -13,7 +15,7 @@ impl Program {
     /// Load at a time (N), downwards.
     pub fn load_at(&self, t: f64) -> f64 {
         if let Some(table) = &self.0.load_table {
-            config::load_at(table, t)
+            load_at(table, t)
         } else if t < self.0.ramp_s {
             self.0.load_n * t / self.0.ramp_s
         } else {

@@ -1,24 +1,28 @@
 //! Loads over time: `load_table = [[t_s, n], ...]`.
 
-use protocol::ConfigError;
+use crate::setting::ConfigError;
 
 /// Times (s) and forces (N), by ascending time.
 pub type LoadTable = Vec<[f64; 2]>;
 
 /// Force at a time (N): linear between the entries, constant before the first and after the last; 0 without entries.
-pub(crate) fn load_at(table: &[[f64; 2]], time: f64) -> f64 {
+///
+/// N = N0 + (N1 - N0) (t - t0)/(t1 - t0). The fraction comes first: from [0, 0] to [T, N] the force has the bits of N times
+/// the share t/T of a linear ramp.
+pub fn load_at(table: &[[f64; 2]], time: f64) -> f64 {
     let next = table.partition_point(|[t, _]| *t <= time);
-    let Some([t0, n0]) = next.checked_sub(1).map(|last| table[last]) else {
-        return table.first().map_or(0.0, |[_, n]| *n);
-    };
-    match table.get(next) {
-        Some([t1, n1]) => n0 + (n1 - n0) * ((time - t0) / (t1 - t0)),
-        None => n0,
+    match (next.checked_sub(1).map(|last| table[last]), table.get(next)) {
+        (Some([t0, n0]), Some([t1, n1])) => n0 + (n1 - n0) * ((time - t0) / (t1 - t0)),
+        (Some([_, n]), None) => n,
+        (None, first) => first.map_or(0.0, |[_, n]| *n),
     }
 }
 
 /// Refuses a table without entries, numbers that are not finite, and times that do not ascend.
-pub(super) fn check_table(key: &str, table: &[[f64; 2]]) -> Result<(), ConfigError> {
+///
+/// # Errors
+/// Names the `key`, the number of the entry from 0 on, the fault, and what to write instead.
+pub fn check_table(key: &str, table: &[[f64; 2]]) -> Result<(), ConfigError> {
     let refused = |problem: String, help: &str| Err(ConfigError::new(key, problem).help(help));
     if table.is_empty() {
         return refused("has no entries".into(), "write [[t_s, n], ...]");
@@ -60,18 +64,29 @@ mod tests {
     }
 
     #[test]
+    fn a_rise_from_zero_has_the_bits_of_a_ramp() {
+        let (end, load) = (0.3, 7.1);
+        for k in 0..100 {
+            let time = 0.003 * f64::from(k);
+            let ramp = load * (time / end);
+            assert_eq!(load_at(&[[0.0, 0.0], [end, load]], time), ramp, "{time}");
+        }
+    }
+
+    #[test]
     fn a_wrong_table_is_refused_by_its_key_and_entry() {
         for (table, told) in [
             (vec![], "no entries"),
             (vec![[0.0, 1.0], [2.0, 1.0], [2.0, 3.0]], "entry 2"),
             (vec![[0.0, 1.0], [2.0, f64::NAN]], "entry 1"),
         ] {
-            let error = check_table("wheel.load_table", &table);
-            let text = error.expect_err("the table is wrong").to_string();
+            let error = check_table("wheel.load_table", &table).expect_err("the table is wrong");
+            let text = error.to_string();
             assert!(
                 text.contains("wheel.load_table") && text.contains(told),
                 "{text}"
             );
+            assert!(error.help.is_some(), "{text}");
         }
     }
 }
