@@ -192,6 +192,10 @@ pub struct Description {
     /// missing.
     #[serde(default)]
     pub outward: BTreeMap<String, [f64; 2]>,
+    /// Length along x (m) after which a set repeats, by the name of the set: what leaves it at one end comes back at the other, and
+    /// none of its [`Surface`] points is there twice. Two sets that are joined repeat alike; one that is missing has ends.
+    #[serde(default)]
+    pub period_m: BTreeMap<String, f64>,
 }
 
 /// Residual to which a solver iterates.

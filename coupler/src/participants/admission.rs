@@ -40,6 +40,7 @@ pub fn fault_of_description(told: &Description) -> Option<String> {
         .or_else(|| fault_of_names("set", told.sets.iter()))
         .or_else(|| fault_of_names("ledger term", terms))
         .or_else(|| fault_of_outward(told))
+        .or_else(|| fault_of_period(told))
 }
 
 /// Names become columns of files and keys of summaries.
@@ -72,6 +73,15 @@ fn fault_of_outward(told: &Description) -> Option<String> {
     let (set, [x, y]) = normals.find(|(_, normal)| !is_unit(normal))?;
     Some(format!(
         "says that `{}` faces ({x}, {y}): an outward normal has the length 1",
+        set.escape_debug()
+    ))
+}
+
+fn fault_of_period(told: &Description) -> Option<String> {
+    let mut periods = told.period_m.iter();
+    let (set, period) = periods.find(|(_, period)| !(period.is_finite() && **period > 0.0))?;
+    Some(format!(
+        "says that `{}` repeats after {period} m: it must be a finite length above zero, or absent",
         set.escape_debug()
     ))
 }
@@ -157,6 +167,7 @@ mod tests {
                 ..Phase::default()
             }],
             outward: [("top".to_string(), [0.6, -0.8])].into(),
+            period_m: [("top".to_string(), 0.5)].into(),
             ..Description::default()
         }
     }
@@ -165,7 +176,7 @@ mod tests {
     fn a_description_with_a_wrong_number_or_name_is_refused() {
         assert_eq!(fault_of_description(&sound()), None);
         type Harm = fn(&mut Description);
-        let harms: [(&str, Harm); 13] = [
+        let harms: [(&str, Harm); 16] = [
             ("step_s", |told| told.step_s = Some(0.0)),
             ("step_s", |told| told.step_s = Some(-1e-8)),
             ("step_s", |told| told.step_s = Some(f64::NAN)),
@@ -186,6 +197,15 @@ mod tests {
             }),
             ("outward", |told| {
                 told.outward.insert("top".into(), [0.0, 2.0]);
+            }),
+            ("repeats after 0 m", |told| {
+                told.period_m.insert("top".into(), 0.0);
+            }),
+            ("repeats after -1 m", |told| {
+                told.period_m.insert("top".into(), -1.0);
+            }),
+            ("repeats after inf m", |told| {
+                told.period_m.insert("top".into(), f64::INFINITY);
             }),
         ];
         for (word, harm) in harms {

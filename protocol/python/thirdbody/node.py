@@ -85,6 +85,7 @@ class Description:
     warnings: List[str] = field(default_factory=list)
     backing: Optional[Dict[str, Any]] = None
     outward: Dict[str, Tuple[float, float]] = field(default_factory=dict)
+    period_m: Dict[str, float] = field(default_factory=dict)
 
     def document(self) -> Dict[str, Any]:
         """What JSON writes."""

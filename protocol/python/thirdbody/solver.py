@@ -25,6 +25,8 @@ class Solver(Node):
     sets: Sequence[str] = ()
     #: Mean outward normal of each set, of length 1: sets that are joined must face each other.
     outward: Dict[str, Any] = {}
+    #: Length (m) along x after which a set repeats, none of its points being there twice; a set that is missing has ends.
+    period_m: Dict[str, float] = {}
     #: Own step (s); None for a solver that takes the window as its step.
     step_s: Optional[float] = None
     #: The longest own step, or window of a solver without own step, that is stable (s), and the name of that bound.
@@ -120,6 +122,7 @@ class Solver(Node):
             warnings=list(self.warnings),
             backing=self.backing,
             outward={name: tuple(map(float, normal)) for name, normal in self.outward.items()},
+            period_m={name: float(length) for name, length in self.period_m.items()},
         )
 
     def _offers(self) -> Dict[str, bool]:
