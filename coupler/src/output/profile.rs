@@ -21,6 +21,7 @@ pub struct Traction {
     /// Area that each node stands for (m2).
     pub area_m2: Vec<f64>,
     thickness_m: f64,
+    period_m: Option<f64>,
 }
 
 /// Loaded nodes of one interface.
@@ -33,6 +34,8 @@ pub struct LoadedNodes<'a> {
     pub force: &'a [f64],
     /// 1 where the continuum's outward normal points up, -1 where it points down.
     pub outward_y: f64,
+    /// Length after which they repeat along x (m), where they do.
+    pub period_m: Option<f64>,
 }
 
 impl Traction {
@@ -48,6 +51,7 @@ impl Traction {
             shear_n: take(&|i| loaded.force[2 * i]),
             area_m2: take(&|i| nodes.length_m[i] * thickness_m),
             thickness_m,
+            period_m: loaded.period_m,
         }
     }
 
@@ -66,10 +70,13 @@ impl Traction {
 
     /// The largest mean pressure (Pa) over boxes of `width_m` centred at multiples of it. Single nodes carry
     /// single grains, whose pressures say little. Each node's force is spread over its own segment, so that a box
-    /// between two nodes gets its share of both.
+    /// between two nodes gets its share of both, and one across the seam of a line that repeats that of the images beyond.
     pub fn peak_of_means(&self, width_m: f64) -> f64 {
         let mut boxes = std::collections::BTreeMap::new();
-        for (node, x) in self.x_m.iter().enumerate() {
+        let images = self.period_m.map_or(vec![0.0], |p| vec![0.0, -p, p]);
+        let places = self.x_m.iter().enumerate();
+        let places = places.flat_map(|(node, x)| images.iter().map(move |by| (node, x + by)));
+        for (node, x) in places {
             let length = self.area_m2[node] / self.thickness_m;
             let (low, high) = (x - 0.5 * length, x + 0.5 * length);
             let index = |x: f64| (x / width_m).round() as i64;
@@ -126,9 +133,26 @@ mod tests {
             shear_n: vec![0.0; 5],
             area_m2: vec![0.4e-6; 5],
             thickness_m: 1e-3,
+            period_m: None,
         };
         // 40 N on 0.4 mm2 is 100 MPa, whatever the boxes.
         assert!((uniform.peak_of_means(1e-3) / 1e8 - 1.0).abs() < 1e-12);
         assert_eq!(uniform.half_width(0.98), 0.8e-3);
+    }
+
+    /// 200 MPa over the 0.4 mm at both ends of 2 mm are 80 N + 80 N in the box of 1 mm across the seam, beside 20 N of its own.
+    #[test]
+    fn a_box_across_the_seam_of_a_line_that_repeats_is_a_whole_one() {
+        let at = |period_m| Traction {
+            x_m: vec![-0.8e-3, -0.4e-3, 0.0, 0.4e-3, 0.8e-3],
+            normal_n: vec![80.0, 40.0, 40.0, 40.0, 80.0],
+            shear_n: vec![0.0; 5],
+            area_m2: vec![0.4e-6; 5],
+            thickness_m: 1e-3,
+            period_m,
+        };
+        let peaks = [None, Some(2e-3)].map(|period_m| at(period_m).peak_of_means(1e-3));
+        assert!((peaks[0] / 1e8 - 1.0).abs() < 1e-12, "{peaks:?}");
+        assert!((peaks[1] / 1.8e8 - 1.0).abs() < 1e-12, "{peaks:?}");
     }
 }

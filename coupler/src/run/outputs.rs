@@ -320,6 +320,7 @@ impl<'a> Outputs<'a> {
                     own: patch.nodes.clone(),
                     force: &coupling.state.lambda,
                     outward_y: patch.outward_y,
+                    period_m: patch.period_m,
                 };
                 let traction = Traction::of(loaded, self.thickness_m);
                 let name = if only {

@@ -60,6 +60,8 @@ pub struct Patch {
     pub outward_y: f64,
     /// Difference between its points and its surface line.
     pub offset: Offset,
+    /// Length after which both of its sides repeat along x (m), where they do.
+    pub period_m: Option<f64>,
     /// Mean spacing of its exchanged nodes (m).
     pub spacing_m: f64,
     /// Largest gap that counts as closed, over the spacing.

@@ -14,7 +14,7 @@ use super::mapping::Mapping;
 use super::participants::Participants;
 use crate::error::{Error, Refusal, WindowOf};
 use crate::scenario::{Dirichlet, Interface, MappingKind, Scenario};
-use geometry::{offset, same_side};
+use geometry::{common_period, offset, same_side};
 use point_mass::{point_masses, refuse_massless};
 use suitability::{
     refuse_finer_than_solver, refuse_weightless, refuse_what_is_not_offered,
@@ -92,6 +92,7 @@ struct Seam {
     points: Surface,
     mapping: Mapping,
     offset: Offset,
+    period_m: Option<f64>,
 }
 
 fn refused(interface: &Interface, why: impl std::fmt::Display) -> Error {
@@ -258,13 +259,25 @@ fn seam(
     if let Some(why) = normal(continuum).zip(normal(wall)).and_then(same_side) {
         return Err(refuse(why));
     }
+    let sides = [continuum, wall].map(|end| {
+        let told = participants.description(end.peer).period_m.get(&end.set);
+        let name = format!("{}.{}", participants.name(end.peer), end.set);
+        (name, told.copied())
+    });
+    let sides = sides.each_ref().map(|(name, told)| (&**name, *told));
+    let period_m = common_period(sides).map_err(&refuse)?;
     let (nodes, glued) = (places(&offered), places(&points));
-    let relate =
-        |kind| Mapping::new(kind, &nodes, &glued).map_err(|error| refuse(error.to_string()));
+    let relate = |kind| {
+        let mapping = match period_m {
+            None => Mapping::new(kind, &nodes, &glued),
+            Some(period_m) => Mapping::repeating(kind, &nodes, &glued, period_m),
+        };
+        mapping.map_err(|error| refuse(error.to_string()))
+    };
     let smooth = participants.description(wall.peer).smooth_m.get(&wall.set);
     let shape = smooth.filter(|places| places.len() == glued.len());
     let linear = relate(MappingKind::Linear)?;
-    let offset = offset(&linear, &nodes, shape.unwrap_or(&glued));
+    let offset = offset(&linear, &nodes, shape.unwrap_or(&glued), period_m);
     let mapping = relate(interface.mapping)?;
     let active = mapping.active();
     let mapping = mapping.restricted(&active);
@@ -277,6 +290,7 @@ fn seam(
         pair,
         offered: offered.len(),
         offset,
+        period_m,
         mapping,
         nodes,
         points,
@@ -344,6 +358,7 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
             motion_driven,
             outward_y: outward(&walls.surface, &points, &walls.sides[motion_driven].range),
             offset: seam.offset,
+            period_m: seam.period_m,
             spacing_m: seam.nodes.length_m.iter().sum::<f64>() / nodes.len() as f64,
             tolerance_rel: interface.tolerance_rel,
             energy_defect_max_rel: interface.energy_defect_max_rel,

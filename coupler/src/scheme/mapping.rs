@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 
 use crate::scenario::MappingKind;
 pub use error::MappingError;
-use line::{Line, segments};
+use line::Line;
 
 /// N (points x nodes), row by row; every row sums to one.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,13 +27,20 @@ impl Mapping {
         nodes: &[[f64; 2]],
         points: &[[f64; 2]],
     ) -> Result<Mapping, MappingError> {
-        match kind {
-            MappingKind::Mortar => Mapping::mortar(nodes, points),
-            MappingKind::Linear => {
-                Mapping::along(nodes, points, |line, s, _| line.interpolation(s))
-            }
-            MappingKind::Nearest => Mapping::along(nodes, points, |line, s, _| line.nearest(s)),
-        }
+        Mapping::along(kind, nodes, points, None)
+    }
+
+    /// The same on a line that repeats after `period_m` along x, so that its nodes and points have images on both sides and
+    /// it has no ends. Each node is listed once, within one period; points may lie in any. Places are counted along x.
+    /// Constant fields are reproduced exactly, so that N^T conserves force; linear fields, which do not repeat, away from the
+    /// seam only, and the moment of forces that cross it has no meaning.
+    pub fn repeating(
+        kind: MappingKind,
+        nodes: &[[f64; 2]],
+        points: &[[f64; 2]],
+        period_m: f64,
+    ) -> Result<Mapping, MappingError> {
+        Mapping::along(kind, nodes, points, Some(period_m))
     }
 
     /// Mortar weights with affine correction on the line through `nodes` (m): row i is the mean of the nodes' shape
@@ -43,14 +50,15 @@ impl Mapping {
     ///
     /// Places along the line are counted on its chord, so that linear fields stay linear on a curved line too.
     pub fn mortar(nodes: &[[f64; 2]], points: &[[f64; 2]]) -> Result<Mapping, MappingError> {
-        Mapping::along(nodes, points, |line, s, segment| line.row(s, segment))
+        Mapping::new(MappingKind::Mortar, nodes, points)
     }
 
     /// Rows made from each point's place and segment on the line through the nodes; a single node carries all.
     fn along(
+        kind: MappingKind,
         nodes: &[[f64; 2]],
         points: &[[f64; 2]],
-        row: impl Fn(&Line, f64, [f64; 2]) -> Vec<(usize, f64)>,
+        period_m: Option<f64>,
     ) -> Result<Mapping, MappingError> {
         if nodes.is_empty() || points.is_empty() {
             return Err(MappingError::Empty);
@@ -59,12 +67,20 @@ impl Mapping {
             let rows = points.iter().map(|_| vec![(0, 1.0)]).collect();
             return Ok(Mapping { rows, nodes: 1 });
         }
-        let line = Line::through(nodes)?;
+        let line = match period_m {
+            None => Line::through(nodes)?,
+            Some(period_m) => Line::repeating(nodes, period_m)?,
+        };
         let places: Vec<f64> = points.iter().map(|point| line.place(*point)).collect();
         line.check(points, &places)?;
         let mut rows = vec![Vec::new(); points.len()];
-        for (point, low, high) in segments(points, &places)? {
-            rows[point] = row(&line, places[point], [low, high]);
+        for (point, low, high) in line.segments(points, &places)? {
+            let s = places[point];
+            rows[point] = match kind {
+                MappingKind::Mortar => line.row(s, [low, high]),
+                MappingKind::Linear => line.interpolation(s),
+                MappingKind::Nearest => line.nearest(s),
+            };
         }
         Ok(Mapping {
             rows,

@@ -22,4 +22,12 @@ pub enum MappingError {
         "glued point {point} at ({x_m:.6e}, {y_m:.6e}) m lies beyond the ends of the surface line"
     )]
     Beyond { point: usize, x_m: f64, y_m: f64 },
+    #[error(
+        "the surface nodes lie between x = {left_m:.6e} and {right_m:.6e} m, which is more than the {period_m:.6e} m after which they repeat: each node belongs there once"
+    )]
+    Longer {
+        left_m: f64,
+        right_m: f64,
+        period_m: f64,
+    },
 }

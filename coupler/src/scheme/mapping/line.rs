@@ -2,12 +2,26 @@
 
 use super::error::MappingError;
 
+/// Distance of two places that are one, over the length of the line.
+const SAME_PLACE: f64 = 1e-12;
+
 /// The surface line with its nodes in order along the chord.
 pub(super) struct Line {
     origin: [f64; 2],
     chord: [f64; 2],
-    /// Node index and place along the chord (m), ascending.
+    /// Node index and place along the chord (m), ascending; with images of the nodes where the line repeats.
     nodes: Vec<(usize, f64)>,
+    /// The period where the line repeats.
+    period: Option<Period>,
+}
+
+/// A stretch along x after which a line repeats.
+#[derive(Clone, Copy)]
+struct Period {
+    /// Place of the first node (m).
+    first: f64,
+    /// Length (m).
+    length: f64,
 }
 
 impl Line {
@@ -22,25 +36,67 @@ impl Line {
             origin: nodes[first],
             chord: [span[0] / length, span[1] / length],
             nodes: Vec::new(),
+            period: None,
         };
-        line.nodes = nodes
-            .iter()
-            .enumerate()
-            .map(|(i, node)| (i, line.place(*node)))
-            .collect();
-        line.nodes.sort_by(|a, b| a.1.total_cmp(&b.1));
-        for pair in line.nodes.windows(2) {
-            // A chord of zero length (all nodes in one place) gives NaN places, which also end here.
-            let spacing = pair[1].1 - pair[0].1;
-            if spacing.is_nan() || spacing <= 1e-12 * length {
-                return Err(repeated("surface nodes", [pair[0].0, pair[1].0], nodes));
-            }
-        }
+        line.place_in_order(nodes, length)?;
         Ok(line)
     }
 
+    /// The line through the nodes of one period, continued by their images: one period to the left and two to the right, so that
+    /// a segment, which is as long as the period at most, lies among them wherever in the period its middle is.
+    pub(super) fn repeating(nodes: &[[f64; 2]], length: f64) -> Result<Line, MappingError> {
+        let mut line = Line {
+            origin: [0.0; 2],
+            chord: [1.0, 0.0],
+            nodes: Vec::new(),
+            period: None,
+        };
+        line.place_in_order(nodes, length)?;
+        let own = std::mem::take(&mut line.nodes);
+        let [(first, left), (last, right)] = [own[0], own[own.len() - 1]];
+        let seam = left + length - right;
+        if seam.abs() <= SAME_PLACE * length {
+            return Err(repeated("surface nodes", [first, last], nodes));
+        }
+        if seam < 0.0 {
+            return Err(MappingError::Longer {
+                left_m: left,
+                right_m: right,
+                period_m: length,
+            });
+        }
+        let images = [-1.0, 0.0, 1.0, 2.0].map(|k| k * length);
+        let moved = |by: f64| own.iter().map(move |(node, place)| (*node, place + by));
+        line.nodes = images.into_iter().flat_map(moved).collect();
+        line.period = Some(Period {
+            first: left,
+            length,
+        });
+        Ok(line)
+    }
+
+    fn place_in_order(&mut self, nodes: &[[f64; 2]], length: f64) -> Result<(), MappingError> {
+        let places = nodes.iter().map(|node| self.place(*node));
+        self.nodes = places.enumerate().collect();
+        self.nodes.sort_by(|a, b| a.1.total_cmp(&b.1));
+        for pair in self.nodes.windows(2) {
+            // A chord of zero length (all nodes in one place) gives NaN places, which also end here.
+            let spacing = pair[1].1 - pair[0].1;
+            if spacing.is_nan() || spacing <= SAME_PLACE * length {
+                return Err(repeated("surface nodes", [pair[0].0, pair[1].0], nodes));
+            }
+        }
+        Ok(())
+    }
+
+    /// The place of a point along the chord (m); on a line that repeats, that of its image in the period.
     pub(super) fn place(&self, point: [f64; 2]) -> f64 {
-        (point[0] - self.origin[0]) * self.chord[0] + (point[1] - self.origin[1]) * self.chord[1]
+        let s = (point[0] - self.origin[0]) * self.chord[0]
+            + (point[1] - self.origin[1]) * self.chord[1];
+        match self.period {
+            None => s,
+            Some(Period { first, length }) => s - length * ((s - first) / length).floor(),
+        }
     }
 
     fn ends(&self) -> (f64, f64) {
@@ -111,6 +167,47 @@ impl Line {
         let share = (s - a) / (b - a);
         vec![(i, 1.0 - share), (j, share)]
     }
+
+    /// (point, low, high) for each point: halfway to its neighbours, which are its images around the seam of a line that repeats;
+    /// at the ends of one that does not as far out as in. There a single point has a segment without length.
+    pub(super) fn segments(
+        &self,
+        points: &[[f64; 2]],
+        places: &[f64],
+    ) -> Result<Vec<(usize, f64, f64)>, MappingError> {
+        let mut order: Vec<usize> = (0..places.len()).collect();
+        order.sort_by(|a, b| places[*a].total_cmp(&places[*b]));
+        for pair in order.windows(2) {
+            if self.are_one(places[pair[1]] - places[pair[0]]) {
+                return Err(repeated("glued points", [pair[0], pair[1]], points));
+            }
+        }
+        let last = order.len() - 1;
+        let [left_end, right_end] = [places[order[0]], places[order[last]]];
+        let beyond = |end: f64, turns: f64| self.period.map(|p| end + turns * p.length);
+        let (before, after) = (beyond(right_end, -1.0), beyond(left_end, 1.0));
+        if before.is_some_and(|before| self.are_one(left_end - before)) {
+            return Err(repeated("glued points", [order[0], order[last]], points));
+        }
+        let place = |k: usize| places[order[k]];
+        let result = (0..order.len()).map(|k| {
+            let s = place(k);
+            let previous = k.checked_sub(1).map(place).or(before);
+            let next = if k < last { Some(place(k + 1)) } else { after };
+            let inner_left = previous.map(|previous| 0.5 * (s - previous));
+            let inner_right = next.map(|next| 0.5 * (next - s));
+            let left = inner_left.or(inner_right).unwrap_or(0.0);
+            let right = inner_right.or(inner_left).unwrap_or(0.0);
+            (order[k], s - left, s + right)
+        });
+        Ok(result.collect())
+    }
+
+    /// True for a distance of two places that are one: on a line that repeats their images are rounded.
+    fn are_one(&self, distance: f64) -> bool {
+        let closest = self.period.map_or(0.0, |p| SAME_PLACE * p.length);
+        distance <= closest
+    }
 }
 
 fn repeated(what: &'static str, [a, b]: [usize; 2], places: &[[f64; 2]]) -> MappingError {
@@ -123,10 +220,11 @@ fn repeated(what: &'static str, [a, b]: [usize; 2], places: &[[f64; 2]]) -> Mapp
     }
 }
 
+/// Adds to the weight of a node, of which an image may be further back in the row.
 fn add(row: &mut Vec<(usize, f64)>, node: usize, weight: f64) {
-    match row.last_mut() {
-        Some((last, sum)) if *last == node => *sum += weight,
-        _ => row.push((node, weight)),
+    match row.iter_mut().rev().find(|(known, _)| *known == node) {
+        Some((_, sum)) => *sum += weight,
+        None => row.push((node, weight)),
     }
 }
 
@@ -152,28 +250,4 @@ fn farthest(nodes: &[[f64; 2]]) -> (usize, usize) {
     } else {
         (other, one)
     }
-}
-
-/// (point, low, high) for each point: halfway to its neighbours; at the ends as far out as in. A single point
-/// has a segment without length.
-pub(super) fn segments(
-    points: &[[f64; 2]],
-    places: &[f64],
-) -> Result<Vec<(usize, f64, f64)>, MappingError> {
-    let mut order: Vec<usize> = (0..places.len()).collect();
-    order.sort_by(|a, b| places[*a].total_cmp(&places[*b]));
-    for pair in order.windows(2) {
-        if places[pair[0]] == places[pair[1]] {
-            return Err(repeated("glued points", [pair[0], pair[1]], points));
-        }
-    }
-    let result = (0..order.len()).map(|k| {
-        let s = places[order[k]];
-        let inner_left = k.checked_sub(1).map(|j| 0.5 * (s - places[order[j]]));
-        let inner_right = order.get(k + 1).map(|j| 0.5 * (places[*j] - s));
-        let left = inner_left.or(inner_right).unwrap_or(0.0);
-        let right = inner_right.or(inner_left).unwrap_or(0.0);
-        (order[k], s - left, s + right)
-    });
-    Ok(result.collect())
 }

@@ -1,3 +1,5 @@
+mod repeating;
+
 use super::*;
 
 fn uneven_points(count: usize, low: f64, high: f64) -> Vec<[f64; 2]> {

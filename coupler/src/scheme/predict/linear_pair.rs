@@ -69,6 +69,7 @@ impl LinearModel<'_> {
         Group {
             patches: vec![Patch {
                 offset: Offset::default(),
+                period_m: None,
                 index: 0,
                 name: "model".into(),
                 force_driven: 0,
