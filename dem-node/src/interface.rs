@@ -7,6 +7,7 @@ use std::ops::Range;
 use protocol::{NodeError, Surface};
 
 use crate::bodies::Bodies;
+use crate::geometry::Period;
 use crate::sample::layer::drop_at;
 
 /// The rows of glued disks, on the bodies below and above: names of their sets, and their disks among the glued ones.
@@ -37,6 +38,15 @@ pub fn outward(bodies: &Bodies) -> BTreeMap<String, [f64; 2]> {
     let side = |name: &str| if name == "base" { -1.0 } else { 1.0 };
     let normals = rows(bodies).map(|(name, _)| (name.to_string(), [0.0, side(name)]));
     normals.collect()
+}
+
+/// Lengths along x (m) after which the sets repeat: that of the strip, where the sample is one.
+pub fn periods(bodies: &Bodies) -> BTreeMap<String, f64> {
+    let Some(Period { length, .. }) = bodies.period else {
+        return BTreeMap::new();
+    };
+    let named = rows(bodies).map(|(name, _)| (name.to_string(), length));
+    named.collect()
 }
 
 /// Places on the crown under or over each disk of the sets (m): a layer is cut along it, through disks at random.
@@ -114,21 +124,17 @@ impl InterfaceDisks {
     }
 }
 
-/// Glued disks as points: half the distances to the neighbours in x are theirs, at the ends symmetrically.
+/// Glued disks as points: half the distances to the neighbours in x are theirs.
 fn surface(bodies: &Bodies, row: Range<usize>) -> Surface {
     let centres = &bodies.reference[row.clone()];
     let radii = &bodies.radii[bodies.free..][row];
     let x: Vec<f64> = centres.iter().map(|c| c[0]).collect();
     let n = x.len();
-    let between = |i: usize, j: usize| x[j] - x[i];
-    let length = (0..n).map(|i| match i {
-        _ if n == 1 => 2.0 * radii[0],
-        0 => between(0, 1),
-        i if i == n - 1 => between(n - 2, n - 1),
-        i => 0.5 * between(i - 1, i + 1),
-    });
     Surface {
-        length_m: length.collect(),
+        length_m: match bodies.period {
+            None => lengths(&x, radii[0]),
+            Some(period) => repeating_lengths(&x, period),
+        },
         y_m: centres.iter().map(|c| c[1]).collect(),
         mass_kg: vec![0.0; n],
         radius_m: radii.to_vec(),
@@ -136,9 +142,52 @@ fn surface(bodies: &Bodies, row: Range<usize>) -> Surface {
     }
 }
 
+/// Half the distances to the neighbours of points by ascending x (m), at the ends symmetrically; a disk by itself has its width.
+fn lengths(x: &[f64], radius: f64) -> Vec<f64> {
+    let n = x.len();
+    let between = |i: usize, j: usize| x[j] - x[i];
+    let length = (0..n).map(|i| match i {
+        _ if n == 1 => 2.0 * radius,
+        0 => between(0, 1),
+        i if i == n - 1 => between(n - 2, n - 1),
+        i => 0.5 * between(i - 1, i + 1),
+    });
+    length.collect()
+}
+
+/// The same in a strip that repeats (m), whose length they add up to; the last neighbour of one end is the first of the other.
+fn repeating_lengths(x: &[f64], period: Period) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..x.len()).collect();
+    let inside = |i: usize| period.inside(x[i]);
+    order.sort_by(|i, j| inside(*i).total_cmp(&inside(*j)));
+    let mut lengths = vec![0.0; x.len()];
+    for (k, i) in order.iter().enumerate() {
+        let next = order[(k + 1) % order.len()];
+        let turn = if k + 1 == order.len() {
+            period.length
+        } else {
+            0.0
+        };
+        let half = 0.5 * (inside(next) + turn - inside(*i));
+        lengths[*i] += half;
+        lengths[next] += half;
+    }
+    lengths
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_row_of_a_strip_that_repeats_covers_it_once() {
+        let strip = Period::between([-1.0, 7.0]);
+        assert_eq!(lengths(&[0.0, 2.0, 5.0, 6.0], 1.0), [2.0, 2.5, 2.0, 1.0]);
+        // 13 is the image of 5, beyond the end.
+        let row = [0.0, 2.0, 6.0, 13.0];
+        assert_eq!(repeating_lengths(&row, strip), [2.0, 2.5, 1.5, 2.0]);
+        assert_eq!(repeating_lengths(&[3.0], strip), [8.0]);
+    }
 
     #[test]
     fn what_was_scattered_is_gathered_in_the_coupled_order() {

@@ -130,6 +130,18 @@ pub(crate) fn outward_normals(model: &Model) -> BTreeMap<String, [f64; 2]> {
         .collect()
 }
 
+/// Lengths along x (m) after which those sets repeat, by name: all of them do on a periodic mesh, whose sets are its upper and
+/// its lower edge.
+pub(crate) fn periods(model: &Model) -> BTreeMap<String, f64> {
+    let mesh = &model.mesh;
+    if !mesh.periodic {
+        return BTreeMap::new();
+    }
+    let length = mesh.point(mesh.columns, 0)[0] - mesh.point(0, 0)[0];
+    let sets = coupling_sets(model).into_iter();
+    sets.map(|name| (name, length)).collect()
+}
+
 /// Sum over a line of outward normal times length (m): with the body on the left of a -> b that is (dy, -dx).
 fn outward_sum(mesh: &Mesh, line: &[[usize; 2]]) -> [f64; 2] {
     let segments = line.windows(2);

@@ -15,7 +15,7 @@ use dem_node::sample::bed;
 use protocol::Node;
 use serde_json::{Value, json};
 
-use crate::dem_support::{Report, build, close, march, mass, refusal, scene, setting};
+use crate::dem_support::{Report, build, close, march, mass, refusal, scene};
 
 const R: f64 = 1e-3;
 const LENGTH: f64 = 12.5 * R;
@@ -360,10 +360,35 @@ fn what_does_not_repeat_is_refused_by_key() {
         let message = refusal(&config);
         assert!(message.contains(expected), "{expected}: {message}");
     }
-    let mut alone = layer(json!({}));
-    alone["time"] = json!({"pressure_pa": 1e9});
-    let config = protocol::read_config(&alone).expect("it is valid");
-    let mut dem = Dem::new(&config, &setting(1)).expect("it can be prepared");
-    let error = dem.couple("base").expect_err("a rail has ends");
-    assert!(error.message.contains("sample.periodic_x_m"), "{error}");
+}
+
+/// The points of a coupled row lie in the strip and stand for its whole length once; neighbours, those across the seam too, lie
+/// beside each other, with less than the widest diameter between them.
+#[test]
+fn the_glued_rows_of_a_coupled_layer_cover_its_strip_once() {
+    let mut coupled = layer(json!({"lid": true}));
+    coupled["time"] = json!({"pressure_pa": 1e9});
+    coupled.as_object_mut().expect("a table").remove("wheel");
+    let mut dem = build(&coupled);
+    let told = dem.describe();
+    for set in ["base", "lid"] {
+        assert_eq!(told.period_m[set], 4e-3);
+        let row = dem.couple(set).expect("a strip can be coupled");
+        assert!(row.x_m.iter().all(|x| (-2e-3..2e-3).contains(x)));
+        close(set, row.length_m.iter().sum(), 4e-3, 1e-15);
+        for i in 0..row.len() {
+            let next = (i + 1) % row.len();
+            let turn = if next == 0 { 4e-3 } else { 0.0 };
+            let [x, y] = [
+                row.x_m[next] + turn - row.x_m[i],
+                row.y_m[next] - row.y_m[i],
+            ];
+            let reach = row.radius_m[i] + row.radius_m[next];
+            assert!(x.hypot(y) > 0.99 * reach, "{set}: {i} and the next overlap");
+            assert!(
+                x < reach + 2.0 * 0.1e-3,
+                "{set}: nothing between {i} and the next"
+            );
+        }
+    }
 }

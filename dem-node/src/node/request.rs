@@ -45,12 +45,6 @@ impl Dem {
             "remove the key or write theta = 1",
         )?;
         refuse_if(
-            self.bodies.period.is_some(),
-            "sample.periodic_x_m",
-            "a coupled base belongs to a body with ends, and a strip that repeats has none",
-            "remove the key, or run the participant alone",
-        )?;
-        refuse_if(
             self.own_step.is_some(),
             "time.step_s",
             "a coupled participant steps by the windows of its interface and has no step of its own",

@@ -11,7 +11,7 @@ use super::fem_node::FemNode;
 use super::windows::{FORCE, VELOCITY};
 use crate::committed::Committed;
 use crate::error::FemError;
-use crate::interface::{Condensed, coupling_sets, outward_normals};
+use crate::interface::{Condensed, coupling_sets, outward_normals, periods};
 use crate::ledger::NamedTerm;
 use crate::model::limit_name;
 use crate::probe;
@@ -62,6 +62,7 @@ impl Node for FemNode {
             warnings: self.model.warnings.clone(),
             first_period_s: Some(self.model.first_period()),
             outward: outward_normals(&self.model),
+            period_m: periods(&self.model),
             ..Description::default()
         }
     }
