@@ -119,7 +119,7 @@ pub(crate) fn radii(config: &Config) -> (f64, f64) {
             let fills = sample.fill.iter().map(|fill| {
                 let [columns, rows] = fill.grid();
                 let ends = [fill.radius_min_m, fill.radius_max_m];
-                (columns * rows, ends, fill.law.mean(ends))
+                (columns * rows, ends, fill.radii().mean())
             });
             let all: Vec<_> = listed.chain(fills).collect();
             let count: f64 = all.iter().map(|(count, ..)| count).sum();
@@ -129,9 +129,6 @@ pub(crate) fn radii(config: &Config) -> (f64, f64) {
                 range(all.iter().map(|(_, ends, _)| ends[0]))[0],
             )
         }
-        SampleConfig::Layer(layer) => {
-            let (a, b) = (layer.radius_min_m, layer.radius_max_m);
-            (layer.law.mean([a, b]), a)
-        }
+        SampleConfig::Layer(layer) => (layer.radii().mean(), layer.radius_min_m),
     }
 }

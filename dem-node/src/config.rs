@@ -9,6 +9,7 @@ pub(crate) mod limits;
 mod pairs;
 mod plausible;
 mod profile;
+mod radii;
 mod sample;
 
 use protocol::ConfigError;
@@ -24,9 +25,10 @@ pub use disks::{ClusterConfig, DiskConfig, DisksConfig, WallConfig};
 pub use drive::{ClusterDriveConfig, Component};
 pub use fill::{FillConfig, RowConfig};
 pub use law::{LawConfig, LawKind};
-pub use layer::{LayerConfig, RadiusLaw};
+pub use layer::LayerConfig;
 pub use plausible::PlausibleConfig;
 pub use profile::{Axis, ProfileConfig};
+pub use radii::{Radii, RadiusLaw};
 pub use sample::SampleConfig;
 
 /// Residuals that mean something: one below is rounding, one above no solution.

@@ -23,6 +23,7 @@ fn recipe(thickness_m: f64) -> LayerConfig {
         radius_min_m: 0.05e-3,
         radius_max_m: 0.1e-3,
         law: RadiusLaw::SurfaceUniform,
+        power: None,
         seed: None,
         lid: false,
         bed_extra_m: 0.7e-3,

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::machine::quietest;
 use crate::bodies::Bodies;
 use crate::boundary::CompliantBoundary;
-use crate::config::RadiusLaw;
+use crate::config::{Radii, RadiusLaw};
 use crate::faces::{Face, RigidWall};
 use crate::law::Law;
 use crate::sample::random::RandomNumbers;
@@ -143,9 +143,12 @@ fn mirrored(x: f64, length: f64, copy: usize) -> f64 {
 /// A square bed between four fixed plates, relaxed until its forces are balanced to a percent.
 fn pressed(disks: usize) -> Pile {
     let mut random = RandomNumbers::new(1);
-    let radii: Vec<f64> = (0..disks)
-        .map(|_| random.radius(RadiusLaw::SurfaceUniform, RADII[0], RADII[1]))
-        .collect();
+    let law = Radii {
+        law: RadiusLaw::SurfaceUniform,
+        power: None,
+        ends: RADII,
+    };
+    let radii: Vec<f64> = (0..disks).map(|_| random.radius(&law)).collect();
     let area: f64 = radii.iter().map(|r| PI * r * r).sum();
     let half_width = 0.5 * (area / FRACTION).sqrt();
     let centres = radii.iter().map(|r| {

@@ -3,8 +3,8 @@
 use protocol::ConfigError;
 use serde::Deserialize;
 
-use super::layer::RadiusLaw;
-use super::limits::{at_least, finite, positive, refuse_if};
+use super::limits::{at_least, finite, refuse_if};
+use super::radii::{Radii, RadiusLaw};
 
 /// More disks than this are taken for a mistyped unit.
 const DISKS_MAX: f64 = 5e5;
@@ -23,6 +23,8 @@ pub struct FillConfig {
     pub radius_max_m: f64,
     /// Distribution of the radii.
     pub law: RadiusLaw,
+    /// Exponent of a law that needs one.
+    pub power: Option<f64>,
     /// Largest speed of the disks at the start (m/s); each has a random part of it in both directions.
     #[serde(default)]
     pub speed_m_per_s: f64,
@@ -46,11 +48,22 @@ pub struct RowConfig {
     pub radius_max_m: f64,
     /// Distribution of the radii.
     pub law: RadiusLaw,
+    /// Exponent of a law that needs one.
+    pub power: Option<f64>,
     /// Seed of the radii; the run's seed when absent.
     pub seed: Option<u64>,
 }
 
 impl FillConfig {
+    /// The radii.
+    pub fn radii(&self) -> Radii {
+        Radii {
+            law: self.law,
+            power: self.power,
+            ends: [self.radius_min_m, self.radius_max_m],
+        }
+    }
+
     /// Columns and rows of the grid.
     pub fn grid(&self) -> [f64; 2] {
         let [width, height] = [self.x_m, self.y_m].map(|[low, high]| high - low);
@@ -62,7 +75,7 @@ impl FillConfig {
     pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
         validate_sides(&format!("{key}.x_m"), self.x_m)?;
         validate_sides(&format!("{key}.y_m"), self.y_m)?;
-        validate_radii(key, [self.radius_min_m, self.radius_max_m])?;
+        self.radii().validate(key)?;
         at_least(
             &format!("{key}.speed_m_per_s"),
             self.speed_m_per_s,
@@ -75,6 +88,15 @@ impl FillConfig {
 }
 
 impl RowConfig {
+    /// The radii.
+    pub fn radii(&self) -> Radii {
+        Radii {
+            law: self.law,
+            power: self.power,
+            ends: [self.radius_min_m, self.radius_max_m],
+        }
+    }
+
     /// Number of its disks.
     pub fn count(&self) -> f64 {
         let pitch = self.radius_min_m + self.radius_max_m;
@@ -84,7 +106,7 @@ impl RowConfig {
     pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
         validate_sides(&format!("{key}.x_m"), self.x_m)?;
         finite(&format!("{key}.y_m"), self.y_m)?;
-        validate_radii(key, [self.radius_min_m, self.radius_max_m])?;
+        self.radii().validate(key)?;
         validate_count(key, self.count())
     }
 }
@@ -98,11 +120,6 @@ fn validate_sides(key: &str, [low, high]: [f64; 2]) -> Result<(), ConfigError> {
         format!("{low:e} does not lie before {high:e}"),
         "write [low, high]",
     )
-}
-
-fn validate_radii(key: &str, [least, most]: [f64; 2]) -> Result<(), ConfigError> {
-    positive(&format!("{key}.radius_min_m"), least, "m")?;
-    at_least(&format!("{key}.radius_max_m"), most, least, "m")
 }
 
 fn validate_count(key: &str, count: f64) -> Result<(), ConfigError> {

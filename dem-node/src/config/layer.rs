@@ -4,6 +4,7 @@ use protocol::ConfigError;
 use serde::Deserialize;
 
 use super::limits::{PERIOD, at_least, positive, refuse_if};
+use super::radii::{Radii, RadiusLaw};
 
 /// More grains than this are taken for a mistyped unit: their bed would be pressed for hours.
 const GRAINS_MAX: f64 = 5e5;
@@ -30,6 +31,8 @@ pub struct LayerConfig {
     pub radius_max_m: f64,
     /// Distribution of the radii.
     pub law: RadiusLaw,
+    /// Exponent of a law that needs one.
+    pub power: Option<f64>,
     /// Seed of the packing; the run's seed when absent.
     pub seed: Option<u64>,
     /// True for a layer that is cut from above too and glued to a body on top, set `lid`; it then has no wheel and no crown.
@@ -55,31 +58,16 @@ fn press() -> Vec<f64> {
     vec![300e6, 50e6]
 }
 
-/// Distribution of radii between two limits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RadiusLaw {
-    /// Equal surface in each class of radius, p ~ r^-2: LMGC90's `granulo_Uniform`, the paper's law.
-    SurfaceUniform,
-    /// Equal number in each class of radius.
-    NumberUniform,
-    /// Equal number in each class of the radius' logarithm.
-    LogUniform,
-}
-
-impl RadiusLaw {
-    /// Mean radius between two limits (m).
-    pub fn mean(self, [a, b]: [f64; 2]) -> f64 {
-        match self {
-            _ if a == b => a,
-            RadiusLaw::SurfaceUniform => a * b * (b / a).ln() / (b - a),
-            RadiusLaw::NumberUniform => 0.5 * (a + b),
-            RadiusLaw::LogUniform => (b - a) / (b / a).ln(),
+impl LayerConfig {
+    /// The radii.
+    pub fn radii(&self) -> Radii {
+        Radii {
+            law: self.law,
+            power: self.power,
+            ends: [self.radius_min_m, self.radius_max_m],
         }
     }
-}
 
-impl LayerConfig {
     /// The layer with the half-width that belongs to a load (N), and no rule any more.
     pub(super) fn under(&self, load: f64) -> LayerConfig {
         let wider = self
@@ -110,6 +98,7 @@ impl LayerConfig {
         ] {
             at_least(&format!("sample.{key}"), value, least, "m")?;
         }
+        self.radii().validate_power("sample")?;
         self.refuse_too_many_grains()?;
         at_least("sample.crown_radius_m", self.crown_radius_m, 0.0, "m")?;
         refuse_if(
@@ -136,11 +125,10 @@ impl LayerConfig {
             .try_for_each(|pressure| positive("sample.press_pa", *pressure, "Pa"))
     }
 
-    /// Refuses a bed of too many grains. Their number is about its area over that of a grain of the mean square radius when equal surfaces are
-    /// wanted, pi r_min r_max.
+    /// Refuses a bed of too many grains. Their number is about its area over that of a grain of the mean square radius.
     fn refuse_too_many_grains(&self) -> Result<(), ConfigError> {
         let depth = self.thickness_m + self.bed_extra_m;
-        let area = std::f64::consts::PI * self.radius_min_m * self.radius_max_m;
+        let area = std::f64::consts::PI * self.radii().mean_square();
         let grains = 2.0 * self.half_width_m * depth / area;
         let key = if self.thickness_m > self.half_width_m {
             "sample.thickness_m"

@@ -19,8 +19,8 @@ pub(crate) fn refuse_if(
 }
 
 /// Refuses the first of these keys that is given.
-pub(super) fn refuse_given(
-    keys: impl IntoIterator<Item = (&'static str, bool)>,
+pub(super) fn refuse_given<'a>(
+    keys: impl IntoIterator<Item = (&'a str, bool)>,
     why: &str,
     help: &str,
 ) -> Result<(), ConfigError> {

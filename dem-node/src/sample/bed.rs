@@ -68,7 +68,7 @@ fn drop_disks(recipe: &LayerConfig, random: &mut RandomNumbers) -> Pile {
     let mut radii = Vec::new();
     let mut filled = 0.0;
     while filled < target {
-        let radius = random.radius(recipe.law, recipe.radius_min_m, recipe.radius_max_m);
+        let radius = random.radius(&recipe.radii());
         filled += PI * radius * radius;
         radii.push(radius);
     }

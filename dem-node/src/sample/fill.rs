@@ -26,11 +26,12 @@ fn fill(config: &FillConfig, numbers: &mut RandomNumbers) -> Vec<DiskConfig> {
     let [columns, rows] = config.grid();
     let pitch = (config.x_m[1] - config.x_m[0]) / columns;
     let side = 2.0 * config.radius_max_m;
+    let radii = config.radii();
     let places = (0..rows as usize).flat_map(|row| (0..columns as usize).map(move |c| [c, row]));
     let disk = |[column, row]: [usize; 2]| DiskConfig {
         x_m: config.x_m[0] + (column as f64 + 0.5) * pitch,
         y_m: config.y_m[0] + (row as f64 + 0.5) * side,
-        radius_m: numbers.radius(config.law, config.radius_min_m, config.radius_max_m),
+        radius_m: numbers.radius(&radii),
         vx_m_per_s: config.speed_m_per_s * numbers.between(-1.0, 1.0),
         vy_m_per_s: config.speed_m_per_s * numbers.between(-1.0, 1.0),
         ..DiskConfig::default()
@@ -42,10 +43,11 @@ fn fill(config: &FillConfig, numbers: &mut RandomNumbers) -> Vec<DiskConfig> {
 fn row(config: &RowConfig, numbers: &mut RandomNumbers) -> Vec<DiskConfig> {
     let count = config.count();
     let pitch = (config.x_m[1] - config.x_m[0]) / count;
+    let radii = config.radii();
     let disk = |place: usize| DiskConfig {
         x_m: config.x_m[0] + (place as f64 + 0.5) * pitch,
         y_m: config.y_m,
-        radius_m: numbers.radius(config.law, config.radius_min_m, config.radius_max_m),
+        radius_m: numbers.radius(&radii),
         cluster: Some(config.cluster.clone()),
         ..DiskConfig::default()
     };
@@ -65,6 +67,7 @@ mod tests {
             radius_min_m: 0.02,
             radius_max_m: 0.05,
             law: RadiusLaw::NumberUniform,
+            power: None,
             speed_m_per_s: 0.0,
             seed: None,
         };
@@ -87,6 +90,7 @@ mod tests {
             radius_min_m: 0.04,
             radius_max_m: 0.06,
             law: RadiusLaw::NumberUniform,
+            power: None,
             seed: None,
         };
         let disks = row(&config, &mut RandomNumbers::new(3));

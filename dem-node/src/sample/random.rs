@@ -3,7 +3,7 @@
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use crate::config::RadiusLaw;
+use crate::config::Radii;
 
 /// The random numbers of a sample. The generator is part of the recipe: PCG64 of a seed gives the same sample
 /// on every machine.
@@ -25,14 +25,8 @@ impl RandomNumbers {
         low + (high - low) * self.unit()
     }
 
-    /// A radius in [low, high) by inverting the law's cumulative distribution; for p ~ r^-2 it is
-    /// (1/low - 1/r) / (1/low - 1/high).
-    pub fn radius(&mut self, law: RadiusLaw, low: f64, high: f64) -> f64 {
-        let u = self.unit();
-        match law {
-            RadiusLaw::SurfaceUniform => 1.0 / (1.0 / low - u * (1.0 / low - 1.0 / high)),
-            RadiusLaw::NumberUniform => low + u * (high - low),
-            RadiusLaw::LogUniform => low * (high / low).powf(u),
-        }
+    /// A radius of the law.
+    pub fn radius(&mut self, radii: &Radii) -> f64 {
+        radii.at(self.unit())
     }
 }
