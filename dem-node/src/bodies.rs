@@ -23,6 +23,8 @@ pub struct Bodies {
     pub reference: Vec<[f64; 2]>,
     /// Number of those of the base.
     pub base: usize,
+    /// Distance beside the base, beyond the widest disk, in which grains still belong to the sample (m).
+    pub apron: f64,
     /// Mass of the wheel (kg), where there is one.
     pub wheel_mass: Option<f64>,
     /// Radius of the wheel's face (m); 0 = flat.

@@ -110,7 +110,7 @@ impl Bounds {
     }
 }
 
-/// Mean and smallest radius (m). For a layer these are the law's, so that the bound does not depend on the seed.
+/// Mean and smallest radius (m). For a layer or a rail these are the law's, so that the bound does not depend on the seed.
 pub(crate) fn radii(config: &Config) -> (f64, f64) {
     match &config.sample {
         SampleConfig::Disks(sample) => {
@@ -130,5 +130,6 @@ pub(crate) fn radii(config: &Config) -> (f64, f64) {
             )
         }
         SampleConfig::Layer(layer) => (layer.radii().mean(), layer.radius_min_m),
+        SampleConfig::Rail(rail) => (rail.radii().mean(), rail.radius_min_m),
     }
 }

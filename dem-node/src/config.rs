@@ -10,6 +10,7 @@ mod pairs;
 mod plausible;
 mod profile;
 mod radii;
+mod rail;
 mod sample;
 
 use protocol::ConfigError;
@@ -29,7 +30,8 @@ pub use layer::LayerConfig;
 pub use plausible::PlausibleConfig;
 pub use profile::{Axis, ProfileConfig};
 pub use radii::{Radii, RadiusLaw};
-pub use sample::SampleConfig;
+pub use rail::{HeightAt, RailConfig};
+pub use sample::{BaseLine, SampleConfig};
 
 /// Residuals that mean something: one below is rounding, one above no solution.
 const TOLERANCES: [f64; 2] = [1e-14, 0.1];
@@ -193,6 +195,7 @@ impl Config {
                 groups.extend(sample.groups());
             }
             SampleConfig::Layer(layer) => groups.extend(&ROWS[..1 + usize::from(layer.lid)]),
+            SampleConfig::Rail(_) => groups.extend(&ROWS[..1]),
         }
         pairs::validate_pairs(&self.law, &groups)?;
         refuse_if(
@@ -214,9 +217,7 @@ impl Config {
             "\"pcg\" needs a convex problem, and rigid bonds with friction beside their shear make none",
             "write solver.kind = \"nsgs\", law.friction = 0, or give law.contact_stiffness_pa",
         )?;
-        if let SampleConfig::Layer(layer) = &self.sample {
-            self.validate_wheel_on(layer)?;
-        }
+        self.validate_wheel_on_sample()?;
         refuse_if(
             self.wheel.is_some() && self.time.end_s.is_some(),
             "time.end_s",
@@ -225,15 +226,29 @@ impl Config {
         )
     }
 
-    fn validate_wheel_on(&self, layer: &LayerConfig) -> Result<(), ConfigError> {
+    /// Refuses layers and rails without what holds them, and wheels that no surface of grains holds.
+    fn validate_wheel_on_sample(&self) -> Result<(), ConfigError> {
+        let (lid, largest) = match &self.sample {
+            SampleConfig::Disks(_) => return Ok(()),
+            SampleConfig::Rail(rail) => {
+                refuse_if(
+                    self.wheel.is_none(),
+                    "wheel",
+                    "a rail needs the wheel that loads it, and there is none",
+                    "add [participant.config.wheel]",
+                )?;
+                (false, rail.radius_max_m)
+            }
+            SampleConfig::Layer(layer) => (layer.lid, layer.radius_max_m),
+        };
         refuse_if(
-            layer.lid && self.wheel.is_some(),
+            lid && self.wheel.is_some(),
             "wheel",
             "a layer with a lid is held by the body above it, and there is a wheel",
             "remove [participant.config.wheel], or sample.lid",
         )?;
         refuse_if(
-            self.wheel.is_none() && !layer.lid,
+            self.wheel.is_none() && !lid,
             "wheel",
             "a layer needs the wheel that holds it, and there is none",
             "add [participant.config.wheel], or sample.lid = true",
@@ -241,7 +256,7 @@ impl Config {
         match self.wheel.as_ref().filter(|wheel| wheel.radius_m > 0.0) {
             None => Ok(()),
             Some(wheel) => {
-                let least = WHEEL_GRAINS * 2.0 * layer.radius_max_m;
+                let least = WHEEL_GRAINS * 2.0 * largest;
                 at_least("wheel.radius_m", wheel.radius_m, least, "m").map_err(|error| {
                     error.help("a smaller one falls between the grains; write 0 for a flat face")
                 })
@@ -312,7 +327,7 @@ impl Config {
             SampleConfig::Disks(sample) => {
                 sample.disks.len() == 2 && sample.disks.iter().filter(|d| d.glued).count() == 1
             }
-            SampleConfig::Layer(_) => false,
+            SampleConfig::Layer(_) | SampleConfig::Rail(_) => false,
         };
         refuse_if(
             !pair || self.wheel.is_some(),

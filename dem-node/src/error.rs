@@ -18,6 +18,14 @@ pub enum DemError {
         unbalanced: f64,
     },
     #[error(
+        "the grains of the rail are not at rest after {iterations} relaxation steps: unbalanced force {unbalanced:.2e} of the mean contact force, {needed:e} is rest; choose another seed"
+    )]
+    RailNotAtRest {
+        iterations: usize,
+        unbalanced: f64,
+        needed: f64,
+    },
+    #[error(
         "the bed is not jammed: {coordination:.2} contacts per grain without rattlers, a frictionless packing needs {needed}; choose another seed or a higher sample.press_pa"
     )]
     NotJammed { coordination: f64, needed: f64 },
@@ -123,6 +131,7 @@ impl From<DemError> for NodeError {
             DemError::Write { .. } => FaultCode::Output,
             DemError::Request(_) => FaultCode::Protocol,
             DemError::NotAtRest { .. }
+            | DemError::RailNotAtRest { .. }
             | DemError::NotJammed { .. }
             | DemError::Denominator { .. }
             | DemError::NotConverged { .. }

@@ -1,4 +1,4 @@
-//! Normals and gaps of two bodies, and strips that repeat.
+//! Normals and gaps of two bodies, crowned lines, and strips that repeat.
 
 /// A strip that repeats along x: what leaves it on one side has already entered it on the other.
 ///
@@ -30,6 +30,14 @@ impl Period {
     pub fn inside(self, x: f64) -> f64 {
         self.left + (x - self.left).rem_euclid(self.length)
     }
+}
+
+/// Drop of a crowned line below its top, c(x) = R - sqrt(R^2 - x^2), written without cancellation (m); R = 0 is straight.
+pub fn drop_at(x: f64, crown: f64) -> f64 {
+    if crown == 0.0 {
+        return 0.0;
+    }
+    x * x / (crown + (crown * crown - x * x).sqrt())
 }
 
 /// Geometry of a pair.
@@ -119,6 +127,13 @@ pub fn extent(centres: &[[f64; 2]]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_crown_drops_a_tenth_of_a_millimetre_at_eight() {
+        let drop = drop_at(8e-3, 0.3);
+        assert!((drop - 0.106_685e-3).abs() < 1e-9, "{drop}");
+        assert_eq!(drop_at(8e-3, 0.0), 0.0);
+    }
 
     #[test]
     fn a_disk_beside_the_middle_of_a_curved_wheel_is_on_a_triangle() {

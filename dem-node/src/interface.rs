@@ -7,8 +7,8 @@ use std::ops::Range;
 use protocol::{NodeError, Surface};
 
 use crate::bodies::Bodies;
-use crate::geometry::Period;
-use crate::sample::layer::drop_at;
+use crate::config::BaseLine;
+use crate::geometry::{Period, drop_at};
 
 /// The rows of glued disks, on the bodies below and above: names of their sets, and their disks among the glued ones.
 fn rows(bodies: &Bodies) -> impl Iterator<Item = (&'static str, Range<usize>)> {
@@ -49,9 +49,10 @@ pub fn periods(bodies: &Bodies) -> BTreeMap<String, f64> {
     named.collect()
 }
 
-/// Places on the crown under or over each disk of the sets (m): a layer is cut along it, through disks at random.
-pub fn smooth(bodies: &Bodies, crown_radius: f64) -> BTreeMap<String, Vec<[f64; 2]>> {
-    let place = |centre: &[f64; 2]| [centre[0], -drop_at(centre[0], crown_radius)];
+/// Places on the line under or over each disk of the sets (m): a sample is cut along it, through disks at random.
+pub fn smooth(bodies: &Bodies, line: BaseLine) -> BTreeMap<String, Vec<[f64; 2]>> {
+    let below = |x: f64| drop_at(x, line.crown_radius) + line.depth;
+    let place = |centre: &[f64; 2]| [centre[0], -below(centre[0])];
     let places = |disks: Range<usize>| bodies.reference[disks].iter().map(place).collect();
     rows(bodies)
         .map(|(name, disks)| (name.to_string(), places(disks)))

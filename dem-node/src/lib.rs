@@ -9,7 +9,7 @@
 //! - [`geometry`]: normals and gaps of two bodies;
 //! - [`faces`], [`cluster`]: rigid walls, and grains that move together;
 //! - [`cohesion`], [`law`]: the contact laws, in closed form ([`law::local`]) and side by side ([`law::vector`]);
-//! - [`sample`]: grains listed one by one, or a pressed layer cut to follow a crown;
+//! - [`sample`]: grains listed one by one, a pressed layer cut to follow a crown, or a rail of grains;
 //! - [`bodies`], [`positions`]: the bodies, and their positions at a moment;
 //! - [`wheel`], [`bounds`], [`mass_scaling`]: the wheel's program, bounds on the step, and the price of scaled masses;
 //! - [`detect`], [`bond`], [`initial_bonds`]: pairs that may touch, and bonds between grains;

@@ -58,9 +58,9 @@ impl Node for Dem {
             point_mass_kg: interface::masses(&self.bodies, self.mass_per_area),
             outward: interface::outward(&self.bodies),
             period_m: interface::periods(&self.bodies),
-            smooth_m: self.crown.map_or_else(BTreeMap::new, |radius| {
-                interface::smooth(&self.bodies, radius)
-            }),
+            smooth_m: self
+                .base_line
+                .map_or_else(BTreeMap::new, |line| interface::smooth(&self.bodies, line)),
             ..Description::default()
         }
     }

@@ -41,8 +41,8 @@ fn top_speed(state: &State) -> f64 {
     squares.fold(0.0, larger).sqrt()
 }
 
-/// Free grains that left the glued rows: more than a radius of the widest disk beside the base unless it repeats, or more than
-/// its diameter below it or above the lid.
+/// Free grains that left the glued rows: more than a radius of the widest disk and the apron beside the base unless it repeats,
+/// or more than its diameter below it or above the lid.
 pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
     let (base, lid) = bodies.reference.split_at(bodies.base);
     let (Some(first), Some(last)) = (base.first(), base.last()) else {
@@ -56,8 +56,9 @@ pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
     } else {
         heights(lid)[1] + 2.0 * widest
     };
+    let reach = widest + bodies.apron;
     let beside =
-        |x: f64| bodies.period.is_none() && !(first[0] - widest..=last[0] + widest).contains(&x);
+        |x: f64| bodies.period.is_none() && !(first[0] - reach..=last[0] + reach).contains(&x);
     let inside = |c: &&[f64; 2]| !beside(c[0]) && (lowest..=highest).contains(&c[1]);
     bodies.free - state.centres[..bodies.free].iter().filter(inside).count()
 }

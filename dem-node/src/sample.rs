@@ -1,8 +1,9 @@
-//! Samples: grains listed one by one, or a pressed layer.
+//! Samples: grains listed one by one, a pressed layer, or a rail of grains.
 
 pub mod bed;
 mod fill;
 pub mod layer;
+pub mod rail;
 pub mod random;
 pub mod relax;
 mod types;
@@ -19,6 +20,7 @@ use crate::faces::{Face, RigidWall, polyline};
 pub fn prepare(config: &Config, seed: u64) -> Result<Sample, DemError> {
     match &config.sample {
         SampleConfig::Disks(disks) => Ok(listed(&fill::expanded(disks, seed))),
+        SampleConfig::Rail(recipe) => rail::prepare(recipe, recipe.seed.unwrap_or(seed)),
         SampleConfig::Layer(recipe) => layer::prepare(
             recipe,
             config.law.contact_stiffness_pa,
@@ -59,6 +61,7 @@ fn listed(config: &DisksConfig) -> Sample {
         wall_names: wall_names(&config.walls),
         clusters: clusters(config),
         solid_fraction: 0.0,
+        radii_shrunk: None,
     }
 }
 

@@ -45,6 +45,7 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
         gravity: config.gravity_m_per_s2.map(|g| g / config.mass_scale),
         reference: sample.glued.iter().map(|disk| disk.centre).collect(),
         base: sample.glued.len() - sample.lid,
+        apron: config.sample.apron(),
         wheel_mass: config.wheel.as_ref().map(|wheel| wheel.mass_kg),
         wheel_radius: config.wheel.as_ref().map_or(0.0, |wheel| wheel.radius_m),
         walls: sample.walls.clone(),

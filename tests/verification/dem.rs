@@ -24,6 +24,7 @@ mod dem_penetration;
 mod dem_periodic;
 mod dem_profile;
 mod dem_pyramid;
+mod dem_rail;
 mod dem_restitution;
 mod dem_shear;
 mod dem_solvers;

@@ -96,7 +96,10 @@ fn a_word_that_is_none_of_the_choices_is_named() {
     let message = of(changed(layer(), "", "law", word()));
     told(&message, &["sample.law: `even`", "surface_uniform"]);
     let message = of(changed(layer(), "", "kind", word()));
-    told(&message, &["sample.kind: `even`", "layer, disks"]);
+    told(
+        &message,
+        &["sample.kind: `even`", "layer, rail, disks"],
+    );
 }
 
 #[test]

@@ -246,7 +246,7 @@ fn half_width_under(load_n: f64) -> f64 {
     let resolved = read.resolved().expect("there is a wheel");
     match resolved.sample {
         SampleConfig::Layer(layer) => layer.half_width_m,
-        SampleConfig::Disks(_) => panic!("it is a layer"),
+        _ => panic!("it is a layer"),
     }
 }
 

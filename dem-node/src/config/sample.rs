@@ -1,4 +1,4 @@
-//! The keys of `sample`: a layer or listed disks, in a strip that repeats or not.
+//! The keys of `sample`: a layer, a rail or listed disks, in a strip that repeats or not.
 
 use protocol::ConfigError;
 use serde::{Deserialize, Deserializer};
@@ -6,16 +6,21 @@ use serde::{Deserialize, Deserializer};
 use super::disks::DisksConfig;
 use super::layer::LayerConfig;
 use super::limits::{PERIOD, finite, refuse_if};
+use super::rail::RailConfig;
 use crate::geometry::Period;
 
 /// Diameters of the widest disk that a strip must hold: a grain and its neighbours must not meet around it.
 const DIAMETERS: f64 = 4.0;
+/// Largest diameters that a grain may stand beside the base of a rail.
+const APRON: f64 = 5.0;
 
 /// `sample`: the source of the grains.
 #[derive(Clone, Debug)]
 pub enum SampleConfig {
     /// A pressed layer that follows the crown, glued to its base.
     Layer(LayerConfig),
+    /// A portion of a rail that consists of grains, glued to its base.
+    Rail(RailConfig),
     /// Disks and walls one by one.
     Disks(DisksConfig),
 }
@@ -25,6 +30,7 @@ pub enum SampleConfig {
 #[serde(rename_all = "snake_case")]
 enum SampleKind {
     Layer,
+    Rail,
     Disks,
 }
 
@@ -42,9 +48,19 @@ impl<'de> Deserialize<'de> for SampleConfig {
         let SampleTag { kind } = protocol::read_part(kind.into_iter().collect())?;
         match kind {
             SampleKind::Layer => protocol::read_part(keys.into()).map(SampleConfig::Layer),
+            SampleKind::Rail => protocol::read_part(keys.into()).map(SampleConfig::Rail),
             SampleKind::Disks => protocol::read_part(keys.into()).map(SampleConfig::Disks),
         }
     }
+}
+
+/// The line along which the base of a sample is cut: y = -depth - c(x), c being the drop of a crown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BaseLine {
+    /// Radius of the crown (m), 0 = flat.
+    pub crown_radius: f64,
+    /// Depth below y = 0, at x = 0 (m).
+    pub depth: f64,
 }
 
 impl SampleConfig {
@@ -56,15 +72,30 @@ impl SampleConfig {
     pub(super) fn period_ends(&self) -> Option<[f64; 2]> {
         match self {
             SampleConfig::Layer(layer) => layer.periodic_x_m,
+            SampleConfig::Rail(_) => None,
             SampleConfig::Disks(disks) => disks.periodic_x_m,
         }
     }
 
-    /// Radius of the crown that a layer follows (m), 0 = flat.
-    pub fn crown(&self) -> Option<f64> {
+    /// The line along which the base of a layer or a rail is cut.
+    pub fn base_line(&self) -> Option<BaseLine> {
+        let (crown_radius, depth) = match self {
+            SampleConfig::Layer(layer) => (layer.crown_radius_m, 0.0),
+            SampleConfig::Rail(rail) => (0.0, -rail.base()),
+            SampleConfig::Disks(_) => return None,
+        };
+        Some(BaseLine {
+            crown_radius,
+            depth,
+        })
+    }
+
+    /// Distance beside the base in which grains still belong to the sample (m): the sides of a rail bulge, while a layer has bare
+    /// rows there.
+    pub fn apron(&self) -> f64 {
         match self {
-            SampleConfig::Layer(layer) => Some(layer.crown_radius_m),
-            SampleConfig::Disks(_) => None,
+            SampleConfig::Rail(rail) => APRON * 2.0 * rail.radius_max_m,
+            SampleConfig::Layer(_) | SampleConfig::Disks(_) => 0.0,
         }
     }
 
@@ -92,6 +123,7 @@ impl SampleConfig {
     pub(super) fn validate(&self) -> Result<(), ConfigError> {
         match self {
             SampleConfig::Layer(layer) => layer.validate(),
+            SampleConfig::Rail(rail) => rail.validate(),
             SampleConfig::Disks(disks) => disks.validate(),
         }
     }
@@ -101,6 +133,7 @@ impl SampleConfig {
         ends.iter().try_for_each(|end| finite(PERIOD, *end))?;
         let widest = match self {
             SampleConfig::Layer(layer) => layer.validate_strip(ends)?,
+            SampleConfig::Rail(_) => return Ok(()),
             SampleConfig::Disks(disks) => disks.validate_strip(ends)?,
         };
         let (length, narrowest) = (ends[1] - ends[0], 2.0 * DIAMETERS * widest);

@@ -7,7 +7,7 @@ use crate::bodies::Bodies;
 use crate::bond;
 use crate::boundary::CompliantBoundary;
 use crate::bounds::Bounds;
-use crate::config::{Config, PlausibleConfig, ProfileConfig};
+use crate::config::{BaseLine, Config, PlausibleConfig, ProfileConfig};
 use crate::drive::DriveMeans;
 use crate::error::DemError;
 use crate::interface::InterfaceDisks;
@@ -43,10 +43,12 @@ pub struct Dem {
     /// The longest step with a unique end (s).
     pub(super) bond_step_limit: Option<f64>,
     pub(super) solid_fraction: f64,
+    /// Part of the radii that the preparation took off, where it tells.
+    pub(super) radii_shrunk: Option<f64>,
     /// Ends of a layer that does not repeat, in |x| (m).
     pub(super) half_width: Option<f64>,
-    /// Radius of the crown that a layer is cut along (m), 0 = flat.
-    pub(super) crown: Option<f64>,
+    /// The line that a layer or a rail is cut along.
+    pub(super) base_line: Option<BaseLine>,
     pub(super) scaling: Option<MassScaling>,
     pub(super) warnings: Vec<String>,
     pub(super) progress: Progress,
@@ -125,8 +127,9 @@ impl Dem {
             bodies,
             program,
             solid_fraction: sample.solid_fraction,
+            radii_shrunk: sample.radii_shrunk,
             half_width: config.sample.ends(),
-            crown: config.sample.crown(),
+            base_line: config.sample.base_line(),
             scaling: MassScaling::new(config, &bounds, &sample),
             warnings,
             stepper,

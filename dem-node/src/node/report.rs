@@ -96,6 +96,7 @@ impl Dem {
                 "solid_fraction",
                 Some(self.solid_fraction).filter(|x| *x > 0.0),
             ),
+            ("radii_shrunk_rel", self.radii_shrunk),
             ("bonds", bonds),
             ("bonds_broken", broken),
             ("bond_step_limit_s", self.bond_step_limit),

@@ -6,7 +6,7 @@
 
 use crate::config::LayerConfig;
 use crate::error::DemError;
-use crate::geometry::range;
+use crate::geometry::{drop_at, range};
 use crate::sample::bed::{self, Bed};
 use crate::sample::relax::Pile;
 use crate::sample::types::{Disk, Sample};
@@ -117,14 +117,6 @@ fn extended(
     row
 }
 
-/// Drop of the crowned line below the layer, c(x) = R - sqrt(R^2 - x^2), written without cancellation (m); R = 0 is straight.
-pub(crate) fn drop_at(x: f64, crown: f64) -> f64 {
-    if crown == 0.0 {
-        return 0.0;
-    }
-    x * x / (crown + (crown * crown - x * x).sqrt())
-}
-
 fn follow(recipe: &LayerConfig, mut disks: Vec<Disk>) -> Vec<Disk> {
     for disk in &mut disks {
         disk.centre[1] -= drop_at(disk.centre[0], recipe.crown_radius_m);
@@ -175,16 +167,4 @@ pub(crate) fn in_columns(mut disks: Vec<Disk>) -> Vec<Disk> {
         by_column.then(a.centre[1].total_cmp(&b.centre[1]))
     });
     disks
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_crown_drops_a_tenth_of_a_millimetre_at_eight() {
-        let drop = drop_at(8e-3, 0.3);
-        assert!((drop - 0.106_685e-3).abs() < 1e-9, "{drop}");
-        assert_eq!(drop_at(8e-3, 0.0), 0.0);
-    }
 }

@@ -38,6 +38,8 @@ pub struct PileForces {
     thrust: f64,
     /// Sum of all overlaps.
     sum: f64,
+    /// Sum of their squares.
+    squares: f64,
     /// Number of contacts.
     pub contacts: usize,
     /// Largest overlap.
@@ -48,6 +50,17 @@ impl PileForces {
     /// Mean overlap (m).
     pub fn mean(&self) -> f64 {
         self.sum / self.contacts.max(1) as f64
+    }
+
+    /// Root mean square of the overlaps (m).
+    pub fn rms(&self) -> f64 {
+        (self.squares / self.contacts.max(1) as f64).sqrt()
+    }
+
+    /// Root mean square of the resultants on the disks (m).
+    pub fn unbalanced_rms(&self) -> f64 {
+        let squares = self.on_disks.iter().map(|f| f[0] * f[0] + f[1] * f[1]);
+        (squares.sum::<f64>() / self.on_disks.len().max(1) as f64).sqrt()
     }
 
     /// Largest resultant on a disk (m).
@@ -64,6 +77,7 @@ impl PileForces {
 
     fn count(&mut self, overlap: f64) {
         self.sum += overlap;
+        self.squares += overlap * overlap;
         self.contacts += 1;
         self.largest = self.largest.max(overlap);
     }
@@ -125,7 +139,8 @@ impl Pile {
     fn forces(&self, neighbours: &Neighbours, load: &mut PileForces) {
         load.on_disks.clear();
         load.on_disks.resize(self.movable, [0.0; 2]);
-        (load.sum, load.contacts, load.largest) = (0.0, 0, 0.0);
+        (load.sum, load.squares) = (0.0, 0.0);
+        (load.contacts, load.largest) = (0, 0.0);
         load.thrust = self.thrust.unwrap_or(0.0);
         load.on_floor = load.thrust;
         for (a, b) in &neighbours.pairs {

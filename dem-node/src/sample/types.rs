@@ -31,4 +31,6 @@ pub struct Sample {
     pub clusters: Vec<ClusterMembers>,
     /// Solid fraction of the packing (0 where it has no meaning).
     pub solid_fraction: f64,
+    /// Part of all radii that was taken off at the end, where the preparation does so to all alike.
+    pub radii_shrunk: Option<f64>,
 }

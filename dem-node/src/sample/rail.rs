@@ -1,0 +1,178 @@
+//! A portion of a rail that consists of grains: a dense packing between plates, cut along crown and base.
+//!
+//! The disks start at the solid fraction that they are to have and are at rest when the root mean square of the unbalanced
+//! forces is small. Dropped in a looser box and pressed, as a layer is, a packing of this size is not at rest after 80 000
+//! steps of the relaxation; nor does the largest unbalanced force say when it is, which a single rattler decides.
+
+use std::f64::consts::PI;
+
+use crate::config::RailConfig;
+use crate::detect::NearPairs;
+use crate::error::DemError;
+use crate::geometry::drop_at;
+use crate::sample::layer::in_columns;
+use crate::sample::random::RandomNumbers;
+use crate::sample::relax::{Pile, PileForces};
+use crate::sample::types::{Disk, Sample};
+
+/// Solid fraction of the box, just below that at which p ~ r^-2 jams (0.8426).
+const FRACTION: f64 = 0.84;
+/// Mean diameters by which the box is higher than the rail above the crown and below the base, to keep the ordering along
+/// floor and ceiling out of the rail.
+const MARGIN: f64 = 5.0;
+/// Root mean square of the unbalanced forces over the mean contact force in a packing at rest.
+const UNBALANCED: f64 = 1e-3;
+/// Root mean square of the overlaps over the smallest radius below which a packing that is not jammed is at rest.
+const APART: f64 = 1e-4;
+const MAX_ITERATIONS: usize = 80_000;
+/// Part of the radii that is taken off: what is left of the overlaps of most contacts.
+const SHRUNK: f64 = 3e-4;
+/// Least part of the radii that a packing which is too tight is slackened by.
+const SLACKENED: f64 = 1e-4;
+/// Largest overlap of two disks that is left, over the smaller radius.
+const OVERLAP: f64 = 1e-3;
+
+/// Prepares the rail. Its solid fraction is the area of the disks above the base over that inside base, sides and crown.
+pub fn prepare(recipe: &RailConfig, seed: u64) -> Result<Sample, DemError> {
+    let mut pile = drop_disks(recipe, &mut RandomNumbers::new(seed));
+    let slackened = settle(&mut pile, recipe.radius_min_m)?;
+    let (free, mut glued) = cut(recipe, &pile);
+    let mut free = in_columns(free);
+    glued.sort_by(|a, b| a.centre[0].total_cmp(&b.centre[0]));
+    let last = shrinkage(&free, &glued);
+    for disk in free.iter_mut().chain(&mut glued) {
+        disk.radius *= 1.0 - last;
+    }
+    let shrunk = 1.0 - slackened * (1.0 - last);
+    Ok(Sample {
+        solid_fraction: area_above(recipe.base(), free.iter().chain(&glued)) / recipe.area(),
+        radii_shrunk: Some(shrunk),
+        free,
+        glued,
+        ..Sample::default()
+    })
+}
+
+/// Draws disks until they fill the box and places their centres at random in it, numbered so that neighbours lie close in
+/// memory.
+fn drop_disks(recipe: &RailConfig, random: &mut RandomNumbers) -> Pile {
+    let (radii, half_width) = (recipe.radii(), 0.5 * recipe.width_m);
+    let margin = MARGIN * 2.0 * radii.mean();
+    let (floor, ceiling) = (recipe.base() - margin, margin);
+    let target = FRACTION * recipe.width_m * (ceiling - floor);
+    let mut disks = Vec::new();
+    let mut filled = 0.0;
+    while filled < target {
+        let r = random.radius(&radii);
+        filled += PI * r * r;
+        let x = random.between(r - half_width, half_width - r);
+        disks.push(Disk {
+            centre: [x, random.between(floor + r, ceiling - r)],
+            radius: r,
+            ..Disk::default()
+        });
+    }
+    let disks = in_columns(disks);
+    Pile {
+        centres: disks.iter().map(|disk| disk.centre).collect(),
+        radii: disks.iter().map(|disk| disk.radius).collect(),
+        movable: disks.len(),
+        period: None,
+        ceiling,
+        floor,
+        half_width,
+        thrust: None,
+    }
+}
+
+/// Lets the packing relax until it is at rest, and slackens one that jams below [`FRACTION`], as those of few or of equal disks
+/// do: as long as its overlaps are too large, all radii lose the mean overlap and it relaxes again. To take the largest overlap
+/// off at once would leave it without contacts. Returns the part of the radii that is left.
+fn settle(pile: &mut Pile, smallest: f64) -> Result<f64, DemError> {
+    let at_rest = |load: &PileForces| {
+        load.rms() <= APART * smallest || load.unbalanced_rms() <= UNBALANCED * load.mean()
+    };
+    let mean = pile.radii.iter().sum::<f64>() / pile.radii.len() as f64;
+    let (mut left, mut spent) = (1.0, 0);
+    loop {
+        let (iterations, load) = pile.relax(MAX_ITERATIONS - spent, at_rest);
+        spent += iterations;
+        if !at_rest(&load) {
+            return Err(DemError::RailNotAtRest {
+                iterations: spent,
+                unbalanced: load.unbalanced_rms() / load.mean(),
+                needed: UNBALANCED,
+            });
+        }
+        if load.largest <= (OVERLAP + 2.0 * SHRUNK) * smallest {
+            return Ok(left);
+        }
+        let part = 1.0 - (0.5 * load.mean() / mean).max(SLACKENED);
+        pile.radii.iter_mut().for_each(|r| *r *= part);
+        left *= part;
+    }
+}
+
+/// Cuts along the crown, above which no centre stays, so that grains make the surface rough; and along the base: disks wholly
+/// below go, disks that cross it are glued. Returns free and glued disks.
+fn cut(recipe: &RailConfig, pile: &Pile) -> (Vec<Disk>, Vec<Disk>) {
+    let base = recipe.base();
+    let disks = pile.centres.iter().zip(&pile.radii);
+    let disks = disks.map(|(centre, radius)| Disk {
+        centre: *centre,
+        radius: *radius,
+        ..Disk::default()
+    });
+    disks
+        .filter(|disk| disk.centre[1] <= -drop_at(disk.centre[0], recipe.crown_radius_m))
+        .filter(|disk| disk.centre[1] > base - disk.radius)
+        .partition(|disk| disk.centre[1] >= base + disk.radius)
+}
+
+/// Part s of all radii that is to be taken off: with an overlap o of two disks, o - s (r_a + r_b) is at most the part
+/// [`OVERLAP`] of the smaller radius (1 - s) r then.
+fn shrinkage(free: &[Disk], glued: &[Disk]) -> f64 {
+    let all = || free.iter().chain(glued);
+    let centres: Vec<[f64; 2]> = all().map(|disk| disk.centre).collect();
+    let radii: Vec<f64> = all().map(|disk| disk.radius).collect();
+    let mut near = NearPairs::new(&centres, &radii, free.len(), 0.0, None);
+    let mut needed = SHRUNK;
+    for a in 0..free.len() {
+        for b in near.of(a).iter().map(|b| *b as usize) {
+            let [dx, dy] = [0, 1].map(|k| centres[a][k] - centres[b][k]);
+            let (sum, left) = (radii[a] + radii[b], OVERLAP * radii[a].min(radii[b]));
+            let overlap = sum - (dx * dx + dy * dy).sqrt();
+            needed = needed.max((overlap - left) / (sum - left));
+        }
+    }
+    needed
+}
+
+/// Area of the parts of disks that lie above a height (m2): r^2 acos(-d/r) + d sqrt(r^2 - d^2), d being the height of the centre
+/// above it.
+fn area_above<'a>(height: f64, disks: impl Iterator<Item = &'a Disk>) -> f64 {
+    let part = |disk: &Disk| {
+        let r = disk.radius;
+        let d = (disk.centre[1] - height).clamp(-r, r);
+        r * r * (-d / r).acos() + d * (r * r - d * d).sqrt()
+    };
+    disks.map(part).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_area_above_a_line_is_all_half_or_none_of_a_disk() {
+        for (y, part) in [(2.0, 1.0), (0.0, 0.5), (-2.0, 0.0)] {
+            let disk = Disk {
+                centre: [0.0, y],
+                radius: 1.0,
+                ..Disk::default()
+            };
+            let area = area_above(0.0, std::iter::once(&disk));
+            assert!((area - part * PI).abs() < 1e-15, "{area}");
+        }
+    }
+}
