@@ -2,6 +2,7 @@
 
 mod disks;
 mod drive;
+mod file;
 mod fill;
 mod law;
 mod layer;

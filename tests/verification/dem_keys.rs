@@ -98,7 +98,7 @@ fn a_word_that_is_none_of_the_choices_is_named() {
     let message = of(changed(layer(), "", "kind", word()));
     told(
         &message,
-        &["sample.kind: `even`", "layer, rail, disks"],
+        &["sample.kind: `even`", "layer, rail, disks, file"],
     );
 }
 

@@ -10,7 +10,7 @@ use crate::geometry::range;
 use crate::pairs::{GRAINS, ROWS, WHEEL};
 
 /// Disks and walls one by one, and areas and rows that are filled with disks.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DisksConfig {
     /// The disks; glued ones form the sets `base` and `lid`.

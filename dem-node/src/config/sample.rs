@@ -1,9 +1,11 @@
 //! The keys of `sample`: a layer, a rail or listed disks, in a strip that repeats or not.
 
 use protocol::ConfigError;
+use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 
 use super::disks::DisksConfig;
+use super::file::FileConfig;
 use super::layer::LayerConfig;
 use super::limits::{PERIOD, finite, refuse_if};
 use super::rail::RailConfig;
@@ -21,7 +23,7 @@ pub enum SampleConfig {
     Layer(LayerConfig),
     /// A portion of a rail that consists of grains, glued to its base.
     Rail(RailConfig),
-    /// Disks and walls one by one.
+    /// Disks and walls one by one, or the disks of a file.
     Disks(DisksConfig),
 }
 
@@ -32,6 +34,7 @@ enum SampleKind {
     Layer,
     Rail,
     Disks,
+    File,
 }
 
 #[derive(Deserialize)]
@@ -50,6 +53,16 @@ impl<'de> Deserialize<'de> for SampleConfig {
             SampleKind::Layer => protocol::read_part(keys.into()).map(SampleConfig::Layer),
             SampleKind::Rail => protocol::read_part(keys.into()).map(SampleConfig::Rail),
             SampleKind::Disks => protocol::read_part(keys.into()).map(SampleConfig::Disks),
+            SampleKind::File => {
+                let file: FileConfig = protocol::read_part(keys.into())?;
+                // The whole text of the error: the key in front of it is read back from there.
+                let inside = |error: ConfigError| {
+                    let text = error.to_string();
+                    let text = text.trim_start_matches("sample.path: ");
+                    D::Error::custom(format!("at `path`: {text}"))
+                };
+                file.read().map(SampleConfig::Disks).map_err(inside)
+            }
         }
     }
 }
