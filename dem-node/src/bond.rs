@@ -55,6 +55,11 @@ impl Bond {
         })
     }
 
+    /// True for one that holds enough to count as a bond.
+    pub fn holds(&self) -> bool {
+        self.adhesion > COUNTED
+    }
+
     /// Its candidate and its antagonist.
     pub fn pair(&self) -> (u32, u32) {
         (self.a, self.b)
@@ -76,7 +81,7 @@ impl Bond {
 
 /// Bonds that hold.
 pub fn count(bonds: &[Bond]) -> usize {
-    bonds.iter().filter(|bond| bond.adhesion > COUNTED).count()
+    bonds.iter().filter(|bond| bond.holds()).count()
 }
 
 /// Walks along bonds while pairs come in ascending order; both are sorted by (a, b).

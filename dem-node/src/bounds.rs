@@ -2,9 +2,8 @@
 
 use protocol::ConfigError;
 
-use crate::config::{Config, SampleConfig};
+use crate::config::Config;
 use crate::error::DemError;
-use crate::geometry::range;
 use crate::wheel::WheelProgram;
 
 /// Part of t_i below which coupled trials were clean.
@@ -41,7 +40,7 @@ impl Bounds {
 
     /// The bounds of a valid configuration.
     pub fn new(config: &Config) -> Bounds {
-        let (mean, smallest) = radii(config);
+        let (mean, smallest) = config.sample.radii();
         let density = config.density_kg_per_m3 * config.mass_scale;
         let wheel = config.wheel.clone().map(WheelProgram);
         Bounds {
@@ -107,29 +106,5 @@ impl Bounds {
             ));
         }
         Ok(warnings)
-    }
-}
-
-/// Mean and smallest radius (m). For a layer or a rail these are the law's, so that the bound does not depend on the seed.
-pub(crate) fn radii(config: &Config) -> (f64, f64) {
-    match &config.sample {
-        SampleConfig::Disks(sample) => {
-            let listed = sample.disks.iter().filter(|disk| !disk.glued);
-            let listed = listed.map(|disk| (1.0, [disk.radius_m; 2], disk.radius_m));
-            let fills = sample.fill.iter().map(|fill| {
-                let [columns, rows] = fill.grid();
-                let ends = [fill.radius_min_m, fill.radius_max_m];
-                (columns * rows, ends, fill.radii().mean())
-            });
-            let all: Vec<_> = listed.chain(fills).collect();
-            let count: f64 = all.iter().map(|(count, ..)| count).sum();
-            let sum = all.iter().map(|(count, _, mean)| count * mean).sum::<f64>();
-            (
-                sum / count,
-                range(all.iter().map(|(_, ends, _)| ends[0]))[0],
-            )
-        }
-        SampleConfig::Layer(layer) => (layer.radii().mean(), layer.radius_min_m),
-        SampleConfig::Rail(rail) => (rail.radii().mean(), rail.radius_min_m),
     }
 }

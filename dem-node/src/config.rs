@@ -13,6 +13,7 @@ mod profile;
 mod radii;
 mod rail;
 mod sample;
+mod stress;
 
 use protocol::ConfigError;
 use protocol::table::{LoadTable, check_table, load_at};
@@ -33,6 +34,7 @@ pub use profile::{Axis, ProfileConfig};
 pub use radii::{Radii, RadiusLaw};
 pub use rail::{HeightAt, RailConfig};
 pub use sample::{BaseLine, SampleConfig};
+pub use stress::StressConfig;
 
 /// Residuals that mean something: one below is rounding, one above no solution.
 const TOLERANCES: [f64; 2] = [1e-14, 0.1];
@@ -69,6 +71,9 @@ pub struct Config {
     /// Means over slices and intervals; none when absent.
     #[serde(default)]
     pub profile: Option<ProfileConfig>,
+    /// Stress in cells; none when absent.
+    #[serde(default)]
+    pub stress: Option<StressConfig>,
     /// Bounds of the checks of plausibility.
     #[serde(default)]
     pub plausible: PlausibleConfig,
@@ -178,6 +183,9 @@ impl Config {
         if let Some(profile) = &self.profile {
             let wheel = self.wheel.as_ref().map(WheelConfig::end);
             profile.validate(wheel.or(self.time.end_s))?;
+        }
+        if let Some(stress) = &self.stress {
+            stress.validate(2.0 * self.sample.radii().0)?;
         }
         self.validate_drive()?;
         self.validate_together()?;

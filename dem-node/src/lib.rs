@@ -19,6 +19,7 @@
 //! - [`prescribed_opening`]: a pair that is pulled apart;
 //! - [`repair`]: overlaps of rigid grains, repaired without velocity;
 //! - [`mod@step`]: one step of the scheme;
+//! - [`loads`], [`stress`]: forces of the contacts grain by grain, and the stress that they make;
 //! - [`structure`], [`report`], [`snapshot`]: arrangement of the contacts, signals and results, fields;
 //! - [`interface`]: the glued rows that a coupler moves;
 //! - [`setup`]: from the keys to the types of the steps;
@@ -53,6 +54,7 @@
 //! | energy lost by a contact, by a bond | [`ledger::contact_loss`], [`bond::end_step`] | [`ledger`] |
 //! | energy stored: kinetic, springs, bonds | [`state::State::energies`] | [`ledger`] |
 //! | pressure in a grain, trace of sum f (x_c - x) / V | [`snapshot::pressures`] | Love 1927; Weber 1966 |
+//! | stress of cells, -(1/V) sum f (x_c - x) | [`stress::StressMap::measure`] | Love 1927; Weber 1966; Moreau 1997 |
 //! | fabric, mean of n (x) n | [`structure::results`] | Satake 1982 |
 //! | wheel D(t) = A sin(2 pi f (t - t_s)) | [`wheel::WheelProgram::displacement_at`] | RSB, section 6 |
 //! | inertial time t_i = d sqrt(rho/P), bounds on the window | [`bounds::Bounds::new`], [`bounds::Bounds::assess`] | GDR MiDi 2004 |
@@ -106,6 +108,7 @@ pub mod interface;
 mod lanes;
 pub mod law;
 pub mod ledger;
+pub mod loads;
 pub mod mass_scaling;
 pub mod node;
 mod pairs;
@@ -121,6 +124,7 @@ pub mod snapshot;
 pub mod solver;
 pub mod state;
 pub mod step;
+pub mod stress;
 pub mod structure;
 mod threads;
 mod trend;

@@ -1,6 +1,6 @@
 //! Inertia of the grains, scaled or not, in a quasi-static motion of the wheel.
 
-use crate::bounds::{Bounds, radii};
+use crate::bounds::Bounds;
 use crate::config::{Config, SampleConfig};
 use crate::geometry::range;
 use crate::sample::{Disk, Sample};
@@ -44,7 +44,7 @@ pub fn advice(config: &Config, thickness: f64) -> Option<String> {
     };
     let area = 2.0 * layer.half_width_m * layer.thickness_m;
     let mass = config.density_kg_per_m3 * config.mass_scale * area * thickness;
-    let (mean, _) = radii(config);
+    let (mean, _) = config.sample.radii();
     let follows = (4.0 * mean * mass / wheel.load_n).sqrt();
     let given = wheel.ramp_s + wheel.hold_s;
     (config.mass_scale > 1.0 && follows > SLUGGISH * given).then(|| {

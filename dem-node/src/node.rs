@@ -3,6 +3,7 @@
 mod checkpoint;
 mod dem;
 mod driven;
+mod maps;
 mod report;
 mod request;
 
@@ -196,12 +197,12 @@ impl Node for Dem {
             let thickness = self.setting.thickness_m;
             snapshot::write(&path, &self.bodies, &self.progress.state, thickness)?;
         }
-        self.write_profile()?;
+        self.write_maps()?;
         Ok(())
     }
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
-        self.write_profile()?;
+        self.write_maps()?;
         let judged = self.judged();
         Ok(Outcome {
             steps: self.progress.steps,
@@ -211,7 +212,7 @@ impl Node for Dem {
             )]),
             results: self.results(),
             state_hash: self.progress.state.hash(),
-            warnings: Vec::new(),
+            warnings: self.stress_advice().into_iter().collect(),
             findings: judged.findings(),
             held_load: judged.held_load(),
         })

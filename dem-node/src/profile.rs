@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::bodies::Bodies;
 use crate::config::{Axis, ProfileConfig};
 use crate::geometry::range;
-use crate::positions::proximity;
+use crate::loads::{Load, for_each_load, grains, shown};
 use crate::report::given;
 use crate::state::State;
 
@@ -190,34 +190,13 @@ impl Interval {
         for disk in grains(bodies) {
             self.add_disk(axis, bodies, state, disk);
         }
-        let positions = state.positions(bodies);
-        for slot in state
-            .list
-            .slots
-            .iter()
-            .filter(|slot| slot.force != [0.0; 2])
-        {
-            let (a, b) = (slot.a as usize, slot.b as usize);
-            let at = proximity(bodies, &positions, a, b);
-            let [nx, ny] = at.normal;
-            let [f_n, f_t] = slot.force;
-            let force = [f_n * nx - f_t * ny, f_n * ny + f_t * nx];
-            // In the middle of gap or overlap.
-            let arm = bodies.radii[a] + 0.5 * at.gap;
-            let centre = state.centres[a];
-            let point = [centre[0] - arm * nx, centre[1] - arm * ny];
-            self.add_contact(axis, bodies, state, a, (point, force));
-            if b < bodies.free {
-                let back = bodies.radii[b] + 0.5 * at.gap;
-                let other = state.centres[b];
-                let point = [other[0] + back * nx, other[1] + back * ny];
-                self.add_contact(axis, bodies, state, b, (point, force.map(|f| -f)));
-            }
-        }
+        for_each_load(bodies, state, |load| {
+            self.add_load(axis, bodies, state, load)
+        });
     }
 
     fn add_disk(&mut self, axis: Axis, bodies: &Bodies, state: &State, disk: usize) {
-        let (radius, centre) = (bodies.radii[disk], shown(bodies, state, disk));
+        let (radius, centre) = (bodies.radii[disk], shown(bodies, state.centres[disk]));
         let [vx, vy, _] = state.velocity_of(bodies, disk);
         let middle = centre[axis.index()];
         let edges = [middle - radius, middle + radius];
@@ -231,32 +210,13 @@ impl Interval {
         }
     }
 
-    /// Adds a contact of a disk: the point where it is touched, seen from this disk (m), and the force on it (N).
-    fn add_contact(
-        &mut self,
-        axis: Axis,
-        bodies: &Bodies,
-        state: &State,
-        disk: usize,
-        (point, force): ([f64; 2], [f64; 2]),
-    ) {
-        if disk >= bodies.free || is_driven(bodies, disk) {
-            return;
-        }
-        let centre = match bodies.clusters.of(disk) {
-            Some((index, _)) => state.clusters[index].centre,
-            None => state.centres[disk],
-        };
-        let lever = [point[0] - centre[0], point[1] - centre[1]];
-        let moment = [
-            force[0] * lever[0],
-            force[0] * lever[1],
-            force[1] * lever[0],
-            force[1] * lever[1],
-        ];
+    /// Shares the moment of a load out among the slices that its lever crosses.
+    fn add_load(&mut self, axis: Axis, bodies: &Bodies, state: &State, load: &Load) {
+        let moment = load.moment();
         let along = axis.index();
-        let offset = shown(bodies, state, disk)[along] - state.centres[disk][along];
-        let ends = [centre[along] + offset, point[along] + offset];
+        let own = state.centres[load.disk];
+        let offset = shown(bodies, own)[along] - own[along];
+        let ends = [load.centre[along] + offset, load.point[along] + offset];
         let [low, high] = range(ends);
         if low == high {
             let bin = self.bin_of(low);
@@ -318,22 +278,6 @@ fn add(sums: &mut Sums, moment: [f64; 4], part: f64) {
     for (sum, moment) in sums.moment.iter_mut().zip(moment) {
         *sum += part * moment;
     }
-}
-
-fn is_driven(bodies: &Bodies, disk: usize) -> bool {
-    let cluster = bodies.clusters.of(disk);
-    cluster.is_some_and(|(_, cluster)| cluster.drive.is_some())
-}
-
-/// The disks that a profile is of.
-fn grains(bodies: &Bodies) -> impl Iterator<Item = usize> {
-    (0..bodies.free).filter(|disk| !is_driven(bodies, *disk))
-}
-
-/// Centre of a disk, inside a strip that repeats (m).
-fn shown(bodies: &Bodies, state: &State, disk: usize) -> [f64; 2] {
-    let [x, y] = state.centres[disk];
-    [bodies.period.map_or(x, |period| period.inside(x)), y]
 }
 
 /// Ends of the grains along a coordinate, or of the strip that repeats along it (m).

@@ -52,6 +52,13 @@ impl WheelProgram {
         self.0.ramp_s + self.0.hold_s
     }
 
+    /// True for the step, by its start and end (s), after which the hold is over; of two that share the end evenly, for both.
+    pub fn ends_hold(&self, [start, end]: [f64; 2]) -> bool {
+        let middle = 0.5 * (start + end);
+        let next = 2.0 * end - middle;
+        self.0.hold_s > 0.0 && (middle..=next).contains(&self.motion_start())
+    }
+
     /// End of the history (s).
     pub fn end(&self) -> f64 {
         self.0.end()

@@ -29,6 +29,7 @@ mod dem_rail;
 mod dem_restitution;
 mod dem_shear;
 mod dem_solvers;
+mod dem_stress;
 mod dem_structure;
 mod dem_support;
 mod dem_viscous;

@@ -354,6 +354,22 @@ impl DisksConfig {
         Ok(())
     }
 
+    /// Mean and smallest radius of the disks that are not glued (m).
+    pub(super) fn radii(&self) -> (f64, f64) {
+        let listed = self.disks.iter().filter(|disk| !disk.glued);
+        let listed = listed.map(|disk| (1.0, [disk.radius_m; 2], disk.radius_m));
+        let fills = self.fill.iter().map(|fill| {
+            let [columns, rows] = fill.grid();
+            let ends = [fill.radius_min_m, fill.radius_max_m];
+            (columns * rows, ends, fill.radii().mean())
+        });
+        let all: Vec<_> = listed.chain(fills).collect();
+        let count: f64 = all.iter().map(|(count, ..)| count).sum();
+        let sum = all.iter().map(|(count, _, mean)| count * mean).sum::<f64>();
+        let smallest = range(all.iter().map(|(_, ends, _)| ends[0]))[0];
+        (sum / count, smallest)
+    }
+
     /// Returns the largest radius (m).
     pub(super) fn validate_strip(&self, ends: [f64; 2]) -> Result<f64, ConfigError> {
         self.refuse_torn_clusters(ends[1] - ends[0])?;

@@ -3,7 +3,7 @@
 use protocol::ConfigError;
 use serde::Deserialize;
 
-use super::limits::{at_least, finite, refuse_if};
+use super::limits::{at_least, finite, refuse_if, validate_sides};
 use super::radii::{Radii, RadiusLaw};
 
 /// More disks than this are taken for a mistyped unit.
@@ -109,17 +109,6 @@ impl RowConfig {
         self.radii().validate(key)?;
         validate_count(key, self.count())
     }
-}
-
-fn validate_sides(key: &str, [low, high]: [f64; 2]) -> Result<(), ConfigError> {
-    finite(key, low)?;
-    finite(key, high)?;
-    refuse_if(
-        low >= high,
-        key,
-        format!("{low:e} does not lie before {high:e}"),
-        "write [low, high]",
-    )
 }
 
 fn validate_count(key: &str, count: f64) -> Result<(), ConfigError> {

@@ -68,6 +68,18 @@ pub(super) fn finite(key: &str, value: f64) -> Result<(), ConfigError> {
     check(key, Some(value), f64::is_finite, must)
 }
 
+/// Refuses two sides that are no numbers or not in order.
+pub(super) fn validate_sides(key: &str, [low, high]: [f64; 2]) -> Result<(), ConfigError> {
+    finite(key, low)?;
+    finite(key, high)?;
+    refuse_if(
+        low >= high,
+        key,
+        format!("{low:e} does not lie before {high:e}"),
+        "write [low, high]",
+    )
+}
+
 fn check(
     key: &str,
     value: Option<f64>,

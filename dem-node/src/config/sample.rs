@@ -167,4 +167,13 @@ impl SampleConfig {
             _ => None,
         }
     }
+
+    /// Mean and smallest radius (m). For a layer or a rail these are the law's, so that bounds do not depend on the seed.
+    pub fn radii(&self) -> (f64, f64) {
+        match self {
+            SampleConfig::Disks(disks) => disks.radii(),
+            SampleConfig::Layer(layer) => (layer.radii().mean(), layer.radius_min_m),
+            SampleConfig::Rail(rail) => (rail.radii().mean(), rail.radius_min_m),
+        }
+    }
 }

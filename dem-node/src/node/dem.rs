@@ -7,7 +7,7 @@ use crate::bodies::Bodies;
 use crate::bond;
 use crate::boundary::CompliantBoundary;
 use crate::bounds::Bounds;
-use crate::config::{BaseLine, Config, PlausibleConfig, ProfileConfig};
+use crate::config::{BaseLine, Config, PlausibleConfig, ProfileConfig, StressConfig};
 use crate::drive::DriveMeans;
 use crate::error::DemError;
 use crate::interface::InterfaceDisks;
@@ -18,10 +18,10 @@ use crate::repair;
 use crate::report::{RunStatistics, StepSpan};
 use crate::sample::{self, Sample};
 use crate::setup;
-use crate::snapshot;
 use crate::solver::{Algorithm, Convergence, FIRST_TURNS};
 use crate::state::State;
 use crate::step::{StepInput, StepSummary, Stepper};
+use crate::stress::{self, StressMap};
 use crate::threads::SolverThreads;
 use crate::wheel::WheelProgram;
 
@@ -63,6 +63,7 @@ pub struct Dem {
     pub(super) initial_energy: [f64; 4],
     pub(super) plausible: PlausibleConfig,
     pub(super) profile: Option<ProfileConfig>,
+    pub(super) stress: Option<StressConfig>,
 }
 
 /// Everything that committed windows change: the checkpoint. The rest follows from configuration and handshake.
@@ -73,6 +74,8 @@ pub(super) struct Progress {
     pub statistics: RunStatistics,
     pub driven: DriveMeans,
     pub profile: Profile,
+    /// The stress at the end of the hold, once that is over.
+    pub held_stress: Option<StressMap>,
     pub steps: u64,
     pub contact_iterations: f64,
 }
@@ -120,6 +123,7 @@ impl Dem {
                 statistics: RunStatistics::new(state.wheel.position[1]),
                 driven: DriveMeans::default(),
                 profile: Profile::default(),
+                held_stress: None,
                 state,
                 steps: 0,
                 contact_iterations: 0.0,
@@ -138,6 +142,7 @@ impl Dem {
             pending: None,
             plausible: config.plausible,
             profile: config.profile,
+            stress: config.stress,
         })
     }
 
@@ -214,16 +219,6 @@ impl Dem {
         }
     }
 
-    /// Writes `<participant>-profile.csv` beside the fields, where a profile is asked for.
-    pub(super) fn write_profile(&self) -> Result<(), DemError> {
-        let (Some(config), Some(folder)) = (&self.profile, &self.setting.fields) else {
-            return Ok(());
-        };
-        let path = folder.join(format!("{}-profile.csv", self.setting.participant));
-        let text = self.progress.profile.csv(config, self.setting.thickness_m);
-        snapshot::write_text(&path, &text)
-    }
-
     /// Records a committed step; `drive_before` is the account of the sideways drive at its start (J).
     pub(super) fn record(
         &mut self,
@@ -237,11 +232,19 @@ impl Dem {
             statistics,
             driven,
             profile,
+            held_stress,
             ..
         } = &mut self.progress;
         if let Some(config) = &self.profile {
             let grains = (&self.bodies, &*state, self.setting.thickness_m);
             profile.record(config, grains, [start, end]);
+        }
+        let holds = |program: &WheelProgram| program.ends_hold([start, end]);
+        if let Some(config) = &self.stress
+            && self.program.as_ref().is_some_and(holds)
+        {
+            let thickness = self.setting.thickness_m;
+            *held_stress = StressMap::measure(config, &self.bodies, state, thickness);
         }
         driven.record(&self.stepper.on_driven, start, self.end);
         let span = StepSpan {
@@ -265,6 +268,9 @@ fn start(
         state.wheel.velocity[1] = wheel.vy_m_per_s;
     }
     setup::refuse_rigid_overlaps(bodies, &state)?;
+    if let Some(config) = &config.stress {
+        stress::refuse_misfit(config, bodies, &state)?;
+    }
     let opening = match &config.drive {
         None => None,
         Some(drive) => Some(PrescribedOpening::new(drive, bodies, &state)?),

@@ -119,6 +119,7 @@ impl Dem {
         results
             .chain(self.driven_results())
             .chain(profile)
+            .chain(self.stress_results())
             .collect()
     }
 

@@ -1,0 +1,86 @@
+//! The keys of `stress`: stress in cells and in the whole sample.
+
+use protocol::ConfigError;
+use serde::Deserialize;
+
+use super::limits::{at_least, positive, refuse_if, validate_sides};
+
+/// Least side of a cell over the mean diameter of the grains: smaller ones hold a few contacts, not a stress.
+const CELL_DIAMETERS: f64 = 3.5;
+/// Most cells, some 100 MB of CSV.
+const CELLS_MAX: f64 = 1e6;
+/// Part of a side by which a region that was made for whole cells may miss the last one.
+const ROUNDING: f64 = 1e-9;
+
+/// `stress`: the cells, and the region that they lie in.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StressConfig {
+    /// Side of the square cells (m), at least 3.5 mean diameters.
+    pub cell_m: f64,
+    /// Left and right side of the region (m); those of the grains that carry contact forces, or of the strip that repeats, when
+    /// absent.
+    pub x_m: Option<[f64; 2]>,
+    /// Lower and upper side of the region (m), likewise.
+    pub y_m: Option<[f64; 2]>,
+}
+
+impl StressConfig {
+    /// Numbers of columns and rows of whole cells that fit between these sides (m).
+    pub fn grid(&self, sides: [[f64; 2]; 2]) -> [f64; 2] {
+        sides.map(|[low, high]| ((high - low) / self.cell_m * (1.0 + ROUNDING)).floor())
+    }
+
+    /// Refuses values out of range; `mean` is the mean diameter of the grains (m).
+    pub(super) fn validate(&self, mean: f64) -> Result<(), ConfigError> {
+        positive("stress.cell_m", self.cell_m, "m")?;
+        at_least("stress.cell_m", self.cell_m, CELL_DIAMETERS * mean, "m").map_err(|error| {
+            error.help(format!(
+                "a cell narrower than {CELL_DIAMETERS} mean diameters of the grains shows single contacts, no stress"
+            ))
+        })?;
+        for (key, sides) in [("stress.x_m", self.x_m), ("stress.y_m", self.y_m)] {
+            let Some(sides) = sides else {
+                continue;
+            };
+            validate_sides(key, sides)?;
+            refuse_if(
+                self.grid([sides; 2])[0] < 1.0,
+                key,
+                format!(
+                    "no cell of {:e} m fits between {:e} m and {:e} m",
+                    self.cell_m, sides[0], sides[1]
+                ),
+                "widen the region, or lower stress.cell_m",
+            )?;
+        }
+        match (self.x_m, self.y_m) {
+            (Some(x), Some(y)) => self.refuse_misfit("stress.cell_m", [x, y]),
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses a region between these sides (m) that holds no whole cell, or too many.
+    pub fn refuse_misfit(&self, key: &str, sides: [[f64; 2]; 2]) -> Result<(), ConfigError> {
+        let [columns, rows] = self.grid(sides);
+        let [width, height] = sides.map(|[low, high]| high - low);
+        refuse_if(
+            columns < 1.0 || rows < 1.0,
+            key,
+            format!(
+                "no cell of {:e} m fits into a region of {width:e} m x {height:e} m",
+                self.cell_m
+            ),
+            "widen the region, or remove the table: grains in so thin a layer have no stress in cells",
+        )?;
+        refuse_if(
+            columns * rows > CELLS_MAX,
+            "stress.cell_m",
+            format!(
+                "makes {:.1e} cells of a region of {width:e} m x {height:e} m, more than {CELLS_MAX:.0e}",
+                columns * rows
+            ),
+            "check the units (m): larger cells, or a smaller region",
+        )
+    }
+}
