@@ -4,6 +4,7 @@ mod disks;
 mod drive;
 mod file;
 mod fill;
+mod flow;
 mod law;
 mod layer;
 pub(crate) mod limits;
@@ -27,6 +28,7 @@ use limits::{PERIOD, at_least, finite, positive, refuse_given, refuse_if, within
 pub use disks::{ClusterConfig, DiskConfig, DisksConfig, WallConfig};
 pub use drive::{ClusterDriveConfig, Component};
 pub use fill::{FillConfig, RowConfig};
+pub use flow::FlowConfig;
 pub use law::{LawConfig, LawKind};
 pub use layer::LayerConfig;
 pub use plausible::PlausibleConfig;
@@ -74,6 +76,9 @@ pub struct Config {
     /// Stress in cells; none when absent.
     #[serde(default)]
     pub stress: Option<StressConfig>,
+    /// Flows of third body; none when absent.
+    #[serde(default)]
+    pub flow: Option<FlowConfig>,
     /// Bounds of the checks of plausibility.
     #[serde(default)]
     pub plausible: PlausibleConfig,
@@ -186,6 +191,9 @@ impl Config {
         }
         if let Some(stress) = &self.stress {
             stress.validate(2.0 * self.sample.radii().0)?;
+        }
+        if let Some(flow) = &self.flow {
+            flow.validate(self)?;
         }
         self.validate_drive()?;
         self.validate_together()?;

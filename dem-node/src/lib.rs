@@ -20,6 +20,7 @@
 //! - [`repair`]: overlaps of rigid grains, repaired without velocity;
 //! - [`mod@step`]: one step of the scheme;
 //! - [`loads`], [`stress`]: forces of the contacts grain by grain, and the stress that they make;
+//! - [`flow`]: flows of third body, from the graph of bonds;
 //! - [`structure`], [`report`], [`snapshot`]: arrangement of the contacts, signals and results, fields;
 //! - [`interface`]: the glued rows that a coupler moves;
 //! - [`setup`]: from the keys to the types of the steps;
@@ -102,6 +103,7 @@ pub mod detect;
 mod drive;
 pub mod error;
 pub mod faces;
+pub mod flow;
 pub mod geometry;
 pub mod initial_bonds;
 pub mod interface;

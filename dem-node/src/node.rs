@@ -20,7 +20,7 @@ use crate::interface;
 use crate::snapshot;
 use crate::solver::OnNotConverged;
 use crate::step::StepSummary;
-use dem::Pending;
+use dem::{Pending, Progress};
 use request::{request, require_numbers};
 
 pub use dem::Dem;
@@ -195,7 +195,8 @@ impl Node for Dem {
         if let Some(folder) = &self.setting.fields {
             let path = folder.join(format!("{}-{name}.vtp", self.setting.participant));
             let thickness = self.setting.thickness_m;
-            snapshot::write(&path, &self.bodies, &self.progress.state, thickness)?;
+            let Progress { state, flow, .. } = &self.progress;
+            snapshot::write(&path, &self.bodies, state, flow.as_ref(), thickness)?;
         }
         self.write_maps()?;
         Ok(())
@@ -211,7 +212,7 @@ impl Node for Dem {
                 self.progress.contact_iterations,
             )]),
             results: self.results(),
-            state_hash: self.progress.state.hash(),
+            state_hash: self.progress.hash(),
             warnings: self.stress_advice().into_iter().collect(),
             findings: judged.findings(),
             held_load: judged.held_load(),

@@ -2,17 +2,26 @@
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
+use std::iter::repeat_n;
 use std::path::Path;
 
 use crate::bodies::Bodies;
 use crate::detect::Slot;
 use crate::error::DemError;
+use crate::flow::{Body, Flow, NEVER};
 use crate::state::State;
 
 /// Writes disks as vertices and the contacts between them as lines. Point data: radius_m, velocity_m_per_s, spin_rad_per_s,
-/// glued, pressure_pa; cell data: force_n (normal, tangential), zero on vertices.
-pub fn write(path: &Path, bodies: &Bodies, state: &State, thickness: f64) -> Result<(), DemError> {
-    write_text(path, &document(bodies, state, thickness))
+/// glued, pressure_pa; where flows are followed also body (0 first body, 1 third body, 2 initial stock) and detached_s, -1 for
+/// grains that never were. Cell data: force_n (normal, tangential), zero on vertices.
+pub fn write(
+    path: &Path,
+    bodies: &Bodies,
+    state: &State,
+    flow: Option<&Flow>,
+    thickness: f64,
+) -> Result<(), DemError> {
+    write_text(path, &document(bodies, state, flow, thickness))
 }
 
 /// Writes a text file.
@@ -23,7 +32,7 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), DemError> {
     })
 }
 
-fn document(bodies: &Bodies, state: &State, thickness: f64) -> String {
+fn document(bodies: &Bodies, state: &State, flow: Option<&Flow>, thickness: f64) -> String {
     let disks = bodies.disks();
     let touching = |slot: &&Slot| (slot.b as usize) < disks && slot.force[0] > 0.0;
     let lines: Vec<&Slot> = (state.list.slots.iter().filter(touching))
@@ -47,9 +56,12 @@ fn document(bodies: &Bodies, state: &State, thickness: f64) -> String {
     array(&mut text, "Int64", "offsets", 1, offsets);
     text += "</Lines>\n<PointData>\n";
     point_data(&mut text, bodies, state, thickness);
+    if let Some(flow) = flow {
+        flow_data(&mut text, bodies, flow);
+    }
     text += "</PointData>\n<CellData>\n";
     let forces = lines.iter().flat_map(|slot| slot.force);
-    let cells = std::iter::repeat_n(0.0, 2 * disks).chain(forces);
+    let cells = repeat_n(0.0, 2 * disks).chain(forces);
     array(&mut text, "Float64", "force_n", 2, cells);
     text += "</CellData>\n</Piece>\n</PolyData>\n</VTKFile>\n";
     text
@@ -80,6 +92,14 @@ fn point_data(text: &mut String, bodies: &Bodies, state: &State, thickness: f64)
     array(text, "UInt8", "glued", 1, flags);
     let pressures = pressures(bodies, state, thickness);
     array(text, "Float64", "pressure_pa", 1, pressures);
+}
+
+fn flow_data(text: &mut String, bodies: &Bodies, flow: &Flow) {
+    let glued = bodies.glued();
+    let kinds = flow.bodies().chain(repeat_n(Body::First, glued));
+    array(text, "UInt8", "body", 1, kinds.map(|body| body as u8));
+    let times = flow.detached().chain(repeat_n(NEVER, glued));
+    array(text, "Float64", "detached_s", 1, times);
 }
 
 /// Mean in-plane pressure in each disk (Pa): half the trace of its stress (1/V) sum f (x_c - x) (Love 1927; Weber 1966), that

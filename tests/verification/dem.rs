@@ -11,6 +11,7 @@ mod dem_compliance;
 mod dem_driven;
 mod dem_extremes;
 mod dem_file;
+mod dem_flow;
 mod dem_glued;
 mod dem_impact;
 mod dem_incline;

@@ -4,13 +4,14 @@ use protocol::NodeError;
 use protocol::checkpoint::{pack, unpack};
 
 use super::dem::{Dem, Progress};
+use crate::flow::Flow;
 use crate::state::State;
 
 impl Dem {
     /// Packs everything that windows have changed, with the hash of the state: fields that are read into others than they
     /// came from get another one.
     pub(super) fn pack_checkpoint(&self) -> Result<Vec<u8>, NodeError> {
-        pack(&(&self.progress, self.progress.state.hash()))
+        pack(&(&self.progress, self.progress.hash()))
     }
 
     pub(super) fn restore_checkpoint(&mut self, bytes: &[u8]) -> Result<(), NodeError> {
@@ -31,7 +32,11 @@ impl Dem {
         if counts(&progress.state) != counts(&self.progress.state) {
             return refuse("their number is another");
         }
-        if progress.state.hash() != hash {
+        let tracked = |progress: &Progress| progress.flow.as_ref().map(Flow::count);
+        if tracked(&progress) != tracked(&self.progress) {
+            return refuse("the flows of other grains, or of none, are in it");
+        }
+        if progress.hash() != hash {
             return refuse("their numbers have another hash");
         }
         self.progress = progress;

@@ -10,6 +10,7 @@ use crate::bounds::Bounds;
 use crate::config::{BaseLine, Config, PlausibleConfig, ProfileConfig, StressConfig};
 use crate::drive::DriveMeans;
 use crate::error::DemError;
+use crate::flow::{Flow, FlowScene};
 use crate::interface::InterfaceDisks;
 use crate::mass_scaling::MassScaling;
 use crate::prescribed_opening::PrescribedOpening;
@@ -64,6 +65,7 @@ pub struct Dem {
     pub(super) plausible: PlausibleConfig,
     pub(super) profile: Option<ProfileConfig>,
     pub(super) stress: Option<StressConfig>,
+    pub(super) flow: Option<FlowScene>,
 }
 
 /// Everything that committed windows change: the checkpoint. The rest follows from configuration and handshake.
@@ -76,8 +78,20 @@ pub(super) struct Progress {
     pub profile: Profile,
     /// The stress at the end of the hold, once that is over.
     pub held_stress: Option<StressMap>,
+    /// The flows of third body, where they are asked for.
+    pub flow: Option<Flow>,
     pub steps: u64,
     pub contact_iterations: f64,
+}
+
+impl Progress {
+    /// Hash of the state, and of the flows where there are any, in hexadecimal.
+    pub fn hash(&self) -> String {
+        let hash = self.state.hash();
+        self.flow
+            .as_ref()
+            .map_or(hash.clone(), |flow| flow.hash(&hash))
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -124,10 +138,12 @@ impl Dem {
                 driven: DriveMeans::default(),
                 profile: Profile::default(),
                 held_stress: None,
+                flow: config.flow.map(|_| Flow::new(&bodies, &state)),
                 state,
                 steps: 0,
                 contact_iterations: 0.0,
             },
+            flow: (config.flow).map(|flow| FlowScene::new(flow, &bodies, config.mass_scale)),
             bodies,
             program,
             solid_fraction: sample.solid_fraction,
@@ -233,6 +249,7 @@ impl Dem {
             driven,
             profile,
             held_stress,
+            flow,
             ..
         } = &mut self.progress;
         if let Some(config) = &self.profile {
@@ -245,6 +262,9 @@ impl Dem {
         {
             let thickness = self.setting.thickness_m;
             *held_stress = StressMap::measure(config, &self.bodies, state, thickness);
+        }
+        if let (Some(scene), Some(flow)) = (&self.flow, flow) {
+            flow.record(scene, (&self.bodies, state), end, end - start);
         }
         driven.record(&self.stepper.on_driven, start, self.end);
         let span = StepSpan {

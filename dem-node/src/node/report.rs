@@ -6,6 +6,7 @@ use protocol::{BoundaryInertia, Role, Term};
 
 use super::dem::Dem;
 use crate::bond;
+use crate::flow::Flow;
 use crate::plausible::Judged;
 use crate::report;
 use crate::step::StepSummary;
@@ -32,6 +33,7 @@ impl Dem {
         if self.bodies.law.cohesion.is_some() {
             signals.push(("bonds", bond::count(&state.bonds) as f64));
         }
+        signals.extend(self.progress.flow.iter().flat_map(Flow::signals));
         if let Some(opening) = &self.opening {
             signals.extend(opening.signals(state));
         }
@@ -107,7 +109,8 @@ impl Dem {
                 step.map(|step| step / self.bounds.inertial_time),
             ),
         ]);
-        let results = results.into_iter().chain(own);
+        let flow = self.progress.flow.iter().flat_map(Flow::results);
+        let results = results.into_iter().chain(own).chain(flow);
         let results = results.map(|(name, x)| (name.to_string(), x));
         let profile = self.profile.iter().flat_map(|config| {
             let thickness = self.setting.thickness_m;

@@ -1,0 +1,80 @@
+//! The keys of `flow`: the flows of third body through the contact of the wheel.
+
+use protocol::ConfigError;
+use serde::Deserialize;
+
+use super::limits::{at_least, positive, refuse_if, within};
+use super::{Config, LawKind};
+
+/// `flow`: the contact zone, and the time after which a grain that left it is worn.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FlowConfig {
+    /// Part of the wheel's normal force that the contact zone carries; half of the rest is dropped at either end. A few grains that
+    /// are brushed far outside do not make the zone wide.
+    #[serde(default = "zone_share")]
+    pub zone_share: f64,
+    /// Width that is added at either end, over the mean diameter: grains this near are still dragged along.
+    #[serde(default = "margin")]
+    pub margin_diameters: f64,
+    /// Distance by which an end must be off before it moves, over the mean diameter: loads that pass from grain to grain
+    /// make no flow.
+    #[serde(default = "hysteresis")]
+    pub hysteresis_diameters: f64,
+    /// T_w, the time that a grain must stay outside to be worn (s): at least a cycle of the wheel, which may carry it back.
+    pub wear_s: f64,
+}
+
+fn zone_share() -> f64 {
+    0.99
+}
+
+fn margin() -> f64 {
+    5.0
+}
+
+fn hysteresis() -> f64 {
+    1.0
+}
+
+impl FlowConfig {
+    /// Refuses values out of range, and scenes without first bodies or contact zone.
+    pub(super) fn validate(&self, scene: &Config) -> Result<(), ConfigError> {
+        within("flow.zone_share", self.zone_share, [0.5, 1.0])?;
+        at_least("flow.margin_diameters", self.margin_diameters, 0.0, "")?;
+        at_least(
+            "flow.hysteresis_diameters",
+            self.hysteresis_diameters,
+            0.0,
+            "",
+        )?;
+        positive("flow.wear_s", self.wear_s, "s")?;
+        refuse_if(
+            scene.law.kind.plain() != LawKind::Cohesion,
+            "flow",
+            "tells the grains of the first bodies by their bonds, and there are none",
+            "write law.kind = \"cohesion\", or remove the table",
+        )?;
+        refuse_if(
+            scene.sample.period().is_some(),
+            "flow",
+            "needs a contact with ends, and sample.periodic_x_m makes one without",
+            "remove one of them",
+        )?;
+        let Some(wheel) = &scene.wheel else {
+            return Err(ConfigError::new(
+                "flow",
+                "is about the contact of a wheel, and there is none",
+            )
+            .help("add [participant.config.wheel], or remove the table"));
+        };
+        if wheel.cycles > 0.0 {
+            let cycle = 1.0 / wheel.frequency_hz;
+            at_least("flow.wear_s", self.wear_s, cycle, "s").map_err(|error| {
+                error
+                    .help("the wheel may carry a grain back within a cycle, 1 / wheel.frequency_hz")
+            })?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,48 @@
+//! First bodies: the grains that bonds connect with an anchor.
+
+/// For each of the first `grains` bodies, true if a chain of these bonds connects it with a body beyond them, the anchors: glued
+/// disks, and a wheel with bonds of its own. Union-find.
+pub fn first_bodies(grains: usize, bonds: &[(u32, u32)]) -> Vec<bool> {
+    let anchor = grains as u32;
+    let mut parent: Vec<u32> = (0..=anchor).collect();
+    for (a, b) in bonds {
+        let [a, b] = [*a, *b].map(|body| root(&mut parent, body.min(anchor)));
+        // The higher number leads, so that the anchor leads its tree.
+        parent[a.min(b) as usize] = a.max(b);
+    }
+    (0..anchor)
+        .map(|grain| root(&mut parent, grain) == anchor)
+        .collect()
+}
+
+fn root(parent: &mut [u32], mut body: u32) -> u32 {
+    while parent[body as usize] != body {
+        let above = parent[parent[body as usize] as usize];
+        parent[body as usize] = above;
+        body = above;
+    }
+    body
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grains_are_first_body_while_a_chain_of_bonds_holds_them() {
+        // 0 - 1 - (5), 2 - 3 on their own, 4 alone; 5 and 6 are anchors.
+        let chain = [(0, 1), (1, 5), (2, 3)];
+        let first = first_bodies(5, &chain);
+        assert_eq!(first, [true, true, false, false, false]);
+        // A bridge makes all of them first body; without its foot none is left.
+        let bridge = [(0, 1), (0, 4), (1, 6), (2, 3), (3, 4)];
+        assert_eq!(first_bodies(5, &bridge), [true; 5]);
+        assert_eq!(
+            first_bodies(5, &[(0, 1), (0, 4), (2, 3), (3, 4)]),
+            [false; 5]
+        );
+        // A ring that closes on itself.
+        let ring = [(0, 1), (0, 2), (1, 2), (2, 5)];
+        assert_eq!(first_bodies(5, &ring), [true, true, true, false, false]);
+    }
+}

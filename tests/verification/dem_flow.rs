@@ -1,0 +1,252 @@
+//! Flows of third body in a small sheared layer.
+//!
+//! ```text
+//!   ======================   flat wheel, pressed down and moved sideways
+//!     o o o o o o o o o      weakly bonded grains
+//!    o o o o o o o o o o
+//!   # # # # # # # # # # #    glued row
+//!             o ->           a loose grain that flies out below it
+//! ```
+//!
+//! Reference: the graph of the bonds, searched here breadth first, and masses counted grain by grain. The loose grain leaves when
+//! its straight path passes the end of the zone, and is worn T_w later. Tolerance: rounding.
+
+use dem_node::Dem;
+use protocol::{Node, Setting};
+use serde_json::{Value, json};
+
+use crate::dem_support::{Report, build, close, march, mass, refusal, scene, setting};
+
+const R: f64 = 0.07e-3;
+const STEP: f64 = 1e-6;
+const STEPS: u32 = 800;
+const WEAR: f64 = 3.5e-4;
+const SPEED: f64 = 4.0;
+
+fn sheared(flow: Value) -> Value {
+    let law = json!({
+        "kind": "cohesion", "friction": 0.6, "contact_stiffness_pa": 1.4e10, "tangential_stiffness_ratio": 0.5,
+        "cn_pa_per_m": 4e14, "ct_pa_per_m": 2e14, "w_j_per_m2": 0.06, "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one",
+        "alert_m": 2e-6,
+    });
+    let disk = |x: f64, y: f64| json!({"x_m": x, "y_m": y, "radius_m": R});
+    let row = |count: u32, height: f64| {
+        let left = -f64::from(count - 1) * R;
+        (0..count).map(move |i| disk(left + 2.0 * R * f64::from(i), height * 3f64.sqrt() * R))
+    };
+    let mut disks: Vec<Value> = row(9, 2.0).chain(row(10, 1.0)).collect();
+    disks.push(json!({"x_m": 0.0, "y_m": -4.0 * R, "radius_m": R, "vx_m_per_s": SPEED}));
+    disks.extend(row(11, 0.0).map(|mut disk| {
+        disk["glued"] = json!(true);
+        disk
+    }));
+    let wheel = json!({
+        "load_n": 20.0, "mass_kg": 0.01, "ramp_s": 1e-4, "hold_s": 5e-5, "amplitude_m": 4.0 * R,
+        "frequency_hz": 3000.0, "cycles": 2.0,
+    });
+    let sample = json!({"kind": "disks", "disks": disks});
+    let mut config = scene(
+        law,
+        STEP,
+        sample,
+        json!({"wheel": wheel, "mass_scale": 100.0}),
+    );
+    config["solver"] =
+        json!({"kind": "nsgs", "tolerance": 1e-6, "max_iterations": 20_000, "min_iterations": 1});
+    if !flow.is_null() {
+        config["flow"] = flow;
+    }
+    config
+}
+
+fn followed() -> Value {
+    json!({"wear_s": WEAR})
+}
+
+/// True for each free grain that a chain of bonds connects with the glued row.
+fn held(dem: &Dem) -> Vec<bool> {
+    let (free, all) = (dem.bodies().free, dem.bodies().disks());
+    let mut reached: Vec<bool> = (0..all).map(|disk| disk >= free).collect();
+    let bonds = dem.state().bonds.iter().filter(|bond| bond.adhesion > 0.01);
+    let pairs: Vec<[usize; 2]> = bonds.map(|b| [b.a as usize, b.b as usize]).collect();
+    for _ in 0..free {
+        for [a, b] in &pairs {
+            let either = reached[*a] || reached[*b];
+            (reached[*a], reached[*b]) = (either, either);
+        }
+    }
+    reached.truncate(free);
+    reached
+}
+
+/// Mass of the third body between two places (kg), the grains' real one.
+fn third_body(dem: &Dem, ends: [f64; 2]) -> f64 {
+    let centres = dem.state().centres.iter().zip(held(dem));
+    let third = centres.filter(|(c, held)| !held && (ends[0]..=ends[1]).contains(&c[0]));
+    third.count() as f64 * mass(R)
+}
+
+fn zone(report: &Report) -> [f64; 2] {
+    [report.signal("zone_left_m"), report.signal("zone_right_m")]
+}
+
+#[test]
+fn masses_of_a_sheared_layer_are_those_of_its_grains_and_balance() {
+    let mut dem = build(&sheared(followed()));
+    assert_eq!(held(&dem), [[true; 19].as_slice(), &[false]].concat());
+    for window in 0..STEPS / 50 {
+        let report = march(&mut dem, u64::from(50 * window), 50);
+        let found = report.signal("third_body_zone_kg");
+        let expected = third_body(&dem, zone(&report));
+        close("third body in the zone", found, expected, 1e-12 * mass(R));
+    }
+    let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
+    // All but the loose grain, which no bond held at the start.
+    let detached = third_body(&dem, everywhere) - mass(R);
+    let results = dem.finish().expect("it ends").results;
+    assert!(detached > 3.5 * mass(R), "{detached:e}");
+    close(
+        "detached",
+        results["q_detached_total_kg"],
+        detached,
+        1e-12 * detached,
+    );
+    close("source", results["q_source_kg"], detached, 1e-12 * detached);
+    close("balance", results["flow_balance_rel"], 0.0, 1e-15);
+    assert_eq!(results["q_reattached_kg"], 0.0);
+    assert!(results["q_internal_abs_kg"] >= results["q_internal_net_kg"].abs());
+}
+
+#[test]
+fn a_grain_that_flies_out_is_worn_once_and_at_its_time() {
+    let mut dem = build(&sheared(followed()));
+    let (mut left, mut worn) = (None, None);
+    for step in 0..u64::from(STEPS) {
+        let report = march(&mut dem, step, 1);
+        let x = SPEED * STEP * (step + 1) as f64;
+        let outside = report.signal("q_ejected_kg") + report.signal("q_left_by_zone_kg");
+        if left.is_none() && outside > 0.0 {
+            let [_, right] = zone(&report);
+            assert!(
+                x > right && x - SPEED * STEP <= right + 2.0 * R,
+                "{x} {right}"
+            );
+            left = Some(step);
+        }
+        if worn.is_none() && report.signal("q_wear_kg") > 0.0 {
+            worn = Some(step);
+        }
+    }
+    let [left, worn] = [left, worn].map(|step| step.expect("it happens"));
+    assert_eq!(worn - left, 350);
+    let results = dem.finish().expect("it ends").results;
+    close("wear", results["q_wear_kg"], mass(R), 1e-12 * mass(R));
+}
+
+#[test]
+fn a_resumed_run_has_the_flows_of_an_unbroken_one() {
+    let mut whole = build(&sheared(followed()));
+    march(&mut whole, 0, 300);
+    let checkpoint = whole.checkpoint().expect("it can be packed");
+    march(&mut whole, 300, 500);
+    let mut resumed = build(&sheared(followed()));
+    resumed.restore(&checkpoint).expect("it is of these grains");
+    march(&mut resumed, 300, 500);
+    let [whole, resumed] = [whole, resumed].map(|mut dem| dem.finish().expect("it ends"));
+    assert_eq!(whole.state_hash, resumed.state_hash);
+    assert_eq!(whole.results, resumed.results);
+    assert!(whole.results["q_source_kg"] > 0.0);
+    let mut plain = build(&sheared(json!(null)));
+    let error = plain.restore(&checkpoint).expect_err("it follows no flows");
+    assert!(error.message.contains("flows"), "{error}");
+}
+
+#[test]
+fn flows_that_are_not_asked_for_change_nothing() {
+    let [mut plain, mut followed] = [json!(null), followed()].map(|flow| build(&sheared(flow)));
+    march(&mut plain, 0, 200);
+    march(&mut followed, 0, 200);
+    let names = plain.describe().signals;
+    assert!(
+        !names.iter().any(|name| name.starts_with("q_")),
+        "{names:?}"
+    );
+    let hashes = [&plain, &followed].map(|dem| dem.state().hash());
+    assert_eq!(hashes[0], hashes[1]);
+    let [plain, followed] = [plain, followed].map(|mut dem| dem.finish().expect("it ends"));
+    assert_eq!(plain.state_hash, hashes[0]);
+    assert_ne!(followed.state_hash, hashes[0]);
+    assert!(!plain.results.contains_key("flow_balance_rel"));
+}
+
+#[test]
+fn fields_tell_to_which_body_a_grain_belongs_and_since_when() {
+    let folder = std::env::temp_dir().join(format!("thirdbody-flow-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder can be made");
+    let setting = Setting {
+        fields: Some(folder.clone()),
+        ..setting(1)
+    };
+    let config = protocol::read_config(&sheared(followed())).expect("it is valid");
+    let mut dem = Dem::new(&config, &setting).expect("it can be prepared");
+    march(&mut dem, 0, 400);
+    dem.snapshot("here").expect("it can be written");
+    let text = std::fs::read_to_string(folder.join("third-body-here.vtp"));
+    std::fs::remove_dir_all(&folder).expect("the folder can go");
+    let text = text.expect("it is there");
+    let array = |name: &str| -> Vec<f64> {
+        let (_, rest) = text
+            .split_once(&format!("Name=\"{name}\""))
+            .expect("it is there");
+        let body = rest.split(['>', '<']).nth(1).expect("it has numbers");
+        let words = body.split_whitespace();
+        words.map(|word| word.parse().expect("a number")).collect()
+    };
+    let (bodies, times) = (array("body"), array("detached_s"));
+    let mut expected: Vec<f64> = held(&dem)
+        .iter()
+        .map(|held| f64::from(u8::from(!held)))
+        .collect();
+    expected[19] = 2.0;
+    expected.extend([0.0; 11]);
+    assert_eq!(bodies, expected);
+    for (body, time) in bodies.iter().zip(times) {
+        assert!(
+            (time == -1.0) == (*body != 1.0) && time <= 4e-4,
+            "{body} {time}"
+        );
+    }
+}
+
+#[test]
+fn scenes_without_first_bodies_or_contact_zone_are_refused() {
+    let told = |config: &Value, parts: &[&str]| {
+        let message = refusal(config);
+        for part in parts {
+            assert!(message.contains(part), "{part:?} is not in {message:?}");
+        }
+    };
+    told(
+        &sheared(json!({"wear_s": 3e-4})),
+        &["flow.wear_s", "at least 3.33", "3e-4 (s)", "within a cycle"],
+    );
+    told(
+        &sheared(json!({"wear_s": 0.0})),
+        &["flow.wear_s", "positive"],
+    );
+    let share = json!({"wear_s": WEAR, "zone_share": 1.5});
+    told(&sheared(share), &["flow.zone_share", "between 0.5 and 1"]);
+    let margin = json!({"wear_s": WEAR, "margin_diameters": -1.0});
+    told(&sheared(margin), &["flow.margin_diameters"]);
+    let slack = json!({"wear_s": WEAR, "hysteresis_diameters": -1.0});
+    told(&sheared(slack), &["flow.hysteresis_diameters"]);
+    let mut config = sheared(followed());
+    config["wheel"] = json!(null);
+    told(&config, &["flow", "wheel"]);
+    let mut config = sheared(followed());
+    config["law"] = json!({"kind": "coulomb", "friction": 0.3});
+    told(&config, &["flow", "cohesion"]);
+    let mut config = sheared(followed());
+    config["sample"]["periodic_x_m"] = json!([-0.01, 0.01]);
+    told(&config, &["flow", "sample.periodic_x_m"]);
+}
