@@ -26,6 +26,7 @@ fn main() -> ExitCode {
                 }),
             },
         ],
+        ..Registry::default()
     };
     coupler::cli::main(&registry)
 }

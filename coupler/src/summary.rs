@@ -96,6 +96,11 @@ struct Hashes {
 struct ParticipantSummary {
     kind: String,
     pid: u32,
+    /// Hash of the recipe of its prepared sample, and whether that was read from the cache.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    prepared_sample_hash: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    prepared_from_cache: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
     energy: Option<Map<String, Value>>,
     /// False for a participant whose energies cannot be judged; absent where they are.
@@ -195,9 +200,12 @@ impl Summary {
     pub fn greet(&mut self, scenario: &Scenario, greeted: &[Greeted]) {
         self.phases = load_history(greeted.iter().map(|greeted| &greeted.description));
         for (participant, greeted) in scenario.participant.iter().zip(greeted) {
+            let prepared = greeted.description.prepared_sample.as_ref();
             let summary = ParticipantSummary {
                 kind: greeted.description.kind.clone(),
                 pid: greeted.pid,
+                prepared_sample_hash: prepared.map(|sample| sample.hash.clone()),
+                prepared_from_cache: prepared.map(|sample| sample.from_cache),
                 ..ParticipantSummary::default()
             };
             self.participants.push((participant.name.clone(), summary));

@@ -10,6 +10,7 @@
 //! - [`faces`], [`cluster`]: rigid walls, and grains that move together;
 //! - [`cohesion`], [`law`]: the contact laws, in closed form ([`law::local`]) and side by side ([`law::vector`]);
 //! - [`sample`]: grains listed one by one, a pressed layer cut to follow a crown, or a rail of grains;
+//! - [`prepared`]: samples that are kept for later runs;
 //! - [`bodies`], [`positions`]: the bodies, and their positions at a moment;
 //! - [`wheel`], [`bounds`], [`mass_scaling`]: the wheel's program, bounds on the step, and the price of scaled masses;
 //! - [`detect`], [`bond`], [`initial_bonds`]: pairs that may touch, and bonds between grains;
@@ -82,7 +83,7 @@
 //!     }
 //! }))?;
 //! let setting = Setting {
-//!     participant: "grains".into(), seed: 1, thickness_m: 1e-3, threads: 1, fields: None,
+//!     participant: "grains".into(), seed: 1, thickness_m: 1e-3, threads: 1, fields: None, cache: None,
 //! };
 //! let mut grains = dem_node::Dem::new(&config, &setting)?;
 //! grains.advance_alone(&Window { substeps: 1000, ..Window::default() })?;
@@ -116,6 +117,7 @@ pub mod node;
 mod pairs;
 pub mod plausible;
 pub mod positions;
+pub mod prepared;
 pub mod prescribed_opening;
 mod profile;
 pub mod repair;

@@ -62,6 +62,7 @@ impl Node for Dem {
             smooth_m: self
                 .base_line
                 .map_or_else(BTreeMap::new, |line| interface::smooth(&self.bodies, line)),
+            prepared_sample: self.prepared_sample.clone(),
             ..Description::default()
         }
     }

@@ -24,12 +24,16 @@ pub fn prepare(config: &Config, seed: u64) -> Result<Sample, DemError> {
         SampleConfig::Layer(recipe) => layer::prepare(
             recipe,
             config.law.contact_stiffness_pa,
-            // Rigid contacts must not overlap when their bond breaks.
-            config.law.kind.plain() == LawKind::Cohesion
-                && config.law.contact_stiffness_pa.is_some(),
+            stays_as_cut(config),
             recipe.seed.unwrap_or(seed),
         ),
     }
+}
+
+/// True for a layer whose grains stay where they were cut: compliant bonds take them as they are. Rigid contacts must not overlap
+/// when their bond breaks.
+pub(crate) fn stays_as_cut(config: &Config) -> bool {
+    config.law.kind.plain() == LawKind::Cohesion && config.law.contact_stiffness_pa.is_some()
 }
 
 fn listed(config: &DisksConfig) -> Sample {

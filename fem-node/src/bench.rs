@@ -93,6 +93,7 @@ fn model((element, kind, _): &Case, mesh: &serde_json::Value) -> Result<Model, C
         thickness_m: 1e-3,
         threads: 1,
         fields: None,
+        cache: None,
     };
     Model::new(&config, &setting)
 }

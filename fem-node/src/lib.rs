@@ -64,7 +64,7 @@
 //!     "time": {"step_s": "auto", "damping": 0.75},
 //!     "boundary": {"top": {"traction_pa": [0.0, -1e6]}},
 //! });
-//! let setting = Setting { participant: "rail".into(), seed: 0, thickness_m: 1e-3, threads: 1, fields: None };
+//! let setting = Setting { participant: "rail".into(), seed: 0, thickness_m: 1e-3, threads: 1, fields: None, cache: None };
 //! let mut rail = fem_node::FemNode::new(&protocol::read_config(&config)?, &setting)?;
 //! let report = rail.advance_alone(&Window { substeps: 10, ..Window::default() })?;
 //! assert!(report[0] < 0.0, "the surface sinks");

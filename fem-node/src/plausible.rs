@@ -132,6 +132,7 @@ pub(crate) mod tests {
             thickness_m: 1e-3,
             threads: 1,
             fields: None,
+            cache: None,
         };
         let config = read_config(&config).expect("the keys are valid");
         Model::new(&config, &setting).expect("the body is valid")

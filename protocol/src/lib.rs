@@ -42,7 +42,7 @@ pub use frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 pub use link::{Link, LinkError};
 pub use node::{
     BoundaryAnswer, BoundaryInertia, Capabilities, Description, FaultCode, HeldLoad, Node,
-    NodeError, Outcome, Phase, Reaction, Role, Surface, Term, Tolerance, Window,
+    NodeError, Outcome, Phase, PreparedSample, Reaction, Role, Surface, Term, Tolerance, Window,
 };
 pub use participate::{ParticipateError, participate};
 pub use serve::{ServeError, serve};

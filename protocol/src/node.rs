@@ -196,6 +196,18 @@ pub struct Description {
     /// none of its [`Surface`] points is there twice. Two sets that are joined repeat alike; one that is missing has ends.
     #[serde(default)]
     pub period_m: BTreeMap<String, f64>,
+    /// The prepared sample that it starts from, where it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prepared_sample: Option<PreparedSample>,
+}
+
+/// Origin of a sample that a recipe and a seed make, always the same.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PreparedSample {
+    /// blake3 of the recipe, in hexadecimal.
+    pub hash: String,
+    /// True if it was read from [`Setting::cache`](crate::Setting::cache) instead of being made.
+    pub from_cache: bool,
 }
 
 /// Residual to which a solver iterates.

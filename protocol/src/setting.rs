@@ -22,6 +22,9 @@ pub struct Setting {
     pub threads: usize,
     /// Folder that the participant may write fields to; nothing is written when absent.
     pub fields: Option<PathBuf>,
+    /// Folder in which what is long to prepare is kept for later runs; nothing is kept when absent. Results never depend on it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cache: Option<PathBuf>,
 }
 
 /// Way from the participant to the coordinator.

@@ -181,6 +181,7 @@ fn session() -> Session {
             thickness_m: 1e-3,
             threads: 1,
             fields: None,
+            cache: None,
         },
         transport: Transport::Channel,
         idle_deadline_s: 10.0,

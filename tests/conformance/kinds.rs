@@ -125,6 +125,7 @@ fn session() -> Session {
             thickness_m: 1.0,
             threads: 1,
             fields: None,
+            cache: None,
         },
         transport: Transport::Channel,
         idle_deadline_s: PATIENCE.as_secs_f64(),

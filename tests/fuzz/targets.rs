@@ -77,6 +77,7 @@ fn checked(loaded: &Loaded) -> bool {
             thickness_m: loaded.scenario.run.thickness_m,
             threads: 1,
             fields: None,
+            cache: None,
         };
         match participant.kind.as_str() {
             "fem" => fem_node::check(&config, &setting).is_ok(),

@@ -64,5 +64,8 @@ pub fn registry() -> Registry {
             bench: None,
         },
     ];
-    Registry { solvers }
+    Registry {
+        solvers,
+        ..Registry::default()
+    }
 }

@@ -128,6 +128,7 @@ pub fn node(kind: &str, (seed, thickness_m): (u64, f64), config: Value) -> Box<d
             thickness_m,
             threads: 1,
             fields: None,
+            cache: None,
         },
         transport: Transport::Channel,
         idle_deadline_s: 60.0,
@@ -201,6 +202,8 @@ pub fn program(name: &str) -> PathBuf {
 pub fn thirdbody(folder: &Path) -> Command {
     let mut command = Command::new(program("thirdbody"));
     command.current_dir(folder);
+    // Nothing is kept in the cache of whoever runs the tests.
+    command.env("XDG_CACHE_HOME", folder.join("cache"));
     command
 }
 

@@ -17,6 +17,7 @@ pub fn setting(seed: u64) -> Setting {
         thickness_m: THICKNESS,
         threads: 1,
         fields: None,
+        cache: None,
     }
 }
 

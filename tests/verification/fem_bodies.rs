@@ -81,6 +81,7 @@ pub fn setting(threads: usize) -> Setting {
         thickness_m: 1e-3,
         threads,
         fields: None,
+        cache: None,
     }
 }
 

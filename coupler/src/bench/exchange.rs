@@ -125,6 +125,7 @@ impl Bench {
                 thickness_m: 1.0,
                 threads: 1,
                 fields: None,
+                cache: None,
             },
             transport: Transport::Shm {
                 root: self.memory.root.clone(),

@@ -38,6 +38,25 @@ impl ScenarioArguments {
     }
 }
 
+/// The folder in which prepared samples are kept: as asked, `none` for nowhere, or one in the user's cache (XDG Base Directory
+/// Specification 0.8).
+pub(super) fn cache_folder(asked: Option<PathBuf>) -> Option<PathBuf> {
+    match asked {
+        None => user_cache().map(|cache| cache.join("thirdbody")),
+        Some(folder) if folder.as_os_str() == "none" => None,
+        Some(folder) => Some(std::path::absolute(&folder).unwrap_or(folder)),
+    }
+}
+
+fn user_cache() -> Option<PathBuf> {
+    // The specification has relative paths ignored.
+    let folder = |name: &str| {
+        let path = std::env::var_os(name).map(PathBuf::from);
+        path.filter(|path| path.is_absolute())
+    };
+    folder("XDG_CACHE_HOME").or_else(|| Some(folder("HOME")?.join(".cache")))
+}
+
 /// Numbers of threads that a participant may have.
 pub(super) fn thread_count() -> RangedI64ValueParser<u16> {
     clap::value_parser!(u16).range(1..=1024)

@@ -1,5 +1,6 @@
 //! The command line: one file a verb.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -28,6 +29,9 @@ pub mod validate;
 #[derive(Debug, Parser)]
 #[command(name = "thirdbody", version, about)]
 struct Cli {
+    /// Folder in which prepared samples are kept for later runs, or none; by default thirdbody/ in the user's cache.
+    #[arg(long, global = true, value_name = "DIR")]
+    cache: Option<PathBuf>,
     #[command(subcommand)]
     verb: Verb,
 }
@@ -70,7 +74,12 @@ enum Verb {
 pub fn main(registry: &Registry) -> ExitCode {
     // A file that may not grow further is then an error of the write, not the end of the process.
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
-    let result = match Cli::parse().verb {
+    let cli = Cli::parse();
+    let registry = &Registry {
+        cache: common::cache_folder(cli.cache),
+        ..registry.clone()
+    };
+    let result = match cli.verb {
         Verb::Run(arguments) => run::run(&arguments, registry),
         Verb::Check(arguments) => check::check(&arguments, registry),
         Verb::Inspect(arguments) => inspect::inspect(&arguments),

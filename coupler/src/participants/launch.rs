@@ -139,6 +139,7 @@ impl Launcher<'_> {
             coordinator_pid: std::process::id(),
             setting: Setting {
                 fields: Some(absolute(self.rundir.fields())),
+                cache: self.registry.cache.clone(),
                 ..setting(self.loaded, participant, self.threads)
             },
             transport,
@@ -162,6 +163,7 @@ pub fn setting(loaded: &Loaded, participant: &Participant, threads: usize) -> Se
         thickness_m: run.thickness_m,
         threads,
         fields: None,
+        cache: None,
     }
 }
 

@@ -1,5 +1,7 @@
 //! The solvers that a binary ships, handed in by its composition root.
 
+use std::path::PathBuf;
+
 use protocol::setting::proposal;
 use protocol::{ConfigError, Node, NodeError, Session, Setting};
 
@@ -24,6 +26,8 @@ pub struct Solver {
 pub struct Registry {
     /// One entry a kind.
     pub solvers: Vec<Solver>,
+    /// Folder in which solvers keep what is long to prepare; nothing is kept when absent.
+    pub cache: Option<PathBuf>,
 }
 
 impl Registry {

@@ -1,7 +1,7 @@
 //! The keys of `sample` with kind = "layer" and their limits.
 
 use protocol::ConfigError;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::limits::{PERIOD, at_least, positive, refuse_if};
 use super::radii::{Radii, RadiusLaw};
@@ -13,7 +13,7 @@ const GRAINS_MAX: f64 = 5e5;
 const PRESTRESS: f64 = 4e-3;
 
 /// A pressed layer of constant thickness on a crowned line.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LayerConfig {
     /// Distance from the base line to the wheel's face (m).

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use protocol::ConfigError;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::limits::{at_least, positive, refuse_if};
 use super::radii::{Radii, RadiusLaw};
@@ -17,7 +17,7 @@ const HEIGHT: f64 = 8.0;
 
 /// A portion of a rail that consists of grains: straight sides and base, a crown above. The top of the crown is at y = 0, over
 /// x = 0.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct RailConfig {
     /// Width (m); the sides are at |x| of half of it.
@@ -41,7 +41,7 @@ pub struct RailConfig {
 }
 
 /// The words for `sample.height_at`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HeightAt {
     /// The sides.

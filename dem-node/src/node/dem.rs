@@ -1,6 +1,6 @@
 //! The participant's data: the grains with their wheel and walls, committed and on trial, and a step of them.
 
-use protocol::{Setting, Window};
+use protocol::{PreparedSample, Setting, Window};
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
@@ -13,11 +13,12 @@ use crate::error::DemError;
 use crate::flow::{Flow, FlowScene};
 use crate::interface::InterfaceDisks;
 use crate::mass_scaling::MassScaling;
+use crate::prepared::SampleStore;
 use crate::prescribed_opening::PrescribedOpening;
 use crate::profile::Profile;
 use crate::repair;
 use crate::report::{RunStatistics, StepSpan};
-use crate::sample::{self, Sample};
+use crate::sample::Sample;
 use crate::setup;
 use crate::solver::{Algorithm, Convergence, FIRST_TURNS};
 use crate::state::State;
@@ -43,6 +44,8 @@ pub struct Dem {
     pub(super) initial_bond_count: usize,
     /// The longest step with a unique end (s).
     pub(super) bond_step_limit: Option<f64>,
+    /// Origin of the sample, where a recipe made it.
+    pub(super) prepared_sample: Option<PreparedSample>,
     pub(super) solid_fraction: f64,
     /// Part of the radii that the preparation took off, where it tells.
     pub(super) radii_shrunk: Option<f64>,
@@ -106,11 +109,14 @@ impl Dem {
         let config = &config.resolved()?;
         config.validate()?;
         let bounds = Bounds::new(config);
-        let warnings = match config.time.step_s {
+        let mut warnings = match config.time.step_s {
             Some(step) => bounds.assess(step)?,
             None => Vec::new(),
         };
-        let sample = sample::prepare(config, setting.seed)?;
+        let store = SampleStore::new(setting.cache.as_deref());
+        let prepared = store.prepare(config, setting.seed)?;
+        let sample = prepared.sample;
+        warnings.extend(prepared.warnings);
         let mut bodies = setup::bodies(config, setting.thickness_m, &sample);
         let (state, opening) = start(config, &mut bodies, &sample)?;
         let program = config.wheel.clone().map(WheelProgram);
@@ -146,6 +152,7 @@ impl Dem {
             flow: (config.flow).map(|flow| FlowScene::new(flow, &bodies, config.mass_scale)),
             bodies,
             program,
+            prepared_sample: prepared.origin,
             solid_fraction: sample.solid_fraction,
             radii_shrunk: sample.radii_shrunk,
             half_width: config.sample.ends(),

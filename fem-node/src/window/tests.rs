@@ -33,6 +33,7 @@ fn body_on(threads: usize, keys: &Value, sets: &[&str]) -> FemNode {
         thickness_m: 1e-3,
         threads,
         fields: None,
+        cache: None,
     };
     let config = read_config(&config).expect("the keys are valid");
     let mut node = FemNode::new(&config, &setting).expect("the body is valid");

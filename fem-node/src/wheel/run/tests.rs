@@ -33,6 +33,7 @@ impl Flight {
             thickness_m: THICKNESS,
             threads: 1,
             fields: None,
+            cache: None,
         };
         let config = read_config(config).expect("the keys are valid");
         let mut model = Model::new(&config, &setting).expect("the body is valid");

@@ -75,6 +75,7 @@ pub fn registry() -> Registry {
             solver("spring", |_| Ok(Box::<Spring>::default())),
             solver("block", |_| Ok(Box::<Block>::default())),
         ],
+        ..Registry::default()
     }
 }
 
