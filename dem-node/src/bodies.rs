@@ -2,16 +2,16 @@
 
 use crate::cluster::Clusters;
 use crate::faces::{Face, RigidWall};
-use crate::geometry::Period;
+use crate::geometry::{Period, height_on, over_disk};
 use crate::law::Law;
 use crate::pairs::Pairs;
 
-/// The bodies in their numbering: free grains, glued disks, wheel (if any), walls.
+/// The bodies in their numbering: free grains, glued disks, disks of the wheel's face, wheel (if any), walls.
 #[derive(Clone, Debug, Default)]
 pub struct Bodies {
     /// Number of free grains.
     pub free: usize,
-    /// Radii of free grains and glued disks (m).
+    /// Radii of all disks (m).
     pub radii: Vec<f64>,
     /// Scaled masses of the free grains (kg); a cluster's is that of its first disk, its others have none.
     pub masses: Vec<f64>,
@@ -29,6 +29,10 @@ pub struct Bodies {
     pub wheel_mass: Option<f64>,
     /// Radius of the wheel's face (m); 0 = flat.
     pub wheel_radius: f64,
+    /// Places of the disks of a rough face about its lowest point (m); none of a smooth one.
+    pub face: Vec<[f64; 2]>,
+    /// True if the disks of the face are bonded to the grains as the grains are to each other.
+    pub face_bonded: bool,
     /// Rigid walls, polylines segment by segment.
     pub walls: Vec<RigidWall>,
     /// Free grains that move together.
@@ -48,7 +52,7 @@ pub struct Bodies {
 }
 
 impl Bodies {
-    /// Number of disks, glued ones included.
+    /// Number of disks, those of rows and of the wheel's face included.
     pub fn disks(&self) -> usize {
         self.radii.len()
     }
@@ -73,6 +77,24 @@ impl Bodies {
     /// Number of all bodies.
     pub fn count(&self) -> usize {
         self.disks() + usize::from(self.wheel_mass.is_some()) + self.walls.len()
+    }
+
+    /// Number of the first disk of the wheel's face.
+    pub fn first_face(&self) -> usize {
+        self.disks() - self.face.len()
+    }
+
+    /// The body that the contacts of a disk push: the wheel for those of its face, the leader for those of a cluster.
+    pub fn pushed(&self, body: usize) -> usize {
+        if (self.first_face()..self.disks()).contains(&body) {
+            return self.disks();
+        }
+        self.clusters.leader_of(body)
+    }
+
+    /// True for the wheel and the disks of its face.
+    pub fn is_wheel(&self, body: usize) -> bool {
+        self.wheel() == Some(self.pushed(body))
     }
 
     /// Number of the wheel.
@@ -105,9 +127,22 @@ impl Bodies {
 
     /// Index of a glued disk; `None` for other bodies.
     pub fn glued_index(&self, body: usize) -> Option<usize> {
-        (self.free..self.disks())
+        (self.free..self.first_face())
             .contains(&body)
             .then(|| body - self.free)
+    }
+
+    /// Height of the lowest point of the wheel's face, over x = 0, that touches this disk from above (m); `None` for a disk that it passes
+    /// beside.
+    pub fn wheel_height_on(&self, centre: [f64; 2], radius: f64) -> Option<f64> {
+        if self.face.is_empty() {
+            return height_on(self.wheel_radius, centre, radius);
+        }
+        let disks = self.face.iter().zip(&self.radii[self.first_face()..]);
+        let heights = disks.filter_map(|(place, own)| {
+            Some(centre[1] + over_disk(centre[0] - place[0], radius + own)? - place[1])
+        });
+        heights.reduce(f64::max)
     }
 
     /// Mean radius of the free grains (m).

@@ -2,6 +2,7 @@
 
 mod disks;
 mod drive;
+mod face;
 mod file;
 mod fill;
 mod flow;
@@ -27,6 +28,7 @@ use limits::{PERIOD, at_least, finite, positive, refuse_given, refuse_if, within
 
 pub use disks::{ClusterConfig, DiskConfig, DisksConfig, WallConfig};
 pub use drive::{ClusterDriveConfig, Component};
+pub use face::FaceKind;
 pub use fill::{FillConfig, RowConfig};
 pub use flow::FlowConfig;
 pub use law::{LawConfig, LawKind};
@@ -35,7 +37,7 @@ pub use plausible::PlausibleConfig;
 pub use profile::{Axis, ProfileConfig};
 pub use radii::{Radii, RadiusLaw};
 pub use rail::{HeightAt, RailConfig};
-pub use sample::{BaseLine, SampleConfig};
+pub use sample::{BaseLine, Row, SampleConfig};
 pub use stress::StressConfig;
 
 /// Residuals that mean something: one below is rounding, one above no solution.
@@ -120,6 +122,12 @@ pub struct WheelConfig {
     /// Radius of the face (m), its lowest point over x = 0 at the start; 0 = flat.
     #[serde(default)]
     pub radius_m: f64,
+    /// Smooth, or a row of disks.
+    #[serde(default)]
+    pub face: FaceKind,
+    /// True if the disks of the face are bonded to the grains that they are near, as the grains are to each other.
+    #[serde(default)]
+    pub bonded: bool,
     /// Vertical velocity at the start, where it touches the grains (m/s): negative for a wheel that is dropped on them.
     #[serde(default)]
     pub vy_m_per_s: f64,
@@ -184,6 +192,7 @@ impl Config {
         self.sample.validate()?;
         if let Some(wheel) = &self.wheel {
             wheel.validate()?;
+            face::validate_face(wheel, &self.sample, &self.law)?;
         }
         if let Some(profile) = &self.profile {
             let wheel = self.wheel.as_ref().map(WheelConfig::end);

@@ -153,7 +153,8 @@ fn list_pairs(bodies: &Bodies, positions: &Positions, reach: f64) -> Vec<Slot> {
         let near = near.of(a).iter().map(|b| *b as usize);
         let apart = near.filter(|b| !bodies.clusters.share(a, *b));
         slots.extend(apart.map(|b| slot(a, b)));
-        let others = bodies.disks()..bodies.count();
+        // A rough face is met in its disks.
+        let others = bodies.disks() + usize::from(!bodies.face.is_empty())..bodies.count();
         slots.extend(
             others
                 .map(|b| slot(a, b))

@@ -98,6 +98,13 @@ pub fn height_on(wheel_radius: f64, centre: [f64; 2], radius: f64) -> Option<f64
     (squared >= 0.0).then(|| top - x * x / (reach + squared.sqrt()))
 }
 
+/// Height of a disk over another that it touches from above, their centres `dx` apart along x and `reach` in all (m); `None` for one
+/// that passes beside.
+pub fn over_disk(dx: f64, reach: f64) -> Option<f64> {
+    let squared = reach * reach - dx * dx;
+    (squared >= 0.0).then(|| squared.sqrt())
+}
+
 /// Vector from b to a (m), the shortest of its images where a strip repeats.
 #[inline]
 pub fn between_points(a: [f64; 2], b: [f64; 2], period: Option<Period>) -> [f64; 2] {

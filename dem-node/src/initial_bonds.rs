@@ -6,7 +6,7 @@ use crate::cohesion::Cohesion;
 use crate::detect::{Slot, VerletList};
 use crate::positions::{Positions, proximity};
 
-/// Bonds all pairs of grains, glued disks included, that are nearer than the alert distance of the law, and then the grains
+/// Bonds all pairs of grains, glued disks and those of a bonded face included, that are nearer than the alert distance of the law, and then the grains
 /// to which that leaves too few bonds to their nearest neighbours.
 ///
 /// A grain that carried nothing in the pressed bed may end up with one bond. It stands on it as on a pin, and rolls under
@@ -18,7 +18,7 @@ pub fn initial_bonds(bodies: &Bodies, positions: &Positions, list: &VerletList) 
     let grains = list
         .slots
         .iter()
-        .filter(|s| (s.b as usize) < bodies.disks());
+        .filter(|s| (s.b as usize) < bondable(bodies));
     let bond = |slot: &Slot| {
         let gap = proximity(bodies, positions, slot.a as usize, slot.b as usize).gap;
         (gap < law.alert).then(|| Bond::new(bodies, law, [slot.a, slot.b], gap))
@@ -28,6 +28,15 @@ pub fn initial_bonds(bodies: &Bodies, positions: &Positions, list: &VerletList) 
         hold_loose_grains(bodies, positions, law, &mut bonds);
     }
     bonds
+}
+
+/// Number of the disks that can have bonds.
+fn bondable(bodies: &Bodies) -> usize {
+    if bodies.face_bonded {
+        bodies.disks()
+    } else {
+        bodies.first_face()
+    }
 }
 
 fn hold_loose_grains(
@@ -68,7 +77,7 @@ fn nearest(
         .iter()
         .filter(|bond| bond.a == grain || bond.b == grain);
     let bonded: Vec<[u32; 2]> = own.map(|bond| [bond.a, bond.b]).collect();
-    let mut pairs: Vec<_> = (0..bodies.disks() as u32)
+    let mut pairs: Vec<_> = (0..bondable(bodies) as u32)
         .filter(|other| *other != grain && !bonded.contains(&pair(*other)))
         .map(|other| (pair(other), gap(pair(other))))
         .collect();

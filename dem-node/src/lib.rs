@@ -133,6 +133,7 @@ pub mod structure;
 mod threads;
 mod trend;
 pub mod wheel;
+pub mod wheel_face;
 
 use protocol::{ConfigError, Node, NodeError, Session, Setting};
 

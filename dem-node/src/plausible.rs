@@ -193,7 +193,7 @@ fn pressed_half_width(bodies: &Bodies, state: &State) -> Option<f64> {
         .list
         .slots
         .iter()
-        .filter(|slot| Some(slot.b as usize) == bodies.wheel() && slot.force[0] > 0.0);
+        .filter(|slot| bodies.is_wheel(slot.b as usize) && slot.force[0] > 0.0);
     let mut forces: Vec<(f64, f64)> = on_wheel
         .map(|slot| (state.centres[slot.a as usize][0].abs(), slot.force[0]))
         .collect();
@@ -210,6 +210,7 @@ fn pressed_half_width(bodies: &Bodies, state: &State) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::FaceKind;
     use crate::config::WheelConfig;
     use crate::detect::Slot;
     use crate::faces::{Face, RigidWall};
@@ -276,6 +277,8 @@ mod tests {
                 load_table: None,
                 mass_kg: 1.0,
                 radius_m: 0.0,
+                face: FaceKind::Flat,
+                bonded: false,
                 vy_m_per_s: 0.0,
                 amplitude_m: 0.0,
                 frequency_hz: 1.0,

@@ -6,7 +6,7 @@ use crate::geometry::{Proximity, between_disks, between_points, under_wheel};
 /// Positions at a moment.
 #[derive(Clone, Copy, Debug)]
 pub struct Positions<'a> {
-    /// Centres of free grains, then of glued disks (m).
+    /// Centres of all disks (m).
     pub centres: &'a [[f64; 2]],
     /// Lowest point of the wheel's face (m). A flat face has no x: it is 0.
     pub wheel: [f64; 2],

@@ -89,7 +89,7 @@ impl Repair {
             if at.gap < bodies.alert {
                 let contact = Contact {
                     a: slot.a,
-                    b: slot.b,
+                    b: bodies.pushed(slot.b as usize) as u32,
                     glued: bodies.glued_index(slot.a as usize).is_some()
                         || bodies.glued_index(slot.b as usize).is_some(),
                     normal: at.normal,
@@ -150,6 +150,7 @@ fn move_bodies(state: &mut State, step: &Stepped, displaced: &[BodyRecord]) {
     if let Some(wheel) = bodies.wheel() {
         let lifted = displaced[wheel].velocity[1];
         state.wheel.position[1] += lifted;
+        state.place_face(bodies, state.wheel.position[0]);
         load -= step.load * lifted;
     }
     state.accounts.weight += weight;

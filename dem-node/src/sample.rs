@@ -64,8 +64,7 @@ fn listed(config: &DisksConfig) -> Sample {
         walls: walls(&config.walls),
         wall_names: wall_names(&config.walls),
         clusters: clusters(config),
-        solid_fraction: 0.0,
-        radii_shrunk: None,
+        ..Sample::default()
     }
 }
 

@@ -27,7 +27,7 @@ pub(crate) const SKIN: f64 = 0.2;
 
 /// The bodies of a prepared sample.
 pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
-    let disks = || sample.free.iter().chain(&sample.glued);
+    let disks = || sample.free.iter().chain(&sample.glued).chain(&sample.face);
     let [smallest, _] = range(disks().map(|disk| disk.radius));
     let mass = |r: f64| config.density_kg_per_m3 * PI * r * r * thickness * config.mass_scale;
     let mut masses: Vec<f64> = sample.free.iter().map(|disk| mass(disk.radius)).collect();
@@ -47,6 +47,8 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
         base: sample.glued.len() - sample.lid,
         apron: config.sample.apron(),
         wheel_mass: config.wheel.as_ref().map(|wheel| wheel.mass_kg),
+        face: sample.face.iter().map(|disk| disk.centre).collect(),
+        face_bonded: config.wheel.as_ref().is_some_and(|wheel| wheel.bonded),
         wheel_radius: config.wheel.as_ref().map_or(0.0, |wheel| wheel.radius_m),
         walls: sample.walls.clone(),
         period: config.sample.period(),
@@ -73,7 +75,8 @@ fn pairs(config: &Config, thickness: f64, sample: &Sample) -> Pairs {
     let base = sample.glued.len() - sample.lid;
     let glued = (0..sample.glued.len()).map(|i| ROWS[usize::from(i >= base)].to_string());
     names.extend(glued);
-    names.extend(config.wheel.as_ref().map(|_| WHEEL.to_string()));
+    let parts = sample.face.len() + usize::from(config.wheel.is_some());
+    names.extend(std::iter::repeat_n(WHEEL.to_string(), parts));
     names.extend(sample.wall_names.iter().cloned());
     let laws = config.law.pairs.iter();
     let laws = laws.map(|pair| {

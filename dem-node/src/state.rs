@@ -6,7 +6,6 @@ use crate::bodies::Bodies;
 use crate::bond::{Bond, BondCursor};
 use crate::cluster::Pose;
 use crate::detect::VerletList;
-use crate::geometry::height_on;
 use crate::initial_bonds::initial_bonds;
 use crate::ledger::Accounts;
 use crate::positions::{Positions, proximity};
@@ -15,7 +14,7 @@ use crate::sample::Disk;
 /// Everything that can change a later bit. A window is solved on a copy; committing it swaps the two.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct State {
-    /// Centres of free grains, then of glued disks (m).
+    /// Centres of free grains, then of glued disks, then of the wheel's face (m).
     pub centres: Vec<[f64; 2]>,
     /// Velocities of the free grains: v_x, v_y, spin times radius (m/s); a cluster's is that of its first disk.
     pub velocities: Vec<[f64; 3]>,
@@ -70,7 +69,7 @@ impl State {
     /// the force that their overlap means. Bonds are made here, at rest: what they span is no stretch, overlaps included.
     pub fn new(bodies: &Bodies, free: &[Disk], glued: &[Disk]) -> State {
         let all = || free.iter().chain(glued);
-        let heights = all().filter_map(|d| height_on(bodies.wheel_radius, d.centre, d.radius));
+        let heights = all().filter_map(|d| bodies.wheel_height_on(d.centre, d.radius));
         let highest = heights.fold(f64::NEG_INFINITY, f64::max);
         let velocity = |d: &Disk| [d.velocity[0], d.velocity[1], d.velocity[2] * d.radius];
         let mut state = State {
@@ -87,6 +86,7 @@ impl State {
         for cluster in &bodies.clusters.list {
             state.velocities[cluster.leader()] = cluster.start_velocity;
         }
+        state.place_face(bodies, 0.0);
         let mut list = VerletList::default();
         let positions = state.positions(bodies);
         list.refresh(bodies, &positions, 0.0, std::iter::empty());
@@ -121,6 +121,14 @@ impl State {
         }
     }
 
+    /// Puts the disks of the wheel's face where the wheel is, at the sideways displacement `x` (m).
+    pub fn place_face(&mut self, bodies: &Bodies, x: f64) {
+        self.centres.truncate(bodies.first_face());
+        let y = self.wheel.position[1];
+        self.centres
+            .extend(bodies.face.iter().map(|place| [place[0] + x, place[1] + y]));
+    }
+
     /// Moves grains, wheel and walls with their velocities for a time t (s), q += t v; glued disks are moved by their boundary.
     pub fn drift(&mut self, bodies: &Bodies, time: f64) {
         for (centre, velocity) in self.centres.iter_mut().zip(&self.velocities) {
@@ -142,6 +150,9 @@ impl State {
         if let Some(glued) = bodies.glued_index(disk) {
             let [x, y] = [0, 1].map(|k| self.glued_velocity[2 * glued + k]);
             return [x, y, 0.0];
+        }
+        if bodies.is_wheel(disk) {
+            return [self.wheel.velocity[0], self.wheel.velocity[1], 0.0];
         }
         match bodies.clusters.of(disk) {
             None => {

@@ -122,6 +122,7 @@ impl Stepper {
         self.update_bodies(state, input);
         let drift = input.step * input.theta;
         state.drift(bodies, drift);
+        state.place_face(bodies, state.wheel.position[0]);
         if bodies.law.penetration.repairs() {
             let done = Stepped {
                 bodies,

@@ -91,6 +91,7 @@ impl WheelProgram {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::FaceKind;
 
     fn program() -> WheelProgram {
         WheelProgram(WheelConfig {
@@ -98,6 +99,8 @@ mod tests {
             load_table: None,
             mass_kg: 0.01,
             radius_m: 0.0,
+            face: FaceKind::Flat,
+            bonded: false,
             vy_m_per_s: 0.0,
             amplitude_m: 5e-5,
             frequency_hz: 300.0,

@@ -318,6 +318,50 @@ fn recipes_that_make_no_rail_are_refused_by_key() {
     assert!(refusal(&changed).contains("wheel: a rail needs the wheel"));
 }
 
+/// A run of a few steps under a wheel of disks, bonded or not: as many more bonds as pairs of both that are near.
+#[test]
+fn a_wheel_of_disks_stands_on_the_rail_and_may_be_bonded_to_it() {
+    let mut counts = Vec::new();
+    for bonded in [false, true] {
+        let mut config = config(json!({}));
+        config["wheel"]["face"] = json!("disks");
+        config["wheel"]["bonded"] = json!(bonded);
+        let mut dem = build(&config);
+        march(&mut dem, 0, 20);
+        let outcome = dem.finish().expect("it has run");
+        assert!(outcome.results["true_residual_max"] <= 1e-4);
+        assert_eq!(outcome.results["bonds_broken"], 0.0);
+        counts.push(outcome.results["bonds"]);
+    }
+    // 72 disks; the crown drops by more than the reach of a bond within a fifth of the width.
+    assert!((1.0..72.0).contains(&(counts[1] - counts[0])), "{counts:?}");
+}
+
+#[test]
+fn faces_that_cannot_be_are_refused() {
+    let under = |changes: Value| {
+        let mut config = config(json!({}));
+        for (key, value) in changes.as_object().expect("a table") {
+            config["wheel"][key] = value.clone();
+        }
+        config
+    };
+    for (changes, expected) in [
+        (
+            json!({"face": "disks", "radius_m": 0.4}),
+            "wheel.radius_m: face = \"disks\" lies on a line",
+        ),
+        (json!({"bonded": true}), "wheel.bonded: bonds join disks"),
+    ] {
+        let message = refusal(&under(changes));
+        assert!(message.contains(expected), "{message}");
+    }
+    let mut listed = under(json!({"face": "disks"}));
+    listed["sample"] = json!({"kind": "disks", "disks": [{"x_m": 0.0, "y_m": 0.0, "radius_m": 1e-4, "glued": true}]});
+    let message = refusal(&listed);
+    assert!(message.contains("wheel.face: \"disks\" takes"), "{message}");
+}
+
 #[test]
 fn rails_are_read_as_such() {
     let config: Config = protocol::read_config(&config(json!({}))).expect("it is valid");

@@ -8,6 +8,7 @@ use super::disks::DisksConfig;
 use super::file::FileConfig;
 use super::layer::LayerConfig;
 use super::limits::{PERIOD, finite, refuse_if};
+use super::radii::Radii;
 use super::rail::RailConfig;
 use crate::geometry::Period;
 
@@ -25,6 +26,17 @@ pub enum SampleConfig {
     Rail(RailConfig),
     /// Disks and walls one by one, or the disks of a file.
     Disks(DisksConfig),
+}
+
+/// Disks of the sample's radii side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// The radii.
+    pub radii: Radii,
+    /// Width of the sample (m).
+    pub width: f64,
+    /// Seed of the packing; the run's seed when absent.
+    pub seed: Option<u64>,
 }
 
 /// The words for `sample.kind`.
@@ -158,6 +170,23 @@ impl SampleConfig {
             ),
             "write [left, right] with right further away",
         )
+    }
+
+    /// The row of disks that a wheel as wide as the sample has; `None` for listed disks.
+    pub fn row(&self) -> Option<Row> {
+        match self {
+            SampleConfig::Layer(layer) => Some(Row {
+                radii: layer.radii(),
+                width: 2.0 * layer.half_width_m,
+                seed: layer.seed,
+            }),
+            SampleConfig::Rail(rail) => Some(Row {
+                radii: rail.radii(),
+                width: rail.width_m,
+                seed: rail.seed,
+            }),
+            SampleConfig::Disks(_) => None,
+        }
     }
 
     /// Ends of a layer that does not repeat, in |x| (m).

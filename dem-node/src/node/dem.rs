@@ -26,6 +26,7 @@ use crate::step::{StepInput, StepSummary, Stepper};
 use crate::stress::{self, StressMap};
 use crate::threads::SolverThreads;
 use crate::wheel::WheelProgram;
+use crate::wheel_face;
 
 /// A layer or heap of grains, with its wheel and walls, ready to step: the participant.
 pub struct Dem {
@@ -115,8 +116,11 @@ impl Dem {
         };
         let store = SampleStore::new(setting.cache.as_deref());
         let prepared = store.prepare(config, setting.seed)?;
-        let sample = prepared.sample;
+        let mut sample = prepared.sample;
         warnings.extend(prepared.warnings);
+        if let Some(wheel) = &config.wheel {
+            sample.face = wheel_face::row(wheel, &config.sample, setting.seed);
+        }
         let mut bodies = setup::bodies(config, setting.thickness_m, &sample);
         let (state, opening) = start(config, &mut bodies, &sample)?;
         let program = config.wheel.clone().map(WheelProgram);

@@ -23,6 +23,8 @@ pub struct Sample {
     pub glued: Vec<Disk>,
     /// Number of those slaved to the body above.
     pub lid: usize,
+    /// Disks of the wheel's face, about its lowest point.
+    pub face: Vec<Disk>,
     /// Rigid walls, polylines segment by segment.
     pub walls: Vec<RigidWall>,
     /// Names of the walls, segment by segment; empty for one without.

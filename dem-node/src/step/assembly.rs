@@ -23,6 +23,10 @@ impl Stepper {
         self.free_records(state, input);
         let travel = input.step * self.top_speed(bodies);
         let mut list = std::mem::take(&mut state.list);
+        if !bodies.face.is_empty() {
+            let [x, _] = state.wheel.position;
+            state.place_face(bodies, x + (1.0 - input.theta) * (input.wheel_x - x));
+        }
         let positions = positions_at_detection(state, input);
         let bonded = state.bonds.iter().map(Bond::pair);
         list.refresh(bodies, &positions, travel, bonded);
@@ -154,6 +158,7 @@ impl Stepper {
             levers: NO_LEVERS,
             ..Contact::default()
         };
+        contact.b = bodies.pushed(pair[1]) as u32;
         if !bodies.clusters.list.is_empty() {
             let disk = |body: usize| (state.centres[body], bodies.radii[body]);
             let inverse = |body: usize| self.problem.inverse_mass(body);
