@@ -5,17 +5,48 @@
 //! and does the work [(1-b) r + b r'] du in a step.
 
 use protocol::ConfigError;
+use protocol::table::{LoadTable, load_at};
 
 use crate::config::{Base, Component, Config, SetConfig, SetLoad, SetMotion};
 use crate::element::{Body, Layout};
 use crate::mesh::Mesh;
 
-/// A traction turned into forces on the nodes of its set.
+/// A load turned into forces on the nodes of its set.
 #[derive(Clone, Debug)]
 pub struct Traction {
-    /// Component and force at full load (N).
+    /// Component and force (N): at full load, or where a table tells the load of the set, under 1 N of it.
     pub forces: Vec<(usize, f64)>,
-    pub(crate) ramp: Ramp,
+    pub(crate) history: LoadHistory,
+}
+
+/// A load over time.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum LoadHistory {
+    /// Share of the full load.
+    Ramp(Ramp),
+    /// Force of the set (s, N).
+    Table(LoadTable),
+}
+
+impl LoadHistory {
+    /// Factor of the nodal forces at time t (s).
+    pub(crate) fn factor(&self, t: f64) -> f64 {
+        match self {
+            LoadHistory::Ramp(ramp) => ramp.share(t),
+            LoadHistory::Table(table) => load_at(table, t),
+        }
+    }
+
+    /// Time from which on the load stays (s).
+    pub(crate) fn settled_at(&self) -> f64 {
+        match self {
+            LoadHistory::Ramp(ramp) => ramp.duration,
+            LoadHistory::Table(table) => {
+                let mut changes = table.windows(2).filter(|pair| pair[0][1] != pair[1][1]);
+                changes.next_back().map_or(0.0, |pair| pair[1][0])
+            }
+        }
+    }
 }
 
 /// Components whose motion is prescribed.
@@ -107,17 +138,15 @@ pub(crate) fn build(
             let motion = motion(body, name, &nodes, prescribed, ramp);
             motions.push(without_doubles(motion, &motions)?);
         }
-        let forces = match set.load() {
-            None => continue,
-            Some(SetLoad::Traction(traction)) => {
-                let forces = traction.map(|t| t.0.unwrap_or(0.0) * thickness);
-                traction_forces(mesh, layout, &lines, forces)
-            }
-            Some(SetLoad::Pressure(pressure)) => {
-                pressure_forces(mesh, layout, &lines, pressure * thickness)
-            }
-        };
-        tractions.push(Traction { forces, ramp });
+        if let Some(load) = set.load() {
+            tractions.push(Traction {
+                forces: nodal_forces(mesh, layout, &lines, load, thickness),
+                history: match load {
+                    SetLoad::Table(table, _) => LoadHistory::Table(table.clone()),
+                    _ => LoadHistory::Ramp(ramp),
+                },
+            });
+        }
     }
     for motion in &motions {
         body.fix(motion.components.iter().map(|(index, _)| *index));
@@ -161,6 +190,27 @@ fn lines(mesh: &Mesh, name: &str, set: &SetConfig) -> Result<Vec<Vec<[usize; 2]>
         ));
     }
     Ok(lines)
+}
+
+/// Forces of a load on the lines: all of it, or 1 N of a table.
+fn nodal_forces(
+    mesh: &Mesh,
+    layout: Layout,
+    lines: &[Vec<[usize; 2]>],
+    load: SetLoad,
+    thickness: f64,
+) -> Vec<(usize, f64)> {
+    match load {
+        SetLoad::Traction(traction) => {
+            let forces = traction.map(|t| t.0.unwrap_or(0.0) * thickness);
+            traction_forces(mesh, layout, lines, forces)
+        }
+        SetLoad::Pressure(pressure) => pressure_forces(mesh, layout, lines, pressure * thickness),
+        SetLoad::Table(_, direction) => {
+            let length: f64 = lines.iter().flat_map(|line| mesh.tributary(line)).sum();
+            traction_forces(mesh, layout, lines, direction.map(|d| d / length))
+        }
+    }
 }
 
 /// Forces of a traction, consistent with linear shape functions: each node carries half of the edges beside it.

@@ -467,8 +467,8 @@ impl WindowRun {
 
     /// Interface force and tractions at the end of a step; at the start of a window from scratch.
     fn set_load(&mut self, model: &Model, input: &WindowInput, step: u64, from_scratch: bool) {
-        let share = |t: &Traction, step: u64| t.ramp.share(step as f64 * model.scheme.step);
-        let same = |t: &Traction| share(t, step) == share(t, step - 1);
+        let factor = |t: &Traction, step: u64| t.history.factor(step as f64 * model.scheme.step);
+        let same = |t: &Traction| factor(t, step) == factor(t, step - 1);
         if !from_scratch && model.tractions.iter().all(same) {
             return;
         }
@@ -477,9 +477,9 @@ impl WindowRun {
             self.load.add(*index, *force);
         }
         for traction in &model.tractions {
-            let share = share(traction, step);
+            let factor = factor(traction, step);
             for (index, force) in &traction.forces {
-                self.load.add(*index, share * force);
+                self.load.add(*index, factor * force);
             }
         }
     }

@@ -96,6 +96,7 @@ pub fn overrides() -> Vec<Vec<u8>> {
         "participant.rail.config.time.damping=0.8",
         "participant.third-body.config.law.friction=0.2",
         "participant.third-body.config.sample.press_pa=[3e8, 5e7]",
+        "participant.rail.config.boundary.right={ load_table = [[0.0, 0.0], [1e-4, 5.0]], load_direction = [1.0, 0.0] }",
         "participant.rail.config.material={ kind = \"elastic\", young_pa = 1e11, poisson = 0.3, density_kg_per_m3 = 7800.0 }",
         "interface.layer-base.scheme=velocity",
         "interface.layer-base.between=[\"rail.top\", \"third-body.base\"]",

@@ -168,6 +168,18 @@ fn solvers_that_run_alone_resume() {
     }
 }
 
+#[test]
+fn a_force_over_time_goes_on_where_it_was() {
+    let sets = [
+        "participant.bar.config.boundary.top={ load_table = [[0.0, 1.0], [1e-6, 2.0], [4e-6, -1.0]], load_direction = [0.0, -1.0] }",
+        "run.output.exchange=true",
+        "run.checkpoint_every_windows=7",
+        "run.checkpoints_kept=100",
+    ];
+    let scene = loaded(&shipped("verification/bar-driven"), &sets);
+    assert!(resume_from_all(&scene, "resume-table").0 > 3);
+}
+
 /// Past the hold: means, traction and field files are those of the whole run.
 #[test]
 fn outputs_of_phases_that_had_ended_are_carried_over() {

@@ -31,6 +31,7 @@ mod fem_refuse;
 mod fem_repeat;
 mod fem_rotation;
 mod fem_scene;
+mod fem_set_load;
 mod fem_static;
 mod fem_static_contact;
 mod fem_static_resume;

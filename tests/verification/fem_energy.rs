@@ -1,4 +1,5 @@
-//! Problem: a crowned block under an interface force that jumps at every window and a traction that ramps.
+//! Problem: a crowned block under an interface force that jumps at every window, a traction that ramps, and a force that
+//! follows a table.
 //! Exact: work - stored - dissipated = 0 at every window, each term from its own formula.
 //! Source: the derivation in `fem_node::integrate`, for the update as it is done.
 //! Tolerance: 1e-10 of the sum of the works' magnitudes, rounding over 2 000 steps.
@@ -45,7 +46,9 @@ fn every_joule_is_accounted_for() {
                 json!({
                     "time": {"damping": damping, "mass_damping_per_s": mass_damping},
                     "boundary": {"top": {"traction_pa": [1e6, -2e6], "ramp_s": 5e-6},
-                                 "right": {"traction_pa": [5e5, 0.0]}},
+                                 "right": {"traction_pa": [5e5, 0.0]},
+                                 "left": {"load_table": [[1e-6, 5.0], [9e-6, 40.0], [2e-5, -10.0]],
+                                          "load_direction": [1.0, -2.0]}},
                 }),
             );
             let worst = closure(&config);

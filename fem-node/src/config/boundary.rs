@@ -1,8 +1,9 @@
-//! Boundary conditions of named sets of nodes: a traction, or the motion itself, or one of each.
+//! Boundary conditions of named sets of nodes: a load, or the motion itself, or one of each.
 
 use std::collections::BTreeMap;
 
 use protocol::ConfigError;
+use protocol::table::{LoadTable, check_table};
 use serde::{Deserialize, Deserializer};
 
 use super::number::{not_negative, number_or_word, positive};
@@ -20,12 +21,16 @@ pub struct SetConfig {
     pub traction_pa: Option<[Component; 2]>,
     /// Pressure on the reference edge, against its outward normal (Pa).
     pub pressure_pa: Option<f64>,
+    /// Force of the whole set over time (s, N), spread evenly over its length: linear between the entries, constant beyond them.
+    pub load_table: Option<LoadTable>,
+    /// Direction of that force, of any length but 0; when absent the only one that a motion leaves free, towards +x or +y.
+    pub load_direction: Option<[f64; 2]>,
     /// Components of the velocity (m/s), or `"free"` where the set may move.
     pub velocity_m_per_s: Option<[Component; 2]>,
     /// Components of the displacement at the end of the ramp (m), or `"free"`.
     pub displacement_m: Option<[Component; 2]>,
-    /// Duration of a linear ramp from zero (s), of loads and motions alike; at once when absent or 0, which a displacement
-    /// cannot be.
+    /// Duration of a linear ramp from zero (s), of tractions, pressures and motions alike; at once when absent or 0, which a
+    /// displacement cannot be.
     pub ramp_s: Option<f64>,
 }
 
@@ -38,9 +43,11 @@ pub struct Component(
 
 /// Load of a set, once read.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum SetLoad {
+pub(crate) enum SetLoad<'a> {
     Traction([Component; 2]),
     Pressure(f64),
+    /// Force over time (s, N) and the unit vector along which it acts.
+    Table(&'a LoadTable, [f64; 2]),
 }
 
 /// Motion of a set, once read.
@@ -52,9 +59,11 @@ pub(crate) enum SetMotion {
 
 impl SetConfig {
     /// The load that is given.
-    pub(crate) fn load(&self) -> Option<SetLoad> {
+    pub(crate) fn load(&self) -> Option<SetLoad<'_>> {
         let traction = self.traction_pa.map(SetLoad::Traction);
-        traction.or(self.pressure_pa.map(SetLoad::Pressure))
+        let given = traction.or(self.pressure_pa.map(SetLoad::Pressure));
+        let table = self.load_table.as_ref().zip(self.direction());
+        given.or(table.map(|(table, direction)| SetLoad::Table(table, direction)))
     }
 
     /// The motion that is given.
@@ -63,8 +72,28 @@ impl SetConfig {
         velocity.or(self.displacement_m.map(SetMotion::Displacement))
     }
 
+    /// Unit vector along which the force of a table acts, where a key tells it.
+    fn direction(&self) -> Option<[f64; 2]> {
+        let given = self.load_direction.or_else(|| self.only_free())?;
+        // The length of two large numbers is no number, that of their ratios is.
+        let larger = given[0].abs().max(given[1].abs());
+        let [x, y] = given.map(|d| d / larger);
+        Some([x, y].map(|d| d / x.hypot(y)))
+    }
+
+    /// The only direction that the motion leaves free.
+    fn only_free(&self) -> Option<[f64; 2]> {
+        match self.motion()?.components().map(|component| component.0) {
+            [None, Some(_)] => Some([1.0, 0.0]),
+            [Some(_), None] => Some([0.0, 1.0]),
+            _ => None,
+        }
+    }
+
     fn check(&self, set: &str) -> Result<(), ConfigError> {
-        self.check_choice(set)?;
+        self.check_count(set)?;
+        self.check_table(set)?;
+        self.check_directions(set)?;
         let load = self.load().map(SetLoad::numbers);
         for (name, numbers) in load
             .into_iter()
@@ -84,56 +113,109 @@ impl SetConfig {
         Ok(())
     }
 
-    /// Refuses a set without a load or motion, two of a kind, and a direction that has both.
-    fn check_choice(&self, set: &str) -> Result<(), ConfigError> {
-        let refused = |problem: &str, help: &str| {
-            Err(ConfigError::new(&format!("boundary.{set}"), problem).help(help))
-        };
-        let loads = [self.traction_pa.is_some(), self.pressure_pa.is_some()];
+    /// Refuses a set without a load or motion, and two of a kind.
+    fn check_count(&self, set: &str) -> Result<(), ConfigError> {
+        let loads = [
+            self.traction_pa.is_some(),
+            self.pressure_pa.is_some(),
+            self.load_table.is_some(),
+        ];
         let motions = [
             self.velocity_m_per_s.is_some(),
             self.displacement_m.is_some(),
         ];
-        let count = |given: [bool; 2]| given.iter().filter(|given| **given).count();
-        let [loads, motions] = [loads, motions].map(count);
-        if loads + motions == 0 || loads > 1 || motions > 1 {
-            return refused(
-                "must hold exactly one load or motion, or a traction and a motion in different directions",
-                "give one of traction_pa, pressure_pa, velocity_m_per_s, displacement_m; or traction_pa = [\"free\", -1e6] beside velocity_m_per_s = [0.1, \"free\"]",
-            );
+        let count = |given: &[bool]| given.iter().filter(|given| **given).count();
+        let (loads, motions) = (count(&loads), count(&motions));
+        if loads + motions > 0 && loads <= 1 && motions <= 1 {
+            return Ok(());
         }
-        let Some(motion) = self.motion() else {
+        let problem =
+            "must hold exactly one load or motion, or a load and a motion in different directions";
+        let help = "give one of traction_pa, pressure_pa, load_table, velocity_m_per_s, displacement_m; or traction_pa = [\"free\", -1e6] beside velocity_m_per_s = [0.1, \"free\"]";
+        Err(ConfigError::new(&format!("boundary.{set}"), problem).help(help))
+    }
+
+    /// Refuses a wrong table, one without a direction, and a ramp that nothing follows.
+    fn check_table(&self, set: &str) -> Result<(), ConfigError> {
+        let key = |name: &str| format!("boundary.{set}.{name}");
+        self.check_direction(&key("load_direction"))?;
+        let Some(table) = &self.load_table else {
             return Ok(());
         };
-        match self.load() {
-            None => Ok(()),
-            Some(SetLoad::Pressure(_)) => refused(
+        check_table(&key("load_table"), table)?;
+        if self.direction().is_none() {
+            let problem = "has no direction: load_direction is missing, and no motion leaves exactly one free";
+            return Err(ConfigError::new(&key("load_table"), problem)
+                .help("write load_direction = [0.0, -1.0] for a force downwards, or a motion with one direction \"free\""));
+        }
+        if self.ramp_s.is_some() && self.motion().is_none() {
+            let problem = "does not act on load_table, which already is the load over time";
+            return Err(ConfigError::new(&key("ramp_s"), problem)
+                .help("remove it, and let the table begin with [0.0, 0.0]"));
+        }
+        Ok(())
+    }
+
+    /// Refuses a direction of nothing, and one that is none.
+    fn check_direction(&self, key: &str) -> Result<(), ConfigError> {
+        let Some(direction) = self.load_direction else {
+            return Ok(());
+        };
+        if self.load_table.is_none() {
+            let problem = "is that of load_table, and there is none";
+            return Err(ConfigError::new(key, problem)
+                .help("add load_table = [[t_s, n], ...], or remove the key"));
+        }
+        if direction != [0.0; 2] && direction.iter().all(|d| d.is_finite()) {
+            return Ok(());
+        }
+        let problem =
+            format!("is {direction:?}, and must hold two finite numbers that are not both 0");
+        Err(ConfigError::new(key, problem).help("write [0.0, -1.0] for a force downwards"))
+    }
+
+    /// Refuses a direction that has a load and a motion.
+    fn check_directions(&self, set: &str) -> Result<(), ConfigError> {
+        let refused = |problem: &str, help: &str| {
+            Err(ConfigError::new(&format!("boundary.{set}"), problem).help(help))
+        };
+        let (Some(load), Some(motion)) = (self.load(), self.motion()) else {
+            return Ok(());
+        };
+        if let SetLoad::Pressure(_) = load {
+            return refused(
                 "has a pressure beside a motion, and a pressure may act in both directions",
                 "give the component that is not moved as traction_pa = [\"free\", -1e6]",
-            ),
-            Some(SetLoad::Traction(traction)) => {
-                let both = |k: &usize| traction[*k].0.and(motion.components()[*k].0).is_some();
-                let Some(k) = [0, 1].into_iter().find(both) else {
-                    return Ok(());
-                };
-                let direction = ["x", "y"][k];
-                refused(
-                    &format!(
-                        "has a traction and a motion in {direction}, of which only one can be given"
-                    ),
-                    "write \"free\" for one of them",
-                )
-            }
+            );
         }
+        let both = |k: &usize| load.acts_along(*k) && motion.components()[*k].0.is_some();
+        let Some(k) = [0, 1].into_iter().find(both) else {
+            return Ok(());
+        };
+        let direction = ["x", "y"][k];
+        refused(
+            &format!("has a load and a motion in {direction}, of which only one can be given"),
+            "write \"free\" for one of them, or remove load_direction",
+        )
     }
 }
 
-impl SetLoad {
+impl SetLoad<'_> {
+    /// True where it is given along x (0) or y (1).
+    fn acts_along(&self, k: usize) -> bool {
+        match self {
+            SetLoad::Traction(traction) => traction[k].0.is_some(),
+            SetLoad::Pressure(_) => true,
+            SetLoad::Table(_, direction) => direction[k] != 0.0,
+        }
+    }
+
     /// The key and its numbers.
     pub(crate) fn numbers(self) -> (&'static str, Vec<f64>) {
         match self {
             SetLoad::Traction(traction) => ("traction_pa", given(traction)),
             SetLoad::Pressure(pressure) => ("pressure_pa", vec![pressure]),
+            SetLoad::Table(table, _) => ("load_table", table.iter().flatten().copied().collect()),
         }
     }
 }

@@ -26,6 +26,7 @@ impl Config {
         self.check_period()?;
         self.check_motion()?;
         self.check_initial()?;
+        self.check_tables()?;
         self.check_start()
     }
 
@@ -194,18 +195,37 @@ impl Config {
         )
     }
 
+    /// A load over time belongs to a body that moves.
+    fn check_tables(&self) -> Result<(), ConfigError> {
+        let Some(name) = self.first_set(|set| set.load_table.is_some()) else {
+            return Ok(());
+        };
+        refuse(
+            self.solves_equilibrium(),
+            &format!("boundary.{name}.load_table"),
+            "is a load over time, and a static analysis or start solves at a fixed load, without time",
+            "give its force over the length of the set and run.thickness_m as traction_pa, or take analysis = \"dynamic\" and start = \"ramp\"",
+        )
+    }
+
     /// A static start carries the full tractions; a ramp would take them away again.
     fn check_start(&self) -> Result<(), ConfigError> {
         let ramped = |set: &SetConfig| set.ramp_s.is_some_and(|ramp| ramp > 0.0);
-        let mut sets = self.boundary.0.iter().filter(|(_, set)| ramped(set));
-        sets.next().map_or(Ok(()), |(name, _)| {
-            refuse(
-                self.start == Start::Static,
-                &format!("boundary.{name}.ramp_s"),
-                "a static start already carries the full traction",
-                "remove the ramp, or write start = \"ramp\"",
-            )
-        })
+        let Some(name) = self.first_set(ramped) else {
+            return Ok(());
+        };
+        refuse(
+            self.start == Start::Static,
+            &format!("boundary.{name}.ramp_s"),
+            "a static start already carries the full traction",
+            "remove the ramp, or write start = \"ramp\"",
+        )
+    }
+
+    /// Name of the first set that is `wanted`.
+    fn first_set(&self, wanted: impl Fn(&SetConfig) -> bool) -> Option<&str> {
+        let mut sets = self.boundary.0.iter().filter(|(_, set)| wanted(set));
+        sets.next().map(|(name, _)| name.as_str())
     }
 }
 

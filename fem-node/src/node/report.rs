@@ -138,9 +138,9 @@ impl FemNode {
             let cycling = ("cycling", moves, program.end());
             return phases([("ramp", 0.0, ramp), (HOLD, ramp, moves), cycling]);
         }
-        let tractions = self.model.tractions.iter().map(|traction| traction.ramp);
-        let motions = self.model.motions.iter().map(|motion| motion.ramp);
-        let ramps = tractions.chain(motions).map(|ramp| ramp.duration);
+        let (loads, motions) = (self.model.tractions.iter(), self.model.motions.iter());
+        let loads = loads.map(|traction| traction.history.settled_at());
+        let ramps = loads.chain(motions.map(|motion| motion.ramp.duration));
         let Some((ramp, end)) = ramps.reduce(f64::max).zip(self.model.end) else {
             return Vec::new();
         };

@@ -200,6 +200,14 @@ fn tractions_and_drives_inside_the_region_do_the_same_work() {
 }
 
 #[test]
+fn forces_over_time_inside_the_region_do_the_same_work() {
+    let boundary = json!({"boundary": {
+        "top": {"load_table": [[0.0, 2.0], [6e-7, 50.0], [1.1e-6, -20.0]], "load_direction": [1.0, -2.0]},
+        "left": {"velocity_m_per_s": [0.5, "free"], "load_table": [[0.0, 0.0], [2e-6, 30.0]]}}});
+    repeats_like_the_whole(&boundary, &["top"], 7);
+}
+
+#[test]
 fn the_part_of_an_unstructured_mesh_is_one_too() {
     let mut keys = json!({"mesh": {"gmsh": GMSH, "length_unit_m": 1e-3}, "base": "free"});
     let node = body(&keys, &[]);
