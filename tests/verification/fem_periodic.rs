@@ -233,6 +233,45 @@ fn each_node_is_exchanged_once() {
 }
 
 #[test]
+fn its_edges_repeat_and_those_of_a_body_with_ends_do_not() {
+    let free = with(flat(), json!({"base": "free"}));
+    let periods = node(&free).describe().period_m;
+    assert_eq!(periods.len(), 2);
+    for set in ["top", "bottom"] {
+        assert!((periods[set] / 12e-3 - 1.0).abs() < 1e-12, "{periods:?}");
+    }
+    let with_ends = with(flat(), json!({"mesh": {"periodic_x": false}}));
+    assert!(node(&with_ends).describe().period_m.is_empty());
+}
+
+/// Thrown along x it goes three times round, unstretched, where one with ends, or thrown along y, has left its place.
+#[test]
+fn a_block_without_ends_may_slide_for_ever() {
+    let thrown = |repeats: bool, velocity: [f64; 2]| {
+        let changes = json!({
+            "base": "free", "mesh": {"periodic_x": repeats},
+            "initial": {"body": {"velocity_m_per_s": velocity}},
+        });
+        let mut block = node(&with(flat(), changes));
+        let steps = (36e-3 / 100.0 / block.model.scheme.step) as u32;
+        let windows = (0..10).map(|index| block.advance_alone(&window(index, steps / 10)));
+        let end = windows.collect::<Result<Vec<_>, _>>();
+        (block, end.map(|mut reports| reports.pop().expect("ten")))
+    };
+    let (block, report) = thrown(true, [100.0, 0.0]);
+    let strain = reported(&block, &report.expect("it slides"), "strain") / kinetic(&block);
+    assert!(strain.abs() < 1e-12, "{strain:e}");
+    for (repeats, velocity) in [(false, [100.0, 0.0]), (true, [0.0, 100.0])] {
+        let error = thrown(repeats, velocity).1.expect_err("it left");
+        assert_eq!(error.code, FaultCode::Diverged);
+        assert!(
+            error.message.contains("left the size of the body"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
 fn what_needs_ends_is_refused_by_name() {
     let refused = |change: Value| {
         let config = with(flat(), change);

@@ -6,6 +6,7 @@ use super::fem_node::FemNode;
 use crate::compliance::{compliance, impedance};
 use crate::error::FemError;
 use crate::interface::Condensed;
+use crate::pack::largest;
 use crate::window::WindowInput;
 
 impl FemNode {
@@ -82,7 +83,7 @@ impl FemNode {
     /// Refuses a diverging run: in small strain no displacement comes near the size of the body, long before the numbers
     /// overflow.
     fn check_divergence(&self, window: &Window) -> Result<(), FemError> {
-        let far = self.run.largest_displacement();
+        let far = self.farthest();
         if let Some(found) = self.run.excess {
             return Err(FemError::EnergyExcess {
                 window: window.index,
@@ -107,6 +108,21 @@ impl FemNode {
             step_s: self.model.scheme.step,
             limit_s: self.model.step_limit,
         })
+    }
+
+    /// The largest displacement (m). A body without ends may slide along x for ever: once it has gone as far as its size, the way of
+    /// its first node is taken off.
+    fn farthest(&self) -> f64 {
+        let (mesh, layout) = (&self.model.mesh, self.model.body.layout);
+        let far = self.run.largest_displacement();
+        if !mesh.periodic || far < mesh.size() {
+            return far;
+        }
+        let u = &self.run.state.u;
+        let slid = u[layout.index([0, 0], 0)];
+        let of = |node| [0, 1].map(|k| u[layout.index(node, k)]);
+        let apart = mesh.nodes().map(of).map(|[x, y]| [x - slid, y]);
+        largest(apart.flatten().map(f64::abs))
     }
 
     /// Condensed matrix of a window of `substeps` over the exchanged components; computed once.
