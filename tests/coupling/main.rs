@@ -9,6 +9,7 @@ mod mapping;
 mod offers;
 mod one_loop;
 mod policies;
+mod repeating;
 mod reports;
 mod roles;
 mod roles_layer;

@@ -69,6 +69,19 @@ fn every_scheme_resumes() {
 }
 
 #[test]
+fn a_layer_that_repeats_between_two_rails_resumes() {
+    let sets = [
+        "run.end_s=1.5e-5",
+        "run.output.exchange=true",
+        "run.checkpoint_every_windows=9",
+        "run.checkpoints_kept=100",
+    ];
+    let scene = loaded(&shipped("verification/layer-that-repeats"), &sets);
+    let (count, _, _) = resume_from_all(&scene, "resume-repeating");
+    assert!(count >= 5, "{count}");
+}
+
+#[test]
 fn swapped_roles_resume() {
     let schemes = [
         "staggered-serial",

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use harness::scene;
 
+use super::resume::shipped;
 use super::{recording, repeats_every_bit, run_in_process};
 
 /// Bar, chain, bar, and beside them a pair that shares nothing with them.
@@ -28,6 +29,17 @@ pub(crate) fn scenario() -> String {
         interface("upper", ["right.start", "middle.far"], 10),
     ]
     .concat()
+}
+
+#[test]
+fn a_layer_that_repeats_its_rails_and_the_coupler_repeat_every_bit() {
+    let scene = shipped("verification/layer-that-repeats").join("scenario.toml");
+    let text = std::fs::read_to_string(scene).expect("it is shipped");
+    let left = run_in_process(&text, &["run.end_s=1.5e-5", "run.output.exchange=true"]);
+    let left = left.expect("it is valid").completed();
+    let log = left.scratch.path().join("exchange.mcap");
+    let recording = recording(&log, &[]).expect("it was closed");
+    repeats_every_bit(&recording, &["lower", "third-body", "upper"]);
 }
 
 #[test]
