@@ -99,6 +99,29 @@ fn two_disks_escape_their_bond_with_the_energy_w() {
     assert_eq!(held, 7);
 }
 
+/// One pair parts with 1.5 w l and the other stays at rest.
+#[test]
+fn the_mean_adhesion_is_that_of_all_bonds_at_the_start() {
+    let speed = (3.0 * W * AREA / (0.5 * mass(R))).sqrt();
+    let apart = |v: f64| json!({"vx_m_per_s": 0.5 * v});
+    let mut sample = pair(0.5e-6, apart(-speed), apart(speed));
+    let others = pair(0.5e-6, json!({"y_m": 1.0}), json!({"y_m": 1.0}));
+    let disks = sample["disks"].as_array_mut().expect("a list");
+    disks.extend(others["disks"].as_array().expect("a list").iter().cloned());
+    let mut dem = build(&scene(rigid(), 1e-9, sample, json!({})));
+    march(&mut dem, 0, 200);
+    let bonds = &dem.state().bonds;
+    let (first, second) = (bonds[0].adhesion, bonds[1].adhesion);
+    assert!(first < 0.9 && second == 1.0, "{first} {second}");
+    let results = dem.finish().expect("it ends").results;
+    close("mean", results["adhesion_mean"], 0.5 * (first + 1.0), 1e-15);
+    assert_eq!(results["bonds_broken_share"], 0.0);
+    march(&mut dem, 200, 12_000);
+    let results = dem.finish().expect("it ends").results;
+    assert_eq!(results["adhesion_mean"], 0.5);
+    assert_eq!(results["bonds_broken_share"], 0.5);
+}
+
 #[test]
 fn shear_breaks_a_bond_with_the_same_energy() {
     let h = 2e-11;

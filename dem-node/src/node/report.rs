@@ -92,6 +92,16 @@ impl Dem {
         let count = bond::count(&state.bonds);
         let bonds = self.bodies.law.cohesion.map(|_| count as f64);
         let broken = bonds.map(|_| (self.initial_bond_count - count) as f64);
+        let per_bond = |sum: f64| {
+            let start = self.initial_bond_count;
+            bonds.filter(|_| start > 0).map(|_| sum / start as f64)
+        };
+        let adhesion = per_bond(
+            state
+                .bonds
+                .iter()
+                .fold(0.0, |sum, bond| sum + bond.adhesion),
+        );
         let step = self.window.or(self.own_step);
         let own = report::given([
             (
@@ -101,6 +111,8 @@ impl Dem {
             ("radii_shrunk_rel", self.radii_shrunk),
             ("bonds", bonds),
             ("bonds_broken", broken),
+            ("bonds_broken_share", broken.and_then(per_bond)),
+            ("adhesion_mean", adhesion),
             ("bond_step_limit_s", self.bond_step_limit),
             ("inertial_number", self.scaling.map(|s| s.inertial_number)),
             ("inertia_pressure_pa", self.scaling.map(|s| s.pressure)),
