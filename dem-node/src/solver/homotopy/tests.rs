@@ -56,9 +56,9 @@ fn a_disk_that_lands_rolls_or_slides_as_by_hand() {
 #[test]
 fn more_contacts_than_a_path_can_take_are_left_to_the_sweeps() {
     let mut problem = on_wall(2.0, [0.0, -1.0, 0.0], 0.3);
-    let mut contact = problem.contacts[0].clone();
+    let mut contact = problem.contacts[0];
     contact.impulse = [0.5, 0.0];
-    problem.contacts = vec![contact.clone(); 3];
+    problem.contacts = vec![contact; 3];
     assert!(solve(&problem, 1e-4).is_some());
     problem.contacts = vec![contact; MOST_PRESSING + 1];
     assert!(solve(&problem, 1e-4).is_none());
