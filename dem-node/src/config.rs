@@ -2,7 +2,6 @@
 
 mod disks;
 mod drive;
-mod face;
 mod file;
 mod fill;
 mod flow;
@@ -16,9 +15,9 @@ mod radii;
 mod rail;
 mod sample;
 mod stress;
+mod wheel;
 
 use protocol::ConfigError;
-use protocol::table::{LoadTable, check_table, load_at};
 use serde::Deserialize;
 
 use crate::law::Penetration;
@@ -28,7 +27,6 @@ use limits::{PERIOD, at_least, finite, positive, refuse_given, refuse_if, within
 
 pub use disks::{ClusterConfig, DiskConfig, DisksConfig, WallConfig};
 pub use drive::{ClusterDriveConfig, Component};
-pub use face::FaceKind;
 pub use fill::{FillConfig, RowConfig};
 pub use flow::FlowConfig;
 pub use law::{LawConfig, LawKind};
@@ -39,6 +37,7 @@ pub use radii::{Radii, RadiusLaw};
 pub use rail::{HeightAt, RailConfig};
 pub use sample::{BaseLine, Row, SampleConfig};
 pub use stress::StressConfig;
+pub use wheel::{FaceKind, WheelConfig};
 
 /// Residuals that mean something: one below is rounding, one above no solution.
 const TOLERANCES: [f64; 2] = [1e-14, 0.1];
@@ -108,44 +107,6 @@ pub struct TimeConfig {
     pub end_s: Option<f64>,
 }
 
-/// A rigid wheel that is pressed on the grains and moved sideways. It does not turn.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct WheelConfig {
-    /// Vertical load (N).
-    pub load_n: f64,
-    /// Vertical load over time (s, N) instead of the linear ramp: linear between the entries, constant beyond them. At the end
-    /// of the hold it must be `load_n`, which results and checks of the hold refer to.
-    pub load_table: Option<LoadTable>,
-    /// Mass (kg), never scaled.
-    pub mass_kg: f64,
-    /// Radius of the face (m), its lowest point over x = 0 at the start; 0 = flat.
-    #[serde(default)]
-    pub radius_m: f64,
-    /// Smooth, or a row of disks.
-    #[serde(default)]
-    pub face: FaceKind,
-    /// True if the disks of the face are bonded to the grains that they are near, as the grains are to each other.
-    #[serde(default)]
-    pub bonded: bool,
-    /// Vertical velocity at the start, where it touches the grains (m/s): negative for a wheel that is dropped on them.
-    #[serde(default)]
-    pub vy_m_per_s: f64,
-    /// Amplitude A of the sideways motion D(t) = A sin(2 pi f (t - t_s)) (m).
-    #[serde(default)]
-    pub amplitude_m: f64,
-    /// Frequency f of the sideways motion (1/s).
-    #[serde(default)]
-    pub frequency_hz: f64,
-    /// Time in which the load grows linearly from 0 (s).
-    pub ramp_s: f64,
-    /// Time under the full load before the motion starts at t_s = ramp + hold (s).
-    pub hold_s: f64,
-    /// Periods of the sideways motion, not necessarily whole.
-    #[serde(default)]
-    pub cycles: f64,
-}
-
 /// Prescribed motion of the only grain along the line from the only glued disk, over 30 openings sqrt(w/Cn) in
 /// 100 000 steps; the step follows.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -192,7 +153,7 @@ impl Config {
         self.sample.validate()?;
         if let Some(wheel) = &self.wheel {
             wheel.validate()?;
-            face::validate_face(wheel, &self.sample, &self.law)?;
+            wheel.validate_on(&self.sample, &self.law)?;
         }
         if let Some(profile) = &self.profile {
             let wheel = self.wheel.as_ref().map(WheelConfig::end);
@@ -202,7 +163,7 @@ impl Config {
             stress.validate(2.0 * self.sample.radii().0)?;
         }
         if let Some(flow) = &self.flow {
-            flow.validate(self)?;
+            flow.validate(&self.law, &self.sample, self.wheel.as_ref())?;
         }
         self.validate_drive()?;
         self.validate_together()?;
@@ -397,53 +358,5 @@ impl TimeConfig {
         positive("time.pressure_pa", self.pressure_pa, "Pa")?;
         positive("time.step_s", self.step_s, "s")?;
         positive("time.end_s", self.end_s, "s")
-    }
-}
-
-impl WheelConfig {
-    /// End of the history (s).
-    pub fn end(&self) -> f64 {
-        let moving = if self.cycles > 0.0 {
-            self.cycles / self.frequency_hz
-        } else {
-            0.0
-        };
-        self.ramp_s + self.hold_s + moving
-    }
-
-    fn validate(&self) -> Result<(), ConfigError> {
-        positive("wheel.mass_kg", self.mass_kg, "kg")?;
-        at_least("wheel.load_n", self.load_n, 0.0, "N")?;
-        at_least("wheel.ramp_s", self.ramp_s, 0.0, "s")?;
-        at_least("wheel.hold_s", self.hold_s, 0.0, "s")?;
-        at_least("wheel.amplitude_m", self.amplitude_m, 0.0, "m")?;
-        at_least("wheel.cycles", self.cycles, 0.0, "")?;
-        at_least("wheel.radius_m", self.radius_m, 0.0, "m")?;
-        finite("wheel.vy_m_per_s", self.vy_m_per_s)?;
-        if self.cycles > 0.0 {
-            positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
-        }
-        self.validate_table()
-    }
-
-    fn validate_table(&self) -> Result<(), ConfigError> {
-        let Some(table) = &self.load_table else {
-            return Ok(());
-        };
-        let key = "wheel.load_table";
-        check_table(key, table)?;
-        for [_, load] in table {
-            at_least(key, *load, 0.0, "N")?;
-        }
-        let held = load_at(table, self.ramp_s + self.hold_s);
-        refuse_if(
-            (held - self.load_n).abs() > 1e-9 * self.load_n,
-            key,
-            format!(
-                "is {held:e} N at the end of the hold, and wheel.load_n is {:e} N",
-                self.load_n
-            ),
-            "write the load at which results are taken in wheel.load_n",
-        )
     }
 }

@@ -12,7 +12,7 @@ const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 const REDESIGN: usize = 31_500;
 
 /// Features since, with the lines that they may take.
-const SINCE: [(&str, usize); 24] = [
+const SINCE: [(&str, usize); 30] = [
     ("checks of plausibility", 1020),
     ("strict logs", 420),
     ("limits of disk, files and words", 240),
@@ -49,6 +49,15 @@ const SINCE: [(&str, usize); 24] = [
         620,
     ),
     ("loads over time, accepted steps, benchmarks", 320),
+    ("forces of sets over time, momentum of free bodies", 120),
+    ("interfaces that repeat along x", 210),
+    (
+        "rails of grains, radii by any power, grains from a file",
+        530,
+    ),
+    ("prepared samples that are kept", 260),
+    ("stress in cells, flows of third body", 820),
+    ("wheels of disks", 170),
 ];
 
 #[test]

@@ -3,8 +3,10 @@
 use protocol::ConfigError;
 use serde::Deserialize;
 
+use super::law::{LawConfig, LawKind};
 use super::limits::{at_least, positive, refuse_if, within};
-use super::{Config, LawKind};
+use super::sample::SampleConfig;
+use super::wheel::WheelConfig;
 
 /// `flow`: the contact zone, and the time after which a grain that left it is worn.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -39,7 +41,12 @@ fn hysteresis() -> f64 {
 
 impl FlowConfig {
     /// Refuses values out of range, and scenes without first bodies or contact zone.
-    pub(super) fn validate(&self, scene: &Config) -> Result<(), ConfigError> {
+    pub(super) fn validate(
+        &self,
+        law: &LawConfig,
+        sample: &SampleConfig,
+        wheel: Option<&WheelConfig>,
+    ) -> Result<(), ConfigError> {
         within("flow.zone_share", self.zone_share, [0.5, 1.0])?;
         at_least("flow.margin_diameters", self.margin_diameters, 0.0, "")?;
         at_least(
@@ -50,18 +57,18 @@ impl FlowConfig {
         )?;
         positive("flow.wear_s", self.wear_s, "s")?;
         refuse_if(
-            scene.law.kind.plain() != LawKind::Cohesion,
+            law.kind.plain() != LawKind::Cohesion,
             "flow",
             "tells the grains of the first bodies by their bonds, and there are none",
             "write law.kind = \"cohesion\", or remove the table",
         )?;
         refuse_if(
-            scene.sample.period().is_some(),
+            sample.period().is_some(),
             "flow",
             "needs a contact with ends, and sample.periodic_x_m makes one without",
             "remove one of them",
         )?;
-        let Some(wheel) = &scene.wheel else {
+        let Some(wheel) = wheel else {
             return Err(ConfigError::new(
                 "flow",
                 "is about the contact of a wheel, and there is none",
