@@ -357,7 +357,8 @@ fn faces_that_cannot_be_are_refused() {
         assert!(message.contains(expected), "{message}");
     }
     let mut listed = under(json!({"face": "disks"}));
-    listed["sample"] = json!({"kind": "disks", "disks": [{"x_m": 0.0, "y_m": 0.0, "radius_m": 1e-4, "glued": true}]});
+    listed["sample"] =
+        json!({"kind": "disks", "disks": [{"x_m": 0.0, "y_m": 0.0, "radius_m": 1e-4}]});
     let message = refusal(&listed);
     assert!(message.contains("wheel.face: \"disks\" takes"), "{message}");
 }
