@@ -79,13 +79,7 @@ fn cut_above(free: Vec<Disk>, height: f64) -> (Vec<Disk>, Vec<Disk>) {
 
 /// Cuts along y = 0: disks wholly below go, disks whose centre is less than r above it are glued.
 fn cut(pile: &Pile) -> (Vec<Disk>, Vec<Disk>) {
-    let disks = pile.centres.iter().zip(&pile.radii);
-    let disks = disks.map(|(centre, radius)| Disk {
-        centre: *centre,
-        radius: *radius,
-        ..Disk::default()
-    });
-    disks
+    pile.disks()
         .filter(|disk| disk.centre[1] > -disk.radius)
         .partition(|disk| disk.centre[1] >= disk.radius)
 }

@@ -117,13 +117,7 @@ fn settle(pile: &mut Pile, smallest: f64) -> Result<f64, DemError> {
 /// below go, disks that cross it are glued. Returns free and glued disks.
 fn cut(recipe: &RailConfig, pile: &Pile) -> (Vec<Disk>, Vec<Disk>) {
     let base = recipe.base();
-    let disks = pile.centres.iter().zip(&pile.radii);
-    let disks = disks.map(|(centre, radius)| Disk {
-        centre: *centre,
-        radius: *radius,
-        ..Disk::default()
-    });
-    disks
+    pile.disks()
         .filter(|disk| disk.centre[1] <= -drop_at(disk.centre[0], recipe.crown_radius_m))
         .filter(|disk| disk.centre[1] > base - disk.radius)
         .partition(|disk| disk.centre[1] >= base + disk.radius)

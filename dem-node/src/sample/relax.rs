@@ -5,6 +5,7 @@
 
 use crate::detect::NearPairs;
 use crate::geometry::{Period, between_points, range, squared_displacements};
+use crate::sample::types::Disk;
 
 /// Disks between rigid plates.
 #[derive(Clone, Debug)]
@@ -112,6 +113,16 @@ impl Pile {
             fire.step(self, &load);
             iteration += 1;
         }
+    }
+
+    /// The disks, at rest.
+    pub fn disks(&self) -> impl Iterator<Item = Disk> {
+        let disks = self.centres.iter().zip(&self.radii);
+        disks.map(|(centre, radius)| Disk {
+            centre: *centre,
+            radius: *radius,
+            ..Disk::default()
+        })
     }
 
     fn neighbours(&self) -> Neighbours {

@@ -94,6 +94,18 @@ fn in_a_valley(cohesion: Option<Cohesion>, bonded: bool) -> Bodies {
     bodies
 }
 
+/// Gauss-Seidel to this tolerance in at most so many sweeps.
+fn sweeps(tolerance: f64, max_iterations: usize) -> Criteria {
+    Criteria {
+        algorithm: Algorithm::Nsgs,
+        tolerance,
+        max_iterations,
+        min_iterations: 0,
+        on_not_converged: OnNotConverged::Stop,
+        parallel: false,
+    }
+}
+
 fn grain() -> [Disk; 1] {
     [Disk {
         centre: [0.0, 1e-3],
@@ -113,14 +125,7 @@ fn a_grain_in_a_valley_bears_the_load_on_both_disks() {
     assert!((state.wheel.position[1] - height).abs() < 1e-18);
     let mut stepper = Stepper::default();
     stepper.problem.boundary = CompliantBoundary::fixed(0);
-    let criteria = Criteria {
-        algorithm: Algorithm::Nsgs,
-        tolerance: 1e-13,
-        max_iterations: 10_000,
-        min_iterations: 0,
-        on_not_converged: OnNotConverged::Stop,
-        parallel: false,
-    };
+    let criteria = sweeps(1e-13, 10_000);
     let input = StepInput {
         bodies: &bodies,
         step: 1e-6,
@@ -160,14 +165,7 @@ fn the_disks_of_the_face_move_with_the_wheel() {
     state.wheel.position = [0.0, 0.5];
     let mut stepper = Stepper::default();
     stepper.problem.boundary = CompliantBoundary::fixed(0);
-    let criteria = Criteria {
-        algorithm: Algorithm::Nsgs,
-        tolerance: 1e-10,
-        max_iterations: 100,
-        min_iterations: 0,
-        on_not_converged: OnNotConverged::Stop,
-        parallel: false,
-    };
+    let criteria = sweeps(1e-10, 100);
     let mut input = StepInput {
         bodies: &bodies,
         step: 1e-3,
