@@ -65,7 +65,7 @@ impl Bodies {
     /// The law between two bodies.
     #[inline]
     pub fn law_of(&self, a: usize, b: usize) -> &Law {
-        self.pairs.of(a, b).unwrap_or(&self.law)
+        self.pairs.of(a, b).map_or(&self.law, |(_, law)| law)
     }
 
     /// The law at a place of `pairs`, 0 being that of most contacts.

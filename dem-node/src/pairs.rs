@@ -51,25 +51,18 @@ impl Pairs {
         }
     }
 
-    /// Place of the law between two bodies plus one; 0 if it is none of their own.
-    #[inline]
-    pub fn place(&self, a: usize, b: usize) -> u32 {
-        match (self.groups.get(a), self.groups.get(b)) {
-            (Some(a), Some(b)) => u32::from(self.table[*a as usize * self.count + *b as usize]),
-            _ => 0,
-        }
-    }
-
-    /// The law at a place.
+    /// The law at a place of its own, which is counted from one.
     #[inline]
     pub fn law(&self, place: u32) -> Option<&Law> {
         self.laws.get((place as usize).wrapping_sub(1))
     }
 
-    /// The law between two bodies, if it is one of their own.
+    /// The law between two bodies with its place, if it is one of their own.
     #[inline]
-    pub fn of(&self, a: usize, b: usize) -> Option<&Law> {
-        self.law(self.place(a, b))
+    pub fn of(&self, a: usize, b: usize) -> Option<(u32, &Law)> {
+        let (a, b) = (*self.groups.get(a)?, *self.groups.get(b)?);
+        let place = u32::from(self.table[a as usize * self.count + b as usize]);
+        self.law(place).map(|law| (place, law))
     }
 
     /// Coefficients of friction in the order of their places.
@@ -95,7 +88,7 @@ mod tests {
             (between("wheel", "grains"), law(0.7)),
         ];
         let pairs = Pairs::new(&names, &laws);
-        let friction = |a: usize, b: usize| pairs.of(a, b).map(|law| law.friction);
+        let friction = |a: usize, b: usize| pairs.of(a, b).map(|(_, law)| law.friction);
         assert_eq!((friction(0, 1), friction(1, 2)), (Some(0.3), Some(0.3)));
         assert_eq!((friction(0, 3), friction(3, 2)), (Some(0.7), Some(0.7)));
         assert_eq!((friction(0, 2), friction(1, 3)), (None, None));

@@ -181,6 +181,9 @@ impl State {
         let mut bonds = BondCursor::new(&self.bonds);
         self.list.slots.iter().fold([0.0; 3], |sum, slot| {
             let bonded = bonds.find((slot.a, slot.b));
+            if bonded.is_none() && slot.force == [0.0; 2] {
+                return sum;
+            }
             let force = match bonded {
                 None => slot.force,
                 // Tension and shear are the bond's.

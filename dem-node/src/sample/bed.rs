@@ -34,7 +34,7 @@ pub struct Bed {
 pub fn press(recipe: &LayerConfig, stiffness: f64, seed: u64) -> Result<Bed, DemError> {
     let mut pile = drop_disks(recipe, &mut RandomNumbers::new(seed));
     let tolerated = 0.05 * recipe.radius_min_m;
-    pile.relax(MAX_ITERATIONS, |load| load.largest < tolerated);
+    pile.relax(MAX_ITERATIONS, |load| load.largest() < tolerated);
     let mut mean_overlap = 0.0;
     for pressure in &recipe.press_pa {
         pile.thrust = Some(2.0 * pile.half_width * pressure / stiffness);

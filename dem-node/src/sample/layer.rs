@@ -140,7 +140,7 @@ fn release(bed: &Bed, free: Vec<Disk>, glued: &[Disk], ceiling: f64) -> (Vec<Dis
     let (_, load) = pile.relax(MAX_ITERATIONS, |load| load.unbalanced() <= tolerated);
     let moved = free.iter().zip(pile.centres);
     let moved = moved.map(|(disk, centre)| Disk { centre, ..*disk });
-    (moved.collect(), load.largest)
+    (moved.collect(), load.largest())
 }
 
 /// Makes the grains smaller until none overlaps. The first step would repair the overlaps of rigid grains with the

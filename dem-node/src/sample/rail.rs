@@ -104,7 +104,7 @@ fn settle(pile: &mut Pile, smallest: f64) -> Result<f64, DemError> {
                 needed: UNBALANCED,
             });
         }
-        if load.largest <= (OVERLAP + 2.0 * SHRUNK) * smallest {
+        if load.largest() <= (OVERLAP + 2.0 * SHRUNK) * smallest {
             return Ok(left);
         }
         let part = 1.0 - (0.5 * load.mean() / mean).max(SLACKENED);

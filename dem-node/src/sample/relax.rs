@@ -7,6 +7,9 @@ use crate::detect::NearPairs;
 use crate::geometry::{Period, between_points, range, squared_displacements};
 use crate::sample::types::Disk;
 
+/// Direction in which the floor pushes.
+const UPWARDS: [f64; 2] = [0.0, 1.0];
+
 /// Disks between rigid plates.
 #[derive(Clone, Debug)]
 pub struct Pile {
@@ -28,6 +31,24 @@ pub struct Pile {
     pub thrust: Option<f64>,
 }
 
+/// Overlaps of a pile (m).
+#[derive(Clone, Copy, Debug, Default)]
+struct Overlaps {
+    sum: f64,
+    squares: f64,
+    count: usize,
+    largest: f64,
+}
+
+impl Overlaps {
+    fn add(&mut self, overlap: f64) {
+        self.sum += overlap;
+        self.squares += overlap * overlap;
+        self.count += 1;
+        self.largest = self.largest.max(overlap);
+    }
+}
+
 /// Forces on the disks, in units of overlap (m).
 #[derive(Clone, Debug, Default)]
 pub struct PileForces {
@@ -37,25 +58,23 @@ pub struct PileForces {
     on_floor: f64,
     /// The thrust.
     thrust: f64,
-    /// Sum of all overlaps.
-    sum: f64,
-    /// Sum of their squares.
-    squares: f64,
-    /// Number of contacts.
-    pub contacts: usize,
-    /// Largest overlap.
-    pub largest: f64,
+    overlaps: Overlaps,
 }
 
 impl PileForces {
     /// Mean overlap (m).
     pub fn mean(&self) -> f64 {
-        self.sum / self.contacts.max(1) as f64
+        self.overlaps.sum / self.overlaps.count.max(1) as f64
     }
 
     /// Root mean square of the overlaps (m).
     pub fn rms(&self) -> f64 {
-        (self.squares / self.contacts.max(1) as f64).sqrt()
+        (self.overlaps.squares / self.overlaps.count.max(1) as f64).sqrt()
+    }
+
+    /// Largest overlap (m).
+    pub fn largest(&self) -> f64 {
+        self.overlaps.largest
     }
 
     /// Root mean square of the resultants on the disks (m).
@@ -75,20 +94,26 @@ impl PileForces {
     pub fn is_balanced(&self, fraction: f64) -> bool {
         self.unbalanced() <= fraction * self.mean() && self.on_floor.abs() <= fraction * self.thrust
     }
-
-    fn count(&mut self, overlap: f64) {
-        self.sum += overlap;
-        self.squares += overlap * overlap;
-        self.contacts += 1;
-        self.largest = self.largest.max(overlap);
-    }
 }
 
 /// Verlet list of the pile.
 struct Neighbours {
-    pairs: Vec<(u32, u32)>,
+    /// Disks near each movable one, of higher numbers than its own, with the distance at which they touch (m).
+    near: Vec<(u32, f64)>,
+    /// Ends of the movable disks' parts of `near`.
+    ends: Vec<usize>,
     centres: Vec<[f64; 2]>,
     skin: f64,
+}
+
+impl Neighbours {
+    /// The disks near each movable one.
+    fn of_each(&self) -> impl Iterator<Item = &[(u32, f64)]> {
+        let starts = std::iter::once(&0).chain(&self.ends);
+        starts
+            .zip(&self.ends)
+            .map(|(start, end)| &self.near[*start..*end])
+    }
 }
 
 impl Pile {
@@ -128,12 +153,15 @@ impl Pile {
     fn neighbours(&self) -> Neighbours {
         let skin = 0.3 * range(self.radii.iter().copied())[0];
         let mut near = NearPairs::new(&self.centres, &self.radii, self.movable, skin, self.period);
-        let mut pairs = Vec::new();
+        let (mut listed, mut ends) = (Vec::new(), Vec::with_capacity(self.movable));
         for a in 0..self.movable {
-            pairs.extend(near.of(a).iter().map(|b| (a as u32, *b)));
+            let reach = |b: &u32| self.radii[a] + self.radii[*b as usize];
+            listed.extend(near.of(a).iter().map(|b| (*b, reach(b))));
+            ends.push(listed.len());
         }
         Neighbours {
-            pairs,
+            near: listed,
+            ends,
             centres: self.centres.clone(),
             skin,
         }
@@ -150,81 +178,82 @@ impl Pile {
     fn forces(&self, neighbours: &Neighbours, load: &mut PileForces) {
         load.on_disks.clear();
         load.on_disks.resize(self.movable, [0.0; 2]);
-        (load.sum, load.squares) = (0.0, 0.0);
-        (load.contacts, load.largest) = (0, 0.0);
         load.thrust = self.thrust.unwrap_or(0.0);
         load.on_floor = load.thrust;
-        for (a, b) in &neighbours.pairs {
-            self.push_apart(*a as usize, *b as usize, load);
+        let mut overlaps = Overlaps::default();
+        let on_disks = &mut load.on_disks[..];
+        for (a, near) in neighbours.of_each().enumerate() {
+            let (centre, mut on_a) = (self.centres[a], on_disks[a]);
+            for (b, reach) in near {
+                let b = *b as usize;
+                let Some((overlap, force)) = self.pushed_apart(centre, b, *reach) else {
+                    continue;
+                };
+                on_a = [on_a[0] + force[0], on_a[1] + force[1]];
+                if let Some(on_b) = on_disks.get_mut(b) {
+                    *on_b = [on_b[0] - force[0], on_b[1] - force[1]];
+                }
+                overlaps.add(overlap);
+            }
+            on_disks[a] = on_a;
         }
-        for a in 0..self.movable {
-            self.push_off_plates(a, load);
-        }
-    }
-
-    fn push_apart(&self, a: usize, b: usize, load: &mut PileForces) {
-        let [dx, dy] = between_points(self.centres[a], self.centres[b], self.period);
-        let reach = self.radii[a] + self.radii[b];
-        let squared = dx * dx + dy * dy;
-        if squared >= reach * reach || squared == 0.0 {
-            return;
-        }
-        let distance = squared.sqrt();
-        let overlap = reach - distance;
-        let force = [overlap * dx / distance, overlap * dy / distance];
-        load.on_disks[a][0] += force[0];
-        load.on_disks[a][1] += force[1];
-        if b < self.movable {
-            load.on_disks[b][0] -= force[0];
-            load.on_disks[b][1] -= force[1];
-        }
-        load.count(overlap);
-    }
-
-    fn push_off_plates(&self, a: usize, load: &mut PileForces) {
-        let ([x, y], r) = (self.centres[a], self.radii[a]);
-        let sides = [
-            (r - (x + self.half_width), [1.0, 0.0]),
-            (r - (self.half_width - x), [-1.0, 0.0]),
-            (r - (self.ceiling - y), [0.0, -1.0]),
-            (r - (y - self.floor), [0.0, 1.0]),
-        ];
-        for (side, (overlap, direction)) in sides.into_iter().enumerate() {
-            let open = self.period.is_some() && direction[0] != 0.0;
-            if overlap > 0.0 && !open {
-                load.on_disks[a][0] += overlap * direction[0];
-                load.on_disks[a][1] += overlap * direction[1];
-                load.count(overlap);
-                if side == FLOOR {
+        for (a, on_a) in on_disks.iter_mut().enumerate() {
+            for (overlap, direction) in self.pushed_off_plates(a) {
+                *on_a = [
+                    on_a[0] + overlap * direction[0],
+                    on_a[1] + overlap * direction[1],
+                ];
+                overlaps.add(overlap);
+                if direction == UPWARDS {
                     load.on_floor -= overlap;
                 }
             }
         }
+        load.overlaps = overlaps;
+    }
+
+    /// Overlap of a disk around `centre` with disk b, which it touches at the distance `reach`, and the force on the first (m).
+    #[inline]
+    fn pushed_apart(&self, centre: [f64; 2], b: usize, reach: f64) -> Option<(f64, [f64; 2])> {
+        let [dx, dy] = between_points(centre, self.centres[b], self.period);
+        let squared = dx * dx + dy * dy;
+        if squared >= reach * reach || squared == 0.0 {
+            return None;
+        }
+        let distance = squared.sqrt();
+        let overlap = reach - distance;
+        Some((overlap, [overlap * dx / distance, overlap * dy / distance]))
+    }
+
+    /// Overlaps of a disk with the plates that it touches (m), and the directions in which they push: sides, ceiling, floor.
+    #[inline]
+    fn pushed_off_plates(&self, a: usize) -> impl Iterator<Item = (f64, [f64; 2])> {
+        let ([x, y], r) = (self.centres[a], self.radii[a]);
+        let beside = self.period.map_or(self.half_width, |_| f64::INFINITY);
+        let plates = [
+            (r - (x + beside), [1.0, 0.0]),
+            (r - (beside - x), [-1.0, 0.0]),
+            (r - (self.ceiling - y), [0.0, -1.0]),
+            (r - (y - self.floor), UPWARDS),
+        ];
+        plates.into_iter().filter(|(overlap, _)| *overlap > 0.0)
     }
 
     /// The contacts of the pile: pairs of disks, and how many plates each movable disk touches.
     pub fn contacts(&self) -> (Vec<(u32, u32)>, Vec<u32>) {
-        let forces = || PileForces {
-            on_disks: vec![[0.0; 2]; self.movable],
-            ..PileForces::default()
-        };
-        let touching = |(a, b): &(u32, u32)| {
-            let mut load = forces();
-            self.push_apart(*a as usize, *b as usize, &mut load);
-            load.contacts > 0
-        };
-        let pairs = self.neighbours().pairs.into_iter().filter(touching);
-        let plates = (0..self.movable).map(|a| {
-            let mut load = forces();
-            self.push_off_plates(a, &mut load);
-            load.contacts as u32
-        });
-        (pairs.collect(), plates.collect())
+        let neighbours = self.neighbours();
+        let mut pairs = Vec::new();
+        for (a, near) in neighbours.of_each().enumerate() {
+            let touching = |(b, reach): &&(u32, f64)| {
+                self.pushed_apart(self.centres[a], *b as usize, *reach)
+                    .is_some()
+            };
+            pairs.extend(near.iter().filter(touching).map(|(b, _)| (a as u32, *b)));
+        }
+        let plates = (0..self.movable).map(|a| self.pushed_off_plates(a).count() as u32);
+        (pairs, plates.collect())
     }
 }
-
-/// Place of the floor among the sides of [`Pile::push_off_plates`].
-const FLOOR: usize = 3;
 
 /// State of the relaxation; a disk has mass 1, the floor that of a row of disks.
 struct Fire {

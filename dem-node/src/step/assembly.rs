@@ -135,7 +135,6 @@ impl Stepper {
     ) -> Contact {
         let (bodies, h) = (input.bodies, input.step);
         let pair = [slot.a as usize, slot.b as usize];
-        let own = bodies.pairs.place(pair[0], pair[1]);
         let glued = pair.map(|body| bodies.glued_index(body).is_some());
         let mut contact = Contact {
             a: slot.a,
@@ -148,17 +147,18 @@ impl Stepper {
                 None => 0.0,
             },
             bias: [0.0, slot.spring / h],
-            own,
-            compliance: bodies
-                .pairs
-                .law(own)
-                .map_or(compliance, |law| law.compliance(h)),
+            compliance,
             impulse: [h * slot.force[0], h * slot.force[1]],
             bond: NO_BOND,
             levers: NO_LEVERS,
             ..Contact::default()
         };
-        contact.b = bodies.pushed(pair[1]) as u32;
+        if let Some((own, law)) = bodies.pairs.of(pair[0], pair[1]) {
+            (contact.own, contact.compliance) = (own, law.compliance(h));
+        }
+        if !bodies.face.is_empty() {
+            contact.b = bodies.pushed(pair[1]) as u32;
+        }
         if !bodies.clusters.list.is_empty() {
             let disk = |body: usize| (state.centres[body], bodies.radii[body]);
             let inverse = |body: usize| self.problem.inverse_mass(body);
