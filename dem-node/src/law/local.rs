@@ -107,7 +107,7 @@ pub fn coulomb_projection(x: [f64; 2], friction: f64) -> [f64; 2] {
 /// Branch of the normal law of a bond, at the impulse r_n under U_n: true in tension, where its compliance is 1/kappa.
 #[inline(always)]
 pub fn in_tension(r_n: f64, u_n: f64) -> bool {
-    r_n < 0.0 || (r_n == 0.0 && u_n > 0.0)
+    (r_n < 0.0) | ((r_n == 0.0) & (u_n > 0.0))
 }
 
 /// Cohesive contact under the adhesion of a step (Raous, Cangemi and Cocou 1999).

@@ -37,7 +37,7 @@ pub struct ContactBatch {
     /// b without the velocities of the bodies (m/s); none along the tangent where all of it is 0.
     biases: [Vec<Lanes>; 2],
     iterates: [Vec<Iterate>; 2],
-    /// C (1/kg).
+    /// C (1/kg), that of compression for a bond; none along an axis where all of it is 0.
     springs: [Vec<Lanes>; 2],
     /// Branches of bonds, one a group or none at all.
     branches: Vec<Branches>,
@@ -94,8 +94,10 @@ impl ContactBatch {
                 self.branches[g].set(k, contact, bond);
             }
         }
-        if !self.biases[1].iter().any(|bias| bias.any()) {
-            self.biases[1].clear();
+        for lanes in [&mut self.biases[1], &mut self.springs[0]] {
+            if !lanes.iter().any(|lanes| lanes.any()) {
+                lanes.clear();
+            }
         }
     }
 
@@ -169,7 +171,7 @@ impl ContactBatch {
     /// u, w and z at the impulses reached, H w and the sums. `friction` is the coefficient.
     #[inline(always)]
     pub fn measure<K: Kind>(&mut self, friction: f64, bodies: &mut [BodyState]) {
-        self.sums = Sums::default();
+        let mut sums = Sums::default();
         for g in 0..self.frames.len() {
             let frame = self.frames[g];
             let lever = if K::FRICTION {
@@ -178,16 +180,17 @@ impl ContactBatch {
                 Lanes::default()
             };
             let [u_n, u_t] = frame.relative::<K>(lever, bodies);
-            let ([w_n, lost_n], cone) = self.measure_normal::<K>(g, friction, u_n);
+            let ([w_n, lost_n], cone) = self.measure_normal::<K>(g, friction, u_n, &mut sums);
             let [mut w_t, mut lost_t] = [Lanes::default(); 2];
             if K::FRICTION {
-                [w_t, lost_t] = self.measure_tangent::<K>(g, cone, u_t);
+                [w_t, lost_t] = self.measure_tangent::<K>(g, cone, u_t, &mut sums);
             }
             frame.scatter::<K>(lever, [w_n, w_t], bodies);
             if lost_n.any() || lost_t.any() {
                 self.lose(g, [lost_n, lost_t]);
             }
         }
+        self.sums = sums;
     }
 
     /// Normal part of the measurement; also returns the thresholds of friction that belong to P(r - u/D).
@@ -197,25 +200,28 @@ impl ContactBatch {
         g: usize,
         friction: f64,
         u: Lanes,
+        sums: &mut Sums<Lanes>,
     ) -> ([Lanes; 2], Lanes) {
         let r = self.iterates[0][g].impulse;
-        let preconditioner = &mut self.preconditioners[0][g];
+        let preconditioner = &self.preconditioners[0][g];
+        let mut inverse = preconditioner.inverse.wide();
         let mut u = u + self.biases[0][g];
         let (mut before, mut c) = (Lanes::default(), Lanes::default());
         if K::SOFT {
-            let compliance = &mut self.springs[0][g];
-            before = *compliance;
+            c = self.springs[0].get(g).copied().unwrap_or_default();
+            before = c;
             if K::BONDS {
-                self.branches[g].take(r, u, compliance, &mut preconditioner.inverse);
+                let branches = &mut self.branches[g];
+                before = branches.compliance(c);
+                branches.take(r, u);
+                c = branches.compliance(c);
+                inverse = branches.inverse(preconditioner.inverse);
             }
-            c = *compliance;
             u = u + c * r;
         }
         let diagonal = preconditioner.diagonal.wide();
-        let inverse = preconditioner.inverse.wide();
         let bounds = self.bounds::<K>(g);
         let back = -u * inverse;
-        let sums = &mut self.sums;
         let found = self.iterates[0][g].measure::<K>([u, back], [before, c], bounds, sums);
         let scaled = diagonal * r;
         let mut off = normal_defect(u, scaled);
@@ -231,7 +237,13 @@ impl ContactBatch {
     }
 
     #[inline(always)]
-    fn measure_tangent<K: Kind>(&mut self, g: usize, mut cone: Lanes, u: Lanes) -> [Lanes; 2] {
+    fn measure_tangent<K: Kind>(
+        &mut self,
+        g: usize,
+        mut cone: Lanes,
+        u: Lanes,
+        sums: &mut Sums<Lanes>,
+    ) -> [Lanes; 2] {
         let r = self.iterates[1][g].impulse;
         let limit = self.tangentials[g].limit;
         let preconditioner = &self.preconditioners[1][g];
@@ -240,14 +252,13 @@ impl ContactBatch {
         let mut u = bias.map_or(u, |bias| u + *bias);
         let mut c = Lanes::default();
         if K::SOFT {
-            c = self.springs[1][g];
+            c = self.springs[1].get(g).copied().unwrap_or_default();
             u = u + c * r;
         }
         if K::BONDS {
             cone = self.branches[g].select(limit, cone);
         }
         let back = -u * preconditioner.inverse.wide();
-        let sums = &mut self.sums;
         let found = self.iterates[1][g].measure::<K>([u, back], [c, c], [-limit, limit], sums);
         let held = diagonal * (r - tangential_impulse(r + back, limit));
         let defect = diagonal * (r - tangential_impulse(r + back, cone));
@@ -262,7 +273,7 @@ impl ContactBatch {
     #[inline(always)]
     fn bounds<K: Kind>(&self, g: usize) -> [Lanes; 2] {
         if K::BONDS {
-            self.branches[g].bounds
+            self.branches[g].bounds()
         } else {
             [Lanes::splat(0.0), Lanes::splat(f64::INFINITY)]
         }

@@ -8,24 +8,22 @@ use crate::solver::Contact;
 /// The branches on which four contacts are.
 #[derive(Clone, Copy, Debug)]
 pub struct Branches {
+    /// Upper bound of r_n (N s): 0 in tension, none in compression.
+    high: Lanes,
+    /// Compliance of tension (1/kg), infinite for a contact that cannot pull, and 1/D with it.
+    tension: Lanes,
+    inverse: ShortLanes,
     /// True for a contact with a bond.
     bonded: [bool; LANES],
-    /// Bounds of r_n on its branch (N s).
-    pub bounds: [Lanes; 2],
-    /// Part of the bodies in D (1/kg), and what the spring of compression and the bond in tension add to it.
-    block: [f64; LANES],
-    spring: [f64; LANES],
-    tension: [f64; LANES],
 }
 
 impl Default for Branches {
     fn default() -> Branches {
         Branches {
+            high: Lanes::splat(f64::INFINITY),
+            tension: Lanes::splat(f64::INFINITY),
+            inverse: ShortLanes::default(),
             bonded: [false; LANES],
-            bounds: [Lanes::splat(0.0), Lanes::splat(f64::INFINITY)],
-            block: [0.0; LANES],
-            spring: [0.0; LANES],
-            tension: [f64::INFINITY; LANES],
         }
     }
 }
@@ -33,41 +31,64 @@ impl Default for Branches {
 impl Branches {
     /// Fills a lane: compression, until the first impulse is looked at.
     pub fn set(&mut self, k: usize, contact: &Contact, bond: Option<&BondContact>) {
+        let tension = bond.map_or(f64::INFINITY, |bond| bond.law.compliance()[0]);
         self.bonded[k] = bond.is_some();
-        self.block[k] = contact.block.nn;
-        self.spring[k] = contact.compliance[0];
-        self.tension[k] = bond.map_or(f64::INFINITY, |bond| bond.law.compliance()[0]);
+        self.tension.0[k] = tension;
+        self.inverse.0[k] = inverse(contact.block.nn + tension);
     }
 
-    /// Takes the branches of impulses r under u without its compliance; writes compliance and 1/D there, of bonds.
+    /// Takes the branches of impulses r under u without its compliance.
     #[inline(always)]
-    pub fn take(
-        &mut self,
-        impulse: Lanes,
-        velocity: Lanes,
-        compliance: &mut Lanes,
-        inverse_d: &mut ShortLanes,
-    ) {
-        let [low, high] = &mut self.bounds;
-        for k in (0..LANES).filter(|k| self.bonded[*k]) {
-            let pulls = in_tension(impulse.0[k], velocity.0[k]);
-            compliance.0[k] = if pulls && self.tension[k].is_finite() {
-                (low.0[k], high.0[k]) = (f64::NEG_INFINITY, 0.0);
-                self.tension[k]
-            } else {
-                (low.0[k], high.0[k]) = (0.0, f64::INFINITY);
-                self.spring[k]
-            };
-            inverse_d.0[k] = inverse(self.block[k] + compliance.0[k]);
+    pub fn take(&mut self, impulse: Lanes, velocity: Lanes) {
+        for k in 0..LANES {
+            let pulls =
+                in_tension(impulse.0[k], velocity.0[k]) & (self.tension.0[k] < f64::INFINITY);
+            self.high.0[k] = if pulls { 0.0 } else { f64::INFINITY };
         }
+    }
+
+    /// Bounds of r_n on the branches (N s).
+    #[inline(always)]
+    pub fn bounds(&self) -> [Lanes; 2] {
+        let low = self.either(Lanes::splat(f64::NEG_INFINITY), Lanes::splat(0.0));
+        [low, self.high]
+    }
+
+    /// Compliances on the branches (1/kg), `spring` being that of compression.
+    #[inline(always)]
+    pub fn compliance(&self, spring: Lanes) -> Lanes {
+        self.either(self.tension, spring)
+    }
+
+    /// 1/D on the branches (kg), `spring` being that of compression.
+    #[inline(always)]
+    pub fn inverse(&self, spring: ShortLanes) -> Lanes {
+        self.either(self.inverse.wide(), spring.wide())
+    }
+
+    #[inline(always)]
+    fn either(&self, tension: Lanes, compression: Lanes) -> Lanes {
+        let mut lanes = compression;
+        for k in 0..LANES {
+            lanes.0[k] = if self.high.0[k] == 0.0 {
+                tension.0[k]
+            } else {
+                compression.0[k]
+            };
+        }
+        lanes
     }
 
     /// Numbers of bonds where there are any, the others elsewhere.
     #[inline(always)]
     pub fn select(&self, bonded: Lanes, others: Lanes) -> Lanes {
         let mut lanes = others;
-        for k in (0..LANES).filter(|k| self.bonded[*k]) {
-            lanes.0[k] = bonded.0[k];
+        for k in 0..LANES {
+            lanes.0[k] = if self.bonded[k] {
+                bonded.0[k]
+            } else {
+                others.0[k]
+            };
         }
         lanes
     }
