@@ -83,6 +83,15 @@ impl Accounts {
         self.detection_size += loss.detection.abs();
     }
 
+    /// Books the losses of other contacts.
+    pub fn join(&mut self, losses: &Accounts) {
+        self.impact += losses.impact;
+        self.friction += losses.friction;
+        self.cohesion += losses.cohesion;
+        self.detection += losses.detection;
+        self.detection_size += losses.detection_size;
+    }
+
     /// All accounts but that of walls, which rarely move, in order.
     pub fn numbers(&self) -> [f64; 10] {
         [

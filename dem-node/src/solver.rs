@@ -14,6 +14,7 @@ mod levers;
 pub mod nsgs;
 mod partition;
 pub mod pcg;
+mod pieces;
 mod problem;
 mod residual;
 
@@ -21,7 +22,8 @@ pub use acceleration::FIRST_TURNS;
 pub use contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
 pub use criteria::{Algorithm, Convergence, Criteria, OnNotConverged};
 pub use levers::Levers;
-pub use partition::Partition;
+pub use partition::{Cut, Partition, in_pieces};
+pub use pieces::first_bond;
 pub use problem::Problem;
 pub use residual::{Quad, quad, residual};
 
@@ -42,7 +44,7 @@ impl Solver {
         problem: &mut Problem,
         criteria: &Criteria,
     ) -> Result<Convergence, DemError> {
-        problem.prepare(criteria.tolerance)?;
+        problem.prepare(criteria.tolerance, criteria.parallel)?;
         let convergence = match criteria.algorithm {
             Algorithm::Nsgs => nsgs::solve(problem, &mut self.sweeper, criteria),
             Algorithm::Pcg => pcg::solve(problem, &mut self.workspace, criteria),

@@ -16,7 +16,7 @@ use crate::cohesion::Cohesion;
 use crate::drive::Moment;
 use crate::error::DemError;
 use crate::repair::{self, Repair, Stepped};
-use crate::solver::{Convergence, Criteria, NO_BOND, Partition, Problem, Solver};
+use crate::solver::{Contact, Convergence, Criteria, Partition, Problem, Solver, in_pieces};
 use crate::state::State;
 
 /// Input of a step: the bodies, and everything that moves them.
@@ -74,6 +74,17 @@ pub struct StepSummary {
     pub through: f64,
 }
 
+impl StepSummary {
+    /// Adds what other contacts make of the step, overlaps not yet divided by their number.
+    fn join(&mut self, other: &StepSummary) {
+        self.closed += other.closed;
+        self.overlap[0] += other.overlap[0];
+        self.overlap[1] = larger(self.overlap[1], other.overlap[1]);
+        self.on_wheel[0] += other.on_wheel[0];
+        self.on_wheel[1] += other.on_wheel[1];
+    }
+}
+
 /// Makes steps; owns the buffers that they share.
 #[derive(Clone, Debug, Default)]
 pub struct Stepper {
@@ -112,7 +123,7 @@ impl Stepper {
             None => self.solver.solve(&mut self.problem, criteria)?,
             Some(law) => self.solve_bonded(state, input, criteria, law)?,
         };
-        let mut summary = self.update_contacts(state, input);
+        let mut summary = self.update_contacts(state, input, criteria.parallel);
         summary.convergence = convergence;
         let balance = self.momentum_balance(state, input);
         summary.momentum_defect = balance.defect;
@@ -179,13 +190,24 @@ impl Stepper {
         law: &Cohesion,
     ) -> bool {
         let (bodies, h) = (input.bodies, input.step);
-        let problem = &mut self.problem;
-        let bonded = problem.contacts.iter().filter(|c| c.bond != NO_BOND);
-        self.adhesion.clear();
-        self.adhesion.extend(bonded.map(|contact| {
+        let problem = &self.problem;
+        let fall = |contact: &Contact| {
+            let bond = problem.bonds.get(contact.bond as usize)?;
             let velocity = problem.relative_velocity(contact);
-            problem.bonds[contact.bond as usize].fall(law, velocity, contact.bias[0], h)
-        }));
+            Some(bond.fall(law, velocity, contact.bias[0], h))
+        };
+        let contacts = &problem.contacts[..];
+        let fallen = in_pieces(
+            contacts.len(),
+            contacts,
+            criteria.parallel,
+            |_, contacts| contacts.iter().filter_map(fall).collect::<Vec<f64>>(),
+        );
+        self.adhesion.clear();
+        fallen
+            .iter()
+            .for_each(|of_piece| self.adhesion.extend(of_piece));
+        let problem = &mut self.problem;
         let both = problem.bonds.iter().zip(&self.adhesion);
         let furthest = both.fold(0.0, |f, (bond, a)| larger(f, bond.adhesion[1] - a));
         if furthest <= criteria.tolerance {

@@ -142,7 +142,7 @@ mod tests {
             friction: 0.5,
             ..Problem::default()
         };
-        problem.prepare(1.0).expect("it is well posed");
+        problem.prepare(1.0, false).expect("it is well posed");
         problem
     }
 

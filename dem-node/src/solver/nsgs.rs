@@ -8,7 +8,7 @@ use super::criteria::{Convergence, Criteria};
 use super::groups::Sweeper;
 use super::homotopy;
 use super::problem::Problem;
-use super::residual::{Defect, convergence};
+use super::residual::{Defect, convergence, measured, quad};
 
 /// Sweeps between two looks at the true residual while the sweeps are accelerated, whatever their increments.
 const CHECK_EVERY: usize = 20;
@@ -51,13 +51,13 @@ pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) 
         let defect = Defect::new(problem);
         let residual = defect.residual(problem);
         if residual <= criteria.tolerance {
-            return convergence(problem, defect, iterations, criteria);
+            return convergence(problem, (defect, quad(problem)), iterations, criteria);
         }
         let stuck = iterations >= FIRST_TURNS && residual < NOTHING_FOUND;
         if stuck && !pivoted && problem.has_friction() {
             pivoted = true;
             if let Some(defect) = pivot(problem, criteria) {
-                return convergence(problem, defect, iterations, criteria);
+                return convergence(problem, (defect, quad(problem)), iterations, criteria);
             }
         }
         if change <= bound {
@@ -65,7 +65,12 @@ pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) 
         }
     }
     sweeper.store(problem);
-    convergence(problem, Defect::new(problem), iterations, criteria)
+    convergence(
+        problem,
+        measured(problem, criteria.parallel),
+        iterations,
+        criteria,
+    )
 }
 
 /// Takes over the solution that pivoting finds, if it is one; else nothing changes.

@@ -60,28 +60,56 @@ impl Partition {
     }
 }
 
-/// Numbers of consecutive bodies, which can be cut where these are.
-pub trait PerBody: Send + Sized {
-    /// The part of the first `count` bodies, and the rest.
+/// What belongs to consecutive bodies or contacts, and can be cut where these are.
+pub trait Cut: Send + Sized {
+    /// The part of the first `count` of them, and the rest.
     fn cut(self, count: usize) -> (Self, Self);
 }
 
-impl<T: Send> PerBody for &mut [T] {
+impl<T: Send> Cut for &mut [T] {
     fn cut(self, count: usize) -> (Self, Self) {
         self.split_at_mut(count)
     }
 }
 
-impl<A: PerBody, B: PerBody> PerBody for (A, B) {
+impl Cut for () {
+    fn cut(self, _count: usize) -> ((), ()) {
+        ((), ())
+    }
+}
+
+impl<T: Sync> Cut for &[T] {
+    fn cut(self, count: usize) -> (Self, Self) {
+        self.split_at(count)
+    }
+}
+
+impl<A: Cut, B: Cut> Cut for (A, B) {
     fn cut(self, count: usize) -> (Self, Self) {
         let ((a, a_rest), (b, b_rest)) = (self.0.cut(count), self.1.cut(count));
         ((a, b), (a_rest, b_rest))
     }
 }
 
+/// Results of work on pieces of so many consecutive items, in their order: as many pieces as so many contacts make subdomains,
+/// however many threads there are. Side by side where `parallel`.
+pub fn in_pieces<I: Cut, R: Send>(
+    count: usize,
+    items: I,
+    parallel: bool,
+    work: impl Fn(Range<usize>, I) -> R + Sync,
+) -> Vec<R> {
+    let mut pieces: Vec<Subdomain<Option<R>>> = Vec::new();
+    Partition::new(count, count).assign(&mut pieces);
+    for_each_subdomain(&mut pieces, items, parallel, &|piece, items| {
+        piece.work = Some(work(piece.bodies.clone(), items));
+    });
+    pieces.into_iter().filter_map(|piece| piece.work).collect()
+}
+
 /// Work on each subdomain with the items of its bodies; `items` are those of all of them. Halves of halves, side by side
 /// where `parallel`.
-pub fn for_each_subdomain<T: Send, I: PerBody>(
+pub fn for_each_subdomain<T: Send, I: Cut>(
     subdomains: &mut [Subdomain<T>],
     items: I,
     parallel: bool,

@@ -44,7 +44,7 @@ pub use workspace::Workspace;
 
 use super::criteria::{Convergence, Criteria};
 use super::problem::Problem;
-use super::residual::{Defect, convergence};
+use super::residual::{convergence, measured};
 use batch::Pass;
 use group::{Has, Kind, Sums};
 
@@ -79,9 +79,14 @@ pub fn solve(problem: &mut Problem, workspace: &mut Workspace, criteria: &Criter
     let mut iterations = 0;
     loop {
         let inner = iterate(workspace, problem, &asked);
-        workspace.store(problem);
+        workspace.store(problem, criteria.parallel);
         iterations += inner.iterations;
-        let convergence = convergence(problem, Defect::new(problem), iterations, criteria);
+        let convergence = convergence(
+            problem,
+            measured(problem, criteria.parallel),
+            iterations,
+            criteria,
+        );
         if convergence.converged || !inner.reached {
             return convergence;
         }
@@ -98,7 +103,7 @@ fn iterate<K: Kind>(
     problem: &Problem,
     criteria: &Criteria,
 ) -> InnerSolve {
-    workspace.load::<K>(problem);
+    workspace.load::<K>(problem, criteria.parallel);
     let mut run = |pass| workspace.run::<K>(problem, pass, criteria.parallel);
     let ended = |iterations: usize, reached: bool| InnerSolve {
         iterations,

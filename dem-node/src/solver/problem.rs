@@ -2,6 +2,8 @@
 
 use super::contact::{BodyRecord, Contact};
 use super::levers::Levers;
+use super::partition::{Partition, Subdomain, for_each_subdomain, in_pieces};
+use super::pieces::{ByCandidate, WithBonds};
 use crate::bond::BondContact;
 use crate::boundary::CompliantBoundary;
 use crate::error::DemError;
@@ -39,11 +41,25 @@ impl Problem {
     ///
     /// Residuals are relative to ||D r||, but to no less than what makes a defect of pure rounding pass: a group of
     /// grains that just moves on has impulses near zero, and would never converge relative to them.
-    pub(super) fn prepare(&mut self, tolerance: f64) -> Result<(), DemError> {
-        let count = self.contacts.len().max(1) as f64;
-        self.least_size = self.rounding * count.sqrt() / tolerance;
+    pub(super) fn prepare(&mut self, tolerance: f64, parallel: bool) -> Result<(), DemError> {
+        let count = self.contacts.len();
+        self.least_size = self.rounding * (count.max(1) as f64).sqrt() / tolerance;
         let mut contacts = std::mem::take(&mut self.contacts);
-        for contact in &mut contacts {
+        let mut bonds = std::mem::take(&mut self.bonds);
+        let all = WithBonds {
+            contacts: &mut contacts,
+            bonds: &mut bonds,
+            first_bond: 0,
+        };
+        let prepared = in_pieces(count, all, parallel, |_, piece| self.prepare_laws(piece));
+        self.apply_first_guesses(&contacts, parallel);
+        (self.contacts, self.bonds) = (contacts, bonds);
+        self.boundary.evaluate();
+        prepared.into_iter().collect()
+    }
+
+    fn prepare_laws(&self, piece: WithBonds) -> Result<(), DemError> {
+        for contact in piece.contacts {
             contact.block = self.block(contact);
             let [nn, tt] = contact.diagonal();
             let softened = DelassusBlock {
@@ -52,17 +68,51 @@ impl Problem {
                 tt,
             };
             let pair = (contact.a, contact.b);
-            match self.bonds.get_mut(contact.bond as usize) {
+            let bond = (contact.bond as usize).wrapping_sub(piece.first_bond);
+            match piece.bonds.get_mut(bond) {
                 None => contact.law = LocalLaw::new(softened, self.friction_of(contact), pair)?,
                 Some(bond) => bond
                     .law
                     .prepare(contact.block, contact.compliance[0], pair)?,
             }
-            self.apply_first_guess(contact);
         }
-        self.contacts = contacts;
-        self.boundary.evaluate();
         Ok(())
+    }
+
+    /// Applies the first guesses, those within subdomains side by side, and then the others.
+    fn apply_first_guesses(&mut self, contacts: &[Contact], parallel: bool) {
+        let partition = Partition::new(contacts.len(), self.records.len());
+        if !partition.several() || !self.levers.is_empty() {
+            contacts.iter().for_each(|c| self.apply_first_guess(c));
+            return;
+        }
+        let mut subdomains: Vec<Subdomain<Vec<u32>>> = Vec::new();
+        partition.assign(&mut subdomains);
+        let mut records = std::mem::take(&mut self.records);
+        let all = ByCandidate {
+            bodies: &mut records[..],
+            contacts,
+            first: 0,
+            passed: 0,
+        };
+        for_each_subdomain(&mut subdomains, all, parallel, &|subdomain, piece| {
+            for (index, contact) in piece.contacts.iter().enumerate() {
+                let inside = subdomain.bodies.contains(&(contact.b as usize));
+                if contact.glued || !inside || self.wheel == Some(contact.b as usize) {
+                    subdomain.work.push((piece.passed + index) as u32);
+                    continue;
+                }
+                let force = contact.in_xy(contact.impulse);
+                let lever = contact.lever();
+                let [a, b] = [contact.a, contact.b].map(|body| body as usize - piece.first);
+                piece.bodies[a].push(lever, force, contact.impulse);
+                piece.bodies[b].push(lever, [-force[0], -force[1]], contact.impulse);
+            }
+        });
+        self.records = records;
+        for index in subdomains.iter().flat_map(|subdomain| &subdomain.work) {
+            self.apply_first_guess(&contacts[*index as usize]);
+        }
     }
 
     /// Applies the first guess of a contact. Glued disks only gather it: the boundary follows all of them at once.

@@ -2,6 +2,7 @@
 
 use super::contact::{Contact, NO_BOND};
 use super::criteria::{Convergence, Criteria};
+use super::partition::in_pieces;
 use super::problem::Problem;
 use crate::law::local::coulomb_projection;
 
@@ -43,6 +44,15 @@ struct Sums {
 }
 
 impl Sums {
+    fn join(&mut self, other: &Sums) {
+        self.active += other.active;
+        self.dv_dv += other.dv_dv;
+        self.wr_wr += other.wr_wr;
+        self.dv_dv_rr += other.dv_dv_rr;
+        self.wrr += other.wrr;
+        self.dv_r += other.dv_r;
+    }
+
     fn add(&mut self, contact: &Contact, wanted: [f64; 2]) {
         let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
         let r = contact.impulse;
@@ -56,12 +66,28 @@ impl Sums {
         self.wrr += 0.5 * (dot(old, r) + dot(new, wanted));
         self.dv_r += dot(mean, dv);
     }
+
+    fn quad(&self, problem: &Problem) -> Quad {
+        if self.dv_dv == 0.0 || self.wrr == 0.0 {
+            return Quad::default();
+        }
+        let size = self.wr_wr.sqrt();
+        let floored = size / size.max(problem.least_size);
+        let energy = floored / self.wrr;
+        Quad {
+            norms: [
+                problem.relative(self.dv_dv.sqrt(), size),
+                (self.active * self.dv_dv_rr).sqrt() * energy,
+                self.dv_r.abs() * energy,
+            ],
+        }
+    }
 }
 
-/// State of convergence after so many iterations, with the defect that they left. The true residual alone decides.
+/// State of convergence after so many iterations, with what they left. The true residual alone decides.
 pub(super) fn convergence(
     problem: &Problem,
-    left: Defect,
+    (left, quad): (Defect, Quad),
     iterations: usize,
     criteria: &Criteria,
 ) -> Convergence {
@@ -69,10 +95,31 @@ pub(super) fn convergence(
     Convergence {
         iterations,
         residual,
-        quad: quad(problem).largest(),
+        quad: quad.largest(),
         converged: residual <= criteria.tolerance,
         rounding: residual <= criteria.tolerance && left.defect > criteria.tolerance * left.size,
     }
+}
+
+/// Defect and LMGC90's incremental criterion of the impulses and velocities of the moment, in one sweep.
+pub(super) fn measured(problem: &Problem, parallel: bool) -> (Defect, Quad) {
+    let (mut squares, mut sums) = ([0.0; 2], Sums::default());
+    let contacts = &problem.contacts[..];
+    let pieces = in_pieces(contacts.len(), contacts, parallel, |_, contacts| {
+        let (mut squares, mut sums) = ([0.0; 2], Sums::default());
+        for contact in contacts {
+            let velocity = problem.relative_velocity(contact);
+            let wanted = problem.local_solution(contact, velocity);
+            add_defect(&mut squares, problem, contact, velocity);
+            sums.add(contact, wanted);
+        }
+        (squares, sums)
+    });
+    for (of_piece, sums_of_piece) in pieces {
+        squares = [squares[0] + of_piece[0], squares[1] + of_piece[1]];
+        sums.join(&sums_of_piece);
+    }
+    (Defect::of(squares), sums.quad(problem))
 }
 
 /// LMGC90's incremental criterion. Like the residual, it is relative to no less than what rounding makes of it.
@@ -82,19 +129,7 @@ pub fn quad(problem: &Problem) -> Quad {
         let velocity = problem.relative_velocity(contact);
         sums.add(contact, problem.local_solution(contact, velocity));
     }
-    if sums.dv_dv == 0.0 || sums.wrr == 0.0 {
-        return Quad::default();
-    }
-    let size = sums.wr_wr.sqrt();
-    let floored = size / size.max(problem.least_size);
-    let energy = floored / sums.wrr;
-    Quad {
-        norms: [
-            problem.relative(sums.dv_dv.sqrt(), size),
-            (sums.active * sums.dv_dv_rr).sqrt() * energy,
-            sums.dv_r.abs() * energy,
-        ],
-    }
+    sums.quad(problem)
 }
 
 /// The true natural-map residual ||D (r - P(r - U/D))|| / ||D r||, D the diagonal of W with its springs and P the projection
@@ -116,28 +151,19 @@ pub(super) struct Defect {
 impl Defect {
     /// That of the impulses and velocities of the moment.
     pub fn new(problem: &Problem) -> Defect {
-        let (mut defect, mut size) = (0.0, 0.0);
+        let mut squares = [0.0; 2];
         for contact in &problem.contacts {
-            let (d, r) = (contact.diagonal(), contact.impulse);
-            let u = problem.relative_velocity(contact);
-            let term = |axis: usize, wanted: f64| (d[axis] * (r[axis] - wanted)).powi(2);
-            if contact.bond == NO_BOND {
-                let full = [0, 1].map(|k| u[k] + contact.bias[k] + contact.compliance[k] * r[k]);
-                let x_t = if d[1] > 0.0 {
-                    r[1] - full[1] / d[1]
-                } else {
-                    r[1]
-                };
-                let [r_n, r_t] =
-                    coulomb_projection([r[0] - full[0] / d[0], x_t], problem.friction_of(contact));
-                defect += term(0, r_n);
-                defect += term(1, r_t);
-            } else {
-                let [r_n, r_t] = problem.local_solution(contact, u);
-                defect += term(0, r_n) + term(1, r_t);
-            }
-            size += term(0, 0.0) + term(1, 0.0);
+            add_defect(
+                &mut squares,
+                problem,
+                contact,
+                problem.relative_velocity(contact),
+            );
         }
+        Defect::of(squares)
+    }
+
+    fn of([defect, size]: [f64; 2]) -> Defect {
         Defect {
             defect: defect.sqrt(),
             size: size.sqrt(),
@@ -148,6 +174,29 @@ impl Defect {
     pub fn residual(self, problem: &Problem) -> f64 {
         problem.relative(self.defect, self.size)
     }
+}
+
+/// Adds the squares of D (r - P(r - U/D)) and of D r of a contact under this relative velocity.
+#[inline]
+fn add_defect([defect, size]: &mut [f64; 2], problem: &Problem, contact: &Contact, u: [f64; 2]) {
+    let (d, r) = (contact.diagonal(), contact.impulse);
+    let term = |axis: usize, wanted: f64| (d[axis] * (r[axis] - wanted)).powi(2);
+    if contact.bond == NO_BOND {
+        let full = [0, 1].map(|k| u[k] + contact.bias[k] + contact.compliance[k] * r[k]);
+        let x_t = if d[1] > 0.0 {
+            r[1] - full[1] / d[1]
+        } else {
+            r[1]
+        };
+        let [r_n, r_t] =
+            coulomb_projection([r[0] - full[0] / d[0], x_t], problem.friction_of(contact));
+        *defect += term(0, r_n);
+        *defect += term(1, r_t);
+    } else {
+        let [r_n, r_t] = problem.local_solution(contact, u);
+        *defect += term(0, r_n) + term(1, r_t);
+    }
+    *size += term(0, 0.0) + term(1, 0.0);
 }
 
 #[cfg(test)]

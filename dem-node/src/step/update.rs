@@ -4,32 +4,138 @@ use protocol::larger;
 
 use super::{StepInput, StepSummary, Stepper};
 use crate::bodies::Bodies;
-use crate::bond;
+use crate::bond::{self, Bond, BondContact};
 use crate::detect::Slot;
-use crate::ledger::{ContactStep, contact_loss};
-use crate::solver::{Contact, NO_BOND};
+use crate::ledger::{Accounts, ContactStep, contact_loss};
+use crate::solver::{Contact, Cut, first_bond, in_pieces};
 use crate::state::State;
 
+/// Contacts with all that a step changes of them: their slots, and the bonds of the state.
+struct Touched<'a> {
+    contacts: &'a [Contact],
+    /// Slot of each contact.
+    places: &'a [u32],
+    slots: &'a mut [Slot],
+    first_slot: usize,
+    bonds: &'a mut [Bond],
+    first_bond: usize,
+    /// All bonds of the problem.
+    bonded: &'a [BondContact],
+}
+
+impl Cut for Touched<'_> {
+    fn cut(self, count: usize) -> (Self, Self) {
+        let (contacts, right_contacts) = self.contacts.split_at(count);
+        let (places, right_places) = self.places.split_at(count);
+        let slot = right_places.first().map(|slot| *slot as usize);
+        let slot = slot.unwrap_or(self.first_slot + self.slots.len());
+        let bond = first_bond(right_contacts).map(|bond| self.bonded[bond].index as usize);
+        let bond = bond.unwrap_or(self.first_bond + self.bonds.len());
+        let (slots, right_slots) = self.slots.split_at_mut(slot - self.first_slot);
+        let (bonds, right_bonds) = self.bonds.split_at_mut(bond - self.first_bond);
+        let right = Touched {
+            contacts: right_contacts,
+            places: right_places,
+            slots: right_slots,
+            first_slot: slot,
+            bonds: right_bonds,
+            first_bond: bond,
+            bonded: self.bonded,
+        };
+        let left = Touched {
+            contacts,
+            places,
+            slots,
+            bonds,
+            ..self
+        };
+        (left, right)
+    }
+}
+
 impl Stepper {
-    /// Stores forces and springs, books the losses, sums forces and overlaps.
-    pub(super) fn update_contacts(&self, state: &mut State, input: &StepInput) -> StepSummary {
-        let (bodies, h) = (input.bodies, input.step);
+    /// Stores forces and springs, books the losses, sums forces and overlaps; in pieces, where there are many contacts.
+    pub(super) fn update_contacts(
+        &self,
+        state: &mut State,
+        input: &StepInput,
+        parallel: bool,
+    ) -> StepSummary {
+        let h = input.step;
+        let mut slots = std::mem::take(&mut state.list.slots);
+        let mut bonds = std::mem::take(&mut state.bonds);
+        let all = Touched {
+            contacts: &self.problem.contacts,
+            places: &self.slots,
+            slots: &mut slots,
+            first_slot: 0,
+            bonds: &mut bonds,
+            first_bond: 0,
+            bonded: &self.problem.bonds,
+        };
+        let accounts = state.accounts;
         let mut summary = StepSummary {
             listed: self.problem.contacts.len(),
             ..StepSummary::default()
         };
-        for (contact, slot) in self.problem.contacts.iter().zip(&self.slots) {
-            let slot = *slot as usize;
-            let done = self.contact_step(state, input, contact, &state.list.slots[slot]);
-            if contact.bond == NO_BOND {
-                let law = bodies.law_at(contact.own);
-                state.accounts.lose(&contact_loss(law, &done));
-                let slot = &mut state.list.slots[slot];
-                slot.force = [done.impulse[0] / h, done.impulse[1] / h];
-                slot.spring = done.spring[1];
-                slot.left = done.gap + h * done.velocity[0];
+        let rest = &*state;
+        // The first piece books where the last step ended, so that few contacts are booked one by one.
+        let opened = |place: usize| {
+            if place == 0 {
+                accounts
             } else {
-                self.update_bond(bodies, state, contact.bond as usize, slot, &done);
+                Accounts::default()
+            }
+        };
+        let pieces = in_pieces(summary.listed, all, parallel, |place, piece| {
+            self.update_piece(rest, input, piece, opened(place.start))
+        });
+        for (index, (of_piece, booked)) in pieces.into_iter().enumerate() {
+            summary.join(&of_piece);
+            if index == 0 {
+                state.accounts = booked;
+            } else {
+                state.accounts.join(&booked);
+            }
+        }
+        bonds.retain(|bond| bond.adhesion > 0.0);
+        (state.list.slots, state.bonds) = (slots, bonds);
+        summary.overlap[0] /= summary.closed.max(1) as f64;
+        for impulse in self.problem.boundary.impulse.chunks_exact(2) {
+            summary.on_boundary[0] += impulse[0] / h;
+            summary.on_boundary[1] += impulse[1] / h;
+        }
+        summary
+    }
+
+    fn update_piece(
+        &self,
+        state: &State,
+        input: &StepInput,
+        piece: Touched,
+        mut accounts: Accounts,
+    ) -> (StepSummary, Accounts) {
+        let (bodies, h) = (input.bodies, input.step);
+        let mut summary = StepSummary::default();
+        for (contact, place) in piece.contacts.iter().zip(piece.places) {
+            let slot = &mut piece.slots[*place as usize - piece.first_slot];
+            let done = self.contact_step(state, input, contact, slot);
+            match self.problem.bonds.get(contact.bond as usize) {
+                None => {
+                    let law = bodies.law_at(contact.own);
+                    accounts.lose(&contact_loss(law, &done));
+                    slot.force = [done.impulse[0] / h, done.impulse[1] / h];
+                    slot.spring = done.spring[1];
+                    slot.left = done.gap + h * done.velocity[0];
+                }
+                Some(solved) => {
+                    let bond = &mut piece.bonds[solved.index as usize - piece.first_bond];
+                    let after = self.adhesion[contact.bond as usize];
+                    let [before, during] = solved.adhesion;
+                    let law = bodies.law_of(slot.a as usize, slot.b as usize);
+                    let adhesion = [before, during, after];
+                    accounts.lose(&bond::end_step(law, bond, slot, &done, adhesion));
+                }
             }
             if done.impulse[0] > 0.0 {
                 let overlap = larger(0.0, -done.gap - h * done.velocity[0]);
@@ -43,32 +149,7 @@ impl Stepper {
                 summary.on_wheel[1] -= force[1] / h;
             }
         }
-        state.bonds.retain(|bond| bond.adhesion > 0.0);
-        summary.overlap[0] /= summary.closed.max(1) as f64;
-        for impulse in self.problem.boundary.impulse.chunks_exact(2) {
-            summary.on_boundary[0] += impulse[0] / h;
-            summary.on_boundary[1] += impulse[1] / h;
-        }
-        summary
-    }
-
-    /// Moves a bond and its slot to the end of the step and books its loss.
-    fn update_bond(
-        &self,
-        bodies: &Bodies,
-        state: &mut State,
-        index: usize,
-        slot: usize,
-        done: &ContactStep,
-    ) {
-        let contact = &self.problem.bonds[index];
-        let [before, solved] = contact.adhesion;
-        let adhesion = [before, solved, self.adhesion[index]];
-        let bond = &mut state.bonds[contact.index as usize];
-        let slot = &mut state.list.slots[slot];
-        let law = bodies.law_of(slot.a as usize, slot.b as usize);
-        let loss = bond::end_step(law, bond, slot, done, adhesion);
-        state.accounts.lose(&loss);
+        (summary, accounts)
     }
 
     fn contact_step(

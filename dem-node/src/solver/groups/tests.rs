@@ -73,7 +73,7 @@ fn problem() -> Problem {
         friction: 0.3,
         ..Problem::default()
     };
-    problem.prepare(1.0).expect("it is well posed");
+    problem.prepare(1.0, false).expect("it is well posed");
     problem
 }
 

@@ -24,7 +24,7 @@ fn on_wall(inverse: f64, velocity: [f64; 3], friction: f64) -> Problem {
         friction,
         ..Problem::default()
     };
-    problem.prepare(1e-10).expect("it is well posed");
+    problem.prepare(1e-10, false).expect("it is well posed");
     problem
 }
 
@@ -129,7 +129,7 @@ fn heap(seed: u64, friction: f64) -> Problem {
         friction,
         ..Problem::default()
     };
-    problem.prepare(1e-10).expect("it is well posed");
+    problem.prepare(1e-10, false).expect("it is well posed");
     problem
 }
 
@@ -156,7 +156,7 @@ fn contacts_with_a_friction_of_their_own_are_solved() {
         for (index, contact) in problem.contacts.iter_mut().enumerate() {
             contact.own = index as u32 % 3;
         }
-        problem.prepare(1e-10).expect("it is well posed");
+        problem.prepare(1e-10, false).expect("it is well posed");
         let solved = solve(&problem, 1e-10).expect("the path is followed");
         let left = residual(&solved);
         assert!(left <= 1e-10, "{left:e}, heap {seed}");

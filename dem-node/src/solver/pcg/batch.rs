@@ -5,7 +5,7 @@ use super::branches::Branches;
 use super::group::{ContactFrames, Iterate, LANES, Lanes, Preconditioner, Sums, Tangential};
 use super::group::{Kind, bias, compliance, threshold};
 use crate::law::vector::{normal_defect, tangential_impulse};
-use crate::solver::Problem;
+use crate::solver::{Contact, Problem};
 
 /// The work of one pass over the contacts.
 #[derive(Clone, Copy, Debug)]
@@ -101,12 +101,12 @@ impl ContactBatch {
         }
     }
 
-    /// Writes the impulses back.
-    pub fn store(&self, problem: &mut Problem) {
+    /// Writes the impulses back to contacts, before which there are `passed` others.
+    pub fn store(&self, contacts: &mut [Contact], passed: usize) {
         for (i, member) in self.members.iter().enumerate() {
             let lanes = |axis: usize| self.iterates[axis].get(i / LANES);
             let impulse = |axis: usize| lanes(axis).map_or(0.0, |m| m.impulse.0[i % LANES]);
-            problem.contacts[*member as usize].impulse = [impulse(0), impulse(1)];
+            contacts[*member as usize - passed].impulse = [impulse(0), impulse(1)];
         }
     }
 

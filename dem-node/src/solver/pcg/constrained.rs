@@ -119,11 +119,12 @@ impl ConstrainedBodies {
         self.impulses = impulses;
     }
 
-    /// Writes the impulses on the glued disks back.
-    pub fn store(&self, problem: &mut Problem) {
+    /// Writes the impulses on the glued disks back, `outside` being the contacts that may have one.
+    pub fn store(&self, problem: &mut Problem, outside: impl Iterator<Item = usize>) {
         let boundary = &mut problem.boundary;
         boundary.impulse.fill(0.0);
-        for contact in problem.contacts.iter().filter(|c| c.glued) {
+        let outside = outside.map(|index| &problem.contacts[index]);
+        for contact in outside.filter(|contact| contact.glued) {
             let force = contact.in_xy(contact.impulse);
             for (body, force) in [(contact.a, force), (contact.b, [-force[0], -force[1]])] {
                 if self.glued.contains(&(body as usize)) {

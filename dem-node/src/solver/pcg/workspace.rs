@@ -10,6 +10,7 @@ use super::group::{Kind, Sums};
 use crate::lanes::widest;
 use crate::solver::Problem;
 use crate::solver::partition::{Partition, Subdomain, for_each_subdomain};
+use crate::solver::pieces::ByCandidate;
 
 /// Buffers of the solver.
 #[derive(Clone, Debug, Default)]
@@ -78,7 +79,7 @@ impl Interior {
 
 impl Workspace {
     /// Takes over a prepared problem.
-    pub fn load<K: Kind>(&mut self, problem: &Problem) {
+    pub fn load<K: Kind>(&mut self, problem: &Problem, parallel: bool) {
         self.bodies.clear();
         self.bodies
             .extend(problem.records.iter().map(BodyState::new));
@@ -87,9 +88,9 @@ impl Workspace {
         self.constrained.load(problem, &mut self.bodies);
         self.share_out(problem);
         self.outside.load::<K>(problem);
-        for subdomain in &mut self.subdomains {
+        for_each_subdomain(&mut self.subdomains, (), parallel, &|subdomain, ()| {
             subdomain.work.batch.load::<K>(problem);
-        }
+        });
     }
 
     /// Shares the contacts out to the subdomains.
@@ -120,15 +121,29 @@ impl Workspace {
     }
 
     /// Writes impulses and velocities back.
-    pub fn store(&self, problem: &mut Problem) {
-        for subdomain in &self.subdomains {
-            subdomain.work.batch.store(problem);
-        }
-        self.outside.store(problem);
-        for (record, body) in problem.records.iter_mut().zip(&self.bodies) {
-            record.velocity = body.velocity;
-        }
-        self.constrained.store(problem);
+    pub fn store(&mut self, problem: &mut Problem, parallel: bool) {
+        self.outside.store(&mut problem.contacts, 0);
+        let all = ByCandidate {
+            bodies: &mut problem.records[..],
+            contacts: &mut problem.contacts[..],
+            first: 0,
+            passed: 0,
+        };
+        let items = (&self.bodies[..], all);
+        for_each_subdomain(
+            &mut self.subdomains,
+            items,
+            parallel,
+            &|subdomain, (solved, of)| {
+                subdomain.work.batch.store(of.contacts, of.passed);
+                for (record, body) in of.bodies.iter_mut().zip(solved) {
+                    record.velocity = body.velocity;
+                }
+            },
+        );
+        let outside = self.outside.members.iter();
+        self.constrained
+            .store(problem, outside.map(|member| *member as usize));
     }
 
     /// One pass over all contacts.
