@@ -49,12 +49,30 @@ impl Solver {
             Algorithm::Nsgs => nsgs::solve(problem, &mut self.sweeper, criteria),
             Algorithm::Pcg => pcg::solve(problem, &mut self.workspace, criteria),
         };
-        problem.boundary.evaluate();
-        if convergence.residual.is_finite() {
-            return Ok(convergence);
-        }
-        Err(DemError::NotFinite {
-            iterations: convergence.iterations,
-        })
+        finite(problem, convergence)
     }
+
+    /// Goes on from the solution that conjugate gradients have just found, the bonds of these contacts having become softer: what is
+    /// loaded stays, and few iterations are needed.
+    pub fn go_on(
+        &mut self,
+        problem: &mut Problem,
+        criteria: &Criteria,
+        softened: &[u32],
+    ) -> Result<Convergence, DemError> {
+        problem.prepare_bonds(softened)?;
+        let convergence = pcg::go_on(problem, &mut self.workspace, criteria, softened);
+        finite(problem, convergence)
+    }
+}
+
+/// An answer that is a number.
+fn finite(problem: &mut Problem, convergence: Convergence) -> Result<Convergence, DemError> {
+    problem.boundary.evaluate();
+    if convergence.residual.is_finite() {
+        return Ok(convergence);
+    }
+    Err(DemError::NotFinite {
+        iterations: convergence.iterations,
+    })
 }

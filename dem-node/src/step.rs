@@ -16,7 +16,7 @@ use crate::cohesion::Cohesion;
 use crate::drive::Moment;
 use crate::error::DemError;
 use crate::repair::{self, Repair, Stepped};
-use crate::solver::{Contact, Convergence, Criteria, Partition, Problem, Solver, in_pieces};
+use crate::solver::{Algorithm, Convergence, Criteria, Partition, Problem, Solver, in_pieces};
 use crate::state::State;
 
 /// Input of a step: the bodies, and everything that moves them.
@@ -95,6 +95,8 @@ pub struct Stepper {
     slots: Vec<u32>,
     /// Adhesion at the end of the step of each bond of the problem.
     adhesion: Vec<f64>,
+    /// Contacts whose bonds the last solution has softened.
+    softened: Vec<u32>,
     repair: Repair,
     /// Force of the grains on each driven cluster in the last step (N).
     pub(crate) on_driven: Vec<[f64; 2]>,
@@ -168,9 +170,15 @@ impl Stepper {
         let solved = self.problem.bonds.iter().map(|bond| bond.adhesion[1]);
         self.adhesion.extend(solved);
         while convergence.converged && self.lower_adhesion(state, input, criteria, law) {
-            self.problem.boundary.start(input.free_velocity);
-            self.free_records(state, input);
-            let again = self.solver.solve(&mut self.problem, criteria)?;
+            let problem = &mut self.problem;
+            let again = match criteria.algorithm {
+                Algorithm::Pcg => self.solver.go_on(problem, criteria, &self.softened)?,
+                Algorithm::Nsgs => {
+                    problem.boundary.start(input.free_velocity);
+                    self.free_records(state, input);
+                    self.solver.solve(&mut self.problem, criteria)?
+                }
+            };
             let iterations = convergence.iterations + again.iterations;
             convergence = Convergence {
                 iterations,
@@ -191,32 +199,45 @@ impl Stepper {
     ) -> bool {
         let (bodies, h) = (input.bodies, input.step);
         let problem = &self.problem;
-        let fall = |contact: &Contact| {
-            let bond = problem.bonds.get(contact.bond as usize)?;
-            let velocity = problem.relative_velocity(contact);
-            Some(bond.fall(law, velocity, contact.bias[0], h))
-        };
         let contacts = &problem.contacts[..];
-        let fallen = in_pieces(
+        let pieces = in_pieces(
             contacts.len(),
             contacts,
             criteria.parallel,
-            |_, contacts| contacts.iter().filter_map(fall).collect::<Vec<f64>>(),
+            |place, contacts| {
+                let (mut adhesions, mut softened) = (Vec::new(), Vec::new());
+                for (index, contact) in place.zip(contacts) {
+                    let Some(bond) = problem.bonds.get(contact.bond as usize) else {
+                        continue;
+                    };
+                    let velocity = problem.relative_velocity(contact);
+                    let adhesion = bond.fall(law, velocity, contact.bias[0], h);
+                    if adhesion < bond.adhesion[1] {
+                        softened.push(index as u32);
+                    }
+                    adhesions.push(adhesion);
+                }
+                (adhesions, softened)
+            },
         );
         self.adhesion.clear();
-        fallen
-            .iter()
-            .for_each(|of_piece| self.adhesion.extend(of_piece));
+        self.softened.clear();
+        for (adhesions, softened) in pieces {
+            self.adhesion.extend(adhesions);
+            self.softened.extend(softened);
+        }
         let problem = &mut self.problem;
         let both = problem.bonds.iter().zip(&self.adhesion);
         let furthest = both.fold(0.0, |f, (bond, a)| larger(f, bond.adhesion[1] - a));
         if furthest <= criteria.tolerance {
             return false;
         }
-        for (contact, adhesion) in problem.bonds.iter_mut().zip(&self.adhesion) {
+        for index in &self.softened {
+            let place = problem.contacts[*index as usize].bond as usize;
+            let contact = &mut problem.bonds[place];
             let bond = &state.bonds[contact.index as usize];
             let [a, b] = [bond.a, bond.b].map(|body| body as usize);
-            contact.soften(bodies.law_of(a, b), bond, *adhesion, h);
+            contact.soften(bodies.law_of(a, b), bond, self.adhesion[place], h);
         }
         true
     }

@@ -66,27 +66,56 @@ struct InnerSolve {
 /// Iterates until the true residual is within the tolerance.
 ///
 /// The passes see it with seven digits of D, and a bond on the branch of its impulse, where [`super::residual`] looks at both.
-/// If they are satisfied and it is not, iterations begin anew with a tighter bound.
+/// If they are satisfied and it is not, iterations begin anew where they are, with a tighter bound.
 pub fn solve(problem: &mut Problem, workspace: &mut Workspace, criteria: &Criteria) -> Convergence {
-    let soft = problem.contacts.iter().any(|c| c.compliance != [0.0; 2]);
-    let iterate = match (!problem.bonds.is_empty(), problem.friction > 0.0) {
-        (true, _) => iterate::<Has<true, true, true>>,
-        (false, true) => iterate::<Has<true, false, true>>,
-        (false, false) if soft => iterate::<Has<false, false, true>>,
-        (false, false) => iterate::<Has<false, false, false>>,
-    };
+    compiled(problem)(problem, workspace, criteria, None)
+}
+
+/// Goes on from the solution of this problem in the workspace: since then only the bonds of these contacts have become softer.
+pub fn go_on(
+    problem: &mut Problem,
+    workspace: &mut Workspace,
+    criteria: &Criteria,
+    softened: &[u32],
+) -> Convergence {
+    compiled(problem)(problem, workspace, criteria, Some(softened))
+}
+
+type Solve = fn(&mut Problem, &mut Workspace, &Criteria, Option<&[u32]>) -> Convergence;
+
+/// The solver without what this problem has not.
+fn compiled(problem: &Problem) -> Solve {
+    let soft = || problem.contacts.iter().any(|c| c.compliance != [0.0; 2]);
+    match (!problem.bonds.is_empty(), problem.friction > 0.0) {
+        (true, _) => solve_as::<Has<true, true, true>>,
+        (false, true) => solve_as::<Has<true, false, true>>,
+        (false, false) if soft() => solve_as::<Has<false, false, true>>,
+        (false, false) => solve_as::<Has<false, false, false>>,
+    }
+}
+
+/// Solves a problem anew, or goes on where bonds have softened.
+fn solve_as<K: Kind>(
+    problem: &mut Problem,
+    workspace: &mut Workspace,
+    criteria: &Criteria,
+    softened: Option<&[u32]>,
+) -> Convergence {
+    match softened {
+        None => workspace.load::<K>(problem, criteria.parallel),
+        Some(softened) => {
+            workspace.soften(problem, softened);
+            workspace.restart(criteria.parallel);
+        }
+    }
     let mut asked = *criteria;
     let mut iterations = 0;
     loop {
-        let inner = iterate(workspace, problem, &asked);
+        let inner = iterate::<K>(workspace, problem, &asked);
         workspace.store(problem, criteria.parallel);
         iterations += inner.iterations;
-        let convergence = convergence(
-            problem,
-            measured(problem, criteria.parallel),
-            iterations,
-            criteria,
-        );
+        let left = measured(problem, criteria.parallel);
+        let convergence = convergence(problem, left, iterations, criteria);
         if convergence.converged || !inner.reached {
             return convergence;
         }
@@ -94,16 +123,16 @@ pub fn solve(problem: &mut Problem, workspace: &mut Workspace, criteria: &Criter
         asked.tolerance *= missed.clamp(TIGHTER[0], TIGHTER[1]);
         asked.max_iterations -= inner.iterations;
         asked.min_iterations = 0;
+        workspace.restart(criteria.parallel);
     }
 }
 
-/// Iterations compiled without what their problem has not.
+/// Iterations from where the workspace is.
 fn iterate<K: Kind>(
     workspace: &mut Workspace,
     problem: &Problem,
     criteria: &Criteria,
 ) -> InnerSolve {
-    workspace.load::<K>(problem, criteria.parallel);
     let mut run = |pass| workspace.run::<K>(problem, pass, criteria.parallel);
     let ended = |iterations: usize, reached: bool| InnerSolve {
         iterations,

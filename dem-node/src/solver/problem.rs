@@ -79,6 +79,19 @@ impl Problem {
         Ok(())
     }
 
+    /// The local laws of the bonds of these contacts anew.
+    pub(super) fn prepare_bonds(&mut self, softened: &[u32]) -> Result<(), DemError> {
+        for index in softened {
+            let contact = &self.contacts[*index as usize];
+            let pair = (contact.a, contact.b);
+            if let Some(bond) = self.bonds.get_mut(contact.bond as usize) {
+                bond.law
+                    .prepare(contact.block, contact.compliance[0], pair)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Applies the first guesses, those within subdomains side by side, and then the others.
     fn apply_first_guesses(&mut self, contacts: &[Contact], parallel: bool) {
         let partition = Partition::new(contacts.len(), self.records.len());

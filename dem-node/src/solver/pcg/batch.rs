@@ -101,6 +101,39 @@ impl ContactBatch {
         }
     }
 
+    /// Takes over the bond of a contact that has become softer; false if the contact is in another batch.
+    pub fn soften(&mut self, problem: &Problem, index: u32) -> bool {
+        let Ok(place) = self.members.binary_search(&index) else {
+            return false;
+        };
+        let (g, k) = (place / LANES, place % LANES);
+        let contact = &problem.contacts[index as usize];
+        let bond = problem.bonds.get(contact.bond as usize);
+        for axis in 0..2 {
+            if let Some(preconditioner) = self.preconditioners[axis].get_mut(g) {
+                preconditioner.set(k, contact, bond, axis);
+            }
+            if let Some(springs) = self.springs[axis].get_mut(g) {
+                springs.0[k] = compliance(contact, bond, axis);
+            }
+        }
+        if let Some(tangential) = self.tangentials.get_mut(g) {
+            tangential.limit.0[k] = threshold(contact, bond, problem.friction);
+        }
+        if let Some(branches) = self.branches.get_mut(g) {
+            branches.set(k, contact, bond);
+        }
+        true
+    }
+
+    /// Forgets p and w.
+    pub fn restart(&mut self) {
+        for iterate in self.iterates.iter_mut().flatten() {
+            iterate.direction = Lanes::default();
+            iterate.gradient = Lanes::default();
+        }
+    }
+
     /// Writes the impulses back to contacts, before which there are `passed` others.
     pub fn store(&self, contacts: &mut [Contact], passed: usize) {
         for (i, member) in self.members.iter().enumerate() {

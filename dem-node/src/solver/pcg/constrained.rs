@@ -58,6 +58,14 @@ impl ConstrainedBodies {
         }
     }
 
+    /// Forgets p and w.
+    pub fn restart(&mut self) {
+        for vector in [&mut self.along, &mut self.answer, &mut self.gathered] {
+            vector.fill(0.0);
+        }
+        self.touched = false;
+    }
+
     /// True if a body is one of these.
     pub fn holds(&self, body: usize) -> bool {
         self.glued.contains(&body) || self.wheel == Some(body)

@@ -93,6 +93,36 @@ impl Workspace {
         });
     }
 
+    /// Takes over the bonds of these contacts, which have become softer.
+    pub fn soften(&mut self, problem: &Problem, softened: &[u32]) {
+        for index in softened {
+            let inside = self.subdomains.iter_mut();
+            let mut batches = inside.map(|subdomain| &mut subdomain.work.batch);
+            if !batches.any(|batch| batch.soften(problem, *index)) {
+                self.outside.soften(problem, *index);
+            }
+        }
+    }
+
+    /// Forgets p and w: iterations begin anew at the impulses and velocities that they have reached.
+    pub fn restart(&mut self, parallel: bool) {
+        self.constrained.restart();
+        self.outside.restart();
+        let items = (&mut self.bodies[..], &mut self.momenta[..]);
+        for_each_subdomain(&mut self.subdomains, items, parallel, &|subdomain,
+                                                                    (
+            bodies,
+            momenta,
+        ): (
+            &mut [BodyState],
+            &mut [Momentum],
+        )| {
+            bodies.iter_mut().for_each(|body| body.h_w = [0.0; 3]);
+            momenta.fill([0.0; 3]);
+            subdomain.work.batch.restart();
+        });
+    }
+
     /// Shares the contacts out to the subdomains.
     fn share_out(&mut self, problem: &Problem) {
         let partition = Partition::new(problem.contacts.len(), problem.records.len());
