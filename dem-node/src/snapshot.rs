@@ -12,7 +12,7 @@ use crate::flow::{Body, Flow, NEVER};
 use crate::state::State;
 
 /// Writes disks as vertices and the contacts between them as lines. Point data: radius_m, velocity_m_per_s, spin_rad_per_s,
-/// glued, pressure_pa; where flows are followed also body (0 first body, 1 third body, 2 initial stock) and detached_s, -1 for
+/// glued, pressure_pa; of a wheel of disks also wheel, 1 for these; where flows are followed also body (0 first body, 1 third body, 2 initial stock) and detached_s, -1 for
 /// grains that never were. Cell data: force_n (normal, tangential), zero on vertices.
 pub fn write(
     path: &Path,
@@ -85,20 +85,28 @@ fn point_data(text: &mut String, bodies: &Bodies, state: &State, thickness: f64)
         .collect();
     let flat = velocities.iter().flat_map(|v| [v[0], v[1], 0.0]);
     let spins = velocities.iter().map(|v| v[2]);
-    let flags = (0..bodies.disks()).map(|i| u8::from(i >= bodies.free));
+    let flag = |of: &dyn Fn(usize) -> bool| -> Vec<u8> {
+        let disks = 0..bodies.disks();
+        disks.map(|disk| u8::from(of(disk))).collect()
+    };
     array(text, "Float64", "radius_m", 1, bodies.radii.iter());
     array(text, "Float64", "velocity_m_per_s", 3, flat);
     array(text, "Float64", "spin_rad_per_s", 1, spins);
-    array(text, "UInt8", "glued", 1, flags);
+    let glued = flag(&|disk| bodies.glued_index(disk).is_some());
+    array(text, "UInt8", "glued", 1, glued);
+    if !bodies.face.is_empty() {
+        let wheel = flag(&|disk| disk >= bodies.first_face());
+        array(text, "UInt8", "wheel", 1, wheel);
+    }
     let pressures = pressures(bodies, state, thickness);
     array(text, "Float64", "pressure_pa", 1, pressures);
 }
 
 fn flow_data(text: &mut String, bodies: &Bodies, flow: &Flow) {
-    let glued = bodies.glued();
-    let kinds = flow.bodies().chain(repeat_n(Body::First, glued));
+    let others = bodies.disks() - bodies.free;
+    let kinds = flow.bodies().chain(repeat_n(Body::First, others));
     array(text, "UInt8", "body", 1, kinds.map(|body| body as u8));
-    let times = flow.detached().chain(repeat_n(NEVER, glued));
+    let times = flow.detached().chain(repeat_n(NEVER, others));
     array(text, "Float64", "detached_s", 1, times);
 }
 

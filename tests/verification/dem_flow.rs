@@ -179,29 +179,64 @@ fn flows_that_are_not_asked_for_change_nothing() {
     assert!(!plain.results.contains_key("flow_balance_rel"));
 }
 
-#[test]
-fn fields_tell_to_which_body_a_grain_belongs_and_since_when() {
-    let folder = std::env::temp_dir().join(format!("thirdbody-flow-{}", std::process::id()));
+/// A participant after 400 steps, and its fields.
+fn fields_of(config: &Value, name: &str) -> (Dem, String) {
+    let folder = std::env::temp_dir().join(format!("thirdbody-flow-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder can be made");
     let setting = Setting {
         fields: Some(folder.clone()),
         ..setting(1)
     };
-    let config = protocol::read_config(&sheared(followed())).expect("it is valid");
+    let config = protocol::read_config(config).expect("it is valid");
     let mut dem = Dem::new(&config, &setting).expect("it can be prepared");
     march(&mut dem, 0, 400);
     dem.snapshot("here").expect("it can be written");
     let text = std::fs::read_to_string(folder.join("third-body-here.vtp"));
     std::fs::remove_dir_all(&folder).expect("the folder can go");
-    let text = text.expect("it is there");
-    let array = |name: &str| -> Vec<f64> {
-        let (_, rest) = text
-            .split_once(&format!("Name=\"{name}\""))
-            .expect("it is there");
-        let body = rest.split(['>', '<']).nth(1).expect("it has numbers");
-        let words = body.split_whitespace();
-        words.map(|word| word.parse().expect("a number")).collect()
-    };
+    (dem, text.expect("it is there"))
+}
+
+/// The numbers of an array of fields.
+fn array(fields: &str, name: &str) -> Vec<f64> {
+    let (_, rest) = fields
+        .split_once(&format!("Name=\"{name}\""))
+        .expect("it is there");
+    let body = rest.split(['>', '<']).nth(1).expect("it has numbers");
+    let words = body.split_whitespace();
+    words.map(|word| word.parse().expect("a number")).collect()
+}
+
+/// A viewer refuses a file in which a point lacks a number.
+#[test]
+fn fields_have_a_number_for_each_disk_of_the_wheel_too() {
+    let mut config = sheared(followed());
+    config["wheel"]["face"] = json!("disks");
+    config["sample"] = json!({
+        "kind": "rail", "width_m": 2e-3, "height_m": 0.8e-3, "height_at": "edge", "crown_radius_m": 0.05,
+        "radius_min_m": 0.05e-3, "radius_max_m": 0.1e-3, "law": "surface_uniform",
+    });
+    let (dem, fields) = fields_of(&config, "wheel");
+    let bodies = dem.bodies();
+    let counts = |kind: &str| array(&fields, kind).iter().filter(|x| **x == 1.0).count();
+    for name in [
+        "radius_m",
+        "glued",
+        "wheel",
+        "pressure_pa",
+        "body",
+        "detached_s",
+    ] {
+        assert_eq!(array(&fields, name).len(), bodies.disks(), "{name}");
+    }
+    assert_eq!(counts("wheel"), bodies.face.len());
+    assert_eq!(counts("glued"), bodies.glued());
+    assert!(bodies.glued() > 0 && bodies.face.len() > 8);
+}
+
+#[test]
+fn fields_tell_to_which_body_a_grain_belongs_and_since_when() {
+    let (dem, fields) = fields_of(&sheared(followed()), "grains");
+    let array = |name: &str| array(&fields, name);
     let (bodies, times) = (array("body"), array("detached_s"));
     let mut expected: Vec<f64> = held(&dem)
         .iter()
