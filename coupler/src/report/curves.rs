@@ -32,7 +32,10 @@ struct Chart<'a> {
 /// |D| over its amplitude (%): a column that the report adds to those of signals.csv, where the wheel moves.
 const SHARE: &str = "share_of_amplitude_pct";
 
-const CHARTS: [Chart; 3] = [
+/// Height of the wheel over that at which its motion began (um): another such column.
+const RISE: &str = "wheel_rise_um";
+
+const CHARTS: [Chart; 4] = [
     Chart {
         file: "forces.svg",
         caption: "Force on the wheel",
@@ -49,6 +52,13 @@ const CHARTS: [Chart; 3] = [
         labels: ["D (mm)", "tangential force (N)"],
         x: "wheel_x_m",
         y: &[("tangential force", "wheel_ft_n", RED_LINE)],
+    },
+    Chart {
+        file: "wheel-path.svg",
+        caption: "Height of the wheel over its lateral position",
+        labels: ["D (mm)", "rise (um)"],
+        x: "wheel_x_m",
+        y: &[("rise since the motion began", RISE, BLUE_LINE)],
     },
     Chart {
         file: "sliding.svg",
@@ -68,7 +78,10 @@ pub fn all(run: &Path) -> Result<Vec<Picture>, Error> {
     if let Some(x) = moving(&signals, "wheel_x_m") {
         let amplitude = x.iter().fold(0.0, |far: f64, x| far.max(x.abs()));
         let share = x.iter().map(|x| 100.0 * x.abs() / amplitude).collect();
+        let began = x.iter().position(|x| *x != 0.0).unwrap_or(0);
+        let rise = column(&signals, "wheel_y_m").map(|y| rise(y, began.saturating_sub(1)));
         signals.insert(SHARE.into(), share);
+        signals.extend(rise.map(|rise| (RISE.into(), rise)));
     }
     let mut pictures = Vec::new();
     pictures.extend(pressure(&read_csv(&run.join("profile.csv")))?);
@@ -77,6 +90,19 @@ pub fn all(run: &Path) -> Result<Vec<Picture>, Error> {
     }
     pictures.extend(sliding_over_velocity(&signals)?);
     Ok(pictures)
+}
+
+/// Heights (m) over the one at this place (um); those before it are left where they will begin.
+fn rise(heights: &[f64], began: usize) -> Vec<f64> {
+    let first = heights.get(began).copied().unwrap_or(0.0);
+    let since = |(place, height): (usize, &f64)| {
+        if place < began {
+            0.0
+        } else {
+            1e6 * (height - first)
+        }
+    };
+    heights.iter().enumerate().map(since).collect()
 }
 
 /// The first participant's column of this name.

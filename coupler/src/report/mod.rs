@@ -3,6 +3,7 @@
 //! - [`fields`]: the VTK files of the participants; [`view`]: a part of the scene on a page;
 //! - [`scene`]: grains and continuum around the contact, coloured by pressure;
 //! - [`body`]: the whole continuum, and which of its nodes stick;
+//! - [`grains`]: pressure in the cells of the grains' stress, and their velocities;
 //! - [`plot`]: curves over axes; [`curves`]: interface traction, friction loop, forces and sliding nodes over time.
 
 use std::fmt::Write as _;
@@ -17,6 +18,7 @@ use view::Picture;
 pub mod body;
 pub mod curves;
 pub mod fields;
+pub mod grains;
 pub mod plot;
 pub mod scene;
 pub mod view;
@@ -27,6 +29,8 @@ pub fn write(run: &Path) -> Result<Vec<String>, Error> {
     let moments = moments(&summary);
     let mut pictures = Vec::from_iter(scene::contact(run, &moments)?);
     pictures.extend(body::pressure(run, &moments)?);
+    pictures.extend(grains::pressure(run, &moments)?);
+    pictures.extend(grains::velocities(run, &moments)?);
     pictures.extend(body::status(run, &moments)?);
     pictures.extend(curves::all(run)?);
     let mut names = Vec::new();
