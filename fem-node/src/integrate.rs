@@ -53,6 +53,7 @@
 //!
 //! The last bracket telescopes inside a window, not across windows: a is computed anew under the new force.
 
+mod cut;
 mod dissipation;
 mod front;
 mod integrator;
@@ -69,12 +70,13 @@ mod tally;
 mod unstructured;
 mod upper_row;
 
+pub(crate) use cut::{Cut, CutRegion};
 pub(crate) use dissipation::{Dissipated, Ways};
 pub(crate) use integrator::Integrator;
 pub(crate) use load::Load;
-pub(crate) use region::{Region, Ring, Tape};
+pub(crate) use region::{Region, Tape};
 pub use scheme::Scheme;
 pub(crate) use scheme::{Damping, Rule};
 pub use state::State;
-pub(crate) use tally::{BLOCK, Tally, kinetic_energy};
+pub(crate) use tally::{BLOCK, Tally, blocks_of, kinetic_energy};
 pub(crate) use upper_row::UpperRow;

@@ -31,6 +31,24 @@ pub(crate) fn momentum(model: &Model, state: &State) -> Vec<f64> {
     sums
 }
 
+/// Rows of nodes whose displacements and velocities the signals of a window are made of.
+pub(crate) fn reported_rows(model: &Model) -> Vec<usize> {
+    let mesh = &model.mesh;
+    if model.free {
+        return (0..model.body.layout.node_rows).collect();
+    }
+    let surface = mesh.edge(Edge::Top);
+    let probes = model.probes.iter().flat_map(|probe| probe.at());
+    let mut rows: Vec<usize> = surface
+        .into_iter()
+        .chain(probes)
+        .map(|[_, row]| row)
+        .collect();
+    rows.sort_unstable();
+    rows.dedup();
+    rows
+}
+
 /// Names of the values of [`surface_signals`]: none for a body without an upper edge.
 pub(crate) fn surface_names(model: &Model) -> &'static [&'static str] {
     if model.mesh.edge(Edge::Top).is_empty() {

@@ -65,6 +65,11 @@ impl ProbePoint {
             .map(|suffix| format!("{}{suffix}", self.name))
     }
 
+    /// Nodes around it (column, row).
+    pub(crate) fn at(&self) -> impl Iterator<Item = [usize; 2]> {
+        self.nodes.iter().map(|(node, _)| *node)
+    }
+
     /// Values of these signals (m, m/s), sum N_a u_a.
     pub(crate) fn values(&self, layout: Layout, state: &State, moving: bool) -> Vec<f64> {
         let fields = if moving {

@@ -8,19 +8,23 @@ use crate::integrate::{
     Dissipated, Integrator, Load, Region, State, Tally, Tape, UpperRow, kinetic_energy,
 };
 use crate::ledger::Ledger;
+use crate::material::nonlinear::NonlinearLaw;
 use crate::model::Model;
 use crate::prescribed_velocity::PrescribedVelocity;
 use crate::probe::{HoldRecord, hold_record};
 use crate::wheel::WheelRun;
 
+mod cutting;
 mod extent;
+mod piece;
 mod pieces;
 mod region;
+mod start;
 mod team;
 pub(crate) mod works;
 
+use cutting::Cutting;
 pub(crate) use extent::{Extent, WindowInput};
-use pieces::Pieces;
 use region::Regions;
 pub(crate) use team::Team;
 use works::Works;
@@ -72,11 +76,8 @@ pub(crate) struct WindowRun {
     tape: Tape,
     /// Increments in the ring of a region, under a law with history.
     increments: Vec<f64>,
-    /// Pieces for the threads, and the steps and threads that they were cut for; none where the body is stepped as a whole.
-    pieces: Option<Pieces>,
-    cut_for: Option<(u32, usize)>,
-    /// The last whole run was one of pieces.
-    in_pieces: bool,
+    /// Pieces for the threads.
+    cutting: Cutting,
     pub(crate) velocity: Option<PrescribedVelocity>,
 }
 
@@ -112,12 +113,23 @@ impl WindowRun {
         &mut self,
         model: &Model,
         (integrator, team): (&mut Integrator, &Team),
-        committed: &Committed,
+        committed: &mut Committed,
         input: &WindowInput,
         extent: &Extent,
     ) -> u64 {
-        if self.is_cut(model, input, extent, team.threads()) {
-            self.run_pieces(team, model, committed, input, extent);
+        let threads = team.threads();
+        let is_cut = self
+            .cutting
+            .takes(model, committed, (input, extent), threads);
+        if !is_cut {
+            self.catch_up(&mut committed.state);
+        }
+        let committed = &*committed;
+        if is_cut {
+            (self.excess, self.velocity) = (None, None);
+            let body = (model, committed);
+            self.cutting
+                .run(team, body, (input, extent), &mut self.tally);
         } else {
             let strips = integrator.strips();
             let mut steps = || self.run_steps(model, integrator, committed, input, extent);
@@ -133,53 +145,45 @@ impl WindowRun {
         }
         let kinetic = 0.5 * self.tally.total().kinetic;
         let end = committed.steps + u64::from(input.substeps);
-        self.check_energy(committed, input, end, kinetic);
+        self.check_energy(model, committed, input, (end, kinetic));
         match extent {
             Extent::Part(region) => region.element_steps,
             _ => model.mesh.elements() as u64 * u64::from(input.substeps),
         }
     }
 
-    /// True if the window is run in pieces, which are made here.
-    fn is_cut(
-        &mut self,
-        model: &Model,
-        input: &WindowInput,
-        extent: &Extent,
-        threads: usize,
-    ) -> bool {
-        if threads < 2 || extent.is_part() || !input.velocity.is_empty() {
-            return false;
+    /// Displacement of a component since the start of the window (m), which began in this state.
+    pub(crate) fn moved(&self, model: &Model, start: &State, index: usize) -> f64 {
+        match self.cutting.held() {
+            Some(pieces) => pieces.moved(model.body.layout, index),
+            None => self.state.u[index] - start.u[index],
         }
-        let known = |(most, of): (u32, usize)| input.substeps <= most && of == threads;
-        if !self.cut_for.is_some_and(known) {
-            self.pieces = Pieces::new(model, input.substeps, threads);
-            self.cut_for = Some((input.substeps, threads));
-        }
-        self.pieces.is_some()
     }
 
-    /// The whole window, piece by piece.
-    fn run_pieces(
-        &mut self,
-        team: &Team,
-        model: &Model,
-        committed: &Committed,
-        input: &WindowInput,
-        extent: &Extent,
-    ) {
-        self.excess = None;
-        self.velocity = None;
-        self.in_pieces = true;
-        let region = match extent {
-            Extent::Recorded(region) => Some(region),
-            Extent::Whole | Extent::Part(_) => None,
-        };
-        let (layout, state) = (model.body.layout, &mut self.state);
-        if let Some(pieces) = &mut self.pieces {
-            pieces.run(team, model, committed, input, region);
-            pieces.fill(layout, state, &mut self.dissipated, &mut self.tally);
+    /// Makes the end of the last window the committed state, of a body without wheel. Where it stays in pieces, `state` has the
+    /// motion of some rows of nodes alone until [`catch_up`](WindowRun::catch_up).
+    pub(crate) fn accept(&mut self, state: &mut State, rows: &[usize]) {
+        if !self.cutting.accept(state, rows) {
+            // The next window begins by taking the committed state over.
+            std::mem::swap(state, &mut self.state);
         }
+        self.forget();
+    }
+
+    /// Brings the committed state of the body up to that of the pieces.
+    pub(crate) fn catch_up(&mut self, state: &mut State) {
+        self.cutting.catch_up(state);
+    }
+
+    /// The committed state where that of the body, which is given, is older than that of the pieces.
+    pub(crate) fn ahead_of(&self, state: &State) -> Option<State> {
+        self.cutting.ahead_of(state)
+    }
+
+    /// Forgets all that was run: the committed state is one from elsewhere.
+    pub(crate) fn restart(&mut self) {
+        self.forget();
+        self.cutting.forget();
     }
 
     /// The window or a part of it, step by step; returns how many were done.
@@ -204,7 +208,7 @@ impl WindowRun {
             let checks = !extent.is_part() && k < input.substeps;
             if checks && (step + 1).is_multiple_of(CHECK_EVERY) {
                 let kinetic = kinetic_energy(&model.body, &self.state.v);
-                self.check_energy(committed, input, step + 1, kinetic);
+                self.check_energy(model, committed, input, (step + 1, kinetic));
             }
             if self.excess.is_some() {
                 self.regions.forget();
@@ -245,13 +249,8 @@ impl WindowRun {
                 integrator.step(body, state, &self.load, dissipated, rows, wheel);
             }
             Extent::Part(region) => {
-                let pieces = self.pieces.as_mut().filter(|_| self.in_pieces);
-                if let Some(pieces) = pieces {
-                    pieces.read(k, state, dissipated);
-                } else {
-                    let ring = &region.rings[k as usize - 1];
-                    tape.read(ring, state, dissipated, &mut self.increments);
-                }
+                let ring = &region.rings[k as usize - 1];
+                tape.read(ring, state, dissipated, &mut self.increments);
                 let part = (region.front(k), self.increments.as_slice());
                 integrator.step_part(body, state, &self.load, dissipated, part);
             }
@@ -267,21 +266,13 @@ impl WindowRun {
         self.works.add(model, &self.load, state, step, k);
     }
 
-    /// Cuts the body into so many pieces, however small.
-    #[cfg(test)]
-    fn cut(&mut self, model: &Model, substeps: u32, count: usize) {
-        self.pieces = Pieces::in_parts(model, substeps, count);
-        self.cut_for = Some((substeps, count));
-        assert!(self.pieces.is_some());
-    }
-
     /// True if the last run was recorded, so that a repeat of its window runs a part of the body only.
     #[cfg(test)]
     fn repeats_a_part(&self) -> bool {
         self.regions.is_recorded()
     }
 
-    /// Forgets the last run: the committed state is another one.
+    /// Forgets the last run.
     pub(crate) fn forget(&mut self) {
         self.regions.forget();
     }
@@ -289,17 +280,17 @@ impl WindowRun {
     /// Compares the kinetic energy with all energy that was supplied up to the end of `step`.
     fn check_energy(
         &mut self,
+        model: &Model,
         committed: &Committed,
         input: &WindowInput,
-        step: u64,
-        kinetic: f64,
+        (step, kinetic): (u64, f64),
     ) {
         let before = &committed.ledger;
         let wheel = self.wheel.as_ref().map_or(0.0, |run| {
             run.state.energies.load + run.state.energies.drive
         });
         let body = before.interface_work + before.applied_work + before.drive_work;
-        let interface = self.force_work(&committed.state, input);
+        let interface = self.force_work(model, &committed.state, input);
         let own = self.works.applied + self.works.drive;
         let work = body + interface + self.reaction_work() + own;
         self.supplied = larger(self.supplied, work + wheel);
@@ -321,10 +312,10 @@ impl WindowRun {
     }
 
     /// Work of the interface force since the start of the window (J).
-    fn force_work(&self, start: &State, input: &WindowInput) -> f64 {
+    fn force_work(&self, model: &Model, start: &State, input: &WindowInput) -> f64 {
         let forces = input.interface.iter();
         forces
-            .map(|(index, force)| force * (self.state.u[*index] - start.u[*index]))
+            .map(|(index, force)| force * self.moved(model, start, *index))
             .sum()
     }
 
@@ -338,7 +329,7 @@ impl WindowRun {
     /// the accelerations are computed anew; those of the wheel do not, except from nothing at the start of a run that
     /// does not begin in equilibrium.
     fn begin(&mut self, model: &Model, committed: &Committed, input: &WindowInput) {
-        self.in_pieces = false;
+        self.cutting.stand_aside();
         self.excess = None;
         self.dissipated.clear();
         self.tape.clear();
@@ -373,7 +364,6 @@ impl WindowRun {
     ) {
         let (body, damping) = (&model.body, model.damping_at(committed.steps));
         self.tape.rewind();
-        self.pieces.iter_mut().for_each(Pieces::rewind);
         self.set_load(model, input, committed.steps, true);
         region.begin(&mut self.state, &mut self.dissipated, &committed.state);
         let (state, load) = (&committed.state, &self.load);
@@ -440,10 +430,9 @@ impl WindowRun {
         let d_product = sums.inertia - self.tally.start_inertia();
         let loss = (b - 0.5) * sums.numerical - 0.25 * b * h * h * d_product;
         let wheel = self.wheel.as_ref().map(|run| &run.state);
-        let State { u, history, .. } = &self.state;
-        let correction = |law| model.body.energy_correction(law, u, history);
-        let correction = model.law.as_ref().map_or(0.0, correction);
-        let interface = before.interface_work + self.force_work(&committed.state, input);
+        let correction = model.law.as_ref();
+        let correction = correction.map_or(0.0, |law| self.energy_correction(model, law));
+        let interface = before.interface_work + self.force_work(model, &committed.state, input);
         Ledger {
             interface_work: interface + self.reaction_work(),
             applied_work: before.applied_work + self.works.applied,
@@ -457,6 +446,18 @@ impl WindowRun {
                 .map_or(0.0, |(wheel, state)| state.kinetic(wheel)),
             drive_work: before.drive_work + self.works.drive,
             plastic: before.plastic + self.dissipated.plastic.iter().sum::<f64>(),
+        }
+    }
+
+    /// Stored energy at the end of the window less u F(u) / 2 (J).
+    fn energy_correction(&self, model: &Model, law: &NonlinearLaw) -> f64 {
+        let (body, history) = (&model.body, &self.state.history);
+        match self.cutting.held() {
+            // No piece is of a law with history.
+            Some(pieces) => {
+                body.energy_correction(law, &pieces.displacements(body.layout), history)
+            }
+            None => body.energy_correction(law, &self.state.u, history),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::cut::CutStep;
 use super::dissipation::Dissipated;
 use super::front::Front;
 use super::load::Load;
@@ -142,8 +143,25 @@ impl Integrator {
         };
         let part = Part {
             columns: Columns::OfRows(columns),
+            predicted: Columns::OfRows(columns),
             increments,
-            predicted: 0,
+        };
+        self.sweep(body, state, load, dissipated, part);
+    }
+
+    /// One step of the part of a region that lies in a piece of a body.
+    pub(crate) fn step_cut(
+        &mut self,
+        body: &Body,
+        state: &mut State,
+        load: &Load,
+        dissipated: &mut Dissipated<Vec<f64>>,
+        step: &CutStep,
+    ) {
+        let part = Part {
+            columns: Columns::OfRows(&step.stepped),
+            predicted: Columns::OfRows(&step.predicted),
+            increments: &[],
         };
         self.sweep(body, state, load, dissipated, part);
     }
@@ -163,10 +181,14 @@ impl Integrator {
         }
         let [first, end] = columns;
         let packs = [first / LANES * LANES, end.next_multiple_of(LANES)];
+        let beside = [
+            packs[0].saturating_sub(1),
+            (packs[1] + 1).min(body.layout.stride),
+        ];
         let part = Part {
-            columns: Columns::Packs(packs),
+            columns: Columns::Alike(packs),
+            predicted: Columns::Alike(beside),
             increments: &[],
-            predicted: 1,
         };
         self.sweep(body, state, load, dissipated, part);
     }

@@ -14,7 +14,7 @@ use super::rings::Rings;
 use super::scheme::Scheme;
 use super::state::State;
 use super::tally::blocks_of;
-use crate::element::{Body, Layout};
+use crate::element::Body;
 
 /// Largest share of the steps of all elements that a region may take: beyond, it does not pay to keep the tape.
 const SHARE_MAX: f64 = 0.8;
@@ -23,7 +23,7 @@ const SHARE_MAX: f64 = 0.8;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Ring {
     /// Components that the change reaches with the next step, a range in one row each.
-    enters: Vec<Range<usize>>,
+    pub(super) enters: Vec<Range<usize>>,
     /// Histories of the rows of elements that the step computes for the first time.
     histories: Vec<Range<usize>>,
     /// Energies of the same.
@@ -33,12 +33,12 @@ pub(crate) struct Ring {
 /// Reach of a change of the force on some components in a window of so many steps.
 #[derive(Clone, Debug)]
 pub(crate) struct Region {
-    components: Vec<usize>,
+    pub(super) components: Vec<usize>,
     substeps: u32,
     /// Components of A_1, which begin from the start of the window.
-    begin: Vec<Range<usize>>,
+    pub(super) begin: Vec<Range<usize>>,
     /// Nodes that are stepped, step by step.
-    fronts: Vec<Front>,
+    pub(super) fronts: Vec<Front>,
     /// Rings beyond them.
     pub(crate) rings: Vec<Ring>,
     /// Steps of elements that a repeat takes.
@@ -167,28 +167,10 @@ impl Region {
 }
 
 impl Ring {
-    /// The part of it in the columns `own` of a structured mesh.
-    pub(crate) fn within(&self, layout: Layout, own: &Range<usize>) -> Ring {
-        let clipped = |range: &Range<usize>| {
-            let line = range.start / layout.stride * layout.stride;
-            let end = (range.end - line).min(own.end);
-            line + (range.start - line).max(own.start)..line + end
-        };
-        let clipped = self.enters.iter().map(clipped);
+    /// A ring of these components, under a law without history.
+    pub(super) fn of(enters: Vec<Range<usize>>) -> Ring {
         Ring {
-            enters: clipped.filter(|range| !range.is_empty()).collect(),
-            ..Ring::default()
-        }
-    }
-
-    /// The same components in a piece of the body that begins at column `first`.
-    pub(crate) fn in_piece(&self, layout: Layout, piece: Layout, first: usize) -> Ring {
-        let moved = |range: &Range<usize>| {
-            let start = range.start / layout.stride * piece.stride + range.start % layout.stride;
-            start - first..start - first + range.len()
-        };
-        Ring {
-            enters: self.enters.iter().map(moved).collect(),
+            enters,
             ..Ring::default()
         }
     }

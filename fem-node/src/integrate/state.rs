@@ -1,10 +1,13 @@
 //! The moving state of a body.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::load::Load;
 use crate::element::Body;
 use crate::material::nonlinear::NonlinearLaw;
+use crate::pack::vectorised;
 
 /// The state of the body, every field in the order of [`crate::element::Layout`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -55,6 +58,11 @@ impl State {
         ]
     }
 
+    /// The same, to be read.
+    pub(crate) fn nodal(&self) -> [&Vec<f64>; 5] {
+        [&self.u, &self.v, &self.a, &self.force, &self.damping_force]
+    }
+
     /// Takes over the start of a window; the accelerations follow from it.
     pub fn restore(&mut self, start: &State) {
         self.u.copy_from_slice(&start.u);
@@ -81,6 +89,34 @@ impl State {
             *a -= w * d;
         }
         body.layout.repeat_period(&mut self.a);
+    }
+
+    /// The same of some components of one row.
+    pub(crate) fn accelerate_part(
+        &mut self,
+        body: &Body,
+        damping: f64,
+        load: &Load,
+        part: Range<usize>,
+    ) {
+        let row = body.layout.row_of(part.start);
+        let first = body.layout.row(row).start;
+        let loads = &load.row(row)[part.start - first..part.end - first];
+        let (v, internal) = (&self.v[part.clone()], &self.force[part.clone()]);
+        let (a, w) = (&mut self.a[part.clone()], &body.inverse_mass[part.clone()]);
+        let damped = self.damping_force.get(part);
+        vectorised(
+            #[inline(always)]
+            || {
+                let forces = loads.iter().zip(internal).zip(w);
+                for ((a, v), ((f, internal), w)) in a.iter_mut().zip(v).zip(forces) {
+                    *a = w * (f - internal) - damping * v;
+                }
+                for (a, (d, w)) in a.iter_mut().zip(damped.unwrap_or_default().iter().zip(w)) {
+                    *a -= w * d;
+                }
+            },
+        );
     }
 
     /// The same of one component.

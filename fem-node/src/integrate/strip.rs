@@ -40,19 +40,29 @@ pub(super) struct Strip<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Part<'a> {
     pub(super) columns: Columns<'a>,
+    /// The same and those beside them that are where the step before has left them, and must be predicted.
+    pub(super) predicted: Columns<'a>,
     /// Increments of the displacements in the rows beside the part; empty under a law without history.
     pub(super) increments: &'a [f64],
-    /// Columns beside it on either hand that are where the step before has left them, and must be predicted.
-    pub(super) predicted: usize,
 }
 
 /// Columns of nodes of a part.
 #[derive(Clone, Copy)]
 pub(super) enum Columns<'a> {
-    /// The same in each row, from the first of a pack to the last of one.
-    Packs([usize; 2]),
+    /// The same in each row.
+    Alike([usize; 2]),
     /// Those of each row, of which some may have none.
     OfRows(&'a [[usize; 2]]),
+}
+
+impl Columns<'_> {
+    /// Columns of a row; the row below the last one, which belongs to another strip, has none.
+    fn of(self, row: usize) -> [usize; 2] {
+        match self {
+            Columns::Alike(columns) => columns,
+            Columns::OfRows(rows) => rows.get(row).copied().unwrap_or_default(),
+        }
+    }
 }
 
 /// Cuts the rows `first .. end` into as many strips as there are buffers for. Each strip gets copies of the
@@ -204,14 +214,11 @@ impl Strip<'_> {
         body.nonlinear_row(law, row, path, elements_at, elements);
     }
 
-    /// Columns of a row that are stepped; the row below the last one, which belongs to another strip, is not.
+    /// Columns of a row that are stepped.
     fn columns(&self, layout: Layout, local: usize) -> [usize; 2] {
         match self.part {
             None => [0, layout.stride],
-            Some(part) => match part.columns {
-                Columns::Packs(columns) => columns,
-                Columns::OfRows(rows) => rows.get(self.first + local).copied().unwrap_or_default(),
-            },
+            Some(part) => part.columns.of(self.first + local),
         }
     }
 
@@ -219,11 +226,9 @@ impl Strip<'_> {
         let columns = self.columns(layout, local);
         let row = local * layout.row_len()..(local + 1) * layout.row_len();
         self.keep_increment(scheme, row.clone(), columns);
-        let beside = self.part.map_or(0, |part| part.predicted);
-        let predicted = [
-            columns[0].saturating_sub(beside),
-            (columns[1] + beside).min(layout.stride),
-        ];
+        let predicted = self
+            .part
+            .map_or(columns, |part| part.predicted.of(self.first + local));
         let u = &mut self.u[row.clone()];
         let (v, a) = (&self.v[row.clone()], &self.a[row]);
         vectorised(

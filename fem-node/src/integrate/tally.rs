@@ -53,6 +53,14 @@ impl Tally {
         }
     }
 
+    /// For a body of which only some blocks are ever added up.
+    pub(crate) fn sized(layout: Layout) -> Tally {
+        Tally {
+            blocks: vec![Sums::default(); count(layout)],
+            starts: vec![0.0; count(layout)],
+        }
+    }
+
     /// Adds up these blocks again.
     pub(crate) fn again(
         &mut self,

@@ -140,11 +140,11 @@ impl Node for FemNode {
             wheel.clone_from(&run.state);
             let record = self.run.hold_record.take();
             committed.hold_record = record.or(committed.hold_record.take());
+            self.run.forget();
         } else {
-            // The next window begins by taking the committed state over.
-            std::mem::swap(&mut committed.state, &mut self.run.state);
+            self.run.accept(&mut committed.state, &self.reported_rows);
         }
-        self.run.forget();
+        self.gathered.take();
         committed.steps += u64::from(input.substeps);
         Ok(self.report(&input))
     }
@@ -156,6 +156,7 @@ impl Node for FemNode {
     }
 
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
+        self.catch_up();
         pack(&(&self.committed, self.state_hash()))
     }
 
@@ -165,10 +166,12 @@ impl Node for FemNode {
     }
 
     fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {
+        self.catch_up();
         Ok(self.try_snapshot(name)?)
     }
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
+        self.catch_up();
         let elements = self.model.mesh.elements() as f64;
         let work = |steps: u64| elements * steps as f64;
         Ok(Outcome {

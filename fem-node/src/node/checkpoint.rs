@@ -25,7 +25,8 @@ impl FemNode {
         }
         self.committed = committed;
         self.pending = None;
-        self.run.forget();
+        self.run.restart();
+        self.gathered.take();
         if self.state_hash() != hash {
             return refuse("its numbers have another hash");
         }

@@ -1,5 +1,7 @@
 //! An explicit body with its committed state and the window at hand.
 
+use std::cell::OnceCell;
+
 use protocol::Setting;
 
 use crate::committed::Committed;
@@ -9,6 +11,7 @@ use crate::integrate::{Integrator, State};
 use crate::interface::Interface;
 use crate::ledger::Ledger;
 use crate::model::Model;
+use crate::probe;
 use crate::snapshot::Snapshots;
 use crate::statics::{Loads, equilibrium};
 use crate::wheel::WheelState;
@@ -30,6 +33,10 @@ pub struct FemNode {
     pub(crate) run: WindowRun,
     /// Index and input of the last window, until it is committed.
     pub(super) pending: Option<(u64, WindowInput)>,
+    /// Rows of nodes whose motion each report needs.
+    pub(super) reported_rows: Vec<usize>,
+    /// The committed state, once it was asked for while it is in pieces.
+    pub(super) gathered: OnceCell<State>,
 }
 
 impl FemNode {
@@ -51,13 +58,27 @@ impl FemNode {
                 ..Committed::default()
             },
             pending: None,
+            reported_rows: probe::reported_rows(&model),
+            gathered: OnceCell::new(),
             model,
         })
     }
 
     /// The committed state.
     pub fn state(&self) -> &State {
-        &self.committed.state
+        let state = &self.committed.state;
+        match self.gathered.get() {
+            Some(gathered) => gathered,
+            None => match self.run.ahead_of(state) {
+                Some(ahead) => self.gathered.get_or_init(|| ahead),
+                None => state,
+            },
+        }
+    }
+
+    /// Brings the committed state together where it is in pieces.
+    pub(super) fn catch_up(&mut self) {
+        self.run.catch_up(&mut self.committed.state);
     }
 
     /// Starts from these displacements (m) and velocities (m/s), given for each position; fixed components stay at rest.

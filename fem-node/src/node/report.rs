@@ -119,7 +119,7 @@ impl FemNode {
         let terms = self.committed.ledger.terms().into_iter();
         let terms = terms.filter(|(_, name, _)| damped || *name != "stiffness_damping");
         let ledger: Vec<f64> = terms.map(|(_, _, value)| value).collect();
-        let state = &self.committed.state;
+        let state = self.state();
         let mut fields = vec![&state.u, &state.v, &state.history];
         fields.extend([&state.damping_force, &ledger]);
         let wheel = self.committed.wheel.as_ref().map(|wheel| wheel.numbers());

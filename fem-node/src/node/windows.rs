@@ -61,7 +61,7 @@ impl FemNode {
         }
         input.substeps = window.substeps;
         let (model, integrator) = (&self.model, &mut self.integrator);
-        let (run, committed) = (&mut self.run, &self.committed);
+        let (run, committed) = (&mut self.run, &mut self.committed);
         let extent = run.extent(model, committed.steps, &input);
         let done = run.run(model, (integrator, &self.team), committed, &input, &extent);
         self.committed.element_steps += done;
@@ -76,7 +76,8 @@ impl FemNode {
 
     /// Displacement increments of the exchanged components over the last window.
     pub(super) fn increments(&self) -> Vec<f64> {
-        let moved = |index: &usize| self.run.state.u[*index] - self.committed.state.u[*index];
+        let (model, start) = (&self.model, &self.committed.state);
+        let moved = |index: &usize| self.run.moved(model, start, *index);
         self.interface.components.iter().map(moved).collect()
     }
 

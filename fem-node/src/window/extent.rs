@@ -30,4 +30,12 @@ impl Extent {
     pub(crate) fn is_part(&self) -> bool {
         matches!(self, Extent::Part(_))
     }
+
+    /// The region that is recorded or run.
+    pub(crate) fn region(&self) -> Option<&Arc<Region>> {
+        match self {
+            Extent::Whole => None,
+            Extent::Recorded(region) | Extent::Part(region) => Some(region),
+        }
+    }
 }

@@ -172,6 +172,7 @@ fn pieces_have_the_bits_of_the_whole() {
     for more in [
         json!({}),
         json!({"element": "q4_2x2", "base": "free"}),
+        json!({"probes": [{"name": "inside", "x_m": 1.3e-3, "y_m": -2.1e-3}]}),
         json!({"kinematics": "corotational"}),
         json!({"time": {"step_s": "auto", "damping": 0.6, "stiffness_damping_s": 1e-8,
             "mass_damping_per_s": 1e4}}),
@@ -182,13 +183,53 @@ fn pieces_have_the_bits_of_the_whole() {
         for threads in [2, 3] {
             let node = || body_on(threads, &keys, &["top"]);
             let mut pieces = node();
-            pieces.run.cut(&pieces.model, SUBSTEPS, threads);
+            pieces.run.cutting.cut(&pieces.model, SUBSTEPS, threads);
             let (said, its, parts) = life(pieces, false, Some(node()));
             assert!(parts > 6, "{parts} repeats of a part: {keys}");
             assert_eq!(bits(&said), bits(&whole), "{threads} threads: {keys}");
             assert_eq!(its, hash, "{threads} threads: {keys}");
         }
     }
+}
+
+/// Windows along a velocity are run whole, and so is one of more steps than the pieces were cut for.
+#[test]
+fn the_state_leaves_the_pieces_for_a_window_that_is_run_without_them() {
+    let keys = json!({"mesh": {"width_m": 4e-2, "height_m": 6e-3, "size_m": 0.2e-3}});
+    let run = |mut node: FemNode| {
+        let (mut said, mut step) = (Vec::new(), 0);
+        for (index, substeps) in (0..).zip([6, 6, 6, 30, 6, 5, 6]) {
+            let window = Window {
+                index,
+                step,
+                substeps,
+                ..Window::default()
+            };
+            let given = force(&node, index, 0);
+            if index == 1 || index == 4 {
+                let velocity: Vec<f64> = given.iter().map(|force| 1e-3 * force).collect();
+                let reaction = node.prescribe_velocity(&window, &velocity);
+                said.push(reaction.expect("it moves").force);
+            } else {
+                said.push(node.advance(&window, &given).expect("it moves"));
+            }
+            said.push(node.commit(&window, &[]).expect("it is accepted"));
+            said.push(node.state().v.clone());
+            step += u64::from(substeps);
+        }
+        (bits(&said), node.state_hash())
+    };
+    let mut pieces = body_on(2, &keys, &["top"]);
+    pieces.run.cutting.cut(&pieces.model, SUBSTEPS, 2);
+    let held = |node: &FemNode| node.run.cutting.held().is_some();
+    let window = Window {
+        substeps: SUBSTEPS,
+        ..Window::default()
+    };
+    let given = force(&pieces, 0, 1);
+    pieces.advance(&window, &given).expect("it moves");
+    assert!(held(&pieces));
+    assert_eq!(run(pieces), run(body(&keys, &["top"])));
 }
 
 #[test]
