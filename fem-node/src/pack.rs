@@ -12,7 +12,7 @@ use protocol::larger;
 mod avx;
 mod lanes;
 
-pub(crate) use lanes::{InRegisters, LANES, Lanes, Pack, Registers};
+pub(crate) use lanes::{ByPacks, InRegisters, LANES, Lanes, Pack, Registers};
 
 /// Calls `work` where the compiler may use the widest vector registers that this machine and the build have; `work` must be
 /// inlined. Every operation rounds as it does elsewhere, so the bits are the same.
@@ -26,9 +26,9 @@ pub(crate) fn vectorised<R>(work: impl FnOnce() -> R) -> R {
 pub(crate) fn in_registers(computation: impl InRegisters) {
     match pulp::Arch::new() {
         #[cfg(target_arch = "x86_64")]
-        pulp::Arch::V4(machine) => avx::run(machine, *machine, computation),
+        pulp::Arch::V4(machine) => avx::run_wide(machine, computation),
         #[cfg(target_arch = "x86_64")]
-        pulp::Arch::V3(machine) => avx::run(machine, machine, computation),
+        pulp::Arch::V3(machine) => avx::run(machine, computation),
         _ => computation.run(Portable),
     }
 }
@@ -39,10 +39,27 @@ struct Portable;
 
 impl Registers for Portable {
     type Vector = Pack;
+    type Single = Portable;
+    const PACKS: usize = 1;
 
     #[inline(always)]
-    fn load(self, numbers: &[f64; LANES]) -> Pack {
-        Pack(*numbers)
+    fn single(self) -> Portable {
+        self
+    }
+
+    #[inline(always)]
+    fn splat(self, value: f64) -> Pack {
+        Pack::splat(value)
+    }
+
+    #[inline(always)]
+    fn load(self, packs: &[[f64; LANES]], p: usize) -> Pack {
+        Pack(packs[p])
+    }
+
+    #[inline(always)]
+    fn load_one<const N: usize>(self, packs: &[[Pack; N]], p: usize, k: usize) -> Pack {
+        packs[p][k]
     }
 }
 
@@ -75,26 +92,51 @@ pub(crate) fn largest(values: impl Iterator<Item = f64>) -> f64 {
 mod tests {
     use super::*;
 
-    struct Compare;
+    const A: [[f64; LANES]; 3] = [
+        [1.5, -2.25, 3e-9, 7e11],
+        [0.1, 0.2, -0.3, 1e300],
+        [1.0, 2.0, 3.0, 4.0],
+    ];
+    const B: [[f64; LANES]; 3] = [
+        [0.5, 0.0, 9.0, -4.75],
+        [3.0, 0.7, 0.3, 1e10],
+        [1.1, 2.2, 3.3, 4.4],
+    ];
 
-    impl InRegisters for Compare {
+    /// Sums, differences, products and numbers of three packs: a vector of two leaves one.
+    #[derive(Debug, Default, PartialEq)]
+    struct Computed([[[f64; LANES]; 3]; 4]);
+
+    impl ByPacks for Computed {
+        fn at<R: Registers>(&mut self, registers: R, p: usize) {
+            let constants = [0, 1, 2].map(|p| [Pack(A[p]), Pack(B[p])]);
+            let [x, y] = registers.load_all(&constants, p);
+            let [sums, differences, products, numbers] = &mut self.0;
+            (x + y).put(sums, p);
+            (registers.load(&A, p) - registers.load(&B, p)).put(differences, p);
+            (x * y).put(products, p);
+            x.all(0.1).put(numbers, p);
+        }
+    }
+
+    impl InRegisters for &mut Computed {
         fn run<R: Registers>(self, registers: R) {
-            let (a, b) = ([1.5, -2.25, 3e-9, 7e11], [0.5, 0.0, 9.0, -4.75]);
-            let [x, y] = [registers.load(&a), registers.load(&b)];
-            let computed: [[f64; LANES]; 4] = [
-                (x + y).into(),
-                (x - y).into(),
-                (x * y).into(),
-                x.all(0.1).into(),
-            ];
-            let (a, b) = (Pack(a), Pack(b));
-            let plain = [a + b, a - b, a * b, Pack::splat(0.1)];
-            assert_eq!(computed, plain.map(|pack| pack.0));
+            self.over(registers, 3);
         }
     }
 
     #[test]
     fn registers_compute_like_arrays() {
-        in_registers(Compare);
+        let mut computed = Computed::default();
+        in_registers(&mut computed);
+        let mut plain = Computed::default();
+        plain.over(Portable, 3);
+        assert_eq!(computed, plain);
+        let [a, b] = [Pack(A[1]), Pack(B[1])];
+        let second = plain.0.map(|packs| packs[1]);
+        assert_eq!(
+            second,
+            [a + b, a - b, a * b, Pack::splat(0.1)].map(|pack| pack.0)
+        );
     }
 }

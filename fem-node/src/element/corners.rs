@@ -23,10 +23,10 @@ impl CornerPacks<'_> {
     pub(crate) fn at<R: Registers>(&self, registers: R, p: usize) -> Corners<R::Vector> {
         let [u1, u2, u3, u4] = self.0;
         Corners {
-            u1: registers.load(&u1[p]),
-            u2: registers.load(&u2[p]),
-            u3: registers.load(&u3[p]),
-            u4: registers.load(&u4[p]),
+            u1: registers.load(u1, p),
+            u2: registers.load(u2, p),
+            u3: registers.load(u3, p),
+            u4: registers.load(u4, p),
         }
     }
 }
@@ -54,8 +54,12 @@ impl<'a> CornerRows<'a> {
     #[inline(always)]
     pub(crate) fn packs(self, component: usize, packs: &Range<usize>) -> CornerPacks<'a> {
         let [u1, u2, u3, u4] = self.0;
-        let of = |corner| packs_of(corner, component, packs);
-        CornerPacks([of(u1), of(u2), of(u3), of(u4)])
+        CornerPacks([
+            packs_of(u1, component, packs),
+            packs_of(u2, component, packs),
+            packs_of(u3, component, packs),
+            packs_of(u4, component, packs),
+        ])
     }
 
     /// Both components at the corners of the elements from `i` on.

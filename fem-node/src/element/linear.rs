@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::corners::{CornerRows, Corners};
-use super::row_forces::{CornerForces, RowForces};
-use crate::pack::{LANES, Registers};
+use super::corners::{CornerPacks, CornerRows, Corners};
+use super::row_forces::{CornerForces, PackForces, RowForces};
+use crate::pack::{ByPacks, LANES, Registers};
 
 /// Elements of a structured mesh whose forces are linear in the displacements of their corners.
 pub(super) trait LinearElements {
@@ -14,11 +14,11 @@ pub(super) trait LinearElements {
     /// The packs of a row of elements.
     fn constants(&self, row: usize) -> &[Self::Constants];
 
-    /// Forces (x, y) of a pack under the displacements (x, y) of its corners.
+    /// Forces (x, y) of the packs from a number on, which have these constants, under the displacements (x, y) of their corners.
     fn forces<R: Registers>(
         &self,
         registers: R,
-        constants: &Self::Constants,
+        packs: (&[Self::Constants], usize),
         u: [Corners<R::Vector>; 2],
     ) -> [CornerForces<R::Vector>; 2];
 }
@@ -42,14 +42,34 @@ impl OverElements for LinearRow<'_> {
     #[inline(always)]
     fn over<R: Registers>(self, registers: R, elements: &impl LinearElements, row: usize) {
         let packs = self.columns.start / LANES..self.columns.end / LANES;
-        let constants = &elements.constants(row)[packs.clone()];
-        let [ux, uy] = [0, self.stride].map(|component| self.u.packs(component, &packs));
-        let [mut fx, mut fy] = self.out.packs(self.stride, &packs);
-        for (p, constants) in constants.iter().enumerate() {
-            let u = [ux.at(registers, p), uy.at(registers, p)];
-            let [x, y] = elements.forces(registers, constants, u);
-            fx.store(p, x);
-            fy.store(p, y);
-        }
+        let mut pass = ElementPass {
+            elements,
+            constants: &elements.constants(row)[packs.clone()],
+            // One after the other: the `map` of an array is a call, after which the loop no longer knows that all have one length.
+            x: self.u.packs(0, &packs),
+            y: self.u.packs(self.stride, &packs),
+            forces: self.out.packs(self.stride, &packs),
+        };
+        pass.over(registers, packs.len());
+    }
+}
+
+/// Some packs of a row of elements.
+struct ElementPass<'a, E: LinearElements> {
+    elements: &'a E,
+    constants: &'a [E::Constants],
+    x: CornerPacks<'a>,
+    y: CornerPacks<'a>,
+    forces: [PackForces<'a>; 2],
+}
+
+impl<E: LinearElements> ByPacks for ElementPass<'_, E> {
+    #[inline(always)]
+    fn at<R: Registers>(&mut self, registers: R, p: usize) {
+        let u = [self.x.at(registers, p), self.y.at(registers, p)];
+        let [fx, fy] = self.elements.forces(registers, (self.constants, p), u);
+        let [x, y] = &mut self.forces;
+        x.store(p, fx);
+        y.store(p, fy);
     }
 }

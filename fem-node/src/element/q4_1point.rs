@@ -195,10 +195,10 @@ impl LinearElements for Q4OnePoint {
     fn forces<R: Registers>(
         &self,
         registers: R,
-        constants: &Self::Constants,
+        (constants, p): (&[Self::Constants], usize),
         [x, y]: [Corners<R::Vector>; 2],
     ) -> [CornerForces<R::Vector>; 2] {
-        let [bx1, bx2, by1, by2, hx, hy, volume, hourglass] = registers.load_all(constants);
+        let [bx1, bx2, by1, by2, hx, hy, volume, hourglass] = registers.load_all(constants, p);
         let [[xx, xy], [yx, yy]] = gradient([bx1, bx2], [by1, by2], &[x, y]);
         let c = |value: f64| registers.splat(value) * volume;
         let (c11, c12, c33) = (

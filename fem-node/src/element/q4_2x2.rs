@@ -150,10 +150,10 @@ impl<const MEAN: bool> LinearElements for Linear<'_, MEAN> {
     fn forces<R: Registers>(
         &self,
         registers: R,
-        constants: &Self::Constants,
+        (constants, p): (&[Self::Constants], usize),
         u: [Corners<R::Vector>; 2],
     ) -> [CornerForces<R::Vector>; 2] {
-        let (u, constants) = (Modes::both(&u), registers.load_all(constants));
+        let (u, constants) = (Modes::both(&u), registers.load_all(constants, p));
         let mut forces = integrate(&constants, u, self.0.moduli);
         if MEAN {
             add_mean_pressure(&constants, u, &mut forces);

@@ -65,10 +65,10 @@ impl<'a> PackForces<'a> {
     #[inline(always)]
     pub(super) fn store(&mut self, p: usize, forces: CornerForces<impl Lanes>) {
         let [f1, f2, f3, f4] = forces.on_corners();
-        self.lower_left[p] = f1.into();
-        self.lower_right[p] = f2.into();
-        self.upper_right[p] = f3.into();
-        self.upper_left[p] = f4.into();
+        f1.put(self.lower_left, p);
+        f2.put(self.lower_right, p);
+        f3.put(self.upper_right, p);
+        f4.put(self.upper_left, p);
     }
 }
 
@@ -95,17 +95,17 @@ impl RowForces {
     /// Both components of the forces on the corners of these packs of elements.
     #[inline(always)]
     pub(super) fn packs(&mut self, stride: usize, packs: &Range<usize>) -> [PackForces<'_>; 2] {
-        let [lower_left, lower_right] = self.lower.each_mut().map(|all| all.split_at_mut(stride));
-        let [upper_left, upper_right] = self.upper.each_mut().map(|all| all.split_at_mut(stride));
+        let ([lower_left, lower_right], [upper_left, upper_right]) =
+            (&mut self.lower, &mut self.upper);
+        let (lower_left, lower_left_y) = lower_left.split_at_mut(stride);
+        let (lower_right, lower_right_y) = lower_right.split_at_mut(stride);
+        let (upper_left, upper_left_y) = upper_left.split_at_mut(stride);
+        let (upper_right, upper_right_y) = upper_right.split_at_mut(stride);
         [
+            PackForces::new([lower_left, lower_right], [upper_left, upper_right], packs),
             PackForces::new(
-                [lower_left.0, lower_right.0],
-                [upper_left.0, upper_right.0],
-                packs,
-            ),
-            PackForces::new(
-                [lower_left.1, lower_right.1],
-                [upper_left.1, upper_right.1],
+                [lower_left_y, lower_right_y],
+                [upper_left_y, upper_right_y],
                 packs,
             ),
         ]

@@ -9,7 +9,7 @@ use std::ops::Range;
 use super::dissipation::Dissipated;
 use super::scheme::{Damping, Rule};
 use crate::element::RowForces;
-use crate::pack::{InRegisters, LANES, Pack, Registers, packs_of, packs_of_mut};
+use crate::pack::{ByPacks, InRegisters, LANES, Lanes, Pack, Registers, packs_of, packs_of_mut};
 
 /// A row of nodes whose displacements and forces are new and whose other fields are still old.
 pub(super) struct NodePass<'a> {
@@ -39,38 +39,43 @@ impl NodePass<'_> {
     }
 }
 
-impl InRegisters for NodePass<'_> {
+impl InRegisters for &mut NodePass<'_> {
     #[inline(always)]
-    fn run<R: Registers>(mut self, registers: R) {
+    fn run<R: Registers>(self, registers: R) {
         let [first, end] = self.columns;
-        let packs = first / LANES..end.div_ceil(LANES);
-        let damped = self.rule.damping.acts();
-        let [left, right] = self.edges();
-        let kept = [left, right].map(|edge| edge.map(|pack| (pack, self.changing_of(pack))));
-        for component in [0, self.stride] {
-            if damped {
-                self.end_step::<R, true>(registers, component, &packs);
-            } else {
-                self.end_step::<R, false>(registers, component, &packs);
-            }
+        let whole = first.div_ceil(LANES)..end / LANES;
+        if whole.start < whole.end {
+            self.end_packs(registers, &whole);
         }
-        for (pack, kept) in kept.into_iter().flatten() {
+        for pack in self.edges().into_iter().flatten() {
+            let kept = self.changing_of(pack);
+            self.end_packs(registers.single(), &(pack..pack + 1));
             self.put_back(pack, &kept);
         }
     }
 }
 
-impl NodePass<'_> {
-    /// Forces, acceleration, energies and velocity of one component.
+/// Packs of one component of a row of nodes.
+struct ComponentPass<'a, const DAMPED: bool> {
+    rule: Rule,
+    on_nodes: [&'a [[f64; LANES]]; 4],
+    loads: &'a [[f64; LANES]],
+    masses: &'a [[f64; LANES]],
+    inverse_masses: &'a [[f64; LANES]],
+    v: &'a mut [[f64; LANES]],
+    a: &'a mut [[f64; LANES]],
+    forces: &'a mut [[f64; LANES]],
+    numerical: &'a mut [[f64; LANES]],
+    /// Empty without damping.
+    mass_damping: &'a mut [[f64; LANES]],
+}
+
+impl<const DAMPED: bool> ByPacks for ComponentPass<'_, DAMPED> {
+    /// Forces, acceleration, energies and velocity.
     #[inline(always)]
-    fn end_step<R: Registers, const DAMPED: bool>(
-        &mut self,
-        registers: R,
-        component: usize,
-        packs: &Range<usize>,
-    ) {
+    fn at<R: Registers>(&mut self, registers: R, p: usize) {
         let all = |value: f64| registers.splat(value);
-        let load = |numbers: &[f64; LANES]| registers.load(numbers);
+        let load = |packs: &[[f64; LANES]]| registers.load(packs, p);
         let (h, b) = (self.rule.scheme.step, self.rule.scheme.damping);
         let (c, c_end) = (self.rule.damping.start, self.rule.damping.end);
         let (old, new) = (all(h * (1.0 - b)), all(h * b));
@@ -78,41 +83,69 @@ impl NodePass<'_> {
         let (step, half, weight) = (all(h), all(0.5 * h * h), all(0.5 * b * h * h));
         let (drag_start, drag_end) = (all((1.0 - b) * c), all(b * c_end));
 
-        let [left, right, below_left, below_right] = self.forces.on_nodes(component, packs);
-        let loads = packs_of(self.load, component, packs);
-        let masses = packs_of(self.mass, component, packs);
-        let inverse_masses = packs_of(self.inverse_mass, component, packs);
-        let v = packs_of_mut(self.v, component, packs);
-        let a = packs_of_mut(self.a, component, packs);
-        let forces = packs_of_mut(self.force, component, packs);
-        let numerical = packs_of_mut(self.dissipated.numerical, component, packs);
-        let mass_damping = if DAMPED {
-            packs_of_mut(self.dissipated.mass_damping, component, packs)
+        let [left, right, below_left, below_right] = self.on_nodes;
+        let above = load(left) + load(right);
+        let force = above + (load(below_left) + load(below_right));
+        let (old_v, old_a, mass) = (load(self.v), load(self.a), load(self.masses));
+
+        let free = load(self.inverse_masses) * (load(self.loads) - force);
+        let new_a = if DAMPED {
+            free - drag * (old_v + (old * old_a + new * free))
         } else {
-            &mut []
+            free
         };
-        for p in 0..packs.len() {
-            let above = load(&left[p]) + load(&right[p]);
-            let force = above + (load(&below_left[p]) + load(&below_right[p]));
-            let (old_v, old_a, mass) = (load(&v[p]), load(&a[p]), load(&masses[p]));
+        let new_v = old_v + (old * old_a + new * new_a);
 
-            let free = load(&inverse_masses[p]) * (load(&loads[p]) - force);
-            let new_a = if DAMPED {
-                free - drag * (old_v + (old * old_a + new * free))
+        let du = step * old_v + half * old_a;
+        let (d_force, da) = (force - load(self.forces), new_a - old_a);
+        let loss = du * d_force - weight * mass * da * da;
+        (load(self.numerical) + loss).put(self.numerical, p);
+        if DAMPED {
+            let loss = (drag_start * old_v + drag_end * new_v) * mass * du;
+            (load(self.mass_damping) + loss).put(self.mass_damping, p);
+        }
+        new_v.put(self.v, p);
+        new_a.put(self.a, p);
+        force.put(self.forces, p);
+    }
+}
+
+impl NodePass<'_> {
+    /// Ends the step of whole packs.
+    #[inline(always)]
+    fn end_packs<R: Registers>(&mut self, registers: R, packs: &Range<usize>) {
+        for component in [0, self.stride] {
+            if self.rule.damping.acts() {
+                let mut pass = self.component::<true>(component, packs);
+                pass.over(registers, packs.len());
             } else {
-                free
-            };
-            let new_v = old_v + (old * old_a + new * new_a);
-
-            let du = step * old_v + half * old_a;
-            let (d_force, da) = (force - load(&forces[p]), new_a - old_a);
-            let loss = du * d_force - weight * mass * da * da;
-            numerical[p] = (load(&numerical[p]) + loss).into();
-            if DAMPED {
-                let loss = (drag_start * old_v + drag_end * new_v) * mass * du;
-                mass_damping[p] = (load(&mass_damping[p]) + loss).into();
+                let mut pass = self.component::<false>(component, packs);
+                pass.over(registers, packs.len());
             }
-            (v[p], a[p], forces[p]) = (new_v.into(), new_a.into(), force.into());
+        }
+    }
+
+    #[inline(always)]
+    fn component<const DAMPED: bool>(
+        &mut self,
+        component: usize,
+        packs: &Range<usize>,
+    ) -> ComponentPass<'_, DAMPED> {
+        ComponentPass {
+            rule: self.rule,
+            on_nodes: self.forces.on_nodes(component, packs),
+            loads: packs_of(self.load, component, packs),
+            masses: packs_of(self.mass, component, packs),
+            inverse_masses: packs_of(self.inverse_mass, component, packs),
+            v: packs_of_mut(self.v, component, packs),
+            a: packs_of_mut(self.a, component, packs),
+            forces: packs_of_mut(self.force, component, packs),
+            numerical: packs_of_mut(self.dissipated.numerical, component, packs),
+            mass_damping: if DAMPED {
+                packs_of_mut(self.dissipated.mass_damping, component, packs)
+            } else {
+                &mut []
+            },
         }
     }
 
@@ -231,7 +264,7 @@ mod tests {
             ..Dissipated::default()
         };
         if in_one_pass {
-            in_registers(NodePass {
+            in_registers(&mut NodePass {
                 rule,
                 stride: layout.stride,
                 columns,

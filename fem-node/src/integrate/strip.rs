@@ -273,7 +273,7 @@ impl Strip<'_> {
         let comes_between = (self.wheel.is_some() && local == 0) || !self.damping_force.is_empty();
         let is_counted = NodePass::counts(&self.dissipated, rule.damping);
         if is_counted && !comes_between && !layout.is_periodic() {
-            in_registers(NodePass {
+            in_registers(&mut NodePass {
                 rule: *rule,
                 stride: layout.stride,
                 columns,

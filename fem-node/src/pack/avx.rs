@@ -1,89 +1,170 @@
-//! The 256-bit registers of x86-64.
+//! The 256-bit and the 512-bit registers of x86-64.
 
-use std::arch::x86_64::__m256d;
 use std::ops::{Add, Mul, Sub};
 
-use pulp::Simd;
 use pulp::bytemuck::cast;
-use pulp::x86::V3;
+use pulp::x86::{V3, V4};
+use pulp::{Simd, f64x4, f64x8};
 
-use super::lanes::{InRegisters, LANES, Lanes, Registers};
+use super::lanes::{InRegisters, LANES, Lanes, Pack, Registers};
 
-/// Runs a computation on a machine that has them, and maybe twice as many as [`V3`] promises.
-pub(super) fn run(machine: impl Simd, registers: V3, computation: impl InRegisters) {
+/// Runs a computation in the registers of 256 bits.
+pub(super) fn run(machine: V3, computation: impl InRegisters) {
     machine.vectorize(
         #[inline(always)]
-        || computation.run(Avx(registers)),
+        || computation.run(Avx(machine)),
     );
 }
 
-/// Proof that the machine has the registers.
+/// Runs a computation in the registers of 512 bits.
+pub(super) fn run_wide(machine: V4, computation: impl InRegisters) {
+    machine.vectorize(
+        #[inline(always)]
+        || computation.run(Avx512(machine)),
+    );
+}
+
+/// Proof that the machine has registers of 256 bits.
 #[derive(Clone, Copy)]
 struct Avx(V3);
 
+/// Proof that it has those of 512 bits. They do not compute faster where a processor halves them, but it has twice as many elements
+/// under way: a pack of them is one chain of operations that wait for each other, of which it can hold so many only.
+#[derive(Clone, Copy)]
+struct Avx512(V4);
+
 /// One of the registers.
 #[derive(Clone, Copy)]
-struct Register {
-    lanes: __m256d,
-    machine: V3,
+struct Register<S: Simd> {
+    lanes: S::f64s,
+    machine: S,
 }
 
 impl Registers for Avx {
-    type Vector = Register;
+    type Vector = Register<V3>;
+    type Single = Avx;
+    const PACKS: usize = 1;
 
     #[inline(always)]
-    fn load(self, numbers: &[f64; LANES]) -> Register {
+    fn single(self) -> Avx {
+        self
+    }
+
+    #[inline(always)]
+    fn splat(self, value: f64) -> Register<V3> {
         Register {
-            lanes: cast(*numbers),
+            lanes: self.0.splat_f64s(value),
+            machine: self.0,
+        }
+    }
+
+    #[inline(always)]
+    fn load(self, packs: &[[f64; LANES]], p: usize) -> Register<V3> {
+        Register {
+            lanes: cast::<_, f64x4>(packs[p]),
+            machine: self.0,
+        }
+    }
+
+    #[inline(always)]
+    fn load_one<const N: usize>(self, packs: &[[Pack; N]], p: usize, k: usize) -> Register<V3> {
+        Register {
+            lanes: cast::<_, f64x4>(packs[p][k].0),
             machine: self.0,
         }
     }
 }
 
-impl Register {
+impl Registers for Avx512 {
+    type Vector = Register<V4>;
+    type Single = Avx;
+    const PACKS: usize = 2;
+
     #[inline(always)]
-    fn with(self, lanes: __m256d) -> Register {
+    fn single(self) -> Avx {
+        Avx(*self.0)
+    }
+
+    #[inline(always)]
+    fn splat(self, value: f64) -> Register<V4> {
+        Register {
+            lanes: self.0.splat_f64s(value),
+            machine: self.0,
+        }
+    }
+
+    #[inline(always)]
+    fn load(self, packs: &[[f64; LANES]], p: usize) -> Register<V4> {
+        Register {
+            lanes: cast::<_, f64x8>([packs[p], packs[p + 1]]),
+            machine: self.0,
+        }
+    }
+
+    #[inline(always)]
+    fn load_one<const N: usize>(self, packs: &[[Pack; N]], p: usize, k: usize) -> Register<V4> {
+        Register {
+            lanes: cast::<_, f64x8>([packs[p][k].0, packs[p + 1][k].0]),
+            machine: self.0,
+        }
+    }
+}
+
+impl Lanes for Register<V3> {
+    #[inline(always)]
+    fn all(self, value: f64) -> Register<V3> {
+        Avx(self.machine).splat(value)
+    }
+
+    #[inline(always)]
+    fn put(self, packs: &mut [[f64; LANES]], p: usize) {
+        packs[p] = cast(self.lanes);
+    }
+}
+
+impl Lanes for Register<V4> {
+    #[inline(always)]
+    fn all(self, value: f64) -> Register<V4> {
+        Avx512(self.machine).splat(value)
+    }
+
+    #[inline(always)]
+    fn put(self, packs: &mut [[f64; LANES]], p: usize) {
+        let both: [[f64; LANES]; 2] = cast(self.lanes);
+        packs[p..p + 2].copy_from_slice(&both);
+    }
+}
+
+impl<S: Simd> Register<S> {
+    #[inline(always)]
+    fn with(self, lanes: S::f64s) -> Register<S> {
         Register { lanes, ..self }
     }
 }
 
-impl Lanes for Register {
+impl<S: Simd> Add for Register<S> {
+    type Output = Register<S>;
+
     #[inline(always)]
-    fn all(self, value: f64) -> Register {
-        self.with(self.machine.avx._mm256_set1_pd(value))
+    fn add(self, other: Register<S>) -> Register<S> {
+        self.with(self.machine.add_f64s(self.lanes, other.lanes))
     }
 }
 
-impl From<Register> for [f64; LANES] {
+impl<S: Simd> Sub for Register<S> {
+    type Output = Register<S>;
+
     #[inline(always)]
-    fn from(register: Register) -> [f64; LANES] {
-        cast(register.lanes)
+    fn sub(self, other: Register<S>) -> Register<S> {
+        self.with(self.machine.sub_f64s(self.lanes, other.lanes))
     }
 }
 
-impl Add for Register {
-    type Output = Register;
+impl<S: Simd> Mul for Register<S> {
+    type Output = Register<S>;
 
     #[inline(always)]
-    fn add(self, other: Register) -> Register {
-        self.with(self.machine.avx._mm256_add_pd(self.lanes, other.lanes))
-    }
-}
-
-impl Sub for Register {
-    type Output = Register;
-
-    #[inline(always)]
-    fn sub(self, other: Register) -> Register {
-        self.with(self.machine.avx._mm256_sub_pd(self.lanes, other.lanes))
-    }
-}
-
-impl Mul for Register {
-    type Output = Register;
-
-    #[inline(always)]
-    fn mul(self, other: Register) -> Register {
-        self.with(self.machine.avx._mm256_mul_pd(self.lanes, other.lanes))
+    fn mul(self, other: Register<S>) -> Register<S> {
+        self.with(self.machine.mul_f64s(self.lanes, other.lanes))
     }
 }

@@ -5,12 +5,15 @@ use std::ops::{Add, Div, Mul, Sub};
 /// Numbers in a [`Pack`]: two registers of the baseline x86-64, one of AVX.
 pub(crate) const LANES: usize = 4;
 
-/// Vectors of [`LANES`] numbers, computed lane by lane, each operation rounded as that of a double.
+/// Vectors of one pack or several side by side, computed lane by lane, each operation rounded as that of a double.
 pub(crate) trait Lanes:
-    Copy + Into<[f64; LANES]> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
 {
     /// The same number in every lane.
     fn all(self, value: f64) -> Self;
+
+    /// Writes the packs from the `p`th on.
+    fn put(self, packs: &mut [[f64; LANES]], p: usize);
 }
 
 /// Vector registers, from which [`Lanes`] come.
@@ -18,22 +21,31 @@ pub(crate) trait Registers: Copy {
     /// Their vectors.
     type Vector: Lanes;
 
-    /// A vector of these numbers.
-    fn load(self, numbers: &[f64; LANES]) -> Self::Vector;
+    /// Registers of the same machine for one pack.
+    type Single: Registers;
+
+    /// Packs in a vector.
+    const PACKS: usize;
+
+    /// Those for one pack.
+    fn single(self) -> Self::Single;
 
     /// The same number in every lane.
-    #[inline(always)]
-    fn splat(self, value: f64) -> Self::Vector {
-        self.load(&[value; LANES])
-    }
+    fn splat(self, value: f64) -> Self::Vector;
 
-    /// Vectors of all these packs. A loop, which is unrolled: the `map` of an array is a call, and all of them would pass
-    /// through memory.
+    /// The packs from the `p`th on.
+    fn load(self, packs: &[[f64; LANES]], p: usize) -> Self::Vector;
+
+    /// The `k`th number of the packs from the `p`th on.
+    fn load_one<const N: usize>(self, packs: &[[Pack; N]], p: usize, k: usize) -> Self::Vector;
+
+    /// All numbers of the packs from the `p`th on. A loop, which is unrolled: the `map` of an array is a call, and all of them would
+    /// pass through memory.
     #[inline(always)]
-    fn load_all<const N: usize>(self, packs: &[Pack; N]) -> [Self::Vector; N] {
+    fn load_all<const N: usize>(self, packs: &[[Pack; N]], p: usize) -> [Self::Vector; N] {
         let mut vectors = [self.splat(0.0); N];
-        for (vector, pack) in vectors.iter_mut().zip(packs) {
-            *vector = self.load(&pack.0);
+        for (k, vector) in vectors.iter_mut().enumerate() {
+            *vector = self.load_one(packs, p, k);
         }
         vectors
     }
@@ -43,6 +55,24 @@ pub(crate) trait Registers: Copy {
 pub(crate) trait InRegisters {
     /// Runs it; must be inlined.
     fn run<R: Registers>(self, registers: R);
+}
+
+/// A computation pack by pack, for as many side by side as there are in a vector.
+pub(crate) trait ByPacks {
+    /// Computes the packs from the `p`th on; must be inlined.
+    fn at<R: Registers>(&mut self, registers: R, p: usize);
+
+    /// Computes so many packs.
+    #[inline(always)]
+    fn over<R: Registers>(&mut self, registers: R, packs: usize) {
+        let whole = packs - packs % R::PACKS;
+        for p in (0..whole).step_by(R::PACKS) {
+            self.at(registers, p);
+        }
+        for p in whole..packs {
+            self.at(registers.single(), p);
+        }
+    }
 }
 
 /// `LANES` neighbouring numbers of a row.
@@ -132,12 +162,10 @@ impl Lanes for Pack {
     fn all(self, value: f64) -> Pack {
         Pack::splat(value)
     }
-}
 
-impl From<Pack> for [f64; LANES] {
     #[inline(always)]
-    fn from(pack: Pack) -> [f64; LANES] {
-        pack.0
+    fn put(self, packs: &mut [[f64; LANES]], p: usize) {
+        packs[p] = self.0;
     }
 }
 
