@@ -11,8 +11,10 @@ use protocol::larger;
 #[cfg(target_arch = "x86_64")]
 mod avx;
 mod lanes;
+mod line;
 
 pub(crate) use lanes::{ByPacks, InRegisters, LANES, Lanes, Pack, Registers};
+pub(crate) use line::{LINE, Lines};
 
 /// Calls `work` where the compiler may use the widest vector registers that this machine and the build have; `work` must be
 /// inlined. Every operation rounds as it does elsewhere, so the bits are the same.

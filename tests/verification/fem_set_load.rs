@@ -120,7 +120,7 @@ fn life(top: Value) -> (Vec<Vec<f64>>, Vec<f64>) {
     let mut body = FemNode::new(&config, &setting).expect("the body is valid");
     let march = |index| body.advance_alone(&window(index, 7)).expect("stable");
     let reports = (0..10).map(march).collect();
-    (reports, body.state().u.clone())
+    (reports, body.state().u.to_vec())
 }
 
 #[test]

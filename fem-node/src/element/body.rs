@@ -21,7 +21,7 @@ use crate::material::Elastic;
 use crate::material::j2::{HISTORY, history_at};
 use crate::material::nonlinear::NonlinearLaw;
 use crate::mesh::{Connectivity, Mesh};
-use crate::pack::{InRegisters, Registers, in_registers, vectorised};
+use crate::pack::{InRegisters, Lines, Registers, in_registers, vectorised};
 
 /// A body ready to be integrated in time.
 #[derive(Clone, Debug)]
@@ -29,9 +29,9 @@ pub struct Body {
     /// Storage of the components.
     pub layout: Layout,
     /// Mass of each component (kg), lumped, zero at supports, in the padding, and where a node moves with another one.
-    pub mass: Vec<f64>,
+    pub mass: Lines,
     /// Its inverse (1/kg), zero where the component cannot move.
-    pub inverse_mass: Vec<f64>,
+    pub inverse_mass: Lines,
     /// Mass of each node (kg), supports included; row after row without padding.
     node_mass: Vec<f64>,
     element: Element,
@@ -95,8 +95,8 @@ impl Body {
         let node_mass = lump(mesh, elastic.density * thickness);
         let mut body = Body {
             layout,
-            mass: vec![0.0; layout.len()],
-            inverse_mass: vec![0.0; layout.len()],
+            mass: Lines::zeros(layout.len()),
+            inverse_mass: Lines::zeros(layout.len()),
             node_mass,
             element,
             connectivity: mesh.connectivity.clone(),
@@ -109,7 +109,7 @@ impl Body {
     pub(crate) fn piece(&self, columns: &Range<usize>) -> Body {
         let (all, layout) = (self.layout, self.layout.piece(columns));
         let nodal = |field: &[f64]| {
-            let mut piece = vec![0.0; layout.len()];
+            let mut piece = Lines::zeros(layout.len());
             for (row, field) in piece
                 .chunks_mut(layout.stride)
                 .zip(field.chunks(all.stride))

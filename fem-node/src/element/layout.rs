@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::mesh::Mesh;
-use crate::pack::LANES;
+use crate::pack::{LANES, LINE};
 
 /// Storage of the components of the nodes, row after row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +19,8 @@ pub struct Layout {
     pub stride: usize,
     /// True where the last node of each row is the first one.
     periodic: bool,
+    /// What the stride is a multiple of.
+    unit: usize,
 }
 
 impl Layout {
@@ -31,6 +33,7 @@ impl Layout {
             node_rows: mesh.points.len() / nodes_in_row,
             stride: nodes_in_row.next_multiple_of(LANES) + LANES,
             periodic: mesh.periodic,
+            unit: LANES,
         };
         if mesh.connectivity.is_none() {
             layout.stride = layout.element_stride();
@@ -38,11 +41,12 @@ impl Layout {
         layout
     }
 
-    /// That of the piece with these columns of nodes.
+    /// That of the piece with these columns of nodes, each component of which begins with a line of the cache.
     pub(super) fn piece(self, columns: &Range<usize>) -> Layout {
         let mut piece = Layout {
             columns: columns.len() - 1,
             nodes_in_row: columns.len(),
+            unit: LINE,
             ..self
         };
         piece.stride = piece.element_stride();
@@ -82,7 +86,7 @@ impl Layout {
     /// Numbers that a row of elements keeps for one component at its corners: room to load and to store a whole pack
     /// one column to the right of any element.
     pub(super) fn element_stride(self) -> usize {
-        self.padded_columns() + LANES
+        (self.padded_columns() + LANES).next_multiple_of(self.unit)
     }
 
     /// Elements in a row, rounded up to whole packs.

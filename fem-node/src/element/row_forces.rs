@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::layout::Layout;
-use crate::pack::{LANES, Lanes, Pack, packs_of, packs_of_mut, vectorised};
+use crate::pack::{LANES, Lanes, Lines, Pack, packs_of, packs_of_mut, vectorised};
 
 /// Forces along one axis on the corners of a pack of elements: f1 = F1 + Q, f2 = F2 - Q, f3 = -F1 + Q, f4 = -F2 - Q.
 #[derive(Clone, Copy)]
@@ -32,10 +32,10 @@ impl<V: Lanes> CornerForces<V> {
 #[derive(Clone, Debug)]
 pub(crate) struct RowForces {
     /// Forces on the upper nodes, left then right.
-    upper: [Vec<f64>; 2],
-    lower: [Vec<f64>; 2],
+    upper: [Lines; 2],
+    lower: [Lines; 2],
     /// Forces of the row of elements above on the same nodes.
-    carried: [Vec<f64>; 2],
+    carried: [Lines; 2],
 }
 
 /// One component of the forces on the corners of some packs of elements: slices of one length, so that a loop over them checks no
@@ -74,7 +74,7 @@ impl<'a> PackForces<'a> {
 
 impl RowForces {
     pub(crate) fn new(layout: Layout) -> RowForces {
-        let zero = || [0, 1].map(|_| vec![0.0; 2 * layout.element_stride()]);
+        let zero = || [0, 1].map(|_| Lines::zeros(2 * layout.element_stride()));
         RowForces {
             upper: zero(),
             lower: zero(),

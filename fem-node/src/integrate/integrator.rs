@@ -88,7 +88,7 @@ impl Integrator {
         wheel: Option<(&Wheel, &mut WheelRun)>,
     ) {
         if self.scheme.stiffness_damping > 0.0 {
-            state.damping_force.resize(body.layout.len(), 0.0);
+            state.damping_force.resize(body.layout.len());
         }
         let rule = self.rule();
         if let Some(unstructured) = &mut self.unstructured {
@@ -177,7 +177,7 @@ impl Integrator {
         columns: [usize; 2],
     ) {
         if self.scheme.stiffness_damping > 0.0 {
-            state.damping_force.resize(body.layout.len(), 0.0);
+            state.damping_force.resize(body.layout.len());
         }
         let [first, end] = columns;
         let packs = [first / LANES * LANES, end.next_multiple_of(LANES)];

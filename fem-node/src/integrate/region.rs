@@ -226,15 +226,10 @@ impl Tape {
         dissipated: &Dissipated<Vec<f64>>,
     ) {
         let [numerical, mass, stiffness] = dissipated.nodal();
-        let fields = [
-            &state.u,
-            &state.v,
-            &state.a,
-            &state.force,
-            &state.damping_force,
-        ];
+        let [u, v, a, force, damping_force] = state.nodal();
+        let fields = [u, v, a, force, damping_force, numerical, mass, stiffness];
         for range in &ring.enters {
-            for field in fields.into_iter().chain([numerical, mass, stiffness]) {
+            for field in fields {
                 let kept = field.get(range.clone()).unwrap_or_default();
                 self.numbers.extend_from_slice(kept);
             }

@@ -7,21 +7,21 @@ use serde::{Deserialize, Serialize};
 use super::load::Load;
 use crate::element::Body;
 use crate::material::nonlinear::NonlinearLaw;
-use crate::pack::vectorised;
+use crate::pack::{Lines, vectorised};
 
 /// The state of the body, every field in the order of [`crate::element::Layout`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Displacement (m).
-    pub u: Vec<f64>,
+    pub u: Lines,
     /// Velocity (m/s).
-    pub v: Vec<f64>,
+    pub v: Lines,
     /// Internal force F(u) (N).
-    pub force: Vec<f64>,
+    pub force: Lines,
     /// Acceleration (m/s2); computed anew at the start of each window of a body without wheel.
-    pub a: Vec<f64>,
+    pub a: Lines,
     /// Force of the stiffness damping (N), empty where nothing has been damped so.
-    pub damping_force: Vec<f64>,
+    pub damping_force: Lines,
     /// History variables of a plastic body, empty for any other; see [`Body::plastic_strain`].
     pub history: Vec<f64>,
 }
@@ -34,7 +34,7 @@ impl State {
 
     /// At rest, undeformed, under a law that may be nonlinear.
     pub fn at_rest_under(body: &Body, law: Option<&NonlinearLaw>) -> State {
-        let zero = vec![0.0; body.layout.len()];
+        let zero = Lines::zeros(body.layout.len());
         let rows = body.layout.rows;
         let history = law.map_or(0, |law| rows * body.history_row_len(law));
         State {
@@ -48,7 +48,7 @@ impl State {
     }
 
     /// Nodal fields: u, v, a, F, d.
-    pub(crate) fn nodal_mut(&mut self) -> [&mut Vec<f64>; 5] {
+    pub(crate) fn nodal_mut(&mut self) -> [&mut [f64]; 5] {
         [
             &mut self.u,
             &mut self.v,
@@ -59,7 +59,7 @@ impl State {
     }
 
     /// The same, to be read.
-    pub(crate) fn nodal(&self) -> [&Vec<f64>; 5] {
+    pub(crate) fn nodal(&self) -> [&[f64]; 5] {
         [&self.u, &self.v, &self.a, &self.force, &self.damping_force]
     }
 

@@ -91,7 +91,7 @@ pub(super) fn split<'a>(
         &mut state.force,
         &mut state.damping_force,
     ]
-    .map(Vec::as_mut_slice);
+    .map(|field| &mut field[..]);
     let mut history = state.history.as_mut_slice();
     let before = first * row_len;
     for field in &mut fields {

@@ -40,5 +40,6 @@ fn lengths(state: &State) -> [usize; 6] {
     let damped = Some(&state.damping_force).filter(|force| !force.is_empty());
     let damped = damped.unwrap_or(&state.u);
     let [u, v, a] = [&state.u, &state.v, &state.a];
-    [u, v, &state.force, a, damped, &state.history].map(Vec::len)
+    let [u, v, force, a, damped] = [u, v, &state.force, a, damped].map(|field| field.len());
+    [u, v, force, a, damped, state.history.len()]
 }

@@ -120,10 +120,12 @@ impl FemNode {
         let terms = terms.filter(|(_, name, _)| damped || *name != "stiffness_damping");
         let ledger: Vec<f64> = terms.map(|(_, _, value)| value).collect();
         let state = self.state();
-        let mut fields = vec![&state.u, &state.v, &state.history];
-        fields.extend([&state.damping_force, &ledger]);
+        let mut fields = vec![&state.u[..], &state.v, &state.history];
+        fields.extend([&state.damping_force[..], &ledger]);
         let wheel = self.committed.wheel.as_ref().map(|wheel| wheel.numbers());
-        fields.extend(wheel.iter().chain(wheel.as_ref().map(|_| &state.a)));
+        if let Some(wheel) = &wheel {
+            fields.extend([&wheel[..], &state.a]);
+        }
         for value in fields.into_iter().flatten() {
             hasher.update(&value.to_le_bytes());
         }

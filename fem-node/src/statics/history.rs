@@ -144,7 +144,8 @@ impl Statics {
 
     /// Refuses a displacement beyond the size of the body: a linear body answers any load, and one that moves it by more than its size has a wrong unit.
     fn check_size(&self, model: &Model) -> Result<(), FemError> {
-        let moved = self.state(model).state.u.into_iter().map(f64::abs);
+        let state = self.state(model).state;
+        let moved = state.u.iter().map(|u| u.abs());
         let approach = self.contact().map_or(0.0, |contact| contact.approach);
         let beyond = |u: &f64| u.is_nan() || *u > model.mesh.size();
         match moved.chain([approach]).find(beyond) {
@@ -244,7 +245,7 @@ impl Statics {
             }
         }
         let mut state = State::at_rest(&model.body);
-        state.u = self.factor.solve(&load);
+        state.u.copy_from_slice(&self.factor.solve(&load));
         model.body.internal_force(&state.u, &mut state.force);
         StaticState { state, contact }
     }

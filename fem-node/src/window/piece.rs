@@ -136,7 +136,7 @@ impl Piece {
     fn begin(&mut self, window: PieceWindow) {
         let own = &window.starts[self.index];
         let damped = own.state.damping_force.len();
-        self.state.damping_force.resize(damped, 0.0);
+        self.state.damping_force.resize(damped);
         self.set_load(window.input);
         self.dissipated.clear();
         self.tape.clear();

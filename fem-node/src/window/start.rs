@@ -16,7 +16,7 @@ impl Start {
     pub(super) fn take(&mut self, whole: &State) {
         let (cut, own) = (&self.cut, &mut self.state);
         let damped = cut.piece.len().min(whole.damping_force.len());
-        own.damping_force.resize(damped, 0.0);
+        own.damping_force.resize(damped);
         let pairs = own.nodal_mut().into_iter().zip(whole.nodal());
         for (field, whole) in pairs {
             cut.take(whole, field);
@@ -28,9 +28,9 @@ impl Start {
         let (cut, own) = (&self.cut, &self.state);
         let damped = cut.body.len().min(own.damping_force.len());
         if damped == 0 {
-            whole.damping_force.clear();
+            whole.damping_force.resize(0);
         } else {
-            whole.damping_force.resize(cut.body.len(), 0.0);
+            whole.damping_force.resize(cut.body.len());
         }
         for (whole, field) in whole.nodal_mut().into_iter().zip(own.nodal()) {
             cut.put(field, whole);

@@ -214,7 +214,7 @@ fn the_state_leaves_the_pieces_for_a_window_that_is_run_without_them() {
                 said.push(node.advance(&window, &given).expect("it moves"));
             }
             said.push(node.commit(&window, &[]).expect("it is accepted"));
-            said.push(node.state().v.clone());
+            said.push(node.state().v.to_vec());
             step += u64::from(substeps);
         }
         (bits(&said), node.state_hash())
