@@ -99,8 +99,12 @@ pub fn in_pieces<I: Cut, R: Send>(
     parallel: bool,
     work: impl Fn(Range<usize>, I) -> R + Sync,
 ) -> Vec<R> {
+    let partition = Partition::new(count, count);
+    if !partition.several() {
+        return vec![work(0..count, items)];
+    }
     let mut pieces: Vec<Subdomain<Option<R>>> = Vec::new();
-    Partition::new(count, count).assign(&mut pieces);
+    partition.assign(&mut pieces);
     for_each_subdomain(&mut pieces, items, parallel, &|piece, items| {
         piece.work = Some(work(piece.bodies.clone(), items));
     });

@@ -46,35 +46,64 @@ impl Problem {
         self.least_size = self.rounding * (count.max(1) as f64).sqrt() / tolerance;
         let mut contacts = std::mem::take(&mut self.contacts);
         let mut bonds = std::mem::take(&mut self.bonds);
-        let all = WithBonds {
-            contacts: &mut contacts,
-            bonds: &mut bonds,
-            first_bond: 0,
+        let prepared = if Partition::new(count, self.records.len()).several() {
+            let all = WithBonds {
+                contacts: &mut contacts,
+                bonds: &mut bonds,
+                first_bond: 0,
+            };
+            let prepared = in_pieces(count, all, parallel, |_, piece| self.prepare_laws(piece));
+            self.apply_first_guesses(&contacts, parallel);
+            prepared.into_iter().collect()
+        } else {
+            self.prepare_each(&mut contacts, &mut bonds)
         };
-        let prepared = in_pieces(count, all, parallel, |_, piece| self.prepare_laws(piece));
-        self.apply_first_guesses(&contacts, parallel);
         (self.contacts, self.bonds) = (contacts, bonds);
         self.boundary.evaluate();
-        prepared.into_iter().collect()
+        prepared
+    }
+
+    /// Laws and first guesses of few contacts, in one sweep.
+    fn prepare_each(
+        &mut self,
+        contacts: &mut [Contact],
+        bonds: &mut [BondContact],
+    ) -> Result<(), DemError> {
+        for contact in contacts {
+            let bond = bonds.get_mut(contact.bond as usize);
+            self.prepare_law(contact, bond)?;
+            self.apply_first_guess(contact);
+        }
+        Ok(())
     }
 
     fn prepare_laws(&self, piece: WithBonds) -> Result<(), DemError> {
         for contact in piece.contacts {
-            contact.block = self.block(contact);
-            let [nn, tt] = contact.diagonal();
-            let softened = DelassusBlock {
-                nn,
-                nt: contact.block.nt,
-                tt,
-            };
-            let pair = (contact.a, contact.b);
             let bond = (contact.bond as usize).wrapping_sub(piece.first_bond);
-            match piece.bonds.get_mut(bond) {
-                None => contact.law = LocalLaw::new(softened, self.friction_of(contact), pair)?,
-                Some(bond) => bond
-                    .law
-                    .prepare(contact.block, contact.compliance[0], pair)?,
-            }
+            self.prepare_law(contact, piece.bonds.get_mut(bond))?;
+        }
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn prepare_law(
+        &self,
+        contact: &mut Contact,
+        bond: Option<&mut BondContact>,
+    ) -> Result<(), DemError> {
+        contact.block = self.block(contact);
+        let [nn, tt] = contact.diagonal();
+        let softened = DelassusBlock {
+            nn,
+            nt: contact.block.nt,
+            tt,
+        };
+        let pair = (contact.a, contact.b);
+        match bond {
+            None => contact.law = LocalLaw::new(softened, self.friction_of(contact), pair)?,
+            Some(bond) => bond
+                .law
+                .prepare(contact.block, contact.compliance[0], pair)?,
         }
         Ok(())
     }
@@ -95,7 +124,7 @@ impl Problem {
     /// Applies the first guesses, those within subdomains side by side, and then the others.
     fn apply_first_guesses(&mut self, contacts: &[Contact], parallel: bool) {
         let partition = Partition::new(contacts.len(), self.records.len());
-        if !partition.several() || !self.levers.is_empty() {
+        if !self.levers.is_empty() {
             contacts.iter().for_each(|c| self.apply_first_guess(c));
             return;
         }
@@ -129,6 +158,7 @@ impl Problem {
     }
 
     /// Applies the first guess of a contact. Glued disks only gather it: the boundary follows all of them at once.
+    #[inline(always)]
     fn apply_first_guess(&mut self, contact: &Contact) {
         let force = contact.in_xy(contact.impulse);
         let bodies = [(contact.a, force), (contact.b, [-force[0], -force[1]])];
@@ -143,7 +173,7 @@ impl Problem {
     /// The block of the Delassus operator W = H^T M^-1 H (equation 8 of Renouf, Saulot and Berthier 2006) at a contact:
     /// W_nn = n.M^-1 n and so on, summed over both bodies; the spin of a disk adds its inverse inertia to W_tt, that of a
     /// cluster adds to all, and a glued disk has the block of W_g.
-    #[inline]
+    #[inline(always)]
     pub fn block(&self, contact: &Contact) -> DelassusBlock {
         let [nx, ny] = contact.normal;
         let mut block = DelassusBlock::default();

@@ -177,7 +177,7 @@ impl Defect {
 }
 
 /// Adds the squares of D (r - P(r - U/D)) and of D r of a contact under this relative velocity.
-#[inline]
+#[inline(always)]
 fn add_defect([defect, size]: &mut [f64; 2], problem: &Problem, contact: &Contact, u: [f64; 2]) {
     let (d, r) = (contact.diagonal(), contact.impulse);
     let term = |axis: usize, wanted: f64| (d[axis] * (r[axis] - wanted)).powi(2);

@@ -152,6 +152,7 @@ impl Stepper {
         (summary, accounts)
     }
 
+    #[inline(always)]
     fn contact_step(
         &self,
         state: &State,
