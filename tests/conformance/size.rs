@@ -58,7 +58,7 @@ const SINCE: [(&str, usize); 33] = [
     ("prepared samples that are kept", 260),
     ("stress in cells, flows of third body", 820),
     ("wheels of disks", 170),
-    ("sweeps over contacts and failing bonds on all threads", 410),
+    ("sweeps over contacts and failing bonds on all threads", 440),
     ("stress and velocities of grains in the report", 220),
     (
         "repeats on all threads, vectors of 512 bits, aligned fields",
