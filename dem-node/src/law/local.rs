@@ -104,7 +104,8 @@ pub fn coulomb_projection(x: [f64; 2], friction: f64) -> [f64; 2] {
     [r_n, x[1].clamp(-limit, limit)]
 }
 
-/// Branch of the normal law of a bond, at the impulse r_n under U_n: true in tension, where its compliance is 1/kappa.
+/// Branch of the normal law of a bond, at the impulse r_n under U_n: true in tension, where its compliance is 1/kappa. Without
+/// short cuts, so that no iteration jumps.
 #[inline(always)]
 pub fn in_tension(r_n: f64, u_n: f64) -> bool {
     (r_n < 0.0) | ((r_n == 0.0) & (u_n > 0.0))

@@ -60,7 +60,7 @@ impl Partition {
     }
 }
 
-/// What belongs to consecutive bodies or contacts, and can be cut where these are.
+/// Items of consecutive bodies or contacts, which can be cut where these are.
 pub trait Cut: Send + Sized {
     /// The part of the first `count` of them, and the rest.
     fn cut(self, count: usize) -> (Self, Self);

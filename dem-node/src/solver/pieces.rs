@@ -1,4 +1,4 @@
-//! What sweeps over the contacts cut into pieces: contacts with their bonds, and bodies with the contacts of which they are candidates.
+//! Contacts with their bonds, and bodies with the contacts of which they are candidates, as sweeps cut them into pieces.
 
 use super::contact::{Contact, NO_BOND};
 use super::partition::Cut;
@@ -41,7 +41,7 @@ pub fn first_bond(contacts: &[Contact]) -> Option<usize> {
 
 /// Consecutive bodies, and the contacts of which they are the candidates; contacts are sorted by these.
 pub struct ByCandidate<'a, B, C> {
-    /// What belongs to the bodies.
+    /// Items of the bodies.
     pub bodies: &'a mut [B],
     /// The contacts.
     pub contacts: C,

@@ -19,7 +19,7 @@ pub struct Layout {
     pub stride: usize,
     /// True where the last node of each row is the first one.
     periodic: bool,
-    /// What the stride is a multiple of.
+    /// Divisor of the stride.
     unit: usize,
 }
 

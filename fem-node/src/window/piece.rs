@@ -38,7 +38,7 @@ pub(super) struct PieceWindow<'a> {
     /// Own steps before it.
     pub(super) steps: u64,
     pub(super) input: &'a WindowInput,
-    /// Where each piece begins.
+    /// States from which the pieces begin it.
     pub(super) starts: &'a [Start],
 }
 

@@ -28,7 +28,7 @@ const OVERLAP_MAX: f64 = 0.4;
 #[derive(Clone, Debug)]
 pub(super) struct Pieces {
     pieces: Vec<Piece>,
-    /// Where each of them begins a window.
+    /// States from which they begin a window.
     starts: Vec<Start>,
     /// Own columns of each but the last one.
     size: usize,

@@ -108,19 +108,14 @@ impl Workspace {
     pub fn restart(&mut self, parallel: bool) {
         self.constrained.restart();
         self.outside.restart();
-        let items = (&mut self.bodies[..], &mut self.momenta[..]);
-        for_each_subdomain(&mut self.subdomains, items, parallel, &|subdomain,
-                                                                    (
-            bodies,
-            momenta,
-        ): (
-            &mut [BodyState],
-            &mut [Momentum],
-        )| {
+        let forget = |subdomain: &mut Subdomain<Interior>,
+                      (bodies, momenta): (&mut [BodyState], &mut [Momentum])| {
             bodies.iter_mut().for_each(|body| body.h_w = [0.0; 3]);
             momenta.fill([0.0; 3]);
             subdomain.work.batch.restart();
-        });
+        };
+        let items = (&mut self.bodies[..], &mut self.momenta[..]);
+        for_each_subdomain(&mut self.subdomains, items, parallel, &forget);
     }
 
     /// Shares the contacts out to the subdomains.
