@@ -19,10 +19,8 @@ mod file;
 mod lines;
 mod text;
 
-use std::io;
-use std::path::Path;
-
 use protocol::ConfigError;
+use protocol::input_file::content;
 
 use crate::config::GmshConfig;
 use crate::mesh::Mesh;
@@ -30,7 +28,7 @@ use error::{KEY, other_form};
 
 /// Reads the mesh of a scenario.
 pub fn read(config: &GmshConfig) -> Result<Mesh, ConfigError> {
-    let bytes = content(&config.gmsh).map_err(|error| {
+    let bytes = content(&config.gmsh, LONGEST_FILE).map_err(|error| {
         let problem = format!("{} cannot be read: {error}", config.gmsh.display());
         ConfigError::new(KEY, problem)
             .help("give the path of a .msh file, from the folder of the scenario or from the root")
@@ -48,21 +46,6 @@ pub fn read(config: &GmshConfig) -> Result<Mesh, ConfigError> {
 
 /// Longest mesh file (bytes): some ten million elements.
 const LONGEST_FILE: u64 = 2 << 30;
-
-/// The bytes of a file that has an end.
-fn content(path: &Path) -> io::Result<Vec<u8>> {
-    let file = std::fs::metadata(path)?;
-    if !file.is_file() {
-        return Err(io::Error::other("it is a folder, a pipe or a device"));
-    }
-    if file.len() > LONGEST_FILE {
-        let length = file.len();
-        return Err(io::Error::other(format!(
-            "it has {length} bytes, more than {LONGEST_FILE}"
-        )));
-    }
-    std::fs::read(path)
-}
 
 /// A mesh from the content of a file, whose unit is this long (m).
 pub fn parse(content: impl AsRef<[u8]>, length_unit: f64) -> Result<Mesh, ConfigError> {

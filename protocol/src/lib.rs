@@ -8,6 +8,7 @@
 //! Modules, in reading order:
 //! - [`frame`]: the fixed header and its payload of doubles;
 //! - [`setting`]: the setting that a participant is launched with, and the checked reading of its own keys;
+//! - [`input_file`]: files that a scenario names;
 //! - [`table`]: loads over time, a key of several solvers;
 //! - [`node`]: the requests that a solver answers, and the types of its answers;
 //! - [`finding`]: values that are not plausible, and the bounds of a check;
@@ -29,6 +30,7 @@ pub mod checkpoint;
 pub mod cure;
 pub mod finding;
 pub mod frame;
+pub mod input_file;
 pub mod link;
 pub mod node;
 pub mod participate;

@@ -43,6 +43,30 @@ pub fn check_table(key: &str, table: &[[f64; 2]]) -> Result<(), ConfigError> {
     refused(problem, "list the entries by ascending time")
 }
 
+/// Refuses a load table of a wheel, `wheel.load_table`, with a load upwards, or with another load at `held_at` (s), the end of
+/// the hold, than the one of the results, `wheel.load_n` (N).
+///
+/// # Errors
+/// As [`check_table`].
+pub fn check_wheel_table(table: &[[f64; 2]], held_at: f64, load: f64) -> Result<(), ConfigError> {
+    let key = "wheel.load_table";
+    check_table(key, table)?;
+    let refused = |problem: String, help: &str| Err(ConfigError::new(key, problem).help(help));
+    if let Some([_, upwards]) = table.iter().find(|[_, load]| *load < 0.0) {
+        let problem = format!("must be at least 0 N, got {upwards:?}");
+        return refused(problem, "loads press downwards");
+    }
+    let held = load_at(table, held_at);
+    if (held - load).abs() <= 1e-9 * load {
+        return Ok(());
+    }
+    let problem = format!("is {held:e} N at the end of the hold, and wheel.load_n is {load:e} N");
+    refused(
+        problem,
+        "write the load at which results are taken in wheel.load_n",
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -88,5 +112,17 @@ mod tests {
             );
             assert!(error.help.is_some(), "{text}");
         }
+    }
+    #[test]
+    fn a_table_of_a_wheel_has_no_load_upwards_and_holds_the_load_of_the_results() {
+        let told = |table: &[[f64; 2]]| {
+            let error = check_wheel_table(table, 1.0, 8.0).expect_err("the table is wrong");
+            error.to_string()
+        };
+        assert!(check_wheel_table(&[[0.0, 0.0], [1.0, 8.0]], 1.0, 8.0).is_ok());
+        let upwards = told(&[[0.0, 8.0], [2.0, 8.0], [3.0, -1.0]]);
+        assert!(upwards.contains("at least 0 N, got -1.0"), "{upwards}");
+        let other = told(&[[0.0, 0.0], [2.0, 8.0]]);
+        assert!(other.contains("4e0 N at the end of the hold"), "{other}");
     }
 }

@@ -1,9 +1,10 @@
 //! The keys of `sample` with kind = "file", and the table of grains that they name.
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use protocol::ConfigError;
+use protocol::input_file::content;
 use serde::Deserialize;
 
 use super::disks::{DiskConfig, DisksConfig};
@@ -29,7 +30,9 @@ pub struct FileConfig {
 impl FileConfig {
     /// The disks of the file, as if they were listed.
     pub(super) fn read(&self) -> Result<DisksConfig, ConfigError> {
-        let text = content(&self.path).map_err(|error| {
+        let bytes = content(&self.path, LONGEST_FILE);
+        let text = bytes.and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other));
+        let text = text.map_err(|error| {
             let problem = format!("{} cannot be read: {error}", self.path.display());
             ConfigError::new(KEY, problem).help(
                 "give the path of a .csv file, from the folder of the scenario or from the root",
@@ -44,21 +47,6 @@ impl FileConfig {
             ..DisksConfig::default()
         })
     }
-}
-
-/// The text of a file that has an end.
-fn content(path: &Path) -> io::Result<String> {
-    let file = std::fs::metadata(path)?;
-    if !file.is_file() {
-        return Err(io::Error::other("it is a folder, a pipe or a device"));
-    }
-    if file.len() > LONGEST_FILE {
-        let length = file.len();
-        return Err(io::Error::other(format!(
-            "it has {length} bytes, more than {LONGEST_FILE}"
-        )));
-    }
-    std::fs::read_to_string(path)
 }
 
 /// The disks of a table: a line with the names of its columns, then a line a disk. Empty lines are passed over.

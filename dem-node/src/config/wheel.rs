@@ -1,7 +1,7 @@
 //! The keys of `wheel` and their limits.
 
 use protocol::ConfigError;
-use protocol::table::{LoadTable, check_table, load_at};
+use protocol::table::{LoadTable, check_wheel_table};
 use serde::Deserialize;
 
 use super::law::{LawConfig, LawKind};
@@ -80,28 +80,11 @@ impl WheelConfig {
         if self.cycles > 0.0 {
             positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
         }
-        self.validate_table()
-    }
-
-    fn validate_table(&self) -> Result<(), ConfigError> {
-        let Some(table) = &self.load_table else {
-            return Ok(());
-        };
-        let key = "wheel.load_table";
-        check_table(key, table)?;
-        for [_, load] in table {
-            at_least(key, *load, 0.0, "N")?;
-        }
-        let held = load_at(table, self.ramp_s + self.hold_s);
-        refuse_if(
-            (held - self.load_n).abs() > 1e-9 * self.load_n,
-            key,
-            format!(
-                "is {held:e} N at the end of the hold, and wheel.load_n is {:e} N",
-                self.load_n
-            ),
-            "write the load at which results are taken in wheel.load_n",
-        )
+        let held_at = self.ramp_s + self.hold_s;
+        let table = self.load_table.as_deref();
+        table.map_or(Ok(()), |table| {
+            check_wheel_table(table, held_at, self.load_n)
+        })
     }
 
     /// Refuses a rough face that the sample has no disks for, and bonds that nothing could carry.

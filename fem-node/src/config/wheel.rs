@@ -1,7 +1,7 @@
 //! The rigid wheel on the upper edge and the contact with it.
 
 use protocol::ConfigError;
-use protocol::table::{LoadTable, check_table, load_at};
+use protocol::table::{LoadTable, check_wheel_table};
 use serde::Deserialize;
 
 use super::number::{not_negative, positive};
@@ -67,26 +67,11 @@ impl WheelConfig {
         if self.cycles > 0.0 {
             positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
         }
-        self.check_table()
-    }
-
-    fn check_table(&self) -> Result<(), ConfigError> {
-        let Some(table) = &self.load_table else {
-            return Ok(());
-        };
-        let key = "wheel.load_table";
-        check_table(key, table)?;
-        for [_, load] in table {
-            not_negative(key, *load, "N")?;
-        }
-        let (held, load) = (load_at(table, self.ramp_s + self.hold_s), self.load_n);
-        if (held - load).abs() <= 1e-9 * load {
-            return Ok(());
-        }
-        let problem =
-            format!("is {held:e} N at the end of the hold, and wheel.load_n is {load:e} N");
-        Err(ConfigError::new(key, problem)
-            .help("write the load at which results are taken in wheel.load_n"))
+        let held_at = self.ramp_s + self.hold_s;
+        let table = self.load_table.as_deref();
+        table.map_or(Ok(()), |table| {
+            check_wheel_table(table, held_at, self.load_n)
+        })
     }
 }
 
