@@ -71,7 +71,15 @@ impl Bodies {
     /// The law at a place of `pairs`, 0 being that of most contacts.
     #[inline]
     pub fn law_at(&self, place: u32) -> &Law {
-        self.pairs.law(place).unwrap_or(&self.law)
+        match place {
+            0 => &self.law,
+            own => self.pairs.law(own).unwrap_or(&self.law),
+        }
+    }
+
+    /// True if the contacts of any law store energy in springs.
+    pub fn has_springs(&self) -> bool {
+        self.law.springs.is_some() || self.pairs.has_springs()
     }
 
     /// Number of all bodies.

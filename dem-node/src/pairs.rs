@@ -65,6 +65,11 @@ impl Pairs {
         self.law(place).map(|law| (place, law))
     }
 
+    /// True if any of these laws has springs.
+    pub fn has_springs(&self) -> bool {
+        self.laws.iter().any(|law| law.springs.is_some())
+    }
+
     /// Coefficients of friction in the order of their places.
     pub fn frictions(&self) -> impl Iterator<Item = f64> {
         self.laws.iter().map(|law| law.friction)

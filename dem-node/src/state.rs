@@ -178,22 +178,29 @@ impl State {
 
     /// Energy in the normal and in the tangential springs, and in the bonds (J).
     pub fn springs(&self, bodies: &Bodies) -> [f64; 3] {
+        if self.bonds.is_empty() && !bodies.has_springs() {
+            return [0.0; 3];
+        }
         let mut bonds = BondCursor::new(&self.bonds);
-        self.list.slots.iter().fold([0.0; 3], |sum, slot| {
+        let mut stored = [0.0; 3];
+        for slot in &self.list.slots {
             let bonded = bonds.find((slot.a, slot.b));
-            if bonded.is_none() && slot.force == [0.0; 2] {
-                return sum;
-            }
+            let [normal, tangential] = slot.force;
             let force = match bonded {
+                None if normal == 0.0 && tangential == 0.0 => continue,
                 None => slot.force,
                 // Tension and shear are the bond's.
-                Some(_) => [slot.force[0].max(0.0), 0.0],
+                Some(_) => [normal.max(0.0), 0.0],
             };
             let law = bodies.law_of(slot.a as usize, slot.b as usize);
             let [normal, tangential] = law.stored(force);
-            let cohesive = bonded.map_or(0.0, |(_, bond)| bond.stored(bodies));
-            [sum[0] + normal, sum[1] + tangential, sum[2] + cohesive]
-        })
+            stored[0] += normal;
+            stored[1] += tangential;
+            if let Some((_, bond)) = bonded {
+                stored[2] += bond.stored(bodies);
+            }
+        }
+        stored
     }
 
     /// Kinetic energy, and the energies of normal springs, tangential springs and bonds (J).

@@ -160,10 +160,13 @@ impl Problem {
     /// Applies the first guess of a contact. Glued disks only gather it: the boundary follows all of them at once.
     #[inline(always)]
     fn apply_first_guess(&mut self, contact: &Contact) {
+        if contact.impulse == [0.0; 2] {
+            return;
+        }
         let force = contact.in_xy(contact.impulse);
         let bodies = [(contact.a, force), (contact.b, [-force[0], -force[1]])];
         for (side, (body, force)) in bodies.into_iter().enumerate() {
-            match self.glued_index(body as usize) {
+            match self.glued_side(contact, body as usize) {
                 Some(disk) => self.boundary.gather(disk, force),
                 None => self.apply_to(contact, side, force, contact.impulse),
             }
@@ -183,7 +186,7 @@ impl Problem {
             .enumerate()
         {
             let mut spin = 0.0;
-            let [xx, xy, yy] = match (self.glued_index(body), levers) {
+            let [xx, xy, yy] = match (self.glued_side(contact, body), levers) {
                 (Some(disk), _) => {
                     let [[xx, xy], [yx, yy]] = self.boundary.block(disk);
                     [xx, 0.5 * (xy + yx), yy]
@@ -223,8 +226,10 @@ impl Problem {
     /// Coefficient of friction of a contact.
     #[inline(always)]
     pub(crate) fn friction_of(&self, contact: &Contact) -> f64 {
-        let place = (contact.own as usize).wrapping_sub(1);
-        self.frictions.get(place).copied().unwrap_or(self.friction)
+        match contact.own {
+            0 => self.friction,
+            own => self.frictions[own as usize - 1],
+        }
     }
 
     /// True if any contact has friction.
@@ -236,6 +241,12 @@ impl Problem {
     pub(super) fn glued_index(&self, body: usize) -> Option<usize> {
         let index = body.checked_sub(self.first_glued)?;
         (2 * index < self.boundary.velocity.len()).then_some(index)
+    }
+
+    /// Index in the boundary of a body of this contact, if it is a glued disk.
+    #[inline(always)]
+    fn glued_side(&self, contact: &Contact, body: usize) -> Option<usize> {
+        contact.glued.then(|| self.glued_index(body))?
     }
 
     /// Relative velocity u = H^T v of the contact points, (u_n, u_t) of a against b (m/s).
@@ -257,9 +268,7 @@ impl Problem {
 
     #[inline(always)]
     fn velocity(&self, contact: &Contact, body: usize) -> [f64; 3] {
-        if contact.glued
-            && let Some(disk) = self.glued_index(body)
-        {
+        if let Some(disk) = self.glued_side(contact, body) {
             let [x, y] = self.boundary.velocity_of(disk);
             return [x, y, 0.0];
         }

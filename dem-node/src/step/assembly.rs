@@ -39,14 +39,13 @@ impl Stepper {
         self.slots.clear();
         let mut bonds = BondCursor::new(&state.bonds);
         let compliance = bodies.law.compliance(input.step);
-        for index in 0..list.slots.len() {
-            let slot = &list.slots[index];
+        for (place, slot) in list.slots.iter_mut().enumerate() {
             let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
             let bond = bonds.find((slot.a, slot.b));
             let mut contact = self.candidate(state, input, slot, at, compliance);
             if bond.is_none() && !self.accept(state, input, &mut contact) {
                 // A contact that a rebound has opened leaves the problem: it must not keep its force.
-                (list.slots[index].force, list.slots[index].left) = ([0.0; 2], 0.0);
+                (slot.force, slot.left) = ([0.0; 2], 0.0);
                 continue;
             }
             if let Some((index, bond)) = bond {
@@ -59,7 +58,7 @@ impl Stepper {
                 self.problem.bonds.push(bonded);
             }
             self.problem.contacts.push(contact);
-            self.slots.push(index as u32);
+            self.slots.push(place as u32);
         }
         state.list = list;
     }
