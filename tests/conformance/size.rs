@@ -12,7 +12,7 @@ const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 const REDESIGN: usize = 31_500;
 
 /// Features since, with the lines that they may take.
-const SINCE: [(&str, usize); 33] = [
+const SINCE: [(&str, usize); 34] = [
     ("checks of plausibility", 1020),
     ("strict logs", 420),
     ("limits of disk, files and words", 240),
@@ -63,6 +63,10 @@ const SINCE: [(&str, usize); 33] = [
     (
         "repeats on all threads, vectors of 512 bits, aligned fields",
         660,
+    ),
+    (
+        "fields within phases, displacement fields, the tribological circuit",
+        290,
     ),
 ];
 

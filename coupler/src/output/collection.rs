@@ -1,23 +1,64 @@
-//! `fields/<participant>.pvd`: the snapshots of a participant over time, as ParaView opens them.
+//! The moments at which participants write their fields, and `fields/<participant>.pvd`: a participant's snapshots over time, as
+//! ParaView opens them.
 
 use std::path::Path;
 
-/// A moment at which the participants wrote their fields.
-#[derive(Clone, Debug, PartialEq)]
+use protocol::Phase;
+
+use crate::error::Refusal;
+
+/// Most moments within a phase: a folder with more files is nobody's wish.
+const MOST: f64 = 10_000.0;
+
+/// A moment at which the participants write their fields.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Moment {
     /// Name of the snapshot.
     pub name: String,
     /// Simulated time (s).
     pub time_s: f64,
+    /// The end of the phase in which results are sampled.
+    pub sampled: bool,
 }
 
-/// The collection of a participant, of those moments at which `fields` holds a file of it; `None` without any.
-pub fn pvd(fields: &Path, participant: &str, moments: &[Moment]) -> Option<String> {
+/// The ends of all phases and, with `run.output.fields_every_s`, moments so many seconds apart within each, from its start on:
+/// the k-th within `cycling` is called `cycling-k`.
+///
+/// # Errors
+/// More than 10 000 moments in a phase.
+pub fn moments(phases: &[Phase], every_s: Option<f64>) -> Result<Vec<Moment>, Refusal> {
+    let mut moments = Vec::new();
+    for phase in phases {
+        if let Some(every) = every_s {
+            let parts = (phase.t1_s - phase.t0_s) * (1.0 - 1e-9) / every;
+            if parts > MOST {
+                let name = &phase.name;
+                let problem = format!(
+                    "= {every:e} makes {parts:.0} snapshots of `{name}`: make them {MOST} or fewer"
+                );
+                return Err(Refusal::key("run.output.fields_every_s", problem));
+            }
+            moments.extend((1..=parts as u64).map(|k| Moment {
+                name: format!("{}-{k}", phase.name),
+                time_s: phase.t0_s + k as f64 * every,
+                sampled: false,
+            }));
+        }
+        moments.push(Moment {
+            name: phase.name.clone(),
+            time_s: phase.t1_s,
+            sampled: phase.sampled,
+        });
+    }
+    Ok(moments)
+}
+
+/// The collection of a participant, of those snapshots, with their times (s), of which `fields` holds a file; `None` without any.
+pub fn pvd(fields: &Path, participant: &str, snapshots: &[(&str, f64)]) -> Option<String> {
     let mut sets = String::new();
-    for moment in moments {
-        let stem = format!("{participant}-{}", moment.name);
+    for (name, time_s) in snapshots {
+        let stem = format!("{participant}-{name}");
         let files = ["vtu", "vtp"].map(|extension| format!("{stem}.{extension}"));
-        let time_s = moment.time_s;
         if let Some(file) = files.iter().find(|file| fields.join(file).exists()) {
             let set = format!("<DataSet timestep=\"{time_s:e}\" part=\"0\" file=\"{file}\"/>\n");
             sets.push_str(&set);
@@ -36,13 +77,37 @@ mod tests {
     use crate::rundir::Scratch;
 
     #[test]
+    fn a_phase_ends_with_a_moment_and_holds_those_that_are_asked_for() {
+        let phase = |name: &str, [t0_s, t1_s]: [f64; 2]| Phase {
+            name: name.into(),
+            t0_s,
+            t1_s,
+            sampled: name == "hold",
+            picture: true,
+        };
+        let phases = [phase("hold", [0.5, 2.0]), phase("cycling", [2.0, 6.0])];
+        let told = |every| {
+            let all = moments(&phases, every).expect("they are few");
+            Vec::from_iter(all.into_iter().map(|m| (m.name, m.time_s, m.sampled)))
+        };
+        let ends = [("hold", 2.0, true), ("cycling", 6.0, false)];
+        let inner = [("hold-1", 1.5, false), ("cycling-1", 3.0, false)];
+        let last = [("cycling-2", 4.0, false), ("cycling-3", 5.0, false)];
+        let own = |all: &[(&str, f64, bool)]| {
+            Vec::from_iter(all.iter().map(|(name, t, s)| (name.to_string(), *t, *s)))
+        };
+        assert_eq!(told(None), own(&ends));
+        let all = [inner[0], ends[0], inner[1], last[0], last[1], ends[1]];
+        assert_eq!(told(Some(1.0)), own(&all));
+        let error = moments(&phases, Some(1e-4)).expect_err("they are many");
+        assert!(error.to_string().contains("fields_every_s"), "{error}");
+    }
+
+    #[test]
     fn only_files_that_exist_are_listed() {
         let scratch = Scratch::new("pvd", 1);
         std::fs::create_dir_all(scratch.path()).expect("a folder");
-        let moments = ["hold", "cycling", "end"].map(|name| Moment {
-            name: name.into(),
-            time_s: 0.5,
-        });
+        let moments = ["hold", "cycling", "end"].map(|name| (name, 0.5));
         assert_eq!(pvd(scratch.path(), "rail", &moments), None);
         for file in ["rail-hold.vtu", "grains-end.vtp"] {
             std::fs::write(scratch.path().join(file), "").expect("a file");

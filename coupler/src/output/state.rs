@@ -19,8 +19,8 @@ pub struct OutputState {
     pub interfaces: Vec<InterfaceSignals>,
     /// Means over the sampled phase.
     pub sampled: SampledMeans,
-    /// Phases whose end was seen.
-    pub snapshots_taken: usize,
+    /// Simulated times at which fields were written (s).
+    pub snapshots_s: Vec<f64>,
     /// Size of signals.csv.
     pub signals_bytes: u64,
     /// Balances of the participants, of the interfaces and of all together.

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use protocol::{Bounds, Description, Frame, Header, Kind, Phase, Window};
+use protocol::{Bounds, Description, Frame, Header, Kind, Window};
 
 use super::checkpoint::{Checkpoint, Keeper, RestartPoint};
 use super::position::Position;
@@ -29,7 +29,7 @@ pub struct Outputs<'a> {
     rundir: &'a RunDir,
     thickness_m: f64,
     signals_every: u64,
-    phases: Vec<Phase>,
+    moments: Vec<Moment>,
     descriptions: Vec<&'a Description>,
     names: Vec<&'a str>,
     bounds: Plausible,
@@ -79,7 +79,7 @@ impl<'a> Outputs<'a> {
                 balances: vec![RunningBalance::default(); balances],
                 ..OutputState::default()
             },
-            phases,
+            moments: collection::moments(&phases, scenario.run.output.fields_every_s)?,
             signals: SignalsFile::create(
                 rundir,
                 names.iter().copied(),
@@ -104,7 +104,7 @@ impl<'a> Outputs<'a> {
         self.signals
             .carry_over(&signals, self.state.signals_bytes)?;
         self.signals.sync()?;
-        restart.copy_fields(self.rundir, &self.phases)
+        restart.copy_fields(self.rundir, &self.moments)
     }
 
     /// The latest energies of all participants.
@@ -173,8 +173,8 @@ impl<'a> Outputs<'a> {
             self.signals
                 .row(window.t1_s, &state.reports, &state.interfaces)?;
         }
-        match (self.phase_ends(communicator, reached_s)?, groups) {
-            (Some(phase), []) => profile::adopt(self.rundir, &phase.name)?,
+        match (self.take_snapshots(communicator, reached_s)?, groups) {
+            (Some(moment), []) => profile::adopt(self.rundir, &moment.name)?,
             (Some(_), groups) => self.write_profiles(groups)?,
             (None, _) => {}
         }
@@ -286,25 +286,25 @@ impl<'a> Outputs<'a> {
         warnings.collect()
     }
 
-    /// Has the participants write their fields at the end of each phase; returns the sampled one if it is among those
-    /// that ended.
-    fn phase_ends(
+    /// Has the participants write their fields at each of the moments that has come; returns the sampled one if it is among
+    /// them.
+    fn take_snapshots(
         &mut self,
         communicator: &mut dyn Communicator,
         time_s: f64,
-    ) -> Result<Option<Phase>, Error> {
-        let over = |phase: &&Phase| time_s >= phase.t1_s * (1.0 - 1e-9);
+    ) -> Result<Option<Moment>, Error> {
+        let come = |moment: &&Moment| time_s >= moment.time_s * (1.0 - 1e-9);
         let mut sampled = None;
-        while let Some(phase) = self
-            .phases
-            .get(self.state.snapshots_taken)
-            .filter(over)
+        while let Some(moment) = self
+            .moments
+            .get(self.state.snapshots_s.len())
+            .filter(come)
             .cloned()
         {
-            self.state.snapshots_taken += 1;
-            snapshot(communicator, &phase.name)?;
+            self.state.snapshots_s.push(time_s);
+            snapshot(communicator, &moment.name)?;
             self.collect(communicator, None)?;
-            sampled = sampled.or(Some(phase).filter(|phase| phase.sampled));
+            sampled = sampled.or(Some(moment).filter(|moment| moment.sampled));
         }
         Ok(sampled)
     }
@@ -337,13 +337,9 @@ impl<'a> Outputs<'a> {
 
     /// Writes `fields/<participant>.pvd` of the snapshots so far, that of the end included if it is taken.
     fn collect(&self, communicator: &dyn Communicator, end_s: Option<f64>) -> Result<(), Error> {
-        let moment = |name: &str, time_s| Moment {
-            name: name.into(),
-            time_s,
-        };
-        let passed = self.phases[..self.state.snapshots_taken].iter();
-        let mut moments: Vec<Moment> = passed.map(|p| moment(&p.name, p.t1_s)).collect();
-        moments.extend(end_s.map(|time_s| moment("end", time_s)));
+        let taken = self.moments.iter().zip(&self.state.snapshots_s);
+        let taken = taken.map(|(moment, time_s)| (moment.name.as_str(), *time_s));
+        let moments: Vec<_> = taken.chain(end_s.map(|time_s| ("end", time_s))).collect();
         let peers = communicator.peers();
         for name in (0..peers.count()).map(|peer| peers.name(peer)) {
             if let Some(text) = collection::pvd(&self.rundir.fields(), name, &moments) {

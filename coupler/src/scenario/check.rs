@@ -16,6 +16,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
     let sizes = [
         ("run.thickness_m", Some(run.thickness_m)),
         ("run.end_s", run.end_s),
+        ("run.output.fields_every_s", output.fields_every_s),
         ("run.deadlines.setup_s", Some(deadlines.setup_s)),
         ("run.deadlines.answer_s", Some(deadlines.answer_s)),
         ("run.deadlines.idle_s", Some(deadlines.idle_s)),

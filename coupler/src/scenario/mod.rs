@@ -132,6 +132,9 @@ pub struct Output {
     pub exchange: bool,
     /// Own steps in a report of a solver that runs alone.
     pub alone_steps: u32,
+    /// Time between two snapshots of the fields within a phase of the load, from its start on (s); only at the ends of phases
+    /// when absent.
+    pub fields_every_s: Option<f64>,
 }
 
 impl Default for Output {
@@ -141,6 +144,7 @@ impl Default for Output {
             flush_every_windows: 100,
             exchange: true,
             alone_steps: 100,
+            fields_every_s: None,
         }
     }
 }

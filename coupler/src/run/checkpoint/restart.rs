@@ -3,13 +3,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use protocol::{Frame, Kind, Phase, Window};
+use protocol::{Frame, Kind, Window};
 
 use super::content::{About, Checkpoint, FOLDER};
 use super::file::{self, Unusable};
 use super::keeper::{about, participants};
 use crate::error::{Error, Refusal};
 use crate::log::{Entry, recover};
+use crate::output::collection::Moment;
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::remote::Remote;
@@ -153,17 +154,18 @@ impl RestartPoint {
         Ok(())
     }
 
-    /// Takes over the fields of the phases that had ended.
-    pub fn copy_fields(&self, rundir: &RunDir, phases: &[Phase]) -> Result<(), Error> {
-        let ended = &phases[..self.checkpoint.outputs.snapshots_taken.min(phases.len())];
+    /// Takes over the fields of the moments that had come.
+    pub fn copy_fields(&self, rundir: &RunDir, moments: &[Moment]) -> Result<(), Error> {
+        let taken = self.checkpoint.outputs.snapshots_s.len();
+        let ended = &moments[..taken.min(moments.len())];
         let of_ended = |file: &str| {
-            ended.iter().any(|phase| {
-                let mark = format!("-{}", phase.name);
+            ended.iter().any(|moment| {
+                let mark = format!("-{}", moment.name);
                 file.contains(&format!("{mark}.")) || file.contains(&format!("{mark}-"))
             })
         };
         copy(&self.run.join("fields"), &rundir.fields(), of_ended)?;
-        let sampled = ended.iter().any(|phase| phase.sampled);
+        let sampled = ended.iter().any(|moment| moment.sampled);
         let profile = |file: &str| sampled && file.starts_with("profile") && file.ends_with(".csv");
         copy(&self.run, rundir.path(), profile)
     }
