@@ -3,7 +3,8 @@
 //! - [`fields`]: the VTK files of the participants; [`view`]: a part of the scene on a page;
 //! - [`scene`]: grains and continuum around the contact, coloured by pressure;
 //! - [`body`]: the whole continuum, and which of its nodes stick;
-//! - [`grains`]: pressure in the cells of the grains' stress, and their velocities;
+//! - [`grains`]: pressure in the cells of the grains' stress; [`arrows`]: their velocities and displacements;
+//! - [`circuit`]: the flows of third body;
 //! - [`plot`]: curves over axes; [`curves`]: interface traction, friction loop, forces and sliding nodes over time.
 
 use std::fmt::Write as _;
@@ -15,7 +16,9 @@ use crate::error::{Error, Refusal};
 use fields::Moment;
 use view::Picture;
 
+pub mod arrows;
 pub mod body;
+pub mod circuit;
 pub mod curves;
 pub mod fields;
 pub mod grains;
@@ -30,7 +33,9 @@ pub fn write(run: &Path) -> Result<Vec<String>, Error> {
     let mut pictures = Vec::from_iter(scene::contact(run, &moments)?);
     pictures.extend(body::pressure(run, &moments)?);
     pictures.extend(grains::pressure(run, &moments)?);
-    pictures.extend(grains::velocities(run, &moments)?);
+    pictures.extend(arrows::velocities(run, &moments)?);
+    pictures.extend(arrows::displacements(run, &phases(&summary))?);
+    pictures.extend(circuit::drawn(&summary)?);
     pictures.extend(body::status(run, &moments)?);
     pictures.extend(curves::all(run)?);
     let mut names = Vec::new();
@@ -54,6 +59,13 @@ fn moments(summary: &Value) -> Vec<Moment> {
         words: format!("end of the {of}"),
     };
     all.map(moment).collect()
+}
+
+/// Names of the phases of the load, in their order.
+fn phases(summary: &Value) -> Vec<String> {
+    let all = summary["phases"].as_array().into_iter().flatten();
+    let names = all.filter_map(|phase| phase["name"].as_str());
+    names.map(String::from).collect()
 }
 
 fn read_summary(run: &Path) -> Result<Value, Error> {

@@ -139,12 +139,21 @@ pub(super) fn page(
     legend: &str,
     content: impl Fn(&mut Panel, &View) -> Result<(), Error>,
 ) -> Result<String, Error> {
-    let sizes: Vec<(u32, u32)> = views.iter().map(View::size).collect();
+    let panels: Vec<(View, &str)> = views.iter().map(|view| (*view, legend)).collect();
+    panels_below(&panels, |panel, place| content(panel, &views[place]))
+}
+
+/// Views one above the other with their legends, each filled by `content`, which is told its place.
+pub(super) fn panels_below(
+    panels: &[(View, &str)],
+    content: impl Fn(&mut Panel, usize) -> Result<(), Error>,
+) -> Result<String, Error> {
+    let sizes: Vec<(u32, u32)> = panels.iter().map(|(view, _)| view.size()).collect();
     let width = sizes.iter().map(|size| size.0).max().unwrap_or(0);
     let height = sizes.iter().map(|size| size.1).sum();
     svg((width, height), |page| {
         let mut rest = page.clone();
-        for (view, size) in views.iter().zip(sizes) {
+        for (place, ((view, legend), size)) in panels.iter().zip(sizes).enumerate() {
             let (row, below) = rest.split_vertically(size.1);
             let (area, _) = row.split_horizontally(size.0);
             rest = below;
@@ -155,9 +164,9 @@ pub(super) fn page(
                 .y_label_area_size(MARGIN)
                 .build_cartesian_2d(view.x_mm[0]..view.x_mm[1], view.y_mm[0]..view.y_mm[1])
                 .map_err(picture)?;
-            content(&mut panel, view)?;
+            content(&mut panel, place)?;
             let mut axes = panel.configure_mesh();
-            let axes = axes.disable_mesh().x_desc(legend).y_desc("y (mm)");
+            let axes = axes.disable_mesh().x_desc(*legend).y_desc("y (mm)");
             axes.draw().map_err(picture)?;
         }
         Ok(())

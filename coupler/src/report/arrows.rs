@@ -1,0 +1,228 @@
+//! Mean velocities and displacements of the grains in cells, as arrows.
+
+use std::path::Path;
+
+use plotters::prelude::*;
+
+use super::fields::{Arrays, Moment, numbers, read_first};
+use super::view::{Panel, Picture, View, panels_below, picture, places_mm, pressure_colour};
+use crate::error::Error;
+
+/// Arrows along the longer side of a field.
+const ARROWS: f64 = 48.0;
+/// Angle of the head of an arrow to its shaft (rad), and its length over that.
+const HEAD: (f64, f64) = (0.45, 0.35);
+
+/// The velocities at the last of these moments that has grains.
+pub fn velocities(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Error> {
+    for Moment { name, words } in moments.iter().rev() {
+        let Some(arrays) = read_first(run, name, "vtp")? else {
+            continue;
+        };
+        let Some(cells) = Cells::of_grains(&arrays) else {
+            return Ok(None);
+        };
+        let field = cells.means(numbers(&arrays, "velocity_m_per_s"));
+        let legend = |size: f64, longest: f64| {
+            let longest = 1e3 * longest;
+            format!("x (mm); mean velocity over {size:.2} mm, the longest arrow: {longest:.3} mm/s")
+        };
+        let svg = cells.draw(&[field], |_, size, longest| legend(size, longest))?;
+        return Ok(svg.map(|svg| Picture {
+            file: "velocity.svg",
+            caption: format!("Velocities of the grains at the {words}"),
+            svg,
+        }));
+    }
+    Ok(None)
+}
+
+/// The displacements since the start of the last phase of the load, at its moments where the wheel was last furthest right, in
+/// the middle and furthest left (Renouf, Saulot and Berthier 2006, figure 9). None where the wheel is no row of disks, or
+/// without fields within the phase.
+pub fn displacements(run: &Path, phases: &[String]) -> Result<Option<Picture>, Error> {
+    let [.., before, last] = phases else {
+        return Ok(None);
+    };
+    let Some(start) = read_first(run, before, "vtp")? else {
+        return Ok(None);
+    };
+    let from = numbers(&start, "points");
+    let mut moments = Vec::new();
+    let names = (1..).map(|k| format!("{last}-{k}"));
+    for name in names {
+        let Some(arrays) = read_first(run, &name, "vtp")? else {
+            break;
+        };
+        let points = numbers(&arrays, "points").iter().zip(from);
+        let moved: Vec<f64> = points.map(|(now, then)| now - then).collect();
+        let Some(wheel) = mean_x(&moved, numbers(&start, "wheel")) else {
+            return Ok(None);
+        };
+        moments.push((wheel, moved));
+    }
+    let by = |order: fn(f64) -> f64| {
+        let both = moments.iter().enumerate();
+        both.max_by(|(_, (a, _)), (_, (b, _))| order(*a).total_cmp(&order(*b)))
+    };
+    let chosen = [by(|x| x), by(|x| -x.abs()), by(|x| -x)];
+    let ([Some(right), Some(middle), Some(left)], Some(cells)) = (chosen, Cells::of_grains(&start))
+    else {
+        return Ok(None);
+    };
+    if right.0 == middle.0 || middle.0 == left.0 {
+        return Ok(None);
+    }
+    let chosen = [right.1, middle.1, left.1];
+    let fields = chosen.map(|(_, moved)| cells.means(moved));
+    let svg = cells.draw(&fields, |place, size, longest| {
+        let (wheel, longest) = (1e3 * chosen[place].0, 1e3 * longest);
+        format!("x (mm), the wheel at {wheel:.4} mm; mean displacement over {size:.2} mm, the longest arrow of all: {longest:.2e} mm")
+    })?;
+    Ok(svg.map(|svg| Picture {
+        file: "displacement.svg",
+        caption: format!("Displacements of the grains in `{last}` since the end of `{before}`"),
+        svg,
+    }))
+}
+
+/// Mean x of the vectors of the marked disks.
+fn mean_x(vectors: &[f64], marks: &[f64]) -> Option<f64> {
+    let all = vectors.chunks_exact(3).zip(marks);
+    let marked: Vec<f64> = all
+        .filter(|(_, mark)| **mark > 0.0)
+        .map(|(v, _)| v[0])
+        .collect();
+    (!marked.is_empty()).then(|| marked.iter().sum::<f64>() / marked.len() as f64)
+}
+
+/// Square cells over the grains of a file that are not the wheel's.
+struct Cells {
+    /// Grains by their places in the file, with their centres (mm).
+    grains: Vec<(usize, (f64, f64))>,
+    view: View,
+    /// Side of a cell (mm).
+    size: f64,
+}
+
+/// Centres of the cells that hold grains (mm), and the means there.
+type Means = Vec<((f64, f64), (f64, f64))>;
+
+impl Cells {
+    fn of_grains(arrays: &Arrays) -> Option<Cells> {
+        let wheel = numbers(arrays, "wheel");
+        let all = places_mm(arrays).into_iter().enumerate();
+        let grains: Vec<_> = all
+            .filter(|(disk, _)| wheel.get(*disk).is_none_or(|wheel| *wheel == 0.0))
+            .collect();
+        let view = View::around(grains.iter().map(|(_, place)| (*place, 0.0)))?;
+        let size = view.width_mm().max(view.height_mm()) / ARROWS;
+        Some(Cells { grains, view, size })
+    }
+
+    /// Means of vectors of three numbers a disk.
+    fn means(&self, vectors: &[f64]) -> Means {
+        let (view, size) = (&self.view, self.size);
+        let columns = (view.width_mm() / size) as usize + 1;
+        let rows = (view.height_mm() / size) as usize + 1;
+        let mut sums = vec![(0.0, 0.0, 0.0); columns * rows];
+        for (disk, (x, y)) in &self.grains {
+            let Some(v) = vectors.get(3 * disk..3 * disk + 3) else {
+                continue;
+            };
+            let column = ((x - view.x_mm[0]) / size) as usize;
+            let row = ((y - view.y_mm[0]) / size) as usize;
+            let cell = &mut sums[row * columns + column];
+            *cell = (cell.0 + v[0], cell.1 + v[1], cell.2 + 1.0);
+        }
+        let centre = |cell: usize| {
+            let (row, column) = (cell / columns, cell % columns);
+            let middle = |low: f64, place: usize| low + (place as f64 + 0.5) * size;
+            (middle(view.x_mm[0], column), middle(view.y_mm[0], row))
+        };
+        let filled = sums.into_iter().enumerate().filter(|(_, sum)| sum.2 > 0.0);
+        filled
+            .map(|(cell, (x, y, count))| (centre(cell), (x / count, y / count)))
+            .collect()
+    }
+
+    /// Fields one below the other, all on the scale of the longest arrow; none where nothing moves. Legends are made from the
+    /// place of a field, the size of a cell (mm) and the length of that arrow.
+    fn draw(
+        &self,
+        fields: &[Means],
+        legend: impl Fn(usize, f64, f64) -> String,
+    ) -> Result<Option<String>, Error> {
+        let size = self.size;
+        let arrows = fields.iter().flatten();
+        let longest = arrows.fold(0.0, |far: f64, (_, v)| far.max(v.0.hypot(v.1)));
+        if longest == 0.0 {
+            return Ok(None);
+        }
+        let view = self.view.with_margin(size, size, size);
+        let legends = (0..fields.len()).map(|place| legend(place, size, longest));
+        let legends: Vec<String> = legends.collect();
+        let panels = legends.iter().map(|legend| (view, legend.as_str()));
+        panels_below(&Vec::from_iter(panels), |panel, place| {
+            let mut arrows = fields[place].iter();
+            arrows.try_for_each(|(at, v)| arrow(panel, *at, (v.0 / longest, v.1 / longest), size))
+        })
+        .map(Some)
+    }
+}
+
+/// An arrow of this part of a cell's size around its centre.
+fn arrow(panel: &mut Panel, at: (f64, f64), part: (f64, f64), size: f64) -> Result<(), Error> {
+    let along = (part.0 * size, part.1 * size);
+    let from = (at.0 - 0.5 * along.0, at.1 - 0.5 * along.1);
+    let tip = (at.0 + 0.5 * along.0, at.1 + 0.5 * along.1);
+    let (angle, length) = HEAD;
+    let barb = |angle: f64| {
+        let (sin, cos) = angle.sin_cos();
+        let back = (along.0 * cos - along.1 * sin, along.0 * sin + along.1 * cos);
+        (tip.0 - length * back.0, tip.1 - length * back.1)
+    };
+    let colour = pressure_colour(0.35 + 0.65 * part.0.hypot(part.1));
+    let lines = [vec![from, tip], vec![barb(angle), tip, barb(-angle)]];
+    let paths = lines.map(|points| PathElement::new(points, colour.stroke_width(1)));
+    panel.draw_series(paths).map(|_| ()).map_err(picture)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rundir::Scratch;
+
+    /// A disk of the wheel over three grains, displaced by so much (m).
+    fn file(run: &Path, moment: &str, wheel: f64, grain: f64) {
+        let (w, a, b) = (wheel, grain, 2e-3 + grain);
+        let text = format!(
+            "<DataArray Name=\"points\">{a} 0 0 {b} 0 0 {b} 1e-3 0 {w} 2e-3 0</DataArray>\
+             <DataArray Name=\"wheel\">0 0 0 1</DataArray>"
+        );
+        let fields = run.join("fields");
+        std::fs::create_dir_all(&fields).expect("a folder");
+        std::fs::write(fields.join(format!("rail-{moment}.vtp")), text).expect("a file");
+    }
+
+    #[test]
+    fn displacements_are_shown_where_the_wheel_was_last_furthest_and_in_the_middle() {
+        let scratch = Scratch::new("arrows", 1);
+        let run = scratch.path();
+        file(run, "hold", 0.0, 0.0);
+        let phases = ["hold", "cycling"].map(String::from);
+        let drawn = || displacements(run, &phases).expect("it is drawn");
+        assert!(drawn().is_none());
+        let way = [0.8e-3, 1e-5, -0.7e-3, 2e-5, 0.9e-3, 0.0, -0.6e-3];
+        for (k, wheel) in (1..).zip(way) {
+            file(run, &format!("cycling-{k}"), wheel, 1e-2 * wheel);
+        }
+        let svg = drawn().expect("three moments").svg;
+        let places = ["0.9000", "0.0000", "-0.7000"].map(|mm| {
+            let legend = format!("the wheel at {mm} mm");
+            svg.find(&legend).unwrap_or_else(|| panic!("{legend}"))
+        });
+        assert!(places.is_sorted(), "{places:?}");
+        assert!(svg.contains("the longest arrow of all: 9.00e-3 mm"));
+    }
+}
