@@ -23,7 +23,7 @@ use crate::bodies::Bodies;
 use crate::config::FlowConfig;
 use crate::state::State;
 use books::Books;
-use zone::Zone;
+use zone::{Loads, Zone};
 
 /// Part of a step by which rounding may miss the time of wear.
 const ROUNDING: f64 = 1e-6;
@@ -83,6 +83,7 @@ pub struct Flow {
     grains: Vec<Grain>,
     /// Bonds that held when the graph was last looked at.
     bonds: Vec<(u32, u32)>,
+    loads: Loads,
     zone: Option<Zone>,
     books: Books,
     /// Third body in the zone, summed up anew (kg).
@@ -203,7 +204,7 @@ impl Flow {
         step: f64,
     ) {
         let before = self.zone;
-        self.follow_wheel(scene, bodies, state);
+        self.follow_wheel(scene, (bodies, state), step);
         let inside = |zone: Option<Zone>, x: f64| zone.is_some_and(|zone| zone.holds(x));
         let first = self.changed_bodies(bodies, state);
         let worn = end - scene.config.wear_s + ROUNDING * step;
@@ -227,8 +228,11 @@ impl Flow {
     }
 
     /// Moves the zone. It stays while the wheel bears nothing.
-    fn follow_wheel(&mut self, scene: &FlowScene, bodies: &Bodies, state: &State) {
-        let Some(found) = Zone::find(&scene.config, bodies, state, scene.diameter) else {
+    fn follow_wheel(&mut self, scene: &FlowScene, (bodies, state): (&Bodies, &State), step: f64) {
+        let (config, diameter) = (&scene.config, scene.diameter);
+        let share = -(-step / config.mean_s()).exp_m1();
+        self.loads.update(bodies, state, diameter, share);
+        let Some(found) = Zone::find(config, &self.loads, diameter) else {
             return;
         };
         let slack = scene.config.hysteresis_diameters * scene.diameter;
@@ -303,6 +307,7 @@ impl Flow {
             visit(grain.detached);
             visit(grain.left.unwrap_or(NEVER));
         }
+        self.loads.numbers().for_each(&mut visit);
         let ends = self.zone.map(|zone| zone.ends);
         ends.iter().flatten().for_each(|end| visit(*end));
         self.books.named().iter().for_each(|(_, x)| visit(*x));

@@ -66,7 +66,7 @@ const SINCE: [(&str, usize); 34] = [
     ),
     (
         "fields within phases, displacement fields, the tribological circuit",
-        290,
+        310,
     ),
 ];
 

@@ -23,6 +23,9 @@ pub struct FlowConfig {
     /// make no flow.
     #[serde(default = "hysteresis")]
     pub hysteresis_diameters: f64,
+    /// Time over which the wheel's force is averaged for the zone (s); `wear_s` when absent, 0 for the force of each step.
+    #[serde(default)]
+    pub zone_mean_s: Option<f64>,
     /// T_w, the time that a grain must stay outside to be worn (s): at least a cycle of the wheel, which may carry it back.
     pub wear_s: f64,
 }
@@ -40,6 +43,11 @@ fn hysteresis() -> f64 {
 }
 
 impl FlowConfig {
+    /// Time over which the wheel's force is averaged for the zone (s).
+    pub fn mean_s(&self) -> f64 {
+        self.zone_mean_s.unwrap_or(self.wear_s)
+    }
+
     /// Refuses values out of range, and scenes without first bodies or contact zone.
     pub(super) fn validate(
         &self,
@@ -56,6 +64,7 @@ impl FlowConfig {
             "",
         )?;
         positive("flow.wear_s", self.wear_s, "s")?;
+        at_least("flow.zone_mean_s", self.mean_s(), 0.0, "s")?;
         refuse_if(
             law.kind.plain() != LawKind::Cohesion,
             "flow",

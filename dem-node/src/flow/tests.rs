@@ -55,6 +55,7 @@ impl Trial {
             zone_share: 0.99,
             margin_diameters: 1.0,
             hysteresis_diameters: 1.0,
+            zone_mean_s: Some(0.0),
             wear_s: WEAR,
         };
         Trial {
@@ -267,6 +268,24 @@ fn the_zone_leaves_out_what_carries_less_than_its_share() {
     trial.state.list.slots[2] = wheel(4, 1.1);
     trial.step(&[]);
     assert_eq!(trial.ends(), [-3.0, 11.0]);
+}
+
+/// Over ten seconds a step of one second has the share 1 - exp(-1/10) of the mean: a grain that has carried half of the wheel for
+/// so long counts until what is left of it is less than half a per cent of all, exp(-t/10)/2 < 0.005.
+#[test]
+fn the_zone_follows_the_mean_force_over_its_time() {
+    let mut trial = Trial::new();
+    trial.scene.config.zone_mean_s = Some(10.0);
+    (0..1000).for_each(|_| {
+        trial.step(&[]);
+    });
+    trial.state.list.slots[0].a = 5;
+    let last = 10.0 * f64::ln(100.0);
+    for after in 1..60 {
+        trial.step(&[]);
+        let left = if f64::from(after) < last { -3.0 } else { -1.0 };
+        assert_eq!(trial.ends(), [left, 3.0], "{after} s");
+    }
 }
 
 #[test]
