@@ -270,6 +270,17 @@ fn the_zone_leaves_out_what_carries_less_than_its_share() {
     assert_eq!(trial.ends(), [-3.0, 11.0]);
 }
 
+/// The disks of its face are the wheel.
+#[test]
+fn a_wheel_of_disks_has_a_zone_as_a_flat_one() {
+    let mut trial = Trial::new();
+    trial.bodies.face.push([0.0, 0.0]);
+    trial.bodies.radii.push(0.5);
+    assert_eq!(trial.bodies.wheel(), Some(7));
+    trial.step(&[]);
+    assert_eq!(trial.ends(), [-3.0, 3.0]);
+}
+
 /// Over ten seconds a step of one second has the share 1 - exp(-1/10) of the mean: a grain that has carried half of the wheel for
 /// so long counts until what is left of it is less than half a per cent of all, exp(-t/10)/2 < 0.005.
 #[test]

@@ -68,9 +68,8 @@ impl Loads {
             *force *= 1.0 - share;
             *force > 0.0
         });
-        let Some(wheel) = bodies.wheel() else { return };
         let slots = state.list.slots.iter();
-        let pressing = slots.filter(|slot| slot.b as usize == wheel && slot.force[0] > 0.0);
+        let pressing = slots.filter(|slot| slot.force[0] > 0.0 && bodies.is_wheel(slot.b as usize));
         for slot in pressing {
             let (x, added) = (state.centres[slot.a as usize][0], share * slot.force[0]);
             let [force, place] = self.cells.entry((x / diameter).floor() as i64).or_default();
