@@ -10,6 +10,8 @@ use crate::error::Error;
 
 /// Arrows along the longer side of a field.
 const ARROWS: f64 = 48.0;
+/// Share of the arrows that are to scale: single grains that came off have many times the mean.
+const TO_SCALE: f64 = 0.95;
 /// Angle of the head of an arrow to its shaft (rad), and its length over that.
 const HEAD: (f64, f64) = (0.45, 0.35);
 
@@ -25,7 +27,9 @@ pub fn velocities(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Err
         let field = cells.means(numbers(&arrays, "velocity_m_per_s"));
         let legend = |size: f64, longest: f64| {
             let longest = 1e3 * longest;
-            format!("x (mm); mean velocity over {size:.2} mm, the longest arrow: {longest:.3} mm/s")
+            format!(
+                "x (mm); mean velocity over {size:.2} mm, the longest arrows: {longest:.3} mm/s and more"
+            )
         };
         let svg = cells.draw(&[field], |_, size, longest| legend(size, longest))?;
         return Ok(svg.map(|svg| Picture {
@@ -77,7 +81,7 @@ pub fn displacements(run: &Path, phases: &[String]) -> Result<Option<Picture>, E
     let fields = chosen.map(|(_, moved)| cells.means(moved));
     let svg = cells.draw(&fields, |place, size, longest| {
         let (wheel, longest) = (1e3 * chosen[place].0, 1e3 * longest);
-        format!("x (mm), the wheel at {wheel:.4} mm; mean displacement over {size:.2} mm, the longest arrow of all: {longest:.2e} mm")
+        format!("x (mm), the wheel at {wheel:.4} mm; mean displacement over {size:.2} mm, the longest arrows: {longest:.2e} mm and more")
     })?;
     Ok(svg.map(|svg| Picture {
         file: "displacement.svg",
@@ -146,8 +150,8 @@ impl Cells {
             .collect()
     }
 
-    /// Fields one below the other, all on the scale of the longest arrow; none where nothing moves. Legends are made from the
-    /// place of a field, the size of a cell (mm) and the length of that arrow.
+    /// Fields one below the other on one scale; none where nothing moves. Legends are made from the place of a field, the size of
+    /// a cell (mm) and what the longest arrows mean.
     fn draw(
         &self,
         fields: &[Means],
@@ -155,17 +159,23 @@ impl Cells {
     ) -> Result<Option<String>, Error> {
         let size = self.size;
         let arrows = fields.iter().flatten();
-        let longest = arrows.fold(0.0, |far: f64, (_, v)| far.max(v.0.hypot(v.1)));
-        if longest == 0.0 {
+        let lengths = arrows.map(|(_, v)| v.0.hypot(v.1)).filter(|v| *v > 0.0);
+        let mut lengths: Vec<f64> = lengths.collect();
+        lengths.sort_by(f64::total_cmp);
+        let place = (TO_SCALE * lengths.len() as f64) as usize;
+        let Some(longest) = lengths.get(place).copied() else {
             return Ok(None);
-        }
+        };
         let view = self.view.with_margin(size, size, size);
         let legends = (0..fields.len()).map(|place| legend(place, size, longest));
         let legends: Vec<String> = legends.collect();
         let panels = legends.iter().map(|legend| (view, legend.as_str()));
         panels_below(&Vec::from_iter(panels), |panel, place| {
             let mut arrows = fields[place].iter();
-            arrows.try_for_each(|(at, v)| arrow(panel, *at, (v.0 / longest, v.1 / longest), size))
+            arrows.try_for_each(|(at, v)| {
+                let scale = longest.max(v.0.hypot(v.1));
+                arrow(panel, *at, (v.0 / scale, v.1 / scale), size)
+            })
         })
         .map(Some)
     }
@@ -223,6 +233,6 @@ mod tests {
             svg.find(&legend).unwrap_or_else(|| panic!("{legend}"))
         });
         assert!(places.is_sorted(), "{places:?}");
-        assert!(svg.contains("the longest arrow of all: 9.00e-3 mm"));
+        assert!(svg.contains("the longest arrows: 9.00e-3 mm and more"));
     }
 }
