@@ -206,6 +206,7 @@ pub struct Sweeper {
     grouping: Grouping,
     /// Next stage of each body.
     stages: Vec<u32>,
+    places: Places,
 }
 
 impl Sweeper {
@@ -241,10 +242,11 @@ impl Sweeper {
             };
             chosen.push(index as u32);
         }
-        self.glued.sort_unstable();
+        self.places.sort(&mut self.glued);
         self.stages.resize(problem.records.len(), 0);
         for part in self.bonded.chunks_mut(INTERLEAVED) {
             interleave(part, &problem.contacts, &mut self.stages);
+            self.places.sort(part);
         }
         let inside = self
             .subdomains
@@ -310,8 +312,41 @@ impl Sweeper {
     }
 }
 
-/// Sorts contacts by stages, each of which comes after all earlier contacts of the same two bodies: sweeps keep their bits.
-/// Those of a stage share no body, and a processor works on one while it waits for another.
+/// Buffers of a sort.
+#[derive(Clone, Debug, Default)]
+struct Places {
+    /// Place of the next pair of each first number.
+    next: Vec<u32>,
+    before: Vec<(u32, u32)>,
+}
+
+impl Places {
+    /// Sorts by the first numbers, which lie near each other, and keeps the order of pairs with the same one.
+    fn sort(&mut self, pairs: &mut [(u32, u32)]) {
+        let Some(least) = pairs.iter().map(|pair| pair.0).min() else {
+            return;
+        };
+        self.next.clear();
+        for (first, _) in &*pairs {
+            let after = (first - least) as usize + 1;
+            self.next.resize(self.next.len().max(after + 1), 0);
+            self.next[after] += 1;
+        }
+        for place in 1..self.next.len() {
+            self.next[place] += self.next[place - 1];
+        }
+        self.before.clear();
+        self.before.extend_from_slice(pairs);
+        for pair in &self.before {
+            let place = &mut self.next[(pair.0 - least) as usize];
+            pairs[*place as usize] = *pair;
+            *place += 1;
+        }
+    }
+}
+
+/// Gives contacts their stages, each of which comes after all earlier contacts of the same two bodies: sorted by them, sweeps
+/// keep their bits. Those of a stage share no body, and a processor works on one while it waits for another.
 fn interleave(listed: &mut [(u32, u32)], contacts: &[Contact], stages: &mut [u32]) {
     let bodies = |index: u32| [contacts[index as usize].a, contacts[index as usize].b];
     for body in listed.iter().flat_map(|(_, index)| bodies(*index)) {
@@ -324,7 +359,6 @@ fn interleave(listed: &mut [(u32, u32)], contacts: &[Contact], stages: &mut [u32
             stages[body] = *stage + 1;
         }
     }
-    listed.sort_unstable();
 }
 
 /// Solves a contact by its prepared law, compliant boundary and wheel included.

@@ -123,6 +123,18 @@ fn every_contact_is_swept_once_and_groups_share_no_body() {
     assert!(sweeper.grouping.taken.iter().all(|taken| *taken == 0));
 }
 
+#[test]
+fn pairs_are_sorted_by_their_first_numbers_and_else_keep_their_order() {
+    let pairs = [(7, 0), (5, 1), (7, 2), (9, 3), (5, 4), (5, 5)];
+    let mut places = Places::default();
+    for _ in 0..2 {
+        let mut sorted = pairs;
+        places.sort(&mut sorted);
+        assert_eq!(sorted, [(5, 1), (5, 4), (5, 5), (7, 0), (7, 2), (9, 3)]);
+        places.sort(&mut []);
+    }
+}
+
 /// The order of the list is the reference: contacts of the same body keep it, and so does every bit.
 #[test]
 fn interleaved_bonds_keep_the_order_of_every_body_and_rarely_touch_the_last_one() {
