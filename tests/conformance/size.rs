@@ -68,7 +68,10 @@ const SINCE: [(&str, usize); 35] = [
         "fields within phases, displacement fields, the tribological circuit",
         320,
     ),
-    ("contacts of glued disks and bonds are counted into order", 30),
+    (
+        "contacts of glued disks and bonds are counted into order",
+        30,
+    ),
 ];
 
 #[test]

@@ -14,6 +14,9 @@ const LOOK: Duration = Duration::from_secs(1);
 const LOOK_WINDOWS: usize = 4;
 const LOOK_LONGEST: Duration = Duration::from_secs(10);
 
+/// Windows without which nothing is predicted: the first one of many grains starts cold.
+const LEAST_WINDOWS: usize = 2;
+
 /// Parts of these windows that are compared.
 const QUARTERS: usize = 4;
 
@@ -96,7 +99,13 @@ impl Pace {
         let passed = begun.at.elapsed();
         let wall_s = passed.as_secs_f64();
         self.marks.push(Mark { t_s, wall_s });
-        let few = self.marks.len() <= LOOK_WINDOWS && passed < LOOK_LONGEST;
+        let windows = self.marks.len() - 1;
+        let wanted = if passed < LOOK_LONGEST {
+            LOOK_WINDOWS
+        } else {
+            LEAST_WINDOWS
+        };
+        let few = windows < wanted;
         if (passed < LOOK || few) && t_s < begun.end_s * (1.0 - 1e-9) {
             return;
         }
