@@ -100,12 +100,7 @@ impl Pace {
         let wall_s = passed.as_secs_f64();
         self.marks.push(Mark { t_s, wall_s });
         let windows = self.marks.len() - 1;
-        let wanted = if passed < LOOK_LONGEST {
-            LOOK_WINDOWS
-        } else {
-            LEAST_WINDOWS
-        };
-        let few = windows < wanted;
+        let few = windows < LEAST_WINDOWS || (windows < LOOK_WINDOWS && passed < LOOK_LONGEST);
         if (passed < LOOK || few) && t_s < begun.end_s * (1.0 - 1e-9) {
             return;
         }
