@@ -189,14 +189,8 @@ impl Judged<'_> {
 
 /// Half-width of 98 % of the force on the wheel (m), `None` where nothing touches it.
 fn pressed_half_width(bodies: &Bodies, state: &State) -> Option<f64> {
-    let on_wheel = state
-        .list
-        .slots
-        .iter()
-        .filter(|slot| bodies.is_wheel(slot.b as usize) && slot.force[0] > 0.0);
-    let mut forces: Vec<(f64, f64)> = on_wheel
-        .map(|slot| (state.centres[slot.a as usize][0].abs(), slot.force[0]))
-        .collect();
+    let on_wheel = state.on_wheel(bodies);
+    let mut forces: Vec<(f64, f64)> = on_wheel.map(|[x, force]| (x.abs(), force)).collect();
     forces.sort_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = forces.iter().map(|(_, force)| force).sum();
     let mut sum = 0.0;

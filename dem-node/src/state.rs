@@ -176,6 +176,13 @@ impl State {
         grains + 0.5 * bodies.wheel_mass.unwrap_or(0.0) * self.wheel.velocity[1].powi(2)
     }
 
+    /// Places x (m) and normal forces (N) of the contacts that press on the wheel, whatever its face.
+    pub fn on_wheel(&self, bodies: &Bodies) -> impl Iterator<Item = [f64; 2]> {
+        let slots = self.list.slots.iter();
+        let pressing = slots.filter(|slot| slot.force[0] > 0.0 && bodies.is_wheel(slot.b as usize));
+        pressing.map(|slot| [self.centres[slot.a as usize][0], slot.force[0]])
+    }
+
     /// Energy in the normal and in the tangential springs, and in the bonds (J).
     pub fn springs(&self, bodies: &Bodies) -> [f64; 3] {
         if self.bonds.is_empty() && !bodies.has_springs() {

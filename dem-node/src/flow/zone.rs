@@ -68,10 +68,8 @@ impl Loads {
             *force *= 1.0 - share;
             *force > 0.0
         });
-        let slots = state.list.slots.iter();
-        let pressing = slots.filter(|slot| slot.force[0] > 0.0 && bodies.is_wheel(slot.b as usize));
-        for slot in pressing {
-            let (x, added) = (state.centres[slot.a as usize][0], share * slot.force[0]);
+        for [x, pressing] in state.on_wheel(bodies) {
+            let added = share * pressing;
             let [force, place] = self.cells.entry((x / diameter).floor() as i64).or_default();
             *force += added;
             *place += (x - *place) * (added / *force);
