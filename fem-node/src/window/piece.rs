@@ -56,9 +56,8 @@ impl Piece {
             body: layout,
             piece: body.layout,
         };
-        let lines = (0..2 * layout.node_rows).map(|line| line * body.layout.stride);
-        let own = cut.own_in_piece();
-        let own = lines.map(|line| line + own.start..line + own.end);
+        let own = (0..2 * layout.node_rows).map(|line| cut.in_line(line, &cut.own));
+        let own_blocks = blocks_of(body.layout, own);
         Piece {
             index,
             integrator: Integrator::new(&body, model.scheme, model.law, elements, 1),
@@ -66,7 +65,7 @@ impl Piece {
             load: Load::none(&body),
             dissipated: Dissipated::new(body.layout, model.dissipates()),
             tally: Tally::sized(body.layout),
-            own_blocks: blocks_of(body.layout, own),
+            own_blocks,
             region: CutRegion::default(),
             tape: Tape::default(),
             cut,

@@ -26,12 +26,9 @@ impl Start {
     /// Puts its columns into the state of the body.
     pub(super) fn put(&self, whole: &mut State) {
         let (cut, own) = (&self.cut, &self.state);
-        let damped = cut.body.len().min(own.damping_force.len());
-        if damped == 0 {
-            whole.damping_force.resize(0);
-        } else {
-            whole.damping_force.resize(cut.body.len());
-        }
+        let is_damped = !own.damping_force.is_empty();
+        let damped = if is_damped { cut.body.len() } else { 0 };
+        whole.damping_force.resize(damped);
         for (whole, field) in whole.nodal_mut().into_iter().zip(own.nodal()) {
             cut.put(field, whole);
         }
@@ -42,8 +39,9 @@ impl Start {
         let (cut, own) = (&self.cut, &self.state);
         let lines = rows.iter().flat_map(|row| [2 * row, 2 * row + 1]);
         for line in lines {
-            let to = moved(&cut.own, line * cut.body.stride);
-            let from = moved(&cut.own_in_piece(), line * cut.piece.stride);
+            let start = line * cut.body.stride;
+            let to = start + cut.own.start..start + cut.own.end;
+            let from = cut.in_line(line, &cut.own);
             whole.u[to.clone()].copy_from_slice(&own.u[from.clone()]);
             whole.v[to].copy_from_slice(&own.v[from]);
         }
@@ -56,11 +54,7 @@ impl Start {
         if columns.is_empty() {
             return;
         }
-        let of = |cut: &Cut| {
-            let start = line * cut.piece.stride + columns.start - cut.columns.start;
-            start..start + columns.len()
-        };
-        let (from, to) = (of(&self.cut), of(to));
+        let (from, to) = (self.cut.in_line(line, &columns), to.in_line(line, &columns));
         let own = &self.state;
         let fields = [
             (&mut state.u, &own.u),
@@ -76,8 +70,4 @@ impl Start {
             }
         }
     }
-}
-
-fn moved(range: &Range<usize>, by: usize) -> Range<usize> {
-    range.start + by..range.end + by
 }
