@@ -113,6 +113,7 @@ mod tests {
             assert!(error.help.is_some(), "{text}");
         }
     }
+
     #[test]
     fn a_table_of_a_wheel_has_no_load_upwards_and_holds_the_load_of_the_results() {
         let told = |table: &[[f64; 2]]| {

@@ -25,13 +25,12 @@ pub fn velocities(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Err
             return Ok(None);
         };
         let field = cells.means(numbers(&arrays, "velocity_m_per_s"));
-        let legend = |size: f64, longest: f64| {
+        let svg = cells.draw(&[field], |_, size, longest| {
             let longest = 1e3 * longest;
             format!(
                 "x (mm); mean velocity over {size:.2} mm, the longest arrows: {longest:.3} mm/s and more"
             )
-        };
-        let svg = cells.draw(&[field], |_, size, longest| legend(size, longest))?;
+        })?;
         return Ok(svg.map(|svg| Picture {
             file: "velocity.svg",
             caption: format!("Velocities of the grains at the {words}"),
@@ -66,18 +65,18 @@ pub fn displacements(run: &Path, phases: &[String]) -> Result<Option<Picture>, E
         moments.push((wheel, moved));
     }
     let by = |order: fn(f64) -> f64| {
-        let both = moments.iter().enumerate();
-        both.max_by(|(_, (a, _)), (_, (b, _))| order(*a).total_cmp(&order(*b)))
+        let all = moments.iter();
+        all.max_by(|(a, _), (b, _)| order(*a).total_cmp(&order(*b)))
     };
     let chosen = [by(|x| x), by(|x| -x.abs()), by(|x| -x)];
     let ([Some(right), Some(middle), Some(left)], Some(cells)) = (chosen, Cells::of_grains(&start))
     else {
         return Ok(None);
     };
-    if right.0 == middle.0 || middle.0 == left.0 {
+    if std::ptr::eq(right, middle) || std::ptr::eq(middle, left) {
         return Ok(None);
     }
-    let chosen = [right.1, middle.1, left.1];
+    let chosen = [right, middle, left];
     let fields = chosen.map(|(_, moved)| cells.means(moved));
     let svg = cells.draw(&fields, |place, size, longest| {
         let (wheel, longest) = (1e3 * chosen[place].0, 1e3 * longest);
