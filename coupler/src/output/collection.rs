@@ -22,35 +22,46 @@ pub struct Moment {
 }
 
 /// The ends of all phases and, with `run.output.fields_every_s`, moments so many seconds apart within each, from its start on:
-/// the k-th within `cycling` is called `cycling-k`.
+/// the k-th within `cycling` is called `cycling-k`. From the last phase to the end of the run (s), without phases from its start,
+/// they are called `run-k`; the end itself is always written.
 ///
 /// # Errors
 /// More than 10 000 moments in a phase.
-pub fn moments(phases: &[Phase], every_s: Option<f64>) -> Result<Vec<Moment>, Refusal> {
+pub fn moments(phases: &[Phase], every_s: Option<f64>, end_s: f64) -> Result<Vec<Moment>, Refusal> {
     let mut moments = Vec::new();
     for phase in phases {
-        if let Some(every) = every_s {
-            let parts = (phase.t1_s - phase.t0_s) * (1.0 - 1e-9) / every;
-            if parts > MOST {
-                let name = &phase.name;
-                let problem = format!(
-                    "= {every:e} makes {parts:.0} snapshots of `{name}`: make them {MOST} or fewer"
-                );
-                return Err(Refusal::key("run.output.fields_every_s", problem));
-            }
-            moments.extend((1..=parts as u64).map(|k| Moment {
-                name: format!("{}-{k}", phase.name),
-                time_s: phase.t0_s + k as f64 * every,
-                sampled: false,
-            }));
-        }
+        let span = [phase.t0_s, phase.t1_s];
+        moments.extend(within(&phase.name, span, every_s)?);
         moments.push(Moment {
             name: phase.name.clone(),
             time_s: phase.t1_s,
             sampled: phase.sampled,
         });
     }
+    let rest = [phases.last().map_or(0.0, |phase| phase.t1_s), end_s];
+    moments.extend(within("run", rest, every_s)?);
     Ok(moments)
+}
+
+/// Moments within a span of time (s), ends excluded.
+fn within(
+    name: &str,
+    [start, end]: [f64; 2],
+    every_s: Option<f64>,
+) -> Result<impl Iterator<Item = Moment>, Refusal> {
+    let every = every_s.unwrap_or(f64::INFINITY);
+    let parts = (end - start) * (1.0 - 1e-9) / every;
+    if parts > MOST {
+        let problem = format!(
+            "= {every:e} makes {parts:.0} snapshots of `{name}`: make them {MOST} or fewer"
+        );
+        return Err(Refusal::key("run.output.fields_every_s", problem));
+    }
+    Ok((1..=parts as u64).map(move |k| Moment {
+        name: format!("{name}-{k}"),
+        time_s: start + k as f64 * every,
+        sampled: false,
+    }))
 }
 
 /// The collection of a participant, of those snapshots, with their times (s), of which `fields` holds a file; `None` without any.
@@ -87,7 +98,7 @@ mod tests {
         };
         let phases = [phase("hold", [0.5, 2.0]), phase("cycling", [2.0, 6.0])];
         let told = |every| {
-            let all = moments(&phases, every).expect("they are few");
+            let all = moments(&phases, every, 6.0).expect("they are few");
             Vec::from_iter(all.into_iter().map(|m| (m.name, m.time_s, m.sampled)))
         };
         let ends = [("hold", 2.0, true), ("cycling", 6.0, false)];
@@ -99,8 +110,32 @@ mod tests {
         assert_eq!(told(None), own(&ends));
         let all = [inner[0], ends[0], inner[1], last[0], last[1], ends[1]];
         assert_eq!(told(Some(1.0)), own(&all));
-        let error = moments(&phases, Some(1e-4)).expect_err("they are many");
+        let error = moments(&phases, Some(1e-4), 6.0).expect_err("they are many");
         assert!(error.to_string().contains("fields_every_s"), "{error}");
+    }
+
+    #[test]
+    fn a_run_without_phases_or_beyond_them_has_the_moments_that_are_asked_for() {
+        let told = |phases: &[Phase], every| {
+            let all = moments(phases, every, 3.0).expect("they are few");
+            Vec::from_iter(all.into_iter().map(|m| (m.name, m.time_s)))
+        };
+        let two = [("run-1".to_string(), 1.0), ("run-2".to_string(), 2.0)];
+        assert_eq!(told(&[], Some(1.0)), two);
+        assert_eq!(told(&[], None), []);
+        let phase = Phase {
+            name: "ramp".into(),
+            t0_s: 0.0,
+            t1_s: 1.5,
+            sampled: false,
+            picture: true,
+        };
+        let beyond = [
+            ("ramp-1".to_string(), 1.0),
+            ("ramp".to_string(), 1.5),
+            ("run-1".to_string(), 2.5),
+        ];
+        assert_eq!(told(&[phase], Some(1.0)), beyond);
     }
 
     #[test]

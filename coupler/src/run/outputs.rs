@@ -6,7 +6,7 @@ use protocol::{Bounds, Description, Frame, Header, Kind, Window};
 
 use super::checkpoint::{Checkpoint, Keeper, RestartPoint};
 use super::position::Position;
-use super::time_loop::GroupRun;
+use super::time_loop::{GroupRun, end_s};
 use crate::cost::prediction::Pace;
 use crate::error::Error;
 use crate::output::collection::{self, Moment};
@@ -79,7 +79,11 @@ impl<'a> Outputs<'a> {
                 balances: vec![RunningBalance::default(); balances],
                 ..OutputState::default()
             },
-            moments: collection::moments(&phases, scenario.run.output.fields_every_s)?,
+            moments: collection::moments(
+                &phases,
+                scenario.run.output.fields_every_s,
+                end_s(scenario, greeted)?,
+            )?,
             signals: SignalsFile::create(
                 rundir,
                 names.iter().copied(),
