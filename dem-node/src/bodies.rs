@@ -2,6 +2,7 @@
 
 use crate::cluster::Clusters;
 use crate::faces::{Face, RigidWall};
+use crate::feed::Injection;
 use crate::geometry::{Period, height_on, over_disk};
 use crate::law::Law;
 use crate::pairs::Pairs;
@@ -11,6 +12,8 @@ use crate::pairs::Pairs;
 pub struct Bodies {
     /// Number of free grains.
     pub free: usize,
+    /// The feed whose grains are the last of those, where there is one.
+    pub injection: Option<Injection>,
     /// Radii of all disks (m).
     pub radii: Vec<f64>,
     /// Scaled masses of the free grains (kg); a cluster's is that of its first disk, its others have none.

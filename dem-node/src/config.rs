@@ -5,6 +5,7 @@ mod drive;
 mod file;
 mod fill;
 mod flow;
+mod injection;
 mod law;
 mod layer;
 pub(crate) mod limits;
@@ -16,6 +17,8 @@ mod rail;
 mod sample;
 mod stress;
 mod wheel;
+
+use std::f64::consts::PI;
 
 use protocol::ConfigError;
 use serde::Deserialize;
@@ -29,6 +32,7 @@ pub use disks::{ClusterConfig, DiskConfig, DisksConfig, WallConfig};
 pub use drive::{ClusterDriveConfig, Component};
 pub use fill::{FillConfig, RowConfig};
 pub use flow::FlowConfig;
+pub use injection::InjectionConfig;
 pub use law::{LawConfig, LawKind};
 pub use layer::LayerConfig;
 pub use plausible::PlausibleConfig;
@@ -80,6 +84,9 @@ pub struct Config {
     /// Flows of third body; none when absent.
     #[serde(default)]
     pub flow: Option<FlowConfig>,
+    /// Grains that are fed in from outside; none when absent.
+    #[serde(default)]
+    pub injection: Option<InjectionConfig>,
     /// Bounds of the checks of plausibility.
     #[serde(default)]
     pub plausible: PlausibleConfig,
@@ -139,6 +146,11 @@ impl Config {
         Ok(resolved)
     }
 
+    /// Real mass of a disk (kg), of a radius and a thickness (m).
+    pub fn real_mass(&self, radius: f64, thickness: f64) -> f64 {
+        self.density_kg_per_m3 * PI * radius * radius * thickness
+    }
+
     /// Refuses values out of range, naming the key, the value and what to do.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.law.validate()?;
@@ -165,11 +177,23 @@ impl Config {
         if let Some(flow) = &self.flow {
             flow.validate(&self.law, &self.sample, self.wheel.as_ref())?;
         }
+        if let Some(injection) = &self.injection {
+            injection.validate(&self.law, self.flow.as_ref(), self.gravity_m_per_s2)?;
+        }
         self.validate_drive()?;
         self.validate_together()?;
         self.validate_pairs()?;
         self.validate_with_clusters()?;
         self.validate_periodic()
+    }
+
+    /// Refuses a feed of more grains than a scene of this thickness (m) can hold.
+    pub fn validate_feed(&self, thickness: f64) -> Result<(), ConfigError> {
+        let (radius, _) = self.sample.radii();
+        match &self.injection {
+            None => Ok(()),
+            Some(injection) => injection.refuse_too_many(self.real_mass(radius, thickness)),
+        }
     }
 
     /// Refuses pairs that the scene does not have, and laws by pair that the solver cannot take.

@@ -149,8 +149,10 @@ fn list_pairs(bodies: &Bodies, positions: &Positions, reach: f64) -> Vec<Slot> {
         reach,
         bodies.period,
     );
-    for a in 0..bodies.disks() {
+    let store = positions.store(bodies);
+    for a in (0..store.start).chain(store.end..bodies.disks()) {
         let near = near.of(a).iter().map(|b| *b as usize);
+        let near = near.filter(|b| !store.contains(b));
         let apart = near.filter(|b| !bodies.clusters.share(a, *b));
         slots.extend(apart.map(|b| slot(a, b)));
         // A rough face is met in its disks.

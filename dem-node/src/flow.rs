@@ -10,7 +10,9 @@
 //! 4. third body that has been outside for `wear_s` since it left is worn, once for each time that it left.
 //!
 //! Crossings are those of third body by the state before the step: a grain that is detached in the step in which it leaves is
-//! detached outside. Then, at each step and to rounding, third body in the zone = detached - re-attached + entered - left.
+//! detached outside. Then, at each step and to rounding, third body in the zone = detached - re-attached + fed + entered - left.
+//! Grains that are fed in are third body from then on, at the place where they begin, before anything else of the step is booked; those
+//! in store are nowhere.
 
 pub mod books;
 pub mod graph;
@@ -50,6 +52,8 @@ pub enum Body {
     Third = 1,
     /// Third body that no bond held at the start.
     Stock = 2,
+    /// Third body that was fed in, or that will be.
+    Fed = 3,
 }
 
 /// A grain as the books know it.
@@ -81,6 +85,8 @@ enum Crossing {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Flow {
     grains: Vec<Grain>,
+    /// Those of them that are not in store: the first ones.
+    present: usize,
     /// Bonds that held when the graph was last looked at.
     bonds: Vec<(u32, u32)>,
     loads: Loads,
@@ -104,9 +110,9 @@ impl FlowScene {
 }
 
 impl Grain {
-    fn at_start(first: bool, x: f64) -> Grain {
+    fn at_start(body: Body, x: f64) -> Grain {
         Grain {
-            body: if first { Body::First } else { Body::Stock },
+            body,
             detached: NEVER,
             inside: false,
             known: false,
@@ -118,6 +124,17 @@ impl Grain {
 
     fn is_third(&self) -> bool {
         self.body != Body::First
+    }
+
+    /// Takes note that the grain is fed in, in the zone or outside.
+    fn come(&mut self, x: f64, inside: bool, mass: f64, books: &mut Books) {
+        *self = Grain {
+            inside,
+            known: inside,
+            ..Grain::at_start(Body::Fed, x)
+        };
+        books.injected += mass;
+        books.external += if inside { mass } else { 0.0 };
     }
 
     fn cross_section(&mut self, x: f64, mass: f64, books: &mut Books) {
@@ -185,11 +202,21 @@ impl Flow {
     pub fn new(bodies: &Bodies, state: &State) -> Flow {
         let bonds: Vec<(u32, u32)> = holding(state).collect();
         let first = graph::first_bodies(bodies.free, &bonds);
-        let grains = first.into_iter().zip(&state.centres);
+        let present = state.present(bodies);
+        let loose = (0..bodies.free).map(|grain| {
+            if grain < present {
+                Body::Stock
+            } else {
+                Body::Fed
+            }
+        });
+        let grains = first.into_iter().zip(loose).zip(&state.centres);
+        let grains = grains.map(|((first, loose), centre)| {
+            Grain::at_start(if first { Body::First } else { loose }, centre[0])
+        });
         Flow {
-            grains: grains
-                .map(|(first, c)| Grain::at_start(first, c[0]))
-                .collect(),
+            grains: grains.collect(),
+            present,
             bonds,
             ..Flow::default()
         }
@@ -210,8 +237,13 @@ impl Flow {
         let worn = end - scene.config.wear_s + ROUNDING * step;
         let books = &mut self.books;
         self.held = 0.0;
-        for (i, grain) in self.grains.iter_mut().enumerate() {
+        let come = self.present..state.present(bodies);
+        self.present = come.end;
+        for (i, grain) in self.grains[..come.end].iter_mut().enumerate() {
             let (x, mass) = (state.centres[i][0], scene.masses[i]);
+            if come.contains(&i) {
+                grain.come(x, inside(before, x), mass, books);
+            }
             grain.cross_section(x, mass, books);
             grain.cross_end(inside(before, x), Crossing::OwnMotion, end, mass, books);
             grain.cross_end(inside(self.zone, x), Crossing::ZoneMotion, end, mass, books);

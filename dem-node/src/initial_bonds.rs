@@ -50,7 +50,7 @@ fn hold_loose_grains(
         count[bond.a as usize] += 1;
         count[bond.b as usize] += 1;
     }
-    for grain in 0..bodies.free {
+    for grain in 0..positions.present {
         let missing = law.bonds_min.saturating_sub(count[grain]);
         if missing == 0 {
             continue;
@@ -77,7 +77,9 @@ fn nearest(
         .iter()
         .filter(|bond| bond.a == grain || bond.b == grain);
     let bonded: Vec<[u32; 2]> = own.map(|bond| [bond.a, bond.b]).collect();
+    let store = positions.store(bodies);
     let mut pairs: Vec<_> = (0..bondable(bodies) as u32)
+        .filter(|other| !store.contains(&(*other as usize)))
         .filter(|other| *other != grain && !bonded.contains(&pair(*other)))
         .map(|other| (pair(other), gap(pair(other))))
         .collect();

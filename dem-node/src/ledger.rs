@@ -23,6 +23,8 @@ pub struct Accounts {
     pub drive: f64,
     /// Work of moving walls and of drives of clusters.
     pub walls: f64,
+    /// Work of fed grains that grow.
+    pub injection: f64,
     /// Lost in the damping of driven clusters.
     pub damping: f64,
     /// Work of the grains' weight.

@@ -61,6 +61,7 @@
 //! | wheel D(t) = A sin(2 pi f (t - t_s)) | [`wheel::WheelProgram::displacement_at`] | RSB, section 6 |
 //! | inertial time t_i = d sqrt(rho/P), bounds on the window | [`bounds::Bounds::new`], [`bounds::Bounds::assess`] | GDR MiDi 2004 |
 //! | mass scaling: inertial number, inertial pressure | [`mass_scaling::MassScaling::new`] | GDR MiDi 2004 |
+//! | fed grains, Qe of the circuit | [`injection::feed`] | RSB, figure 1; this project |
 //! | radii, p ~ r^-2 and others | [`sample::random::RandomNumbers::radius`] | LMGC90 (granulometry) |
 //! | relaxation of a bed (FIRE) | [`sample::relax::Pile::relax`] | Bitzek et al. 2006 |
 //!
@@ -104,9 +105,11 @@ pub mod detect;
 mod drive;
 pub mod error;
 pub mod faces;
+pub mod feed;
 pub mod flow;
 pub mod geometry;
 pub mod initial_bonds;
+pub mod injection;
 pub mod interface;
 mod lanes;
 pub mod law;
@@ -147,6 +150,7 @@ pub fn check(config: &serde_json::Value, setting: &Setting) -> Result<Vec<String
     let config = config.resolved()?;
     config.validate()?;
     check_setting(setting)?;
+    config.validate_feed(setting.thickness_m)?;
     let mut advice = match config.time.step_s {
         None => Vec::new(),
         Some(step) => bounds::Bounds::new(&config)

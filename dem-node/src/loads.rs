@@ -64,8 +64,8 @@ pub fn for_each_load(bodies: &Bodies, state: &State, mut visit: impl FnMut(&Load
 }
 
 /// The disks of the grains.
-pub fn grains(bodies: &Bodies) -> impl Iterator<Item = usize> {
-    (0..bodies.free).filter(|disk| !is_driven(bodies, *disk))
+pub fn grains(bodies: &Bodies, state: &State) -> impl Iterator<Item = usize> {
+    (0..state.present(bodies)).filter(|disk| !is_driven(bodies, *disk))
 }
 
 fn is_driven(bodies: &Bodies, disk: usize) -> bool {

@@ -42,6 +42,7 @@ impl Judged<'_> {
             self.wheel_drift(),
             self.added_inertia(),
             self.detection(),
+            self.injection(),
             self.contact_width(),
             self.contact_residual(),
             self.not_converged(),
@@ -79,11 +80,11 @@ impl Judged<'_> {
 
     fn ejected(&self) -> Option<Finding> {
         let lost = lost_grains(self.bodies, self.state);
-        let value = lost as f64 / self.bodies.free as f64;
+        let grains = self.state.present(self.bodies);
+        let value = lost as f64 / grains as f64;
         self.bounds.ejected_rel.judge("ejected", value, || {
             format!(
-                "{lost} of {} grains have left the layer: it is not the one that the scenario describes; lower the load, the amplitude or the step, or make sample.half_width_m larger",
-                self.bodies.free
+                "{lost} of {grains} grains have left the layer: it is not the one that the scenario describes; lower the load, the amplitude or the step, or make sample.half_width_m larger"
             )
         })
     }
@@ -169,6 +170,18 @@ impl Judged<'_> {
         let value = if jumps == 0.0 { 0.0 } else { jumps / kept };
         self.bounds.detection_rel.judge("detection", value, || {
             format!("detection found the springs between the grains otherwise than the steps had left them, by {value:.3e} of what the grains stored and lost: they pass each other too far in a step; lower time.step_s or, where there are windows, substeps")
+        })
+    }
+
+    /// What should have been fed in must have found a place.
+    fn injection(&self) -> Option<Finding> {
+        let bodies = self.bodies;
+        let injection = bodies.injection.as_ref()?;
+        let next = bodies.masses.get(self.state.present(bodies));
+        let value = self.state.feed.missed(next.copied().unwrap_or(0.0));
+        let [x, y] = injection.point;
+        self.bounds.injection_rel.judge("injection", value, || {
+            format!("{value:.3} of the mass that was to be fed in found no gap to begin in around ({x:e}, {y:e}) m: lower injection.rate_kg_per_s, raise injection.growth_s, or move the point")
         })
     }
 

@@ -1,5 +1,7 @@
 //! Positions of all bodies at a moment, and the geometry of any two of them.
 
+use std::ops::Range;
+
 use crate::bodies::Bodies;
 use crate::geometry::{Proximity, between_disks, between_points, under_wheel};
 
@@ -8,10 +10,19 @@ use crate::geometry::{Proximity, between_disks, between_points, under_wheel};
 pub struct Positions<'a> {
     /// Centres of all disks (m).
     pub centres: &'a [[f64; 2]],
+    /// Number of free grains that are not in store.
+    pub present: usize,
     /// Lowest point of the wheel's face (m). A flat face has no x: it is 0.
     pub wheel: [f64; 2],
     /// Time for which moving walls have moved (s).
     pub wall_time: f64,
+}
+
+impl Positions<'_> {
+    /// The free grains in store, which nothing meets.
+    pub fn store(&self, bodies: &Bodies) -> Range<usize> {
+        self.present..bodies.free
+    }
 }
 
 /// Normal and gap of two bodies, a the disk of the lower number.

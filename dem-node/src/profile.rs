@@ -130,8 +130,7 @@ impl Profile {
     pub fn results(
         &self,
         config: &ProfileConfig,
-        bodies: &Bodies,
-        thickness: f64,
+        (bodies, state, thickness): (&Bodies, &State, f64),
     ) -> Vec<(&'static str, f64)> {
         let all = self.all(config.axis, thickness);
         let bins = config.bins as usize;
@@ -145,7 +144,7 @@ impl Profile {
         let normal = mean(&|slice| slice.stress[3 * along]);
         let shear = mean(&|slice| slice.stress[2 * across + along]);
         let rate = mean(&|slice| slice.shear_rate);
-        let masses = grains(bodies).map(|disk| bodies.masses[disk]);
+        let masses = grains(bodies, state).map(|disk| bodies.masses[disk]);
         let masses: Vec<f64> = masses.filter(|mass| *mass > 0.0).collect();
         let mass = masses.iter().sum::<f64>() / masses.len() as f64 / thickness;
         let named = [
@@ -187,7 +186,7 @@ impl Interval {
 
     fn add(&mut self, axis: Axis, bodies: &Bodies, state: &State) {
         self.steps += 1;
-        for disk in grains(bodies) {
+        for disk in grains(bodies, state) {
             self.add_disk(axis, bodies, state, disk);
         }
         for_each_load(bodies, state, |load| {
@@ -285,7 +284,7 @@ fn extent(bodies: &Bodies, state: &State, coordinate: usize) -> [f64; 2] {
     if let (Some(period), 0) = (bodies.period, coordinate) {
         return [period.left, period.left + period.length];
     }
-    let edges = grains(bodies).flat_map(|disk| {
+    let edges = grains(bodies, state).flat_map(|disk| {
         let (centre, radius) = (state.centres[disk][coordinate], bodies.radii[disk]);
         [centre - radius, centre + radius]
     });

@@ -60,7 +60,8 @@ pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
     let beside =
         |x: f64| bodies.period.is_none() && !(first[0] - reach..=last[0] + reach).contains(&x);
     let inside = |c: &&[f64; 2]| !beside(c[0]) && (lowest..=highest).contains(&c[1]);
-    bodies.free - state.centres[..bodies.free].iter().filter(inside).count()
+    let present = state.present(bodies);
+    present - state.centres[..present].iter().filter(inside).count()
 }
 
 /// A mean that is filled value by value.
@@ -296,7 +297,7 @@ impl RunStatistics {
         let radius = bodies.mean_radius();
         let mut results = structure::results(bodies, state).to_vec();
         results.extend([
-            ("disks", bodies.free as f64),
+            ("disks", state.present(bodies) as f64),
             ("glued_disks", bodies.glued() as f64),
             ("contacts", self.last.closed as f64),
             ("true_residual_max", self.residual_max),

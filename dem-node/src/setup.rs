@@ -1,7 +1,5 @@
 //! From the keys of a scenario to the types that the steps work with.
 
-use std::f64::consts::PI;
-
 use protocol::ConfigError;
 
 use crate::bodies::Bodies;
@@ -10,6 +8,7 @@ use crate::cohesion::Cohesion;
 use crate::config::limits::refuse_if;
 use crate::config::{Config, LawConfig};
 use crate::error::DemError;
+use crate::feed::Injection;
 use crate::geometry::range;
 use crate::law::{Law, Springs};
 use crate::pairs::{GRAINS, Pairs, ROWS, WHEEL};
@@ -25,18 +24,20 @@ const RIGID_OVERLAP: f64 = 0.01;
 pub(crate) const ALERT: f64 = 0.02;
 pub(crate) const SKIN: f64 = 0.2;
 
-/// The bodies of a prepared sample.
-pub fn bodies(config: &Config, thickness: f64, sample: &Sample) -> Bodies {
+/// The bodies of a prepared sample, the last `fed` of whose free grains are in store.
+pub fn bodies(config: &Config, thickness: f64, sample: &Sample, fed: usize) -> Bodies {
     let disks = || sample.free.iter().chain(&sample.glued).chain(&sample.face);
     let [smallest, _] = range(disks().map(|disk| disk.radius));
-    let mass = |r: f64| config.density_kg_per_m3 * PI * r * r * thickness * config.mass_scale;
+    let mass = |r: f64| config.real_mass(r, thickness) * config.mass_scale;
     let mut masses: Vec<f64> = sample.free.iter().map(|disk| mass(disk.radius)).collect();
     let clusters = clusters(config, sample, &masses);
     for cluster in &clusters.list {
         cluster.disks.iter().for_each(|disk| masses[*disk] = 0.0);
         masses[cluster.leader()] = cluster.mass;
     }
+    let injection = config.injection.as_ref();
     Bodies {
+        injection: injection.map(|c| Injection::new(c, config.mass_scale, fed, &masses)),
         free: sample.free.len(),
         radii: disks().map(|disk| disk.radius).collect(),
         masses,

@@ -11,8 +11,9 @@ use crate::error::DemError;
 use crate::flow::{Body, Flow, NEVER};
 use crate::state::State;
 
-/// Writes disks as vertices and the contacts between them as lines. Point data: radius_m, velocity_m_per_s, spin_rad_per_s,
-/// glued, pressure_pa; of a wheel of disks also wheel, 1 for these; where flows are followed also body (0 first body, 1 third body, 2 initial stock) and detached_s, -1 for
+/// Writes disks as vertices and the contacts between them as lines. Point data: radius_m (0 of fed grains in
+/// store, less than their own of those that grow), velocity_m_per_s, spin_rad_per_s,
+/// glued, pressure_pa; of a wheel of disks also wheel, 1 for these; where flows are followed also body (0 first body, 1 third body, 2 initial stock, 3 fed in) and detached_s, -1 for
 /// grains that never were. Cell data: force_n (normal, tangential), zero on vertices.
 pub fn write(
     path: &Path,
@@ -89,7 +90,8 @@ fn point_data(text: &mut String, bodies: &Bodies, state: &State, thickness: f64)
         let disks = 0..bodies.disks();
         disks.map(|disk| u8::from(of(disk))).collect()
     };
-    array(text, "Float64", "radius_m", 1, bodies.radii.iter());
+    let radii = (0..bodies.disks()).map(|disk| state.radius(bodies, disk));
+    array(text, "Float64", "radius_m", 1, radii);
     array(text, "Float64", "velocity_m_per_s", 3, flat);
     array(text, "Float64", "spin_rad_per_s", 1, spins);
     let glued = flag(&|disk| bodies.glued_index(disk).is_some());

@@ -6,6 +6,7 @@ use crate::bodies::Bodies;
 use crate::bond::{Bond, BondCursor};
 use crate::cluster::Pose;
 use crate::detect::VerletList;
+use crate::feed::Feed;
 use crate::initial_bonds::initial_bonds;
 use crate::ledger::Accounts;
 use crate::positions::{Positions, proximity};
@@ -30,6 +31,8 @@ pub struct State {
     pub list: VerletList,
     /// Bonds that are not broken, sorted by (a, b).
     pub bonds: Vec<Bond>,
+    /// Grains that are fed in.
+    pub feed: Feed,
     /// Energy accounts since the start.
     pub accounts: Accounts,
 }
@@ -60,6 +63,7 @@ impl Clone for State {
         self.wheel = other.wheel;
         self.list.clone_from(&other.list);
         self.bonds.clone_from(&other.bonds);
+        self.feed.clone_from(&other.feed);
         self.accounts = other.accounts;
     }
 }
@@ -68,8 +72,11 @@ impl State {
     /// The start: grains where the sample puts them, the wheel on the first disk that it meets from above, and compliant contacts under
     /// the force that their overlap means. Bonds are made here, at rest: what they span is no stretch, overlaps included.
     pub fn new(bodies: &Bodies, free: &[Disk], glued: &[Disk]) -> State {
+        let feed = Feed::new(bodies.injection.as_ref());
         let all = || free.iter().chain(glued);
-        let heights = all().filter_map(|d| bodies.wheel_height_on(d.centre, d.radius));
+        let present = free.len() - feed.waiting as usize;
+        let there = free[..present].iter().chain(glued);
+        let heights = there.filter_map(|d| bodies.wheel_height_on(d.centre, d.radius));
         let highest = heights.fold(f64::NEG_INFINITY, f64::max);
         let velocity = |d: &Disk| [d.velocity[0], d.velocity[1], d.velocity[2] * d.radius];
         let mut state = State {
@@ -81,6 +88,7 @@ impl State {
                 velocity: [0.0; 2],
             },
             clusters: bodies.clusters.list.iter().map(|c| c.start).collect(),
+            feed,
             ..State::default()
         };
         for cluster in &bodies.clusters.list {
@@ -116,9 +124,28 @@ impl State {
         let [x, y] = self.wheel.position;
         Positions {
             centres: &self.centres,
+            present: self.present(bodies),
             wheel: [if bodies.wheel_radius > 0.0 { x } else { 0.0 }, y],
             wall_time: self.wall_time,
         }
+    }
+
+    /// Number of free grains that are not in store, which come first.
+    pub fn present(&self, bodies: &Bodies) -> usize {
+        bodies.free - self.feed.waiting as usize
+    }
+
+    /// True for a grain in store.
+    pub fn waits(&self, bodies: &Bodies, disk: usize) -> bool {
+        (self.present(bodies)..bodies.free).contains(&disk)
+    }
+
+    /// Radius that a disk shows (m): none in store, less than its own while it grows.
+    pub fn radius(&self, bodies: &Bodies, disk: usize) -> f64 {
+        if self.waits(bodies, disk) {
+            return 0.0;
+        }
+        bodies.radii[disk] - self.feed.missing(disk as u32)
     }
 
     /// Puts the disks of the wheel's face where the wheel is, at the sideways displacement `x` (m).
@@ -243,6 +270,10 @@ impl State {
         }
         if self.accounts.damping != 0.0 {
             add(self.accounts.damping);
+        }
+        if self.feed != Feed::default() {
+            self.feed.numbers().for_each(&mut add);
+            add(self.accounts.injection);
         }
         self.glued_velocity.iter().for_each(|x| add(*x));
         self.wheel.position.iter().for_each(|x| add(*x));

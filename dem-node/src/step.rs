@@ -15,6 +15,7 @@ use crate::bodies::Bodies;
 use crate::cohesion::Cohesion;
 use crate::drive::Moment;
 use crate::error::DemError;
+use crate::injection;
 use crate::repair::{self, Repair, Stepped};
 use crate::solver::{Algorithm, Convergence, Criteria, Partition, Problem, Solver, in_pieces};
 use crate::state::State;
@@ -119,6 +120,7 @@ impl Stepper {
         criteria: &Criteria,
     ) -> Result<StepSummary, DemError> {
         let bodies = input.bodies;
+        injection::feed(state, bodies, input.loaded);
         state.drift(bodies, input.step * (1.0 - input.theta));
         self.assemble(state, input);
         let convergence = match &bodies.law.cohesion {

@@ -177,7 +177,7 @@ pub fn refuse_misfit(
 /// Sums of each grain, a cluster's at its first disk.
 fn sums_by_grain(bodies: &Bodies, state: &State) -> Vec<Sums> {
     let mut sums = vec![Sums::default(); bodies.free];
-    for disk in grains(bodies) {
+    for disk in grains(bodies, state) {
         let leader = bodies.clusters.leader_of(disk);
         sums[leader].solid += std::f64::consts::PI * bodies.radii[disk].powi(2);
         sums[leader].grains = 1;
@@ -199,7 +199,7 @@ fn region(
     chosen: impl Fn(&usize) -> bool,
 ) -> Option<[[f64; 2]; 2]> {
     let strip = bodies.period.map(|p| [p.left, p.left + p.length]);
-    let disks: Vec<usize> = grains(bodies).filter(|disk| chosen(disk)).collect();
+    let disks: Vec<usize> = grains(bodies, state).filter(|disk| chosen(disk)).collect();
     let edges = |axis: usize| {
         range(disks.iter().flat_map(|disk| {
             let (centre, radius) = (state.centres[*disk][axis], bodies.radii[*disk]);

@@ -103,5 +103,8 @@ fn degrees(bodies: &Bodies, state: &State) -> Vec<usize> {
         }
     }
     let leads = |body: &usize| bodies.clusters.leader_of(*body) == *body;
-    (0..bodies.free).filter(leads).map(|i| degree[i]).collect()
+    (0..state.present(bodies))
+        .filter(leads)
+        .map(|i| degree[i])
+        .collect()
 }

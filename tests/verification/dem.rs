@@ -15,6 +15,7 @@ mod dem_flow;
 mod dem_glued;
 mod dem_impact;
 mod dem_incline;
+mod dem_injection;
 mod dem_keys;
 mod dem_layer;
 mod dem_layer_run;

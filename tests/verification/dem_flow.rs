@@ -17,13 +17,13 @@ use serde_json::{Value, json};
 
 use crate::dem_support::{Report, build, close, march, mass, refusal, scene, setting};
 
-const R: f64 = 0.07e-3;
-const STEP: f64 = 1e-6;
-const STEPS: u32 = 800;
+pub const R: f64 = 0.07e-3;
+pub const STEP: f64 = 1e-6;
+pub const STEPS: u32 = 800;
 const WEAR: f64 = 3.5e-4;
 const SPEED: f64 = 4.0;
 
-fn sheared(flow: Value) -> Value {
+pub fn sheared(flow: Value) -> Value {
     let law = json!({
         "kind": "cohesion", "friction": 0.6, "contact_stiffness_pa": 1.4e10, "tangential_stiffness_ratio": 0.5,
         "cn_pa_per_m": 4e14, "ct_pa_per_m": 2e14, "w_j_per_m2": 0.06, "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one",
@@ -59,12 +59,12 @@ fn sheared(flow: Value) -> Value {
     config
 }
 
-fn followed() -> Value {
+pub fn followed() -> Value {
     json!({"wear_s": WEAR})
 }
 
 /// True for each free grain that a chain of bonds connects with the glued row.
-fn held(dem: &Dem) -> Vec<bool> {
+pub fn held(dem: &Dem) -> Vec<bool> {
     let (free, all) = (dem.bodies().free, dem.bodies().disks());
     let mut reached: Vec<bool> = (0..all).map(|disk| disk >= free).collect();
     let bonds = dem.state().bonds.iter().filter(|bond| bond.adhesion > 0.01);
@@ -86,7 +86,7 @@ fn third_body(dem: &Dem, ends: [f64; 2]) -> f64 {
     third.count() as f64 * mass(R)
 }
 
-fn zone(report: &Report) -> [f64; 2] {
+pub fn zone(report: &Report) -> [f64; 2] {
     [report.signal("zone_left_m"), report.signal("zone_right_m")]
 }
 

@@ -99,7 +99,7 @@ fn mean_x(vectors: &[f64], marks: &[f64]) -> Option<f64> {
     (!marked.is_empty()).then(|| marked.iter().sum::<f64>() / marked.len() as f64)
 }
 
-/// Square cells over the grains of a file that are not the wheel's.
+/// Square cells over the grains of a file that are neither the wheel's nor in store, without a radius.
 struct Cells {
     /// Grains by their places in the file, with their centres (mm).
     grains: Vec<(usize, (f64, f64))>,
@@ -113,9 +113,10 @@ type Means = Vec<((f64, f64), (f64, f64))>;
 
 impl Cells {
     fn of_grains(arrays: &Arrays) -> Option<Cells> {
-        let wheel = numbers(arrays, "wheel");
+        let [wheel, radii] = ["wheel", "radius_m"].map(|name| numbers(arrays, name));
         let all = places_mm(arrays).into_iter().enumerate();
-        let grains: Vec<_> = all
+        let there = all.filter(|(disk, _)| radii.get(*disk).is_none_or(|radius| *radius > 0.0));
+        let grains: Vec<_> = there
             .filter(|(disk, _)| wheel.get(*disk).is_none_or(|wheel| *wheel == 0.0))
             .collect();
         let view = View::around(grains.iter().map(|(_, place)| (*place, 0.0)))?;

@@ -53,7 +53,7 @@ struct Flow {
     accounts: &'static [&'static str],
 }
 
-const FLOWS: [Flow; 8] = [
+const FLOWS: [Flow; 9] = [
     Flow {
         from: (420, 80),
         to: (420, 200),
@@ -89,6 +89,12 @@ const FLOWS: [Flow; 8] = [
         to: (920, 290),
         words: "after all",
         accounts: &["q_wear_returned_kg"],
+    },
+    Flow {
+        from: (490, 390),
+        to: (490, 290),
+        words: "Qe, fed in",
+        accounts: &["q_external_kg"],
     },
     Flow {
         from: (180, 220),
@@ -220,7 +226,7 @@ mod tests {
         let summary = json!({"results": results});
         let drawn = drawn(&summary).expect("it is drawn").expect("it has flows");
         // The third carries two accounts of 3e-9 kg each.
-        for mass in ["1", "2", "6", "4", "5", "6", "7", "8"] {
+        for mass in ["1", "2", "6", "4", "5", "6", "7", "8", "9"] {
             assert!(drawn.svg.contains(&format!("{mass}.00e-9 kg")), "{mass}");
         }
         assert!(drawn.svg.contains("third body: 7.00e-6 kg"));

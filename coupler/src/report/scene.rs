@@ -73,12 +73,13 @@ impl Scene {
         views
     }
 
-    /// Centre and radius of each grain (mm).
+    /// Centre and radius of each grain that is not in store (mm).
     fn circles(&self) -> impl Iterator<Item = ((f64, f64), f64)> {
-        self.grains.iter().flat_map(|arrays| {
+        let all = self.grains.iter().flat_map(|arrays| {
             let radii = numbers(arrays, "radius_m").iter().map(|r| 1e3 * r);
             places_mm(arrays).into_iter().zip(radii)
-        })
+        });
+        all.filter(|(_, radius)| *radius > 0.0)
     }
 
     /// Pressure at which the colours end (Pa): the largest in the continuum; without one, a value that 95 of 100 grains stay
@@ -117,7 +118,10 @@ fn disks(panel: &mut Panel, view: &View, arrays: &Arrays, full_pa: f64) -> Resul
     let circles = places_mm(arrays)
         .into_iter()
         .zip(numbers(arrays, "radius_m"));
-    for (i, (centre, radius)) in circles.enumerate().filter(|(_, (at, _))| view.holds(*at)) {
+    for (i, (centre, radius)) in circles
+        .enumerate()
+        .filter(|(_, (at, r))| **r > 0.0 && view.holds(*at))
+    {
         let size = (1e3 * radius * view.scale()).round() as i32;
         let edge = if glued.get(i).is_some_and(|glued| *glued > 0.0) {
             BLACK.stroke_width(2)

@@ -34,6 +34,8 @@ pub struct PlausibleConfig {
     pub contact_width_rel: Bounds,
     /// Largest residual of a contact solve. In `quick` the mean friction is off by 0.2 % at 1e-3, 1.8 % at 3e-3 and 4 % at 1e-2.
     pub contact_residual: Bounds,
+    /// Mass that found no place to be fed in, over the mass that was due.
+    pub injection_rel: Bounds,
     /// Steps of a run alone that were accepted without having converged, over all.
     pub not_converged_rel: Bounds,
 }
@@ -52,6 +54,7 @@ impl Default for PlausibleConfig {
             detection_rel: bounds(5e-3, 3e-2),
             contact_width_rel: bounds(0.71, 0.95),
             contact_residual: bounds(2e-3, 0.3),
+            injection_rel: bounds(0.02, 0.5),
             not_converged_rel: bounds(0.0, 0.01),
         }
     }
@@ -71,6 +74,7 @@ impl PlausibleConfig {
             ("boundary_force_rel", self.boundary_force_rel),
             ("contact_width_rel", self.contact_width_rel),
             ("contact_residual", self.contact_residual),
+            ("injection_rel", self.injection_rel),
             ("not_converged_rel", self.not_converged_rel),
         ];
         Bounds::check_all("plausible", all)

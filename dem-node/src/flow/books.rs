@@ -21,6 +21,10 @@ pub struct Books {
     pub entered: f64,
     /// Taken in by the motion of the zone.
     pub covered: f64,
+    /// Qe: fed into the zone.
+    pub external: f64,
+    /// Fed in anywhere.
+    pub injected: f64,
     /// Qw: stayed outside for T_w.
     pub wear: f64,
     /// Came back after that, whichever way.
@@ -35,12 +39,12 @@ impl Books {
     /// Masses that brought third body into the zone, and those that took it away (kg).
     fn sides(&self) -> [f64; 2] {
         [
-            self.source + self.recirculated + self.entered + self.covered,
+            self.source + self.external + self.recirculated + self.entered + self.covered,
             self.reattached + self.ejected + self.uncovered,
         ]
     }
 
-    /// Third body in the zone by the books (kg): detached - re-attached + entered - left.
+    /// Third body in the zone by the books (kg): detached - re-attached + fed + entered - left.
     pub fn zone(&self) -> f64 {
         let [came, went] = self.sides();
         came - went
@@ -53,9 +57,11 @@ impl Books {
     }
 
     /// The accounts under their names in signals and results.
-    pub fn named(&self) -> [(&'static str, f64); 12] {
+    pub fn named(&self) -> [(&'static str, f64); 14] {
         [
             ("q_source_kg", self.source),
+            ("q_external_kg", self.external),
+            ("q_injected_total_kg", self.injected),
             ("q_wear_kg", self.wear),
             ("q_recirculated_kg", self.recirculated),
             ("q_internal_net_kg", self.internal_net),

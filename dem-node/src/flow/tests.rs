@@ -308,3 +308,37 @@ fn a_cluster_that_loses_its_last_anchor_is_third_body_as_a_whole() {
     assert_eq!([gone.source, gone.detached], [5.0, 5.0]);
     assert_eq!([trial.body(0), trial.body(2)], [Body::Third; 2]);
 }
+
+/// Grain 3 is fed into the zone, grain 4 outside: in store they are nowhere, and neither is a source or comes back.
+#[test]
+fn fed_grains_are_external_in_the_zone_and_enter_it_from_outside() {
+    let mut trial = Trial::new();
+    trial.state.bonds.retain(|bond| bond.a != 4);
+    trial.state.feed.waiting = 2;
+    trial.flow = Flow::new(&trial.bodies, &trial.state);
+    assert_eq!(trial.step(&[]), Books::default());
+    trial.state.feed.waiting = 1;
+    let inside = Books {
+        external: 8.0,
+        injected: 8.0,
+        ..Books::default()
+    };
+    assert_eq!(trial.step(&[]), inside);
+    assert_eq!(trial.step(&[]), inside);
+    trial.state.feed.waiting = 0;
+    let outside = Books {
+        injected: 24.0,
+        ..inside
+    };
+    assert_eq!(trial.step(&[]), outside);
+    assert_eq!([trial.body(3), trial.body(4)], [Body::Fed; 2]);
+    // Both cross an end of the zone by their own motion; grain 4 does for the first time.
+    let crossed = Books {
+        ejected: 8.0,
+        entered: 16.0,
+        ..outside
+    };
+    assert_eq!(trial.step(&[(3, -3.5), (4, 2.5)]), crossed);
+    let back = trial.step(&[(3, -1.0)]);
+    assert_eq!([back.recirculated, trial.flow.held], [8.0, 24.0]);
+}

@@ -11,6 +11,7 @@ use crate::config::{BaseLine, Config, PlausibleConfig, ProfileConfig, StressConf
 use crate::drive::DriveMeans;
 use crate::error::DemError;
 use crate::flow::{Flow, FlowScene};
+use crate::injection;
 use crate::interface::InterfaceDisks;
 use crate::mass_scaling::MassScaling;
 use crate::prepared::SampleStore;
@@ -109,6 +110,7 @@ impl Dem {
     pub fn new(config: &Config, setting: &Setting) -> Result<Dem, DemError> {
         let config = &config.resolved()?;
         config.validate()?;
+        config.validate_feed(setting.thickness_m)?;
         let bounds = Bounds::new(config);
         let mut warnings = match config.time.step_s {
             Some(step) => bounds.assess(step)?,
@@ -121,7 +123,10 @@ impl Dem {
         if let Some(wheel) = &config.wheel {
             sample.face = wheel_face::row(wheel, &config.sample, setting.seed);
         }
-        let mut bodies = setup::bodies(config, setting.thickness_m, &sample);
+        let fed = injection::store(config, setting.thickness_m, &sample, setting.seed);
+        let scaling = MassScaling::new(config, &bounds, &sample);
+        sample.free.extend(&fed);
+        let mut bodies = setup::bodies(config, setting.thickness_m, &sample, fed.len());
         let (state, opening) = start(config, &mut bodies, &sample)?;
         let program = config.wheel.clone().map(WheelProgram);
         let mut stepper = Stepper::default();
@@ -161,7 +166,7 @@ impl Dem {
             radii_shrunk: sample.radii_shrunk,
             half_width: config.sample.ends(),
             base_line: config.sample.base_line(),
-            scaling: MassScaling::new(config, &bounds, &sample),
+            scaling,
             warnings,
             stepper,
             interface: InterfaceDisks::default(),

@@ -46,6 +46,8 @@ impl Dem {
         let clusters = &self.bodies.clusters;
         let moved = self.bodies.wall_speed() > 0.0 || clusters.driven().next().is_some();
         let walls = moved.then_some(("walls", Role::Work, accounts.walls));
+        let fed = self.bodies.injection.is_some();
+        let injection = fed.then_some(("injection", Role::Work, accounts.injection));
         let damped = clusters.driven().any(|(_, _, drive)| drive.damping > 0.0);
         let damping = damped.then_some(("damping", Role::Dissipated, accounts.damping));
         let repairs = self.bodies.law.penetration.repairs();
@@ -54,6 +56,7 @@ impl Dem {
             .terms(stored)
             .into_iter()
             .chain(walls)
+            .chain(injection)
             .chain(repair)
             .chain(damping)
     }
@@ -74,7 +77,8 @@ impl Dem {
 
     /// A glued disk's share of all that can move, behind the two grains that it carries on average.
     pub(super) fn boundary_inertia(&self) -> BoundaryInertia {
-        let grains: f64 = self.bodies.masses.iter().sum();
+        let present = self.progress.state.present(&self.bodies);
+        let grains: f64 = self.bodies.masses[..present].iter().sum();
         let movable = grains + self.bodies.wheel_mass.unwrap_or(0.0);
         BoundaryInertia {
             glued_mass_kg: 0.0,
@@ -125,10 +129,8 @@ impl Dem {
         let results = results.into_iter().chain(own).chain(flow);
         let results = results.map(|(name, x)| (name.to_string(), x));
         let profile = self.profile.iter().flat_map(|config| {
-            let thickness = self.setting.thickness_m;
-            self.progress
-                .profile
-                .results(config, &self.bodies, thickness)
+            let grains = (&self.bodies, state, self.setting.thickness_m);
+            self.progress.profile.results(config, grains)
         });
         let profile = profile.map(|(name, x)| (name.to_string(), x));
         results

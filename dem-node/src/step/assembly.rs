@@ -40,7 +40,10 @@ impl Stepper {
         let mut bonds = BondCursor::new(&state.bonds);
         let compliance = bodies.law.compliance(input.step);
         for (place, slot) in list.slots.iter_mut().enumerate() {
-            let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
+            let mut at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
+            if state.feed.grows() {
+                at.gap += state.feed.missing(slot.a) + state.feed.missing(slot.b);
+            }
             let bond = bonds.find((slot.a, slot.b));
             let mut contact = self.candidate(state, input, slot, at, compliance);
             if bond.is_none() && !self.accept(state, input, &mut contact) {

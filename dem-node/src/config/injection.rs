@@ -1,0 +1,88 @@
+//! The keys of `injection`: grains that are fed into the scene from outside.
+
+use protocol::ConfigError;
+use serde::Deserialize;
+
+use super::flow::FlowConfig;
+use super::law::LawConfig;
+use super::limits::{at_least, finite, positive, refuse_if};
+
+/// Most grains of a feed.
+const MOST: f64 = 1e6;
+
+/// `injection`: Qe of the tribological circuit, grains of the sample's radii that come out at a point, one after the other.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InjectionConfig {
+    /// The point (m): each grain begins in the widest gap around it.
+    pub x_m: f64,
+    /// Its height (m).
+    pub y_m: f64,
+    /// Real mass that comes out in a second (kg/s).
+    pub rate_kg_per_s: f64,
+    /// Start of the feed (s).
+    pub start_s: f64,
+    /// End of the feed (s).
+    pub end_s: f64,
+    /// Time in which a grain grows to its size (s); when absent, the one in which a mean grain comes out, so that they grow one by
+    /// one.
+    #[serde(default)]
+    pub growth_s: Option<f64>,
+}
+
+impl InjectionConfig {
+    /// Refuses values out of range, and scenes into which nothing can grow.
+    pub(super) fn validate(
+        &self,
+        law: &LawConfig,
+        flow: Option<&FlowConfig>,
+        gravity: [f64; 2],
+    ) -> Result<(), ConfigError> {
+        finite("injection.x_m", self.x_m)?;
+        finite("injection.y_m", self.y_m)?;
+        positive("injection.rate_kg_per_s", self.rate_kg_per_s, "kg/s")?;
+        at_least("injection.start_s", self.start_s, 0.0, "s")?;
+        finite("injection.end_s", self.end_s)?;
+        refuse_if(
+            self.end_s <= self.start_s,
+            "injection.end_s",
+            format!(
+                "must come after injection.start_s = {:e}, got {:e} (s)",
+                self.start_s, self.end_s
+            ),
+            "remove the table for a scene that nothing is fed into",
+        )?;
+        positive("injection.growth_s", self.growth_s, "s")?;
+        refuse_if(
+            flow.is_none(),
+            "injection",
+            "is an account of the flows of third body, and they are not followed",
+            "add [participant.config.flow], or remove the table",
+        )?;
+        refuse_if(
+            law.contact_stiffness_pa.is_none(),
+            "injection",
+            "lets grains grow, which push by the springs of their contacts, and law.contact_stiffness_pa is missing",
+            "give it, or remove the table",
+        )?;
+        refuse_if(
+            gravity != [0.0; 2],
+            "injection",
+            "keeps grains in store, which nothing would hold against gravity_m_per_s2",
+            "remove one of them",
+        )
+    }
+
+    /// Refuses a feed of too many grains, of this mean mass (kg).
+    pub(super) fn refuse_too_many(&self, mass: f64) -> Result<(), ConfigError> {
+        let grains = self.rate_kg_per_s * (self.end_s - self.start_s) / mass;
+        refuse_if(
+            grains > MOST,
+            "injection.rate_kg_per_s",
+            format!(
+                "feeds in {grains:.1e} grains until injection.end_s, and {MOST:e} are the most"
+            ),
+            "lower it, or let end_s be the end of the run",
+        )
+    }
+}
