@@ -12,7 +12,7 @@ const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 const REDESIGN: usize = 31_500;
 
 /// Features since, with the lines that they may take.
-const SINCE: [(&str, usize); 36] = [
+const SINCE: [(&str, usize); 37] = [
     ("checks of plausibility", 1020),
     ("strict logs", 420),
     ("limits of disk, files and words", 240),
@@ -73,6 +73,7 @@ const SINCE: [(&str, usize); 36] = [
         30,
     ),
     ("grains that are fed in, fields of runs without phases", 440),
+    ("a run beside another one", 480),
 ];
 
 #[test]

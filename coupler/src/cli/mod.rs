@@ -14,6 +14,7 @@ use crate::participants::Registry;
 pub mod bench;
 pub mod check;
 mod common;
+pub mod compare;
 pub mod conform;
 pub mod export;
 pub mod inspect;
@@ -58,6 +59,8 @@ enum Verb {
     NewNode(new_node::NewNodeArguments),
     /// Draw what a run left: report.html and its pictures.
     Report(report::ReportArguments),
+    /// Hold a run against another one: signals, tractions, results and costs.
+    Compare(compare::CompareArguments),
     /// Measure what the machine gives.
     Bench(bench::BenchArguments),
     /// Serve a shipped solver to the coordinator that launched this process.
@@ -90,6 +93,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         Verb::Conform(arguments) => conform::conform(&arguments, registry),
         Verb::NewNode(arguments) => new_node::new_node(&arguments),
         Verb::Report(arguments) => report::report(&arguments),
+        Verb::Compare(arguments) => compare::compare(&arguments),
         Verb::Bench(arguments) => bench::bench(&arguments, registry),
         Verb::Node(arguments) => node::node(&arguments, registry),
         Verb::ExecChild(arguments) => node::exec_child(&arguments),

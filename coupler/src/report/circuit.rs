@@ -10,7 +10,7 @@ use super::view::{Picture, picture, svg};
 use crate::error::Error;
 
 /// Size of the picture (pixels).
-const SIZE: (u32, u32) = (980, 460);
+const SIZE: (u32, u32) = (1040, 460);
 /// Half the width of an arrow's head, and its length (pixels).
 const HEAD: (i32, i32) = (5, 11);
 

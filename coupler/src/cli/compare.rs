@@ -1,0 +1,122 @@
+//! `thirdbody compare`: a run beside a reference.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use super::common::{VerbResult, print_either};
+use crate::error::Refusal;
+use crate::study::compare::{Compared, Comparison, Pair, difference, ratio};
+use crate::study::finished::Finished;
+
+/// Arguments of `compare`.
+#[derive(Debug, clap::Args)]
+pub struct CompareArguments {
+    /// A run directory.
+    run: PathBuf,
+    /// The run directory that it is held against.
+    reference: PathBuf,
+    /// Width of the bins over which tractions are means (m); by default the segments of the reference's surface.
+    #[arg(long, value_name = "M")]
+    bin_m: Option<f64>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Prints the distances of signals, tractions and results from those of the reference, and the costs of both.
+pub fn compare(arguments: &CompareArguments) -> VerbResult {
+    if let Some(bin_m) = arguments
+        .bin_m
+        .filter(|bin| !(*bin > 0.0 && bin.is_finite()))
+    {
+        let problem = format!("must be a positive length, got {bin_m}");
+        return Err(Refusal::argument("--bin-m", problem).into());
+    }
+    let run = Finished::read(&arguments.run)?;
+    let reference = Finished::read(&arguments.reference)?;
+    let comparison = Comparison::new(&run, &reference, arguments.bin_m);
+    print_either(
+        arguments.json,
+        || comparison.json().to_string(),
+        || {
+            let runs = [
+                ("run", arguments.run.display(), &run),
+                ("reference", arguments.reference.display(), &reference),
+            ];
+            let heads =
+                runs.map(|(word, path, run)| format!("{word:<10}{path}: {}\n", run.status()));
+            heads.concat() + &tables(&comparison)
+        },
+    )?;
+    Ok(0)
+}
+
+fn tables(comparison: &Comparison) -> String {
+    let mut text = String::new();
+    if comparison.same_exchange {
+        text.push_str("the exchange is the same, bit for bit\n");
+    }
+    distances(&mut text, "signals over time", &comparison.signals);
+    distances(
+        &mut text,
+        "tractions along the surface",
+        &comparison.profile,
+    );
+    pairs(
+        &mut text,
+        ["results", "rel"],
+        &comparison.results,
+        difference,
+    );
+    pairs(&mut text, ["cost", "ratio"], &comparison.cost, ratio);
+    text.trim_end().to_string()
+}
+
+fn distances(text: &mut String, title: &str, rows: &[(String, Compared)]) {
+    if rows.is_empty() {
+        return;
+    }
+    let [rms, l2, max, max_rel] = ["rms of d", "L2 rel", "max of d", "max rel"];
+    let _ = writeln!(text, "\n{title:<44}{rms:>12}{l2:>12}{max:>12}{max_rel:>12}");
+    for (name, compared) in rows {
+        let _ = match compared {
+            Ok(d) => {
+                let [l2, max] = [d.l2_rel, d.max_rel].map(relative);
+                writeln!(
+                    text,
+                    "  {name:<42}{:>12.3e}{l2:>12}{:>12.3e}{max:>12}",
+                    d.rms, d.max
+                )
+            }
+            Err(why) => writeln!(text, "  {name:<42}{why}"),
+        };
+    }
+}
+
+/// Numbers of both runs, and what `of` makes of them.
+fn pairs(
+    text: &mut String,
+    [title, last]: [&str; 2],
+    rows: &BTreeMap<String, Pair>,
+    of: fn(Pair) -> Option<f64>,
+) {
+    if rows.is_empty() {
+        return;
+    }
+    let [run, reference] = ["run", "reference"];
+    let _ = writeln!(text, "\n{title:<44}{run:>16}{reference:>16}{last:>12}");
+    let told = |number: Option<f64>| number.map_or("-".into(), |x| format!("{x:.6e}"));
+    for (name, numbers) in rows {
+        let [run, reference] = numbers.map(told);
+        let _ = writeln!(
+            text,
+            "  {name:<42}{run:>16}{reference:>16}{:>12}",
+            relative(of(*numbers))
+        );
+    }
+}
+
+fn relative(part: Option<f64>) -> String {
+    part.map_or("-".into(), |part| format!("{part:.3e}"))
+}

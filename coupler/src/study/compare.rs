@@ -1,0 +1,207 @@
+//! A run beside a reference.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+
+use super::curve::{Curve, Distance, part};
+use super::finished::Finished;
+use super::steps::Steps;
+use super::table::Table;
+
+/// Column of the time in signals.csv, and of the place in profile.csv.
+const TIME: &str = "t_s";
+const PLACE: &str = "x_m";
+
+/// A distance, or why there is none.
+pub type Compared = Result<Distance, String>;
+
+/// A number of the run and of the reference; either may lack it.
+pub type Pair = [Option<f64>; 2];
+
+/// Distances of a run from a reference.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// True where all messages between the participants were the same, bit for bit.
+    pub same_exchange: bool,
+    /// Of each signal that either run has, in the order of the run.
+    pub signals: Vec<(String, Compared)>,
+    /// Of each traction on the surface.
+    pub profile: Vec<(String, Compared)>,
+    /// Results, by name.
+    pub results: BTreeMap<String, Pair>,
+    /// Costs, by name.
+    pub cost: BTreeMap<String, Pair>,
+}
+
+impl Comparison {
+    /// Compares the runs; tractions by their means over bins of this width (m), or over the segments of the reference.
+    pub fn new(run: &Finished, reference: &Finished, bin_m: Option<f64>) -> Comparison {
+        let profiles =
+            [&run.profile, &reference.profile].map(|table| table.clone().unwrap_or_default());
+        let [own, other] = &profiles;
+        let exchanges = [run, reference].map(|run| run.hash("exchange"));
+        Comparison {
+            same_exchange: exchanges[0].is_some() && exchanges[0] == exchanges[1],
+            signals: columns(&run.signals, &reference.signals, TIME, |x, [own, other]| {
+                let [own, other] = [(x[0], own), (x[1], other)].map(|(x, y)| Curve { x, y });
+                own.distance(&other)
+            }),
+            profile: columns(own, other, PLACE, |x, [own, other]| {
+                let steps = [(x[0], own), (x[1], other)].map(|(x, y)| Steps::around(x, y));
+                let [Some(own), Some(other)] = steps else {
+                    return Err("there are no numbers".into());
+                };
+                Ok(own.distance(&other, bin_m))
+            }),
+            results: pairs(run.results(), reference.results()),
+            cost: pairs(run.cost(), reference.cost()),
+        }
+    }
+
+    /// As JSON. What could not be compared has `why`.
+    pub fn json(&self) -> Value {
+        let distances = |all: &[(String, Compared)]| {
+            let each = all.iter().map(|(name, compared)| {
+                let value = match compared {
+                    Ok(d) => json!({
+                        "rms": d.rms, "l2_rel": d.l2_rel, "max": d.max, "max_rel": d.max_rel
+                    }),
+                    Err(why) => json!({ "why": why }),
+                };
+                (name.clone(), value)
+            });
+            Value::Object(each.collect())
+        };
+        let pairs = |all: &BTreeMap<String, Pair>, key: &str, of: fn(Pair) -> Option<f64>| {
+            let each = all.iter().map(|(name, pair)| {
+                let [run, reference] = pair;
+                let value = json!({ "run": run, "reference": reference, key: of(*pair) });
+                (name.clone(), value)
+            });
+            Value::Object(each.collect())
+        };
+        json!({
+            "same_exchange": self.same_exchange,
+            "signals": distances(&self.signals),
+            "profile": distances(&self.profile),
+            "results": pairs(&self.results, "rel", difference),
+            "cost": pairs(&self.cost, "ratio", ratio),
+        })
+    }
+}
+
+/// |a - b| / |b|; `None` where one is missing or the reference is 0.
+pub fn difference([run, reference]: Pair) -> Option<f64> {
+    let (run, reference) = run.zip(reference)?;
+    part((run - reference).abs(), reference.abs())
+}
+
+/// a / b; `None` where one is missing or the reference is 0.
+pub fn ratio([run, reference]: Pair) -> Option<f64> {
+    let (run, reference) = run.zip(reference)?;
+    part(run, reference)
+}
+
+/// Compares the columns of two tables over their column `x`, each run's own.
+fn columns(
+    run: &Table,
+    reference: &Table,
+    x: &str,
+    compare: impl Fn([&[f64]; 2], [&[f64]; 2]) -> Compared,
+) -> Vec<(String, Compared)> {
+    let names = run.columns.iter().map(|(name, _)| name);
+    let others = reference.columns.iter().map(|(name, _)| name);
+    let others = others.filter(|name| run.get(name).is_none());
+    let all = names.chain(others).filter(|name| *name != x);
+    all.map(|name| {
+        let column =
+            |table| -> Option<(&[f64], &[f64])> { Some((Table::get(table, x)?, table.get(name)?)) };
+        let compared = match (column(run), column(reference)) {
+            (Some((x, y)), Some((other_x, other_y))) => compare([x, other_x], [y, other_y]),
+            (None, _) => Err("only the reference has it".to_string()),
+            (_, None) => Err("the reference does not have it".to_string()),
+        };
+        (name.clone(), compared)
+    })
+    .collect()
+}
+
+fn pairs(run: BTreeMap<String, f64>, reference: BTreeMap<String, f64>) -> BTreeMap<String, Pair> {
+    let names = run.keys().chain(reference.keys());
+    let pair = |name: &String| [run.get(name).copied(), reference.get(name).copied()];
+    names.map(|name| (name.clone(), pair(name))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn finished(summary: Value, signals: &str, profile: Option<&str>) -> Finished {
+        Finished {
+            summary,
+            signals: Table::parse(signals).expect("a table"),
+            profile: profile.map(|text| Table::parse(text).expect("a table")),
+        }
+    }
+
+    fn run() -> Finished {
+        let summary = json!({
+            "wall_s": 3.0, "results": { "approach_m": 1.1e-5, "own": 1.0 }, "hashes": { "exchange": "a" },
+            "participants": { "rail": { "cpu_s": 2.0, "work": { "element_steps": 100.0 } },
+                              "layer": { "cpu_s": 3.0, "work": { "contact_iterations": 7.0 } } },
+        });
+        let profile = Some("x_m,pressure_pa,status\n0,2,tied\n1,2,tied\n");
+        finished(summary, "t_s,y,z\n0,1,5\n2,3,5\n", profile)
+    }
+
+    fn reference() -> Finished {
+        let summary = json!({
+            "wall_s": 1.5, "results": { "approach_m": 1e-5 }, "hashes": { "exchange": "b" },
+            "participants": { "rail": { "cpu_s": 4.0, "work": { "element_steps": 50.0 } } },
+        });
+        let profile = Some("x_m,pressure_pa,status\n0,1,tied\n1,1,tied\n");
+        finished(summary, "t_s,y,w\n0,1,5\n2,2,5\n", profile)
+    }
+
+    /// d = x/2 on [0, 2] against 1 + x/2.
+    #[test]
+    fn everything_that_both_have_is_compared_and_the_rest_is_named() {
+        let found = Comparison::new(&run(), &reference(), None);
+        assert!(!found.same_exchange);
+        let names: Vec<&str> = found
+            .signals
+            .iter()
+            .map(|(name, _)| name.as_str())
+            .collect();
+        assert_eq!(names, ["y", "z", "w"]);
+        let y = found.signals[0].1.clone().expect("both have it");
+        assert_eq!((y.max, y.max_rel), (1.0, Some(0.5)));
+        let why = |place: usize| found.signals[place].1.clone().expect_err("one has it");
+        assert_eq!(why(1), "the reference does not have it");
+        assert_eq!(why(2), "only the reference has it");
+        assert_eq!(found.profile.len(), 1);
+        let pressure = found.profile[0].1.clone().expect("both have it");
+        assert_eq!(pressure.l2_rel, Some(1.0));
+        let approach = difference(found.results["approach_m"]).expect("both have it");
+        assert!((approach - 0.1).abs() < 1e-12);
+        assert_eq!(found.results["own"], [Some(1.0), None]);
+        assert_eq!(found.cost["cpu_s"], [Some(5.0), Some(4.0)]);
+        assert_eq!(found.cost["element_steps"], [Some(100.0), Some(50.0)]);
+        assert_eq!(found.cost["contact_iterations"], [Some(7.0), None]);
+    }
+
+    #[test]
+    fn a_run_beside_itself_is_the_same() {
+        let found = Comparison::new(&run(), &run(), Some(0.1));
+        assert!(found.same_exchange);
+        let all = found.signals.iter().chain(&found.profile);
+        for (name, compared) in all {
+            assert_eq!(compared.clone().expect("both have it").max, 0.0, "{name}");
+        }
+        let json = found.json();
+        assert_eq!(json["results"]["own"]["rel"], 0.0);
+        assert_eq!(json["signals"]["y"]["l2_rel"], 0.0);
+        assert_eq!(json["cost"]["wall_s"]["ratio"], 1.0);
+    }
+}
