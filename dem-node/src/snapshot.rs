@@ -6,15 +6,17 @@ use std::iter::repeat_n;
 use std::path::Path;
 
 use crate::bodies::Bodies;
+use crate::bond::BondCursor;
 use crate::detect::Slot;
 use crate::error::DemError;
 use crate::flow::{Body, Flow, NEVER};
 use crate::state::State;
 
-/// Writes disks as vertices and the contacts between them as lines. Point data: radius_m (0 of fed grains in
+/// Writes disks as vertices and the contacts between them, bonds too, as lines. Point data: radius_m (0 of fed grains in
 /// store, less than their own of those that grow), velocity_m_per_s, spin_rad_per_s,
 /// glued, pressure_pa; of a wheel of disks also wheel, 1 for these; where flows are followed also body (0 first body, 1 third body, 2 initial stock, 3 fed in) and detached_s, -1 for
-/// grains that never were. Cell data: force_n (normal, tangential), zero on vertices.
+/// grains that never were. Cell data: force_n (normal, tangential), zero on vertices; of a
+/// cohesive law also adhesion, 0 on vertices and on contacts without bond.
 pub fn write(
     path: &Path,
     bodies: &Bodies,
@@ -35,9 +37,15 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), DemError> {
 
 fn document(bodies: &Bodies, state: &State, flow: Option<&Flow>, thickness: f64) -> String {
     let disks = bodies.disks();
-    let touching = |slot: &&Slot| (slot.b as usize) < disks && slot.force[0] > 0.0;
-    let lines: Vec<&Slot> = (state.list.slots.iter().filter(touching))
-        .filter(|slot| !across_the_seam(bodies, state, slot))
+    let mut bonds = BondCursor::new(&state.bonds);
+    let slots = state.list.slots.iter().map(|slot| {
+        let bond = bonds.find((slot.a, slot.b));
+        (slot, bond.map_or(0.0, |(_, bond)| bond.adhesion))
+    });
+    let between_disks = slots.filter(|(slot, _)| (slot.b as usize) < disks);
+    let lines: Vec<(&Slot, f64)> = between_disks
+        .filter(|(slot, adhesion)| slot.force[0] > 0.0 || *adhesion > 0.0)
+        .filter(|(slot, _)| !across_the_seam(bodies, state, slot))
         .collect();
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\">\n<PolyData>\n<Piece NumberOfPoints=\"{disks}\" NumberOfVerts=\"{disks}\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n",
@@ -51,7 +59,7 @@ fn document(bodies: &Bodies, state: &State, flow: Option<&Flow>, thickness: f64)
     array(&mut text, "Int64", "connectivity", 1, 0..disks);
     array(&mut text, "Int64", "offsets", 1, 1..=disks);
     text += "</Verts>\n<Lines>\n";
-    let ends = lines.iter().flat_map(|s| [s.a, s.b]);
+    let ends = lines.iter().flat_map(|(slot, _)| [slot.a, slot.b]);
     array(&mut text, "Int64", "connectivity", 1, ends);
     let offsets = (1..=lines.len()).map(|k| 2 * k);
     array(&mut text, "Int64", "offsets", 1, offsets);
@@ -61,9 +69,14 @@ fn document(bodies: &Bodies, state: &State, flow: Option<&Flow>, thickness: f64)
         flow_data(&mut text, bodies, flow);
     }
     text += "</PointData>\n<CellData>\n";
-    let forces = lines.iter().flat_map(|slot| slot.force);
+    let forces = lines.iter().flat_map(|(slot, _)| slot.force);
     let cells = repeat_n(0.0, 2 * disks).chain(forces);
     array(&mut text, "Float64", "force_n", 2, cells);
+    if bodies.law.cohesion.is_some() {
+        let adhesion = lines.iter().map(|(_, adhesion)| *adhesion);
+        let cells = repeat_n(0.0, disks).chain(adhesion);
+        array(&mut text, "Float64", "adhesion", 1, cells);
+    }
     text += "</CellData>\n</Piece>\n</PolyData>\n</VTKFile>\n";
     text
 }

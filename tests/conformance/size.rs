@@ -72,7 +72,10 @@ const SINCE: [(&str, usize); 37] = [
         "contacts of glued disks and bonds are counted into order",
         30,
     ),
-    ("grains that are fed in, fields of runs without phases", 440),
+    (
+        "grains that are fed in, fields of runs without phases, adhesion",
+        455,
+    ),
     ("a run beside another one", 480),
 ];
 

@@ -179,8 +179,8 @@ fn flows_that_are_not_asked_for_change_nothing() {
     assert!(!plain.results.contains_key("flow_balance_rel"));
 }
 
-/// A participant after 400 steps, and its fields.
-fn fields_of(config: &Value, name: &str) -> (Dem, String) {
+/// A participant after so many steps, and its fields.
+fn fields_of(config: &Value, name: &str, steps: u32) -> (Dem, String) {
     let folder = std::env::temp_dir().join(format!("thirdbody-flow-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder can be made");
     let setting = Setting {
@@ -189,7 +189,7 @@ fn fields_of(config: &Value, name: &str) -> (Dem, String) {
     };
     let config = protocol::read_config(config).expect("it is valid");
     let mut dem = Dem::new(&config, &setting).expect("it can be prepared");
-    march(&mut dem, 0, 400);
+    march(&mut dem, 0, steps);
     dem.snapshot("here").expect("it can be written");
     let text = std::fs::read_to_string(folder.join("third-body-here.vtp"));
     std::fs::remove_dir_all(&folder).expect("the folder can go");
@@ -215,7 +215,7 @@ fn fields_have_a_number_for_each_disk_of_the_wheel_too() {
         "kind": "rail", "width_m": 2e-3, "height_m": 0.8e-3, "height_at": "edge", "crown_radius_m": 0.05,
         "radius_min_m": 0.05e-3, "radius_max_m": 0.1e-3, "law": "surface_uniform",
     });
-    let (dem, fields) = fields_of(&config, "wheel");
+    let (dem, fields) = fields_of(&config, "wheel", 400);
     let bodies = dem.bodies();
     let counts = |kind: &str| array(&fields, kind).iter().filter(|x| **x == 1.0).count();
     for name in [
@@ -233,9 +233,37 @@ fn fields_have_a_number_for_each_disk_of_the_wheel_too() {
     assert!(bodies.glued() > 0 && bodies.face.len() > 8);
 }
 
+/// Every bond that is left is a line with its adhesion, pressed or pulled; broken ones among them only while they press.
+#[test]
+fn fields_have_the_adhesion_of_each_bond() {
+    let (dem, fields) = fields_of(&sheared(followed()), "bonds", 100);
+    let (bodies, state) = (dem.bodies(), dem.state());
+    let disks = bodies.disks();
+    let adhesion = array(&fields, "adhesion");
+    let (vertices, lines) = adhesion.split_at(disks);
+    assert!(vertices.iter().all(|adhesion| *adhesion == 0.0));
+    assert_eq!(array(&fields, "force_n").len(), 2 * adhesion.len());
+    let ends = fields.split("<Lines>").nth(1).expect("there are lines");
+    let ends = array(ends, "connectivity");
+    assert_eq!(ends.len(), 2 * lines.len());
+    let drawn = ends.chunks(2).zip(lines).filter(|(_, a)| **a > 0.0);
+    let drawn: Vec<_> = drawn
+        .map(|(ends, a)| (ends[0] as u32, ends[1] as u32, *a))
+        .collect();
+    let bonds = state.bonds.iter().filter(|bond| (bond.b as usize) < disks);
+    let bonds: Vec<_> = bonds.map(|bond| (bond.a, bond.b, bond.adhesion)).collect();
+    assert!(
+        bonds.len() > 10 && bonds.iter().any(|bond| bond.2 < 1.0),
+        "{bonds:?}"
+    );
+    assert_eq!(drawn, bonds);
+    let pulled = state.list.slots.iter().filter(|slot| slot.force[0] < 0.0);
+    assert!(pulled.count() > 0, "a bond in tension is drawn too");
+}
+
 #[test]
 fn fields_tell_to_which_body_a_grain_belongs_and_since_when() {
-    let (dem, fields) = fields_of(&sheared(followed()), "grains");
+    let (dem, fields) = fields_of(&sheared(followed()), "grains", 400);
     let array = |name: &str| array(&fields, name);
     let (bodies, times) = (array("body"), array("detached_s"));
     let mut expected: Vec<f64> = held(&dem)
