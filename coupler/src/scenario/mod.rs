@@ -91,7 +91,7 @@ pub struct Run {
     /// Files that are written, and their cadence.
     #[serde(default)]
     pub output: Output,
-    /// Windows between two checkpoints, 0 for none; by default 1000 where all participants can be resumed.
+    /// Windows between two checkpoints, 0 for none; by default 1000, and five minutes at most, where all participants can be resumed.
     pub checkpoint_every_windows: Option<u64>,
     /// Checkpoints that are kept, at least 1; the oldest goes.
     #[serde(default = "default_checkpoints")]

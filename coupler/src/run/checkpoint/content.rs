@@ -1,5 +1,7 @@
 //! The parts of a checkpoint.
 
+use std::time::Duration;
+
 use serde::{Deserialize, Serialize};
 
 use crate::output::OutputState;
@@ -11,6 +13,8 @@ pub const FOLDER: &str = "checkpoints";
 
 /// Windows between two checkpoints when the scenario says nothing: about one a second in the shipped scenes.
 pub const EVERY_WINDOWS: u64 = 1000;
+/// Time after which the next one is written even so: windows of a large sample last seconds.
+pub const EVERY_TIME: Duration = Duration::from_secs(300);
 
 /// The author and the subject of a checkpoint. It comes first in the file, so that a file of another version can say so.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -2,10 +2,11 @@
 
 use std::fs;
 use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
 use protocol::{Frame, Kind, PROTOCOL_VERSION};
 
-use super::content::{About, Checkpoint, EVERY_WINDOWS, FOLDER};
+use super::content::{About, Checkpoint, EVERY_TIME, EVERY_WINDOWS, FOLDER};
 use super::file::{encode, list, path, write_whole};
 use crate::error::{Error, Refusal};
 use crate::participants::Communicator;
@@ -19,9 +20,24 @@ use crate::scenario::load::Loaded;
 pub struct Keeper {
     folder: PathBuf,
     about: About,
-    /// Windows between two; `None` for a run that is not to be resumed.
-    every: Option<u64>,
+    cadence: Option<Cadence>,
     kept: usize,
+    /// Time of the last one, or of the start.
+    last: Instant,
+}
+
+/// Checkpoints of a run that can be resumed.
+#[derive(Clone, Copy)]
+struct Cadence {
+    windows: u64,
+    /// Longest time between two; none where the scenario counts windows.
+    time: Option<Duration>,
+}
+
+impl Cadence {
+    fn due(&self, windows: u64, since: Duration) -> bool {
+        windows.is_multiple_of(self.windows) || self.time.is_some_and(|time| since >= time)
+    }
 }
 
 /// The author and subject of a checkpoint of this scenario by this build; participants are known after their greeting.
@@ -71,34 +87,42 @@ impl Keeper {
                 "no checkpoints: participant {unable} cannot write one"
             ));
         }
-        let by_itself = (unable.is_empty() && run.output.exchange).then_some(EVERY_WINDOWS);
-        let every = asked.or(by_itself).filter(|every| *every > 0);
+        let asked = asked.map(|windows| Cadence {
+            windows,
+            time: None,
+        });
+        let by_itself = (unable.is_empty() && run.output.exchange).then_some(Cadence {
+            windows: EVERY_WINDOWS,
+            time: Some(EVERY_TIME),
+        });
+        let cadence = asked.or(by_itself).filter(|cadence| cadence.windows > 0);
         Ok(Keeper {
             folder: rundir.path().join(FOLDER),
             about: About {
                 participants: participants(loaded, greeted),
                 ..about(loaded)
             },
-            every,
+            cadence,
+            last: Instant::now(),
             kept: run.checkpoints_kept as usize,
         })
     }
 
     /// Tells if it writes checkpoints at all.
     pub fn writes(&self) -> bool {
-        self.every.is_some()
+        self.cadence.is_some()
     }
 
     /// Tells if a checkpoint is to be written here: at its cadence, and when the run is interrupted. At its end a run
     /// needs none.
     pub fn due(&self, at: &Position, interrupted: bool) -> bool {
-        let due = |every| interrupted || at.windows.is_multiple_of(every);
-        !at.over && self.every.is_some_and(due)
+        let due = |cadence: Cadence| interrupted || cadence.due(at.windows, self.last.elapsed());
+        !at.over && self.cadence.is_some_and(due)
     }
 
     /// Asks all participants for their states and writes them with what `rest` adds; then the oldest goes.
     pub fn write(
-        &self,
+        &mut self,
         recorded: &mut Recorded,
         rest: impl FnOnce(Vec<Vec<u8>>, u64) -> Checkpoint,
     ) -> Result<(), Error> {
@@ -111,10 +135,33 @@ impl Keeper {
         let bytes = encode(&self.about, &checkpoint)?;
         fs::create_dir_all(&self.folder).map_err(Error::output(self.folder.display()))?;
         write_whole(&path(&self.folder, checkpoint.position.windows), &bytes)?;
+        self.last = Instant::now();
         let all = list(&self.folder);
         for old in &all[..all.len().saturating_sub(self.kept)] {
             fs::remove_file(&old.path).map_err(Error::output(old.path.display()))?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_that_last_long_have_checkpoints_by_the_clock() {
+        let by_itself = Cadence {
+            windows: 10,
+            time: Some(Duration::from_secs(60)),
+        };
+        let due =
+            |cadence: Cadence, windows, seconds| cadence.due(windows, Duration::from_secs(seconds));
+        assert!(due(by_itself, 20, 0) && due(by_itself, 3, 60));
+        assert!(!due(by_itself, 3, 59));
+        let asked = Cadence {
+            time: None,
+            ..by_itself
+        };
+        assert!(due(asked, 20, 0) && !due(asked, 3, 1_000_000));
     }
 }
