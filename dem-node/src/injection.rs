@@ -10,6 +10,8 @@
 //! contacts. Each step takes a part of that away, which compresses the springs of the contacts that press on it: the work of the
 //! injection.
 
+use std::ops::Range;
+
 use crate::bodies::Bodies;
 use crate::config::Config;
 use crate::detect::Slot;
@@ -112,8 +114,8 @@ fn widest_gap(state: &State, bodies: &Bodies, point: [f64; 2]) -> Option<([f64; 
     let places = steps().flat_map(|y| steps().map(move |x| [x, y]));
     let places = places.filter(|[x, y]| x.hypot(*y) <= reach);
     let mut widest: Option<([f64; 2], f64)> = None;
-    for [x, y] in places {
-        let place = [point[0] + x, point[1] + y];
+    let places = places.map(|[x, y]| [point[0] + x, point[1] + y]);
+    for place in places.filter(|place| near.is_between(*place)) {
         let gap = near.gap(place);
         if widest.is_none_or(|(_, most)| gap > most) {
             widest = Some((place, gap));
@@ -128,6 +130,8 @@ struct Neighbours<'a> {
     positions: Positions<'a>,
     /// Centres and radii of disks (m).
     disks: Vec<([f64; 2], f64)>,
+    /// Centres of the disks of the base, and of the wheel's face (m).
+    rows: [Vec<[f64; 2]>; 2],
 }
 
 impl Neighbours<'_> {
@@ -143,11 +147,30 @@ impl Neighbours<'_> {
         let near = |&(centre, radius): &([f64; 2], f64)| {
             (centre[0] - point[0]).hypot(centre[1] - point[1]) < 2.0 * reach + radius
         };
+        let row = |disks: Range<usize>| {
+            let centres = state.centres[disks].iter();
+            let near = centres.filter(|centre| (centre[0] - point[0]).abs() < 2.0 * reach);
+            near.copied().collect()
+        };
+        let base = bodies.free..bodies.free + bodies.base;
         Neighbours {
             bodies,
             positions: state.positions(bodies),
             disks: disks.filter(near).collect(),
+            rows: [row(base), row(bodies.first_face()..bodies.disks())],
         }
+    }
+
+    /// True for a place above the base and below a wheel of disks, by the disk of each that is nearest along x: there is room behind
+    /// them too.
+    fn is_between(&self, [x, y]: [f64; 2]) -> bool {
+        let height = |row: &[[f64; 2]]| {
+            let off = |centre: &[f64; 2]| (centre[0] - x).abs();
+            let nearest = row.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+            nearest.map(|centre| centre[1])
+        };
+        let [base, face] = &self.rows;
+        height(base).is_none_or(|base| base < y) && height(face).is_none_or(|face| y < face)
     }
 
     /// Room around a place (m).

@@ -74,7 +74,7 @@ const SINCE: [(&str, usize); 37] = [
     ),
     (
         "grains that are fed in, fields of runs without phases, adhesion",
-        455,
+        480,
     ),
     ("a run beside another one, checkpoints by the clock", 500),
 ];

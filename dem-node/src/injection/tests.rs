@@ -4,7 +4,7 @@ use super::*;
 use crate::boundary::CompliantBoundary;
 use crate::config::InjectionConfig;
 use crate::faces::{Face, RigidWall};
-use crate::feed::Injection;
+use crate::feed::{Feed, Injection};
 use crate::law::{Law, Springs};
 use crate::solver::{Algorithm, Criteria, OnNotConverged};
 use crate::step::{StepInput, Stepper};
@@ -129,6 +129,51 @@ fn a_grain_begins_where_the_gap_is_widest() {
     assert!(y.abs() < 1e-12 && (3.0..5.0).contains(&x), "{x} {y}");
     let missed = state.feed.missed(0.0);
     assert_eq!(missed, 0.0);
+}
+
+/// A row of disks between the walls leaves as much room below it as above, and the lower place comes first; or more above.
+#[test]
+fn a_grain_begins_above_the_base_and_below_the_face() {
+    let row = |x: i32| [f64::from(x), 0.0];
+    let places: Vec<[f64; 2]> = (3..8).map(row).collect();
+    let count = places.len();
+    let with_row = |change: fn(&mut Bodies, Vec<[f64; 2]>)| {
+        let mut bodies = between_walls();
+        for wall in &mut bodies.walls {
+            if let Face::HalfPlane { point, .. } = &mut wall.face {
+                point[1] *= 3.0;
+            }
+        }
+        change(&mut bodies, places.clone());
+        bodies.radii.extend(vec![0.5; count]);
+        bodies
+    };
+    let base = with_row(|bodies, places| {
+        bodies.base = places.len();
+        bodies.reference = places;
+    });
+    let face = with_row(|bodies, places| {
+        bodies.face = places;
+        bodies.wheel_mass = Some(1.0);
+        // Above there is even more room.
+        if let Face::HalfPlane { point, .. } = &mut bodies.walls[1].face {
+            point[1] += 1.0;
+        }
+    });
+    for (bodies, side) in [(base, 1.0), (face, -1.0)] {
+        let mut state = State {
+            centres: std::iter::once([5.0, 0.125])
+                .chain(places.clone())
+                .collect(),
+            feed: Feed::new(bodies.injection.as_ref()),
+            velocities: vec![[0.0; 3]],
+            ..State::default()
+        };
+        feed(&mut state, &bodies, DUE);
+        assert_eq!(state.present(&bodies), 1);
+        let y = state.centres[0][1];
+        assert!(side * y > 0.5, "{y} of a row at 0");
+    }
 }
 
 /// Walls that leave less than a twentieth of its radius keep it in store, and that is told once a whole grain is late.
