@@ -203,17 +203,17 @@ impl Flow {
         let bonds: Vec<(u32, u32)> = holding(state).collect();
         let first = graph::first_bodies(bodies.free, &bonds);
         let present = state.present(bodies);
-        let loose = (0..bodies.free).map(|grain| {
-            if grain < present {
+        let body = |grain: usize| {
+            if first[grain] {
+                Body::First
+            } else if grain < present {
                 Body::Stock
             } else {
                 Body::Fed
             }
-        });
-        let grains = first.into_iter().zip(loose).zip(&state.centres);
-        let grains = grains.map(|((first, loose), centre)| {
-            Grain::at_start(if first { Body::First } else { loose }, centre[0])
-        });
+        };
+        let grains = state.centres[..bodies.free].iter().enumerate();
+        let grains = grains.map(|(grain, centre)| Grain::at_start(body(grain), centre[0]));
         Flow {
             grains: grains.collect(),
             present,

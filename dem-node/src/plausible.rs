@@ -173,7 +173,7 @@ impl Judged<'_> {
         })
     }
 
-    /// What should have been fed in must have found a place.
+    /// Judges the mass that was due to be fed in and found no place.
     fn injection(&self) -> Option<Finding> {
         let bodies = self.bodies;
         let injection = bodies.injection.as_ref()?;

@@ -64,7 +64,7 @@ pub fn followed() -> Value {
 }
 
 /// True for each free grain that a chain of bonds connects with the glued row.
-pub fn held(dem: &Dem) -> Vec<bool> {
+fn held(dem: &Dem) -> Vec<bool> {
     let (free, all) = (dem.bodies().free, dem.bodies().disks());
     let mut reached: Vec<bool> = (0..all).map(|disk| disk >= free).collect();
     let bonds = dem.state().bonds.iter().filter(|bond| bond.adhesion > 0.01);
@@ -79,10 +79,13 @@ pub fn held(dem: &Dem) -> Vec<bool> {
     reached
 }
 
-/// Mass of the third body between two places (kg), the grains' real one.
-fn third_body(dem: &Dem, ends: [f64; 2]) -> f64 {
+/// Mass of the third body between two places (kg), the real one of the grains that are not in store.
+pub fn third_body(dem: &Dem, ends: [f64; 2]) -> f64 {
+    let present = dem.state().present(dem.bodies());
     let centres = dem.state().centres.iter().zip(held(dem));
-    let third = centres.filter(|(c, held)| !held && (ends[0]..=ends[1]).contains(&c[0]));
+    let third = centres
+        .take(present)
+        .filter(|(c, held)| !held && (ends[0]..=ends[1]).contains(&c[0]));
     third.count() as f64 * mass(R)
 }
 

@@ -7,7 +7,7 @@ use dem_node::Dem;
 use protocol::Node;
 use serde_json::{Value, json};
 
-use crate::dem_flow::{R, STEP, STEPS, followed, held, sheared, zone};
+use crate::dem_flow::{R, STEP, STEPS, followed, sheared, third_body, zone};
 use crate::dem_support::{build, close, march, mass, refusal};
 
 /// Steps from grain to grain, and step after which the feed ends.
@@ -37,13 +37,6 @@ fn store_is_met(dem: &Dem) -> bool {
     let bonds = state.bonds.iter().map(|bond| [bond.a, bond.b]);
     let mut met = slots.chain(bonds).flatten();
     met.any(|body| state.waits(bodies, body as usize))
-}
-
-/// Third body among the grains that are there (kg).
-fn third_body(dem: &Dem, ends: [f64; 2]) -> f64 {
-    let there = dem.state().centres.iter().zip(held(dem)).take(present(dem));
-    let third = there.filter(|(c, held)| !held && (ends[0]..=ends[1]).contains(&c[0]));
-    third.count() as f64 * mass(R)
 }
 
 #[test]

@@ -14,7 +14,7 @@ pub struct Curve<'a> {
     pub y: &'a [f64],
 }
 
-/// How far a curve is from its reference. A part of nothing is none.
+/// Distance of numbers from a reference. The relative ones are absent where the reference is 0 throughout.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distance {
     /// sqrt(int d^2 / X) over the common span X, in the unit of the numbers.
@@ -25,6 +25,18 @@ pub struct Distance {
     pub max: f64,
     /// The same over the largest size of the reference.
     pub max_rel: Option<f64>,
+}
+
+impl Distance {
+    /// The distance of these sums over a length: of d^2 and of the squares of the reference, and the largest size of either.
+    pub(super) fn new(length: f64, [of_d, of_reference]: [f64; 2], [max, whole]: [f64; 2]) -> Self {
+        Distance {
+            rms: part(of_d, length).map_or(0.0, f64::sqrt),
+            l2_rel: part(of_d, of_reference).map(f64::sqrt),
+            max,
+            max_rel: part(max, whole),
+        }
+    }
 }
 
 /// A part of something that is not 0.
@@ -89,13 +101,8 @@ impl Curve<'_> {
         }
         let largest =
             |of: &dyn Fn(&[f64; 2]) -> f64| pairs.iter().map(of).map(f64::abs).fold(0.0, larger);
-        let max = largest(&|[a, b]| a - b);
-        Ok(Distance {
-            rms: part(of_d, end - start).map_or(0.0, f64::sqrt),
-            l2_rel: part(of_d, of_reference).map(f64::sqrt),
-            max,
-            max_rel: part(max, largest(&|[_, b]| *b)),
-        })
+        let sizes = [largest(&|[a, b]| a - b), largest(&|[_, b]| *b)];
+        Ok(Distance::new(end - start, [of_d, of_reference], sizes))
     }
 }
 

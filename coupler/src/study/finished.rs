@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::table::Table;
 use crate::error::{Error, Refusal};
 
-/// What is read of a run.
+/// Summary, signals and traction of a run.
 #[derive(Clone, Debug)]
 pub struct Finished {
     /// summary.json.
@@ -55,7 +55,7 @@ impl Finished {
         self.summary["hashes"][name].as_str()
     }
 
-    /// What it cost, by name: wall and processor time, memory, and the work of all participants, each kind summed.
+    /// Costs by name: wall and processor time, memory, and the work of all participants, each kind summed.
     pub fn cost(&self) -> BTreeMap<String, f64> {
         let mut cost = BTreeMap::new();
         let wall = self.summary["wall_s"].as_f64();

@@ -1,4 +1,4 @@
-//! What a run is worth beside another one: distances of its signals, its traction and its results, and what it cost.
+//! Comparison of runs: distances of signals, tractions and results, and ratios of costs.
 //!
 //! - [`table`]: tables of numbers as runs leave them; [`curve`]: numbers over time, [`steps`]: over segments of a line, and the
 //!   distances of two of them;

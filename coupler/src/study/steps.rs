@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use protocol::larger;
 
-use super::curve::{Distance, part};
+use super::curve::Distance;
 
 /// A number on each segment of a line; 0 beside them.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,13 +67,9 @@ impl Steps {
         let largest =
             |of: &dyn Fn(&[f64; 3]) -> f64| means.iter().map(of).map(f64::abs).fold(0.0, larger);
         let of_d = sum(&|[length, a, b]| length * (a - b).powi(2));
-        let max = largest(&|[_, a, b]| a - b);
-        Distance {
-            rms: part(of_d, sum(&|[length, ..]| *length)).map_or(0.0, f64::sqrt),
-            l2_rel: part(of_d, sum(&|[length, _, b]| length * b * b)).map(f64::sqrt),
-            max,
-            max_rel: part(max, largest(&|[_, _, b]| *b)),
-        }
+        let squares = [of_d, sum(&|[length, _, b]| length * b * b)];
+        let sizes = [largest(&|[_, a, b]| a - b), largest(&|[_, _, b]| *b)];
+        Distance::new(sum(&|[length, ..]| *length), squares, sizes)
     }
 }
 
