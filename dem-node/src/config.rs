@@ -87,6 +87,10 @@ pub struct Config {
     /// Grains that are fed in from outside; none when absent.
     #[serde(default)]
     pub injection: Option<InjectionConfig>,
+    /// Displaces each free grain by up to 1e-12 of its radius, as drawn from this seed: what then differs from the run without it is
+    /// noise. Nothing is displaced when absent.
+    #[serde(default)]
+    pub perturb_seed: Option<u64>,
     /// Bounds of the checks of plausibility.
     #[serde(default)]
     pub plausible: PlausibleConfig,

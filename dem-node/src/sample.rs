@@ -15,6 +15,7 @@ use crate::config::{ClusterDriveConfig, Config, DisksConfig, LawKind, SampleConf
 use crate::drive::Drive;
 use crate::error::DemError;
 use crate::faces::{Face, RigidWall, polyline};
+use random::RandomNumbers;
 
 /// Prepares the sample of a scenario. `seed` is the run's, which `sample.seed` overrides.
 pub fn prepare(config: &Config, seed: u64) -> Result<Sample, DemError> {
@@ -27,6 +28,18 @@ pub fn prepare(config: &Config, seed: u64) -> Result<Sample, DemError> {
             stays_as_cut(config),
             recipe.seed.unwrap_or(seed),
         ),
+    }
+}
+
+/// Largest displacement of a perturbed grain over its radius.
+const PERTURBATION: f64 = 1e-12;
+
+/// Displaces each free grain by up to 1e-12 of its radius along x and along y.
+pub fn perturb(sample: &mut Sample, seed: u64) {
+    let mut numbers = RandomNumbers::new(seed);
+    for disk in &mut sample.free {
+        let most = PERTURBATION * disk.radius;
+        disk.centre = disk.centre.map(|x| x + numbers.between(-most, most));
     }
 }
 

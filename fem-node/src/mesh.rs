@@ -7,6 +7,12 @@ use std::sync::Arc;
 
 pub(crate) use connectivity::{Connectivity, NodeSet};
 
+/// Irrational strides of the Weyl sequences of [`Mesh::perturb`]: the reciprocals of the golden and of the plastic number.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+const PLASTIC: f64 = 0.754_877_666_246_692_8;
+/// Seeds beyond begin anew: a fraction of larger numbers keeps too few bits.
+const WRAP: u64 = 1 << 20;
+
 /// Mesh of quadrilaterals, most often structured. Node (column, row) counts from the upper left corner: row 0 is the
 /// upper edge, row [`Mesh::rows`] the lower one.
 ///
@@ -154,6 +160,20 @@ impl Mesh {
                 .fold([f64::INFINITY, f64::NEG_INFINITY], ends);
             high - low
         })
+    }
+
+    /// Displaces each node along y by up to 1e-12 of the mean element size sqrt(width height / elements): a Weyl sequence whose
+    /// beginning the seed chooses.
+    pub(crate) fn perturb(&mut self, seed: u64) {
+        let [width, height] = self.extents();
+        let most = 1e-12 * (width * height / self.elements() as f64).sqrt();
+        let nodes: Vec<[usize; 2]> = self.nodes().collect();
+        for node in nodes {
+            let place = self.number(self.tied_to(node)) as f64;
+            let share = (GOLDEN * (place + 1.0) + PLASTIC * (1.0 + (seed % WRAP) as f64)).fract();
+            let number = self.number(node);
+            self.points[number][1] += most * (2.0 * share - 1.0);
+        }
     }
 
     /// The nodes (column, row) of an edge, from left to right or from the top down; of an unstructured mesh those of

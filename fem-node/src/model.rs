@@ -85,10 +85,13 @@ impl Model {
     pub fn new(config: &Config, setting: &Setting) -> Result<Model, ConfigError> {
         config.check()?;
         positive("thickness_m", setting.thickness_m, "m")?;
-        let mesh = match &config.mesh {
+        let mut mesh = match &config.mesh {
             MeshSource::Graded(numbers) => Mesh::graded(numbers)?,
             MeshSource::Gmsh(file) => gmsh::read(file)?,
         };
+        if let Some(seed) = config.perturb_seed {
+            mesh.perturb(seed);
+        }
         check_sets(config, &mesh)?;
         let elastic = Elastic::new(&config.material, config.plane);
         let law = law(config, &elastic);

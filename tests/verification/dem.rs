@@ -25,6 +25,7 @@ mod dem_pairs;
 mod dem_participant;
 mod dem_penetration;
 mod dem_periodic;
+mod dem_perturb;
 mod dem_prepared;
 mod dem_profile;
 mod dem_pyramid;

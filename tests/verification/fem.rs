@@ -23,6 +23,7 @@ mod fem_msh;
 mod fem_newmark;
 mod fem_patch;
 mod fem_periodic;
+mod fem_perturb;
 mod fem_plastic;
 mod fem_plausible;
 mod fem_punch;

@@ -19,7 +19,7 @@ use crate::prescribed_opening::PrescribedOpening;
 use crate::profile::Profile;
 use crate::repair;
 use crate::report::{RunStatistics, StepSpan};
-use crate::sample::Sample;
+use crate::sample::{Sample, perturb};
 use crate::setup;
 use crate::solver::{Algorithm, Convergence, FIRST_TURNS};
 use crate::state::State;
@@ -120,6 +120,9 @@ impl Dem {
         let prepared = store.prepare(config, setting.seed)?;
         let mut sample = prepared.sample;
         warnings.extend(prepared.warnings);
+        if let Some(seed) = config.perturb_seed {
+            perturb(&mut sample, seed);
+        }
         if let Some(wheel) = &config.wheel {
             sample.face = wheel_face::row(wheel, &config.sample, setting.seed);
         }

@@ -59,6 +59,10 @@ pub struct Config {
     /// Increments of a static analysis or a static start.
     #[serde(default)]
     pub statics: StaticsConfig,
+    /// Displaces each node of the mesh along y by up to 1e-12 of the mean element size, differently for each seed: what then differs
+    /// from the run without it is noise. Nothing is displaced when absent.
+    #[serde(default)]
+    pub perturb_seed: Option<u64>,
     /// Bounds of the checks of plausibility.
     #[serde(default)]
     pub plausible: PlausibleConfig,
