@@ -11,7 +11,7 @@
 //! - [`run`]: the loop over windows, checkpoints, a whole run;
 //! - [`replay`]: solvers and coupler again, against the log;
 //! - [`validate`]: scenes against what must come out of them;
-//! - [`study`]: a run beside a reference; [`report`]: pictures of it; [`bench`](mod@bench): what the machine gives;
+//! - [`study`]: a run beside a reference, and studies of many; [`report`]: pictures of it; [`bench`](mod@bench): what the machine gives;
 //! - [`cli`]: the verbs of the command line;
 //! - [`error`]: what can end a run, and the exit code it has.
 //!

@@ -42,6 +42,16 @@ impl Warning {
         }
     }
 
+    /// A run that took longer (s) than the time by which its setting was chosen.
+    pub fn over_budget(wall_s: f64, limit_s: f64) -> Warning {
+        let text = "the run took longer than its budget: the first second foretold less, or the machine was busy with something else";
+        Warning {
+            value: Some(wall_s),
+            bound: Some(limit_s),
+            ..Warning::advice("budget", "--budget wall", text)
+        }
+    }
+
     /// A value beyond its bound.
     pub fn of(place: &str, finding: Finding) -> Warning {
         Warning {

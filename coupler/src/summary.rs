@@ -9,6 +9,7 @@ use serde::{Serialize, Serializer};
 use serde_json::{Map, Value};
 
 use crate::cost::account::TimeAccount;
+use crate::cost::memory::{own_cpu_s, peak_bytes};
 use crate::cost::prediction::Pace;
 use crate::error::{CHECK_FAILED, Error};
 use crate::output::sample::load_history;
@@ -37,12 +38,18 @@ pub struct Summary {
     /// Parts of `wall_s`, and its prediction.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub spent: Option<Spent>,
+    /// What the setting was chosen by, where it was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub budget: Option<Value>,
     /// Windows that stand.
     pub windows: u64,
     /// Values and keys that are not plausible, in the order in which they were found.
     pub warnings: Vec<Warning>,
     #[serde(serialize_with = "by_name")]
     participants: Vec<(String, ParticipantSummary)>,
+    /// This process.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coordinator: Option<CoordinatorSummary>,
     /// Results by name, unit in the name.
     pub results: BTreeMap<String, f64>,
     hashes: Hashes,
@@ -90,6 +97,14 @@ struct Hashes {
     scenario: String,
     exchange: Option<String>,
     state: Option<String>,
+}
+
+/// The coordinator, with the coupler in it. Where participants are threads of it, their processor times and memories are its own.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct CoordinatorSummary {
+    pid: u32,
+    cpu_s: f64,
+    peak_rss_bytes: u64,
 }
 
 #[derive(Clone, Debug, Default, Serialize)]
@@ -266,6 +281,15 @@ impl Summary {
         let total = EnergySums::together(all.map(EnergyLedger::sums));
         let balance = total.balance_rel();
         self.results.insert("energy_balance_rel".into(), balance);
+    }
+
+    /// Enters what this process cost since it had used so much processor time (s).
+    pub fn coordinator(&mut self, since_cpu_s: f64) {
+        self.coordinator = Some(CoordinatorSummary {
+            pid: std::process::id(),
+            cpu_s: own_cpu_s() - since_cpu_s,
+            peak_rss_bytes: peak_bytes(&[]),
+        });
     }
 
     /// Enters what the participants said at the end.

@@ -13,7 +13,7 @@ fn thirdbody(arguments: &[&str]) -> Output {
 #[test]
 fn every_verb_explains_itself() {
     for verb in [
-        "run", "check", "inspect", "report", "validate", "bench", "node",
+        "run", "check", "inspect", "report", "validate", "bench", "study", "compare", "node",
     ] {
         let output = thirdbody(&[verb, "--help"]);
         assert!(output.status.success(), "{verb}");

@@ -30,6 +30,7 @@ pub(crate) fn conduct(
         progress: false,
         strict: false,
         rehearsal: false,
+        budget: None,
     };
     let ended = match from {
         None => run(loaded, &options),

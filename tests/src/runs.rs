@@ -172,6 +172,7 @@ fn run_text(text: &str, overrides: &[&str]) -> Result<Left, Error> {
             progress: false,
             strict: false,
             rehearsal: false,
+            budget: None,
         },
     )?;
     let signals = read_csv(&scratch.path().join("signals.csv"));

@@ -4,4 +4,5 @@ pub mod exchange;
 pub mod log;
 pub mod mapping;
 pub mod participant;
+pub mod pieces;
 pub mod stability;

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Subcommand;
 
 use super::common::{VerbResult, own_program, print, print_rows};
-use super::run::listen;
-use crate::bench::{exchange, log, mapping, participant, stability};
+use super::start::listen;
+use crate::bench::{exchange, log, mapping, participant, pieces, stability};
 use crate::conform::subject::Options;
 use crate::error::{CHECK_FAILED, Error, Refusal};
 use crate::participants::Registry;
@@ -31,6 +31,8 @@ enum What {
     Log(Format),
     /// Errors, ripple and cost of each mapping between nodes and glued points.
     Mapping(Format),
+    /// Cost of pieces that a scene may have: without them, with nothing for them to do, and in use.
+    Pieces(Format),
     /// Stable and unstable cells of the coupling schemes: stability.csv, limits.csv and a picture.
     Stability {
         /// Folder for the files.
@@ -74,6 +76,9 @@ pub fn bench(arguments: &BenchArguments, registry: &Registry) -> VerbResult {
         What::Exchange(ref arguments) => exchange(arguments, registry)?,
         What::Log(Format { json }) => show(log::bench()?, json)?,
         What::Mapping(Format { json }) => show(mapping::bench()?, json)?,
+        What::Pieces(Format { json }) => {
+            show(pieces::bench(registry, &own_program()?)?, json)?;
+        }
         What::Stability { ref out } => {
             let findings = stability::bench(out)?;
             print(&findings.table())?;

@@ -5,7 +5,7 @@ use std::iter;
 use serde_json::Value;
 
 use super::common::{ScenarioArguments, VerbResult, foreign, print};
-use super::run::options;
+use super::start::options;
 use crate::cost::prediction::CostPrediction;
 use crate::error::Error;
 use crate::participants::Registry;

@@ -32,6 +32,11 @@ impl ScenarioArguments {
         load(&self.scenario, &self.set)
     }
 
+    /// Reads the scenario with its overrides and further ones.
+    pub(super) fn with(&self, set: &[String]) -> Result<Loaded, Error> {
+        load(&self.scenario, &[&self.set[..], set].concat())
+    }
+
     /// Threads of each participant.
     pub fn threads(&self) -> usize {
         threads(self.threads)

@@ -4,10 +4,14 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use serde_json::json;
+
 use super::common::{VerbResult, print_either};
 use crate::error::Refusal;
 use crate::study::compare::{Compared, Comparison, Pair, difference, ratio};
+use crate::study::file::StudyFile;
 use crate::study::finished::Finished;
+use crate::study::measure::Held;
 
 /// Arguments of `compare`.
 #[derive(Debug, clap::Args)]
@@ -19,6 +23,9 @@ pub struct CompareArguments {
     /// Width of the bins over which tractions are means (m); by default the segments of the reference's surface.
     #[arg(long, value_name = "M")]
     bin_m: Option<f64>,
+    /// A study whose measures are told first: a folder with study.toml, or the file.
+    #[arg(long, value_name = "FOLDER")]
+    study: Option<PathBuf>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -36,9 +43,29 @@ pub fn compare(arguments: &CompareArguments) -> VerbResult {
     let run = Finished::read(&arguments.run)?;
     let reference = Finished::read(&arguments.reference)?;
     let comparison = Comparison::new(&run, &reference, arguments.bin_m);
+    let measures = match &arguments.study {
+        Some(study) => StudyFile::read(study)?.measure,
+        None => Vec::new(),
+    };
+    let held = Held::Run(&reference);
+    let measured = measures
+        .iter()
+        .map(|m| (m.name.clone(), m.deviation(&run, held)));
+    let measured: BTreeMap<String, Result<f64, String>> = measured
+        .map(|(name, found)| (name, found.map(f64::abs)))
+        .collect();
     print_either(
         arguments.json,
-        || comparison.json().to_string(),
+        || {
+            let mut json = comparison.json();
+            for (name, found) in &measured {
+                json["measures"][name] = match found {
+                    Ok(error) => json!({ "error": error }),
+                    Err(why) => json!({ "why": why }),
+                };
+            }
+            json.to_string()
+        },
         || {
             let runs = [
                 ("run", arguments.run.display(), &run),
@@ -46,7 +73,11 @@ pub fn compare(arguments: &CompareArguments) -> VerbResult {
             ];
             let heads =
                 runs.map(|(word, path, run)| format!("{word:<10}{path}: {}\n", run.status()));
-            heads.concat() + &tables(&comparison)
+            let errors = measured.iter().map(|(name, found)| match found {
+                Ok(error) => format!("error_{name:<36}{error:>12.3e}\n"),
+                Err(why) => format!("error_{name:<36}{why}\n"),
+            });
+            heads.concat() + &errors.collect::<String>() + &tables(&comparison)
         },
     )?;
     Ok(0)

@@ -1,7 +1,7 @@
 //! `thirdbody conform`: the rules of the wire, tried on one participant.
 
 use super::common::{VerbResult, own_program, print, print_either};
-use super::run::listen;
+use super::start::listen;
 use crate::conform::rule::{Row, Verdict};
 use crate::conform::subject::Options;
 use crate::conform::{all_hold, conform as try_rules};

@@ -12,6 +12,7 @@ use crate::output::tell;
 use crate::participants::Registry;
 
 pub mod bench;
+mod budget;
 pub mod check;
 mod common;
 pub mod compare;
@@ -24,6 +25,8 @@ pub mod replay;
 pub mod report;
 pub mod resume;
 pub mod run;
+mod start;
+pub mod study;
 pub mod validate;
 
 /// Concurrent FE-DEM co-simulation of wheel, third body and rail.
@@ -61,6 +64,8 @@ enum Verb {
     Report(report::ReportArguments),
     /// Hold a run against another one: signals, tractions, results and costs.
     Compare(compare::CompareArguments),
+    /// Run a scenario many times with other numbers, and hold the runs against a reference.
+    Study(study::StudyArguments),
     /// Measure what the machine gives.
     Bench(bench::BenchArguments),
     /// Serve a shipped solver to the coordinator that launched this process.
@@ -94,6 +99,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         Verb::NewNode(arguments) => new_node::new_node(&arguments),
         Verb::Report(arguments) => report::report(&arguments),
         Verb::Compare(arguments) => compare::compare(&arguments),
+        Verb::Study(arguments) => study::study(&arguments, registry),
         Verb::Bench(arguments) => bench::bench(&arguments, registry),
         Verb::Node(arguments) => node::node(&arguments, registry),
         Verb::ExecChild(arguments) => node::exec_child(&arguments),

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use super::common::{
     RecoverArgument, VerbResult, refuse_commands, restart_point, thread_count, threads,
 };
-use super::run::{EndingArguments, conclude, options};
+use super::run::{EndingArguments, conclude};
+use super::start::options;
 use crate::error::Refusal;
 use crate::log::damage;
 use crate::output::tell;

@@ -1,14 +1,13 @@
 //! `thirdbody run`: launch, couple, record.
 
 use std::fmt::Display;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-
-use super::common::{ScenarioArguments, VerbResult, own_program, print_either};
-use crate::error::Error;
-use crate::participants::{Registry, Watch};
-use crate::run::session::{Ended, Options, run as run_scenario};
+use super::budget::BudgetArguments;
+use super::common::{ScenarioArguments, VerbResult, print_either};
+use super::start::options;
+use crate::participants::Registry;
+use crate::run::session::{Ended, run as run_scenario};
 
 /// Arguments of `run`.
 #[derive(Debug, clap::Args)]
@@ -18,6 +17,8 @@ pub struct RunArguments {
     /// Run directory: a new or an empty folder. By default a new one below runs/.
     #[arg(long)]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    budget: BudgetArguments,
     #[command(flatten)]
     ending: EndingArguments,
 }
@@ -35,39 +36,12 @@ pub struct EndingArguments {
 
 /// Runs a scenario; the exit code is the run's.
 pub fn run(arguments: &RunArguments, registry: &Registry) -> VerbResult {
-    let loaded = arguments.scenario.load()?;
+    let (loaded, budget) = arguments.budget.load(&arguments.scenario, registry)?;
     let threads = arguments.scenario.threads();
     let mut options = options(arguments.out.as_deref(), threads, registry)?;
     options.strict = arguments.ending.strict;
+    options.budget = budget;
     conclude(run_scenario(&loaded, &options)?, arguments.ending)
-}
-
-/// Options of a run that is started here and shows its progress.
-pub(super) fn options<'a>(
-    out: Option<&'a Path>,
-    threads: usize,
-    registry: &'a Registry,
-) -> Result<Options<'a>, Error> {
-    Ok(Options {
-        out,
-        threads,
-        registry,
-        program: own_program()?,
-        watch: listen()?,
-        progress: true,
-        strict: false,
-        rehearsal: false,
-    })
-}
-
-/// Signals that end a run in order.
-pub(super) fn listen() -> Result<Watch, Error> {
-    let watch = Watch::default();
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
-        signal_hook::flag::register_usize(signal, watch.flag(), signal as usize)
-            .map_err(Error::input("listening for signals"))?;
-    }
-    Ok(watch)
 }
 
 /// Prints what came of a run; the exit code is the run's.

@@ -5,7 +5,7 @@ use std::path::Path;
 use clap::ValueEnum;
 
 use super::common::{VerbResult, own_program, print_rows};
-use super::run::listen;
+use super::start::listen;
 use crate::error::CHECK_FAILED;
 use crate::output::tell;
 use crate::participants::{Registry, Watch};

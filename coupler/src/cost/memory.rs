@@ -1,13 +1,25 @@
-//! Memory of the processes of a run.
+//! Memory of the processes of a run, and processor time of the coordinator.
 
 use std::collections::BTreeSet;
 use std::fs;
+
+use nix::sys::resource::{UsageWho, getrusage};
+use nix::sys::time::TimeVal;
 
 /// Largest resident sets (bytes) so far of this process and these, together. One that has ended counts nothing.
 pub fn peak_bytes(pids: &[u32]) -> u64 {
     let mut all = BTreeSet::from([std::process::id()]);
     all.extend(pids);
     all.into_iter().filter_map(peak_of).sum()
+}
+
+/// Processor time of this process so far (s), its threads included.
+pub fn own_cpu_s() -> f64 {
+    let usage = getrusage(UsageWho::RUSAGE_SELF).ok();
+    let seconds = |time: TimeVal| time.tv_sec() as f64 + 1e-6 * time.tv_usec() as f64;
+    usage.map_or(0.0, |usage| {
+        seconds(usage.user_time()) + seconds(usage.system_time())
+    })
 }
 
 /// Largest resident set of a process (bytes).

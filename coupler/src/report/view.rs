@@ -174,7 +174,7 @@ pub(super) fn panels_below(
 }
 
 /// A white page of so many pixels that `draw` has filled, as SVG.
-pub(super) fn svg(
+pub(crate) fn svg(
     size: (u32, u32),
     draw: impl FnOnce(&DrawingArea<SVGBackend, Shift>) -> Result<(), Error>,
 ) -> Result<String, Error> {
@@ -227,6 +227,6 @@ pub(super) fn disk(
 }
 
 /// Errors of the drawing library, which writes to memory here.
-pub(super) fn picture(error: impl std::fmt::Display) -> Error {
+pub(crate) fn picture(error: impl std::fmt::Display) -> Error {
     Refusal::Picture(error.to_string()).into()
 }

@@ -6,7 +6,7 @@ use std::time::{Instant, SystemTime};
 
 use protocol::Kind;
 use protocol::serve::Farewell;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::check::check;
 use super::checkpoint::RestartPoint;
@@ -16,6 +16,7 @@ use super::position::Position;
 use super::time_loop::{
     GroupRun, describe, each_window, end_s, groups_at_start, position, reached_s,
 };
+use crate::cost::memory::own_cpu_s;
 use crate::error::{Error, Refusal};
 use crate::log::{Exchange, Provenance, Recorder, Volume};
 use crate::output::tell;
@@ -38,6 +39,7 @@ use crate::scheme::window::AcceptedWindow;
 use crate::summary::Summary;
 
 /// Circumstances of a run, beside the scenario.
+#[derive(Clone)]
 pub struct Options<'a> {
     /// Place of the run directory; by default a new folder below `runs/`.
     pub out: Option<&'a Path>,
@@ -55,6 +57,17 @@ pub struct Options<'a> {
     pub strict: bool,
     /// The run ends, in order, as soon as its cost is predicted.
     pub rehearsal: bool,
+    /// The budget that its setting was chosen by.
+    pub budget: Option<RunBudget>,
+}
+
+/// A budget that the setting of a run was chosen by.
+#[derive(Clone, Debug, Default)]
+pub struct RunBudget {
+    /// What was chosen, and what is expected of it: `budget` of summary.json.
+    pub told: Value,
+    /// Wall-clock time (s) that it may take.
+    pub wall_s: Option<f64>,
 }
 
 /// The end of a run; the summary is in the run directory too.
@@ -98,6 +111,7 @@ pub fn go_on_among(
     launch: Start,
 ) -> Result<Ended, Error> {
     let start = Instant::now();
+    let start_cpu_s = own_cpu_s();
     let warnings = check(loaded, options.registry, options.threads)?;
     let run_id = fresh_run_id();
     let rundir = RunDir::create(options.out, &loaded.scenario.run.name, run_id)?;
@@ -127,11 +141,16 @@ pub fn go_on_among(
     session.found(warnings);
     let error = session.run().err();
     let mut summary = session.summary;
-    summary.end(
-        start.elapsed().as_secs_f64(),
-        error.as_ref(),
-        options.strict,
-    );
+    let wall_s = start.elapsed().as_secs_f64();
+    summary.coordinator(start_cpu_s);
+    if let Some(budget) = &options.budget {
+        summary.budget = Some(budget.told.clone());
+        let over = budget.wall_s.filter(|limit| wall_s > *limit);
+        summary
+            .warnings
+            .extend(over.map(|limit| Warning::over_budget(wall_s, limit)));
+    }
+    summary.end(wall_s, error.as_ref(), options.strict);
     rundir.write_summary(&summary.to_json())?;
     rundir.note(&match &error {
         None => summary.status().to_string(),

@@ -5,7 +5,7 @@ use serde::Deserialize;
 mod check;
 mod interface;
 pub mod load;
-mod overrides;
+pub mod overrides;
 mod paths;
 mod plausible;
 pub mod source;

@@ -39,6 +39,45 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<(), Error> {
     Ok(())
 }
 
+/// The value of a key, entries of `[[participant]]` and `[[interface]]` addressed by name; `None` where the table does not give it.
+pub fn value_at<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
+    let parts = segments(key);
+    let mut parts = parts.iter();
+    let mut value = table.get(parts.next()?)?;
+    for part in parts {
+        value = match value {
+            toml::Value::Array(entries) => entries
+                .iter()
+                .find(|entry| entry.get("name").and_then(toml::Value::as_str) == Some(part))?,
+            inner => inner.get(part)?,
+        };
+    }
+    Some(value)
+}
+
+/// Takes a key out, entries of lists addressed by name; nothing happens where it is not given.
+pub fn remove_at(table: &mut toml::Table, key: &str) {
+    let parts = segments(key);
+    let Some((last, parents)) = parts.split_last() else {
+        return;
+    };
+    let (mut current, mut parents) = (table, parents.iter());
+    while let Some(part) = parents.next() {
+        let inner = match current.get_mut(part) {
+            Some(toml::Value::Table(inner)) => Some(inner),
+            Some(toml::Value::Array(entries)) => {
+                parents.next().and_then(|name| entry_by_name(entries, name))
+            }
+            _ => None,
+        };
+        let Some(inner) = inner else {
+            return;
+        };
+        current = inner;
+    }
+    current.remove(last);
+}
+
 fn parse_value(text: &str) -> toml::Value {
     let table = format!("value = {text}").parse::<toml::Table>();
     let value = table.ok().and_then(|mut table| table.remove("value"));

@@ -148,8 +148,9 @@ mod tests {
     fn run() -> Finished {
         let summary = json!({
             "wall_s": 3.0, "results": { "approach_m": 1.1e-5, "own": 1.0 }, "hashes": { "exchange": "a" },
-            "participants": { "rail": { "cpu_s": 2.0, "work": { "element_steps": 100.0 } },
-                              "layer": { "cpu_s": 3.0, "work": { "contact_iterations": 7.0 } } },
+            "coordinator": { "pid": 7, "cpu_s": 0.5 },
+            "participants": { "rail": { "pid": 8, "cpu_s": 2.0, "work": { "element_steps": 100.0 } },
+                              "layer": { "pid": 9, "cpu_s": 3.0, "work": { "contact_iterations": 7.0 } } },
         });
         let profile = Some("x_m,pressure_pa,status\n0,2,tied\n1,2,tied\n");
         finished(summary, "t_s,y,z\n0,1,5\n2,3,5\n", profile)
@@ -158,7 +159,8 @@ mod tests {
     fn reference() -> Finished {
         let summary = json!({
             "wall_s": 1.5, "results": { "approach_m": 1e-5 }, "hashes": { "exchange": "b" },
-            "participants": { "rail": { "cpu_s": 4.0, "work": { "element_steps": 50.0 } } },
+            "coordinator": { "pid": 7, "cpu_s": 4.5 },
+            "participants": { "rail": { "pid": 7, "cpu_s": 4.0, "work": { "element_steps": 50.0 } } },
         });
         let profile = Some("x_m,pressure_pa,status\n0,1,tied\n1,1,tied\n");
         finished(summary, "t_s,y,w\n0,1,5\n2,2,5\n", profile)
@@ -186,7 +188,7 @@ mod tests {
         let approach = difference(found.results["approach_m"]).expect("both have it");
         assert!((approach - 0.1).abs() < 1e-12);
         assert_eq!(found.results["own"], [Some(1.0), None]);
-        assert_eq!(found.cost["cpu_s"], [Some(5.0), Some(4.0)]);
+        assert_eq!(found.cost["cpu_s"], [Some(5.5), Some(4.5)]);
         assert_eq!(found.cost["element_steps"], [Some(100.0), Some(50.0)]);
         assert_eq!(found.cost["contact_iterations"], [Some(7.0), None]);
     }

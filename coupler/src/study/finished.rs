@@ -55,19 +55,31 @@ impl Finished {
         self.summary["hashes"][name].as_str()
     }
 
-    /// Costs by name: wall and processor time, memory, and the work of all participants, each kind summed.
+    /// Costs by name: wall-clock time, processor time and memory of all processes, and the work of all participants, each kind summed.
+    /// Participants that are threads of the coordinator tell of its process, which counts once.
     pub fn cost(&self) -> BTreeMap<String, f64> {
         let mut cost = BTreeMap::new();
         let wall = self.summary["wall_s"].as_f64();
         cost.extend(wall.map(|wall| ("wall_s".to_string(), wall)));
         let participants = self.summary["participants"].as_object();
-        for participant in participants.into_iter().flat_map(|all| all.values()) {
-            let named = ["cpu_s", "peak_rss_bytes"];
-            let named = named.map(|name| Some((name.to_string(), participant[name].as_f64()?)));
-            let work = numbers(&participant["work"]);
-            for (name, number) in named.into_iter().flatten().chain(work) {
-                *cost.entry(name).or_insert(0.0) += number;
+        let participants = participants.into_iter().flat_map(|all| all.values());
+        let mut processes: BTreeMap<(&str, u64), f64> = BTreeMap::new();
+        for process in participants.clone().chain([&self.summary["coordinator"]]) {
+            for name in ["cpu_s", "peak_rss_bytes"] {
+                let Some(number) = process[name].as_f64() else {
+                    continue;
+                };
+                let pid = process["pid"].as_u64().unwrap_or(0);
+                let known = processes.entry((name, pid)).or_insert(0.0);
+                *known = known.max(number);
             }
+        }
+        let of_processes = processes
+            .into_iter()
+            .map(|((name, _), number)| (name.to_string(), number));
+        let work = participants.flat_map(|participant| numbers(&participant["work"]));
+        for (name, number) in of_processes.chain(work) {
+            *cost.entry(name).or_insert(0.0) += number;
         }
         cost
     }

@@ -149,6 +149,7 @@ fn complete(scene: &Path, set: &[String], runs: &Runs, out: &Path) -> Result<End
         progress: false,
         strict: false,
         rehearsal: false,
+        budget: None,
     };
     let mut ended = run(&loaded, &options)?;
     ended.error.take().map_or(Ok(ended), Err)

@@ -191,6 +191,7 @@ fn with_options<T>(out: &Path, go: impl FnOnce(&Options) -> T) -> T {
         progress: false,
         strict: false,
         rehearsal: false,
+        budget: None,
     })
 }
 

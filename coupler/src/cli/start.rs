@@ -1,0 +1,39 @@
+//! Circumstances in which verbs start runs.
+
+use std::path::Path;
+
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+use super::common::own_program;
+use crate::error::Error;
+use crate::participants::{Registry, Watch};
+use crate::run::session::Options;
+
+/// Options of a run that is started here and shows its progress.
+pub(super) fn options<'a>(
+    out: Option<&'a Path>,
+    threads: usize,
+    registry: &'a Registry,
+) -> Result<Options<'a>, Error> {
+    Ok(Options {
+        out,
+        threads,
+        registry,
+        program: own_program()?,
+        watch: listen()?,
+        progress: true,
+        strict: false,
+        rehearsal: false,
+        budget: None,
+    })
+}
+
+/// Signals that end a run in order.
+pub(super) fn listen() -> Result<Watch, Error> {
+    let watch = Watch::default();
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        signal_hook::flag::register_usize(signal, watch.flag(), signal as usize)
+            .map_err(Error::input("listening for signals"))?;
+    }
+    Ok(watch)
+}

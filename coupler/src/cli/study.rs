@@ -1,0 +1,417 @@
+//! `thirdbody study`: many runs of a scenario, held against a reference.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use nix::sys::signal::Signal;
+use protocol::participate::end_with_coordinator;
+
+use super::common::{VerbResult, own_program, print, threads};
+use super::start::{listen, options};
+use crate::error::{CHECK_FAILED, Error, Refusal};
+use crate::participants::Registry;
+use crate::run::session::Options;
+use crate::study::collect::{Results, line};
+use crate::study::digest::Digest;
+use crate::study::forecast::Forecast;
+use crate::study::plan::{Plan, Task, runs};
+use crate::study::pool::{self, Exec};
+use crate::study::progress::StudyProgress;
+use crate::study::slurm::{Slurm, array_name};
+use crate::study::stored::StoredStudy;
+use crate::study::task::{SILENT, Stage, TaskFolder};
+
+/// Arguments of `study`.
+#[derive(Debug, clap::Args)]
+pub struct StudyArguments {
+    #[command(subcommand)]
+    verb: StudyVerb,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum StudyVerb {
+    /// List the tasks of a study, and foretell what one costs.
+    Plan(PlaceArguments),
+    /// Do all tasks that are not done, then write results.csv, front.csv and the pictures.
+    Run {
+        #[command(flatten)]
+        place: PlaceArguments,
+        #[command(flatten)]
+        engine: EngineArguments,
+    },
+    /// Tell where the tasks stand.
+    Status(PlaceArguments),
+    /// Write results.csv, front.csv and the pictures of what is done, also while others run.
+    Collect(PlaceArguments),
+    /// Do one task.
+    Exec(ExecTaskArguments),
+}
+
+/// The study and its folder.
+#[derive(Debug, clap::Args)]
+struct PlaceArguments {
+    /// The study: a folder with study.toml, or a file.
+    file: PathBuf,
+    /// The study in small, as its file says.
+    #[arg(long)]
+    small: bool,
+    /// Override a key in all runs, the reference included.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Folder of the tasks and of what comes out; by default runs/study-NAME, with -small for a small one.
+    #[arg(long)]
+    out: Option<PathBuf>,
+}
+
+/// Who does the tasks.
+#[derive(Debug, clap::Args)]
+struct EngineArguments {
+    /// Processes here, or a job array.
+    #[arg(long, value_enum, default_value_t = Engine::Local)]
+    engine: Engine,
+    /// Tasks at a time; by default the cores of the machine over the threads of a run, and as many as Slurm gives.
+    #[arg(long)]
+    jobs: Option<u16>,
+    /// Do failed runs again.
+    #[arg(long)]
+    retry: bool,
+    /// A further argument of sbatch: --sbatch=--partition=short.
+    #[arg(long, value_name = "ARGUMENT", allow_hyphen_values = true)]
+    sbatch: Vec<String>,
+    /// Silence (s) after which a task that Slurm calls running is taken for dead.
+    #[arg(long, value_name = "S", default_value_t = SILENT.as_secs())]
+    silent_s: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Engine {
+    Local,
+    Slurm,
+}
+
+/// Arguments of `study exec`. The index comes last, so that engines can append it.
+#[derive(Debug, clap::Args)]
+struct ExecTaskArguments {
+    #[command(flatten)]
+    place: PlaceArguments,
+    /// List of tasks that this must be one of, as it was planned.
+    #[arg(long)]
+    planned: Option<PathBuf>,
+    /// Process whose end ends it.
+    #[arg(long)]
+    parent: Option<u32>,
+    /// Index of the task, as `plan` lists it.
+    #[arg(long)]
+    index: usize,
+}
+
+/// A study with its folder.
+struct Opened {
+    plan: Plan,
+    folder: PathBuf,
+}
+
+impl PlaceArguments {
+    fn open(&self) -> Result<Opened, Error> {
+        let plan = Plan::read(&self.file, self.small, &self.set)?;
+        let small = if self.small { "-small" } else { "" };
+        let named = || PathBuf::from(format!("runs/study-{}{small}", plan.file.study.name));
+        let folder = self.out.clone().unwrap_or_else(named);
+        let folder = std::path::absolute(&folder).map_err(Error::output(folder.display()))?;
+        Ok(Opened { folder, plan })
+    }
+
+    /// The process that does a task of it, of those that this list has.
+    fn exec(&self, opened: &Opened, planned: &Path, registry: &Registry) -> Result<Exec, Error> {
+        let mut arguments = vec!["study".into(), "exec".into(), self.file.clone().into()];
+        if self.small {
+            arguments.push("--small".into());
+        }
+        for set in &self.set {
+            arguments.extend(["--set".into(), set.into()]);
+        }
+        arguments.extend(["--out".into(), opened.folder.clone().into()]);
+        arguments.extend(["--planned".into(), planned.into(), "--cache".into()]);
+        arguments.push(registry.cache.clone().map_or("none".into(), PathBuf::into));
+        arguments.push("--index".into());
+        Ok(Exec {
+            program: own_program()?,
+            arguments,
+        })
+    }
+}
+
+/// Plans, runs, or looks at a study.
+pub fn study(arguments: &StudyArguments, registry: &Registry) -> VerbResult {
+    match &arguments.verb {
+        StudyVerb::Plan(place) => plan(&place.open()?, registry),
+        StudyVerb::Run { place, engine } => run(place, engine, registry),
+        StudyVerb::Status(place) => {
+            let opened = place.open()?;
+            status(&opened, &opened.plan.tasks()?)
+        }
+        StudyVerb::Collect(place) => {
+            let opened = place.open()?;
+            collect(&opened, &opened.plan.tasks()?)
+        }
+        StudyVerb::Exec(arguments) => exec(arguments, registry),
+    }
+}
+
+fn threads_of(opened: &Opened) -> u16 {
+    opened.plan.file.study.threads.max(1)
+}
+
+fn quiet<'a>(opened: &Opened, registry: &'a Registry) -> Result<Options<'a>, Error> {
+    let mut options = options(None, threads_of(opened).into(), registry)?;
+    options.progress = false;
+    Ok(options)
+}
+
+/// Prints the tasks, a line each, and keeps them and what the first costs in the folder.
+fn plan(opened: &Opened, registry: &Registry) -> VerbResult {
+    let tasks = opened.plan.tasks()?;
+    let planned = keep_list(opened, &tasks)?;
+    print(&listed(opened, &tasks))?;
+    let forecast = Forecast::of(&tasks[0], &opened.folder, &quiet(opened, registry)?)?;
+    crate::output::tell(&format!(
+        "{} runs in {} rows, listed in {}; task 0 is foretold to take {:.0} s at most and {:.0} MB",
+        runs(&tasks).len(),
+        tasks.len(),
+        planned.display(),
+        forecast.wall_s,
+        forecast.memory_bytes as f64 * 1e-6
+    ));
+    Ok(0)
+}
+
+fn listed(opened: &Opened, tasks: &[Task]) -> String {
+    let keys = opened.plan.file.vary.iter().map(|v| v.key.clone());
+    let head: Vec<String> = ["index", "id", "role"]
+        .map(String::from)
+        .into_iter()
+        .chain(keys)
+        .collect();
+    let rows = tasks.iter().map(|task| {
+        let mut cells = vec![task.index.to_string(), task.id.clone(), task.role.word()];
+        cells.extend(task.values.iter().cloned());
+        line(&cells)
+    });
+    (line(&head) + &rows.collect::<String>())
+        .trim_end()
+        .to_string()
+}
+
+/// Keeps the list of tasks under a name of its own: whoever does one of them compares.
+fn keep_list(opened: &Opened, tasks: &[Task]) -> Result<PathBuf, Error> {
+    let name = array_name(&opened.plan.file.study.name, &opened.folder, tasks);
+    let path = opened
+        .folder
+        .join(format!("tasks-{}.csv", &name[name.len() - 12..]));
+    write(&path, &(listed(opened, tasks) + "\n"))?;
+    Ok(path)
+}
+
+fn run(place: &PlaceArguments, engine: &EngineArguments, registry: &Registry) -> VerbResult {
+    let opened = place.open()?;
+    let tasks = opened.plan.tasks()?;
+    let planned = keep_list(&opened, &tasks)?;
+    let exec = place.exec(&opened, &planned, registry)?;
+    if engine.retry {
+        forget_failed(&opened, &tasks)?;
+    }
+    let watch = listen()?;
+    let stopped = || watch.interrupted().is_some();
+    let mut progress = StudyProgress::new(&tasks, &opened.folder);
+    match engine.engine {
+        Engine::Local => {
+            let cores = threads(None) / usize::from(threads_of(&opened));
+            let jobs = engine.jobs.map_or(cores, usize::from);
+            pool::run(&mut progress, &exec, jobs, stopped)?;
+        }
+        Engine::Slurm => {
+            let forecast = Forecast::of(&tasks[0], &opened.folder, &quiet(&opened, registry)?)?;
+            let slurm = Slurm {
+                exec,
+                name: array_name(&opened.plan.file.study.name, &opened.folder, &tasks),
+                folder: opened.folder.clone(),
+                throttle: engine.jobs,
+                ask: forecast.ask(threads_of(&opened)),
+                extra: engine.sbatch.clone(),
+                silent: Duration::from_secs(engine.silent_s),
+            };
+            slurm.run(&mut progress, stopped)?;
+        }
+    }
+    let code = collect(&opened, &tasks)?;
+    watch.interrupted().map_or(Ok(code), Err)
+}
+
+/// Failed runs are to be done again; suspect ones are not failed.
+fn forget_failed(opened: &Opened, tasks: &[Task]) -> Result<(), Error> {
+    for task in runs(tasks) {
+        let folder = TaskFolder::new(&opened.folder, &task.id);
+        if let Stage::Done(outcome) = folder.stage()?
+            && !["completed", "suspect"].contains(&outcome.status.as_str())
+        {
+            folder.forget()?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes and prints what came out; the exit code is that of a failed check where a run is missing or the reference does not stand.
+fn collect(opened: &Opened, tasks: &[Task]) -> VerbResult {
+    let results = Results::read(&opened.plan, tasks, &opened.folder)?;
+    write(&opened.folder.join("results.csv"), &results.csv())?;
+    let digest = Digest::new(&results);
+    write(&opened.folder.join("front.csv"), &digest.front_csv())?;
+    let missing = results
+        .rows
+        .iter()
+        .filter(|row| row.exit_code.is_none())
+        .count();
+    if missing < results.rows.len() {
+        for (name, svg) in digest.pictures()? {
+            write(&opened.folder.join(name), &svg)?;
+        }
+        let text = digest.text();
+        write(&opened.folder.join("digest.txt"), &(text.clone() + "\n"))?;
+        print(&text)?;
+        let stored = StoredStudy::of(&opened.plan, tasks, &results);
+        match stored {
+            Ok(stored) => write(&opened.folder.join("study.json"), &(stored.json() + "\n"))?,
+            Err(why) => print(&format!("\nno study.json for `run --budget`: {why}"))?,
+        }
+        print("")?;
+    }
+    let code = status(opened, tasks)?;
+    let fell = (0..results.scenes())
+        .any(|scene| results.reference(scene).is_some_and(|row| !row.stands()));
+    Ok(if fell { CHECK_FAILED } else { code })
+}
+
+/// Prints how many runs stand where, and what is known of those that are not done; exit code 0 only where all are.
+fn status(opened: &Opened, tasks: &[Task]) -> VerbResult {
+    let runs = runs(tasks);
+    let slurm = Slurm::looking(array_name(
+        &opened.plan.file.study.name,
+        &opened.folder,
+        tasks,
+    ));
+    let queue = if opened.folder.join("slurm").exists() {
+        slurm.queue(&runs).unwrap_or_default()
+    } else {
+        Default::default()
+    };
+    let [mut waiting, mut running, mut suspect, mut failed, mut fine] = [0; 5];
+    let mut lines = Vec::new();
+    for task in &runs {
+        let folder = TaskFolder::new(&opened.folder, &task.id);
+        let stage = folder.stage()?;
+        let queued = queue.get(&task.index);
+        let job = queued.map(|queued| format!(", {} in Slurm is {}", queued.job, queued.state));
+        let attempts = folder.attempts();
+        match &stage {
+            Stage::Done(outcome) if outcome.exit_code == 0 => fine += 1,
+            Stage::Done(outcome) if outcome.exit_code == CHECK_FAILED => suspect += 1,
+            Stage::Done(outcome) => {
+                failed += 1;
+                lines.push(format!(
+                    "task {} {}: {}",
+                    task.index, outcome.status, outcome.message
+                ));
+            }
+            Stage::Running => {
+                running += 1;
+                let beat = folder.heartbeat();
+                lines.push(format!(
+                    "task {} is done by {}{}",
+                    task.index,
+                    beat.trim(),
+                    job.unwrap_or_default()
+                ));
+            }
+            Stage::Waiting => {
+                waiting += 1;
+                let last = folder.last_job().filter(|_| queued.is_none());
+                let ended = last.map(|job| format!(", {job} ended as {}", slurm.ended(&job)));
+                if attempts > 0 || queued.is_some() {
+                    let job = job.or(ended).unwrap_or_default();
+                    lines.push(format!(
+                        "task {} waits after {attempts} attempts{job}",
+                        task.index
+                    ));
+                }
+            }
+        }
+    }
+    print(&format!(
+        "study    {}\nfolder   {}\nruns     {} ({} rows)\ndone     {fine}\nsuspect  {suspect}\nfailed   {failed}\nrunning  {running}\nwaiting  {waiting}",
+        opened.plan.file.study.name,
+        opened.folder.display(),
+        runs.len(),
+        tasks.len(),
+    ))?;
+    for line in lines {
+        print(&line)?;
+    }
+    Ok(if waiting + running > 0 {
+        CHECK_FAILED
+    } else {
+        0
+    })
+}
+
+/// Writes a whole file.
+fn write(path: &Path, text: &str) -> Result<(), Error> {
+    let part = PathBuf::from(format!("{}.part", path.display()));
+    let folder = path.parent().unwrap_or(Path::new(""));
+    fs::create_dir_all(folder)
+        .and_then(|()| fs::write(&part, text))
+        .and_then(|()| fs::rename(&part, path))
+        .map_err(Error::output(path.display()))
+}
+
+/// Does one task; the exit code is that of its run.
+fn exec(arguments: &ExecTaskArguments, registry: &Registry) -> VerbResult {
+    if let Some(parent) = arguments.parent {
+        end_with_coordinator(parent, Signal::SIGTERM).map_err(Refusal::from)?;
+    }
+    let opened = arguments.place.open()?;
+    let Some(task) = opened.plan.task(arguments.index)? else {
+        let problem = format!(
+            "the study has the tasks 0 to {}, got {}",
+            opened.plan.len() - 1,
+            arguments.index
+        );
+        return Err(Refusal::argument("--index", problem).into());
+    };
+    if let Some(planned) = &arguments.planned {
+        let list = fs::read_to_string(planned).map_err(Error::input(planned.display()))?;
+        let own = format!("{},{},", task.index, task.id);
+        if !list.lines().any(|line| line.starts_with(&own)) {
+            let problem = format!(
+                "has no task {} with the id {}: study, scenario or build have changed since it was planned; run the study again",
+                task.index, task.id
+            );
+            return Err(Refusal::file(planned, problem).into());
+        }
+    }
+    let folder = TaskFolder::new(&opened.folder, &task.id);
+    match folder.execute(&task, &quiet(&opened, registry)?)? {
+        Stage::Done(outcome) => {
+            print(&format!("{} {}", outcome.status, outcome.message))?;
+            Ok(outcome.exit_code)
+        }
+        Stage::Running => {
+            print("another process does this task")?;
+            Ok(0)
+        }
+        Stage::Waiting => {
+            print("stopped; the task is to be done anew")?;
+            Ok(CHECK_FAILED)
+        }
+    }
+}

@@ -1,0 +1,304 @@
+//! The local engine: what the rows hold, that nothing is done twice, and that failures are rows.
+
+use std::fs;
+use std::os::unix::process::CommandExt;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use harness::runs::{Scratch, parse_json, thirdbody};
+use nix::sys::signal::{Signal, killpg};
+use nix::unistd::Pid;
+
+use crate::rows::{SUBSTEPS, command, lasting, number, printed, rows, shipped, study, words};
+
+#[test]
+fn rows_hold_errors_floors_costs_and_hashes() {
+    let work = Scratch::new("study-rows");
+    let file = study(&work, SUBSTEPS);
+    let text = printed(&mut command(&work, "run", &file, &[]), 0);
+    assert!(
+        text.contains("front of error_height") && text.contains("substeps 1 -> 9"),
+        "{text}"
+    );
+    let rows = rows(&work);
+    let roles: Vec<&str> = rows.iter().map(|row| row["role"].as_str()).collect();
+    assert_eq!(
+        roles,
+        [
+            "reference",
+            "perturbed-1",
+            "perturbed-2",
+            "point",
+            "point",
+            "point"
+        ]
+    );
+    for row in &rows {
+        assert_eq!(
+            (&*row["status"], &*row["exit_code"], &*row["attempts"]),
+            ("completed", "0", "1")
+        );
+        assert!(number(row, "element_steps") > 0.0 && number(row, "contact_iterations") > 0.0);
+        assert!(number(row, "messages") > 0.0 && number(row, "cpu_s") > 0.0);
+    }
+    // The point with the reference's value is the reference's run; the perturbed ones are others, and their distance is the floor.
+    assert_eq!(rows[5]["id"], rows[0]["id"]);
+    assert_eq!(number(&rows[5], "error_height"), 0.0);
+    let perturbed = [1, 2].map(|k| number(&rows[k], "error_height"));
+    assert_ne!(rows[1]["hash_exchange"], rows[0]["hash_exchange"]);
+    let floor = perturbed[0].max(perturbed[1]);
+    assert!(floor > 0.0 && floor < 1e-9, "{floor:e}");
+    assert!(rows.iter().all(|row| number(row, "floor_height") == floor));
+    // Longer windows err more and do less.
+    let errors = [3, 4].map(|k| number(&rows[k], "error_height"));
+    assert!(
+        errors[0] > errors[1] && errors[1] > 1e3 * floor,
+        "{errors:?}, floor {floor:e}"
+    );
+    assert!(number(&rows[3], "messages") < 0.2 * number(&rows[0], "messages"));
+    // A run that is done keeps what is measured, and no log of what was said.
+    let run = work
+        .path()
+        .join("out/tasks")
+        .join(&rows[0]["id"])
+        .join("run");
+    assert!(run.join("signals.csv").is_file() && !run.join("exchange.mcap").exists());
+    for file in [
+        "front.csv",
+        "front.svg",
+        "knobs.svg",
+        "digest.txt",
+        "study.json",
+    ] {
+        // One scene has too few for a bound, which `run --budget` says; the study is kept all the same.
+        assert!(work.path().join("out").join(file).is_file(), "{file}");
+    }
+}
+
+#[test]
+fn what_is_done_is_not_done_again_and_work_repeats_exactly() {
+    let work = Scratch::new("study-again");
+    let file = study(&work, SUBSTEPS);
+    printed(&mut command(&work, "run", &file, &[]), 0);
+    let first = rows(&work);
+    let text = printed(&mut command(&work, "run", &file, &[]), 0);
+    assert!(text.contains("done     5"), "{text}");
+    assert_eq!(rows(&work), first, "times included");
+    let other = Scratch::new("study-again-elsewhere");
+    let file = study(&other, SUBSTEPS);
+    printed(&mut command(&other, "run", &file, &["--jobs", "1"]), 0);
+    assert_eq!(lasting(&rows(&other)), lasting(&first));
+}
+
+#[test]
+fn a_killed_study_goes_on_where_it_was() {
+    let work = Scratch::new("study-killed");
+    // Long enough to be killed within.
+    let file = study(
+        &work,
+        &SUBSTEPS.replace("substeps=1\"", "substeps=1\", \"run.end_s=4e-4\""),
+    );
+    let mut run = command(&work, "run", &file, &["--jobs", "1"]);
+    let run = run
+        .process_group(0)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
+    let mut child = run.spawn().expect("the program starts");
+    let tasks = work.path().join("out/tasks");
+    let done = || {
+        let folders = fs::read_dir(&tasks).into_iter().flatten().flatten();
+        folders
+            .filter(|folder| folder.path().join("task.json").is_file())
+            .count()
+    };
+    let begun = Instant::now();
+    while done() == 0 {
+        assert!(
+            begun.elapsed() < Duration::from_secs(60),
+            "no run has ended"
+        );
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    killpg(Pid::from_raw(child.id() as i32), Signal::SIGKILL).expect("it runs");
+    child.wait().expect("it was started here");
+    let before = done();
+    assert!(before < 5, "it was over before it was killed");
+    let status = printed(&mut command(&work, "status", &file, &[]), 8);
+    assert!(status.contains(&format!("done     {before}\n")), "{status}");
+    printed(&mut command(&work, "run", &file, &[]), 0);
+    let rows = rows(&work);
+    let attempts: f64 = rows[..5].iter().map(|row| number(row, "attempts")).sum();
+    assert!(
+        rows.iter().all(|row| row["status"] == "completed"),
+        "{rows:?}"
+    );
+    // One run, that of the one job, was under way and is begun again; or it had not begun yet.
+    assert!(
+        (5.0..=6.0).contains(&attempts),
+        "{attempts} attempts for 5 runs"
+    );
+}
+
+#[test]
+fn a_run_that_fails_is_a_row_with_its_reason_and_a_suspect_one_is_outside_of_the_front() {
+    let work = Scratch::new("study-fails");
+    let tables = "[reference]\nset = []\nperturb = 0\n\
+        [[vary]]\nkey = \"participant.third-body.config.solver.tolerance\"\nvalues = [-1.0, 1e-3]\n\
+        [[vary]]\nkey = \"run.plausible.energy_balance_rel\"\nvalues = [[0.0, 1e-300]]\n\
+        [[measure]]\nname = \"height\"\nof = \"signals.wheel_y_m\"\nnorm = \"max\"\n\
+        [[measure]]\nname = \"depth\"\nof = \"results.no_such_result\"\nnorm = \"at\"\n";
+    let file = study(&work, tables);
+    let text = printed(&mut command(&work, "run", &file, &[]), 0);
+    let rows = rows(&work);
+    let row = |value: &str| {
+        rows.iter()
+            .find(|row| row["participant.third-body.config.solver.tolerance"] == value)
+    };
+    let refused = row("-1").expect("a row");
+    assert_eq!(
+        (&*refused["status"], &*refused["exit_code"]),
+        ("refused", "2")
+    );
+    assert!(
+        refused["message"].contains("tolerance"),
+        "{}",
+        refused["message"]
+    );
+    let suspect = rows.last().expect("a row");
+    assert_eq!(
+        (&*suspect["status"], &*suspect["exit_code"]),
+        ("suspect", "8")
+    );
+    assert!(
+        suspect["message"].contains("energy_balance at"),
+        "{}",
+        suspect["message"]
+    );
+    assert!(
+        rows[0]["message"].contains("no result `no_such_result`"),
+        "{}",
+        rows[0]["message"]
+    );
+    let front = fs::read_to_string(work.path().join("out/front.csv")).expect("it was written");
+    assert_eq!(
+        front.lines().count(),
+        2,
+        "only 1e-3 stands and is not the reference: {front}"
+    );
+    assert!(
+        text.contains("outside of the fronts") && text.contains("failed   1"),
+        "{text}"
+    );
+    // Failed runs are done again only when that is asked for.
+    printed(&mut command(&work, "run", &file, &["--retry"]), 0);
+    let again: Vec<String> = crate::rows::rows(&work)
+        .iter()
+        .map(|row| row["attempts"].clone())
+        .collect();
+    assert_eq!(again, ["1", "2", "1", "1"]);
+}
+
+#[test]
+fn a_task_that_is_not_as_planned_is_refused_and_others_run_by_themselves() {
+    let work = Scratch::new("study-exec");
+    let file = study(&work, SUBSTEPS);
+    let listed = printed(&mut command(&work, "plan", &file, &[]), 0);
+    assert_eq!(listed.lines().count(), 7, "{listed}");
+    let lists = fs::read_dir(work.path().join("out")).expect("it was made");
+    let mut lists = lists.flatten().map(|entry| entry.path());
+    let list = lists
+        .find(|path| path.extension().is_some_and(|e| e == "csv"))
+        .expect("the list");
+    let list = list.display().to_string();
+    let done = printed(
+        &mut command(&work, "exec", &file, &["--planned", &list, "--index", "4"]),
+        0,
+    );
+    assert!(done.starts_with("completed"), "{done}");
+    fs::write(
+        &file,
+        fs::read_to_string(&file)
+            .expect("it is there")
+            .replace("9, 3, 1", "9, 4, 1"),
+    )
+    .expect("it is writable");
+    let output = command(&work, "exec", &file, &["--planned", &list, "--index", "4"]).output();
+    let output = output.expect("the program starts");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        words(&output).contains("have changed since it was planned"),
+        "{}",
+        words(&output)
+    );
+    let output = command(&work, "exec", &file, &["--index", "6"])
+        .output()
+        .expect("the program starts");
+    assert!(
+        words(&output).contains("tasks 0 to 5"),
+        "{}",
+        words(&output)
+    );
+}
+
+#[test]
+fn what_a_scene_does_not_need_does_not_exist() {
+    let work = Scratch::new("study-alone");
+    let run = |scene: &str, out: &str, sets: &[&str]| {
+        let mut run = thirdbody(work.path());
+        run.arg("run")
+            .arg(shipped(scene))
+            .args(["--json", "--threads", "1", "--out", out]);
+        for set in ["run.end_s=6e-5"].iter().chain(sets) {
+            run.args(["--set", set]);
+        }
+        let output = run.output().expect("the program starts");
+        assert!(output.status.success(), "{}", words(&output));
+        parse_json(&output.stdout)
+    };
+    let files = |out: &str| {
+        let entries = fs::read_dir(work.path().join(out))
+            .expect("it was made")
+            .flatten();
+        let mut names: Vec<String> = entries
+            .map(|e| e.file_name().into_string().expect("a name"))
+            .collect();
+        names.sort();
+        names
+    };
+    let bare = [
+        "run.output.exchange=false",
+        "run.checkpoint_every_windows=0",
+    ];
+    let summary = run("layer-alone", "alone", &bare);
+    assert_eq!(
+        summary["participants"].as_object().map(|all| all.len()),
+        Some(1)
+    );
+    assert!(
+        summary.get("coupling").is_none() && summary.get("log").is_none(),
+        "{summary}"
+    );
+    assert_eq!(
+        files("alone"),
+        [
+            "fields",
+            "logs",
+            "manifest.json",
+            "scenario.toml",
+            "signals.csv",
+            "summary.json"
+        ]
+    );
+    run("quick", "coupled", &bare);
+    assert!(
+        !files("coupled")
+            .iter()
+            .any(|name| name == "exchange.mcap" || name == "checkpoints")
+    );
+    run("quick", "recorded", &["run.checkpoint_every_windows=50"]);
+    let all = files("recorded");
+    assert!(
+        all.contains(&"exchange.mcap".into()) && all.contains(&"checkpoints".into()),
+        "{all:?}"
+    );
+}

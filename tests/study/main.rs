@@ -1,0 +1,7 @@
+//! Studies through the real command: rows, floors, resuming, engines, budgets.
+
+mod budget;
+mod engine_slurm;
+mod local;
+mod rows;
+mod shipped;
