@@ -3,7 +3,7 @@
 //! - [`table`]: tables of numbers as runs leave them; [`curve`]: numbers over time, [`steps`]: over segments of a line, and the
 //!   distances of two of them;
 //! - [`finished`]: a run that has ended; [`compare`]: two of them; [`measure`]: their distance in a number;
-//! - [`file`]: a study as its file says it; [`plan`]: its tasks; [`task`]: one in its folder, [`patience`] with who does it;
+//! - [`mod@file`]: a study as its file says it; [`plan`]: its tasks; [`task`]: one in its folder, [`patience`] with who does it;
 //! - [`progress`]: how far a study has come; [`pool`], [`slurm`]: the engines; [`forecast`]: what is asked of a cluster;
 //! - [`collect`]: rows; [`settings`], [`front`], [`knobs`]: what they say; [`picture`], [`digest`]: in pictures and words;
 //! - [`stored`]: a study that is kept for choosing by it, [`statistics`]: what it says about another scene,
