@@ -182,11 +182,6 @@ impl Results {
         lines.concat()
     }
 
-    /// The rows that are measured, those of one scene after those of another.
-    pub fn points(&self) -> impl Iterator<Item = &Row> {
-        self.rows.iter().filter(|row| row.role == Role::Point)
-    }
-
     /// Number of scenes.
     pub fn scenes(&self) -> usize {
         self.rows.last().map_or(0, |row| row.scene + 1)

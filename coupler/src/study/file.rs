@@ -158,13 +158,21 @@ pub struct Choice {
 }
 
 impl StudyFile {
+    /// The file of a study, itself or `study.toml` in its folder.
+    pub fn place(path: &Path) -> PathBuf {
+        if path.is_dir() {
+            path.join("study.toml")
+        } else {
+            path.to_path_buf()
+        }
+    }
+
     /// Reads a study, from its file or from `study.toml` in its folder.
     ///
     /// # Errors
     /// The file cannot be read, or a key of it is unknown, missing or makes no sense.
     pub fn read(path: &Path) -> Result<StudyFile, Error> {
-        let inside = path.join("study.toml");
-        let path = if path.is_dir() { &inside } else { path };
+        let path = &StudyFile::place(path);
         let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
         StudyFile::parse(&text).map_err(|problem| Refusal::file(path, problem).into())
     }

@@ -88,8 +88,7 @@ impl Plan {
     /// # Errors
     /// The study or the scenario of its reference is refused.
     pub fn read(path: &Path, small: bool, set: &[String]) -> Result<Plan, Error> {
-        let inside = path.join("study.toml");
-        let path = if path.is_dir() { &inside } else { path };
+        let path = &StudyFile::place(path);
         let file = StudyFile::read(path)?;
         let beside = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let reduced = if small {
