@@ -1,6 +1,6 @@
 //! The run directory: `runs/<id>/` with everything that a run leaves.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -209,4 +209,19 @@ pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, resumed: Option<Va
         value["resumed"] = resumed;
     }
     serde_json::to_string_pretty(&value).expect("JSON values always serialise")
+}
+
+/// Writes a file so that it is either there as a whole or not at all, whenever the machine stops: under another name
+/// first, to the disk, then renamed, and the new name to the disk as well.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let temporary = path.with_extension("part");
+    let written = File::create(&temporary)
+        .and_then(|mut file| {
+            file.write_all(bytes)?;
+            file.sync_all()
+        })
+        .and_then(|()| fs::rename(&temporary, path))
+        .and_then(|()| File::open(folder)?.sync_all());
+    written.map_err(Error::output(path.display()))
 }

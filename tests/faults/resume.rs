@@ -6,8 +6,9 @@ use std::process::Output;
 use std::time::{Duration, Instant};
 
 use coupler::run::checkpoint::FOLDER;
-use coupler::run::checkpoint::file::{MAGIC, encode, list, read, write_whole};
+use coupler::run::checkpoint::file::{MAGIC, encode, list, read};
 use coupler::run::checkpoint::keeper::about;
+use coupler::rundir::write_whole;
 use coupler::scenario::load::load;
 use harness::runs::{Scratch, as_programs, parse_json, program, thirdbody};
 use harness::scene::{bar, body, glue, head};

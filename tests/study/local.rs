@@ -76,6 +76,19 @@ fn rows_hold_errors_floors_costs_and_hashes() {
 }
 
 #[test]
+fn without_a_floor_there_is_nothing_to_choose_by() {
+    let work = Scratch::new("study-floorless");
+    let file = study(&work, &SUBSTEPS.replace("perturb = 2", "perturb = 0"));
+    let text = printed(&mut command(&work, "run", &file, &[]), 0);
+    assert!(
+        text.contains("no study.json for `run --budget`: its floor of noise is not known"),
+        "{text}"
+    );
+    assert!(!work.path().join("out/study.json").exists());
+    assert!(rows(&work).iter().all(|row| row["floor_height"].is_empty()));
+}
+
+#[test]
 fn what_is_done_is_not_done_again_and_work_repeats_exactly() {
     let work = Scratch::new("study-again");
     let file = study(&work, SUBSTEPS);

@@ -43,7 +43,7 @@ pub fn command(work: &Scratch, verb: &str, file: &Path, more: &[&str]) -> Comman
     command
 }
 
-/// What it prints; it must have this exit code.
+/// Its standard output; it must have this exit code.
 pub fn printed(command: &mut Command, code: i32) -> String {
     let output = command.output().expect("the program starts");
     assert_eq!(output.status.code(), Some(code), "{}", words(&output));

@@ -72,24 +72,29 @@ impl BudgetArguments {
 }
 
 /// The most accurate setting whose time is foretold to keep within the limit: the study tells how times compare, rehearsals what they
-/// are on this machine.
+/// are on this machine. One that fits is not the last to be tried where this machine is faster than that of the study.
 fn within_wall<'a, 'b>(
     choice: &'b Choice<'a>,
     limit_s: f64,
     foretell: impl Fn(&Candidate) -> Result<f64, Error>,
 ) -> Result<(&'b Candidate<'a>, f64), Error> {
     let order = choice.by_accuracy();
-    let (mut pace, mut rest) = (1.0, &order[..]);
+    let mut tried = vec![false; order.len()];
+    let (mut pace, mut best) = (1.0, None);
     for _ in 0..REHEARSALS {
-        let next = rest.iter().position(|c| pace * c.setting.wall_s <= limit_s);
+        let better = best.map_or(order.len(), |(place, _)| place);
+        let next = (0..better)
+            .find(|place| !tried[*place] && pace * order[*place].setting.wall_s <= limit_s);
         let Some(next) = next else { break };
-        let candidate = rest[next];
-        let wall_s = foretell(candidate)?;
+        tried[next] = true;
+        let wall_s = foretell(order[next])?;
+        pace = wall_s / order[next].setting.wall_s;
         if wall_s <= limit_s {
-            return Ok((candidate, wall_s));
+            best = Some((next, wall_s));
         }
-        pace = wall_s / candidate.setting.wall_s;
-        rest = &rest[next + 1..];
+    }
+    if let Some((place, wall_s)) = best {
+        return Ok((order[place], wall_s));
     }
     let least = order
         .iter()
@@ -114,5 +119,43 @@ fn foretold_wall_s(loaded: &Loaded, threads: usize, registry: &Registry) -> Resu
         (Some(told), _) => Ok(told.wall_s),
         (None, Some(error)) => Err(error),
         (None, None) => Ok(ended.summary.value()["wall_s"].as_f64().unwrap_or(0.0)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::stored::StoredStudy;
+
+    /// Settings of 8, 4, 2 and 1 s, the more costly the more accurate.
+    fn study() -> StoredStudy {
+        let setting = |wall_s: f64| {
+            serde_json::json!({ "words": format!("{wall_s}"), "set": [format!("a.b={wall_s}")], "cpu_rel": 1.0, "wall_s": wall_s,
+                "errors": [[0.1 / wall_s, 0.11 / wall_s, 0.1 / wall_s, 0.09 / wall_s, 0.1 / wall_s]] })
+        };
+        let settings = [8.0, 4.0, 2.0, 1.0].map(setting);
+        let study = serde_json::json!({
+            "schema": "thirdbody.study/1", "study": "s", "build": "b", "scenario": "", "reference": ["a.b=ref"],
+            "scene_keys": [{ "key": "run.seed", "any": true, "values": [1, 2, 3, 4, 5] }],
+            "measures": [{ "name": "m", "of": "results.x", "norm": "at" }],
+            "floors": [[1e-6, 1e-6, 1e-6, 1e-6, 1e-6]],
+            "settings": settings,
+        });
+        serde_json::from_value(study).expect("it is one")
+    }
+
+    #[test]
+    fn a_time_is_kept_by_the_most_accurate_setting_on_machines_of_any_pace() {
+        let study = study();
+        let choice = Choice::new(&study, &[]).expect("five scenes will do");
+        let chosen = |pace: f64, limit_s: f64| {
+            let found = within_wall(&choice, limit_s, |c| Ok(pace * c.setting.wall_s));
+            found.map(|(c, wall_s)| (c.setting.wall_s, wall_s))
+        };
+        assert_eq!(chosen(1.0, 5.0).expect("4 s do"), (4.0, 4.0));
+        assert_eq!(chosen(2.0, 5.0).expect("2 s are 4 here"), (2.0, 4.0));
+        assert_eq!(chosen(0.5, 5.0).expect("8 s are 4 here"), (8.0, 4.0));
+        let slow = chosen(6.0, 5.0).expect_err("1 s is 6 here").to_string();
+        assert!(slow.contains("its fastest takes about 6.0 s"), "{slow}");
     }
 }

@@ -12,6 +12,7 @@ use super::start::{listen, options};
 use crate::error::{CHECK_FAILED, Error, Refusal};
 use crate::participants::Registry;
 use crate::run::session::Options;
+use crate::rundir::write_whole;
 use crate::study::collect::{Results, line};
 use crate::study::digest::Digest;
 use crate::study::forecast::Forecast;
@@ -64,7 +65,7 @@ struct PlaceArguments {
     out: Option<PathBuf>,
 }
 
-/// Who does the tasks.
+/// The engine that does the tasks.
 #[derive(Debug, clap::Args)]
 struct EngineArguments {
     /// Processes here, or a job array.
@@ -364,14 +365,11 @@ fn status(opened: &Opened, tasks: &[Task]) -> VerbResult {
     })
 }
 
-/// Writes a whole file.
+/// Writes a file, and its folder where there is none.
 fn write(path: &Path, text: &str) -> Result<(), Error> {
-    let part = PathBuf::from(format!("{}.part", path.display()));
     let folder = path.parent().unwrap_or(Path::new(""));
-    fs::create_dir_all(folder)
-        .and_then(|()| fs::write(&part, text))
-        .and_then(|()| fs::rename(&part, path))
-        .map_err(Error::output(path.display()))
+    fs::create_dir_all(folder).map_err(Error::output(path.display()))?;
+    write_whole(path, text.as_bytes())
 }
 
 /// Does one task; the exit code is that of its run.

@@ -9,7 +9,7 @@ use super::statistics::Prediction;
 use super::stored::{StoredSetting, StoredStudy, known};
 use crate::error::{Error, Refusal};
 
-/// What a run may cost, or may be wrong by.
+/// A bound of the cost of a run, or of its error.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Budget {
     /// Wall-clock time (s).
@@ -187,7 +187,7 @@ impl<'a> Choice<'a> {
         all
     }
 
-    /// What a choice was, for summary.json.
+    /// The choice, for summary.json.
     pub fn told(&self, chosen: &Candidate, budget: &str, wall_s: Option<f64>) -> Value {
         let measures = self
             .study

@@ -36,7 +36,7 @@ pub struct Row {
     pub status: String,
     /// Exit code of the run, once it is done.
     pub exit_code: Option<i32>,
-    /// How often it was begun.
+    /// Number of times it was begun.
     pub attempts: usize,
     /// Value of each key.
     pub values: Vec<String>,

@@ -1,4 +1,4 @@
-//! What a study says in the end: fronts, knees, a sentence for each knob, what fell, and what is not known.
+//! The digest of a study: fronts, knees, a sentence for each knob, what fell, and what is not known.
 
 use std::fmt::Write as _;
 

@@ -13,12 +13,12 @@ use crate::error::{Error, Refusal};
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StudyFile {
-    /// What is run.
+    /// The scenario and how it is run.
     pub study: Subject,
-    /// What `--small` makes of it.
+    /// The study that `--small` makes of it.
     #[serde(default)]
     pub small: Small,
-    /// What all runs are held against.
+    /// The reference of all runs.
     pub reference: Reference,
     /// The keys that are varied.
     pub vary: Vec<Vary>,
@@ -111,7 +111,7 @@ pub struct Vary {
     /// True for a key of the scene, as its seed or its load: the reference is run anew for each of its values.
     #[serde(default)]
     pub scene: bool,
-    /// What a reader should know of it, told beside what came out.
+    /// A note for the reader, told beside the result.
     #[serde(default)]
     pub note: String,
     /// The values one by one.
@@ -151,7 +151,7 @@ pub struct Case {
 pub struct Choice {
     /// The value, as results.csv tells it.
     pub text: String,
-    /// What it overrides.
+    /// Its overrides.
     pub set: Vec<String>,
     /// The scenario that it stands for.
     pub scenario: Option<String>,

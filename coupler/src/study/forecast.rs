@@ -1,4 +1,4 @@
-//! What the tasks of a study will cost, from the first windows of one.
+//! Forecast of the cost of the tasks of a study, from the first windows of one.
 
 use std::fs;
 use std::path::Path;
@@ -71,7 +71,7 @@ impl Forecast {
         Ok(forecast)
     }
 
-    /// What is asked of Slurm for a task.
+    /// Resources asked of Slurm for a task.
     pub fn ask(&self, threads: u16) -> Ask {
         Ask {
             wall_s: (WALL_FACTOR * self.wall_s).max(WALL_LEAST_S),

@@ -5,7 +5,7 @@
 pub struct Trade {
     /// Number of the setting.
     pub setting: usize,
-    /// What it costs.
+    /// Its cost.
     pub cost: f64,
     /// Its error, the floor of noise at least.
     pub error: f64,

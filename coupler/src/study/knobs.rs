@@ -32,7 +32,7 @@ pub struct Position {
 pub struct Knob {
     /// The key.
     pub key: String,
-    /// What the study says about it.
+    /// Note of the study about it.
     pub note: String,
     /// The values. Those without an order are in that of the study.
     pub positions: Vec<Position>,
@@ -141,7 +141,7 @@ impl Knob {
         ""
     }
 
-    /// What it buys: in a sentence from the nearest value to the farthest, or in a line for each value where there is no order.
+    /// The trade it makes: in a sentence from the nearest value to the farthest, or in a line for each value where there is no order.
     pub fn lines(&self, measures: &[String]) -> Vec<String> {
         if self.is_ordered() {
             return vec![self.sentence(measures)];
@@ -164,7 +164,7 @@ impl Knob {
             .collect()
     }
 
-    /// How much cheaper the farthest value is than the nearest, and which errors both have.
+    /// Ratio of the costs of the nearest value and the farthest, and the errors of both.
     fn sentence(&self, measures: &[String]) -> String {
         let stand = self.positions.iter().filter(|position| !position.fell);
         let stand: Vec<&Position> = stand.collect();

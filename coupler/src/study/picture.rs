@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use plotters::coord::Shift;
+use plotters::coord::combinators::WithKeyPoints;
 use plotters::prelude::*;
 
 use super::collect::Results;
@@ -99,26 +100,21 @@ fn draw_front(area: &Area, panel: &FrontPanel, cost: &str) -> Result<(), Error> 
     let point = |trade: &Trade| (trade.cost, 100.0 * trade.error.max(BOTTOM * smallest));
     let (x, y) = (span(all().map(|t| t.cost)), span(all().map(|t| point(t).1)));
     let floor = Some(panel.floor).filter(|floor| y.contains(&(100.0 * floor)));
-    let title = format!("error_{} (%)", panel.measure);
-    let mut chart = ChartBuilder::on(&upper)
-        .margin(14)
-        .x_label_area_size(40)
-        .y_label_area_size(70)
-        .build_cartesian_2d(
-            x.clone().log_scale().with_key_points(ticks(&x)),
-            y.clone().log_scale().with_key_points(ticks(&y)),
-        )
-        .map_err(picture)?;
-    chart
-        .configure_mesh()
-        .light_line_style(WHITE)
-        .bold_line_style(BLACK.mix(0.1))
-        .x_label_formatter(&|x| number(*x))
-        .y_label_formatter(&|y| number(*y))
-        .x_desc(cost)
-        .y_desc(title)
-        .draw()
-        .map_err(picture)?;
+    let mut chart = axes(
+        &upper,
+        Axis {
+            ticks: ticks(&x),
+            range: x.clone(),
+            title: cost.into(),
+            label: &|x| number(*x),
+        },
+        Axis {
+            ticks: ticks(&y),
+            range: y,
+            title: format!("error_{} (%)", panel.measure),
+            label: &|y| number(*y),
+        },
+    )?;
     if let Some(floor) = floor {
         let ends = [(x.start, 100.0 * floor), (x.end, 100.0 * floor)];
         let line = DashedLineSeries::new(ends, 6, 4, BLACK.mix(0.6).stroke_width(1));
@@ -188,7 +184,6 @@ fn draw_knob(area: &Area, knob: &Knob) -> Result<(), Error> {
     let height = |error: f64| 100.0 * error.max(BOTTOM * smallest);
     let x = span((0..knob.positions.len()).map(place));
     let y = span(errors().map(height));
-    let y_shown = y.clone();
     let places: Vec<f64> = (0..knob.positions.len()).map(place).collect();
     // Words that would overlap are numbered as digest.txt lists them.
     let letters: usize = knob.positions.iter().map(|p| p.value.chars().count()).sum();
@@ -209,29 +204,26 @@ fn draw_knob(area: &Area, knob: &Knob) -> Result<(), Error> {
             }
         })
     };
-    let mut chart = ChartBuilder::on(&upper)
-        .margin(14)
-        .x_label_area_size(40)
-        .y_label_area_size(70)
-        .build_cartesian_2d(
-            x.clone().log_scale().with_key_points(places),
-            y.clone().log_scale().with_key_points(ticks(&y)),
-        )
-        .map_err(picture)?;
-    chart
-        .configure_mesh()
-        .light_line_style(WHITE)
-        .bold_line_style(BLACK.mix(0.1))
-        .x_label_formatter(&label)
-        .y_label_formatter(&|y| number(*y))
-        .x_desc(if numbered {
-            format!("{}, by its place in digest.txt", knob.key)
-        } else {
-            knob.key.clone()
-        })
-        .y_desc("error (%)")
-        .draw()
-        .map_err(picture)?;
+    let title = if numbered {
+        format!("{}, by its place in digest.txt", knob.key)
+    } else {
+        knob.key.clone()
+    };
+    let mut chart = axes(
+        &upper,
+        Axis {
+            ticks: places,
+            range: x.clone(),
+            title,
+            label: &label,
+        },
+        Axis {
+            ticks: ticks(&y),
+            range: y.clone(),
+            title: "error (%)".into(),
+            label: &|y| number(*y),
+        },
+    )?;
     for (measure, floor) in knob.floors.iter().enumerate() {
         let colour = COLOURS[measure % COLOURS.len()];
         let points = (0..knob.positions.len())
@@ -245,13 +237,48 @@ fn draw_knob(area: &Area, knob: &Knob) -> Result<(), Error> {
         }
         let dots = points.iter().map(|p| Circle::new(*p, 4, colour.filled()));
         chart.draw_series(dots).map_err(picture)?;
-        if y_shown.contains(&(100.0 * floor)) {
+        if y.contains(&(100.0 * floor)) {
             let ends = [(x.start, 100.0 * floor), (x.end, 100.0 * floor)];
             let line = DashedLineSeries::new(ends, 6, 4, colour.stroke_width(1));
             chart.draw_series(line).map_err(picture)?;
         }
     }
     Ok(())
+}
+
+/// A logarithmic axis.
+struct Axis<'a> {
+    range: Range<f64>,
+    ticks: Vec<f64>,
+    title: String,
+    label: &'a dyn Fn(&f64) -> String,
+}
+
+type Logarithmic = WithKeyPoints<LogCoord<f64>>;
+type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Logarithmic, Logarithmic>>;
+
+/// A chart with its axes drawn.
+fn axes<'a>(area: &Area<'a>, x: Axis, y: Axis) -> Result<Chart<'a>, Error> {
+    let mut chart = ChartBuilder::on(area)
+        .margin(14)
+        .x_label_area_size(40)
+        .y_label_area_size(70)
+        .build_cartesian_2d(
+            x.range.log_scale().with_key_points(x.ticks),
+            y.range.log_scale().with_key_points(y.ticks),
+        )
+        .map_err(picture)?;
+    chart
+        .configure_mesh()
+        .light_line_style(WHITE)
+        .bold_line_style(BLACK.mix(0.1))
+        .x_label_formatter(x.label)
+        .y_label_formatter(y.label)
+        .x_desc(x.title)
+        .y_desc(y.title)
+        .draw()
+        .map_err(picture)?;
+    Ok(chart)
 }
 
 /// Lines of words below the panel of an area.

@@ -65,7 +65,7 @@ impl Setting<'_> {
         costs.collect::<Option<Vec<f64>>>().and_then(median)
     }
 
-    /// What it costs: processor time over that of the reference, or in seconds where the reference is no run of the study.
+    /// Its price: processor time over that of the reference, or in seconds where the reference is no run of the study.
     pub fn price(&self) -> Option<f64> {
         self.cost_rel("cpu_s").or_else(|| self.cost("cpu_s"))
     }

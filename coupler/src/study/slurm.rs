@@ -26,7 +26,7 @@ const UNANSWERED: Duration = Duration::from_secs(600);
 /// Time after which a job that was submitted is missed if the queue does not show it.
 const SHOWN: Duration = Duration::from_secs(6);
 
-/// What is asked for a task.
+/// Resources asked for a task.
 #[derive(Clone, Copy, Debug)]
 pub struct Ask {
     /// Wall-clock time (s).
@@ -48,7 +48,7 @@ pub struct Slurm {
     pub name: String,
     /// Tasks at a time; no limit when absent.
     pub throttle: Option<u16>,
-    /// What is asked for a task.
+    /// Resources asked for a task.
     pub ask: Ask,
     /// Further arguments of `sbatch`.
     pub extra: Vec<String>,
@@ -301,7 +301,7 @@ impl Slurm {
             .collect()
     }
 
-    /// What Slurm has queued of these tasks, by index.
+    /// States of these tasks in Slurm's queue, by index.
     ///
     /// # Errors
     /// Slurm does not answer.

@@ -1,4 +1,4 @@
-//! What the errors of some scenes say about that of another scene.
+//! Prediction of the error of a scene from those of others.
 
 use nalgebra::{DMatrix, DVector};
 

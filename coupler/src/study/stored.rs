@@ -112,13 +112,14 @@ impl StoredStudy {
             })
             .collect();
         let count = results.file.measure.len();
-        let floors = |measure: usize| -> Vec<f64> {
-            reference
-                .rows
-                .iter()
-                .map(|row| row.floor(measure))
-                .collect()
+        let floors = |measure: usize| -> Option<Vec<f64>> {
+            let rows = reference.rows.iter();
+            rows.map(|row| row.floors[measure]).collect()
         };
+        let floors: Option<Vec<Vec<f64>>> = (0..count).map(floors).collect();
+        let floors = floors.ok_or(
+            "its floor of noise is not known, below which no budget can be kept: `reference.perturb` must be at least 1, and all of those runs must complete",
+        )?;
         let stored = |setting: &Setting| {
             let task = &tasks[setting.rows[0].index];
             let own = task.fidelity.clone()?;
@@ -155,7 +156,7 @@ impl StoredStudy {
             reference: last_of_each(first.fidelity.clone().unwrap_or_default()),
             scene_keys,
             measures: results.file.measure.clone(),
-            floors: (0..count).map(floors).collect(),
+            floors,
             settings: stand,
         };
         study.scenario = toml::to_string(&study.without_varied(table)).unwrap_or_default();

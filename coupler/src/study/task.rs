@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 use super::plan::Task;
 use crate::error::Error;
 use crate::run::session::{Options, run};
+use crate::rundir::write_whole;
 
 /// Time between two heartbeats.
 const BEAT: Duration = Duration::from_secs(2);
@@ -34,7 +35,7 @@ const CIRCUMSTANCES: [&str; 3] = ["peer_lost", "deadline", "output_failed"];
 /// Time in which the signal that ended a participant reaches the coordinator as well.
 const SIGNAL_COMES: Duration = Duration::from_secs(1);
 
-/// What came of a task.
+/// Outcome of a task.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Status of the run; `refused` where nothing was started.
@@ -45,7 +46,7 @@ pub struct Outcome {
     pub message: String,
 }
 
-/// Where a task stands.
+/// Stage of a task.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Stage {
     /// Nobody does it.
@@ -75,7 +76,7 @@ impl TaskFolder {
         self.path.join("run")
     }
 
-    /// How often it was begun.
+    /// Number of times it was begun.
     pub fn attempts(&self) -> usize {
         let lines = fs::read_to_string(self.path.join("attempts"));
         lines.map_or(0, |lines| lines.lines().count())
@@ -93,7 +94,7 @@ impl TaskFolder {
         fs::read_to_string(self.path.join("heartbeat")).unwrap_or_default()
     }
 
-    /// Where it stands.
+    /// Its stage.
     ///
     /// # Errors
     /// Its files cannot be read.
@@ -113,7 +114,7 @@ impl TaskFolder {
         })
     }
 
-    /// What came of it. A damaged file is none: the task is done anew.
+    /// Its outcome. A damaged file is none: the task is done anew.
     fn outcome(&self) -> Option<Outcome> {
         let text = fs::read_to_string(self.path.join("task.json")).ok()?;
         serde_json::from_str(&text).ok()
@@ -258,12 +259,8 @@ impl TaskFolder {
         if out.exists() {
             fs::rename(out, &run).map_err(Error::output(run.display()))?;
         }
-        let path = self.path.join("task.json");
-        let part = self.path.join("task.json.part");
         let text = serde_json::to_string_pretty(outcome).unwrap_or_default();
-        fs::write(&part, text)
-            .and_then(|()| fs::rename(&part, &path))
-            .map_err(Error::output(path.display()))
+        write_whole(&self.path.join("task.json"), text.as_bytes())
     }
 }
 

@@ -3,8 +3,7 @@
 //! The file holds [`MAGIC`], blake3 of all that follows, then [`About`] and [`Checkpoint`] (postcard).
 
 use std::fmt;
-use std::fs::{self, File};
-use std::io::Write;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::content::{About, Checkpoint};
@@ -133,27 +132,12 @@ fn differs(theirs: &About, ours: &About) -> Option<String> {
     Some(format!("it {verb} {theirs}, this is {ours}"))
 }
 
-/// Writes a file so that it is either there as a whole or not at all, whenever the machine stops: under another name
-/// first, to the disk, then renamed, and the new name to the disk as well.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let temporary = path.with_extension("part");
-    let written = File::create(&temporary)
-        .and_then(|mut file| {
-            file.write_all(bytes)?;
-            file.sync_all()
-        })
-        .and_then(|()| fs::rename(&temporary, path))
-        .and_then(|()| File::open(folder)?.sync_all());
-    written.map_err(Error::output(path.display()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::output::OutputState;
     use crate::run::position::{GroupPosition, Position};
-    use crate::rundir::Scratch;
+    use crate::rundir::{Scratch, write_whole};
 
     fn about() -> About {
         About {

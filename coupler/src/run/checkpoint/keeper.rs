@@ -7,12 +7,13 @@ use std::time::{Duration, Instant};
 use protocol::{Frame, Kind, PROTOCOL_VERSION};
 
 use super::content::{About, Checkpoint, EVERY_TIME, EVERY_WINDOWS, FOLDER};
-use super::file::{encode, list, path, write_whole};
+use super::file::{encode, list, path};
 use crate::error::{Error, Refusal};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
 use crate::run::position::Position;
+use crate::rundir::write_whole;
 use crate::rundir::{BUILD, RunDir};
 use crate::scenario::load::Loaded;
 

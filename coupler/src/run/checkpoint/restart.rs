@@ -15,7 +15,7 @@ use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::remote::Remote;
 use crate::run::time_loop::GroupRun;
-use crate::rundir::RunDir;
+use crate::rundir::{RunDir, write_whole};
 use crate::scenario::load::Loaded;
 
 /// A checkpoint that can be gone on from.
@@ -176,7 +176,7 @@ impl RestartPoint {
         fs::create_dir_all(&folder).map_err(Error::output(folder.display()))?;
         let bytes = fs::read(&self.path).map_err(Error::input(self.path.display()))?;
         let window = self.checkpoint.position.windows;
-        file::write_whole(&file::path(&folder, window), &bytes)
+        write_whole(&file::path(&folder, window), &bytes)
     }
 }
 
