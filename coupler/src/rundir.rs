@@ -204,11 +204,19 @@ pub fn manifest(loaded: &Loaded, run_id: u64, threads: usize, resumed: Option<Va
         "threads": threads,
         "cores": std::thread::available_parallelism().map_or(1, usize::from),
         "host": host.unwrap_or_default(),
+        "processor": processor(),
     });
     if let Some(resumed) = resumed {
         value["resumed"] = resumed;
     }
     serde_json::to_string_pretty(&value).expect("JSON values always serialise")
+}
+
+/// The processor's name, where the system tells it.
+fn processor() -> Option<String> {
+    let text = fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().into())
 }
 
 /// Writes a file so that it is either there as a whole or not at all, whenever the machine stops: under another name

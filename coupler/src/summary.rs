@@ -19,6 +19,7 @@ use crate::plausible::{self, InterfaceWorks, Warning};
 use crate::scenario::{Interface, Plausible, Scenario, Scheme};
 use crate::scheme::coupling::Coupling;
 use crate::scheme::ledger::{EnergyLedger, EnergySums, InterfaceLedger, ratio};
+use crate::scheme::predict::prediction::Prediction;
 
 mod spent;
 
@@ -63,6 +64,9 @@ pub struct Summary {
     coupling: Option<InterfaceSummary>,
     #[serde(serialize_with = "by_name", skip_serializing_if = "Vec::is_empty")]
     interfaces: Vec<(String, InterfaceSummary)>,
+    /// Stability of the interfaces as it was predicted after the handshake.
+    #[serde(serialize_with = "by_name", skip_serializing_if = "Vec::is_empty")]
+    pub stability: Vec<(String, Prediction)>,
     /// Lines about stability and log from before the first window.
     #[serde(skip)]
     pub foreseen: Vec<String>,

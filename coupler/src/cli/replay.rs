@@ -179,7 +179,7 @@ fn all(
 fn draw(arguments: &ReplayArguments, results: &[Replayed]) -> Result<(), Error> {
     let drift: Vec<_> = results.iter().flat_map(|r| r.drift.clone()).collect();
     let path = &arguments.plot;
-    std::fs::write(path, drift::picture(&drift)?).map_err(Error::output(path.display()))?;
+    std::fs::write(path, drift::picture(&drift)).map_err(Error::output(path.display()))?;
     tell(&path.display().to_string());
     Ok(())
 }

@@ -2,19 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use plotters::style::RGBColor;
 use protocol::{Kind, larger};
 
 use super::Drift;
-use crate::error::Error;
 use crate::report::plot::{Curve, Labels, plot};
 
-/// Kinds of answers that are drawn, and their colours.
-const DRAWN: [(Kind, &str, RGBColor); 4] = [
-    (Kind::Motion, "motion", RGBColor(31, 90, 160)),
-    (Kind::Reaction, "reaction", RGBColor(110, 60, 160)),
-    (Kind::Force, "force", RGBColor(190, 50, 40)),
-    (Kind::Report, "report", RGBColor(150, 150, 150)),
+/// Kinds of answers that are drawn.
+const DRAWN: [(Kind, &str); 4] = [
+    (Kind::Motion, "motion"),
+    (Kind::Reaction, "reaction"),
+    (Kind::Force, "force"),
+    (Kind::Report, "report"),
 ];
 
 /// The least drift that is drawn, in place of a smaller one: a logarithm has no zero.
@@ -32,7 +30,7 @@ pub fn by_window(drift: &[Drift], kind: Kind) -> BTreeMap<u64, f64> {
 
 /// The drift at the last window and the largest of all, by kind.
 pub fn table(drift: &[Drift]) -> Vec<(&'static str, f64, f64)> {
-    let rows = DRAWN.iter().filter_map(|(kind, name, _)| {
+    let rows = DRAWN.iter().filter_map(|(kind, name)| {
         let windows = by_window(drift, *kind);
         let last = *windows.values().last()?;
         Some((*name, last, windows.values().copied().fold(0.0, larger)))
@@ -41,10 +39,11 @@ pub fn table(drift: &[Drift]) -> Vec<(&'static str, f64, f64)> {
 }
 
 /// An SVG of the drift over the windows.
-pub fn picture(drift: &[Drift]) -> Result<String, Error> {
+pub fn picture(drift: &[Drift]) -> String {
     let curves: Vec<Curve> = DRAWN
         .iter()
-        .map(|(kind, label, colour)| {
+        .enumerate()
+        .map(|(style, (kind, label))| {
             let windows = by_window(drift, *kind).into_iter();
             let finite = windows.filter(|(_, rel)| rel.is_finite());
             Curve {
@@ -52,14 +51,15 @@ pub fn picture(drift: &[Drift]) -> Result<String, Error> {
                 points: finite
                     .map(|(window, rel)| (window as f64, rel.max(FLOOR).log10()))
                     .collect(),
-                colour: *colour,
+                style,
             }
         })
         .filter(|curve| !curve.points.is_empty())
         .collect();
     let labels = Labels {
         x: "window (open loop: the other side says what it said before)",
-        y: "log10 of the largest deviation, relative",
+        y: "largest deviation, relative",
+        log_y: true,
     };
     plot(labels, &curves)
 }

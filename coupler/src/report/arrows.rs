@@ -1,11 +1,9 @@
 //! Mean velocities and displacements of the grains in cells, as arrows.
 
-use std::path::Path;
-
-use plotters::prelude::*;
-
-use super::fields::{Arrays, Moment, numbers, read_first};
-use super::view::{Panel, Picture, View, panels_below, picture, places_mm, pressure_colour};
+use super::colour::shade;
+use super::fields::{Arrays, numbers, read_first};
+use super::run::{Moment, RunFiles};
+use super::view::{Frame, Panel, Picture, View, maps, places_mm};
 use crate::error::Error;
 
 /// Arrows along the longer side of a field.
@@ -15,26 +13,32 @@ const TO_SCALE: f64 = 0.95;
 /// Angle of the head of an arrow to its shaft (rad), and its length over that.
 const HEAD: (f64, f64) = (0.45, 0.35);
 
-/// The velocities at the last of these moments that has grains.
-pub fn velocities(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Error> {
-    for Moment { name, words } in moments.iter().rev() {
-        let Some(arrays) = read_first(run, name, "vtp")? else {
+/// The velocities at the last of the moments that has grains (Renouf, Saulot and Berthier 2006, figure 10).
+pub fn velocities(run: &RunFiles) -> Result<Option<Picture>, Error> {
+    for Moment { name, words } in run.moments.iter().rev() {
+        let Some(arrays) = read_first(&run.path, name, "vtp")? else {
             continue;
         };
         let Some(cells) = Cells::of_grains(&arrays) else {
             return Ok(None);
         };
         let field = cells.means(numbers(&arrays, "velocity_m_per_s"));
-        let svg = cells.draw(&[field], |_, size, longest| {
-            let longest = 1e3 * longest;
-            format!(
-                "x (mm); mean velocity over {size:.2} mm, the longest arrows: {longest:.3} mm/s and more"
-            )
-        })?;
-        return Ok(svg.map(|svg| Picture {
-            file: "velocity.svg",
-            caption: format!("Velocities of the grains at the {words}"),
-            svg,
+        let Some(longest) = longest(std::slice::from_ref(&field)) else {
+            return Ok(None);
+        };
+        let size = cells.size;
+        return Ok(Some(Picture {
+            file: "velocity.svg".into(),
+            caption: format!(
+                "Velocities of the grains at the {words}, means over cells of {size:.2} mm; the longest arrows stand for {:.3} mm/s and more.",
+                1e3 * longest
+            ),
+            alternative: format!(
+                "{} arrows; 95 of 100 are slower than {:.3} mm/s.",
+                field.len(),
+                1e3 * longest
+            ),
+            svg: cells.draw(&[field], longest, |_| String::new()),
         }));
     }
     Ok(None)
@@ -43,18 +47,18 @@ pub fn velocities(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Err
 /// The displacements since the start of the last phase of the load, at its moments where the wheel was last furthest right, in
 /// the middle and furthest left (Renouf, Saulot and Berthier 2006, figure 9). None where the wheel is no row of disks, or
 /// without fields within the phase.
-pub fn displacements(run: &Path, phases: &[String]) -> Result<Option<Picture>, Error> {
-    let [.., before, last] = phases else {
+pub fn displacements(run: &RunFiles) -> Result<Option<Picture>, Error> {
+    let [.., before, last] = &run.phases[..] else {
         return Ok(None);
     };
-    let Some(start) = read_first(run, before, "vtp")? else {
+    let Some(start) = read_first(&run.path, before, "vtp")? else {
         return Ok(None);
     };
     let from = numbers(&start, "points");
     let mut moments = Vec::new();
     let names = (1..).map(|k| format!("{last}-{k}"));
     for name in names {
-        let Some(arrays) = read_first(run, &name, "vtp")? else {
+        let Some(arrays) = read_first(&run.path, &name, "vtp")? else {
             break;
         };
         let points = numbers(&arrays, "points").iter().zip(from);
@@ -78,13 +82,23 @@ pub fn displacements(run: &Path, phases: &[String]) -> Result<Option<Picture>, E
     }
     let chosen = [right, middle, left];
     let fields = chosen.map(|(_, moved)| cells.means(moved));
-    let svg = cells.draw(&fields, |place, size, longest| {
-        let (wheel, longest) = (1e3 * chosen[place].0, 1e3 * longest);
-        format!("x (mm), the wheel at {wheel:.4} mm; mean displacement over {size:.2} mm, the longest arrows: {longest:.2e} mm and more")
-    })?;
-    Ok(svg.map(|svg| Picture {
-        file: "displacement.svg",
-        caption: format!("Displacements of the grains in `{last}` since the end of `{before}`"),
+    let Some(longest) = longest(&fields) else {
+        return Ok(None);
+    };
+    let svg = cells.draw(&fields, longest, |place| {
+        format!("the wheel at {:.4} mm", 1e3 * chosen[place].0)
+    });
+    Ok(Some(Picture {
+        file: "displacement.svg".into(),
+        caption: format!(
+            "Displacements of the grains in `{last}` since the end of `{before}`, means over cells of {:.2} mm; the longest arrows stand for {:.2e} mm and more.",
+            cells.size,
+            1e3 * longest
+        ),
+        alternative: format!(
+            "Three maps of arrows; 95 of 100 are shorter than {:.2e} mm.",
+            1e3 * longest
+        ),
         svg,
     }))
 }
@@ -150,39 +164,35 @@ impl Cells {
             .collect()
     }
 
-    /// Fields one below the other on one scale; none where nothing moves. Legends are made from the place of a field, the size of
-    /// a cell (mm) and what the longest arrows mean.
-    fn draw(
-        &self,
-        fields: &[Means],
-        legend: impl Fn(usize, f64, f64) -> String,
-    ) -> Result<Option<String>, Error> {
+    /// Fields one below the other on one scale, each below its heading.
+    fn draw(&self, fields: &[Means], longest: f64, heading: impl Fn(usize) -> String) -> String {
         let size = self.size;
-        let arrows = fields.iter().flatten();
-        let lengths = arrows.map(|(_, v)| v.0.hypot(v.1)).filter(|v| *v > 0.0);
-        let mut lengths: Vec<f64> = lengths.collect();
-        lengths.sort_by(f64::total_cmp);
-        let place = (TO_SCALE * lengths.len() as f64) as usize;
-        let Some(longest) = lengths.get(place).copied() else {
-            return Ok(None);
-        };
         let view = self.view.with_margin(size, size, size);
-        let legends = (0..fields.len()).map(|place| legend(place, size, longest));
-        let legends: Vec<String> = legends.collect();
-        let panels = legends.iter().map(|legend| (view, legend.as_str()));
-        panels_below(&Vec::from_iter(panels), |panel, place| {
-            let mut arrows = fields[place].iter();
-            arrows.try_for_each(|(at, v)| {
+        let frames = (0..fields.len()).map(|place| Frame {
+            view,
+            heading: heading(place),
+        });
+        maps(&Vec::from_iter(frames), None, |panel, place| {
+            for (at, v) in &fields[place] {
                 let scale = longest.max(v.0.hypot(v.1));
-                arrow(panel, *at, (v.0 / scale, v.1 / scale), size)
-            })
+                arrow(panel, *at, (v.0 / scale, v.1 / scale), size);
+            }
         })
-        .map(Some)
     }
 }
 
+/// The length that all but the longest arrows stay below; none where nothing moves.
+fn longest(fields: &[Means]) -> Option<f64> {
+    let arrows = fields.iter().flatten();
+    let lengths = arrows.map(|(_, v)| v.0.hypot(v.1)).filter(|v| *v > 0.0);
+    let mut lengths: Vec<f64> = lengths.collect();
+    lengths.sort_by(f64::total_cmp);
+    let place = (TO_SCALE * lengths.len() as f64) as usize;
+    lengths.get(place).copied()
+}
+
 /// An arrow of this part of a cell's size around its centre.
-fn arrow(panel: &mut Panel, at: (f64, f64), part: (f64, f64), size: f64) -> Result<(), Error> {
+fn arrow(panel: &mut Panel, at: (f64, f64), part: (f64, f64), size: f64) {
     let along = (part.0 * size, part.1 * size);
     let from = (at.0 - 0.5 * along.0, at.1 - 0.5 * along.1);
     let tip = (at.0 + 0.5 * along.0, at.1 + 0.5 * along.1);
@@ -192,10 +202,10 @@ fn arrow(panel: &mut Panel, at: (f64, f64), part: (f64, f64), size: f64) -> Resu
         let back = (along.0 * cos - along.1 * sin, along.0 * sin + along.1 * cos);
         (tip.0 - length * back.0, tip.1 - length * back.1)
     };
-    let colour = pressure_colour(0.35 + 0.65 * part.0.hypot(part.1));
-    let lines = [vec![from, tip], vec![barb(angle), tip, barb(-angle)]];
-    let paths = lines.map(|points| PathElement::new(points, colour.stroke_width(1)));
-    panel.draw_series(paths).map(|_| ()).map_err(picture)
+    let colour = shade(0.45 + 0.55 * part.0.hypot(part.1));
+    let style = format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.2\"");
+    panel.line(&[from, tip], false, &style);
+    panel.line(&[barb(angle), tip, barb(-angle)], false, &style);
 }
 
 #[cfg(test)]
@@ -204,7 +214,7 @@ mod tests {
     use crate::rundir::Scratch;
 
     /// A disk of the wheel over three grains, displaced by so much (m).
-    fn file(run: &Path, moment: &str, wheel: f64, grain: f64) {
+    fn file(run: &std::path::Path, moment: &str, wheel: f64, grain: f64) {
         let (w, a, b) = (wheel, grain, 2e-3 + grain);
         let text = format!(
             "<DataArray Name=\"points\">{a} 0 0 {b} 0 0 {b} 1e-3 0 {w} 2e-3 0</DataArray>\
@@ -220,19 +230,23 @@ mod tests {
         let scratch = Scratch::new("arrows", 1);
         let run = scratch.path();
         file(run, "hold", 0.0, 0.0);
-        let phases = ["hold", "cycling"].map(String::from);
-        let drawn = || displacements(run, &phases).expect("it is drawn");
+        let files = RunFiles {
+            path: run.to_path_buf(),
+            phases: ["hold", "cycling"].map(String::from).to_vec(),
+            ..RunFiles::default()
+        };
+        let drawn = || displacements(&files).expect("it is drawn");
         assert!(drawn().is_none());
         let way = [0.8e-3, 1e-5, -0.7e-3, 2e-5, 0.9e-3, 0.0, -0.6e-3];
         for (k, wheel) in (1..).zip(way) {
             file(run, &format!("cycling-{k}"), wheel, 1e-2 * wheel);
         }
-        let svg = drawn().expect("three moments").svg;
+        let Picture { svg, caption, .. } = drawn().expect("three moments");
         let places = ["0.9000", "0.0000", "-0.7000"].map(|mm| {
             let legend = format!("the wheel at {mm} mm");
             svg.find(&legend).unwrap_or_else(|| panic!("{legend}"))
         });
         assert!(places.is_sorted(), "{places:?}");
-        assert!(svg.contains("the longest arrows: 9.00e-3 mm and more"));
+        assert!(caption.contains("9.00e-3 mm and more"), "{caption}");
     }
 }

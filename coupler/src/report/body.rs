@@ -1,73 +1,133 @@
 //! The continuum alone: hydrostatic pressure in the whole body, and displacement under the nodes that stick or slip.
 
-use std::path::Path;
-
-use plotters::prelude::*;
-
-use super::fields::{Arrays, Moment, numbers, read_first};
-use super::view::{Picture, View, disk, elements, full_scale, page, places_mm, pressure_colour};
+use super::colour::{Scale, full_scale};
+use super::fields::{Arrays, numbers, read_all, read_first};
+use super::run::{Moment, RunFiles};
+use super::units::with_unit;
+use super::view::{Frame, Panel, Picture, View, elements, maps, places_mm};
 use crate::error::Error;
 
-/// Hydrostatic pressure in the whole body at the first of these moments that has fields of one.
-pub fn pressure(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Error> {
-    for Moment { name, words } in moments {
-        let Some(arrays) = read_first(run, name, "vtu")? else {
+/// Hydrostatic pressure in the whole of each body at the first of the moments that has fields of one.
+pub fn pressures(run: &RunFiles) -> Result<Vec<Picture>, Error> {
+    for Moment { name, words } in &run.moments {
+        let bodies = read_all(&run.path, name, "vtu")?;
+        if bodies.is_empty() {
             continue;
-        };
-        let (Some(view), Some(values)) = (whole(&arrays), arrays.get("hydrostatic_pressure_pa"))
-        else {
-            return Ok(None);
-        };
-        let full = full_scale(values.iter().copied().fold(0.0, f64::max));
-        let legend = format!(
-            "x (mm); blue to red: hydrostatic pressure 0 to {} MPa, grey: tension",
-            1e-6 * full
-        );
-        let colour = |cell: usize| pressure_colour(values[cell] / full);
-        return Ok(Some(Picture {
-            file: "pressure.svg",
-            caption: format!("Hydrostatic pressure in the whole body at the {words}"),
-            svg: body(view, &arrays, &legend, colour, &[])?,
-        }));
+        }
+        let several = bodies.len() > 1;
+        let pictures = bodies
+            .iter()
+            .enumerate()
+            .filter_map(|(place, (name, arrays))| {
+                // The first one keeps the name of its picture, however many there are.
+                let file = match place {
+                    0 => "pressure.svg".into(),
+                    _ => format!("pressure-{name}.svg"),
+                };
+                let of = if several {
+                    format!("of `{name}`, in its own frame, ")
+                } else {
+                    String::new()
+                };
+                pressure(file, &format!("{of}at the {words}"), arrays)
+            });
+        return Ok(pictures.collect());
     }
-    Ok(None)
+    Ok(Vec::new())
 }
 
-/// Magnitude of the displacement near the contact, and the contact nodes by their status, at the first two of these moments
-/// that have contact.
-pub fn status(run: &Path, moments: &[Moment]) -> Result<Vec<Picture>, Error> {
-    let words = "Nodes that stick and slip, over the displacement of the body";
-    let mut names = [
-        ("status.svg", words),
-        ("status-later.svg", "The same later"),
-    ]
-    .into_iter();
+fn pressure(file: String, words: &str, arrays: &Arrays) -> Option<Picture> {
+    let (view, values) = (whole(arrays)?, arrays.get("hydrostatic_pressure_pa")?);
+    let largest = values.iter().copied().fold(0.0, f64::max);
+    let scale = Scale {
+        quantity: "hydrostatic pressure (MPa)".into(),
+        end: 1e-6 * full_scale(largest),
+        below: Some("tension"),
+    };
+    let frame = Frame {
+        view,
+        heading: String::new(),
+    };
+    let svg = maps(&[frame], Some(&scale), |panel, _| {
+        elements(panel, arrays, |cell| scale.colour(1e-6 * values[cell]));
+    });
+    let scales = if view.to_scale() {
+        ""
+    } else {
+        " Both axes have scales of their own."
+    };
+    Some(Picture {
+        file,
+        caption: format!("Hydrostatic pressure tr(σ)/3 in the whole body {words}.{scales}"),
+        alternative: format!(
+            "Map of {} elements; largest pressure of an element {}.",
+            values.len(),
+            with_unit(largest, "Pa")
+        ),
+        svg,
+    })
+}
+
+/// Magnitude of the displacement near the contact, and the contact nodes by their status, at the first two of the moments
+/// that have contact (Renouf, Saulot and Berthier 2006, figures 4 and 5).
+pub fn status(run: &RunFiles) -> Result<Vec<Picture>, Error> {
+    let mut names = ["status.svg", "status-later.svg"].into_iter();
     let mut pictures = Vec::new();
-    for Moment { name, words } in moments {
-        let Some(arrays) = read_first(run, name, "vtu")? else {
+    for Moment { name, words } in &run.moments {
+        let Some(arrays) = read_first(&run.path, name, "vtu")? else {
             continue;
         };
         let dots = dots(&arrays);
         if dots.is_empty() {
             continue;
         }
-        let Some((file, caption)) = names.next() else {
+        let Some(file) = names.next() else {
             continue;
         };
-        let sizes = magnitudes(&arrays);
-        let full = sizes.iter().copied().fold(0.0, f64::max);
-        let legend = format!(
-            "x (mm), {words}; blue to red: |u| 0 to {:.1} um; nodes: filled slip, hollow stick",
-            1e6 * full
-        );
-        let colour = |cell: usize| pressure_colour(sizes[cell] / full.max(f64::MIN_POSITIVE));
-        pictures.push(Picture {
-            file,
-            caption: caption.to_string(),
-            svg: body(around(&dots), &arrays, &legend, colour, &dots)?,
-        });
+        pictures.push(nodes(file, words, &arrays, &dots));
     }
     Ok(pictures)
+}
+
+/// The contact nodes over the displacement of the body.
+fn nodes(file: &str, words: &str, arrays: &Arrays, dots: &[Dot]) -> Picture {
+    let sizes = magnitudes(arrays);
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let scale = Scale {
+        quantity: "|u| (µm)".into(),
+        end: 1e6 * full_scale(largest),
+        below: None,
+    };
+    let frame = Frame {
+        view: around(dots),
+        heading: String::new(),
+    };
+    let svg = maps(&[frame], Some(&scale), |panel, _| {
+        elements(panel, arrays, |cell| scale.colour(1e6 * sizes[cell]));
+        mark(panel, dots);
+    });
+    let slipping = dots.iter().filter(|dot| dot.slips).count();
+    Picture {
+        file: file.into(),
+        caption: format!(
+            "Contact nodes and displacement of the body at the {words}: filled nodes slip, hollow ones stick."
+        ),
+        alternative: format!(
+            "{slipping} of {} nodes in contact slip; largest mean displacement of an element {}.",
+            dots.len(),
+            with_unit(largest, "m")
+        ),
+        svg,
+    }
+}
+
+fn mark(panel: &mut Panel, dots: &[Dot]) {
+    panel.layer();
+    for dot in dots {
+        let inside = if dot.slips { "#000" } else { "#fff" };
+        let style = format!("fill=\"{inside}\" stroke=\"#000\"");
+        panel.dot(dot.at, 3.5, &style);
+    }
 }
 
 /// A contact node.
@@ -75,24 +135,6 @@ struct Dot {
     /// Its current place (mm).
     at: (f64, f64),
     slips: bool,
-}
-
-/// A part of the body with its elements in these colours, and its contact nodes.
-fn body(
-    view: View,
-    arrays: &Arrays,
-    legend: &str,
-    colour: impl Fn(usize) -> RGBColor,
-    dots: &[Dot],
-) -> Result<String, Error> {
-    page(&[view], legend, |panel, view| {
-        elements(panel, view, arrays, &colour)?;
-        for dot in dots {
-            let inside = if dot.slips { BLACK } else { WHITE };
-            disk(panel, dot.at, 3, inside, BLACK.stroke_width(1))?;
-        }
-        Ok(())
-    })
 }
 
 /// All of the body; `None` for one without extent.

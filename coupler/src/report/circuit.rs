@@ -5,12 +5,13 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use serde_json::Value;
 
-use super::plot::BLUE_LINE;
 use super::view::{Picture, picture, svg};
 use crate::error::Error;
 
 /// Size of the picture (pixels).
 const SIZE: (u32, u32) = (1040, 460);
+/// Colour of what passed.
+const BLUE: RGBColor = RGBColor(18, 53, 91);
 /// Half the width of an arrow's head, and its length (pixels).
 const HEAD: (i32, i32) = (5, 11);
 
@@ -147,11 +148,12 @@ pub fn drawn(summary: &Value) -> Result<Option<Picture>, Error> {
         );
         text(page, &anywhere, (20, 430), HPos::Left, 13)
     })?;
+    let each = FLOWS.iter().zip(&masses);
+    let each = each.map(|(flow, mass_kg)| format!("{} {}", flow.words, mass(*mass_kg)));
     Ok(Some(Picture {
-        file: "circuit.svg",
-        caption:
-            "The tribological circuit: masses of third body that passed until the end of the run"
-                .into(),
+        file: "circuit.svg".into(),
+        caption: "The tribological circuit: masses of third body that passed until the end of the run (Berthier's circuit; Renouf, Saulot and Berthier 2006, figure 1)".into(),
+        alternative: each.collect::<Vec<String>>().join("; "),
         svg,
     }))
 }
@@ -175,7 +177,7 @@ fn arrow(page: &Page, flow: &Flow, mass_kg: f64) -> Result<(), Error> {
     let colour = if mass_kg == 0.0 {
         RGBColor(150, 150, 150)
     } else {
-        BLUE_LINE
+        BLUE
     };
     let Flow {
         from, to, words, ..

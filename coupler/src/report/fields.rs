@@ -37,14 +37,6 @@ fn read(path: &Path) -> Result<Arrays, Error> {
     Ok(arrays)
 }
 
-/// A moment at which all participants wrote their fields.
-pub struct Moment {
-    /// Its name in the files.
-    pub name: String,
-    /// Its name in captions, to follow `at the`.
-    pub words: String,
-}
-
 /// Reads the fields of the first participant, by the names of the files, that wrote such a file at this moment.
 pub fn read_first(run: &Path, moment: &str, extension: &str) -> Result<Option<Arrays>, Error> {
     let ending = format!("-{moment}.{extension}");
@@ -52,4 +44,19 @@ pub fn read_first(run: &Path, moment: &str, extension: &str) -> Result<Option<Ar
     let paths = entries.flatten().flatten().map(|entry| entry.path());
     let found = paths.filter(|path| path.to_string_lossy().ends_with(&ending));
     found.min().map(|path| read(&path)).transpose()
+}
+
+/// The fields of every participant that wrote such a file at this moment, in the order of their names.
+pub fn read_all(run: &Path, moment: &str, extension: &str) -> Result<Vec<(String, Arrays)>, Error> {
+    let ending = format!("-{moment}.{extension}");
+    let entries = std::fs::read_dir(run.join("fields")).into_iter();
+    let names = entries.flatten().flatten().map(|entry| entry.file_name());
+    let names = names.filter_map(|name| Some(name.to_str()?.strip_suffix(&ending)?.to_string()));
+    let mut names: Vec<String> = names.collect();
+    names.sort();
+    let of = |name: String| {
+        let arrays = read(&run.join("fields").join(format!("{name}{ending}")))?;
+        Ok((name, arrays))
+    };
+    names.into_iter().map(of).collect()
 }

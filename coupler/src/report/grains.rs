@@ -2,28 +2,27 @@
 
 use std::path::Path;
 
-use plotters::prelude::*;
-
+use super::colour::{Scale, full_scale};
 use super::curves::{Columns, read_csv};
-use super::fields::{Moment, read_first};
-use super::view::{
-    Panel, Picture, View, elements, full_scale, page, picture, places_mm, pressure_colour,
-};
+use super::fields::read_first;
+use super::run::RunFiles;
+use super::units::with_unit;
+use super::view::{Frame, Panel, Picture, View, elements, maps, places_mm};
 use crate::error::Error;
 
 /// Share of the cells whose pressure the colours show: single ones have many times the mean.
 const SHOWN: f64 = 0.98;
 
 /// Pressure 2D trace / 3 in the cells of the first participant that wrote its stress, and below it the hydrostatic pressure of the
-/// first continuum in the same colours, where there is one.
-pub fn pressure(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Error> {
-    let Some(cells) = Cells::read(run) else {
+/// first continuum in the same colours, where there is one (Renouf, Saulot and Berthier 2006, figure 4).
+pub fn pressure(run: &RunFiles) -> Result<Option<Picture>, Error> {
+    let Some(cells) = Cells::read(&run.path) else {
         return Ok(None);
     };
     let mut continuum = None;
-    for Moment { name, .. } in moments {
+    for moment in &run.moments {
         if continuum.is_none() {
-            continuum = read_first(run, name, "vtu")?;
+            continuum = read_first(&run.path, &moment.name, "vtu")?;
         }
     }
     let body = continuum.as_ref().and_then(|arrays| {
@@ -34,25 +33,31 @@ pub fn pressure(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Error
             arrays.get("hydrostatic_pressure_pa")?,
         ))
     });
-    let own = cells.view();
-    let views: Vec<View> = [own]
-        .into_iter()
-        .chain(body.iter().map(|body| body.0))
-        .collect();
+    let frame = |view, heading: &str| Frame {
+        view,
+        heading: heading.into(),
+    };
+    let mut frames = vec![frame(cells.view(), "Cells of the grains' stress")];
+    frames.extend(body.iter().map(|body| frame(body.0, "Continuum")));
     let full = cells.full_pa();
-    let legend = format!(
-        "x (mm); blue to red: p = trace/3, 0 to {} MPa, grey: tension",
-        1e-6 * full
-    );
-    let svg = page(&views, &legend, |panel, view| match body {
-        Some((_, arrays, values)) if *view != own => elements(panel, view, arrays, |cell| {
-            pressure_colour(values[cell] / full)
-        }),
-        _ => cells.draw(panel, full),
-    })?;
+    let scale = Scale {
+        quantity: "p = trace/3 (MPa)".into(),
+        end: 1e-6 * full,
+        below: Some("tension"),
+    };
+    let svg = maps(&frames, Some(&scale), |panel, place| match body {
+        Some((_, arrays, values)) if place > 0 => {
+            elements(panel, arrays, |cell| scale.colour(1e-6 * values[cell]));
+        }
+        _ => cells.paint(panel, &scale),
+    });
     Ok(Some(Picture {
-        file: "cells.svg",
-        caption: "Pressure in the cells of the grains' stress".into(),
+        file: "cells.svg".into(),
+        caption: format!(
+            "Pressure in the cells of the grains' stress at the end of the hold, a third of the in-plane trace; the darkest colour stands for {} and more.",
+            with_unit(full, "Pa")
+        ),
+        alternative: format!("Map of {} cells.", cells.all.len()),
         svg,
     }))
 }
@@ -107,12 +112,13 @@ impl Cells {
         full_scale(pressures.get(place).copied().unwrap_or(0.0))
     }
 
-    fn draw(&self, panel: &mut Panel, full: f64) -> Result<(), Error> {
+    fn paint(&self, panel: &mut Panel, scale: &Scale) {
         let half = 0.5 * self.size;
-        let squares = self.all.iter().map(|((x, y), p)| {
-            let corners = [(x - half, y - half), (x + half, y + half)];
-            Rectangle::new(corners, pressure_colour(p / full).filled())
-        });
-        panel.draw_series(squares).map(|_| ()).map_err(picture)
+        for ((x, y), p) in &self.all {
+            let [left, right, low, high] = [x - half, x + half, y - half, y + half];
+            let corners = [(left, low), (right, low), (right, high), (left, high)];
+            let colour = scale.colour(1e-6 * p);
+            panel.line(&corners, true, &format!("fill=\"{colour}\""));
+        }
     }
 }

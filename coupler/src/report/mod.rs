@@ -1,113 +1,190 @@
 //! `report.html` with its pictures, made from what a run left in its directory.
 //!
-//! - [`fields`]: the VTK files of the participants; [`view`]: a part of the scene on a page;
+//! - [`run`]: its files; [`fields`]: the VTK files of the participants;
+//! - [`page`]: sections, tables and pictures as one file; [`units`]: numbers as people read them;
+//! - [`verdict`]: how the run ended, balances, warnings, steps against their bounds; [`provenance`]: where it comes from;
+//! - [`results`]: the results, explained by `RESULTS.md`; [`compare`]: a run beside another one;
+//! - [`view`]: a part of the scene on a page; [`colour`]: the scale of maps; [`axis`]: places of labels;
 //! - [`scene`]: grains and continuum around the contact, coloured by pressure;
 //! - [`body`]: the whole continuum, and which of its nodes stick;
-//! - [`grains`]: pressure in the cells of the grains' stress; [`arrows`]: their velocities and displacements;
-//! - [`circuit`]: the flows of third body;
-//! - [`plot`]: curves over axes; [`curves`]: interface traction, friction loop, forces and sliding nodes over time.
+//! - [`grains`]: pressure in the cells of the grains' stress; [`arrows`]: their velocities and displacements; [`chains`]: their forces;
+//! - [`circuit`]: the flows of third body; [`times`]: where the time went;
+//! - [`plot`]: curves over axes; [`curves`]: loads, friction, sliding nodes, traction; [`ledger`]: interfaces, energies, bonds, flows.
 
-use std::fmt::Write as _;
+use std::collections::HashSet;
 use std::path::Path;
 
-use serde_json::Value;
-
-use crate::error::{Error, Refusal};
-use fields::Moment;
+use crate::error::Error;
+use crate::rundir::write_whole;
+use curves::{Chart, Tables};
+use page::Section;
+use run::RunFiles;
 use view::Picture;
 
-pub mod arrows;
-pub mod body;
-pub mod circuit;
+mod arrows;
+mod axis;
+mod body;
+mod chains;
+mod circuit;
+mod colour;
+mod compare;
 pub mod curves;
-pub mod fields;
-pub mod grains;
-pub mod plot;
-pub mod scene;
-pub mod view;
+mod fields;
+mod grains;
+mod ledger;
+mod page;
+pub(crate) mod plot;
+mod provenance;
+mod results;
+pub mod run;
+mod scene;
+mod times;
+mod units;
+mod verdict;
+pub(crate) mod view;
 
-/// Writes the pictures and `report.html` into a run directory; returns the names of the files.
-pub fn write(run: &Path) -> Result<Vec<String>, Error> {
-    let summary = read_summary(run)?;
-    let moments = moments(&summary);
-    let mut pictures = Vec::from_iter(scene::contact(run, &moments)?);
-    pictures.extend(body::pressure(run, &moments)?);
-    pictures.extend(grains::pressure(run, &moments)?);
-    pictures.extend(arrows::velocities(run, &moments)?);
-    pictures.extend(arrows::displacements(run, &phases(&summary))?);
-    pictures.extend(circuit::drawn(&summary)?);
-    pictures.extend(body::status(run, &moments)?);
-    pictures.extend(curves::all(run)?);
+/// Writes the pictures and `report.html` into a run directory, laid over those of another run where one is given; returns the names of
+/// the files.
+///
+/// # Errors
+/// A file of a run is missing or damaged, or one cannot be written.
+pub fn write(run: &Path, other: Option<&Path>) -> Result<Vec<String>, Error> {
+    let run = RunFiles::read(run)?;
+    let other = other.map(RunFiles::read).transpose()?;
+    let sections = sections(&run, other.as_ref())?;
     let mut names = Vec::new();
-    for picture in &pictures {
-        save(run, picture.file, &picture.svg)?;
-        names.push(picture.file.to_string());
+    let mut known = HashSet::new();
+    for picture in sections.iter().flat_map(Section::pictures) {
+        if known.insert(&picture.file) {
+            write_whole(
+                &run.path.join(&picture.file),
+                page::accessible(picture).as_bytes(),
+            )?;
+            names.push(picture.file.clone());
+        }
     }
-    save(run, "report.html", &page(&summary, &pictures))?;
+    let html = page::page(run.text("scenario"), &verdict::verdict(&run), &sections);
+    write_whole(&run.path.join("report.html"), html.as_bytes())?;
     names.push("report.html".into());
     Ok(names)
 }
 
-/// The moments that the participants marked for a picture, then the end of the run.
-fn moments(summary: &Value) -> Vec<Moment> {
-    let phases = summary["phases"].as_array().into_iter().flatten();
-    let marked = phases.filter(|phase| phase["picture"] == true);
-    let names = marked.filter_map(|phase| phase["name"].as_str());
-    let all = names.map(|name| (name, name)).chain([("end", "run")]);
-    let moment = |(name, of): (&str, &str)| Moment {
-        name: name.into(),
-        words: format!("end of the {of}"),
+/// The sections that the run has something for.
+fn sections(run: &RunFiles, other: Option<&RunFiles>) -> Result<Vec<Section>, Error> {
+    let own = curves::signals(run);
+    let others = other.map(|other| (curves::signals(other), name(other)));
+    let tables = Tables {
+        own: &own,
+        other: others
+            .as_ref()
+            .map(|(columns, name)| (columns, name.clone())),
     };
-    all.map(moment).collect()
-}
-
-/// Names of the phases of the load, in their order.
-fn phases(summary: &Value) -> Vec<String> {
-    let all = summary["phases"].as_array().into_iter().flatten();
-    let names = all.filter_map(|phase| phase["name"].as_str());
-    names.map(String::from).collect()
-}
-
-fn read_summary(run: &Path) -> Result<Value, Error> {
-    let path = run.join("summary.json");
-    let text = std::fs::read_to_string(&path).map_err(Error::input(path.display()))?;
-    serde_json::from_str(&text).map_err(|error| Refusal::file(path, error.to_string()).into())
-}
-
-fn save(run: &Path, name: &str, text: &str) -> Result<(), Error> {
-    let path = run.join(name);
-    std::fs::write(&path, text).map_err(Error::output(path.display()))
-}
-
-/// One page that needs nothing else: the pictures are part of it.
-fn page(summary: &Value, pictures: &[Picture]) -> String {
-    let text = |key: &str| escape(summary[key].as_str().unwrap_or_default());
-    let mut html = format!(
-        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>body{{font-family:sans-serif;max-width:75em;margin:2em auto;padding:0 1em}}svg{{max-width:100%;height:auto}}td{{padding:0.1em 1em 0.1em 0}}td+td{{font-family:monospace}}</style></head><body><h1>{0}</h1><p>{1} {2}</p>",
-        text("scenario"),
-        text("status"),
-        text("message")
-    );
-    for picture in pictures {
-        let (svg, caption) = (&picture.svg, escape(&picture.caption));
-        let _ = write!(
-            html,
-            "<figure>{svg}<figcaption>{caption}</figcaption></figure>"
-        );
+    let mut all = vec![judged(run)];
+    if let Some(other) = other {
+        all.push(Section {
+            text: compare::distances(run, other)?,
+            ..Section::new("Beside another run")
+        });
     }
-    html.push_str("<h2>Results</h2><table>");
-    for (name, value) in summary["results"].as_object().into_iter().flatten() {
-        let (name, value) = (escape(name), escape(&value.to_string()));
-        let _ = write!(html, "<tr><td>{name}</td><td>{value}</td></tr>");
-    }
-    html.push_str("</table></body></html>\n");
-    html
+    all.push(Section {
+        text: provenance::provenance(run),
+        ..Section::new("Provenance")
+    });
+    all.push(scene(run)?);
+    all.push(contact(run, &tables, other)?);
+    all.push(third_body(run, &tables)?);
+    all.push(Section {
+        plots: plots(&tables, ledger::interfaces(run)),
+        ..Section::new("Interfaces")
+    });
+    all.push(Section {
+        plots: plots(&tables, ledger::energies(run)),
+        ..Section::new("Energies")
+    });
+    all.push(Section {
+        text: verdict::steps(run).unwrap_or_default(),
+        ..Section::new("Steps against their bounds")
+    });
+    all.push(Section {
+        text: provenance::processes(run),
+        maps: times::bars(run).into_iter().collect(),
+        ..Section::new("Where the time went")
+    });
+    all.push(Section {
+        text: results::grouped(run),
+        ..Section::new("Results")
+    });
+    all.retain(|section| !section.is_empty());
+    Ok(all)
 }
 
-/// Names come from scenarios that may not be ours.
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
+/// Name of a run in legends: that of its directory.
+fn name(run: &RunFiles) -> String {
+    let name = run
+        .path
+        .file_name()
+        .map(|name| name.to_string_lossy().into_owned());
+    name.unwrap_or_else(|| run.text("scenario").into())
+}
+
+fn judged(run: &RunFiles) -> Section {
+    let mut text =
+        verdict::warned(run).map_or(String::new(), |table| format!("<h3>Warnings</h3>{table}"));
+    text += "<h3>Balances</h3>";
+    text += &verdict::balances(run);
+    Section {
+        text,
+        ..Section::new("Verdict")
+    }
+}
+
+fn scene(run: &RunFiles) -> Result<Section, Error> {
+    let mut maps = Vec::from_iter(scene::contact(run)?);
+    let bodies = body::pressures(run)?;
+    // A single body without grains is its own scene.
+    let own = bodies.len() == 1 && maps.iter().all(|scene| !scene.caption.contains("grains"));
+    if !own {
+        maps.extend(bodies);
+    }
+    maps.extend(grains::pressure(run)?);
+    Ok(Section {
+        maps,
+        ..Section::new("Scene")
+    })
+}
+
+fn contact(run: &RunFiles, tables: &Tables, other: Option<&RunFiles>) -> Result<Section, Error> {
+    let mut all = plots(tables, curves::wheel());
+    all.extend(plots(tables, ledger::reactions(tables.own)));
+    all.extend(curves::traction(
+        run,
+        other.map(|other| (other, name(other))),
+    ));
+    all.extend(plots(tables, vec![curves::sliding()]));
+    all.extend(curves::sliding_over_velocity(tables.own));
+    Ok(Section {
+        maps: body::status(run)?,
+        plots: all,
+        ..Section::new("Load, friction and contact")
+    })
+}
+
+fn third_body(run: &RunFiles, tables: &Tables) -> Result<Section, Error> {
+    let mut maps = chains::chains(run)?;
+    maps.extend(arrows::velocities(run)?);
+    maps.extend(arrows::displacements(run)?);
+    maps.extend(circuit::drawn(&run.summary)?);
+    Ok(Section {
+        maps,
+        plots: plots(tables, ledger::third_body()),
+        ..Section::new("Third body")
+    })
+}
+
+/// The charts whose signals the run has.
+fn plots(tables: &Tables, charts: Vec<Chart>) -> Vec<Picture> {
+    let drawn = charts
+        .iter()
+        .filter_map(|chart| curves::drawn(tables, chart));
+    drawn.collect()
 }

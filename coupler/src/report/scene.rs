@@ -1,13 +1,10 @@
 //! Grains and continuum around the contact, coloured by pressure.
 
-use std::path::Path;
-
-use plotters::prelude::*;
-
-use super::fields::{Arrays, Moment, numbers, read_first};
-use super::view::{
-    Panel, Picture, View, disk, elements, full_scale, page, places_mm, pressure_colour,
-};
+use super::colour::{Scale, full_scale};
+use super::fields::{Arrays, numbers, read_first};
+use super::run::{Moment, RunFiles};
+use super::units::with_unit;
+use super::view::{Frame, Panel, Picture, View, elements, maps, places_mm};
 use crate::error::Error;
 
 /// Fields at a moment: those of the first continuum and of the first layer of grains. A second continuum has a frame of its
@@ -17,28 +14,93 @@ struct Scene {
     grains: Option<Arrays>,
 }
 
-/// The scene at the first of these moments that has fields: the whole contact and, where a layer of grains is much longer
+/// Most disks that are drawn one by one: more make a page of tens of megabytes, of disks of a pixel or two.
+const DISKS_MAX: usize = 20_000;
+
+/// The scene at the first of the moments that has fields: the whole contact and, where a layer of grains is much longer
 /// than high, its middle below. `None` where no participant wrote fields.
-pub fn contact(run: &Path, moments: &[Moment]) -> Result<Option<Picture>, Error> {
-    for Moment { name, words } in moments {
+pub fn contact(run: &RunFiles) -> Result<Option<Picture>, Error> {
+    for Moment { name, words } in &run.moments {
         let scene = Scene {
-            continuum: read_first(run, name, "vtu")?,
-            grains: read_first(run, name, "vtp")?,
+            continuum: read_first(&run.path, name, "vtu")?,
+            grains: read_first(&run.path, name, "vtp")?,
         };
         let views = scene.views();
         if !views.is_empty() {
-            let what = "Hydrostatic pressure in the continuum and pressure on the grains";
-            return Ok(Some(Picture {
-                file: "scene.svg",
-                caption: format!("{what} at the {words}"),
-                svg: scene.draw(&views)?,
-            }));
+            return Ok(Some(scene.picture(&views, words)));
         }
     }
     Ok(None)
 }
 
 impl Scene {
+    fn picture(&self, views: &[View], moment: &str) -> Picture {
+        let disks = self.circles().count();
+        let drawn = disks.min(DISKS_MAX);
+        let (full_pa, largest) = (self.full_pa(), self.largest_pa());
+        let mut what = match (&self.continuum, &self.grains) {
+            (Some(_), Some(_)) => {
+                "Hydrostatic pressure tr(σ)/3 in the continuum and pressure on the grains"
+            }
+            (Some(_), None) => "Hydrostatic pressure tr(σ)/3 in the continuum",
+            _ => "Pressure on the grains",
+        }
+        .to_string();
+        what += &format!(" at the {moment}, to scale.");
+        if self.any("glued") {
+            what += " Thick outlines: glued grains.";
+        }
+        if drawn < disks {
+            what += &format!(
+                " Every {}th of {disks} grains is drawn.",
+                disks.div_ceil(DISKS_MAX)
+            );
+        }
+        let scale = Scale {
+            quantity: "pressure (MPa)".into(),
+            end: 1e-6 * full_pa,
+            below: Some("tension"),
+        };
+        let frames: Vec<Frame> = views
+            .iter()
+            .enumerate()
+            .map(|(place, view)| Frame {
+                view: *view,
+                heading: if place > 0 {
+                    "The middle of it".into()
+                } else {
+                    String::new()
+                },
+            })
+            .collect();
+        let svg = maps(&frames, Some(&scale), |panel, place| {
+            self.paint(panel, &views[place], &scale);
+        });
+        let alternative = format!(
+            "Map of {disks} grains and {} elements; largest pressure in the continuum {}.",
+            self.continuum
+                .as_ref()
+                .map_or(0, |a| numbers(a, "connectivity").len() / 4),
+            largest.map_or("none".into(), |pa| with_unit(pa, "Pa")),
+        );
+        Picture {
+            file: "scene.svg".into(),
+            caption: what,
+            alternative,
+            svg,
+        }
+    }
+
+    fn any(&self, flag: &str) -> bool {
+        let of = |arrays: &Arrays| numbers(arrays, flag).iter().any(|flag| *flag > 0.0);
+        self.grains.as_ref().is_some_and(of)
+    }
+
+    fn largest_pa(&self) -> Option<f64> {
+        let values = self.continuum.as_ref()?.get("hydrostatic_pressure_pa")?;
+        values.iter().copied().reduce(f64::max)
+    }
+
     /// The grains and as much of the continuum as their pressure reaches; without grains all of it.
     fn views(&self) -> Vec<View> {
         let nodes = self
@@ -94,42 +156,34 @@ impl Scene {
         full_scale(grains.get(grains.len() * 95 / 100).copied().unwrap_or(0.0))
     }
 
-    fn draw(&self, views: &[View]) -> Result<String, Error> {
-        let full_pa = self.full_pa();
-        let mut legend = format!("x (mm); blue to red: pressure 0 to {} MPa", 1e-6 * full_pa);
-        if self.grains.is_some() {
-            legend.push_str("; outlined dark: glued grains");
+    fn paint(&self, panel: &mut Panel, view: &View, scale: &Scale) {
+        if let Some(arrays) = &self.continuum
+            && let Some(pressure) = arrays.get("hydrostatic_pressure_pa")
+        {
+            elements(panel, arrays, |cell| scale.colour(1e-6 * pressure[cell]));
         }
-        page(views, &legend, |panel, view| {
-            if let Some(arrays) = &self.continuum
-                && let Some(pressure) = arrays.get("hydrostatic_pressure_pa")
-            {
-                let colour = |cell: usize| pressure_colour(pressure[cell] / full_pa);
-                elements(panel, view, arrays, colour)?;
-            }
-            let mut grains = self.grains.iter();
-            grains.try_for_each(|arrays| disks(panel, view, arrays, full_pa))
-        })
+        panel.layer();
+        if let Some(arrays) = &self.grains {
+            disks(panel, view, arrays, scale);
+        }
     }
 }
 
-fn disks(panel: &mut Panel, view: &View, arrays: &Arrays, full_pa: f64) -> Result<(), Error> {
+fn disks(panel: &mut Panel, view: &View, arrays: &Arrays, scale: &Scale) {
     let (glued, pressure) = (numbers(arrays, "glued"), numbers(arrays, "pressure_pa"));
-    let circles = places_mm(arrays)
-        .into_iter()
-        .zip(numbers(arrays, "radius_m"));
-    for (i, (centre, radius)) in circles
-        .enumerate()
-        .filter(|(_, (at, r))| **r > 0.0 && view.holds(*at))
-    {
-        let size = (1e3 * radius * view.scale()).round() as i32;
-        let edge = if glued.get(i).is_some_and(|glued| *glued > 0.0) {
-            BLACK.stroke_width(2)
-        } else {
-            BLACK.mix(0.6).stroke_width(1)
+    let radii = numbers(arrays, "radius_m");
+    let circles = places_mm(arrays).into_iter().zip(radii).enumerate();
+    let there = circles.filter(|(_, (at, r))| **r > 0.0 && view.holds(*at));
+    let stride = radii.len().div_ceil(DISKS_MAX).max(1);
+    for (i, (centre, radius)) in there.step_by(stride) {
+        let is_glued = glued.get(i).is_some_and(|glued| *glued > 0.0);
+        // Outlines of small disks would hide their colours.
+        let edge = match (is_glued, panel.pixels(1e3 * radius)) {
+            (_, ..2.0) => "",
+            (true, _) => " stroke=\"#000\" stroke-width=\"2\"",
+            (false, _) => " stroke=\"#555\" stroke-width=\".7\"",
         };
-        let colour = pressure_colour(pressure.get(i).unwrap_or(&0.0) / full_pa);
-        disk(panel, centre, size, colour, edge)?;
+        let colour = scale.colour(1e-6 * pressure.get(i).unwrap_or(&0.0));
+        panel.disk(centre, 1e3 * radius, &format!("fill=\"{colour}\"{edge}"));
     }
-    Ok(())
 }

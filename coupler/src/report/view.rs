@@ -1,32 +1,39 @@
-//! A part of the scene on a page: its axes, the elements in it, and the colours of a pressure.
+//! Parts of the scene on a page: their axes and what is painted in them.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
 
 use plotters::coord::Shift;
-use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
+use super::axis::labelled;
+use super::colour::Scale;
 use super::fields::{Arrays, numbers};
+use super::page::escape;
 use crate::error::{Error, Refusal};
 
 /// A picture of the report.
+#[derive(Clone, Debug)]
 pub struct Picture {
     /// Name of its file.
-    pub file: &'static str,
+    pub file: String,
     /// Text below it.
     pub caption: String,
+    /// The same for one who does not see it, with the numbers that it shows.
+    pub alternative: String,
     /// The picture itself.
     pub svg: String,
 }
 
-/// Axes that can be drawn into.
-pub(super) type Panel<'a, 'b> =
-    ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
-
-/// Largest width and height of a view (pixels).
-const WIDTH: f64 = 1380.0;
-const HEIGHT_MAX: f64 = 900.0;
-/// Least width and height of a view (pixels).
-const LEAST: f64 = 100.0;
-const MARGIN: u32 = 46;
+/// Width of a page of maps, largest height of one of them, and least width and height (pixels).
+const WIDTH: f64 = 1080.0;
+const HEIGHT_MAX: f64 = 560.0;
+const LEAST: f64 = 90.0;
+/// Space around a map (pixels): left, right, above, below.
+const SPACE: [f64; 4] = [58.0, 14.0, 8.0, 44.0];
+/// Height of the colour bar, and of a heading (pixels).
+const BAR: f64 = 44.0;
+const HEADING: f64 = 22.0;
 
 /// A part of the scene (mm).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,106 +81,226 @@ impl View {
         }
     }
 
-    /// Pixels a millimetre, the same in both directions.
-    pub(super) fn scale(&self) -> f64 {
-        (WIDTH / self.width_mm()).min(HEIGHT_MAX / self.height_mm())
+    /// Pixels a millimetre along x and y, the same but for a body that is very tall or very flat, which keeps a width and a height
+    /// that can be seen.
+    fn scales(&self) -> [f64; 2] {
+        let width = WIDTH - SPACE[0] - SPACE[1];
+        let [w, h] = [self.width_mm(), self.height_mm()].map(|length| length.max(1e-9));
+        let scale = (width / w).min(HEIGHT_MAX / h);
+        [w, h].map(|length| scale.max(LEAST / length))
     }
 
-    /// Size with its axes (pixels). A body that is very tall or very flat keeps a width and a height that can be seen: its
-    /// axes tell that the scales differ.
-    fn size(&self) -> (u32, u32) {
-        let pixels = |length: f64| (self.scale() * length).round().max(LEAST) as u32;
-        (
-            pixels(self.width_mm()) + MARGIN + 20,
-            pixels(self.height_mm()) + MARGIN + 16,
-        )
+    /// True where both scales are the same.
+    pub(super) fn to_scale(&self) -> bool {
+        let [x, y] = self.scales();
+        (x / y - 1.0).abs() < 1e-9
     }
 
     /// True for a place (mm) inside of it.
     pub(super) fn holds(&self, (x, y): (f64, f64)) -> bool {
         (self.x_mm[0]..=self.x_mm[1]).contains(&x) && (self.y_mm[0]..=self.y_mm[1]).contains(&y)
     }
-
-    fn clip(&self, (x, y): (f64, f64)) -> (f64, f64) {
-        (
-            x.clamp(self.x_mm[0], self.x_mm[1]),
-            y.clamp(self.y_mm[0], self.y_mm[1]),
-        )
-    }
 }
 
-/// The least number with one significant digit that is not below `value`; 1 where nothing is positive.
-pub(super) fn full_scale(value: f64) -> f64 {
-    if !(value > 0.0 && value.is_finite()) {
-        return 1.0;
-    }
-    let exponent = value.log10().floor();
-    let digit = (value / 10f64.powf(exponent) * (1.0 - 1e-12)).ceil();
-    // Through its text, so that it is the number nearest to the decimal one.
-    format!("{digit}e{exponent}").parse().unwrap_or(value)
+/// A map to be painted: a view, and words above it.
+pub(super) struct Frame {
+    pub(super) view: View,
+    pub(super) heading: String,
 }
 
-/// Colour of a share of the scale: pale blue (0) over yellow to red (1); tension is grey.
-pub(super) fn pressure_colour(share: f64) -> RGBColor {
-    const STOPS: [(f64, [f64; 3]); 4] = [
-        (0.0, [222.0, 235.0, 247.0]),
-        (0.35, [130.0, 190.0, 220.0]),
-        (0.65, [253.0, 219.0, 110.0]),
-        (1.0, [200.0, 30.0, 30.0]),
-    ];
-    if share < 0.0 {
-        return RGBColor(225, 225, 225);
-    }
-    let share = share.min(1.0);
-    let upper = STOPS.iter().position(|(stop, _)| share <= *stop);
-    let upper = upper.unwrap_or(3).max(1);
-    let ((a, from), (b, to)) = (STOPS[upper - 1], STOPS[upper]);
-    let t = (share - a) / (b - a);
-    let channel = |k: usize| (from[k] + t * (to[k] - from[k])).round() as u8;
-    RGBColor(channel(0), channel(1), channel(2))
+/// A map while it is painted. Shapes of the same style that follow each other are one path of the file, until the next [`layer`](Panel::layer).
+pub(super) struct Panel {
+    view: View,
+    scales: [f64; 2],
+    paths: Vec<(String, String)>,
+    known: HashMap<String, usize>,
 }
 
-/// Views one above the other, each filled by `content` and with `legend` below it.
-pub(super) fn page(
-    views: &[View],
-    legend: &str,
-    content: impl Fn(&mut Panel, &View) -> Result<(), Error>,
-) -> Result<String, Error> {
-    let panels: Vec<(View, &str)> = views.iter().map(|view| (*view, legend)).collect();
-    panels_below(&panels, |panel, place| content(panel, &views[place]))
-}
-
-/// Views one above the other with their legends, each filled by `content`, which is told its place.
-pub(super) fn panels_below(
-    panels: &[(View, &str)],
-    content: impl Fn(&mut Panel, usize) -> Result<(), Error>,
-) -> Result<String, Error> {
-    let sizes: Vec<(u32, u32)> = panels.iter().map(|(view, _)| view.size()).collect();
-    let width = sizes.iter().map(|size| size.0).max().unwrap_or(0);
-    let height = sizes.iter().map(|size| size.1).sum();
-    svg((width, height), |page| {
-        let mut rest = page.clone();
-        for (place, ((view, legend), size)) in panels.iter().zip(sizes).enumerate() {
-            let (row, below) = rest.split_vertically(size.1);
-            let (area, _) = row.split_horizontally(size.0);
-            rest = below;
-            let mut panel = ChartBuilder::on(&area)
-                .margin_right(20)
-                .margin_top(8)
-                .x_label_area_size(MARGIN)
-                .y_label_area_size(MARGIN)
-                .build_cartesian_2d(view.x_mm[0]..view.x_mm[1], view.y_mm[0]..view.y_mm[1])
-                .map_err(picture)?;
-            content(&mut panel, place)?;
-            let mut axes = panel.configure_mesh();
-            let axes = axes.disable_mesh().x_desc(*legend).y_desc("y (mm)");
-            axes.draw().map_err(picture)?;
+impl Panel {
+    fn new(view: View) -> Panel {
+        Panel {
+            view,
+            scales: view.scales(),
+            paths: Vec::new(),
+            known: HashMap::new(),
         }
-        Ok(())
-    })
+    }
+
+    /// Pixels of a length along x (mm).
+    pub(super) fn pixels(&self, length_mm: f64) -> f64 {
+        self.scales[0] * length_mm
+    }
+
+    /// Place in pixels, y downwards.
+    fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {
+        let [sx, sy] = self.scales;
+        (sx * (x - self.view.x_mm[0]), sy * (self.view.y_mm[1] - y))
+    }
+
+    /// What follows lies over what came before.
+    pub(super) fn layer(&mut self) {
+        self.known.clear();
+    }
+
+    fn path(&mut self, style: &str) -> &mut String {
+        let next = self.paths.len();
+        let place = *self.known.entry(style.to_string()).or_insert(next);
+        if place == next {
+            self.paths.push((style.to_string(), String::new()));
+        }
+        &mut self.paths[place].1
+    }
+
+    /// A line through places (mm), with attributes of an SVG path; closed for an area.
+    pub(super) fn line(&mut self, points: &[(f64, f64)], closed: bool, style: &str) {
+        let mut last = (0.0, 0.0);
+        let mut text = String::new();
+        for (k, point) in points.iter().enumerate() {
+            let (x, y) = self.at(*point);
+            let tenths = ((10.0 * x).round(), (10.0 * y).round());
+            let word = ["l", "M"][usize::from(k == 0)];
+            let from = if k == 0 { (0.0, 0.0) } else { last };
+            let step = (0.1 * (tenths.0 - from.0), 0.1 * (tenths.1 - from.1));
+            let _ = write!(text, "{word}{} {}", short(step.0), short(step.1));
+            last = tenths;
+        }
+        if closed {
+            text.push('z');
+        }
+        self.path(style).push_str(&text);
+    }
+
+    /// A disk of a radius in millimetres.
+    pub(super) fn disk(&mut self, centre: (f64, f64), radius_mm: f64, style: &str) {
+        let [rx, ry] = self.scales.map(|scale| scale * radius_mm);
+        self.ellipse(centre, [rx, ry], style);
+    }
+
+    /// A disk of a radius in pixels.
+    pub(super) fn dot(&mut self, centre: (f64, f64), radius: f64, style: &str) {
+        self.ellipse(centre, [radius; 2], style);
+    }
+
+    fn ellipse(&mut self, centre: (f64, f64), [rx, ry]: [f64; 2], style: &str) {
+        let (x, y) = self.at(centre);
+        let [left, y, rx, ry, d] = [x - rx, y, rx, ry, 2.0 * rx].map(short);
+        let text = format!("M{left} {y}a{rx} {ry} 0 1 0 {d} 0a{rx} {ry} 0 1 0-{d} 0");
+        self.path(style).push_str(&text);
+    }
+
+    /// The map with its frame and axes, its upper left corner there (pixels).
+    fn svg(&self, left: f64, top: f64) -> String {
+        let [w, h] = [
+            self.scales[0] * self.view.width_mm(),
+            self.scales[1] * self.view.height_mm(),
+        ];
+        let mut text = format!(
+            "<svg x=\"{left:.1}\" y=\"{top:.1}\" width=\"{w:.1}\" height=\"{h:.1}\"><rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
+        );
+        for (style, data) in &self.paths {
+            let _ = write!(text, "<path {style} d=\"{data}\"/>");
+        }
+        text.push_str("</svg>");
+        let bottom = top + h;
+        let _ = write!(
+            text,
+            "<path fill=\"none\" stroke=\"#444\" d=\"M{left:.1} {top:.1}h{w:.1}v{h:.1}h-{w:.1}z\"/>"
+        );
+        for (x, label) in labelled(self.view.x_mm, (w / 90.0) as usize) {
+            let at = left + self.scales[0] * (x - self.view.x_mm[0]);
+            let _ = write!(
+                text,
+                "<path stroke=\"#444\" d=\"M{at:.1} {bottom:.1}v5\"/><text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
+                bottom + 18.0
+            );
+        }
+        for (y, label) in labelled(self.view.y_mm, (h / 40.0).max(3.0) as usize) {
+            let at = bottom - self.scales[1] * (y - self.view.y_mm[0]);
+            let _ = write!(
+                text,
+                "<path stroke=\"#444\" d=\"M{left:.1} {at:.1}h-5\"/><text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{label}</text>",
+                left - 8.0,
+                at + 4.5
+            );
+        }
+        let middle = top + 0.5 * h;
+        let _ = write!(
+            text,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">x (mm)</text><text transform=\"translate(13 {middle:.1}) rotate(-90)\" text-anchor=\"middle\">y (mm)</text>",
+            left + 0.5 * w,
+            bottom + 36.0
+        );
+        text
+    }
 }
 
-/// A white page of so many pixels that `draw` has filled, as SVG.
+/// A coordinate in tenths of a pixel, as short as it can be.
+fn short(value: f64) -> String {
+    let tenths = (10.0 * value).round() as i64;
+    let (sign, size) = (if tenths < 0 { "-" } else { "" }, tenths.abs());
+    match (size / 10, size % 10) {
+        (whole, 0) => format!("{sign}{whole}"),
+        (0, part) => format!("{sign}.{part}"),
+        (whole, part) => format!("{sign}{whole}.{part}"),
+    }
+}
+
+/// Maps one above the other, each painted by `content`, which is told its place, below the bar of their colours.
+pub(super) fn maps(
+    frames: &[Frame],
+    scale: Option<&Scale>,
+    content: impl Fn(&mut Panel, usize),
+) -> String {
+    let mut top = if scale.is_some() { BAR } else { 0.0 };
+    let mut inside = scale.map_or_else(String::new, |scale| scale.bar(WIDTH));
+    for (place, frame) in frames.iter().enumerate() {
+        if !frame.heading.is_empty() {
+            let (x, y) = (SPACE[0], top + 16.0);
+            let heading = escape(&frame.heading);
+            let _ = write!(inside, "<text x=\"{x}\" y=\"{y:.1}\">{heading}</text>");
+            top += HEADING;
+        }
+        let mut panel = Panel::new(frame.view);
+        content(&mut panel, place);
+        let width = panel.scales[0] * frame.view.width_mm();
+        let left = SPACE[0] + 0.5 * (WIDTH - SPACE[0] - SPACE[1] - width);
+        top += SPACE[2];
+        inside.push_str(&panel.svg(left, top));
+        top += panel.scales[1] * frame.view.height_mm() + SPACE[3];
+    }
+    drawing(WIDTH, top, &inside)
+}
+
+/// A white drawing of so many pixels with text in the fonts of the page.
+pub(super) fn drawing(width: f64, height: f64, inside: &str) -> String {
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" viewBox=\"0 0 {width:.0} {height:.0}\" font-family=\"sans-serif\" font-size=\"13\" fill=\"#222\"><rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>{inside}</svg>"
+    )
+}
+
+/// The displaced elements that touch the view of a map, each in the colour of its number.
+pub(super) fn elements(panel: &mut Panel, arrays: &Arrays, colour: impl Fn(usize) -> String) {
+    let (cells, places) = (numbers(arrays, "connectivity"), places_mm(arrays));
+    for (number, cell) in cells.chunks_exact(4).enumerate() {
+        let corners: Vec<(f64, f64)> = cell.iter().map(|node| places[*node as usize]).collect();
+        if corners.iter().any(|corner| panel.view.holds(*corner)) {
+            let colour = colour(number);
+            // A thin edge of the same colour hides the seams between neighbours.
+            let style = format!("fill=\"{colour}\" stroke=\"{colour}\" stroke-width=\".4\"");
+            panel.line(&corners, true, &style);
+        }
+    }
+}
+
+/// Current places of the points of a file (mm).
+pub(super) fn places_mm(arrays: &Arrays) -> Vec<(f64, f64)> {
+    let (points, moved) = (numbers(arrays, "points"), arrays.get("displacement_m"));
+    let at = |k: usize| 1e3 * (points[k] + moved.map_or(0.0, |u| u[k]));
+    let nodes = 0..points.len() / 3;
+    nodes.map(|node| (at(3 * node), at(3 * node + 1))).collect()
+}
+
+/// A white page of so many pixels that `draw` has filled with curves, as SVG.
 pub(crate) fn svg(
     size: (u32, u32),
     draw: impl FnOnce(&DrawingArea<SVGBackend, Shift>) -> Result<(), Error>,
@@ -185,45 +312,6 @@ pub(crate) fn svg(
     area.present().map_err(picture)?;
     drop(area);
     Ok(svg)
-}
-
-/// The displaced elements inside a view, each in the colour of its number.
-pub(super) fn elements(
-    panel: &mut Panel,
-    view: &View,
-    arrays: &Arrays,
-    colour: impl Fn(usize) -> RGBColor,
-) -> Result<(), Error> {
-    let (cells, places) = (numbers(arrays, "connectivity"), places_mm(arrays));
-    for (number, cell) in cells.chunks_exact(4).enumerate() {
-        let corners: Vec<(f64, f64)> = cell.iter().map(|node| places[*node as usize]).collect();
-        if corners.iter().any(|corner| view.holds(*corner)) {
-            let clipped: Vec<_> = corners.iter().map(|corner| view.clip(*corner)).collect();
-            let shape = Polygon::new(clipped, colour(number).filled());
-            panel.draw_series([shape]).map_err(picture)?;
-        }
-    }
-    Ok(())
-}
-
-/// Current places of the points of a file (mm).
-pub(super) fn places_mm(arrays: &Arrays) -> Vec<(f64, f64)> {
-    let (points, moved) = (numbers(arrays, "points"), arrays.get("displacement_m"));
-    let at = |k: usize| 1e3 * (points[k] + moved.map_or(0.0, |u| u[k]));
-    let nodes = 0..points.len() / 3;
-    nodes.map(|node| (at(3 * node), at(3 * node + 1))).collect()
-}
-
-/// A disk of so many pixels with its edge.
-pub(super) fn disk(
-    panel: &mut Panel,
-    centre: (f64, f64),
-    size: i32,
-    inside: RGBColor,
-    edge: ShapeStyle,
-) -> Result<(), Error> {
-    let shapes = [inside.filled(), edge].map(|style| Circle::new(centre, size, style));
-    panel.draw_series(shapes).map(|_| ()).map_err(picture)
 }
 
 /// Errors of the drawing library, which writes to memory here.

@@ -394,6 +394,8 @@ impl RunSession<'_> {
                     group.points.len()
                 ));
                 self.summary.foreseen.extend(prediction.lines());
+                let stability = &mut self.summary.stability;
+                stability.push((name.clone(), prediction.clone()));
                 predicted.push((interface, prediction));
             }
         }

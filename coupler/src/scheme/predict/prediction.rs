@@ -1,6 +1,7 @@
 //! The prediction of stability: bounds, growth, and the verdict.
 
 use protocol::BoundaryInertia;
+use serde::Serialize;
 
 use super::growth::{growth, growth_of_repeats};
 use super::linear_pair::LinearModel;
@@ -36,7 +37,7 @@ pub struct StabilityInputs {
 }
 
 /// A bound and the distance of the run from it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Bound {
     /// Its name.
     pub name: String,
@@ -47,7 +48,7 @@ pub struct Bound {
 }
 
 /// A prediction.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Prediction {
     /// All bounds that apply.
     pub bounds: Vec<Bound>,

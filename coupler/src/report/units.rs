@@ -1,0 +1,157 @@
+//! Numbers as people read them: four digits, the unit of a name, prefixes.
+
+/// Units by the endings of names, longer endings first.
+const UNITS: [(&str, &str); 21] = [
+    ("_kg_m_per_s", "kg m/s"),
+    ("_pa_per_m", "Pa/m"),
+    ("_j_per_m2", "J/m²"),
+    ("_n_per_m", "N/m"),
+    ("_rad_per_s", "rad/s"),
+    ("_m_per_s2", "m/s²"),
+    ("_m_per_s", "m/s"),
+    ("_per_s", "1/s"),
+    ("_kg_m2", "kg m²"),
+    ("_bytes", "B"),
+    ("_pct", "%"),
+    ("_deg", "°"),
+    ("_hz", "Hz"),
+    ("_pa", "Pa"),
+    ("_kg", "kg"),
+    ("_rel", ""),
+    ("_share", ""),
+    ("_j", "J"),
+    ("_n", "N"),
+    ("_m", "m"),
+    ("_s", "s"),
+];
+
+/// Units that take no prefix.
+const PLAIN: [&str; 4] = ["", "%", "°", "kg m²"];
+
+/// Prefixes from 10^-15 on.
+const PREFIXES: [&str; 10] = ["f", "p", "n", "µ", "m", "", "k", "M", "G", "T"];
+/// Place of no prefix among them.
+const NONE: i32 = 5;
+
+/// Unit that the ending of a name tells; empty for a pure number.
+pub(super) fn unit(name: &str) -> &'static str {
+    let found = UNITS.iter().find(|(ending, _)| name.ends_with(ending));
+    found.map_or("", |(_, unit)| unit)
+}
+
+/// A value with the unit of its name: `92.87 µm`, `0.1933`, `188`.
+pub(super) fn told(name: &str, value: f64) -> String {
+    with_unit(value, unit(name))
+}
+
+/// A value with a unit (SI, without prefix): four digits, and the prefix that leaves one to three of them before the point.
+pub(super) fn with_unit(value: f64, unit: &str) -> String {
+    if !value.is_finite() {
+        return "not a number".into();
+    }
+    if PLAIN.contains(&unit) {
+        let space = if unit == "°" || unit.is_empty() {
+            ""
+        } else {
+            " "
+        };
+        return format!("{}{space}{unit}", four(value));
+    }
+    if value == 0.0 {
+        return format!("0 {unit}");
+    }
+    // A kilogram has its prefix already.
+    let (value, unit) = match unit.strip_prefix("kg") {
+        Some(rest) => (1e3 * value, format!("g{rest}")),
+        None => (value, unit.to_string()),
+    };
+    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+    let thousands = (rounded.abs().log10() / 3.0).floor() as i32;
+    let thousands = thousands.clamp(-NONE, PREFIXES.len() as i32 - 1 - NONE);
+    let prefix = PREFIXES[(thousands + NONE) as usize];
+    format!("{} {prefix}{unit}", four(value / 1e3f64.powi(thousands)))
+}
+
+/// Four significant digits; a whole number up to a million with all of its own, thousands apart.
+pub(super) fn four(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    if value.fract() == 0.0 && value.abs() < 1e9 && value.abs() >= 1.0 {
+        return grouped(value as i64);
+    }
+    let size = value.abs().log10().floor() as i32;
+    if !(-4..=5).contains(&size) {
+        return format!("{value:.3e}");
+    }
+    let decimals = (3 - size).max(0) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_string()
+    } else {
+        text
+    }
+}
+
+/// A whole number, its thousands apart.
+fn grouped(value: i64) -> String {
+    let digits = value.unsigned_abs().to_string();
+    let mut text = String::new();
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            text.push('\u{202f}');
+        }
+        text.push(digit);
+    }
+    if value < 0 { format!("-{text}") } else { text }
+}
+
+/// A name without its unit, in words.
+pub(super) fn words(name: &str) -> String {
+    let endings = UNITS.iter().filter(|(_, unit)| !unit.is_empty());
+    let mut endings = endings.filter_map(|(ending, _)| name.strip_suffix(ending));
+    endings.next().unwrap_or(name).replace('_', " ")
+}
+
+/// A span of time in the unit that fits: `3.2 s`, `4 min 10 s`, `1 h 5 min`.
+pub(super) fn span(seconds: f64) -> String {
+    let whole = seconds.round() as u64;
+    match whole {
+        0..100 => with_unit(seconds, "s"),
+        100..3600 => format!("{} min {} s", whole / 60, whole % 60),
+        _ => format!("{} h {} min", whole / 3600, whole % 3600 / 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_four_digits_and_the_unit_of_their_name() {
+        let all = [
+            ("approach_m", 0.000092867740966822, "92.87 µm"),
+            ("friction_coefficient", 0.1933409417376614, "0.1933"),
+            ("p_max_centroid_pa", 771024622.666381, "771 MPa"),
+            ("p0_pa", 1.0533041e9, "1.053 GPa"),
+            ("load_n", 8000.0, "8 kN"),
+            ("loop_area_j", 0.09049096, "90.49 mJ"),
+            ("q_wear_kg", 4.1234e-9, "4.123 µg"),
+            ("q_wear_kg", 0.0, "0 kg"),
+            ("energy_balance_rel", 5.906349345575321e-7, "5.906e-7"),
+            ("disks", 73823.0, "73\u{202f}823"),
+            ("sn_reversal_pct", 2.1360398860399368, "2.136 %"),
+            ("fabric_direction_deg", -72.28162326333104, "-72.28°"),
+            ("wheel_y_range_over_r", 0.027203926183571984, "0.0272"),
+            ("gap_m", 9.9999e-4, "1 mm"),
+            ("approach_m", f64::NAN, "not a number"),
+        ];
+        for (name, value, expected) in all {
+            assert_eq!(told(name, value), expected, "{name}");
+        }
+        assert_eq!(words("p_max_centroid_pa"), "p max centroid");
+        assert_eq!(words("energy_balance_rel"), "energy balance rel");
+        let spans = [2.65, 250.0, 3900.0].map(span);
+        assert_eq!(spans, ["2.65 s", "4 min 10 s", "1 h 5 min"]);
+    }
+}
