@@ -10,6 +10,7 @@ mod offers;
 mod one_loop;
 mod policies;
 mod repeating;
+mod report_page;
 mod reports;
 mod roles;
 mod roles_layer;

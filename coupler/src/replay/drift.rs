@@ -47,7 +47,7 @@ pub fn picture(drift: &[Drift]) -> String {
             let windows = by_window(drift, *kind).into_iter();
             let finite = windows.filter(|(_, rel)| rel.is_finite());
             Curve {
-                label,
+                label: label.to_string(),
                 points: finite
                     .map(|(window, rel)| (window as f64, rel.max(FLOOR).log10()))
                     .collect(),

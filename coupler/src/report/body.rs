@@ -51,7 +51,7 @@ fn pressure(file: String, words: &str, arrays: &Arrays) -> Option<Picture> {
     let svg = maps(&[frame], Some(&scale), |panel, _| {
         elements(panel, arrays, |cell| scale.colour(1e-6 * values[cell]));
     });
-    let scales = if view.to_scale() {
+    let scales = if view.is_to_scale() {
         ""
     } else {
         " Both axes have scales of their own."

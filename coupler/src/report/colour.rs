@@ -14,7 +14,7 @@ const STOPS: [[f64; 3]; 6] = [
     [72.0, 11.0, 58.0],
 ];
 /// Below zero, as light as zero.
-const BELOW: &str = "#dfeaf5";
+const BELOW: &str = "#edf3fa";
 /// Shades that are told apart: shapes of one shade are one path of the file.
 const SHADES: f64 = 40.0;
 

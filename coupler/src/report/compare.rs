@@ -1,5 +1,7 @@
 //! A run beside another one: distances as `compare` tells them.
 
+use std::collections::BTreeMap;
+
 use super::page::{escape, table};
 use super::run::RunFiles;
 use super::units::{four, told};
@@ -53,13 +55,14 @@ pub(super) fn distances(run: &RunFiles, other: &RunFiles) -> Result<String, Erro
     Ok(html)
 }
 
-/// Distances of curves; those that are the same are counted.
+/// Distances of curves; those that are the same, or cannot be compared, are counted.
 fn curves(title: &str, all: &[(String, Compared)]) -> String {
     if all.is_empty() {
         return String::new();
     }
     let mut same = 0;
     let mut rows = Vec::new();
+    let mut without: BTreeMap<&str, Vec<String>> = BTreeMap::new();
     for (name, compared) in all {
         match compared {
             Ok(distance) if distance.max == 0.0 => same += 1,
@@ -73,19 +76,21 @@ fn curves(title: &str, all: &[(String, Compared)]) -> String {
                     part(distance.max_rel),
                 ]);
             }
-            Err(why) => rows.push(vec![
-                escape(name),
-                escape(why),
-                String::new(),
-                String::new(),
-                String::new(),
-            ]),
+            Err(why) => without.entry(why).or_default().push(escape(name)),
         }
     }
-    let same = match same {
-        0 => String::new(),
-        count => format!("<p>{count} are the same.</p>"),
-    };
+    let mut html = format!("<h3>{title}</h3>");
+    if same > 0 {
+        html += &format!("<p>{same} of {} are the same.</p>", all.len());
+    }
+    for (why, names) in without {
+        html += &format!(
+            "<p>{} cannot be compared, {}: {}.</p>",
+            names.len(),
+            escape(why),
+            names.join(", ")
+        );
+    }
     let head = [
         "curve",
         "rms",
@@ -93,10 +98,8 @@ fn curves(title: &str, all: &[(String, Compared)]) -> String {
         "largest",
         "largest, relative",
     ];
-    let rows = if rows.is_empty() {
-        String::new()
-    } else {
-        table(&head, &[1, 2, 3, 4], &rows)
-    };
-    format!("<h3>{title}</h3>{same}{rows}")
+    if !rows.is_empty() {
+        html += &table(&head, &[1, 2, 3, 4], &rows);
+    }
+    html
 }

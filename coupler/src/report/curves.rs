@@ -208,22 +208,14 @@ pub(super) fn drawn(tables: &Tables, chart: &Chart) -> Option<Picture> {
     if curves.is_empty() {
         return None;
     }
-    let own = curves.len();
-    let mut labels: Vec<String> = curves.iter().map(|(label, ..)| label.clone()).collect();
+    let alternative = ranges_in_words(&curves, chart);
     if let Some((other, name)) = &tables.other {
-        let others = lines(other, chart, OTHERS);
-        labels.extend(others.iter().map(|(label, ..)| format!("{label}, {name}")));
-        curves.extend(others);
+        let others = lines(other, chart, OTHERS).into_iter();
+        curves.extend(others.map(|curve| Curve {
+            label: format!("{}, {name}", curve.label),
+            ..curve
+        }));
     }
-    let drawn: Vec<Curve> = curves
-        .iter()
-        .zip(&labels)
-        .map(|((_, points, style), label)| Curve {
-            label,
-            points: points.clone(),
-            style: *style,
-        })
-        .collect();
     let words = Labels {
         x: &chart.x.words,
         y: &chart.y.words,
@@ -232,36 +224,32 @@ pub(super) fn drawn(tables: &Tables, chart: &Chart) -> Option<Picture> {
     Some(Picture {
         file: chart.file.clone(),
         caption: chart.caption.clone(),
-        alternative: ranges_in_words(&drawn[..own], chart),
-        svg: plot(words, &drawn),
+        alternative,
+        svg: plot(words, &curves),
     })
 }
 
 /// First style of the lines of the other run.
 const OTHERS: usize = 4;
 
-/// Label, points and style of the lines of a chart.
-fn lines(signals: &Columns, chart: &Chart, styles: usize) -> Vec<(String, Vec<(f64, f64)>, usize)> {
-    let Some(x) = moving(signals, &chart.x.signal) else {
+/// The lines of a chart, in styles from this one on.
+fn lines(signals: &Columns, chart: &Chart, styles: usize) -> Vec<Curve> {
+    // The first line is what a chart is about; the others stand beside it.
+    let first = chart.lines.first();
+    let first = first.and_then(|(_, signal)| column(signals, signal));
+    let (Some(x), Some(_)) = (moving(signals, &chart.x.signal), first) else {
         return Vec::new();
     };
-    // The first line is what a chart is about; the others stand beside it.
-    if !chart
-        .lines
-        .first()
-        .is_some_and(|(_, signal)| column(signals, signal).is_some())
-    {
-        return Vec::new();
-    }
     let found = chart.lines.iter().enumerate();
     let found = found.filter_map(|(place, (label, signal))| {
-        let y = column(signals, signal)?;
-        Some((label.clone(), joined(x, y, chart), styles + place))
+        Some(Curve {
+            label: label.clone(),
+            points: joined(x, column(signals, signal)?, chart),
+            style: styles + place,
+        })
     });
-    let all: Vec<(String, Vec<(f64, f64)>, usize)> = found.collect();
-    let flat = |points: &[(f64, f64)]| points.iter().all(|(_, y)| *y == 0.0);
-    let kept = all.into_iter().filter(|(_, points, _)| !flat(points));
-    kept.collect()
+    let flat = |curve: &Curve| curve.points.iter().all(|(_, y)| *y == 0.0);
+    found.filter(|curve| !flat(curve)).collect()
 }
 
 /// Points of two columns in the units of the axes.
@@ -318,12 +306,12 @@ pub(super) fn traction(run: &RunFiles, other: Option<(&RunFiles, String)>) -> Op
     };
     let mut curves = vec![
         Curve {
-            label: "pressure at the nodes",
+            label: "pressure at the nodes".into(),
             points: points(x, pressure),
             style: BACKGROUND,
         },
         Curve {
-            label: &mean,
+            label: mean,
             points: points(x, &moving_mean(x, pressure, width)),
             style: 0,
         },
@@ -331,20 +319,18 @@ pub(super) fn traction(run: &RunFiles, other: Option<(&RunFiles, String)>) -> Op
     if let Some(shear) = profile.get("shear_pa") {
         let points = points(x, &moving_mean(x, shear, width));
         curves.push(Curve {
-            label: "shear, the same",
+            label: "shear, the same".into(),
             points,
             style: 1,
         });
     }
-    let label;
     if let Some((other, name)) = &other
         && let (Some(x), Some(pressure)) =
             (other.profile.get("x_m"), other.profile.get("pressure_pa"))
     {
-        label = format!("pressure, mean, {name}");
         let points = points(x, &moving_mean(x, pressure, width));
         curves.push(Curve {
-            label: &label,
+            label: format!("pressure, mean, {name}"),
             points,
             style: OTHERS,
         });

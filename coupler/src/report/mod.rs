@@ -15,7 +15,6 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use crate::error::Error;
-use crate::rundir::write_whole;
 use curves::{Chart, Tables};
 use page::Section;
 use run::RunFiles;
@@ -56,17 +55,18 @@ pub fn write(run: &Path, other: Option<&Path>) -> Result<Vec<String>, Error> {
     let mut known = HashSet::new();
     for picture in sections.iter().flat_map(Section::pictures) {
         if known.insert(&picture.file) {
-            write_whole(
-                &run.path.join(&picture.file),
-                page::accessible(picture).as_bytes(),
-            )?;
+            save(&run.path.join(&picture.file), &page::accessible(picture))?;
             names.push(picture.file.clone());
         }
     }
     let html = page::page(run.text("scenario"), &verdict::verdict(&run), &sections);
-    write_whole(&run.path.join("report.html"), html.as_bytes())?;
+    save(&run.path.join("report.html"), &html)?;
     names.push("report.html".into());
     Ok(names)
+}
+
+fn save(path: &Path, text: &str) -> Result<(), Error> {
+    std::fs::write(path, text).map_err(Error::output(path.display()))
 }
 
 /// The sections that the run has something for.

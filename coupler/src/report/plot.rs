@@ -9,8 +9,8 @@ use super::view::drawing;
 
 /// One line of a plot.
 #[derive(Clone, Debug)]
-pub(crate) struct Curve<'a> {
-    pub(crate) label: &'a str,
+pub(crate) struct Curve {
+    pub(crate) label: String,
     pub(crate) points: Vec<(f64, f64)>,
     /// Its place among the [styles](STYLES).
     pub(crate) style: usize,
@@ -85,7 +85,7 @@ pub(crate) fn plot(labels: Labels, curves: &[Curve]) -> String {
             "<polyline fill=\"none\" stroke-linejoin=\"round\" {style} points=\"{}\"/>",
             points.join(" ")
         );
-        text += &legend(k, curve.label, style);
+        text += &legend(k, &curve.label, style);
     }
     axes.drawing(&text)
 }

@@ -91,7 +91,7 @@ impl View {
     }
 
     /// True where both scales are the same.
-    pub(super) fn to_scale(&self) -> bool {
+    pub(super) fn is_to_scale(&self) -> bool {
         let [x, y] = self.scales();
         (x / y - 1.0).abs() < 1e-9
     }

@@ -1,0 +1,147 @@
+//! The page of `thirdbody report`.
+//!
+//! Problem: `quick`, whole, and the same with another seed. Exact: every result of summary.json stands on the page once with a sentence,
+//! every figure has a text alternative, every section is there for which the run has data and no other, and nothing comes from elsewhere.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use harness::runs::{Scratch, parse_json, thirdbody};
+
+fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../scenarios")
+        .join(name)
+}
+
+fn done(command: &mut Command) {
+    let output = command.output().expect("the program starts");
+    let words = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{words}");
+}
+
+/// A run of a scene with overrides in a folder of this name.
+fn run(work: &Scratch, scene: &str, out: &str, sets: &[&str]) {
+    let mut command = thirdbody(work.path());
+    command.arg("run").arg(shipped(scene)).args(["--out", out]);
+    for set in sets {
+        command.args(["--set", set]);
+    }
+    done(&mut command);
+}
+
+/// The page of a run.
+fn page(work: &Scratch, arguments: &[&str]) -> String {
+    done(thirdbody(work.path()).arg("report").args(arguments));
+    let path = work.path().join(arguments[0]).join("report.html");
+    fs::read_to_string(path).expect("it was written")
+}
+
+/// Titles of the sections, in their order.
+fn titles(page: &str) -> Vec<&str> {
+    let sections = page.split("<h2>").skip(1);
+    sections
+        .map(|text| text.split("</h2>").next().expect("a title"))
+        .collect()
+}
+
+#[test]
+fn the_page_explains_all_that_the_run_has_and_nothing_else() {
+    let work = Scratch::new("report-page");
+    run(&work, "quick", "one", &[]);
+    let html = page(&work, &["one"]);
+    let expected = [
+        "Verdict",
+        "Provenance",
+        "Scene",
+        "Load, friction and contact",
+        "Third body",
+        "Interfaces",
+        "Energies",
+        "Steps against their bounds",
+        "Where the time went",
+        "Results",
+    ];
+    assert_eq!(titles(&html), expected);
+    assert!(html.contains("The run completed, and no check found anything to warn of."));
+    assert!(html.len() < 3_000_000, "{} bytes", html.len());
+    for elsewhere in ["<script", "src=", "http://", "https://", "@import", "url("] {
+        let own = html.replace("http://www.w3.org/2000/svg", "");
+        assert!(!own.contains(elsewhere), "{elsewhere}");
+    }
+    let figures = html.matches("<figure>").count();
+    let described = html
+        .matches("<figure><svg role=\"img\" aria-label=\"")
+        .count();
+    assert!(figures >= 15, "{figures}");
+    assert_eq!(figures, described);
+    assert_eq!(html.matches("aria-label=\"\"").count(), 0);
+
+    let summary = fs::read(work.path().join("one/summary.json")).expect("it is there");
+    let summary = parse_json(&summary);
+    let results = summary["results"].as_object().expect("an object");
+    for name in results.keys() {
+        let cell = format!("<td><code>{name}</code></td></tr>");
+        assert_eq!(html.matches(&cell).count(), 1, "{name}");
+    }
+    assert!(
+        !html.contains("<h3>Others</h3>"),
+        "a result has no sentence"
+    );
+    // As told: the value with its unit, and a margin of the stability that summary.json has.
+    assert!(html.contains(
+        "<td class=\"n\">8 kN</td><td>Load on the wheel that the scenario asks for.</td>"
+    ));
+    let bounds = summary["stability"]["layer-base"]["bounds"].as_array();
+    let margins = bounds.expect("a list").iter().map(|b| b["margin"].as_f64());
+    assert!(margins.clone().all(|m| m.expect("a number") > 1.0));
+    assert_eq!(html.matches("<td>layer-base</td>").count(), margins.count());
+}
+
+#[test]
+fn another_run_is_laid_over_it() {
+    let work = Scratch::new("report-compare");
+    let short = "run.end_s=2e-4";
+    run(&work, "quick", "one", &[short]);
+    run(&work, "quick", "two", &[short, "run.seed=2"]);
+    run(&work, "quick", "again", &[short, "run.transport=channel"]);
+    let html = page(&work, &["one", "--compare", "two"]);
+    assert!(titles(&html).contains(&"Beside another run"));
+    assert!(
+        html.contains(">normal F_N, two</text>"),
+        "its curve is not there"
+    );
+    assert!(
+        html.contains("<td>third-body.wheel_fn_n</td>"),
+        "its distance is not there"
+    );
+    let same = page(&work, &["one", "--compare", "again"]);
+    assert!(same.contains("were the same, bit for bit"));
+    assert!(!same.contains("<td>third-body.wheel_fn_n</td>"));
+    // A name that is markup stays a name.
+    fs::rename(work.path().join("two"), work.path().join("<b>two")).expect("it can be named so");
+    let named = page(&work, &["one", "--compare", "<b>two"]);
+    assert!(!named.contains("<b>two"));
+}
+
+#[test]
+fn results_of_all_kinds_of_scenes_have_a_sentence() {
+    let work = Scratch::new("report-results");
+    let scenes = [
+        ("wheel-rail-fe-small", "run.end_s=1e-4"),
+        ("third-body-flow", "run.end_s=1e-4"),
+        ("two-rails", "run.seed=1"),
+        ("verification/pressurised-cylinder", "run.seed=1"),
+        ("verification/block-on-incline", "run.seed=1"),
+        ("benchmarks/rolling-disk", "run.seed=1"),
+    ];
+    for (k, (scene, set)) in scenes.into_iter().enumerate() {
+        let out = format!("run-{k}");
+        run(&work, scene, &out, &[set]);
+        let html = page(&work, &[&out]);
+        let others = html.split("<h3>Others</h3>").nth(1);
+        let others = others.map(|text| text.split("</table>").next());
+        assert_eq!(others, None, "{scene}");
+    }
+}
