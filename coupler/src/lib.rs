@@ -45,9 +45,10 @@
 //!
 //! With exact columns C a linear continuum is run twice and the grains once a window, for any contacts. Both choices in it matter: the
 //! compliance under a *constant* force to the *displacement* at the end is sum phi phi^T (1 - cos(omega H))/omega^2 over the
-//! modes phi, never negative; an equality of velocities, or a force that goes in a straight line, has no such sign and grows. For a continuum
-//! that is not linear the secant update learns C from window to window (Broyden, Fletcher, Goldfarb and Shanno 1970). The other
-//! schemes, what they are for and what they cost are in [`scheme`] and in `scenarios/README.md`.
+//! modes phi, never negative. The velocity at the end of a constant force has no such sign, nor has the displacement under a force that goes
+//! in a straight line, and a coupling on either can grow. For a continuum that is not linear the secant update learns C from window
+//! to window (Broyden, Fletcher, Goldfarb and Shanno 1970). The other schemes, what they are for and what they cost are in [`scheme`]
+//! and in `scenarios/README.md`.
 //!
 //! # A run, step by step
 //!

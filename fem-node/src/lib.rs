@@ -47,7 +47,7 @@
 //! ```
 //!
 //! The grouping is the point: a force that begins at t_n acts from t_n on. Shifted by half a step, as the paper writes it, a window under
-//! a constant force has a compliance that is not positive, and no coupling on it is stable. b = 1/2 keeps the energy; above it
+//! a constant force has a compliance that can be negative, on which a coupling grows. b = 1/2 keeps the energy; above it
 //! a mode is damped by about (b - 1/2) omega h / 2 of critical.
 //!
 //! # Space and material
@@ -71,7 +71,7 @@
 //! ```text
 //! u_free = u' + h v_free + h^2/2 a_free     v_free, a_free: without contact forces
 //! w = h^2 (b + 1/2) M^-1 / (1 + b h c)      moved by a unit force until t_n+1
-//! g(u_free) + (H* w H) r >= 0,  r_n >= 0     complementary
+//! g(u_free) + (H* w H) r >= 0,  r_n >= 0    complementary
 //! |r_t| <= mu r_n                           opposed to the slip from t_n to t_n+1
 //! ```
 //!
