@@ -1,7 +1,88 @@
 //! The coordinator and coupler of `thirdbody`: it launches solvers, joins them window by window, and records
 //! everything that they say to each other.
 //!
-//! Modules, in reading order:
+//! # Problem
+//!
+//! A surface of a continuum carries a row of *glued* points that belong to another solver: grains that stand on a rail. In
+//! each window of length H the continuum makes m explicit steps under a force lambda on its surface nodes, the grains one implicit
+//! step on a boundary that moves. Wanted are forces and motions that agree: the same force on both sides, the same place at the
+//! window's end, and no energy from nowhere.
+//!
+//! ```text
+//! continuum   du  = du_free + C lambda    exact for a linear one
+//! grains      F_g = contacts(v_g)         set-valued, not smooth
+//! interface   lambda = N^T F_g,   N du = H v_g
+//! ```
+//!
+//! # Symbols
+//!
+//! Vectors hold two components a point, (x0, y0, x1, y1, ...), in SI.
+//!
+//! | symbol | meaning | unit | in the code |
+//! |---|---|---|---|
+//! | H, m | length of a window, explicit steps in it | s, - | [`Window`](protocol::Window), key `substeps` |
+//! | lambda | force on the surface nodes, constant in a window | N | [`InterfaceState::lambda`](scheme::window::InterfaceState::lambda) |
+//! | du | increment of the nodes' displacement in a window | m | [`SolvedWindow::increment`](scheme::window::SolvedWindow::increment) |
+//! | N | motion of nodes to motion of points (points x nodes); N^T takes forces back | - | [`Mapping`](scheme::mapping::Mapping) |
+//! | C, D | compliance of the nodes over a window; impedance | m/N, kg/s | [`Compliance`](scheme::compliance::Compliance), [`source`](scheme::source) |
+//! | W_g, a_g | compliance of the points; their velocity without contact forces | 1/kg, m/s | [`Problem`](scheme::problem::Problem) |
+//! | F_g, v_g, p | force of the grains on the points; velocity of these; impulse H F_g | N, m/s, N s | [`Answer`](scheme::window::Answer) |
+//! | S, omega | resistance -dF_g/du of the grains; relaxation of a fixed point | N/m, - | [`predict`](scheme::predict), key `relaxation` |
+//! | rho | growth of a disturbance from window to window | - | [`growth`](scheme::predict::growth) |
+//!
+//! # The default: dual Schur complement on displacement
+//!
+//! What the continuum will answer to a force is known before it is asked, so the grains stand on a boundary that yields as the
+//! continuum would, and the contact problem takes both sides in at once:
+//!
+//! ```text
+//! du_k    = advance(lambda_k)
+//! a_g     = N (du_k - C lambda_k) / H
+//! v_g     = a_g + W_g p,   W_g = N C N^T / H^2
+//! lambda_k+1 = N^T F_g
+//! |N du_k+1 - H v_g| <= tolerance
+//! ```
+//!
+//! With exact columns C a linear continuum is run twice and the grains once a window, for any contacts. Both choices in it matter: the
+//! compliance under a *constant* force to the *displacement* at the end is sum phi phi^T (1 - cos(omega H))/omega^2 over the
+//! modes phi, never negative. The velocity at the end of a constant force has no such sign, nor has the displacement under a force that goes
+//! in a straight line, and a coupling on either can grow. For a continuum that is not linear the secant update learns C from window
+//! to window (Broyden, Fletcher, Goldfarb and Shanno 1970). The other schemes, what they are for and what they cost are in [`scheme`]
+//! and in `scenarios/README.md`.
+//!
+//! # A run, step by step
+//!
+//! 1. [`scenario`] reads and checks the file; each participant's own keys are checked by the participant.
+//! 2. [`participants`] launches the processes and greets them; each tells its step, its limits and what it offers.
+//! 3. [`join`](scheme::join::join) asks for the surfaces, makes N ([`Mapping`](scheme::mapping::Mapping)), and refuses what does not fit.
+//! 4. [`Compliance::prepare`](scheme::compliance::Compliance::prepare) gets C, and tells the grains W_g.
+//! 5. [`predict`](scheme::predict) runs the scheme itself on linear stand-ins of both sides. What will grow is refused.
+//! 6. [`run::time_loop`] goes over the windows; [`Coupling::window`](scheme::coupling::Coupling::window) solves one by its scheme, judges it
+//!    ([`scheme::criteria`]), and accepts, halves or ends by the scenario's policy. An accepted window is committed on all sides.
+//! 7. [`log`](mod@log) keeps every message, [`output`] the signals and energies of each window, [`run::checkpoint`] all states to go on from.
+//! 8. [`plausible`] judges the end, [`summary`] writes it down; [`replay`] runs each solver again from the log alone and compares bits.
+//!
+//! # Checks
+//!
+//! - Gap: |N du - H v_g| at the end of each window, over the node spacing: `gap_max_rel`. It decides.
+//! - Contact solves by their true residual ([`starved`](scheme::criteria::starved)): one that was given too few iterations still has a gap
+//!   of zero.
+//! - Momentum: both sides of a window bear the same force, N^T conserves its sum and moment: `force_residual_rel`.
+//! - Energy of the interface: exactly F_g.(N du - H v_g), each window ([`InterfaceLedger`](scheme::ledger::InterfaceLedger)); what a
+//!   participant tells of it against what was exchanged; and work, stored and dissipated energy of all sides together.
+//! - Bits: the hashes of exchange and state are equal for equal scenarios, any number of threads and either transport.
+//! - Answers on paper: split bars, added masses, impacts, static patches, columns between strip and wheel (`tests/coupling`).
+//!
+//! # Limits
+//!
+//! One compliance matrix is kept in full: (2 n)^2 numbers for n exchanged nodes. Windows beyond a quarter of the
+//! continuum's first period lose accuracy, which `check` tells; those beyond the bounds of the grains are refused. The mapping is for a line of nodes and a row of points along it; points off the
+//! line are moved by what lies below them. A body between two layers feels the second one repeat late, which more repeats heal.
+//! The coupler knows the parts of the physics that cross the interface; wrong units inside a participant are beyond it.
+//!
+//! # Modules
+//!
+//! In reading order:
 //! - [`scenario`]: who takes part, who talks to whom, and how;
 //! - [`log`]: the exchange log and its hash;
 //! - [`scheme`]: coupling schemes as algorithms, mapping, ledgers, and the prediction of stability;
@@ -17,7 +98,7 @@
 //!
 //! The library knows no solver: the binary hands its [`participants::Registry`] in.
 //!
-//! # Equations
+//! # Equations, functions, sources
 //!
 //! du is the increment of the continuum in a window of length H, lambda the force on it, v_g the velocity of the glued points and
 //! F_g the force of the grains there; N takes the motion of nodes to that of points, C is the condensed compliance of the
@@ -43,6 +124,9 @@
 //! | W - dE - D of all sides | [`EnergySums::together`](scheme::ledger::EnergySums::together) | stated there |
 //! | rho = lim \|M^k\|^(1/k), M the map of a window | [`growth`](scheme::predict::growth::growth), [`spectral_radius`](scheme::predict::growth::spectral_radius) | Gelfand (1941) |
 //! | m_g (v_g - v_g0) = H k (q_1 - q_0) - p, m (v - v_0) = -H k (q_1 - q_0) | [`SprungMass::window`](scheme::predict::sprung_mass::SprungMass::window) | theta scheme: Moreau (1988), Jean (1999) |
+//!
+//! # Example
+//! A point on the middle of the first quarter of an element moves with both of its nodes:
 //!
 //! ```
 //! use coupler::scheme::mapping::Mapping;

@@ -4,7 +4,126 @@
 //! (Moreau-Jean). The base of a layer is a row of *glued* disks on a *compliant boundary*, which yields to the contact forces
 //! as the rail that the coupler speaks for. The crate does not know that rail, nor any other solver.
 //!
-//! Modules, in reading order:
+//! # Problem
+//!
+//! N rigid disks, or rigid clusters of disks, between walls, glued rows and a wheel. Velocities jump where grains meet, so the motion is
+//! an equation of measures, integrated over a step at once: no contact is an event, all contacts of a step are one problem
+//! (Moreau 1988; Jean 1999).
+//!
+//! ```text
+//! M dv = F dt + H r               Renouf, Saulot and Berthier (2006), eqs 1 to 5
+//! u    = H^T v                    relative velocities at the contacts
+//! law(u, g, r) at each contact    unilateral, with friction, springs or bonds
+//! ```
+//!
+//! # Symbols
+//!
+//! All values are SI; r is an impulse here, and a force in `fem-node`. The normal of a contact points from body b to body a.
+//!
+//! | symbol | meaning | unit | in the code |
+//! |---|---|---|---|
+//! | q, v | place; velocity (v_x, v_y, spin times radius) | m, m/s | [`State::centres`](state::State::centres), [`State::velocities`](state::State::velocities) |
+//! | M, F | masses, `mass_scale` included; weight, loads | kg, N | [`Bodies::masses`](bodies::Bodies::masses), [`StepInput`](step::StepInput) |
+//! | h, theta | step, which is the window of a coupled run; weight of the end velocity | s, - | [`StepInput::step`](step::StepInput::step), [`StepInput::theta`](step::StepInput::theta) |
+//! | g | gap, below 0 where bodies overlap | m | [`Contact::gap`](solver::Contact::gap) |
+//! | u, U | relative velocity, u_n > 0 when separating; the same with what gap and springs add | m/s | [`Problem::relative_velocity`](solver::Problem::relative_velocity) |
+//! | r | impulse of a contact, r_n > 0 in compression | N s | [`Contact::impulse`](solver::Contact::impulse) |
+//! | W | Delassus operator H^T M^-1 H; its block of a contact has W_nn, W_nt, W_tt | 1/kg | [`DelassusBlock`](law::local::DelassusBlock) |
+//! | mu, e | coefficients of friction and restitution | - | [`Law::friction`](law::Law::friction), [`Law::restitution`](law::Law::restitution) |
+//! | kn, kt, d_t | stiffness of compliant contacts; elongation of the tangential spring | N/m, m | [`Springs`](law::Springs), [`Slot::spring`](detect::Slot::spring) |
+//! | a | adhesion of a bond, 1 to 0 (the paper's beta) | - | [`Bond::adhesion`](bond::Bond::adhesion) |
+//! | Cn, Ct, w, b, p | stiffness, surface energy, viscosity and exponent of a bond | Pa/m, J/m2, Pa m s^p, - | [`Cohesion`](cohesion::Cohesion) |
+//! | l | area of a bond, r_1 r_2/(r_1 + r_2) t, with t the thickness | m2 | [`Bond::area`](bond::Bond::area) |
+//! | delta | opening of a bond since it was made | m | [`Bond::opening`](bond::Bond::opening) |
+//! | v_g, a_g, p, W_g | velocity of the glued disks, that without contact forces, impulse on them, compliance of what carries them | m/s, m/s, N s, 1/kg | [`CompliantBoundary`](boundary::CompliantBoundary) |
+//! | t_i | inertial time d sqrt(rho/P), d the mean diameter, P `time.pressure_pa` | s | [`Bounds::inertial_time`](bounds::Bounds::inertial_time) |
+//!
+//! # A step
+//!
+//! ```text
+//! q_m    = q + h (1 - theta) v    contacts are detected here
+//! v_free = v + h M^-1 F
+//! v'     = v_free + M^-1 H r      RSB eq 7; r from the contact problem
+//! q'     = q_m + h theta v'
+//! ```
+//!
+//! With W = H^T M^-1 H the contact problem is RSB eq 8, with one law per contact:
+//!
+//! ```text
+//! u = H^T v_free + W r
+//! rigid      U_n = u_n + max(0, g)/h           IQS: an overlap stays, and adds no speed
+//!            U_n = u_n + e u_n(t_i)            where g <= 0: Newton's restitution
+//! springs    U_n = u_n + g/h + r_n/(kn h^2)    signed gap
+//!            U_t = u_t + d_t/h + r_t/(kt h^2)
+//! Signorini  U_n >= 0,  r_n >= 0,  U_n r_n = 0
+//! Coulomb    |r_t| <= mu r_n;  U_t = 0, or r_t = -+mu r_n opposed to it
+//! ```
+//!
+//! # Bonds
+//!
+//! Raous, Cangemi and Cocou (1999), RSB eqs 9 and 10 with their signs corrected; here r_n is a force:
+//!
+//! ```text
+//! r_n = -l Cn a^2 delta_n    in tension
+//! r_t = -l Ct a^2 delta_t    along the contact
+//! a'  = -[(1/b) (w h'(a) - a D)^-]^(1/p),   D = Cn delta_n^2 + Ct delta_t^2
+//! ```
+//!
+//! A bond opens from delta_0 = sqrt(w/Cn) on, under the stress sqrt(w Cn). Adhesion is held while the contact problem is
+//! solved, then lowered as far as that solution asks, and the problem solved anew until nothing falls any further; with
+//! h < 1/(sqrt(3) omega), omega = sqrt(l Cn/m), there is one solution only ([`bond::step_limit`]).
+//!
+//! # The base that yields
+//!
+//! Glued disks have neither mass nor spin. They lie on a body that another solver moves, and know of it one linear relation only:
+//!
+//! ```text
+//! v_g = a_g + W_g p    a_g, W_g: told by the coupler for this window
+//! ```
+//!
+//! It enters the sweeps like any other velocity ([`boundary`]). v_g is the mean velocity of the window and the end velocity of
+//! the grains at once, which is consistent for theta = 1 only: a coupled run with another theta is refused.
+//!
+//! # One step, module by module
+//!
+//! 1. [`injection::feed`] puts in what is fed; [`State::drift`](state::State::drift) moves to q_m; [`detect`] lists pairs by linked
+//!    cells and a Verlet list, whose slots remember forces and springs; [`law`] turns gaps into biases.
+//! 2. [`solver::nsgs`] sweeps over the contacts, each taking its impulse in closed form ([`law::local`], by packs
+//!    [`law::vector`]), from the impulses of the step before. Without friction [`solver::pcg`] needs fewer iterations.
+//! 3. [`solver::residual`] decides, not the change of a sweep: `|W (r - P(r - U/W))| / |W r| <= tolerance`. Sweeps that creep or circle are
+//!    extrapolated, averaged, and at last replaced by pivoting.
+//! 4. [`bond::end_step`] and [`ledger::contact_loss`] book what contacts stored and lost; the bodies move to q'; [`repair`] takes overlaps
+//!    of rigid grains away, if asked.
+//! 5. [`node`] answers F_g = p/h, v_g, iterations and residual. Nothing is committed before the coupler says so.
+//!
+//! # The step's length
+//!
+//! An unbalanced grain crosses its diameter in t_i. Up to 0.05 t_i forces are clean; above it the step is warned of, above t_i refused
+//! ([`bounds`]). At 1 GPa and the density of steel t_i is some 4e-7 s, which is why grains of the shipped scenes are a thousand times as
+//! heavy as real ones: [`mass_scaling`] tells what that costs. Loads and the wheel's mass are never scaled.
+//!
+//! # Checks
+//!
+//! - The natural-map residual of each step, above `solver.tolerance` an error, never a silent pass: a solve of few sweeps gives
+//!   garbage while the interface still reads a gap of zero.
+//! - Energy ([`mod@ledger`]): work of loads, drives, weight and interface against kinetic energy, springs and bonds, and losses by
+//!   impact, friction and decohesion, each by its own formula. What detection finds otherwise than the step left it is a term too.
+//! - Momentum: forces on the free grains against the change of their momentum, `momentum_defect_max_n`.
+//! - Masses of third body at each step: in the zone = detached - re-attached + fed + entered - left ([`flow`]).
+//! - Plausibility: overlaps, lost grains, wheel at rest, forces above against below, inertia that scaled masses add.
+//! - Exact answers: impacts, slopes, columns, pyramids, chains, bonds; published ones for packings and plane shear (`tests/verification/dem*.rs`).
+//!
+//! # Limits
+//!
+//! Disks and clusters of disks in the plane, which do not deform: compliance is in the contacts, and overlaps beyond 0.3 of a radius are
+//! warned of. Clusters are
+//! neither bonded nor solved by the conjugate gradient. Bonds are made at the start only. With friction a rigid packing may have many
+//! solutions; sweeps find one of them, the same for any number of threads. Pressures of single grains and of rough faces vary with the
+//! seed; means over many grains do so less.
+//!
+//! # Modules
+//!
+//! In reading order:
 //! - [`config`]: the keys of a scenario and their limits;
 //! - [`geometry`]: normals and gaps of two bodies;
 //! - [`faces`], [`cluster`]: rigid walls, and grains that move together;
@@ -28,7 +147,7 @@
 //! - [`node`]: all of it as a participant of a run;
 //! - [`mod@bench`]: the cost of a contact, beside the least that the machine allows.
 //!
-//! # Equations
+//! # Equations, functions, sources
 //!
 //! RSB is Renouf, Saulot and Berthier, *Third-body flow during wheel-rail interaction*, 2006; its equations 11 to 17 belong
 //! to the continuum.
@@ -65,6 +184,7 @@
 //! | radii, p ~ r^-2 and others | [`sample::random::RandomNumbers::radius`] | LMGC90 (granulometry) |
 //! | relaxation of a bed (FIRE) | [`sample::relax::Pile::relax`] | Bitzek et al. 2006 |
 //!
+//! # Example
 //! A disk that falls on a floor and stays there:
 //!
 //! ```

@@ -1,6 +1,123 @@
 //! Explicit finite-element dynamics of the first bodies: plane, elastic or plastic, one body for each participant.
 //!
-//! Modules, in reading order:
+//! # Problem
+//!
+//! A plane body of thickness t (plane strain, or plane stress) moves under tractions and prescribed motions of named sets of nodes,
+//! under a rigid wheel of its own, or under the force lambda of an interface that a coupler dictates. Its weak form on 4-node
+//! quadrilaterals is the equation of motion
+//!
+//! ```text
+//! M u'' + C_d u' + F(u) = f + lambda + H r    Renouf, Saulot, Berthier (2006), eqs 1-5
+//! ```
+//!
+//! The paper's rail, 65 mm wide and 20 mm high with a crown of 300 mm, clamped at its base, is `scenarios/wheel-rail-fe`.
+//! Unknown are the nodal displacements over time and, where there is a wheel, the contact forces r and the wheel's height.
+//!
+//! # Symbols
+//!
+//! All values are SI; r is a force here, and an impulse in `dem-node`.
+//!
+//! | symbol | meaning | unit | in the code |
+//! |---|---|---|---|
+//! | u, v, a | displacement, velocity, acceleration of the nodes, x and y components | m, m/s, m/s2 | [`State`](integrate::State) |
+//! | F, f | internal force; applied forces, those of the interface included | N | [`State::force`](integrate::State::force), `integrate::Load` |
+//! | M | lumped masses | kg | [`Body::mass`](element::Body::mass) |
+//! | h, H | step; window of m steps, H = m h (in H r: the directions of the contacts, H* its transpose) | s | [`Scheme::step`](integrate::Scheme::step), [`Window::substeps`](protocol::Window::substeps) |
+//! | b | damping parameter of the scheme, 1/2 to 1 (the paper's beta) | - | [`Scheme::damping`](integrate::Scheme::damping), key `time.damping` |
+//! | c, beta | damping in proportion to the mass, to the stiffness | 1/s, s | keys `time.mass_damping_per_s`, `time.stiffness_damping_s` |
+//! | omega | natural frequency | 1/s | [`omega_max`](spectrum::omega_max) |
+//! | t | thickness | m | [`Setting::thickness_m`](protocol::Setting::thickness_m) |
+//! | e, s | strain and stress | -, Pa | [`Elastic::stress`](material::Elastic::stress) |
+//! | Y, H, K | yield stress, isotropic and kinematic hardening (of [`material::j2`] only) | Pa | [`J2`](material::j2::J2) |
+//! | r_n, r_t | normal and tangential contact force of a node, r_n > 0 in compression | N | `wheel::NodeContact` |
+//! | g, mu | gap to the wheel, g > 0 where it is open; coefficient of friction | m, - | `wheel::problem`, key `contact.friction` |
+//! | lambda, C, D | interface force; compliance and impedance of the interface over a window | N, m/N, kg/s | `compliance` |
+//!
+//! # Time
+//!
+//! Newmark's scheme (1959) with beta_N = 0 and gamma = b, explicit and of a diagonal mass. A window begins with the acceleration under
+//! its own forces, then m steps follow; the derivation of everything below is in [`mod@integrate`].
+//!
+//! ```text
+//! a  = M^-1 (f - F(u) - c M v)       once, at the start of the window
+//! u' = u + h v + h^2/2 a             RSB eq 12, corrected and regrouped
+//! a' = M^-1 (f' - F(u') - c M v')    v' eliminated, since M is diagonal
+//! v' = v + h [(1-b) a + b a']
+//! h  < sqrt(2/b) / omega_max         1 + trace + det = 0 of the map of one mode
+//! ```
+//!
+//! The grouping is the point: a force that begins at t_n acts from t_n on. Shifted by half a step, as the paper writes it, a window under
+//! a constant force has a compliance that can be negative, on which a coupling grows. b = 1/2 keeps the energy; above it
+//! a mode is damped by about (b - 1/2) omega h / 2 of critical.
+//!
+//! # Space and material
+//!
+//! Masses are lumped by rows. Internal forces come from one of three elements: one point with hourglass stiffness (fast,
+//! [`q4_1point`](element::q4_1point)), 2 x 2 points ([`q4_2x2`](element::q4_2x2)), or 2 x 2 points with one mean dilatation ([`q4_bbar`](element::q4_bbar)), which is
+//! the one for plastic flow. The material is linear in small strain, linear in the stretch of a rotated frame
+//! ([`material::nonlinear`]), or von Mises with linear hardening and an exact return ([`material::j2`]).
+//!
+//! ```text
+//! f = sum over points of t J B^T s    virtual work
+//! s = L tr(e) 1 + 2 G e               Hooke, plane strain; Lame's L and G, c11 = L + 2 G
+//! p = -(sxx + syy + szz) / 3          pressure of all results, compression positive
+//! ```
+//!
+//! # Contact with the wheel
+//!
+//! The contact forces at t_n are those that leave no overlap at t_n+1: the forward increment Lagrange multipliers of Carpenter, Taylor
+//! and Katona (1991), the paper's eqs 11 to 15, with one factor corrected ([`mod@wheel`]).
+//!
+//! ```text
+//! u_free = u' + h v_free + h^2/2 a_free     v_free, a_free: without contact forces
+//! w = h^2 (b + 1/2) M^-1 / (1 + b h c)      moved by a unit force until t_n+1
+//! g(u_free) + (H* w H) r >= 0,  r_n >= 0    complementary
+//! |r_t| <= mu r_n                           opposed to the slip from t_n to t_n+1
+//! ```
+//!
+//! Under a flat face this is a monotone equation in one unknown, the total normal force; under a round one it is solved by Gauss-Seidel
+//! sweeps over the nodes' 2 x 2 blocks.
+//!
+//! # Equilibrium
+//!
+//! `analysis = "static"`, and `start = "static"` of dynamics, solve K u = f + H r by a sparse Cholesky factor that is condensed to the
+//! upper edge, with an active set for contact and friction, in small increments of the load ([`statics`]). The increments are no
+//! matter of convergence: friction depends on the way. All the load at once gives another pressure, 784 MPa in place of 671.
+//!
+//! # One window, step by step
+//!
+//! 1. [`FemNode`] restores the committed state; repeats of a window all begin there.
+//! 2. The interface force is added to the loads of the named sets ([`boundary`]), and a computed anew.
+//! 3. For each step: u' by [`Scheme::predicted`](integrate::Scheme::predicted), F(u') element by element
+//!    ([`Body::internal_force`](element::Body::internal_force) and its rows), the contact forces ([`mod@wheel`]), a' and v' by
+//!    [`NodeRow`](integrate::node_row::NodeRow), and the energies of the step beside them.
+//! 4. The increment of u on the interface is the answer. A second run of the same window computes only what a changed force can have
+//!    reached: a step carries it one ring of elements further.
+//! 5. The commit makes the last run the state, adds its energies to the [`Ledger`](ledger::Ledger), and reports.
+//!
+//! Before the first window the coupler may ask for C, or D of a prescribed velocity: [`compliance`](compliance::compliance()) runs one
+//! window from rest under each unit force.
+//!
+//! # Checks
+//!
+//! - Energy: each term of [`Ledger`](ledger::Ledger) has its own formula, and none is what the others leave. `energy_balance_rel` is what
+//!   work, stored and dissipated energy are apart, over the work: rounding in small strain, 1e-6 where the body rotates.
+//! - Step: above the limit it is refused with the limit's name. A run whose kinetic energy exceeds ten times all that was supplied
+//!   has diverged, whatever the limit says.
+//! - Plausibility at the ends of the load's phases: wheel at rest, nodes in the contact, its reach, strains, elements that lock under
+//!   plastic flow. Bounds are keys; see `scenarios/README.md`.
+//! - Exact answers: waves, patches, Lame, Hertz with friction, collapse loads, orders of convergence (`tests/verification/fem*.rs`).
+//!
+//! # Limits
+//!
+//! Two dimensions, 4-node quadrilaterals, one material a body. No contact of the body with itself or with another body
+//! but through an interface; the wheel is rigid and touches the upper edge only. Large rotations with small stretches, no
+//! large strains; plasticity in small strain only. C and D are those of linear elasticity. The share of sliding nodes while the
+//! wheel slides depends on the step through (b - 1/2) h; pressure, forces and friction loop hardly do.
+//!
+//! # Modules
+//!
+//! In reading order:
 //! - [`config`]: the keys of `[participant.config]`;
 //! - [`mesh`]: graded structured meshes;
 //! - [`gmsh`]: meshes that Gmsh wrote;
@@ -18,7 +135,7 @@
 //! - [`node`]: the body as a participant, with its windows, interface and compliance;
 //! - [`mod@bench`]: time of whole steps beside what memory and arithmetic allow.
 //!
-//! # Equations
+//! # Equations, functions, sources
 //!
 //! h is the step, b the damping parameter, c the mass damping, beta the stiffness damping, F the internal force, f the
 //! applied ones; a prime marks the end of a step. RSB stands for Renouf, Saulot and Berthier (2006), whose eqs 1 to 5 are
