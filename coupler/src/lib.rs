@@ -83,7 +83,7 @@
 //! # Modules
 //!
 //! In reading order:
-//! - [`scenario`]: who takes part, who talks to whom, and how;
+//! - [`shipped`]: scenes and studies inside the program; [`scenario`]: who takes part, who talks to whom, and how;
 //! - [`log`]: the exchange log and its hash;
 //! - [`scheme`]: coupling schemes as algorithms, mapping, ledgers, and the prediction of stability;
 //! - [`participants`]: starting participants, keeping watch over them, speaking to them;
@@ -151,6 +151,7 @@ pub mod run;
 pub mod rundir;
 pub mod scenario;
 pub mod scheme;
+pub mod shipped;
 pub mod study;
 pub mod summary;
 pub mod validate;

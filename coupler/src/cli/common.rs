@@ -12,11 +12,13 @@ use crate::output::tell;
 use crate::run::checkpoint::{RestartPoint, find};
 use crate::scenario::Scenario;
 use crate::scenario::load::{Loaded, load};
+use crate::shipped;
+use crate::shipped::kept::user_cache;
 
 /// The scenario and its overrides, as several verbs take them.
 #[derive(Debug, clap::Args)]
 pub struct ScenarioArguments {
-    /// A folder with scenario.toml, a file, or a name under scenarios/.
+    /// A folder with scenario.toml, a file, a name under scenarios/, or one that `thirdbody scenes` lists.
     pub scenario: String,
     /// Override a key: run.seed=2, participant.rail.config.mesh.size_m=1e-4, interface.layer-base.substeps=9.
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -27,9 +29,18 @@ pub struct ScenarioArguments {
 }
 
 impl ScenarioArguments {
-    /// Reads the scenario with its overrides.
+    /// Reads the scenario with its overrides; tells which one where the name stands for two.
     pub(super) fn load(&self) -> Result<Loaded, Error> {
-        load(&self.scenario, &self.set)
+        let loaded = load(&self.scenario, &self.set)?;
+        let shipped = shipped::scene_file(&self.scenario);
+        let shipped = shipped.and_then(|file| shipped::text(&file));
+        if shipped.is_some_and(|text| text != loaded.source.text) {
+            let (name, file) = (&self.scenario, &loaded.source.name);
+            tell(&format!(
+                "`{name}` is {file} here, which differs from the built-in scene of that name"
+            ));
+        }
+        Ok(loaded)
     }
 
     /// Reads the scenario with its overrides and further ones.
@@ -43,23 +54,13 @@ impl ScenarioArguments {
     }
 }
 
-/// The folder in which prepared samples are kept: as asked, `none` for nowhere, or one in the user's cache (XDG Base Directory
-/// Specification 0.8).
+/// The folder in which prepared samples and files of shipped scenes are kept: as asked, `none` for nowhere, or one in the user's cache.
 pub(super) fn cache_folder(asked: Option<PathBuf>) -> Option<PathBuf> {
     match asked {
-        None => user_cache().map(|cache| cache.join("thirdbody")),
+        None => user_cache(),
         Some(folder) if folder.as_os_str() == "none" => None,
         Some(folder) => Some(std::path::absolute(&folder).unwrap_or(folder)),
     }
-}
-
-fn user_cache() -> Option<PathBuf> {
-    // The specification has relative paths ignored.
-    let folder = |name: &str| {
-        let path = std::env::var_os(name).map(PathBuf::from);
-        path.filter(|path| path.is_absolute())
-    };
-    folder("XDG_CACHE_HOME").or_else(|| Some(folder("HOME")?.join(".cache")))
 }
 
 /// Numbers of threads that a participant may have.

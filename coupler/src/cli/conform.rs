@@ -14,7 +14,7 @@ use crate::scenario::load::load;
 /// Arguments of `conform`.
 #[derive(Debug, clap::Args)]
 pub struct ConformArguments {
-    /// A folder with scenario.toml, a file, or a name under scenarios/.
+    /// A folder with scenario.toml, a file, a name under scenarios/, or one that `thirdbody scenes` lists.
     #[arg(long)]
     scenario: String,
     /// Name of the participant in the scenario.

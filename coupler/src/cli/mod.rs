@@ -4,27 +4,33 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use serde_json::json;
 use signal_hook::consts::SIGXFSZ;
 
 use crate::error::Error;
-use crate::output::tell;
+use crate::output::stderr::{Manner, speak, tell_of};
 use crate::participants::Registry;
+use crate::shipped::kept::keep_below;
 
 pub mod bench;
 mod budget;
 pub mod check;
 mod common;
 pub mod compare;
+pub mod completions;
 pub mod conform;
 pub mod export;
 pub mod inspect;
+pub mod man;
+pub mod new;
 pub mod new_node;
 pub mod node;
 pub mod replay;
 pub mod report;
 pub mod resume;
 pub mod run;
+pub mod scenes;
 mod start;
 pub mod study;
 pub mod validate;
@@ -36,13 +42,23 @@ struct Cli {
     /// Folder in which prepared samples are kept for later runs, or none; by default thirdbody/ in the user's cache.
     #[arg(long, global = true, value_name = "DIR")]
     cache: Option<PathBuf>,
+    /// Show no progress on stderr; warnings and errors stay.
+    #[arg(long, global = true, conflicts_with = "json_lines")]
+    quiet: bool,
+    /// Write stderr for programs: one JSON object a line, keys as in scenarios/README.md.
+    #[arg(long, global = true)]
+    json_lines: bool,
     #[command(subcommand)]
     verb: Verb,
 }
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// Run a scenario: a folder, a file, or a name under scenarios/.
+    /// List the scenes that are inside this program.
+    Scenes(scenes::ScenesArguments),
+    /// Copy a scene of this program into a folder, to be changed.
+    New(new::NewArguments),
+    /// Run a scenario: a folder, a file, a name under scenarios/, or a scene of this program.
     Run(run::RunArguments),
     /// Check a scenario without running it.
     Check(check::CheckArguments),
@@ -68,6 +84,10 @@ enum Verb {
     Study(study::StudyArguments),
     /// Measure what the machine gives.
     Bench(bench::BenchArguments),
+    /// Write completions of this command for a shell.
+    Completions(completions::CompletionsArguments),
+    /// Write the manual page of this command, or one a verb into a folder.
+    Man(man::ManArguments),
     /// Serve a shipped solver to the coordinator that launched this process.
     Node(node::NodeArguments),
     /// Start a foreign participant whose life is tied to the coordinator's.
@@ -83,11 +103,22 @@ pub fn main(registry: &Registry) -> ExitCode {
     // A file that may not grow further is then an error of the write, not the end of the process.
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
     let cli = Cli::parse();
+    let cache = common::cache_folder(cli.cache);
+    keep_below(cache.clone());
+    speak(match (cli.quiet, cli.json_lines) {
+        (_, true) => Manner::JsonLines,
+        (true, _) => Manner::Quiet,
+        _ => Manner::Progress,
+    });
     let registry = &Registry {
-        cache: common::cache_folder(cli.cache),
+        cache,
         ..registry.clone()
     };
     let result = match cli.verb {
+        Verb::Scenes(arguments) => scenes::scenes(&arguments),
+        Verb::New(arguments) => new::new(&arguments),
+        Verb::Completions(arguments) => completions::completions(&arguments, Cli::command()),
+        Verb::Man(arguments) => man::man(&arguments, Cli::command()),
         Verb::Run(arguments) => run::run(&arguments, registry),
         Verb::Check(arguments) => check::check(&arguments, registry),
         Verb::Inspect(arguments) => inspect::inspect(&arguments),
@@ -115,8 +146,13 @@ pub fn main(registry: &Registry) -> ExitCode {
 
 /// Tells on stderr what went wrong; scenario errors point into the file.
 fn print_error(error: Error) {
-    match error {
-        Error::Scenario(scenario) => tell(&format!("{:?}", miette::Report::new(*scenario))),
-        other => tell(&format!("error: {other}")),
-    }
+    let (exit_code, status, text) = (error.exit_code(), error.status(), error.to_string());
+    tell_of(
+        "error",
+        json!({ "exit_code": exit_code, "status": status, "text": text }),
+        || match error {
+            Error::Scenario(scenario) => format!("{:?}", miette::Report::new(*scenario)),
+            other => format!("error: {other}"),
+        },
+    );
 }

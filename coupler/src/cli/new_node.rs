@@ -1,7 +1,8 @@
 //! `thirdbody new-node`: a participant to begin with.
 
+use std::env;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::ValueEnum;
 
@@ -18,7 +19,7 @@ pub struct NewNodeArguments {
     /// Folder that its own is made in.
     #[arg(long, default_value = ".")]
     into: PathBuf,
-    /// Folder of the crate `protocol`, for Rust; by default that of the source tree that this program was built in.
+    /// Folder of the crate `protocol`, for Rust; by default that of the source tree around this folder, or around this program.
     #[arg(long)]
     protocol: Option<PathBuf>,
 }
@@ -59,9 +60,6 @@ const PYTHON: Files = &[
         include_str!("../../../protocol/python/skeleton/scenario.toml"),
     ),
 ];
-
-/// The folder of the crate `protocol` when this program was built.
-const PROTOCOL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../protocol");
 
 /// Writes the files of a participant that runs as it is, and says what to do next.
 pub fn new_node(arguments: &NewNodeArguments) -> VerbResult {
@@ -110,13 +108,28 @@ fn check(name: &str) -> Result<(), Error> {
 
 /// The crate `protocol`, as a path that holds from anywhere.
 fn protocol(arguments: &NewNodeArguments) -> Result<String, Error> {
-    let given = arguments.protocol.as_deref();
-    let folder = given.unwrap_or(Path::new(PROTOCOL));
+    let Some(folder) = arguments.protocol.clone().or_else(nearby) else {
+        let problem = "there is no source tree around this folder or this program, and a solver in Rust needs its crate `protocol`: give the folder of that crate";
+        return Err(Refusal::argument("--protocol", problem).into());
+    };
     let whole = folder.canonicalize().ok();
     let whole = whole.filter(|folder| folder.join("Cargo.toml").is_file());
     let found = whole.and_then(|folder| folder.to_str().map(String::from));
     found.ok_or_else(|| {
         let problem = "is not the crate `protocol`: give its folder with --protocol";
         Refusal::file(folder, problem).into()
+    })
+}
+
+/// The crate `protocol` of a source tree around this folder, or around this program.
+fn nearby() -> Option<PathBuf> {
+    let places = [env::current_dir(), env::current_exe()];
+    let places: Vec<PathBuf> = places.into_iter().flatten().collect();
+    let above = places.iter().flat_map(|place| place.ancestors());
+    let mut crates = above.map(|folder| folder.join("protocol"));
+    crates.find(|found| {
+        ["Cargo.toml", "WIRE.md"]
+            .iter()
+            .all(|file| found.join(file).is_file())
     })
 }

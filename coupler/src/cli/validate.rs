@@ -9,6 +9,9 @@ use super::start::listen;
 use crate::error::CHECK_FAILED;
 use crate::output::tell;
 use crate::participants::{Registry, Watch};
+use crate::run::session::fresh_run_id;
+use crate::rundir::Scratch;
+use crate::shipped::{FILES, kept};
 use crate::validate::faults::row::FaultRow;
 use crate::validate::faults::{Campaign, run_campaign};
 use crate::validate::run_suite;
@@ -17,7 +20,7 @@ use crate::validate::suite::{Row, Runs};
 /// Arguments of `validate`.
 #[derive(Debug, clap::Args)]
 pub struct ValidateArguments {
-    /// Scenes to run: a folder below scenarios/.
+    /// Scenes to run: a folder below scenarios/ where there is one, else those inside this program.
     #[arg(long, default_value = "verification")]
     suite: Suite,
     /// Trials of each row of the suite `faults`, 1 to 10 000.
@@ -52,15 +55,21 @@ enum Suite {
     Faults,
 }
 
-/// Runs a suite; exit code 8 if a row does not hold.
+/// Runs a suite; exit code 8 if a row does not hold. Scenes on the disk go before those that ship.
 pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResult {
     let folder = match arguments.suite {
-        Suite::Verification => Path::new("scenarios/verification"),
-        Suite::Benchmarks => Path::new("scenarios/benchmarks"),
-        Suite::Extremes => Path::new("scenarios/extremes"),
-        Suite::Scenes => Path::new("scenarios"),
+        Suite::Verification => "verification",
+        Suite::Benchmarks => "benchmarks",
+        Suite::Extremes => "extremes",
+        Suite::Scenes => "",
         Suite::Faults => return faults(arguments),
     };
+    let mut scenes = Path::new("scenarios").join(folder);
+    let unpacked = Scratch::new("scenes", fresh_run_id());
+    if !scenes.is_dir() {
+        kept::write(FILES, unpacked.path())?;
+        scenes = unpacked.path().join(folder);
+    }
     let runs = Runs {
         registry,
         program: own_program()?,
@@ -68,7 +77,7 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
         full: arguments.full,
         watch: Watch::default(),
     };
-    let rows = run_suite(folder, &runs)?;
+    let rows = run_suite(&scenes, &runs)?;
     print_rows(&rows[..], arguments.json, table)?;
     let all_hold = rows.iter().all(|row| row.holds);
     Ok(if all_hold { 0 } else { CHECK_FAILED })

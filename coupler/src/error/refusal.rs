@@ -13,9 +13,12 @@ pub enum Refusal {
     #[error("{argument}: {problem}")]
     Argument { argument: String, problem: String },
     #[error(
-        "no scenario `{name}`: give a folder with scenario.toml, a file, or a name under scenarios/{known}"
+        "no scenario `{name}`: give a folder with scenario.toml, a file, a name under scenarios/, or one that `thirdbody scenes` lists{}", .meant.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default()
     )]
-    NoScenario { name: String, known: String },
+    NoScenario {
+        name: String,
+        meant: Option<&'static str>,
+    },
     #[error("{}: {problem}", path.display())]
     File { path: PathBuf, problem: String },
     #[error("no message was chosen: `thirdbody inspect` lists the streams")]

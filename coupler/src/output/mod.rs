@@ -3,20 +3,23 @@
 //! - [`signals`]: one row a window; [`collection`]: the fields over time;
 //! - [`profile`]: the traction of an interface; [`sample`]: means over the phase that results are sampled in;
 //! - [`running_balance`]: energies that are judged on the way;
-//! - [`state`]: what all of it remembers from window to window; [`progress`]: a line on stderr.
+//! - [`state`]: what all of it remembers from window to window;
+//! - [`progress`]: how far a run has come, by its [`facts`] and its [`pace`]; [`stderr`]: words on stderr.
 
 pub mod collection;
+pub mod facts;
+pub mod pace;
 pub mod profile;
 pub mod progress;
 pub mod running_balance;
 pub mod sample;
 pub mod signals;
 pub mod state;
-mod stderr;
+pub mod stderr;
 
 pub use progress::Progress;
 pub use running_balance::RunningBalance;
 pub use sample::SampledMeans;
 pub use signals::SignalsFile;
 pub use state::OutputState;
-pub use stderr::tell;
+pub use stderr::{tell, tell_progress};

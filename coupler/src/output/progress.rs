@@ -1,81 +1,107 @@
-//! The progress of a run on stderr.
+//! The progress of a run on stderr: a block that is redrawn on a terminal, now and then a line elsewhere, objects for a program.
 
-use std::io::{IsTerminal, Write};
-use std::time::{Duration, Instant};
+use serde_json::{Value, json};
 
-use protocol::Window;
+use super::facts::Facts;
+use super::pace::Remaining;
+use super::stderr::{Manner, columns, draw, manner, tell_of};
 
-/// One progress line with the time that is left: redrawn on a terminal, a line every tenth elsewhere.
+/// Parts of a run that a line is told after, and the time (s) after which one is told at any rate.
+const PARTS: f64 = 10.0;
+const LINE_EVERY_S: f64 = 60.0;
+
+/// Time between two updates of a block (ns).
+const UPDATE_NS: u64 = 200_000_000;
+
+/// Time between two objects (s).
+const OBJECT_EVERY_S: f64 = 1.0;
+
+/// A run that is on its way between two simulated times, from an instant on.
+#[derive(Clone, Debug, Default)]
+pub struct Course {
+    /// Simulated time at which its windows begin (s).
+    pub from_s: f64,
+    /// Simulated time of its end (s).
+    pub end_s: f64,
+    /// Its windows from the start of the scenario, if none is halved.
+    pub windows: u64,
+    /// The instant (ns of the monotonic clock).
+    pub at_ns: u64,
+    /// Time for which each participant had been waited for until then (ns).
+    pub waited_ns: Vec<u64>,
+}
+
+/// Progress of a run. It reads no clock: instants are those at which the coordinator last looked at its own.
 pub struct Progress {
-    name: String,
     shown: bool,
-    terminal: bool,
-    start: Instant,
-    /// Steps that were done before, and those there are.
-    before: u64,
-    steps: u64,
-    last: Instant,
-    tenths: u64,
+    course: Course,
+    remaining: Remaining,
+    looked_ns: u64,
+    told_ns: u64,
+    told_parts: u64,
 }
 
 impl Progress {
-    /// Progress of the run `name`; silent unless `shown`.
-    pub fn new(name: &str, shown: bool) -> Progress {
-        let now = Instant::now();
+    /// Progress of a run; silent unless `shown`.
+    pub fn new(shown: bool) -> Progress {
         Progress {
-            name: name.to_string(),
-            shown,
-            terminal: std::io::stderr().is_terminal(),
-            start: now,
-            before: 0,
-            steps: 0,
-            last: now,
-            tenths: 0,
+            shown: shown && manner() != Manner::Quiet,
+            course: Course::default(),
+            remaining: Remaining::default(),
+            looked_ns: 0,
+            told_ns: 0,
+            told_parts: 0,
         }
     }
 
-    /// The windows start now, after `before` explicit steps of `steps`.
-    pub fn expect(&mut self, before: u64, steps: u64) {
-        self.before = before;
-        self.steps = steps;
-        self.start = Instant::now();
+    /// The windows start now.
+    pub fn begin(&mut self, course: Course) {
+        self.looked_ns = course.at_ns;
+        self.told_ns = course.at_ns;
+        self.told_parts = (PARTS * course.from_s / course.end_s) as u64;
+        self.remaining = Remaining::from(course.from_s);
+        self.course = course;
     }
 
-    /// A window has passed.
-    pub fn show(&mut self, window: &Window) {
-        let done = window.step + u64::from(window.substeps);
-        let tenth = 10 * done / self.steps.max(1);
-        let due = if self.terminal {
-            self.last.elapsed() > Duration::from_millis(200) || done == self.steps
-        } else {
-            tenth > self.tenths
-        };
-        if !self.shown || !due {
-            return;
-        }
-        self.last = Instant::now();
-        self.tenths = tenth;
-        let spent = self.start.elapsed().as_secs_f64();
-        let left = spent * (self.steps - done) as f64 / (done - self.before) as f64;
-        let line = format!(
-            "{}: {} % ({} windows), t = {:.3} ms, {spent:.0} s spent, {left:.0} s left",
-            self.name,
-            100 * done / self.steps.max(1),
-            window.index + 1,
-            1e3 * window.t1_s
-        );
-        let mut stderr = std::io::stderr().lock();
-        let _ = if self.terminal {
-            write!(stderr, "\r\x1b[K{line}")
-        } else {
-            writeln!(stderr, "{line}")
-        };
+    /// The course, if it is time to look at a run that has come to `t_s` at the instant `now_ns`.
+    pub fn due(&self, t_s: f64, now_ns: u64) -> Option<&Course> {
+        let due = now_ns.saturating_sub(self.looked_ns) >= UPDATE_NS || self.is_over(t_s);
+        Some(&self.course).filter(|_| self.shown && due)
     }
 
-    /// Leaves the line standing.
-    pub fn done(&self) {
-        if self.shown && self.terminal {
-            super::stderr::tell("");
+    fn is_over(&self, t_s: f64) -> bool {
+        t_s >= self.course.end_s * (1.0 - 1e-9)
+    }
+
+    /// Shows how far a run has come; it was due.
+    pub fn show(&mut self, mut facts: Facts, now_ns: u64) {
+        let seconds = |since_ns: u64| 1e-9 * now_ns.saturating_sub(since_ns) as f64;
+        self.looked_ns = now_ns;
+        facts.spent_s = seconds(self.course.at_ns);
+        self.remaining.add(facts.t_s, facts.spent_s);
+        facts.left_s = self.remaining.until(self.course.end_s);
+        let over = self.is_over(facts.t_s);
+        let parts = (PARTS * facts.t_s / facts.end_s + 1e-9) as u64;
+        let since_s = seconds(self.told_ns);
+        match (manner(), columns()) {
+            (Manner::JsonLines, _) if since_s < OBJECT_EVERY_S && !over => return,
+            (Manner::JsonLines, _) => tell_of("progress", facts.object(), String::new),
+            (_, Some(columns)) => draw(facts.block(columns)),
+            _ if parts == self.told_parts && since_s < LINE_EVERY_S => return,
+            _ => tell_of("progress", Value::Null, || facts.line()),
         }
+        self.told_ns = now_ns;
+        self.told_parts = parts;
+    }
+}
+
+/// Tells that the participants of a run prepare themselves, which may take long.
+pub fn prepare(run: &str, participants: &[&str]) {
+    let object = json!({ "run": run, "participants": participants });
+    let line = format!("{run}: {} prepare", participants.join(", "));
+    match (manner(), columns()) {
+        (Manner::JsonLines, _) => tell_of("prepare", object, String::new),
+        (Manner::Progress, Some(columns)) => draw(vec![line.chars().take(columns).collect()]),
+        _ => {}
     }
 }

@@ -173,6 +173,17 @@ impl Peers {
         self.peers.iter().map(|peer| peer.awaited.clone()).collect()
     }
 
+    /// Length of these times so far (ns), for each participant.
+    pub fn waited_ns(&self) -> Vec<u64> {
+        self.peers.iter().map(|peer| peer.waited_ns).collect()
+    }
+
+    /// The instant of the last answer (ns of the monotonic clock).
+    pub fn heard_ns(&self) -> u64 {
+        let instants = self.peers.iter().map(|peer| peer.heard_ns);
+        instants.max().unwrap_or(0)
+    }
+
     /// The error of an answer that does not belong here.
     pub fn protocol_error(&self, peer: usize, why: impl Into<String>) -> Error {
         self.peers[peer].protocol_error(why.into())

@@ -58,6 +58,10 @@ pub struct Peer {
     pub fault: Option<NodeError>,
     /// Times in which the coordinator did nothing but wait for its answers.
     pub awaited: BusyTimes,
+    /// Length of all of these times (ns).
+    pub waited_ns: u64,
+    /// The end of the last one (ns of the monotonic clock).
+    pub heard_ns: u64,
 }
 
 impl Peer {
@@ -73,6 +77,8 @@ impl Peer {
             answered: 0,
             fault: None,
             awaited: BusyTimes::default(),
+            waited_ns: 0,
+            heard_ns: 0,
         }
     }
 
@@ -155,7 +161,9 @@ impl Peer {
     pub fn receive(&mut self, expected: Kind, wait: &Wait) -> Result<Frame, Error> {
         let start_ns = monotonic_ns();
         let answer = self.wait_for(expected, wait);
-        self.awaited.until_now(start_ns);
+        self.heard_ns = monotonic_ns();
+        self.waited_ns += self.heard_ns - start_ns;
+        self.awaited.add([start_ns, self.heard_ns]);
         answer
     }
 

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use protocol::{Bounds, Description, Frame, Header, Kind, Window};
+use protocol::{Bounds, Description, Frame, Header, Kind, Phase, Window};
 
 use super::checkpoint::{Checkpoint, Keeper, RestartPoint};
 use super::position::Position;
@@ -10,17 +10,19 @@ use super::time_loop::{GroupRun, end_s};
 use crate::cost::prediction::Pace;
 use crate::error::Error;
 use crate::output::collection::{self, Moment};
+use crate::output::facts::Facts;
 use crate::output::profile::{self, LoadedNodes, Traction};
+use crate::output::progress::Course;
 use crate::output::sample::load_history;
 use crate::output::{OutputState, Progress, RunningBalance, SampledMeans, SignalsFile};
-use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
+use crate::participants::{Communicator, Peers};
 use crate::plausible::{self, Warning};
 use crate::rundir::RunDir;
 use crate::scenario::Plausible;
 use crate::scenario::load::Loaded;
-use crate::scheme::ledger::{EnergyLedger, EnergySums};
+use crate::scheme::ledger::{EnergyLedger, EnergySums, InterfaceLedger};
 use crate::scheme::window::{AcceptedWindow, InterfaceSignals};
 use crate::summary::Summary;
 
@@ -41,12 +43,62 @@ pub struct Outputs<'a> {
     pub signals: SignalsFile,
     /// The checkpoints.
     pub keeper: Keeper,
-    /// Steps done, on stderr.
-    pub progress: Progress,
+    /// On stderr.
+    progress: Progress,
+    told: Told,
     /// The cost so far.
     pub pace: Pace,
     /// A rehearsal ends once its cost is predicted.
     rehearsal: bool,
+}
+
+/// The parts of a run that its progress tells of.
+struct Told {
+    run: String,
+    phases: Vec<Phase>,
+    /// Participant and index of the signal `sn_pct`.
+    sn: Option<[usize; 2]>,
+    /// Participant and indices of the normal and the tangential force on the wheel.
+    forces: Option<[usize; 3]>,
+}
+
+impl Told {
+    fn new(run: &str, phases: Vec<Phase>, descriptions: &[&Description]) -> Told {
+        let of = |peer: usize, name: &str| {
+            let mut signals = descriptions[peer].signals.iter();
+            signals.position(|signal| signal == name)
+        };
+        let mut peers = 0..descriptions.len();
+        Told {
+            run: run.into(),
+            phases,
+            sn: peers
+                .clone()
+                .find_map(|peer| Some([peer, of(peer, "sn_pct")?])),
+            forces: peers
+                .find_map(|peer| Some([peer, of(peer, "wheel_fn_n")?, of(peer, "wheel_ft_n")?])),
+        }
+    }
+
+    /// The phase at a time, and the share of it that has passed.
+    fn phase(&self, t_s: f64) -> Option<(String, f64)> {
+        let in_it = |phase: &&Phase| t_s <= phase.t1_s * (1.0 + 1e-9);
+        // The last window may end beyond the last phase.
+        let phase = self.phases.iter().find(in_it).or(self.phases.last())?;
+        let part = (t_s - phase.t0_s) / (phase.t1_s - phase.t0_s);
+        Some((phase.name.clone(), part.clamp(0.0, 1.0)))
+    }
+
+    fn sn_pct(&self, reports: &[Vec<f64>]) -> Option<f64> {
+        let [peer, sn] = self.sn?;
+        reports[peer].get(sn).copied().filter(|sn| sn.is_finite())
+    }
+
+    fn friction(&self, reports: &[Vec<f64>]) -> Option<f64> {
+        let [peer, normal, tangential] = self.forces?;
+        let ratio = reports[peer].get(tangential)? / reports[peer].get(normal)?;
+        Some(ratio).filter(|ratio| ratio.is_finite())
+    }
 }
 
 impl<'a> Outputs<'a> {
@@ -94,8 +146,9 @@ impl<'a> Outputs<'a> {
             bounds: scenario.run.plausible,
             passed_on: 0,
             keeper: Keeper::new(rundir, loaded, greeted)?,
+            told: Told::new(&scenario.run.name, phases, &descriptions),
+            progress: Progress::new(progress),
             descriptions,
-            progress: Progress::new(&scenario.run.name, progress),
             pace: Pace::new(greeted.iter().map(|one| one.pid).collect()),
             rehearsal,
         })
@@ -182,8 +235,67 @@ impl<'a> Outputs<'a> {
             (Some(_), groups) => self.write_profiles(groups)?,
             (None, _) => {}
         }
-        self.progress.show(window);
+        self.show(communicator.peers(), groups, window, reached_s);
         Ok(())
+    }
+
+    /// Begins to show progress: the windows start now, at the simulated time `from_s` of `end_s`, and are so many in all.
+    pub fn begin_progress(&mut self, peers: &Peers, [from_s, end_s]: [f64; 2], windows: u64) {
+        self.progress.begin(Course {
+            from_s,
+            end_s,
+            windows,
+            at_ns: peers.heard_ns(),
+            waited_ns: peers.waited_ns(),
+        });
+    }
+
+    /// Shows how far the run has come, if it is time to.
+    fn show(&mut self, peers: &Peers, groups: &[GroupRun], window: &Window, reached_s: f64) {
+        let now_ns = peers.heard_ns();
+        let Some(course) = self.progress.due(reached_s, now_ns) else {
+            return;
+        };
+        let (state, told) = (&self.state, &self.told);
+        let passed_ns = now_ns.saturating_sub(course.at_ns).max(1) as f64;
+        let waited = peers.waited_ns().into_iter().zip(&course.waited_ns);
+        let shares = waited.map(|(now, then)| (now - then) as f64 / passed_ns);
+        let names = self.names.iter().map(|name| name.to_string());
+        let done = |groups: &[GroupRun]| groups.iter().map(|group| group.at.window).sum();
+        let facts = Facts {
+            run: told.run.clone(),
+            phase: told.phase(reached_s),
+            t_s: reached_s,
+            end_s: course.end_s,
+            window: if groups.is_empty() {
+                window.index + 1
+            } else {
+                done(groups)
+            },
+            windows: course.windows,
+            repeats: repeats(&state.interfaces, groups),
+            sn_pct: told.sn_pct(&state.reports),
+            friction_coefficient: told.friction(&state.reports),
+            energy_defect_rel: self.total_balance_rel(groups),
+            waited: names.zip(shares).collect(),
+            spent_s: 0.0,
+            left_s: None,
+        };
+        self.progress.show(facts, now_ns);
+    }
+
+    /// The energy balance of all participants together, where all tell their energies.
+    fn total_balance_rel(&self, groups: &[GroupRun]) -> Option<f64> {
+        let told = self.descriptions.iter().zip(&self.state.energies);
+        let sums = told.map(|(told, values)| EnergySums::of(&told.ledger, values));
+        let ledgers = groups.iter().flat_map(|group| &group.coupling.ledgers);
+        let points = EnergySums {
+            kept_j: ledgers.map(InterfaceLedger::points_kept_j).sum(),
+            ..EnergySums::default()
+        };
+        let total = EnergySums::together(sums.chain([points])).balance_rel();
+        let all_tell = self.descriptions.iter().all(|told| !told.ledger.is_empty());
+        Some(total).filter(|total| all_tell && total.is_finite())
     }
 
     /// Keeps what a participant reported, if it is as long as was announced and its energies are numbers. A signal may be none:
@@ -367,10 +479,19 @@ impl<'a> Outputs<'a> {
         self.pace.end();
         snapshot(communicator, "end")?;
         self.collect(communicator, Some(summary.sim_time_s))?;
-        self.progress.done();
         summary.results.extend(self.state.sampled.results());
         Ok(())
     }
+}
+
+/// Repeats of the last windows, the most of all interfaces, and the mean of the group that has most of them.
+fn repeats(last: &[InterfaceSignals], groups: &[GroupRun]) -> Option<(u32, f64)> {
+    let last = last.iter().map(|seen| seen.repeats).max()?;
+    let ledgers = groups
+        .iter()
+        .filter_map(|group| group.coupling.ledgers.first());
+    let means = ledgers.map(InterfaceLedger::repeats_mean);
+    Some((last, means.fold(0.0, f64::max)))
 }
 
 /// True if no group has a window to do that ends at this time.

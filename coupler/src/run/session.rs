@@ -19,7 +19,8 @@ use super::time_loop::{
 use crate::cost::memory::own_cpu_s;
 use crate::error::{Error, Refusal};
 use crate::log::{Exchange, Provenance, Recorder, Volume};
-use crate::output::tell;
+use crate::output::progress::prepare;
+use crate::output::stderr::{leave, tell_of};
 use crate::participants::farewell::read_farewell;
 use crate::participants::handshake::{self, Greeted};
 use crate::participants::journal::Journal;
@@ -140,6 +141,9 @@ pub fn go_on_among(
     };
     session.found(warnings);
     let error = session.run().err();
+    if options.progress {
+        leave();
+    }
     let mut summary = session.summary;
     let wall_s = start.elapsed().as_secs_f64();
     summary.coordinator(start_cpu_s);
@@ -221,8 +225,12 @@ impl RunSession<'_> {
 
     /// All that is said: greeting, what came before if the run goes on, windows, farewell.
     fn converse(&mut self, recorded: &mut Recorded) -> Result<(), Error> {
-        let greeted = handshake::greet(recorded, self.loaded, self.run_id)?;
         let scenario = &self.loaded.scenario;
+        if self.options.progress {
+            let names = scenario.participant.iter().map(|p| p.name.as_str());
+            prepare(&scenario.run.name, &names.collect::<Vec<_>>());
+        }
+        let greeted = handshake::greet(recorded, self.loaded, self.run_id)?;
         for (participant, greeted) in scenario.participant.iter().zip(&greeted) {
             let (name, description) = (&participant.name, &greeted.description);
             let (software, pid) = (&description.software, greeted.pid);
@@ -333,11 +341,14 @@ impl RunSession<'_> {
             Some(restart) => restart.restore(&mut recorded.peers, greeted, &mut groups)?,
             None => self.predict(recorded, greeted, &mut groups)?,
         }
-        outputs.progress.expect(groups[0].at.step, groups[0].end);
-        let t_s = reached_s(&groups);
-        outputs
-            .pace
-            .begin(self.start, t_s, end_s(scenario, greeted)?);
+        let (t_s, end_s) = (reached_s(&groups), end_s(scenario, greeted)?);
+        let windows = |group: &GroupRun| {
+            let substeps = group.coupling.group().clock.substeps;
+            group.end.div_ceil(substeps.into())
+        };
+        let all = groups.iter().map(windows).sum();
+        outputs.begin_progress(&recorded.peers, [t_s, end_s], all);
+        outputs.pace.begin(self.start, t_s, end_s);
         let (summary, rundir, shown) = (&mut self.summary, self.rundir, self.options.progress);
         let seen = |recorded: &mut Recorded, groups: &[GroupRun], window: &_, accepted| {
             let position = position(groups);
@@ -435,13 +446,12 @@ impl RunSession<'_> {
             restart.restore(&mut recorded.peers, greeted, &mut [])?;
             start = restart.checkpoint.position.windows;
         }
-        outputs
-            .progress
-            .expect(start * u64::from(clock.substeps), end);
         let [start_s, end_s] =
             [start * u64::from(clock.substeps), end].map(|s| s as f64 * clock.step_s);
+        let windows = end.div_ceil(clock.substeps.into());
+        outputs.begin_progress(&recorded.peers, [start_s, end_s], windows);
         outputs.pace.begin(self.start, start_s, end_s);
-        for index in start..end.div_ceil(clock.substeps.into()) {
+        for index in start..windows {
             let step = index * u64::from(clock.substeps);
             let window = clock.window(index, step, clock.substeps_before(step, end));
             let communicator: &mut dyn Communicator = recorded;
@@ -515,7 +525,8 @@ fn keep_and_tell(
         }
         rundir.note(&warning.line());
         if shown {
-            tell(&warning.line());
+            let object = serde_json::to_value(&warning).unwrap_or_default();
+            tell_of("warning", object, || warning.line());
         }
         summary.warnings.push(warning);
     }

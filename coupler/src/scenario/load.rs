@@ -11,6 +11,7 @@ use super::overrides::apply;
 use super::paths;
 use super::source::Source;
 use crate::error::{Error, Refusal, ScenarioError};
+use crate::shipped::{self, kept};
 
 /// A scenario that passed all checks which need no solver.
 #[derive(Clone, Debug)]
@@ -39,15 +40,27 @@ pub fn folder_of_manifest(manifest: &str) -> Option<PathBuf> {
 /// Longest scenario (bytes); layers of listed disks take some 100 a disk.
 const LONGEST_FILE: u64 = 64 << 20;
 
-/// Reads a scenario by folder, file, or name under `scenarios/`, and applies `KEY=VALUE` overrides in order.
+/// Reads a scenario by folder, file, name under `scenarios/` or name of a shipped one, and applies `KEY=VALUE` overrides in order.
 pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded, Error> {
-    let path = find(scenario)?;
+    match find(scenario)? {
+        Found::File(path) => read(&path, overrides),
+        Found::Shipped(file) if shipped::stands_alone(&file) => parse(Source {
+            name: format!("{scenario} (built in)"),
+            text: shipped::text(&file).unwrap_or_default().into(),
+            overrides: overrides.to_vec(),
+        }),
+        Found::Shipped(file) => read(&kept::all(scenario)?.join(file), overrides),
+    }
+}
+
+/// Reads the file of a scenario.
+fn read(path: &Path, overrides: &[String]) -> Result<Loaded, Error> {
     let length = path.metadata().map_or(0, |file| file.len());
     if length > LONGEST_FILE {
         let problem = format!("a scenario has at most {LONGEST_FILE} bytes, this file {length}");
         return Err(Refusal::file(path, problem).into());
     }
-    let text = std::fs::read_to_string(&path).map_err(Error::input(path.display()))?;
+    let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
     let beside = path.parent().unwrap_or(Path::new(""));
     let manifest = std::fs::read_to_string(beside.join("manifest.json"));
     let kept = manifest.ok().as_deref().and_then(folder_of_manifest);
@@ -101,14 +114,21 @@ pub fn parse(source: Source) -> Result<Loaded, Error> {
     })
 }
 
-/// A folder with `scenario.toml`, a file, or a name under `scenarios/`.
-fn find(scenario: &str) -> Result<PathBuf, Error> {
+/// The place of a scenario.
+enum Found {
+    File(PathBuf),
+    /// Its file among the shipped ones.
+    Shipped(String),
+}
+
+/// A folder with `scenario.toml`, a file, or a name under `scenarios/`; else a shipped one.
+fn find(scenario: &str) -> Result<Found, Error> {
     let given = Path::new(scenario);
     let named = Path::new("scenarios").join(scenario);
     for candidate in [given, &named] {
         let inside = candidate.join("scenario.toml");
         if let Some(file) = [candidate, &inside].into_iter().find(|file| file.is_file()) {
-            return Ok(file.to_path_buf());
+            return Ok(Found::File(file.to_path_buf()));
         }
         if let Some(other) = [candidate, &inside]
             .into_iter()
@@ -118,22 +138,13 @@ fn find(scenario: &str) -> Result<PathBuf, Error> {
             return Err(Refusal::file(other, problem).into());
         }
     }
-    let (name, known) = (scenario.into(), known_scenarios());
-    Err(Refusal::NoScenario { name, known }.into())
-}
-
-fn known_scenarios() -> String {
-    let entries = std::fs::read_dir("scenarios").into_iter().flatten();
-    let scenes = entries
-        .flatten()
-        .filter(|entry| entry.path().join("scenario.toml").is_file());
-    let names = scenes.filter_map(|entry| entry.file_name().into_string().ok());
-    let names = names.collect::<Vec<String>>().join(", ");
-    if names.is_empty() {
-        names
-    } else {
-        format!(" (here: {names})")
-    }
+    shipped::scene_file(scenario)
+        .map(Found::Shipped)
+        .ok_or_else(|| {
+            let meant = shipped::meant(scenario, false);
+            let name = scenario.into();
+            Refusal::NoScenario { name, meant }.into()
+        })
 }
 
 fn syntax_error(source: &Source, error: &toml::de::Error) -> Error {

@@ -1,6 +1,6 @@
 //! Budgets: the setting of a stored study that keeps within an error or a time.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::{Value, json};
 
@@ -84,20 +84,15 @@ pub struct Choice<'a> {
 /// # Errors
 /// None does; says of each why not.
 pub fn covering(place: Option<&Path>, resolved: &str) -> Result<(StoredStudy, Vec<f64>), Error> {
-    let places: Vec<PathBuf> = place.map_or_else(known, |place| vec![place.to_path_buf()]);
+    let own = place.map(|place| StoredStudy::read(place).map(|study| (place.to_path_buf(), study)));
+    let known = own.is_none().then(known).into_iter().flatten();
     let mut why = Vec::new();
-    for path in places {
-        let study = StoredStudy::read(&path)?;
+    for study in own.into_iter().chain(known) {
+        let (path, study) = study?;
         match study.place(resolved) {
             Ok(at) => return Ok((study, at)),
             Err(reason) => why.push(format!("{}: {reason}", path.display())),
         }
-    }
-    if why.is_empty() {
-        why.push(
-            "there is no stored study (scenarios/studies/*/study.json, runs/study-*/study.json)"
-                .into(),
-        );
     }
     let problem = format!(
         "no study covers this scene, so that nothing is known about its errors: {}; run a study of it, or give one with --study",

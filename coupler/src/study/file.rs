@@ -1,6 +1,7 @@
 //! The study file: what is varied, what it is held against, and what is measured.
 
 use std::collections::BTreeMap;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use protocol::setting::config_error;
@@ -8,6 +9,7 @@ use serde::Deserialize;
 
 use super::measure::{Measure, plain};
 use crate::error::{Error, Refusal};
+use crate::shipped::{self, STUDY};
 
 /// A study, as its file says it.
 #[derive(Clone, Debug, Deserialize)]
@@ -32,7 +34,7 @@ pub struct StudyFile {
 pub struct Subject {
     /// Name of the study, and of its folder.
     pub name: String,
-    /// A scenario beside the study file, or a name under scenarios/.
+    /// A scenario beside the study file, or as `run` finds it.
     pub scenario: String,
     /// Overrides of all runs, the reference included.
     #[serde(default)]
@@ -158,22 +160,31 @@ pub struct Choice {
 }
 
 impl StudyFile {
-    /// The file of a study, itself or `study.toml` in its folder.
+    /// The file of a study: itself, `study.toml` in its folder, or that of a name under `scenarios/studies/`. A name that is neither may
+    /// be that of a shipped one.
     pub fn place(path: &Path) -> PathBuf {
+        let named = Path::new("scenarios/studies").join(path);
         if path.is_dir() {
-            path.join("study.toml")
+            path.join(STUDY)
+        } else if !path.exists() && named.join(STUDY).is_file() {
+            named.join(STUDY)
         } else {
             path.to_path_buf()
         }
     }
 
-    /// Reads a study, from its file or from `study.toml` in its folder.
+    /// Reads a study, from its file, from `study.toml` in its folder, or a shipped one by its name.
     ///
     /// # Errors
     /// The file cannot be read, or a key of it is unknown, missing or makes no sense.
     pub fn read(path: &Path) -> Result<StudyFile, Error> {
         let path = &StudyFile::place(path);
-        let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
+        let name = path.to_str().filter(|_| !path.exists());
+        let shipped = name.and_then(shipped::study_folder);
+        let text = match shipped.and_then(|folder| shipped::text(&format!("{folder}/{STUDY}"))) {
+            Some(text) => text.into(),
+            None => std::fs::read_to_string(path).map_err(|error| no_study(path, error))?,
+        };
         StudyFile::parse(&text).map_err(|problem| Refusal::file(path, problem).into())
     }
 
@@ -229,6 +240,20 @@ impl StudyFile {
             return Err("vary.scene: the reference is run anew for each value of such a key, so it must be a `set`".into());
         }
         Ok(())
+    }
+}
+
+/// The error of a study that cannot be read; a name that is not there may be mistyped.
+fn no_study(path: &Path, error: io::Error) -> Error {
+    let missing = error.kind() == io::ErrorKind::NotFound;
+    let meant = path.to_str().filter(|_| missing);
+    match meant.and_then(|name| shipped::meant(name, true)) {
+        Some(near) => Refusal::file(
+            path,
+            format!("there is no such study; did you mean `{near}`?"),
+        )
+        .into(),
+        None => Error::input(path.display())(error),
     }
 }
 

@@ -4,10 +4,13 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use serde_json::json;
+
 use super::plan::{Task, runs};
 use super::task::{Stage, TaskFolder};
 use crate::error::Error;
-use crate::output::tell;
+use crate::output::stderr::{Manner, manner, tell_of};
+use crate::output::{tell, tell_progress};
 
 /// Attempts at a run. One that was killed so often is killed by something that does not go away.
 pub const MOST_ATTEMPTS: usize = 5;
@@ -58,7 +61,7 @@ impl<'a> StudyProgress<'a> {
             }
         }
         if !self.done.is_empty() {
-            tell(&format!(
+            tell_progress(&format!(
                 "{} of {} runs are done",
                 self.done.len(),
                 self.total
@@ -84,10 +87,20 @@ impl<'a> StudyProgress<'a> {
         let why = outcome.message;
         let colon = if why.is_empty() { "" } else { ": " };
         let (done, total, status) = (self.done.len(), self.total, outcome.status);
-        tell(&format!(
-            "{done} of {total}: task {} {status}{colon}{why}; {left:.0} s left",
-            task.index
-        ));
+        let index = task.index;
+        let object = json!({
+            "done": done,
+            "runs": total,
+            "task": index,
+            "status": status,
+            "message": why,
+            "left_wall_s": left,
+        });
+        let words =
+            || format!("{done} of {total}: task {index} {status}{colon}{why}; {left:.0} s left");
+        if manner() != Manner::Quiet {
+            tell_of("task", object, words);
+        }
         Ok(())
     }
 

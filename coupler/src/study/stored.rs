@@ -14,9 +14,13 @@ use super::statistics::{Prediction, predict};
 use crate::error::{Error, Refusal};
 use crate::rundir::BUILD;
 use crate::scenario::overrides::{remove_at, value_at};
+use crate::shipped;
 
 /// Name of the format, with its version.
 const SCHEMA: &str = "thirdbody.study/1";
+
+/// Its file in the folder of a study.
+const STORED: &str = "study.json";
 
 /// Keys that change no result.
 const NO_RESULT: [&str; 7] = [
@@ -163,17 +167,29 @@ impl StoredStudy {
         Ok(study)
     }
 
-    /// Reads `study.json`, or that of a folder.
+    /// Reads `study.json`, that of a folder, or that of a shipped study by its name.
     ///
     /// # Errors
     /// It cannot be read, or is none.
     pub fn read(path: &Path) -> Result<StoredStudy, Error> {
-        let inside = path.join("study.json");
+        let inside = path.join(STORED);
         let path = if path.is_dir() { &inside } else { path };
-        let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
+        let name = path.to_str().filter(|_| !path.exists());
+        let shipped = name.and_then(shipped::study_folder);
+        match shipped.and_then(|folder| shipped::text(&format!("{folder}/{STORED}"))) {
+            Some(text) => StoredStudy::parse(path, text),
+            None => {
+                let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
+                StoredStudy::parse(path, &text)
+            }
+        }
+    }
+
+    /// Reads the text of `study.json`, which came from this path.
+    fn parse(path: &Path, text: &str) -> Result<StoredStudy, Error> {
         let refuse = |problem: String| Refusal::file(path, problem);
         let study: StoredStudy =
-            serde_json::from_str(&text).map_err(|error| refuse(error.to_string()))?;
+            serde_json::from_str(text).map_err(|error| refuse(error.to_string()))?;
         if study.schema != SCHEMA {
             return Err(refuse(format!("is a {}, not a {SCHEMA}", study.schema)).into());
         }
@@ -363,17 +379,22 @@ fn leaves(table: &toml::Table) -> BTreeMap<String, String> {
     found
 }
 
-/// Stored studies that come with the sources or were run here: `scenarios/studies/*` and `runs/study-*`.
-pub fn known() -> Vec<PathBuf> {
-    let folders = ["scenarios/studies", "runs"];
-    let entries = folders
-        .iter()
-        .filter_map(|folder| std::fs::read_dir(folder).ok());
-    let files = entries
-        .flatten()
-        .flatten()
-        .map(|entry| entry.path().join("study.json"));
+/// Stored studies that were run here, `runs/study-*`, and those that ship, each as it is in `scenarios/studies` where there is such a
+/// folder; with the names of their files. One is read when it is asked for.
+pub fn known() -> impl Iterator<Item = Result<(PathBuf, StoredStudy), Error>> {
+    let folders = ["runs", "scenarios/studies"];
+    let entries = folders.iter().flat_map(std::fs::read_dir).flatten();
+    let files = entries.flatten().map(|entry| entry.path().join(STORED));
     let mut files: Vec<PathBuf> = files.filter(|file| file.is_file()).collect();
     files.sort();
-    files
+    let here = files.clone();
+    let shipped = shipped::of_studies(STORED);
+    let shipped =
+        shipped.filter(move |(path, _)| !here.contains(&Path::new("scenarios").join(path)));
+    let shipped = shipped.map(|(path, text)| {
+        let path = PathBuf::from(format!("{path} (built in)"));
+        StoredStudy::parse(&path, text).map(|study| (path, study))
+    });
+    let read = |file: PathBuf| StoredStudy::read(&file).map(|study| (file, study));
+    files.into_iter().map(read).chain(shipped)
 }

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::case::{Case, Number, read};
 use crate::error::Error;
-use crate::output::tell;
+use crate::output::tell_progress;
 use crate::participants::{Registry, Watch};
 use crate::plausible::Warning;
 use crate::run::session::{Ended, Options, fresh_run_id, run};
@@ -76,7 +76,7 @@ pub fn run_suite(folder: &Path, runs: &Runs) -> Result<Vec<Row>, Error> {
 fn run_case(scene: &Path, scenario: &Path, case: &Case, runs: &Runs) -> Result<Vec<Row>, Error> {
     let scene = scene.file_name().unwrap_or_default().to_string_lossy();
     let name = format!("{scene}: {}", case.name);
-    tell(&name);
+    tell_progress(&name);
     let outcome = attempt(scenario, &case.set, runs)?;
     let mut rows = vec![ending(case, &outcome)];
     if let Ok(left) = &outcome {

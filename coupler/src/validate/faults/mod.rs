@@ -40,7 +40,7 @@ use row::{FaultRow, Tried, Wrong};
 use trial::{ANSWER_S, Phase, Stage, Trial};
 
 use crate::error::{Error, Refusal};
-use crate::output::tell;
+use crate::output::tell_progress;
 use crate::participants::Watch;
 use simulated::run_schedules;
 
@@ -142,7 +142,7 @@ fn run_row(
     place: u64,
     fault: Fault,
 ) -> Result<FaultRow, Error> {
-    tell(&row.name);
+    tell_progress(&row.name);
     let next = AtomicU64::new(0);
     let work = || {
         let mut done = Vec::new();
@@ -195,7 +195,7 @@ fn numbered(wrong: Wrong, index: u64) -> Wrong {
 
 fn simulated_row(campaign: &Campaign) -> Result<FaultRow, Error> {
     let mut row = FaultRow::new(SIMULATED, campaign.seed, None);
-    tell(&row.name);
+    tell_progress(&row.name);
     let (count, watch) = (SCHEDULES * campaign.trials, &campaign.watch);
     let counts = run_schedules(campaign.seed, count, |link| link, watch);
     let counts = counts.map_err(Refusal::Benchmark)?;

@@ -1,0 +1,32 @@
+//! `thirdbody man`: manual pages.
+
+use std::fs;
+use std::path::PathBuf;
+
+use clap_mangen::{Man, generate_to};
+
+use super::common::{VerbResult, print};
+use crate::error::Error;
+
+/// Arguments of `man`.
+#[derive(Debug, clap::Args)]
+pub struct ManArguments {
+    /// Folder for one page a verb; without it the main page goes to stdout.
+    dir: Option<PathBuf>,
+}
+
+/// Prints the main page of a command, or writes all pages.
+pub fn man(arguments: &ManArguments, command: clap::Command) -> VerbResult {
+    let Some(folder) = &arguments.dir else {
+        let mut page = Vec::new();
+        let rendered = Man::new(command).render(&mut page);
+        rendered.map_err(Error::output("the manual page"))?;
+        print(String::from_utf8_lossy(&page).trim_end())?;
+        return Ok(0);
+    };
+    fs::create_dir_all(folder)
+        .and_then(|()| generate_to(command, folder))
+        .map_err(Error::output(folder.display()))?;
+    print(&format!("man -l {}", folder.join("thirdbody.1").display()))?;
+    Ok(0)
+}

@@ -1,0 +1,79 @@
+//! The time that a run has left.
+
+/// A simulated time (s) and the wall-clock time (s) at which a run came to it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Mark {
+    t_s: f64,
+    wall_s: f64,
+}
+
+/// Marks that are kept; then every other one is dropped.
+const MARKS: usize = 256;
+
+/// Marks of a run, by which the rest is taken to go as the second half of the time so far: phases of a load differ, and the latest is
+/// nearest to what comes.
+#[derive(Clone, Debug, Default)]
+pub struct Remaining {
+    marks: Vec<Mark>,
+}
+
+impl Remaining {
+    /// Begins at this simulated time (s).
+    pub fn from(t_s: f64) -> Remaining {
+        Remaining {
+            marks: vec![Mark { t_s, wall_s: 0.0 }],
+        }
+    }
+
+    /// The run has come to a simulated time after so much wall-clock time (s).
+    pub fn add(&mut self, t_s: f64, wall_s: f64) {
+        if self.marks.len() >= MARKS {
+            let mut index = 0;
+            self.marks.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
+        }
+        self.marks.push(Mark { t_s, wall_s });
+    }
+
+    /// Wall-clock time (s) that is left until this simulated time (s); none before there are two marks.
+    pub fn until(&self, end_s: f64) -> Option<f64> {
+        let last = *self.marks.last()?;
+        let half = self
+            .marks
+            .partition_point(|mark| mark.wall_s < 0.5 * last.wall_s);
+        let from = self.marks[half.min(self.marks.len().saturating_sub(2))];
+        let rate = (last.wall_s - from.wall_s) / (last.t_s - from.t_s);
+        Some((rate * (end_s - last.t_s)).max(0.0)).filter(|left_s| left_s.is_finite())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rest_goes_as_the_second_half_did() {
+        let mut remaining = Remaining::from(0.0);
+        assert_eq!(remaining.until(10.0), None);
+        // Two simulated seconds in one, then one in two.
+        remaining.add(2.0, 1.0);
+        assert_eq!(remaining.until(10.0), Some(4.0));
+        remaining.add(3.0, 3.0);
+        remaining.add(4.0, 5.0);
+        assert_eq!(remaining.until(10.0), Some(12.0));
+        assert_eq!(remaining.until(4.0), Some(0.0));
+    }
+
+    #[test]
+    fn a_long_run_keeps_few_marks_and_its_rate() {
+        let mut remaining = Remaining::from(0.0);
+        for second in 1..100_000 {
+            remaining.add(f64::from(second), 3.0 * f64::from(second));
+        }
+        assert!(remaining.marks.len() <= MARKS);
+        let left_s = remaining.until(100_000.0).expect("it is on its way");
+        assert!((left_s - 3.0).abs() < 1e-9, "{left_s}");
+    }
+}

@@ -1,0 +1,131 @@
+//! Scenes and studies inside this program: they run anywhere, without the source tree.
+//!
+//! - [`listing`]: each with what it shows and how long it takes, as `scenarios/README.md` says;
+//! - [`kept`]: their files on the disk, for those that programs read there.
+
+use protocol::setting::nearest;
+
+pub mod kept;
+pub mod listing;
+
+/// All files, by their paths below `scenarios/`, with their contents: what `build.rs` found there.
+pub const FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shipped.rs"));
+
+/// The file of a scene.
+pub const SCENE: &str = "scenario.toml";
+
+/// The file of a study.
+pub const STUDY: &str = "study.toml";
+
+/// Folder of the studies.
+const STUDIES: &str = "studies/";
+
+/// The text of a file.
+pub fn text(path: &str) -> Option<&'static str> {
+    let (_, content) = FILES.iter().find(|(name, _)| *name == path)?;
+    std::str::from_utf8(content).ok()
+}
+
+/// The file of a scene that goes by this name, its own (`quick`) or that of a file (`foreign/yade/dem-node.toml`).
+pub fn scene_file(name: &str) -> Option<String> {
+    let name = name.trim_end_matches('/');
+    let own = [format!("{name}/{SCENE}"), name.to_string()];
+    let mut own = own.into_iter().filter(|path| path.ends_with(".toml"));
+    own.find(|path| !path.starts_with(STUDIES) && text(path).is_some())
+}
+
+/// The folder of a study that goes by this name, with or without `studies/`.
+pub fn study_folder(name: &str) -> Option<String> {
+    let name = name.trim_end_matches('/');
+    let name = name.strip_prefix(STUDIES).unwrap_or(name);
+    let folder = format!("{STUDIES}{name}");
+    text(&format!("{folder}/{STUDY}"))
+        .is_some()
+        .then_some(folder)
+}
+
+/// Texts of all files of this name in folders of studies, with their paths.
+pub fn of_studies(file: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let paths = FILES.iter().map(|(path, _)| *path);
+    let own = paths.filter(move |path| {
+        let inside = path.strip_prefix(STUDIES);
+        inside.is_some_and(|path| path.split_once('/').is_some_and(|(_, name)| name == file))
+    });
+    own.filter_map(|path| Some((path, text(path)?)))
+}
+
+/// The files below a folder, by their paths from there. What validation expects of a scene is not among them: it holds for the scene as
+/// it ships.
+pub fn files_of(folder: &str) -> Vec<(&'static str, &'static [u8])> {
+    let inside = |(path, content): &(&'static str, &'static [u8])| {
+        let path = path.strip_prefix(folder)?.strip_prefix('/')?;
+        (path != "expected.toml").then_some((path, *content))
+    };
+    FILES.iter().filter_map(inside).collect()
+}
+
+/// True for a scene that reads nothing but its own file.
+pub fn stands_alone(scene_file: &str) -> bool {
+    let folder = scene_file.rsplit_once('/').map_or("", |(folder, _)| folder);
+    files_of(folder).len() == 1
+}
+
+/// Names of all scenes and studies.
+pub fn names() -> Vec<&'static str> {
+    let folder = |(path, _): &(&'static str, _)| {
+        let (folder, file) = path.rsplit_once('/')?;
+        [SCENE, STUDY].contains(&file).then_some(folder)
+    };
+    FILES.iter().filter_map(folder).collect()
+}
+
+/// The scene, or the study, that a mistyped name most likely meant; the folder that it is in may be missing.
+pub fn meant(name: &str, study: bool) -> Option<&'static str> {
+    let names = names().into_iter();
+    let names: Vec<&str> = names
+        .filter(|name| name.starts_with(STUDIES) == study)
+        .collect();
+    let last = |name: &&'static str| name.rsplit('/').next().unwrap_or(name);
+    let short: Vec<&str> = names.iter().map(last).collect();
+    let whole = |short: &str| names.iter().copied().find(|name| last(name) == short);
+    nearest(name, &names).or_else(|| whole(nearest(name, &short)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scenes_and_studies_go_by_their_folders() {
+        assert_eq!(scene_file("quick").as_deref(), Some("quick/scenario.toml"));
+        let other = "foreign/yade/dem-node.toml";
+        assert_eq!(scene_file(other).as_deref(), Some(other));
+        assert_eq!(scene_file("studies/fidelity/study.toml"), None);
+        assert_eq!(scene_file("README.md"), None);
+        for name in ["fidelity", "studies/fidelity", "studies/fidelity/"] {
+            assert_eq!(study_folder(name).as_deref(), Some("studies/fidelity"));
+        }
+        assert_eq!(study_folder("quick"), None);
+    }
+
+    #[test]
+    fn a_mistyped_name_is_understood_without_its_folder() {
+        assert_eq!(meant("quik", false), Some("quick"));
+        assert_eq!(meant("winkler", false), Some("foreign/winkler"));
+        assert_eq!(
+            meant("tradeof-coupled", true),
+            Some("studies/tradeoff-coupled")
+        );
+        assert_eq!(meant("something else altogether", false), None);
+    }
+
+    #[test]
+    fn pictures_results_and_expectations_stay_behind() {
+        let files = files_of("studies/quick-bonded");
+        let names: Vec<&str> = files.iter().map(|(name, _)| *name).collect();
+        assert_eq!(names, ["study.json", "study.toml"]);
+        let mesh = files_of("verification/pressurised-cylinder");
+        let names: Vec<&str> = mesh.iter().map(|(name, _)| *name).collect();
+        assert_eq!(names, ["cylinder.msh", "scenario.toml"]);
+    }
+}

@@ -1,0 +1,214 @@
+//! Progress on stderr: a block on a terminal, a few lines elsewhere, objects for programs, nothing when it is to be quiet.
+
+use std::path::Path;
+use std::process::Command;
+
+use harness::runs::{Scratch, parse_json, program};
+use serde_json::Value;
+
+use crate::scene::{fails, short_quick};
+
+/// Standard error of a short `quick` with these arguments.
+fn told(work: &Path, arguments: &[&str], sets: &[&str]) -> String {
+    let output = short_quick(work, sets).args(arguments).output();
+    let output = output.expect("the program starts");
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{stderr}");
+    // stdout is what it is without progress.
+    assert_eq!(parse_json(&output.stdout)["status"], "completed");
+    stderr
+}
+
+#[test]
+fn a_pipe_gets_a_line_for_every_tenth_of_a_run() {
+    let work = Scratch::new("lines");
+    let stderr = told(work.path(), &[], &[]);
+    let lines: Vec<&str> = stderr.lines().collect();
+    assert!((3..=11).contains(&lines.len()), "{stderr}");
+    let last = lines[lines.len() - 1];
+    for word in [
+        "quick: 100 %",
+        "ramp",
+        "t = 0.060 of 0.060 ms",
+        "repeats",
+        "F_T/F_N",
+        "energy defect",
+        "waits for rail",
+        "third-body",
+        "own work",
+        "spent",
+    ] {
+        assert!(last.contains(word), "no `{word}` in {last}");
+    }
+    assert!(!stderr.contains('\u{1b}'), "{stderr}");
+}
+
+#[test]
+fn quiet_runs_still_warn() {
+    let work = Scratch::new("quiet");
+    assert_eq!(told(work.path(), &["--quiet"], &[]), "");
+    let work = Scratch::new("quiet-warns");
+    let warned = told(
+        work.path(),
+        &["--quiet"],
+        &["run.plausible.energy_balance_rel={ warn = 1e-12, suspect = 1.0 }"],
+    );
+    assert!(warned.contains("energy"), "{warned}");
+    let refused = Command::new(program("thirdbody"))
+        .args(["run", "quick", "--quiet", "--json-lines"])
+        .output();
+    fails(&refused.expect("it starts"), 2, &["--quiet"]);
+}
+
+#[test]
+fn programs_get_one_object_a_line() {
+    let work = Scratch::new("objects");
+    let warns = ["run.plausible.energy_balance_rel={ warn = 1e-12, suspect = 1.0 }"];
+    let stderr = told(work.path(), &["--json-lines"], &warns);
+    let objects: Vec<Value> = stderr.lines().map(|l| parse_json(l.as_bytes())).collect();
+    let all = &objects;
+    let of = |event: &'static str| all.iter().filter(move |object| object["event"] == event);
+    let last = of("progress").last().expect("the run's end is told");
+    assert_eq!(last["done_rel"], 1.0);
+    for key in [
+        "t_s",
+        "end_s",
+        "window",
+        "windows",
+        "repeats",
+        "repeats_mean",
+        "friction_coefficient",
+        "energy_defect_rel",
+        "own_rel",
+        "spent_wall_s",
+        "left_wall_s",
+        "phase_done_rel",
+    ] {
+        assert!(last[key].is_number(), "no {key} in {last}");
+    }
+    assert!(last["waited_rel"]["third-body"].is_number() && last["phase"] == "ramp");
+    let warning = of("warning").next().expect("it warns");
+    assert!(
+        warning["code"] == "energy_balance" && warning["where"].is_string(),
+        "{warning}"
+    );
+    let out = work.path().join("out").display().to_string();
+    let occupied = short_quick(work.path(), &[]).arg("--json-lines").output();
+    let occupied = occupied.expect("it starts");
+    assert_eq!(occupied.status.code(), Some(2));
+    let error = parse_json(&occupied.stderr);
+    assert!(
+        error["event"] == "error" && error["exit_code"] == 2,
+        "{error}"
+    );
+    assert!(
+        error["text"]
+            .as_str()
+            .is_some_and(|text| text.contains(&out)),
+        "{error}"
+    );
+}
+
+/// A terminal that knows the codes which move the cursor up and clear what is below.
+#[derive(Default)]
+struct Screen {
+    lines: Vec<String>,
+    line: usize,
+    column: usize,
+    /// The longest that a line ever was.
+    widest: usize,
+}
+
+impl Screen {
+    fn show(&mut self, text: &str) {
+        let mut rest = text.chars();
+        while let Some(c) = rest.next() {
+            match c {
+                '\r' => self.column = 0,
+                '\n' => self.line += 1,
+                '\u{1b}' => {
+                    assert_eq!(rest.next(), Some('['));
+                    let mut code = String::new();
+                    while !code.ends_with(|c: char| c.is_ascii_alphabetic()) {
+                        code.extend(rest.next());
+                    }
+                    self.obey(&code);
+                }
+                c => self.put(c),
+            }
+        }
+    }
+
+    fn obey(&mut self, code: &str) {
+        let number: usize = code[..code.len() - 1].parse().unwrap_or(0);
+        match code.chars().last() {
+            Some('A') => self.line -= number.max(1),
+            Some('J') => {
+                let column = self.column;
+                self.current().truncate(column);
+                self.lines.truncate(self.line + 1);
+            }
+            _ => panic!("an unknown code: {code}"),
+        }
+    }
+
+    fn current(&mut self) -> &mut String {
+        let lines = self.lines.len().max(self.line + 1);
+        self.lines.resize(lines, String::new());
+        &mut self.lines[self.line]
+    }
+
+    fn put(&mut self, c: char) {
+        let column = self.column;
+        let line = self.current();
+        let missing = column.saturating_sub(line.len());
+        line.push_str(&" ".repeat(missing));
+        line.replace_range(column..line.len().min(column + 1), &c.to_string());
+        self.column += 1;
+        self.widest = self.widest.max(self.column);
+    }
+}
+
+/// On a terminal of 80 columns the block is redrawn where it stands, and what is told meanwhile is above it. The terminal is that of
+/// `script` (util-linux).
+#[test]
+fn a_terminal_gets_one_block_that_never_wraps() {
+    let work = Scratch::new("block");
+    if Command::new("script").arg("--version").output().is_err() {
+        eprintln!("there is no `script` here: the block is tested without a terminal only");
+        return;
+    }
+    let run = format!(
+        "stty cols 80 rows 24; exec {} run quick --json --out out --set run.end_s=3e-4 --set 'run.plausible.energy_balance_rel={{ warn = 1e-12, suspect = 1.0 }}' > summary.json",
+        program("thirdbody").display()
+    );
+    let output = Command::new("script")
+        .args(["--quiet", "--return", "--command", &run, "/dev/null"])
+        .current_dir(work.path())
+        .envs([("TERM", "xterm"), ("SHELL", "/bin/sh")])
+        .env("XDG_CACHE_HOME", work.path())
+        .output()
+        .expect("it is here");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{text:?}");
+    assert!(
+        text.matches("quick [").count() > 1,
+        "it is redrawn: {text:?}"
+    );
+    let mut screen = Screen::default();
+    screen.show(&text);
+    let shown: Vec<&str> = screen.lines.iter().map(|line| line.trim_end()).collect();
+    assert!(screen.widest <= 80, "{shown:#?}");
+    let heads = shown.iter().filter(|line| line.starts_with("quick ["));
+    assert_eq!(heads.count(), 1, "{shown:#?}");
+    let at = |word: &str| shown.iter().position(|line| line.contains(word));
+    let head = at("quick [####################] 100 %").expect("it came to its end");
+    assert!(
+        shown[head + 3].starts_with("  time: waits for rail"),
+        "{shown:#?}"
+    );
+    assert!(
+        at("energy_balance").is_some_and(|line| line < head),
+        "{shown:#?}"
+    );
+}

@@ -1,0 +1,229 @@
+//! Scenes and studies inside the program: the same bits as from the source tree, in any folder, to be listed and copied.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use harness::runs::{Scratch, parse_json, thirdbody};
+use serde_json::Value;
+
+use crate::scene::{completed, fails, folder, short_quick};
+
+fn output(work: &Path, arguments: &[&str]) -> Output {
+    let mut command = thirdbody(work);
+    command
+        .args(arguments)
+        .output()
+        .expect("the program starts")
+}
+
+/// Runs it, which must succeed; returns what it printed.
+fn printed(work: &Path, arguments: &[&str]) -> String {
+    let output = output(work, arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {stderr}");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn run(work: &Path, scene: &str, out: &str, sets: &[&str]) -> Value {
+    let mut command = thirdbody(work);
+    command.args(["run", scene, "--json", "--out", out]);
+    for set in sets {
+        command.args(["--set", set]);
+    }
+    completed(&mut command)
+}
+
+#[test]
+fn a_scene_inside_the_program_gives_the_bits_of_the_source_tree() {
+    let [here, there] = ["inside", "tree"].map(Scratch::new);
+    let inside = run(here.path(), "quick", "out", &["run.end_s=6e-5"]);
+    let tree = completed(&mut short_quick(there.path(), &[]));
+    assert!(inside["hashes"]["exchange"].is_string());
+    assert_eq!(inside["hashes"], tree["hashes"]);
+    let manifest = here.path().join("out/manifest.json");
+    let manifest = parse_json(&std::fs::read(manifest).expect("it ran"));
+    assert_eq!(manifest["scenario_file"], "quick (built in)");
+}
+
+/// The scenario's own hash holds the place of the mesh; what was computed does not.
+#[test]
+fn a_mesh_inside_the_program_is_found_again_by_a_replay() {
+    const SCENE: &str = "verification/pressurised-cylinder";
+    let work = Scratch::new("mesh");
+    let logged = ["run.output.exchange=true"];
+    let inside = run(work.path(), SCENE, "inside", &logged);
+    let tree = folder(SCENE).display().to_string();
+    let tree = run(work.path(), &tree, "tree", &logged);
+    for hash in ["exchange", "state"] {
+        assert!(inside["hashes"][hash].is_string());
+        assert_eq!(inside["hashes"][hash], tree["hashes"][hash], "{hash}");
+    }
+    printed(work.path(), &["replay", "inside"]);
+    let without = output(work.path(), &["run", SCENE, "--cache", "none"]);
+    fails(&without, 2, &[SCENE, "--cache DIR", "thirdbody new"]);
+}
+
+/// A damaged file of the cache is written anew: a mesh is not what somebody left under its name.
+#[test]
+fn a_damaged_mesh_in_the_cache_is_mended() {
+    const SCENE: &str = "verification/pressurised-cylinder";
+    let work = Scratch::new("mended");
+    let first = run(work.path(), SCENE, "first", &[]);
+    let cache = work.path().join("cache/thirdbody");
+    let mut kept = std::fs::read_dir(cache).expect("it was made").flatten();
+    let kept = kept.next().expect("the scenes").path();
+    let mesh = kept.join(SCENE).join("cylinder.msh");
+    let whole = std::fs::read(&mesh).expect("it was kept");
+    std::fs::write(&mesh, "$MeshFormat").expect("writable");
+    let second = run(work.path(), SCENE, "second", &[]);
+    assert_eq!(first["hashes"], second["hashes"]);
+    assert_eq!(std::fs::read(&mesh).expect("it is mended"), whole);
+}
+
+#[test]
+fn all_scenes_on_the_disk_are_listed() {
+    let work = Scratch::new("listed");
+    let listed = parse_json(printed(work.path(), &["scenes", "--json"]).as_bytes());
+    let listed = listed["results"].as_array().expect("rows").clone();
+    let names: BTreeSet<String> = listed
+        .iter()
+        .map(|row| row["name"].as_str().expect("a text").to_string())
+        .collect();
+    let mut on_disk = BTreeSet::new();
+    let top = folder("");
+    for group in [
+        "",
+        "benchmarks",
+        "extremes",
+        "foreign",
+        "studies",
+        "verification",
+    ] {
+        for entry in std::fs::read_dir(top.join(group))
+            .expect("it ships")
+            .flatten()
+        {
+            let files = ["scenario.toml", "study.toml"];
+            if files.iter().any(|file| entry.path().join(file).is_file()) {
+                let name = Path::new(group).join(entry.file_name());
+                on_disk.insert(name.display().to_string());
+            }
+        }
+    }
+    assert_eq!(names, on_disk);
+    let text = printed(work.path(), &["scenes"]);
+    for word in [
+        "quick (3 s)",
+        "foreign/winkler",
+        "Python package",
+        "thirdbody new NAME",
+    ] {
+        assert!(text.contains(word), "no `{word}` in {text}");
+    }
+}
+
+#[test]
+fn a_mistyped_scene_or_study_is_proposed() {
+    let work = Scratch::new("mistyped");
+    let of = |arguments: &[&str]| output(work.path(), arguments);
+    fails(
+        &of(&["run", "quik"]),
+        2,
+        &["`quik`", "did you mean `quick`?"],
+    );
+    let winkler = ["check", "winkler"];
+    fails(&of(&winkler), 2, &["did you mean `foreign/winkler`?"]);
+    let study = ["study", "status", "tradeof-coupled"];
+    fails(
+        &of(&study),
+        2,
+        &["did you mean `studies/tradeoff-coupled`?"],
+    );
+    fails(&of(&["new", "quik"]), 2, &["did you mean `quick`?"]);
+}
+
+#[test]
+fn a_copy_keeps_its_comments_and_runs_as_it_is_edited() {
+    let work = Scratch::new("copy");
+    let told = printed(work.path(), &["new", "quick", "mine"]);
+    for word in ["mine/scenario.toml", "check mine", "run mine", "report"] {
+        assert!(told.contains(word), "no `{word}` in {told}");
+    }
+    let file = work.path().join("mine/scenario.toml");
+    let text = std::fs::read_to_string(&file).expect("it was copied");
+    let shipped = folder("quick").join("scenario.toml");
+    assert_eq!(text, std::fs::read_to_string(shipped).expect("it ships"));
+    let edited = text.replace("seed = 1", "seed = 2\nend_s = 6e-5");
+    assert!(text.starts_with('#') && edited != text);
+    std::fs::write(&file, edited).expect("writable");
+    let ours = run(work.path(), "mine", "out", &[]);
+    let built_in = ["run.end_s=6e-5", "run.seed=2"];
+    let theirs = run(work.path(), "quick", "theirs", &built_in);
+    assert_eq!(ours["hashes"]["state"], theirs["hashes"]["state"]);
+    let again = output(work.path(), &["new", "quick", "mine"]);
+    fails(&again, 2, &["mine", "not empty"]);
+    let crate_scene = output(work.path(), &["new", "foreign/rust-bed"]);
+    fails(&crate_scene, 2, &["new-node rust"]);
+}
+
+/// A folder goes before the built-in scene of its name, and says so.
+#[test]
+fn a_folder_of_the_name_of_a_scene_goes_before_it() {
+    let work = Scratch::new("before");
+    printed(work.path(), &["new", "quick"]);
+    let check = ["check", "quick", "--no-start"];
+    let same = output(work.path(), &check);
+    assert!(same.status.success() && same.stderr.is_empty());
+    let file = work.path().join("quick/scenario.toml");
+    let text = std::fs::read_to_string(&file).expect("it was copied");
+    std::fs::write(&file, text.replace("seed = 1", "seed = 3")).expect("writable");
+    let other = output(work.path(), &check);
+    fails(
+        &other,
+        0,
+        &["quick/scenario.toml", "differs from the built-in"],
+    );
+}
+
+#[test]
+fn studies_budgets_and_suites_work_in_any_folder() {
+    let work = Scratch::new("anywhere");
+    let status = output(work.path(), &["study", "status", "tradeoff-coupled"]);
+    fails(&status, 8, &[]);
+    let status = String::from_utf8_lossy(&status.stdout).into_owned();
+    assert!(status.contains("study    tradeoff-coupled"), "{status}");
+    let budget = ["run", "quick-bonded", "--budget", "error=5%", "--json"];
+    let summary = parse_json(printed(work.path(), &budget).as_bytes());
+    assert_eq!(summary["budget"]["study"], "quick-bonded", "{summary:#}");
+    let suite = printed(work.path(), &["validate", "--json"]);
+    assert!(suite.matches("\"holds\":true").count() >= 10, "{suite}");
+    printed(work.path(), &["new", "studies/quick-bonded", "mine"]);
+    for file in ["study.toml", "study.json"] {
+        assert!(work.path().join("mine").join(file).is_file(), "{file}");
+    }
+}
+
+#[test]
+fn shells_complete_and_every_verb_has_a_page() {
+    let work = Scratch::new("pages");
+    for shell in ["bash", "zsh", "fish"] {
+        let text = printed(work.path(), &["completions", shell]);
+        assert!(text.contains("new-node"), "{shell}: {text}");
+    }
+    let bash = printed(work.path(), &["completions", "bash"]);
+    std::fs::write(work.path().join("completions"), bash).expect("writable");
+    let words = "source completions; COMP_WORDS=(thirdbody sce); COMP_CWORD=1; _thirdbody thirdbody sce thirdbody; echo ${COMPREPLY[@]}";
+    let mut shell = Command::new("bash");
+    let completed = shell.current_dir(work.path()).args(["-c", words]).output();
+    let completed = completed.expect("bash starts").stdout;
+    assert_eq!(String::from_utf8_lossy(&completed).trim(), "scenes");
+    assert!(printed(work.path(), &["man"]).contains(".TH thirdbody 1"));
+    printed(work.path(), &["man", "pages"]);
+    for page in ["thirdbody.1", "thirdbody-run.1", "thirdbody-study-run.1"] {
+        let text = std::fs::read_to_string(work.path().join("pages").join(page));
+        assert!(text.is_ok_and(|text| text.contains(".SH")), "{page}");
+    }
+    let hidden = work.path().join("pages/thirdbody-exec-child.1");
+    assert!(!hidden.exists());
+}
