@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::cause::{Cause, lenient};
 use crate::finding::Finding;
 use crate::setting::ConfigError;
 
@@ -460,6 +461,13 @@ pub enum FaultCode {
 pub struct NodeError {
     /// Kind of the fault.
     pub code: FaultCode,
+    /// Its cause, where a closer one than the fault is known.
+    #[serde(
+        default,
+        deserialize_with = "lenient",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub cause: Option<Cause>,
     /// The fault, its place, its cause, and advice.
     pub message: String,
 }
@@ -481,28 +489,45 @@ impl NodeError {
     }
 
     fn new(code: FaultCode, message: impl Into<String>) -> NodeError {
-        let message = message.into();
-        NodeError { code, message }
-    }
-
-    /// A file cannot be written.
-    pub fn output(message: impl Into<String>) -> NodeError {
         NodeError {
-            code: FaultCode::Output,
+            code,
+            cause: None,
             message: message.into(),
         }
     }
 
+    /// A file cannot be written.
+    pub fn output(message: impl Into<String>) -> NodeError {
+        NodeError::new(FaultCode::Output, message)
+    }
+
+    /// An error of this cause; its fault follows.
+    pub fn of(cause: Cause, message: impl Into<String>) -> NodeError {
+        NodeError {
+            cause: Some(cause),
+            ..NodeError::new(cause.fault(), message)
+        }
+    }
+
+    /// Its cause, the general one of its fault where no closer one is known.
+    pub fn cause(&self) -> Cause {
+        let closer = self.cause.filter(|cause| cause.fault() == self.code);
+        closer.unwrap_or(Cause::general(self.code))
+    }
+
     fn unsupported(what: &str) -> NodeError {
-        NodeError::configuration(format!(
-            "this participant does not offer {what}: choose another scheme or another participant"
-        ))
+        NodeError::of(
+            Cause::NotOffered,
+            format!(
+                "this participant does not offer {what}: choose another scheme or another participant"
+            ),
+        )
     }
 }
 
 impl From<ConfigError> for NodeError {
     fn from(error: ConfigError) -> NodeError {
-        NodeError::configuration(format!("participant.config.{error}"))
+        NodeError::of(error.cause, format!("participant.config.{error}"))
     }
 }
 

@@ -1,5 +1,6 @@
 //! The command line: one file a verb.
 
+use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -7,7 +8,7 @@ use std::sync::Arc;
 use clap::{Parser, Subcommand};
 use signal_hook::consts::SIGXFSZ;
 
-use crate::error::Error;
+use crate::error::{Code, Error};
 use crate::output::tell;
 use crate::participants::Registry;
 
@@ -17,6 +18,7 @@ pub mod check;
 mod common;
 pub mod compare;
 pub mod conform;
+pub mod explain;
 pub mod export;
 pub mod inspect;
 pub mod new_node;
@@ -46,6 +48,8 @@ enum Verb {
     Run(run::RunArguments),
     /// Check a scenario without running it.
     Check(check::CheckArguments),
+    /// Tell cause and cure of an error or a warning by its code, or list all codes.
+    Explain(explain::ExplainArguments),
     /// Show what a run directory or an exchange log holds.
     Inspect(inspect::InspectArguments),
     /// Write the exchange of a run as tables of text (CSV).
@@ -82,7 +86,10 @@ enum Verb {
 pub fn main(registry: &Registry) -> ExitCode {
     // A file that may not grow further is then an error of the write, not the end of the process.
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(told) => return usage(&told),
+    };
     let registry = &Registry {
         cache: common::cache_folder(cli.cache),
         ..registry.clone()
@@ -90,6 +97,7 @@ pub fn main(registry: &Registry) -> ExitCode {
     let result = match cli.verb {
         Verb::Run(arguments) => run::run(&arguments, registry),
         Verb::Check(arguments) => check::check(&arguments, registry),
+        Verb::Explain(arguments) => explain::explain(&arguments),
         Verb::Inspect(arguments) => inspect::inspect(&arguments),
         Verb::Export(arguments) => export::export(&arguments),
         Verb::Replay(arguments) => replay::replay(&arguments, registry),
@@ -117,6 +125,23 @@ pub fn main(registry: &Registry) -> ExitCode {
 fn print_error(error: Error) {
     match error {
         Error::Scenario(scenario) => tell(&format!("{:?}", miette::Report::new(*scenario))),
-        other => tell(&format!("error: {other}")),
+        other => tell(&other.line()),
     }
+}
+
+/// Help and version as clap prints them; what cannot be understood with its code.
+fn usage(told: &clap::Error) -> ExitCode {
+    let code = told.exit_code();
+    if !told.use_stderr() {
+        let _ = told.print();
+        return ExitCode::from(code as u8);
+    }
+    let text = if std::io::stderr().is_terminal() {
+        told.render().ansi().to_string()
+    } else {
+        told.render().to_string()
+    };
+    let headed = format!("error[{}]:", Code::Usage.word());
+    tell(text.replacen("error:", &headed, 1).trim_end());
+    ExitCode::from(code as u8)
 }
