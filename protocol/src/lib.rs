@@ -42,14 +42,14 @@ pub mod serve;
 pub mod setting;
 pub mod table;
 
-pub use cause::Cause;
+pub use cause::{Cause, FaultCode};
 pub use cure::WithCure;
 pub use finding::{Bounds, Finding, larger};
 pub use frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 pub use link::{Link, LinkError};
 pub use node::{
-    BoundaryAnswer, BoundaryInertia, Capabilities, Description, FaultCode, HeldLoad, Node,
-    NodeError, Outcome, Phase, PreparedSample, Reaction, Role, Surface, Term, Tolerance, Window,
+    BoundaryAnswer, BoundaryInertia, Capabilities, Description, HeldLoad, Node, NodeError, Outcome,
+    Phase, PreparedSample, Reaction, Role, Surface, Term, Tolerance, Window,
 };
 pub use participate::{ParticipateError, participate};
 pub use serve::{ServeError, serve};

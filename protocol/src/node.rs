@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::cause::{Cause, lenient};
+use crate::cause::{Cause, FaultCode, lenient};
 use crate::finding::Finding;
 use crate::setting::ConfigError;
 
@@ -441,20 +441,6 @@ impl Outcome {
     }
 }
 
-/// Kind of the fault that ended a participant; the exit code of the run follows from it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum FaultCode {
-    /// The scenario or a request cannot be followed.
-    Configuration,
-    /// The solution left the finite numbers or a solver did not converge.
-    Diverged,
-    /// The conversation broke: a frame that does not belong here.
-    Protocol,
-    /// A file cannot be written, for instance on a full disk.
-    Output,
-}
-
 /// A node cannot do what it was asked.
 #[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 #[error("{message}")]
@@ -534,6 +520,20 @@ impl From<ConfigError> for NodeError {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_unknown_cause_and_one_of_another_fault_are_the_general_one() {
+        let told = |cause: &str| {
+            let text = format!(r#"{{"code": "diverged", "message": "m"{cause}}}"#);
+            let error: NodeError = serde_json::from_str(&text).expect("a fault");
+            error.cause()
+        };
+        let closer = told(r#", "cause": "contact-too-wide""#);
+        assert_eq!(closer, Cause::ContactTooWide);
+        assert_eq!(told(""), Cause::Diverged);
+        assert_eq!(told(r#", "cause": "of-a-later-release""#), Cause::Diverged);
+        assert_eq!(told(r#", "cause": "unknown-key""#), Cause::Diverged);
+    }
 
     #[test]
     fn a_result_that_is_no_number_costs_itself_and_not_the_run() {

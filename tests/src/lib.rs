@@ -3,6 +3,7 @@
 //! - [`bar`]: an elastic bar, explicit, the continuum side of the one-dimensional cases;
 //! - [`broken`]: any of the solvers with one of its answers spoilt;
 //! - [`chain`]: masses and springs, implicit, the side that stands on the wall; one mass is a rigid body;
+//! - [`json_schema`]: a validator of JSON Schemas;
 //! - [`lattice`]: what bars and chains are pieces of, in one piece;
 //! - [`plate`]: a row of loaded masses on a two-dimensional surface;
 //! - [`scene`]: texts of scenes of these;
@@ -15,6 +16,7 @@ pub mod bar;
 pub mod broken;
 pub mod chain;
 pub mod filegraph;
+pub mod json_schema;
 pub mod lattice;
 pub mod plate;
 pub mod runs;
