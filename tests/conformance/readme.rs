@@ -67,7 +67,8 @@ fn first_text(arguments: &[TokenTree]) -> Option<String> {
         first => {
             let text = first.to_string();
             let text = text.strip_prefix('"')?.strip_suffix('"')?;
-            Some(text.to_string())
+            let is_word = text.chars().all(|c| c.is_ascii_lowercase() || c == '_');
+            is_word.then(|| text.to_string())
         }
     }
 }
