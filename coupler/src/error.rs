@@ -3,33 +3,59 @@
 use std::fmt::Display;
 use std::io;
 
-use miette::{Diagnostic, NamedSource, SourceSpan};
-use protocol::{FaultCode, NodeError, WithCure};
+use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode, SourceSpan};
+use protocol::{Cause, NodeError, WithCure};
 use thiserror::Error;
 
 use crate::log::LogError;
 
+mod code;
+mod explain;
 mod refusal;
 
+pub use code::{Code, DAMAGED};
+pub use explain::{Entry, entries, entry};
 pub use refusal::{Refusal, WindowOf};
 
 /// A problem of the scenario: what, where in the file, and what to do.
-#[derive(Debug, Error, Diagnostic)]
+#[derive(Debug, Error)]
 #[error("{key}: {problem}")]
 pub struct ScenarioError {
+    /// Its code.
+    pub code: Code,
     /// Full dotted path of the key.
     pub key: String,
     /// The problem with its value.
     pub problem: String,
     /// A proposal.
-    #[help]
     pub help: Option<String>,
     /// The file, for the excerpt.
-    #[source_code]
     pub source_file: Option<NamedSource<String>>,
     /// Place in the file.
-    #[label("here")]
     pub span: Option<SourceSpan>,
+}
+
+/// By hand: miette derives only codes that are always the same.
+impl Diagnostic for ScenarioError {
+    fn code<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
+        Some(Box::new(format!("error[{}]", self.code.word())))
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
+        let help = self.help.as_ref()?;
+        Some(Box::new(help))
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        let file = self.source_file.as_ref()?;
+        Some(file)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let span = self.span?;
+        let label = LabeledSpan::new_with_span(Some("here".into()), span);
+        Some(Box::new([label].into_iter()))
+    }
 }
 
 /// Everything that can end a run early.
@@ -72,6 +98,14 @@ pub enum Error {
         phase: String,
         why: String,
     },
+    /// A participant told that it cannot go on.
+    #[error("participant `{peer}` {phase}: {message}")]
+    Fault {
+        peer: String,
+        phase: String,
+        cause: Cause,
+        message: String,
+    },
     #[error("exchange log: {0}")]
     Log(#[from] LogError),
     /// A file that cannot be read, or a process that cannot be started.
@@ -83,9 +117,6 @@ pub enum Error {
     #[error("interrupted by signal {signal}; the valid part of the run is kept")]
     Interrupted { signal: i32 },
 }
-
-/// Exit code of a log that is damaged inside.
-pub const DAMAGED: i32 = 6;
 
 /// Exit code of a check that failed, and of a run whose results are not to be trusted.
 pub const CHECK_FAILED: i32 = 8;
@@ -109,51 +140,66 @@ impl Error {
 
     /// A fault that a participant reported, at this point of the exchange.
     pub fn of_participant(peer: &str, phase: &str, error: NodeError) -> Error {
-        let what = format!("participant `{peer}` {phase}");
-        match error.code {
-            FaultCode::Configuration => Error::from(Refusal::Fault {
-                participant: peer.into(),
-                asked: phase.into(),
-                message: error.message,
-            }),
-            FaultCode::Diverged => Error::Diverged(format!("{what}: {}", error.message)),
-            FaultCode::Protocol => Error::Protocol {
-                peer: peer.into(),
-                phase: phase.into(),
-                why: error.message,
-            },
-            FaultCode::Output => Error::Output {
-                what,
-                source: io::Error::other(error.message),
-            },
+        Error::Fault {
+            peer: peer.into(),
+            phase: phase.into(),
+            cause: error.cause(),
+            message: error.message,
         }
+    }
+
+    /// Its code.
+    pub fn code(&self) -> Code {
+        match self {
+            Error::Scenario(error) => error.code,
+            Error::Refused(refusal) => refusal.code(),
+            Error::NotConverged(_) => Code::NotConverged,
+            Error::Diverged(_) => Code::Of(Cause::Diverged),
+            Error::NotFinite(_) => Code::NotFinite,
+            Error::Inconsistent(_) => Code::Inconsistent,
+            Error::PeerLost { .. } => Code::PeerLost,
+            Error::Deadline { .. } => Code::DeadlineMissed,
+            Error::Protocol { .. } => Code::Of(Cause::ProtocolViolated),
+            Error::Fault { cause, .. } => Code::Of(*cause),
+            Error::Log(error) => code_of_log(error),
+            Error::Input { .. } => Code::InputFailed,
+            Error::Output { .. } => Code::Of(Cause::WriteFailed),
+            Error::Interrupted { .. } => Code::Interrupted,
+        }
+    }
+
+    /// The line that a person reads, with the code in front.
+    pub fn line(&self) -> String {
+        format!("error[{}]: {self}", self.code().word())
     }
 
     /// The exit code of the contract.
     pub fn exit_code(&self) -> i32 {
-        self.ending().0
+        match self {
+            // Of the own process of a participant, whose fault the coordinator has heard by then.
+            Error::Refused(_) => 2,
+            Error::Interrupted { signal } => self.code().exit_code() + signal,
+            _ => self.code().exit_code(),
+        }
     }
 
     /// The status word of summary.json.
     pub fn status(&self) -> &'static str {
-        self.ending().1
-    }
-
-    fn ending(&self) -> (i32, &'static str) {
         match self {
-            Error::Scenario(_) | Error::Refused(_) => (2, "refused"),
-            Error::Input { .. } | Error::Log(LogError::Read { .. }) => (2, "refused"),
-            Error::NotConverged(_) => (3, "not_converged"),
-            Error::Diverged(_) | Error::NotFinite(_) => (3, "diverged"),
-            Error::Inconsistent(_) => (3, "inconsistent"),
-            Error::PeerLost { .. } => (4, "peer_lost"),
-            Error::Protocol { .. } => (4, "protocol"),
-            Error::Deadline { .. } => (5, "deadline"),
-            Error::Log(LogError::NotALog { .. } | LogError::Damaged { .. }) => {
-                (DAMAGED, "log_corrupt")
-            }
-            Error::Output { .. } | Error::Log(_) => (9, "output_failed"),
-            Error::Interrupted { signal } => (128 + signal, "interrupted"),
+            Error::Refused(_) => "refused",
+            _ => self.code().ending().1,
         }
+    }
+}
+
+fn code_of_log(error: &LogError) -> Code {
+    match error {
+        LogError::Write { .. } | LogError::Closed { .. } | LogError::TooLong { .. } => {
+            Code::Of(Cause::WriteFailed)
+        }
+        LogError::Stalled { .. } => Code::LogStalled,
+        LogError::Read { .. } => Code::InputFailed,
+        LogError::NotALog { .. } => Code::NotALog,
+        LogError::Damaged { .. } => Code::LogCorrupt,
     }
 }

@@ -10,6 +10,7 @@ fn main() -> ExitCode {
             Solver {
                 kind: "fem",
                 check: fem_node::check,
+                schema: Some(fem_node::schema),
                 build: fem_node::build,
                 bench: Some(|| {
                     let rows = fem_node::bench::bench().map_err(|error| error.to_string())?;
@@ -19,6 +20,7 @@ fn main() -> ExitCode {
             Solver {
                 kind: "dem",
                 check: dem_node::check,
+                schema: Some(dem_node::schema),
                 build: dem_node::build,
                 bench: Some(|| {
                     let rows = dem_node::bench::bench().map_err(|error| error.to_string())?;

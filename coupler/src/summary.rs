@@ -33,6 +33,9 @@ pub struct Summary {
     status: &'static str,
     exit_code: i32,
     message: String,
+    /// Code of the error that ended it; `thirdbody explain CODE` tells cause and cure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    code: Option<&'static str>,
     /// Simulated time that stands (s).
     pub sim_time_s: f64,
     wall_s: f64,
@@ -445,6 +448,7 @@ impl Summary {
         self.status = error.map_or(status, Error::status);
         self.exit_code = error.map_or(code, Error::exit_code);
         self.message = error.map_or_else(String::new, ToString::to_string);
+        self.code = error.map(|error| error.code().word());
     }
 
     /// The word for how it ended.

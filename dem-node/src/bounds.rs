@@ -1,6 +1,6 @@
 //! Bounds on the step, that is on the windows of a coupled run.
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
 
 use crate::config::Config;
 use crate::error::DemError;
@@ -79,6 +79,7 @@ impl Bounds {
                 1.0 / self.frequency
             );
             return Err(ConfigError::new("wheel.frequency_hz", problem)
+                .because(Cause::StepTooLong)
                 .help("check the unit (1/s), lower it, or shorten the step")
                 .into());
         }

@@ -21,6 +21,7 @@ mod wheel;
 use std::f64::consts::PI;
 
 use protocol::ConfigError;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::law::Penetration;
@@ -50,7 +51,7 @@ const TOLERANCES: [f64; 2] = [1e-14, 0.1];
 const WHEEL_GRAINS: f64 = 2.0;
 
 /// Everything that a scenario says about the third body. SI units, the unit in each key.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
     /// The law of a contact; the same for every contact, wheel, walls and glued disks included.
@@ -60,9 +61,11 @@ pub struct Config {
     /// Step and scheme.
     pub time: TimeConfig,
     /// Density of the grains (kg/m3).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub density_kg_per_m3: f64,
     /// Factor on the inertia of the grains; loads, weights and the wheel's mass are never scaled.
     #[serde(default = "one")]
+    #[schemars(range(min = 1.0))]
     pub mass_scale: f64,
     /// Acceleration of gravity (m/s2). The weight is that of the real mass.
     #[serde(default)]
@@ -101,26 +104,30 @@ fn one() -> f64 {
 }
 
 /// `time`: step and scheme.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimeConfig {
     /// Step of a run alone (s); a coupled node steps by windows.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub step_s: Option<f64>,
     /// Weight of the end velocity, 0.5 to 1. A coupled node needs 1.
     #[serde(default = "one")]
+    #[schemars(range(min = 0.5, max = 1.0))]
     pub theta: f64,
     /// Mean stress that the scene expects (Pa); it sets the bound t_i = d sqrt(rho/P) on the step.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub pressure_pa: f64,
     /// Accepts a step above t_i.
     #[serde(default)]
     pub unsafe_step: bool,
     /// End of a run alone without wheel (s).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub end_s: Option<f64>,
 }
 
 /// Prescribed motion of the only grain along the line from the only glued disk, over 30 openings sqrt(w/Cn) in
 /// 100 000 steps; the step follows.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DriveConfig {
     /// Opening velocity (m/s); a negative one closes the contact.

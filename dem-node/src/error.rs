@@ -1,6 +1,6 @@
 //! Errors of the node.
 
-use protocol::{ConfigError, FaultCode, NodeError, WithCure};
+use protocol::{Cause, ConfigError, NodeError, WithCure};
 use thiserror::Error;
 
 /// Reason for which the node cannot go on.
@@ -121,26 +121,29 @@ fn cure(rigid: bool, friction: f64, iterations: usize, pivots_after: Option<usiz
     cure
 }
 
+impl DemError {
+    /// Its cause, a word for scripts.
+    pub fn cause(&self) -> Cause {
+        match self {
+            DemError::Config(error) => error.cause,
+            DemError::Overlap { .. } => Cause::OverlappingDisks,
+            DemError::Step { .. } => Cause::StepTooLong,
+            DemError::Threads { .. } => Cause::ThreadsUnavailable,
+            DemError::Write { .. } => Cause::WriteFailed,
+            DemError::Request(_) => Cause::ProtocolViolated,
+            DemError::NotAtRest { .. } | DemError::RailNotAtRest { .. } => Cause::SampleNotAtRest,
+            DemError::NotJammed { .. } => Cause::SampleNotJammed,
+            DemError::Denominator { .. } => Cause::SlidingNotUnique,
+            DemError::NotConverged { .. } | DemError::NotRepaired { .. } => {
+                Cause::ContactNotConverged
+            }
+            DemError::NotFinite { .. } => Cause::Diverged,
+        }
+    }
+}
+
 impl From<DemError> for NodeError {
     fn from(error: DemError) -> NodeError {
-        let code = match &error {
-            DemError::Config(_)
-            | DemError::Overlap { .. }
-            | DemError::Step { .. }
-            | DemError::Threads { .. } => FaultCode::Configuration,
-            DemError::Write { .. } => FaultCode::Output,
-            DemError::Request(_) => FaultCode::Protocol,
-            DemError::NotAtRest { .. }
-            | DemError::RailNotAtRest { .. }
-            | DemError::NotJammed { .. }
-            | DemError::Denominator { .. }
-            | DemError::NotConverged { .. }
-            | DemError::NotRepaired { .. }
-            | DemError::NotFinite { .. } => FaultCode::Diverged,
-        };
-        NodeError {
-            code,
-            message: error.to_string(),
-        }
+        NodeError::of(error.cause(), error.to_string())
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use protocol::{NodeError, Surface};
+use protocol::{Cause, NodeError, Surface};
 
 use crate::bodies::Bodies;
 use crate::config::BaseLine;
@@ -81,14 +81,16 @@ impl InterfaceDisks {
             } else {
                 format!("; it has `{}`", known.join("`, `"))
             };
-            return Err(NodeError::configuration(format!(
-                "{participant} has no set `{set}` to couple{help}"
-            )));
+            return Err(NodeError::of(
+                Cause::UnknownSet,
+                format!("{participant} has no set `{set}` to couple{help}"),
+            ));
         };
         if self.disks.contains(&disks.start) {
-            return Err(NodeError::configuration(format!(
-                "the set `{set}` is already coupled: one interface carries it"
-            )));
+            return Err(NodeError::of(
+                Cause::SetCoupledTwice,
+                format!("the set `{set}` is already coupled: one interface carries it"),
+            ));
         }
         self.disks.extend(disks.clone());
         Ok(surface(bodies, disks))

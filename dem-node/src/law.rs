@@ -3,6 +3,7 @@
 pub mod local;
 pub mod vector;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::cohesion::Cohesion;
@@ -26,7 +27,7 @@ pub struct Law {
 ///
 /// A repair within the velocities throws the grains apart that it separates (Baumgarte): what it moves in a step they keep
 /// as speed, and no heap comes to rest. The two repairs of positions leave the velocities alone (see [`crate::repair`]).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Penetration {
     /// U = u_n + g/h: an overlap is gone after the step, at the price of a speed |g|/h.

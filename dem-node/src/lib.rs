@@ -273,15 +273,20 @@ pub fn check(config: &serde_json::Value, setting: &Setting) -> Result<Vec<String
     config.validate_feed(setting.thickness_m)?;
     let mut advice = match config.time.step_s {
         None => Vec::new(),
-        Some(step) => bounds::Bounds::new(&config)
-            .assess(step)
-            .map_err(|error| ConfigError::new("time.step_s", error.to_string()))?,
+        Some(step) => bounds::Bounds::new(&config).assess(step).map_err(|error| {
+            ConfigError::new("time.step_s", error.to_string()).because(error.cause())
+        })?,
     };
     advice.extend(mass_scaling::advice(&config, setting.thickness_m));
     if let config::SampleConfig::Layer(layer) = &config.sample {
         advice.extend(layer.advice(config.law.contact_stiffness_pa));
     }
     Ok(advice)
+}
+
+/// The keys of a participant as a JSON Schema, for editors.
+pub fn schema() -> serde_json::Value {
+    protocol::schema::schema_of::<Config>()
 }
 
 /// Builds the participant of a session: reads its keys and prepares its sample.

@@ -10,8 +10,8 @@ mod request;
 use std::collections::BTreeMap;
 
 use protocol::{
-    BoundaryAnswer, Capabilities, ConfigError, Description, Node, NodeError, Outcome, Surface,
-    Tolerance, Window,
+    BoundaryAnswer, Capabilities, Cause, ConfigError, Description, Node, NodeError, Outcome,
+    Surface, Tolerance, Window,
 };
 
 use crate::boundary::CompliantBoundary;
@@ -175,6 +175,7 @@ impl Node for Dem {
                 "time.step_s",
                 "a run without interface needs a step of its own",
             )
+            .because(Cause::MissingKey)
         })?;
         if !self.interface.disks.is_empty() {
             return Ok(request("a coupled participant cannot advance alone")?);

@@ -4,8 +4,8 @@
 //! drive exerts r = F(u) + d - f, F being the internal force, d that of stiffness damping and f the other loads there,
 //! and does the work [(1-b) r + b r'] du in a step.
 
-use protocol::ConfigError;
 use protocol::table::{LoadTable, load_at};
+use protocol::{Cause, ConfigError};
 
 use crate::config::{Base, Component, Config, SetConfig, SetLoad, SetMotion};
 use crate::element::{Body, Layout};
@@ -159,11 +159,15 @@ fn nodes(config: &Config, mesh: &Mesh, name: &str) -> Result<Vec<[usize; 2]>, Co
     if name == "bottom" && config.base == Base::Clamped {
         return Err(
             ConfigError::new(&key, "is clamped and follows no load or motion")
+                .because(Cause::ConflictingKeys)
                 .help("set base = \"free\" or \"roller\", or name another set"),
         );
     }
-    mesh.set(name)
-        .ok_or_else(|| ConfigError::new(&key, "is no set of the mesh").help(mesh.listed_sets()))
+    mesh.set(name).ok_or_else(|| {
+        ConfigError::new(&key, "is no set of the mesh")
+            .because(Cause::UnknownName)
+            .help(mesh.listed_sets())
+    })
 }
 
 /// The lines on which tractions act; none under a motion alone.
@@ -292,9 +296,9 @@ fn without_doubles(
             if !same || motion.components[at].1 != *value {
                 let key = format!("boundary.{}", motion.set);
                 return Err(
-                    ConfigError::new(&key, "moves a node otherwise than another set does").help(
-                        "give both sets the same motion, or set one of the components to \"free\"",
-                    ),
+                    ConfigError::new(&key, "moves a node otherwise than another set does")
+                        .because(Cause::ConflictingKeys)
+                        .help("give both sets the same motion, or set one of the components to \"free\""),
                 );
             }
             motion.components.remove(at);

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use protocol::{ConfigError, NodeError, WithCure};
+use protocol::{Cause, ConfigError, NodeError, WithCure};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use thiserror::Error;
 
@@ -174,26 +174,42 @@ impl FemError {
     }
 }
 
-impl From<FemError> for NodeError {
-    fn from(error: FemError) -> NodeError {
-        let message = error.to_string();
-        match error {
+impl FemError {
+    /// Its cause, a word for scripts.
+    pub fn cause(&self) -> Cause {
+        match self {
+            FemError::Config(error) => error.cause,
+            FemError::Pool { .. } => Cause::ThreadsUnavailable,
+            FemError::UnknownSet { .. } => Cause::UnknownSet,
+            FemError::SupportedSet | FemError::MovedSet { .. } => Cause::SetIsHeld,
+            FemError::CoupledTwice { .. } => Cause::SetCoupledTwice,
+            FemError::CoupledWithWheel { .. } => Cause::WheelOnCoupledBody,
+            FemError::CoupledStatics { .. } => Cause::StaticBodyCoupled,
+            FemError::NoPrescribedVelocity => Cause::NotOffered,
+            FemError::Factor { .. } => Cause::SingularStiffness,
+            FemError::SnapshotName { .. } => Cause::ParticipantRefused,
             FemError::Diverged { .. }
             | FemError::EnergyExcess { .. }
-            | FemError::GivenNotFinite { .. }
-            | FemError::DivergedColumns { .. }
-            | FemError::Contact { .. }
-            | FemError::ContactNotConverged { .. }
-            | FemError::NarrowWheel { .. }
-            | FemError::StaticSize { .. } => NodeError::diverged(message),
+            | FemError::DivergedColumns { .. } => Cause::Diverged,
+            FemError::GivenNotFinite { .. } => Cause::InputNotFinite,
+            FemError::Contact { .. } | FemError::ContactNotConverged { .. } => {
+                Cause::ContactNotConverged
+            }
+            FemError::NarrowWheel { .. } => Cause::ContactTooWide,
+            FemError::StaticSize { .. } => Cause::DisplacementTooLarge,
             FemError::Point { .. }
             | FemError::GivenLength { .. }
             | FemError::NoSteps
             | FemError::InMotion
             | FemError::NotAdvanced { .. }
-            | FemError::Dictated { .. } => NodeError::protocol(message),
-            FemError::Write { .. } => NodeError::output(message),
-            _ => NodeError::configuration(message),
+            | FemError::Dictated { .. } => Cause::ProtocolViolated,
+            FemError::Write { .. } => Cause::WriteFailed,
         }
+    }
+}
+
+impl From<FemError> for NodeError {
+    fn from(error: FemError) -> NodeError {
+        NodeError::of(error.cause(), error.to_string())
     }
 }

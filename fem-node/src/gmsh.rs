@@ -19,8 +19,8 @@ mod file;
 mod lines;
 mod text;
 
-use protocol::ConfigError;
 use protocol::input_file::content;
+use protocol::{Cause, ConfigError};
 
 use crate::config::GmshConfig;
 use crate::mesh::Mesh;
@@ -31,6 +31,7 @@ pub fn read(config: &GmshConfig) -> Result<Mesh, ConfigError> {
     let bytes = content(&config.gmsh, LONGEST_FILE).map_err(|error| {
         let problem = format!("{} cannot be read: {error}", config.gmsh.display());
         ConfigError::new(KEY, problem)
+            .because(Cause::FileUnreadable)
             .help("give the path of a .msh file, from the folder of the scenario or from the root")
     })?;
     parse(&bytes, config.length_unit_m).map_err(|error| {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
 
 use crate::config::{BODY, InitialConfig};
 use crate::element::Body;
@@ -24,13 +24,16 @@ pub(crate) fn velocities(
         let key = format!("initial.{name}");
         let nodes = mesh.set(name).ok_or_else(|| {
             let all = format!("{}, or `{BODY}` for all nodes", mesh.listed_sets());
-            ConfigError::new(&key, "is no set of the mesh").help(all)
+            ConfigError::new(&key, "is no set of the mesh")
+                .because(Cause::UnknownName)
+                .help(all)
         })?;
         let own = movable(body, &nodes, set.velocity_m_per_s);
         let given = set.velocity_m_per_s.iter().any(|v| *v != 0.0);
         if given && own.iter().all(|(_, velocity)| *velocity == 0.0) {
             return Err(
                 ConfigError::new(&key, "moves no node: supports or motions hold them all")
+                    .because(Cause::ConflictingKeys)
                     .help("remove it, or free the set by base, sides or boundary"),
             );
         }
@@ -40,6 +43,7 @@ pub(crate) fn velocities(
                     &key,
                     "gives a node another velocity than another set does",
                 )
+                .because(Cause::ConflictingKeys)
                 .help("give both sets the same velocity, or name sets that share no node"));
             }
         }

@@ -223,6 +223,7 @@ mod snapshot;
 mod vtu;
 mod window;
 
+use protocol::schema::schema_of;
 use protocol::{ConfigError, Node, NodeError, Session, Setting, read_config};
 use serde_json::Value;
 
@@ -238,6 +239,11 @@ pub use statics::StaticNode;
 pub fn check(config: &Value, setting: &Setting) -> Result<Vec<String>, ConfigError> {
     let config: Config = read_config(config)?;
     Ok(model::Model::new(&config, setting)?.warnings)
+}
+
+/// The keys of a participant as a JSON Schema, for editors.
+pub fn schema() -> Value {
+    schema_of::<Config>()
 }
 
 /// Builds the participant of a session.

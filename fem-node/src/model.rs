@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use protocol::{ConfigError, Setting};
+use protocol::{Cause, ConfigError, Setting};
 
 use crate::boundary::{self, PrescribedMotion, Traction};
 use crate::config::{
@@ -195,8 +195,11 @@ fn check_sets(config: &Config, mesh: &Mesh) -> Result<(), ConfigError> {
         return Ok(());
     }
     let has = |edge: Edge| mesh.set(edge.name()).is_some();
-    let refuse =
-        |key: &str, problem: &str| Err(ConfigError::new(key, problem).help(mesh.listed_sets()));
+    let refuse = |key: &str, problem: &str| {
+        Err(ConfigError::new(key, problem)
+            .because(Cause::UnknownName)
+            .help(mesh.listed_sets()))
+    };
     if config.base != Base::Free && !has(Edge::Bottom) {
         return refuse(
             "base",
@@ -254,6 +257,7 @@ fn check_wheel(config: &Config, mesh: &Mesh, step: f64) -> Result<(), ConfigErro
             1.0 / wheel.frequency_hz
         );
         return Err(ConfigError::new("wheel.frequency_hz", problem)
+            .because(Cause::StepTooLong)
             .help("check the unit (1/s), lower it, or shorten time.step_s"));
     }
     Ok(())
@@ -310,7 +314,9 @@ fn choose_step(config: &Config, limit: f64) -> Result<f64, ConfigError> {
                 "{step:.4e} s is not below the {} = {limit:.4e} s of this mesh",
                 limit_name(time.stiffness_damping_s.unwrap_or(0.0))
             );
-            Err(ConfigError::new("time.step_s", problem).help(format!(
+            Err(ConfigError::new("time.step_s", problem)
+                .because(Cause::StepTooLong)
+                .help(format!(
                 "take {:.2e} or \"auto\"; `unsafe_step = true` runs it all the same, to show how it diverges",
                 SAFETY * limit
             )))

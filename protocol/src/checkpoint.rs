@@ -3,6 +3,7 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::cause::Cause;
 use crate::node::NodeError;
 
 /// A state as bytes (postcard); doubles keep every bit.
@@ -14,9 +15,10 @@ pub fn pack<T: Serialize>(state: &T) -> Result<Vec<u8>, NodeError> {
 /// The state that [`pack`] made bytes of. Bytes that are left over belong to another state, and are an error.
 pub fn unpack<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, NodeError> {
     let refuse = |why: String| {
-        NodeError::configuration(format!(
+        let message = format!(
             "the checkpoint is not of this build of the solver: {why}; resume with the build that wrote it"
-        ))
+        );
+        NodeError::of(Cause::CheckpointUnusable, message)
     };
     match postcard::take_from_bytes(bytes) {
         Ok((state, [])) => Ok(state),

@@ -1,7 +1,9 @@
 //! Plausibility: a value that a run ends with, against the bounds that it should not pass.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::cause::Cause;
 use crate::setting::ConfigError;
 
 /// A value beyond its bound: a result that should not be taken without a look at its cause.
@@ -21,7 +23,7 @@ pub struct Finding {
 
 /// The two bounds of a check, written `[warn, suspect]` in a scenario: a value above the first is worth a warning, one above
 /// the second makes the run suspect. A huge number switches a bound off.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(from = "[f64; 2]", into = "[f64; 2]")]
 pub struct Bounds {
     /// Largest value without a warning.
@@ -72,6 +74,7 @@ impl Bounds {
         };
         let problem = format!("[{warn}, {suspect}] are not two bounds in rising order");
         Err(ConfigError::new(&format!("{table}.{key}"), problem)
+            .because(Cause::OutOfRange)
             .help("write [warn, suspect], for instance [0.1, 1.0]; 1e300 switches a bound off"))
     }
 }

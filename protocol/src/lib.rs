@@ -57,6 +57,8 @@
 //! - [`setting`]: the setting that a participant is launched with, and the checked reading of its own keys;
 //! - [`input_file`]: files that a scenario names;
 //! - [`table`]: loads over time, a key of several solvers;
+//! - [`cause`]: causes of errors, a word for each that has a cure of its own;
+//! - [`schema`]: the keys of a configuration as a JSON Schema;
 //! - [`node`]: the requests that a solver answers, and the types of its answers;
 //! - [`finding`]: values that are not plausible, and the bounds of a check;
 //! - [`cure`]: errors of the system, with what to do about them;
@@ -75,6 +77,7 @@
 //! ```
 
 pub mod busy;
+pub mod cause;
 pub mod checkpoint;
 pub mod cure;
 pub mod finding;
@@ -83,17 +86,19 @@ pub mod input_file;
 pub mod link;
 pub mod node;
 pub mod participate;
+pub mod schema;
 pub mod serve;
 pub mod setting;
 pub mod table;
 
+pub use cause::{Cause, FaultCode};
 pub use cure::WithCure;
 pub use finding::{Bounds, Finding, larger};
 pub use frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 pub use link::{Link, LinkError};
 pub use node::{
-    BoundaryAnswer, BoundaryInertia, Capabilities, Description, FaultCode, HeldLoad, Node,
-    NodeError, Outcome, Phase, PreparedSample, Reaction, Role, Surface, Term, Tolerance, Window,
+    BoundaryAnswer, BoundaryInertia, Capabilities, Description, HeldLoad, Node, NodeError, Outcome,
+    Phase, PreparedSample, Reaction, Role, Surface, Term, Tolerance, Window,
 };
 pub use participate::{ParticipateError, participate};
 pub use serve::{ServeError, serve};

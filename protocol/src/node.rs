@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::cause::{Cause, FaultCode, lenient};
 use crate::finding::Finding;
 use crate::setting::ConfigError;
 
@@ -440,26 +441,19 @@ impl Outcome {
     }
 }
 
-/// Kind of the fault that ended a participant; the exit code of the run follows from it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum FaultCode {
-    /// The scenario or a request cannot be followed.
-    Configuration,
-    /// The solution left the finite numbers or a solver did not converge.
-    Diverged,
-    /// The conversation broke: a frame that does not belong here.
-    Protocol,
-    /// A file cannot be written, for instance on a full disk.
-    Output,
-}
-
 /// A node cannot do what it was asked.
 #[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 #[error("{message}")]
 pub struct NodeError {
     /// Kind of the fault.
     pub code: FaultCode,
+    /// Its cause, where a closer one than the fault is known.
+    #[serde(
+        default,
+        deserialize_with = "lenient",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub cause: Option<Cause>,
     /// The fault, its place, its cause, and advice.
     pub message: String,
 }
@@ -481,34 +475,65 @@ impl NodeError {
     }
 
     fn new(code: FaultCode, message: impl Into<String>) -> NodeError {
-        let message = message.into();
-        NodeError { code, message }
-    }
-
-    /// A file cannot be written.
-    pub fn output(message: impl Into<String>) -> NodeError {
         NodeError {
-            code: FaultCode::Output,
+            code,
+            cause: None,
             message: message.into(),
         }
     }
 
+    /// A file cannot be written.
+    pub fn output(message: impl Into<String>) -> NodeError {
+        NodeError::new(FaultCode::Output, message)
+    }
+
+    /// An error of this cause; its fault follows.
+    pub fn of(cause: Cause, message: impl Into<String>) -> NodeError {
+        NodeError {
+            cause: Some(cause),
+            ..NodeError::new(cause.fault(), message)
+        }
+    }
+
+    /// Its cause, the general one of its fault where no closer one is known.
+    pub fn cause(&self) -> Cause {
+        let closer = self.cause.filter(|cause| cause.fault() == self.code);
+        closer.unwrap_or(Cause::general(self.code))
+    }
+
     fn unsupported(what: &str) -> NodeError {
-        NodeError::configuration(format!(
-            "this participant does not offer {what}: choose another scheme or another participant"
-        ))
+        NodeError::of(
+            Cause::NotOffered,
+            format!(
+                "this participant does not offer {what}: choose another scheme or another participant"
+            ),
+        )
     }
 }
 
 impl From<ConfigError> for NodeError {
     fn from(error: ConfigError) -> NodeError {
-        NodeError::configuration(format!("participant.config.{error}"))
+        NodeError::of(error.cause, format!("participant.config.{error}"))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_unknown_cause_and_one_of_another_fault_are_the_general_one() {
+        let told = |cause: &str| {
+            let text = format!(r#"{{"code": "diverged", "message": "m"{cause}}}"#);
+            let error: NodeError = serde_json::from_str(&text).expect("a fault");
+            error.cause()
+        };
+        let closer = told(r#", "cause": "contact-too-wide""#);
+        assert_eq!(closer, Cause::ContactTooWide);
+        assert_eq!(told(""), Cause::Diverged);
+        assert_eq!(told(r#", "cause": "of-a-later-release""#), Cause::Diverged);
+        assert_eq!(told(r#", "cause": "unknown-key""#), Cause::Diverged);
+    }
 
     #[test]
     fn a_result_that_is_no_number_costs_itself_and_not_the_run() {

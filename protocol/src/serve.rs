@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::busy::{BusyTimes, monotonic_ns};
+use crate::cause::Cause;
 use crate::frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 use crate::link::{Link, LinkError};
 use crate::node::{BoundaryAnswer, Description, Node, NodeError, Outcome, Window};
@@ -293,7 +294,7 @@ fn welcome(session: &Session, description: Description) -> Welcome {
 }
 
 fn check_hello(session: &Session, frame: &Frame) -> Result<(), NodeError> {
-    let refuse = |message: String| Err(NodeError::configuration(message));
+    let refuse = |message: String| Err(NodeError::of(Cause::OtherRelease, message));
     if frame.header.protocol != PROTOCOL_VERSION {
         return refuse(format!(
             "the coordinator speaks protocol version {}, this participant speaks {PROTOCOL_VERSION}: build both from the same release",
@@ -396,10 +397,13 @@ fn unreadable(error: FrameError) -> NodeError {
 fn check_finite(kind: Kind, window: &Window, payload: &[f64]) -> Result<(), NodeError> {
     match payload.iter().position(|value| !value.is_finite()) {
         None => Ok(()),
-        Some(index) => Err(NodeError::diverged(format!(
-            "the {kind:?} message of window {}, iteration {} holds {} at entry {index}: the other side diverged; lower its step or the window",
-            window.index, window.iteration, payload[index]
-        ))),
+        Some(index) => {
+            let message = format!(
+                "the {kind:?} message of window {}, iteration {} holds {} at entry {index}: the other side diverged; lower its step or the window",
+                window.index, window.iteration, payload[index]
+            );
+            Err(NodeError::of(Cause::InputNotFinite, message))
+        }
     }
 }
 

@@ -6,6 +6,8 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::cause::Cause;
+
 /// The name of the environment variable that holds the path of the session file of a launched participant.
 pub const SESSION_VARIABLE: &str = "THIRDBODY_SESSION";
 
@@ -68,6 +70,8 @@ pub struct Session {
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{key}: {problem}{}", .help.as_ref().map(|h| format!("; {h}")).unwrap_or_default())]
 pub struct ConfigError {
+    /// Its cause.
+    pub cause: Cause,
     /// Dotted path of the key below `participant.config`, for instance `mesh.size_m`.
     pub key: String,
     /// The fault, and its cause.
@@ -80,10 +84,17 @@ impl ConfigError {
     /// A problem with the value of `key`.
     pub fn new(key: &str, problem: impl Into<String>) -> ConfigError {
         ConfigError {
+            cause: Cause::InvalidValue,
             key: key.into(),
             problem: problem.into(),
             help: None,
         }
+    }
+
+    /// The same with a cause.
+    pub fn because(mut self, cause: Cause) -> ConfigError {
+        self.cause = cause;
+        self
     }
 
     /// The same with a proposal.
@@ -120,51 +131,145 @@ pub fn read_part<T: DeserializeOwned, E: serde::de::Error>(
         .map_err(|error| E::custom(format!("at `{}`: {}", error.path(), error.inner())))
 }
 
+/// An error about a key below the one that serde is at, as the text in which [`config_error`] finds key and cause again:
+/// "at `path` (file-unreadable): it is a folder".
+pub fn error_inside<E: serde::de::Error>(key: &str, error: &ConfigError) -> E {
+    let help = error.help.as_ref().map(|help| format!("; {help}"));
+    E::custom(format!(
+        "at `{key}` ({}): {}{}",
+        error.cause.word(),
+        error.problem,
+        help.unwrap_or_default()
+    ))
+}
+
 /// Turns serde's message about `path` into an error that names the key and proposes what to write instead.
 pub fn config_error(path: &str, message: &str) -> ConfigError {
     let parent = path.trim_end_matches(['.', '?']);
-    let part = message
-        .strip_prefix("at `")
-        .and_then(|part| part.split_once("`: "));
-    if let Some((inside, message)) = part {
+    if let Some((inside, cause, message)) = inside(message) {
         let inside = inside.trim_matches('.');
         let path = if inside.is_empty() {
             parent
         } else {
             &format!("{parent}.{inside}")
         };
-        return config_error(path, message);
+        return match cause {
+            Some(cause) => ConfigError::new(path, message).because(cause),
+            None => config_error(path, message),
+        };
     }
     // Some formats repeat the path on a second line.
     let message = message.lines().next().unwrap_or_default();
     let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    let join = |key: &str| match parent {
+    let begins = |words: &str| message.starts_with(words);
+    match &quoted[..] {
+        [key, known @ ..] if begins("unknown field") => unknown_key(parent, key, known),
+        [key, ..] if begins("missing field") => {
+            let key = match parent {
+                "" => key.to_string(),
+                _ => format!("{parent}.{key}"),
+            };
+            ConfigError::new(&key, "this key is required and missing").because(Cause::MissingKey)
+        }
+        [word, known @ ..] if begins("unknown variant") => {
+            let problem = format!("`{word}` is not one of the choices");
+            let error = ConfigError::new(parent, problem).because(Cause::UnknownWord);
+            error.help(format!("choices: {}", known.join(", ")))
+        }
+        _ => ConfigError::new(parent, in_words(message)).because(cause_of(message)),
+    }
+}
+
+/// Key, cause and message of an error that another one holds as its text.
+fn inside(message: &str) -> Option<(&str, Option<Cause>, &str)> {
+    let (key, rest) = message.strip_prefix("at `")?.split_once('`')?;
+    if let Some(message) = rest.strip_prefix(": ") {
+        return Some((key, None, message));
+    }
+    let (word, message) = rest.strip_prefix(" (")?.split_once("): ")?;
+    Some((key, Cause::of_word(word), message))
+}
+
+fn unknown_key(parent: &str, key: &str, known: &[&str]) -> ConfigError {
+    let path = match parent {
         "" => key.to_string(),
         _ if parent == key || parent.ends_with(&format!(".{key}")) => parent.to_string(),
         _ => format!("{parent}.{key}"),
     };
-    if message.starts_with("unknown field") && !quoted.is_empty() {
-        let error = ConfigError::new(&join(quoted[0]), "no such key");
-        return match nearest(quoted[0], &quoted[1..]) {
-            Some(near) => error.help(format!("did you mean `{near}`?")),
-            None if quoted.len() > 1 => {
-                error.help(format!("keys here: {}", quoted[1..].join(", ")))
-            }
-            None => error,
-        };
+    let error = ConfigError::new(&path, "no such key").because(Cause::UnknownKey);
+    if let Some(own) = known.iter().find(|known| differ_in_unit(key, known)) {
+        return error.help(format!(
+            "did you mean `{own}`? The unit belongs to the key and is an SI unit: convert the number"
+        ));
     }
-    if message.starts_with("missing field") && !quoted.is_empty() {
-        let key = match parent {
-            "" => quoted[0].to_string(),
-            _ => format!("{parent}.{}", quoted[0]),
-        };
-        return ConfigError::new(&key, "this key is required and missing");
+    match nearest(key, known) {
+        Some(near) => error.help(format!("did you mean `{near}`?")),
+        None if known.is_empty() => error,
+        None => error.help(format!("keys here: {}", known.join(", "))),
     }
-    if message.starts_with("unknown variant") && !quoted.is_empty() {
-        let error = ConfigError::new(parent, format!("`{}` is not one of the choices", quoted[0]));
-        return error.help(format!("choices: {}", quoted[1..].join(", ")));
+}
+
+/// Units, as keys end with them; the first of each is that of the program.
+const UNITS: [&[&str]; 6] = [
+    &["m", "mm", "um", "cm", "km"],
+    &["s", "ms", "us", "ns"],
+    &["n", "kn", "mn"],
+    &["pa", "kpa", "mpa", "gpa"],
+    &["kg", "g", "t"],
+    &["hz", "khz"],
+];
+
+/// Tells if a key is this known one with another unit of the same kind, or without any.
+fn differ_in_unit(key: &str, known: &str) -> bool {
+    let Some((stem, unit)) = known.rsplit_once('_') else {
+        return false;
+    };
+    let Some(others) = UNITS.iter().find(|units| units[0] == unit) else {
+        return false;
+    };
+    let own = key.strip_prefix(stem);
+    own.is_some_and(|rest| {
+        rest.is_empty()
+            || rest
+                .strip_prefix('_')
+                .is_some_and(|own| others.contains(&own))
+    })
+}
+
+/// The cause of what serde says of a value.
+fn cause_of(message: &str) -> Cause {
+    let begins = |words: &str| message.starts_with(words);
+    if begins("invalid value: integer") {
+        Cause::OutOfRange
+    } else if begins("invalid value: string") {
+        Cause::UnknownWord
+    } else if ["invalid type", "invalid length", "expected"]
+        .iter()
+        .any(|words| begins(words))
+    {
+        Cause::WrongType
+    } else {
+        Cause::InvalidValue
     }
-    ConfigError::new(parent, message)
+}
+
+/// serde's message with Rust's names of types in words.
+fn in_words(message: &str) -> String {
+    let Some((got, expected)) = message.split_once(", expected ") else {
+        return message.to_string();
+    };
+    let in_words = match expected {
+        "f64" => "a number",
+        "u32" | "u64" | "usize" => "a whole number, 0 or above",
+        "a boolean" => "true or false",
+        "a sequence" => "a list",
+        "a map" => "a table",
+        "a string" | "path string" => "a text in quotation marks",
+        "an array of length 2" => "a list of two",
+        other if other.starts_with("struct ") => "a table",
+        other => other,
+    };
+    format!("{got}, expected {in_words}")
 }
 
 /// The candidate that a mistyped word most likely meant.
@@ -203,6 +308,30 @@ mod tests {
             read_config::<Outer>(&json!({"mesh": {"siez_m": 1.0}})).expect_err("it is mistyped");
         assert_eq!(error.key, "mesh.siez_m");
         assert_eq!(error.help.as_deref(), Some("did you mean `size_m`?"));
+    }
+
+    #[test]
+    fn a_key_in_another_unit_is_told_its_own() {
+        for wrong in ["size_mm", "size", "size_um"] {
+            let config = json!({"mesh": {wrong: 1.0}});
+            let error = read_config::<Outer>(&config).expect_err("it is in another unit");
+            let help = error.help.expect("a proposal");
+            assert!(help.contains("`size_m`") && help.contains("SI"), "{help}");
+        }
+        assert!(!differ_in_unit("size_s", "size_m"));
+        assert!(!differ_in_unit("sizes_mm", "size_m"));
+    }
+
+    #[test]
+    fn an_error_inside_another_keeps_key_and_cause() {
+        let error = ConfigError::new("any", "is a folder").because(Cause::FileUnreadable);
+        let text = error_inside::<serde_json::Error>("path", &error).to_string();
+        let read = config_error("sample", &text);
+        assert_eq!(
+            (read.key.as_str(), read.cause),
+            ("sample.path", Cause::FileUnreadable)
+        );
+        assert_eq!(read.problem, "is a folder");
     }
 
     #[test]

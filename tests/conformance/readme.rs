@@ -1,9 +1,12 @@
-//! `protocol/README.md` names the formats of files in the versions that the code writes.
+//! Pages that tell of the code: `protocol/README.md` names the formats of files in the versions that the code writes,
+//! `coupler/ERRORS.md` has an entry for each code of an error or a warning.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use harness::source::read_sources;
+use coupler::error::{Code, Entry, entries, entry};
+use harness::source::{product_code, read_sources};
+use proc_macro2::{Delimiter, TokenTree};
 
 /// Names of formats with their versions, `thirdbody.<format>/<version>`, in a text.
 fn formats(text: &str) -> BTreeSet<&str> {
@@ -30,4 +33,97 @@ fn the_versions_of_formats_are_those_that_the_code_writes() {
         named.is_subset(&written),
         "{named:?} are named, {written:?} are written"
     );
+}
+
+/// Calls whose first text is the code of a warning.
+const MAKERS: [&str; 3] = ["judge", "advice", "lost"];
+
+/// Codes in the calls of a piece of code.
+fn codes(tokens: &[TokenTree], found: &mut BTreeSet<String>) {
+    for (place, token) in tokens.iter().enumerate() {
+        let TokenTree::Group(group) = token else {
+            continue;
+        };
+        let inside: Vec<TokenTree> = group.stream().into_iter().collect();
+        let before = place
+            .checked_sub(1)
+            .map(|before| tokens[before].to_string());
+        let is_call = group.delimiter() == Delimiter::Parenthesis
+            && before.is_some_and(|name| MAKERS.contains(&name.as_str()));
+        if is_call {
+            found.extend(first_text(&inside));
+        }
+        codes(&inside, found);
+    }
+}
+
+/// The text that arguments begin with, alone or at the head of a tuple.
+fn first_text(arguments: &[TokenTree]) -> Option<String> {
+    match arguments.first()? {
+        TokenTree::Group(tuple) => {
+            let inside: Vec<TokenTree> = tuple.stream().into_iter().collect();
+            first_text(&inside)
+        }
+        first => {
+            let text = first.to_string();
+            let text = text.strip_prefix('"')?.strip_suffix('"')?;
+            let is_word = text.chars().all(|c| c.is_ascii_lowercase() || c == '_');
+            is_word.then(|| text.to_string())
+        }
+    }
+}
+
+#[test]
+fn each_warning_of_the_code_has_an_entry_and_each_entry_a_warning() {
+    let mut written = BTreeSet::new();
+    for name in ["protocol", "fem-node", "dem-node", "coupler"] {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name);
+        for (file, text) in read_sources(&folder) {
+            // Files of tests alone are known by their names.
+            if !file.ends_with("tests.rs") {
+                codes(&product_code(&file, &text), &mut written);
+            }
+        }
+    }
+    let told = entries().filter(|entry| entry.exit_code().is_none());
+    let told: BTreeSet<String> = told.map(|entry| entry.code.to_string()).collect();
+    assert!(written.len() > 20, "{written:?}");
+    assert_eq!(written, told);
+}
+
+#[test]
+fn each_code_of_an_error_has_one_entry_with_its_exit_code() {
+    let told: Vec<Entry> = entries().collect();
+    let names: BTreeSet<&str> = told.iter().map(|entry| entry.code).collect();
+    assert_eq!(names.len(), told.len(), "a code is there twice");
+    let codes: BTreeSet<&str> = Code::all().map(Code::word).collect();
+    assert_eq!(codes.len(), Code::all().count(), "a word means two codes");
+    for code in Code::all() {
+        let entry = entry(code.word()).unwrap_or_else(|| panic!("no entry {}", code.word()));
+        assert_eq!(entry.exit_code(), Some(code.exit_code()), "{}", code.word());
+    }
+    let of_errors = told.iter().filter(|entry| entry.exit_code().is_some());
+    let of_errors: BTreeSet<&str> = of_errors.map(|entry| entry.code).collect();
+    assert_eq!(of_errors, codes);
+}
+
+#[test]
+fn each_entry_says_why_and_what_to_do() {
+    for entry in entries() {
+        let code = entry.code;
+        assert!(entry.line().len() > 10, "{code}: {}", entry.line());
+        let first = entry.text.lines().next().unwrap_or_default();
+        assert_ne!(
+            first.ends_with("A warning."),
+            entry.exit_code().is_some(),
+            "{code}"
+        );
+        for part in ["\n- Why: ", "\n- Do: "] {
+            assert_eq!(
+                entry.text.matches(part).count(),
+                1,
+                "{code} has no `{part}`"
+            );
+        }
+    }
 }

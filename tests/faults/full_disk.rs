@@ -29,9 +29,10 @@ fn limited(command: &Command, blocks: u32) -> Output {
 /// A run that no file of more than so many blocks fits into ends because of this one.
 fn ends_for_want_of(file: &str, work: &Path, run: &Command, blocks: u32) {
     let output = limited(run, blocks);
-    fails(&output, 9, &[file, "File too large"]);
+    fails(&output, 9, &["error[write-failed]", file, "File too large"]);
     let summary = parse_json(&output.stdout);
     assert_eq!(summary["status"], "output_failed", "{file}");
+    assert_eq!(summary["code"], "write-failed", "{file}");
     assert_eq!(summary["exit_code"], 9, "{file}");
     for kept in ["scenario.toml", "manifest.json", "summary.json"] {
         assert!(work.join("out").join(kept).is_file(), "{kept} and {file}");

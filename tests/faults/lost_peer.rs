@@ -83,7 +83,12 @@ fn a_stopped_node_is_told_from_a_dead_one() {
     fails(
         &output,
         5,
-        &["third-body", "alive but stopped", "run.deadlines.answer_s"],
+        &[
+            "error[deadline-missed]",
+            "third-body",
+            "alive but stopped",
+            "run.deadlines.answer_s",
+        ],
     );
     gone_within(&pids, PROMPT);
 }
@@ -100,10 +105,11 @@ fn an_interrupt_keeps_the_valid_part() {
         let pids = running.participants();
         send(running.child.id() as i32, signal);
         let (output, _) = running.end_within(Duration::from_secs(4));
-        fails(&output, code, &["interrupted"]);
+        fails(&output, code, &["error[interrupted]"]);
         gone_within(&pids, PROMPT);
         let summary = harness::runs::parse_json(&output.stdout);
         assert_eq!(summary["status"], "interrupted");
+        assert_eq!(summary["code"], "interrupted");
         log::summarize(&work.path().join("out/exchange.mcap"), false).expect("the log was closed");
     }
 }

@@ -3,6 +3,7 @@
 //! - [`bar`]: an elastic bar, explicit, the continuum side of the one-dimensional cases;
 //! - [`broken`]: any of the solvers with one of its answers spoilt;
 //! - [`chain`]: masses and springs, implicit, the side that stands on the wall; one mass is a rigid body;
+//! - [`json_schema`]: a validator of JSON Schemas;
 //! - [`lattice`]: what bars and chains are pieces of, in one piece;
 //! - [`plate`]: a row of loaded masses on a two-dimensional surface;
 //! - [`scene`]: texts of scenes of these;
@@ -15,6 +16,7 @@ pub mod bar;
 pub mod broken;
 pub mod chain;
 pub mod filegraph;
+pub mod json_schema;
 pub mod lattice;
 pub mod plate;
 pub mod runs;
@@ -30,36 +32,42 @@ pub fn registry() -> Registry {
         Solver {
             kind: "bar",
             check: |config, _| protocol::read_config::<bar::Config>(config).map(|_| Vec::new()),
+            schema: None,
             build: bar::build,
             bench: None,
         },
         Solver {
             kind: "chain",
             check: |config, _| protocol::read_config::<chain::Config>(config).map(|_| Vec::new()),
+            schema: None,
             build: chain::build,
             bench: None,
         },
         Solver {
             kind: "plate",
             check: |config, _| protocol::read_config::<plate::Config>(config).map(|_| Vec::new()),
+            schema: None,
             build: plate::build,
             bench: None,
         },
         Solver {
             kind: "broken",
             check: broken::check,
+            schema: None,
             build: broken::build,
             bench: None,
         },
         Solver {
             kind: "fem",
             check: fem_node::check,
+            schema: Some(fem_node::schema),
             build: fem_node::build,
             bench: None,
         },
         Solver {
             kind: "dem",
             check: dem_node::check,
+            schema: Some(dem_node::schema),
             build: dem_node::build,
             bench: None,
         },

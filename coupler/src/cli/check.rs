@@ -13,13 +13,17 @@ use crate::run::check::check as check_scenario;
 use crate::run::session::{Ended, fresh_run_id, run};
 use crate::rundir::Scratch;
 use crate::scenario::load::Loaded;
+use crate::scenario::schema::schema;
 use crate::summary::Summary;
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
 pub struct CheckArguments {
     #[command(flatten)]
-    scenario: ScenarioArguments,
+    scenario: Option<ScenarioArguments>,
+    /// Print the keys of a scenario as a JSON Schema for editors instead.
+    #[arg(long, exclusive = true)]
+    schema: bool,
     /// Start nothing: leave out stability, which needs the solvers' own words, and cost, which is measured.
     #[arg(long)]
     no_start: bool,
@@ -30,8 +34,12 @@ pub struct CheckArguments {
 
 /// Checks a scenario; an error has exit code 2.
 pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
-    let loaded = arguments.scenario.load()?;
-    let threads = arguments.scenario.threads();
+    let Some(scenario) = &arguments.scenario else {
+        print_schema(registry)?;
+        return Ok(0);
+    };
+    let loaded = scenario.load()?;
+    let threads = scenario.threads();
     let warnings = check_scenario(&loaded, registry, threads)?;
     print(&describe(&loaded))?;
     for warning in warnings {
@@ -56,6 +64,14 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
         print(&line)?;
     }
     Ok(0)
+}
+
+fn print_schema(registry: &Registry) -> Result<(), Error> {
+    let solvers = registry.solvers.iter();
+    let solvers: Vec<(&str, Option<Value>)> = solvers
+        .map(|solver| (solver.kind, solver.schema.map(|schema| schema())))
+        .collect();
+    print(&format!("{:#}", schema(&solvers)))
 }
 
 /// Stability, log and cost as a rehearsal foretold them. One that came to no window is an error, unless it told the reason to

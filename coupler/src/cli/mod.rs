@@ -1,5 +1,6 @@
 //! The command line: one file a verb.
 
+use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -8,8 +9,9 @@ use clap::{CommandFactory, Parser, Subcommand};
 use serde_json::json;
 use signal_hook::consts::SIGXFSZ;
 
-use crate::error::Error;
+use crate::error::{Code, Error};
 use crate::output::stderr::{Manner, speak, tell_of};
+use crate::output::tell;
 use crate::participants::Registry;
 use crate::shipped::kept::keep_below;
 
@@ -20,6 +22,7 @@ mod common;
 pub mod compare;
 pub mod completions;
 pub mod conform;
+pub mod explain;
 pub mod export;
 pub mod inspect;
 pub mod man;
@@ -62,6 +65,8 @@ enum Verb {
     Run(run::RunArguments),
     /// Check a scenario without running it.
     Check(check::CheckArguments),
+    /// Tell cause and cure of an error or a warning by its code, or list all codes.
+    Explain(explain::ExplainArguments),
     /// Show what a run directory or an exchange log holds.
     Inspect(inspect::InspectArguments),
     /// Write the exchange of a run as tables of text (CSV).
@@ -102,7 +107,10 @@ enum Verb {
 pub fn main(registry: &Registry) -> ExitCode {
     // A file that may not grow further is then an error of the write, not the end of the process.
     let _ = signal_hook::flag::register(SIGXFSZ, Arc::default());
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(told) => return usage(&told),
+    };
     let cache = common::cache_folder(cli.cache);
     keep_below(cache.clone());
     speak(match (cli.quiet, cli.json_lines) {
@@ -121,6 +129,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         Verb::Man(arguments) => man::man(&arguments, Cli::command()),
         Verb::Run(arguments) => run::run(&arguments, registry),
         Verb::Check(arguments) => check::check(&arguments, registry),
+        Verb::Explain(arguments) => explain::explain(&arguments),
         Verb::Inspect(arguments) => inspect::inspect(&arguments),
         Verb::Export(arguments) => export::export(&arguments),
         Verb::Replay(arguments) => replay::replay(&arguments, registry),
@@ -147,12 +156,30 @@ pub fn main(registry: &Registry) -> ExitCode {
 /// Tells on stderr what went wrong; scenario errors point into the file.
 fn print_error(error: Error) {
     let (exit_code, status, text) = (error.exit_code(), error.status(), error.to_string());
+    let code = error.code().word();
     tell_of(
         "error",
-        json!({ "exit_code": exit_code, "status": status, "text": text }),
+        json!({ "exit_code": exit_code, "status": status, "code": code, "text": text }),
         || match error {
             Error::Scenario(scenario) => format!("{:?}", miette::Report::new(*scenario)),
-            other => format!("error: {other}"),
+            other => other.line(),
         },
     );
+}
+
+/// Help and version as clap prints them; what cannot be understood with its code.
+fn usage(told: &clap::Error) -> ExitCode {
+    let code = told.exit_code();
+    if !told.use_stderr() {
+        let _ = told.print();
+        return ExitCode::from(code as u8);
+    }
+    let text = if std::io::stderr().is_terminal() {
+        told.render().ansi().to_string()
+    } else {
+        told.render().to_string()
+    };
+    let headed = format!("error[{}]:", Code::Usage.word());
+    tell(text.replacen("error:", &headed, 1).trim_end());
+    ExitCode::from(code as u8)
 }

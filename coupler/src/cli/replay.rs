@@ -9,7 +9,7 @@ use super::common::{
     RecoverArgument, VerbResult, foreign, log_of, own_program, print_either, refuse_commands,
     restart_point, thread_count,
 };
-use crate::error::{CHECK_FAILED, DAMAGED, Error, Refusal};
+use crate::error::{CHECK_FAILED, Code, DAMAGED, Error, Refusal};
 use crate::output::tell;
 use crate::participants::{Launcher, Registry, Watch};
 use crate::replay::solver::How;
@@ -96,7 +96,8 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
         || table(&recording, &results, &how),
     )?;
     if let Some(damage) = recording.damage.filter(|_| corrupt) {
-        tell(&format!("error: exchange log: {damage}"));
+        let code = Code::LogCorrupt.word();
+        tell(&format!("error[{code}]: exchange log: {damage}"));
         return Ok(DAMAGED);
     }
     let departs = results.iter().any(|replayed| replayed.mismatch.is_some());

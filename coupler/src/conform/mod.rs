@@ -20,9 +20,10 @@ pub mod rule;
 pub mod subject;
 pub mod trial;
 
+use protocol::Cause;
 use protocol::setting::proposal;
 
-use crate::error::{Error, Refusal};
+use crate::error::{Code, Error, Refusal};
 use crate::scenario::Participant;
 use crate::scenario::load::Loaded;
 use joined::joins;
@@ -185,8 +186,10 @@ impl Table<'_> {
             Error::Interrupted { .. } | Error::Input { .. } | Error::Scenario(_) => {
                 return Err(error);
             }
-            Error::Protocol { .. } if matches!(rule, Rule::Greeting | Rule::Surface) => rule,
-            Error::Protocol { .. } => Rule::Frames,
+            error if error.code() == Code::Of(Cause::ProtocolViolated) => match rule {
+                Rule::Greeting | Rule::Surface => rule,
+                _ => Rule::Frames,
+            },
             Error::NotFinite(_) => Rule::Finite,
             Error::PeerLost { .. } | Error::Deadline { .. } => Rule::Lives,
             _ => rule,

@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
-use protocol::FrameError;
 use protocol::participate::ParticipateError;
+use protocol::{Cause, FrameError, ServeError};
 use thiserror::Error;
+
+use super::code::Code;
 
 /// Something that cannot be followed: an argument, a file, a key of the scenario, or a participant that does not fit.
 #[derive(Debug, Error)]
@@ -39,7 +41,17 @@ pub enum Refusal {
     #[error("no solver of kind `{0}` is built in")]
     NoSolver(String),
     #[error("participant `{participant}`: {problem}")]
-    Unfit {
+    UnknownKind {
+        participant: String,
+        problem: String,
+    },
+    #[error("participant `{participant}`: {problem}")]
+    NoProgram {
+        participant: String,
+        problem: String,
+    },
+    #[error("participant `{participant}`: {problem}")]
+    SingularImpedance {
         participant: String,
         problem: String,
     },
@@ -63,12 +75,6 @@ pub enum Refusal {
     Participant {
         participant: String,
         problem: String,
-    },
-    #[error("participant `{participant}` {asked}: {message}")]
-    Fault {
-        participant: String,
-        asked: String,
-        message: String,
     },
     #[error(
         "participant `{participant}` speaks protocol version {theirs}, the coordinator speaks {ours}: build both from the same release"
@@ -97,6 +103,17 @@ pub enum Refusal {
     Key { key: String, problem: String },
     #[error("interface `{interface}`: {problem}")]
     Interface { interface: String, problem: String },
+    #[error(
+        "interface `{interface}`: participant `{participant}` has no set `{set}`; its sets: {known}"
+    )]
+    UnknownSet {
+        interface: String,
+        participant: String,
+        set: String,
+        known: String,
+    },
+    #[error("interface `{interface}`: {problem}")]
+    WindowTooLong { interface: String, problem: String },
     #[error(
         "interface `{interface}` joins {} and {}: it takes one participant that advances under forces and one that stands on a compliant wall", between[0], between[1]
     )]
@@ -161,6 +178,45 @@ impl WindowOf {
 }
 
 impl Refusal {
+    /// Its code.
+    pub fn code(&self) -> Code {
+        match self {
+            Refusal::Argument { .. } => Code::Usage,
+            Refusal::NoScenario { .. } => Code::NoScenario,
+            Refusal::File { .. } => Code::FileUnfit,
+            Refusal::EmptyExport => Code::NothingChosen,
+            Refusal::Picture(_) => Code::PictureFailed,
+            Refusal::Benchmark(_) => Code::MeasurementFailed,
+            Refusal::NotLaunched(error) => code_of_participation(error),
+            Refusal::ForeignCommand { .. } => Code::ForeignCommand,
+            Refusal::NoSolver(_) | Refusal::UnknownKind { .. } => Code::UnknownKind,
+            Refusal::NoProgram { .. } => Code::CommandNotFound,
+            Refusal::SingularImpedance { .. } | Refusal::SingularMasses => Code::NoInverse,
+            Refusal::Geometry { .. } => Code::SurfacesApart,
+            Refusal::NoState(_) | Refusal::Unusable(_) | Refusal::Checkpoint { .. } => {
+                Code::Of(Cause::CheckpointUnusable)
+            }
+            Refusal::OtherHandshake { .. } | Refusal::ShortHandshake { .. } => {
+                Code::Of(Cause::CheckpointUnusable)
+            }
+            Refusal::Frame(_) => Code::FileUnfit,
+            Refusal::BrokenTape => Code::ReplayBroken,
+            Refusal::Participant { .. } => Code::ParticipantUnfit,
+            Refusal::Version { .. } | Refusal::OtherRun { .. } => Code::Of(Cause::OtherRelease),
+            Refusal::NoParticipant { .. } => Code::UnknownParticipant,
+            Refusal::NoEnd => Code::NoEnd,
+            Refusal::NoCoupler => Code::NoCoupler,
+            Refusal::Key { .. } => Code::SchemeUnsuited,
+            Refusal::Interface { .. } => Code::InterfaceUnfit,
+            Refusal::UnknownSet { .. } => Code::Of(Cause::UnknownSet),
+            Refusal::WindowTooLong { .. } => Code::WindowTooLong,
+            Refusal::Roles { .. } => Code::WrongRoles,
+            Refusal::Windows(..) => Code::WindowsDiffer,
+            Refusal::Unstable { .. } => Code::UnstableWindow,
+            Refusal::TooManySteps { .. } => Code::TooManySteps,
+        }
+    }
+
     /// An argument of the command line.
     pub fn argument(argument: impl Into<String>, problem: impl Into<String>) -> Refusal {
         Refusal::Argument {
@@ -199,5 +255,21 @@ impl Refusal {
             key: key.into(),
             problem: problem.into(),
         }
+    }
+}
+
+/// The code of a participant's own process that stopped.
+fn code_of_participation(error: &ParticipateError) -> Code {
+    match error {
+        ParticipateError::NoSession
+        | ParticipateError::Session { .. }
+        | ParticipateError::NoChannel => Code::NotLaunched,
+        ParticipateError::Signals(_) => Code::InputFailed,
+        ParticipateError::Orphan(_) | ParticipateError::Link(_) => Code::CoordinatorGone,
+        ParticipateError::Serve(error) => match error {
+            ServeError::Link(_) | ServeError::Silent { .. } => Code::CoordinatorGone,
+            ServeError::Frame(_) => Code::Of(Cause::ProtocolViolated),
+            ServeError::Node(error) => Code::Of(error.cause()),
+        },
     }
 }

@@ -199,7 +199,7 @@ pub fn require_program(participant: &str, program: &str, folder: &Path) -> Resul
             "command `{program}` is not a program that can be started; give a name on PATH, or a path that is absolute or begins in {place}, the folder of its scenario"
         )
     };
-    Err(Refusal::Unfit {
+    Err(Refusal::NoProgram {
         participant: participant.into(),
         problem,
     }

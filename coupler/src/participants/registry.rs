@@ -15,6 +15,8 @@ pub struct Solver {
     pub kind: &'static str,
     /// Validates its keys; returns what the user should know beforehand.
     pub check: fn(&serde_json::Value, &Setting) -> Result<Vec<String>, ConfigError>,
+    /// Its keys as a JSON Schema; absent for one whose keys are not described.
+    pub schema: Option<fn() -> serde_json::Value>,
     /// Makes the node.
     pub build: fn(&Session) -> Result<Box<dyn Node>, NodeError>,
     /// Measures it: a list of rows, or what went wrong; absent for one that has no benchmark.
@@ -41,7 +43,7 @@ impl Registry {
         self.get(&participant.kind).ok_or_else(|| {
             let kinds: Vec<&str> = self.solvers.iter().map(|solver| solver.kind).collect();
             let proposal = proposal(&participant.kind, "kinds", &kinds);
-            Error::from(Refusal::Unfit {
+            Error::from(Refusal::UnknownKind {
                 participant: participant.name.clone(),
                 problem: format!(
                     "no solver of kind `{}` is built in; {proposal} For a program of your own, give its command",

@@ -1,12 +1,11 @@
 //! Checks of a scenario that need no solver: ranges, names, and who is joined to whom.
 
-use protocol::ConfigError;
 use protocol::setting::proposal;
+use protocol::{Cause, ConfigError};
 
-use super::{CompliancePrior, Dirichlet, Interface, Participant, Scenario, SchemeWord};
-
-/// Longest deadline (s): a year.
-const LONGEST_WAIT: f64 = 3.2e7;
+use super::{
+    CompliancePrior, Dirichlet, Interface, LONGEST_WAIT, Participant, Scenario, SchemeWord,
+};
 
 /// Stops at the first that fails.
 pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
@@ -25,7 +24,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
         positive(key, size)?;
         if key.contains("deadlines") && size > Some(LONGEST_WAIT) {
             let problem = format!("must be at most {LONGEST_WAIT:e} s");
-            return Err(ConfigError::new(key, problem));
+            return Err(ConfigError::new(key, problem).because(Cause::OutOfRange));
         }
     }
     let counts = [
@@ -43,6 +42,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
             "run.checkpoint_every_windows",
             "a resumed run goes on with the log of the first, and run.output.exchange is false",
         )
+        .because(Cause::ConflictingKeys)
         .help("let run.output.exchange be true, or write no checkpoints"));
     }
     check_participants(&scenario.participant)?;
@@ -52,6 +52,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
             "interface",
             format!("{count} participants and nothing that joins them"),
         )
+        .because(Cause::MissingKey)
         .help("add [[interface]], or keep one participant, which then runs alone")),
         (_, interfaces) => check_interfaces(scenario, interfaces),
     }
@@ -71,6 +72,7 @@ fn check_interfaces(scenario: &Scenario, interfaces: &[Interface]) -> Result<(),
                 &format!("participant[{index}].name"),
                 format!("no interface joins `{}`", participant.name),
             )
+            .because(Cause::MissingKey)
             .help("add an [[interface]] with one of its sets, or run it alone"));
         }
     }
@@ -91,8 +93,13 @@ fn check_two_interfaces(
     if before.name == interface.name {
         return Err(ConfigError::new(
             &format!("interface[{index}].name"),
-            format!("the name `{}` is taken", interface.name),
-        ));
+            format!(
+                "the name `{}` is taken by another interface",
+                interface.name
+            ),
+        )
+        .because(Cause::DuplicateName)
+        .help("give each interface a name of its own"));
     }
     let mut sides = interface.between.iter();
     let twice = sides.find(|side| before.between.contains(side));
@@ -104,6 +111,7 @@ fn check_two_interfaces(
                 before.name
             ),
         );
+        let error = error.because(Cause::SetCoupledTwice);
         Err(error.help("one interface carries a set: name another set of the participant"))
     })
 }
@@ -135,23 +143,21 @@ fn check_one_solution(
                 first.name, interface.name
             ),
         );
-        Err(error.help("give both the same value"))
+        Err(error.because(Cause::ConflictingKeys).help("give both the same value"))
     })
 }
 
 fn check_participants(participants: &[Participant]) -> Result<(), ConfigError> {
     if participants.is_empty() {
         let problem = "a run needs at least one participant";
-        return Err(ConfigError::new("participant", problem));
+        return Err(ConfigError::new("participant", problem)
+            .because(Cause::MissingKey)
+            .help("add [[participant]] with name, kind and config"));
     }
     for (index, participant) in participants.iter().enumerate() {
         let (key, name) = (format!("participant[{index}].name"), &participant.name);
         plain_name(&key, name)?;
-        let mut taken = participants[..index].iter().map(|p| p.name.as_str());
-        if taken.any(|other| other == name) || ["coupler", "coordinator"].contains(&name.as_str()) {
-            let problem = format!("the name `{name}` is taken");
-            return Err(ConfigError::new(&key, problem));
-        }
+        refuse_taken(&key, name, &participants[..index])?;
         if participant.command.as_ref().is_some_and(Vec::is_empty) {
             return Err(ConfigError::new(
                 &format!("participant[{index}].command"),
@@ -160,6 +166,21 @@ fn check_participants(participants: &[Participant]) -> Result<(), ConfigError> {
         }
     }
     Ok(())
+}
+
+/// Refuses a name that an earlier participant or a part of the program itself has.
+fn refuse_taken(key: &str, name: &str, before: &[Participant]) -> Result<(), ConfigError> {
+    let by = if before.iter().any(|other| other.name == name) {
+        "another participant"
+    } else if ["coupler", "coordinator"].contains(&name) {
+        "a part of the program itself"
+    } else {
+        return Ok(());
+    };
+    let problem = format!("the name `{name}` is taken by {by}");
+    Err(ConfigError::new(key, problem)
+        .because(Cause::DuplicateName)
+        .help("give each participant a name of its own: messages, logs and interfaces go by it"))
 }
 
 fn check_interface(
@@ -179,19 +200,19 @@ fn check_interface(
     positive(&key("energy_defect_max_rel"), bound)?;
     if let Some(relaxation) = given.relaxation.filter(|relaxation| *relaxation > 1.0) {
         let problem = format!("must be at most 1, got {relaxation}");
-        return Err(ConfigError::new(&key("relaxation"), problem));
+        return Err(ConfigError::new(&key("relaxation"), problem).because(Cause::OutOfRange));
     }
     if given.scheme == SchemeWord::Velocity && given.compliance == Some(CompliancePrior::Mass) {
         let problem =
             "scheme = \"velocity\" goes by the impedance that the continuum tells, not by masses";
-        let error = ConfigError::new(&key("compliance"), problem);
+        let error = ConfigError::new(&key("compliance"), problem).because(Cause::ConflictingKeys);
         return Err(error.help("remove the key, or take scheme = \"dual-schur-secant\""));
     }
     if given.dirichlet == Some(Dirichlet::Continuum)
         && interface.scheme.dirichlet() != Dirichlet::Continuum
     {
         let problem = "the scheme gives both sides force and motion at once, so that neither follows the other";
-        let error = ConfigError::new(&key("dirichlet"), problem);
+        let error = ConfigError::new(&key("dirichlet"), problem).because(Cause::ConflictingKeys);
         return Err(error.help("remove the key, or take scheme = \"fixed-point-serial\""));
     }
     check_between(scenario, interface, &key("between"))
@@ -210,12 +231,15 @@ fn check_between(scenario: &Scenario, interface: &Interface, key: &str) -> Resul
         if !names.contains(&participant) {
             let problem = format!("no participant is named `{participant}`");
             let help = proposal(participant, "participants", &names);
-            return Err(ConfigError::new(key, problem).help(help));
+            return Err(ConfigError::new(key, problem)
+                .because(Cause::UnknownName)
+                .help(help));
         }
     }
     let [one, other] = interface.participants();
     if one == other {
-        return Err(ConfigError::new(key, "joins a participant with itself"));
+        return Err(ConfigError::new(key, "joins a participant with itself")
+            .help("name a set of another participant in the second place"));
     }
     Ok(())
 }
@@ -224,13 +248,15 @@ fn positive(key: &str, value: Option<f64>) -> Result<(), ConfigError> {
     let refused = value.filter(|value| !(*value > 0.0 && value.is_finite()));
     refused.map_or(Ok(()), |value| {
         let problem = format!("must be a positive number, got {value}");
-        Err(ConfigError::new(key, problem))
+        Err(ConfigError::new(key, problem)
+            .because(Cause::OutOfRange)
+            .help("write a number above 0, in the unit that the key ends with"))
     })
 }
 
 fn at_least_one(key: &str, value: Option<u64>) -> Result<(), ConfigError> {
     if value == Some(0) {
-        return Err(ConfigError::new(key, "must be at least 1, got 0"));
+        return Err(ConfigError::new(key, "must be at least 1, got 0").because(Cause::OutOfRange));
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! An interface of a scenario: two named sets, the scheme that joins them, and what the scheme alone needs.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Two named sets that are joined.
@@ -152,18 +153,25 @@ pub enum Order {
 }
 
 /// The word of a scheme in a scenario.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-#[allow(missing_docs)]
 pub enum SchemeWord {
+    /// One constant force a window, equal displacements at its end; exact for a linear continuum.
     #[default]
     DualSchur,
+    /// The same with a compliance that follows the answers of the continuum: for one that is not linear.
     DualSchurSecant,
+    /// One solve a window, whatever gap that leaves.
     DualSchurCheap,
+    /// Each side once a window, one after the other: naive, shown to fail.
     StaggeredSerial,
+    /// Each side once a window, both at once: naive, shown to fail.
     StaggeredParallel,
+    /// Motion one way, force the other, repeated until both agree, one side after the other.
     FixedPointSerial,
+    /// The same, both sides at once.
     FixedPointParallel,
+    /// Equal velocities at the end of a window: dissipative, for slow motion of an elastic continuum.
     Velocity,
 }
 
@@ -266,26 +274,48 @@ impl SchemeKeys {
     }
 }
 
-/// The table of an interface in a scenario, key by key.
-#[derive(Deserialize)]
+/// Two named sets that are joined.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct InterfaceKeys {
+#[schemars(extend("anyOf" = [{ "required": ["substeps"] }, { "required": ["window_s"] }]))]
+pub(super) struct InterfaceKeys {
+    /// Its name.
     name: String,
+    /// The two sets, `participant.set`: one of a continuum that takes forces, one of a solver on a wall.
     between: [String; 2],
+    /// The scheme that joins them.
     scheme: SchemeWord,
+    /// The side that takes motion and answers force, with `fixed-point-` and `staggered-` schemes; `wall` when absent.
     dirichlet: Option<Dirichlet>,
+    /// Explicit steps in a window, at least 1; 1 where `window_s` is given and it is absent.
+    #[schemars(range(min = 1))]
     substeps: Option<u32>,
+    /// Length of a window (s) where the continuum has no step of its own.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     window_s: Option<f64>,
+    /// Relation of nodes and glued disks.
     #[serde(default)]
     mapping: MappingKind,
+    /// Largest gap that counts as closed, over the mean spacing of the surface nodes.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     tolerance_rel: f64,
+    /// Repeats of a window before it counts as not converged; 8 when absent.
+    #[schemars(range(min = 1))]
     repeats_max: Option<u32>,
+    /// Origin of the compliance of `dual-schur` schemes; `columns` when absent.
     compliance: Option<CompliancePrior>,
+    /// Treatment of the last answers by `fixed-point-` schemes; `iqn-ils` when absent.
     acceleration: Option<Acceleration>,
+    /// First, or constant, relaxation of `fixed-point-` schemes, above 0 and at most 1; 0.5 when absent.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = 1))]
     relaxation: Option<f64>,
+    /// Largest part of the energy through the interface that may be lost or made there; not judged when absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     energy_defect_max_rel: Option<f64>,
+    /// Treatment of a window that did not converge.
     #[serde(default)]
     on_not_converged: Policy,
+    /// Runs windows that are predicted to be unstable, to show how they fail.
     #[serde(default)]
     unsafe_window: bool,
 }
@@ -321,7 +351,7 @@ impl TryFrom<InterfaceKeys> for Interface {
 }
 
 /// The side that takes motion and answers force.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Dirichlet {
     /// The solver on the wall follows the continuum.
@@ -333,7 +363,7 @@ pub enum Dirichlet {
 }
 
 /// Origin of the compliance of a dual Schur scheme.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CompliancePrior {
     /// The continuum's own columns: exact for a linear one.
@@ -344,7 +374,7 @@ pub enum CompliancePrior {
 }
 
 /// Treatment of the last answers by a fixed-point iteration.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Acceleration {
     /// A constant share of the new answer.
@@ -357,7 +387,7 @@ pub enum Acceleration {
 }
 
 /// Relation of nodes and glued disks. Motion goes by N and force by its transpose in each.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MappingKind {
     /// Mean of the node shape functions over each disk's segment, with affine correction.
@@ -370,7 +400,7 @@ pub enum MappingKind {
 }
 
 /// Treatment of a window that did not converge.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Policy {
     /// The run ends with exit code 3.

@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use protocol::ConfigError;
 use protocol::setting::config_error;
+use protocol::{Cause, ConfigError};
 
 use super::Scenario;
 use super::check::check;
 use super::overrides::apply;
 use super::paths;
 use super::source::Source;
-use crate::error::{Error, Refusal, ScenarioError};
+use crate::error::{Code, Error, Refusal, ScenarioError};
 use crate::shipped::{self, kept};
 
 /// A scenario that passed all checks which need no solver.
@@ -95,6 +95,7 @@ pub fn parse(source: Source) -> Result<Loaded, Error> {
     paths::make_absolute(&mut table, folder.unwrap_or(Path::new("")));
     if let Some((key, value)) = not_finite(&toml::Value::Table(table.clone())) {
         let error = ConfigError::new(&key, format!("must be a finite number, got {value}"));
+        let error = error.because(Cause::OutOfRange);
         return Err(source.error(&key, error));
     }
     let scenario: Scenario = serde_path_to_error::deserialize(table.clone()).map_err(|error| {
@@ -149,6 +150,7 @@ fn find(scenario: &str) -> Result<Found, Error> {
 
 fn syntax_error(source: &Source, error: &toml::de::Error) -> Error {
     Error::Scenario(Box::new(ScenarioError {
+        code: Code::TomlSyntax,
         key: source.name.clone(),
         problem: format!("not valid TOML: {}", error.message()),
         help: None,

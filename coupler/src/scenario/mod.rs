@@ -1,5 +1,8 @@
 //! The scenario: who takes part, who talks to whom, and how.
 
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 mod check;
@@ -8,6 +11,7 @@ pub mod load;
 pub mod overrides;
 mod paths;
 mod plausible;
+pub mod schema;
 pub mod source;
 
 pub use interface::{
@@ -15,6 +19,9 @@ pub use interface::{
     SchemeKeys, SchemeWord, Update,
 };
 pub use plausible::Plausible;
+
+/// Longest deadline (s): a year.
+const LONGEST_WAIT: f64 = 3.2e7;
 
 /// A whole scenario, as resolved from the file and `--set`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -73,7 +80,7 @@ pub struct Label {
 }
 
 /// Keys common to all participants.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
     /// Name of the run, a plain file name.
@@ -82,11 +89,13 @@ pub struct Run {
     #[serde(default)]
     pub seed: u64,
     /// Out-of-plane thickness (m), positive.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub thickness_m: f64,
     /// Way in which frames travel.
     #[serde(default)]
     pub transport: TransportKind,
     /// End of the run (s); by default the longest load history of a participant.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub end_s: Option<f64>,
     /// Files that are written, and their cadence.
     #[serde(default)]
@@ -95,6 +104,7 @@ pub struct Run {
     pub checkpoint_every_windows: Option<u64>,
     /// Checkpoints that are kept, at least 1; the oldest goes.
     #[serde(default = "default_checkpoints")]
+    #[schemars(range(min = 1))]
     pub checkpoints_kept: u64,
     /// Longest waits.
     #[serde(default)]
@@ -110,7 +120,7 @@ fn default_checkpoints() -> u64 {
 }
 
 /// Ways in which frames travel between the coordinator and its participants.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TransportKind {
     /// One process a participant, iceoryx2 shared memory.
@@ -121,19 +131,23 @@ pub enum TransportKind {
 }
 
 /// Files that are written, and their cadence.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
     /// Windows between two rows of `signals.csv`.
+    #[schemars(range(min = 1))]
     pub signals_every_windows: u64,
     /// Windows between two flushes of `exchange.mcap`: a killed writer loses at most so many.
+    #[schemars(range(min = 1))]
     pub flush_every_windows: u64,
     /// Write `exchange.mcap`.
     pub exchange: bool,
     /// Own steps in a report of a solver that runs alone.
+    #[schemars(range(min = 1))]
     pub alone_steps: u32,
     /// Time between two snapshots of the fields within a phase of the load, from its start on (s); only at the ends of phases
     /// when absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub fields_every_s: Option<f64>,
 }
 
@@ -151,14 +165,17 @@ impl Default for Output {
 
 /// Longest waits (s). They are far longer than any answer that we have measured, so that only
 /// a participant that has really stopped runs into them. At most a year each.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Deadlines {
     /// Wait for a participant's greeting after its launch, sample preparation included.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = LONGEST_WAIT))]
     pub setup_s: f64,
     /// Wait for one answer during the run.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = LONGEST_WAIT))]
     pub answer_s: f64,
     /// Wait of a participant for its next request, before it ends itself.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = LONGEST_WAIT))]
     pub idle_s: f64,
 }
 
@@ -173,7 +190,7 @@ impl Default for Deadlines {
 }
 
 /// One solver of the scenario.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Participant {
     /// Its name, a plain file name; messages and logs use it.
@@ -181,8 +198,10 @@ pub struct Participant {
     /// `fem`, `dem`, or the kind of a foreign program.
     pub kind: String,
     /// Program and arguments of a foreign participant; by default `thirdbody node <kind>`.
+    #[schemars(length(min = 1))]
     pub command: Option<Vec<String>>,
     /// The solver's own keys.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub config: toml::Table,
 }

@@ -1,10 +1,11 @@
 //! The bounds of the checks of plausibility that the coupler makes.
 
 use protocol::{Bounds, ConfigError};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// `run.plausible`: bounds `[warn, suspect]` of each check, larger values being worse.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Plausible {
     /// Largest distance of the force through a participant's interfaces from the load that it says it holds, over the load.

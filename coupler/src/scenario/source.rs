@@ -5,7 +5,7 @@ use protocol::ConfigError;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::error::{Error, ScenarioError};
+use crate::error::{Code, Error, ScenarioError};
 
 /// The text of a scenario with its name.
 #[derive(Clone, Debug)]
@@ -32,6 +32,7 @@ impl Source {
         let file = || NamedSource::new(&self.name, self.text.clone()).with_language("TOML");
         let span = self.span(&key).filter(|_| set.is_none());
         Error::Scenario(Box::new(ScenarioError {
+            code: Code::Of(error.cause),
             // A name of the user's may hold what a terminal would take for a command.
             key: key.replace(char::is_control, "?"),
             problem,

@@ -109,9 +109,12 @@ fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<P
             .ok_or_else(|| refused(interface, format!("no participant `{name}`")))?;
         let description = participants.description(peer);
         if !description.sets.iter().any(|known| known == set) {
-            let known = description.sets.join(", ");
-            let why = format!("participant `{name}` has no set `{set}`; its sets: {known}");
-            return Err(refused(interface, why));
+            return Err(Error::from(Refusal::UnknownSet {
+                interface: interface.name.clone(),
+                participant: name.into(),
+                set: set.into(),
+                known: description.sets.join(", "),
+            }));
         }
         let capabilities = description.capabilities;
         if !(capabilities.advance || capabilities.motion_driven()) {
@@ -217,13 +220,14 @@ fn refuse_above_limit(
     let Some(limit) = wall.step_limit_s.filter(|limit| window_s > *limit) else {
         return Ok(());
     };
-    let why = format!(
+    let problem = format!(
         "the window of {substeps} substeps x {step_s:.4e} s = {window_s:.4e} s is above {} = {limit:.4e} s of participant `{name}`; lower interface.{}.substeps to {} or less",
         wall.step_limit_name,
         interface.name,
         (limit / step_s).floor()
     );
-    Err(refused(interface, why))
+    let interface = interface.name.clone();
+    Err(Error::from(Refusal::WindowTooLong { interface, problem }))
 }
 
 fn greatest_common_divisor(a: u32, b: u32) -> u32 {

@@ -57,7 +57,7 @@ impl Source {
                 let resists = participants.impedance(side.peer, first, n)?;
                 let yields = inverse_of_what_moves(&resists).ok_or_else(|| {
                     let name = participants.name(side.peer);
-                    Error::from(Refusal::Unfit {
+                    Error::from(Refusal::SingularImpedance {
                         participant: name.to_string(),
                         problem: format!("its impedance over {steps} steps has no inverse, as that of every explicit body below its stability limit has; lower its time.step_s, or take scheme = \"dual-schur\""),
                     })

@@ -42,7 +42,7 @@ pub struct Outcome {
     pub status: String,
     /// Its exit code.
     pub exit_code: i32,
-    /// Why it ended early; empty otherwise.
+    /// Why it ended early, with the code of the error; empty otherwise.
     pub message: String,
 }
 
@@ -192,12 +192,12 @@ impl TaskFolder {
             Err(error) => Outcome {
                 status: "refused".into(),
                 exit_code: error.exit_code(),
-                message: error.to_string(),
+                message: error.line(),
             },
             Ok(ended) => Outcome {
                 status: ended.summary.status().into(),
                 exit_code: ended.summary.exit_code(),
-                message: ended.error.map_or(String::new(), |error| error.to_string()),
+                message: ended.error.map_or(String::new(), |error| error.line()),
             },
         };
         if self.blames_circumstances(&outcome, attempt, options) {

@@ -1,6 +1,7 @@
 //! The keys of `sample` with kind = "disks", its walls and clusters, and their limits.
 
 use protocol::ConfigError;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::drive::ClusterDriveConfig;
@@ -10,7 +11,7 @@ use crate::geometry::range;
 use crate::pairs::{GRAINS, ROWS, WHEEL};
 
 /// Disks and walls one by one, and areas and rows that are filled with disks.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DisksConfig {
     /// The disks; glued ones form the sets `base` and `lid`.
@@ -33,7 +34,7 @@ pub struct DisksConfig {
 }
 
 /// One disk.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DiskConfig {
     /// Centre (m).
@@ -41,6 +42,7 @@ pub struct DiskConfig {
     /// Centre (m).
     pub y_m: f64,
     /// Radius (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_m: f64,
     /// Velocity at the start (m/s).
     #[serde(default)]
@@ -62,7 +64,7 @@ pub struct DiskConfig {
 }
 
 /// A rigid wall: a half-plane by a point and a normal, or a polyline by its corners.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WallConfig {
     /// Name for `law.pairs`.
@@ -84,7 +86,7 @@ pub struct WallConfig {
 }
 
 /// Mass, motion and locks of the disks with `cluster = name`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ClusterConfig {
     /// The name that its disks give.
@@ -93,8 +95,10 @@ pub struct ClusterConfig {
     #[serde(default)]
     pub locked: Vec<MotionConfig>,
     /// Mass (kg), before `mass_scale`; the sum of the disks, overlaps counted twice, when absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass_kg: Option<f64>,
     /// Moment of inertia about the centre of mass (kg m2); that of the disks when absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub inertia_kg_m2: Option<f64>,
     /// Velocity of the centre of mass at the start (m/s).
     #[serde(default)]
@@ -111,7 +115,7 @@ pub struct ClusterConfig {
 }
 
 /// The words for `sample.clusters.locked`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MotionConfig {
     /// Sideways.

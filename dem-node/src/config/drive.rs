@@ -2,12 +2,13 @@
 
 use protocol::ConfigError;
 use protocol::table::{LoadTable, check_table};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::limits::{at_least, finite, positive, refuse_if};
 
 /// Prescribed motion and loads of a cluster. Each direction has a velocity, or is `"free"` and has a force.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ClusterDriveConfig {
     /// Velocity along x and y (m/s); `"free"` where a force acts. Both are free when absent.
@@ -17,14 +18,16 @@ pub struct ClusterDriveConfig {
     /// Force over time (s, N) in the only free direction, in place of `force_n`: linear between the entries, constant beyond them.
     pub load_table: Option<LoadTable>,
     /// Mass (kg), before `mass_scale`; that of the disks when absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass_kg: Option<f64>,
     /// Force against the motion in free directions over its speed (N s/m).
     #[serde(default)]
+    #[schemars(range(min = 0.0))]
     pub damping_n_s_per_m: f64,
 }
 
 /// A number, or the word `"free"`.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected a number or \"free\"")]
 pub enum Component {
     /// Value.
@@ -34,7 +37,7 @@ pub enum Component {
 }
 
 /// The word `"free"`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Free {
     /// Not prescribed.

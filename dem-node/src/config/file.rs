@@ -3,8 +3,9 @@
 use std::io;
 use std::path::PathBuf;
 
-use protocol::ConfigError;
 use protocol::input_file::content;
+use protocol::{Cause, ConfigError};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::disks::{DiskConfig, DisksConfig};
@@ -20,7 +21,7 @@ const GRAINS_MAX: usize = 500_000;
 const LONGEST_FILE: u64 = 64 << 20;
 
 /// A table of disks in a file of comma-separated values.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileConfig {
     /// The file, from the folder of the scenario or from the root.
@@ -34,13 +35,13 @@ impl FileConfig {
         let text = bytes.and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other));
         let text = text.map_err(|error| {
             let problem = format!("{} cannot be read: {error}", self.path.display());
-            ConfigError::new(KEY, problem).help(
-                "give the path of a .csv file, from the folder of the scenario or from the root",
-            )
+            ConfigError::new(KEY, problem)
+                .because(Cause::FileUnreadable)
+                .help("give the path of a .csv file, from the folder of the scenario or from the root")
         })?;
         let disks = parse(&text).map_err(|error| {
             let problem = format!("{}, {}", self.path.display(), error.problem);
-            ConfigError { problem, ..error }
+            ConfigError { problem, ..error }.because(Cause::FileUnsuitable)
         })?;
         Ok(DisksConfig {
             disks,

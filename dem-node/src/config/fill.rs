@@ -1,6 +1,7 @@
 //! The keys of `sample.fill` and `sample.rows`: disks by the rectangle and by the row.
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::limits::{at_least, finite, refuse_if, validate_sides};
@@ -10,7 +11,7 @@ use super::radii::{Radii, RadiusLaw};
 const DISKS_MAX: f64 = 5e5;
 
 /// A rectangle of loose disks: one in the middle of each square of a grid that the widest disk just fits.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FillConfig {
     /// Left and right side (m).
@@ -18,8 +19,10 @@ pub struct FillConfig {
     /// Lower and upper side (m).
     pub y_m: [f64; 2],
     /// Smallest radius (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_min_m: f64,
     /// Largest radius (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_max_m: f64,
     /// Distribution of the radii.
     pub law: RadiusLaw,
@@ -27,13 +30,14 @@ pub struct FillConfig {
     pub power: Option<f64>,
     /// Largest speed of the disks at the start (m/s); each has a random part of it in both directions.
     #[serde(default)]
+    #[schemars(range(min = 0.0))]
     pub speed_m_per_s: f64,
     /// Seed of the radii and speeds; the run's seed when absent.
     pub seed: Option<u64>,
 }
 
 /// A row of disks at equal distances, as many as disks of the mean radius that touch.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RowConfig {
     /// Name of the rigid cluster that they belong to.
@@ -43,8 +47,10 @@ pub struct RowConfig {
     /// Height of the centres (m).
     pub y_m: f64,
     /// Smallest radius (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_min_m: f64,
     /// Largest radius (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_max_m: f64,
     /// Distribution of the radii.
     pub law: RadiusLaw,
@@ -124,4 +130,5 @@ fn validate_count(key: &str, count: f64) -> Result<(), ConfigError> {
         format!("holds {count:.1e} disks, more than {DISKS_MAX:.0e}"),
         "check the units (m): smaller sides, or larger disks",
     )
+    .map_err(|error| error.because(Cause::TooMany))
 }

@@ -1,6 +1,7 @@
 //! The keys of `flow`: the flows of third body through the contact of the wheel.
 
 use protocol::ConfigError;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::law::{LawConfig, LawKind};
@@ -9,24 +10,29 @@ use super::sample::SampleConfig;
 use super::wheel::WheelConfig;
 
 /// `flow`: the contact zone, and the time after which a grain that left it is worn.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FlowConfig {
     /// Part of the wheel's normal force that the contact zone carries; half of the rest is dropped at either end. A few grains that
     /// are brushed far outside do not make the zone wide.
     #[serde(default = "zone_share")]
+    #[schemars(range(min = 0.5, max = 1.0))]
     pub zone_share: f64,
     /// Width that is added at either end, over the mean diameter: grains this near are still dragged along.
     #[serde(default = "margin")]
+    #[schemars(range(min = 0.0))]
     pub margin_diameters: f64,
     /// Distance by which an end must be off before it moves, over the mean diameter: loads that pass from grain to grain
     /// make no flow.
     #[serde(default = "hysteresis")]
+    #[schemars(range(min = 0.0))]
     pub hysteresis_diameters: f64,
     /// Time over which the wheel's force is averaged for the zone (s); `wear_s` when absent, 0 for the force of each step.
     #[serde(default)]
+    #[schemars(range(min = 0.0))]
     pub zone_mean_s: Option<f64>,
     /// T_w, the time that a grain must stay outside to be worn (s): at least a cycle of the wheel, which may carry it back.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub wear_s: f64,
 }
 

@@ -1,6 +1,7 @@
 //! The keys of `injection`: grains that are fed into the scene from outside.
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::flow::FlowConfig;
@@ -11,7 +12,7 @@ use super::limits::{at_least, finite, positive, refuse_if};
 const MOST: f64 = 1e6;
 
 /// `injection`: Qe of the tribological circuit, grains of the sample's radii that come out at a point, one after the other.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InjectionConfig {
     /// The point (m): each grain begins in the widest gap around it.
@@ -19,14 +20,17 @@ pub struct InjectionConfig {
     /// Its height (m).
     pub y_m: f64,
     /// Real mass that comes out in a second (kg/s).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate_kg_per_s: f64,
     /// Start of the feed (s).
+    #[schemars(range(min = 0.0))]
     pub start_s: f64,
     /// End of the feed (s).
     pub end_s: f64,
     /// Time in which a grain grows to its size (s); when absent, the one in which a mean grain comes out, so that they grow one by
     /// one.
     #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub growth_s: Option<f64>,
 }
 
@@ -84,5 +88,6 @@ impl InjectionConfig {
             ),
             "lower it, or let end_s be the end of the run",
         )
+        .map_err(|error| error.because(Cause::TooMany))
     }
 }

@@ -1,6 +1,7 @@
 //! The keys of `law` and their limits.
 
 use protocol::ConfigError;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -9,38 +10,49 @@ use crate::cohesion::HPrime;
 use crate::law::Penetration;
 
 /// `law`: unilateral contact with optional friction and compliance.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LawConfig {
     /// Signorini, Coulomb or cohesion, or LMGC90's name of one with the options that it means.
     pub kind: LawKind,
     /// Coefficient of friction, at least 0; with `coulomb` and `cohesion`.
+    #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
     /// Stiffness of each contact per thickness (Pa): kn = value x thickness. Rigid contacts when absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub contact_stiffness_pa: Option<f64>,
     /// kt / kn of compliant contacts with friction, above 0.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub tangential_stiffness_ratio: Option<f64>,
     /// Newton's coefficient of restitution of rigid contacts, 0 to 1; inelastic when absent.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub restitution: Option<f64>,
     /// Treatment of overlaps of rigid contacts; `iqs` when absent.
     pub penetration: Option<Penetration>,
     /// Cn (Pa/m), normal stiffness of a bond over its area r1 r2/(r1 + r2) x thickness; this and all below with `cohesion`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub cn_pa_per_m: Option<f64>,
     /// Ct (Pa/m), tangential stiffness, at least 0.
+    #[schemars(range(min = 0.0))]
     pub ct_pa_per_m: Option<f64>,
     /// w (J/m2), decohesion energy.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub w_j_per_m2: Option<f64>,
     /// b (Pa m s^p), viscosity of decohesion, at least 0.
+    #[schemars(range(min = 0.0))]
     pub b_pa_m_s: Option<f64>,
     /// p, power of the rate.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub p: Option<f64>,
     /// h'.
     pub h_prime: Option<HPrime>,
     /// Pairs of grains with a smaller gap are bonded at the start (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub alert_m: Option<f64>,
     /// Grains with fewer bonds, 0 to 6, are bonded to their nearest neighbours as well. With 2 no grain can turn about a
     /// single bond.
     #[serde(default)]
+    #[schemars(range(max = 6))]
     pub bonds_min: u32,
     /// Laws of contacts between two groups of bodies.
     #[serde(default)]
@@ -48,23 +60,27 @@ pub struct LawConfig {
 }
 
 /// Laws of contacts between two groups: all that is absent is that of `law`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PairConfig {
     /// Names of the groups: `grains`, `base`, `lid`, `wheel`, or that of a wall or cluster; twice the same for the contacts within.
     pub between: [String; 2],
     /// Coefficient of friction.
+    #[schemars(range(min = 0.0))]
     pub friction: Option<f64>,
     /// Newton's coefficient of restitution of rigid contacts.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub restitution: Option<f64>,
     /// Stiffness of the contacts per thickness (Pa).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub contact_stiffness_pa: Option<f64>,
     /// kt / kn of compliant contacts.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub tangential_stiffness_ratio: Option<f64>,
 }
 
 /// The words for `law.kind`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LawKind {
     /// Unilateral contact without friction.

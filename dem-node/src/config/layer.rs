@@ -1,6 +1,7 @@
 //! The keys of `sample` with kind = "layer" and their limits.
 
 use protocol::ConfigError;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::limits::{PERIOD, at_least, positive, refuse_if};
@@ -13,21 +14,27 @@ const GRAINS_MAX: f64 = 5e5;
 const PRESTRESS: f64 = 4e-3;
 
 /// A pressed layer of constant thickness on a crowned line.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LayerConfig {
     /// Distance from the base line to the wheel's face (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub thickness_m: f64,
     /// The layer covers |x| up to this (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub half_width_m: f64,
     /// Load that `half_width_m` is meant for (N): under a wheel of another load P the layer covers `half_width_m` sqrt(P / this),
     /// as a Hertzian line contact widens (Hertz 1882). The half-width is that for every load when absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub half_width_load_n: Option<f64>,
     /// Radius of the crown of the base line (m); 0 = straight.
+    #[schemars(range(min = 0.0))]
     pub crown_radius_m: f64,
     /// Smallest radius of the grains (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_min_m: f64,
     /// Largest radius of the grains (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_max_m: f64,
     /// Distribution of the radii.
     pub law: RadiusLaw,
@@ -40,6 +47,7 @@ pub struct LayerConfig {
     pub lid: bool,
     /// Height of the bed below the cut, and with a lid above the upper one (m). Five mean diameters keep the floor's ordering out of the layer.
     #[serde(default = "bed_extra")]
+    #[schemars(range(min = 0.0))]
     pub bed_extra_m: f64,
     /// Pressures under the flat plate, one after the other (Pa). The second, lower one leaves little
     /// elastic overlap to relax when the side walls go.

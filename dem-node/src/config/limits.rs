@@ -1,11 +1,12 @@
 //! Limits of single values, and refusals that name the key, the value and a way out. A value that is absent passes.
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
 
 /// The key of a strip that repeats, in both kinds of sample.
 pub(super) const PERIOD: &str = "sample.periodic_x_m";
 
-/// Refuses a key for a reason, with a help, if something holds.
+/// Refuses a key for a reason, with a help, if something holds: keys that do not go together, unless the caller names another
+/// cause.
 pub(crate) fn refuse_if(
     holds: bool,
     key: &str,
@@ -13,7 +14,9 @@ pub(crate) fn refuse_if(
     help: impl Into<String>,
 ) -> Result<(), ConfigError> {
     if holds {
-        return Err(ConfigError::new(key, why).help(help));
+        return Err(ConfigError::new(key, why)
+            .because(Cause::ConflictingKeys)
+            .help(help));
     }
     Ok(())
 }
@@ -29,7 +32,8 @@ pub(super) fn refuse_given<'a>(
 }
 
 pub(super) fn required(key: &str, value: Option<f64>, by: &str) -> Result<f64, ConfigError> {
-    value.ok_or_else(|| ConfigError::new(key, format!("{by} need it and it is missing")))
+    let missing = || ConfigError::new(key, format!("{by} need it and it is missing"));
+    value.ok_or_else(|| missing().because(Cause::MissingKey))
 }
 
 pub(crate) fn positive(
@@ -78,6 +82,7 @@ pub(super) fn validate_sides(key: &str, [low, high]: [f64; 2]) -> Result<(), Con
         format!("{low:e} does not lie before {high:e}"),
         "write [low, high]",
     )
+    .map_err(|error| error.because(Cause::OutOfRange))
 }
 
 fn check(
@@ -88,7 +93,10 @@ fn check(
 ) -> Result<(), ConfigError> {
     match value.filter(|value| !holds(*value)) {
         None => Ok(()),
-        Some(value) => Err(ConfigError::new(key, format!("must {}", must(value)))),
+        Some(value) => {
+            let problem = format!("must {}", must(value));
+            Err(ConfigError::new(key, problem).because(Cause::OutOfRange))
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The keys of `law.pairs`: what contacts between two named groups have of their own.
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
 
 use super::law::{LawConfig, PairConfig};
 use super::limits::{at_least, positive, refuse_if, within};
@@ -15,7 +15,8 @@ pub(super) fn validate_pairs(law: &LawConfig, groups: &[&str]) -> Result<(), Con
                 &key("between"),
                 format!("there is no group {name:?}; the scene has {groups:?}"),
                 "write one of these names; a wall gets one by sample.walls.name",
-            )?;
+            )
+            .map_err(|error| error.because(Cause::UnknownName))?;
         }
         let same = |other: &PairConfig| {
             let [a, b] = &other.between;
@@ -26,7 +27,8 @@ pub(super) fn validate_pairs(law: &LawConfig, groups: &[&str]) -> Result<(), Con
             &key("between"),
             format!("the pair {:?} is there twice", pair.between),
             "write one entry a pair",
-        )?;
+        )
+        .map_err(|error| error.because(Cause::DuplicateName))?;
         validate_pair(pair, law, key)?;
     }
     Ok(())

@@ -1,11 +1,12 @@
 //! The bounds of the checks of plausibility.
 
 use protocol::{Bounds, ConfigError};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// `plausible`: bounds `[warn, suspect]` of each check, larger values being worse. The manual has the values of valid and of
 /// wrong runs beside them (scenarios/README.md).
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlausibleConfig {
     /// Largest overlap of compliant contacts over the mean radius.

@@ -1,6 +1,7 @@
 //! The keys of `profile`: means over slices of the sample and intervals of time.
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::limits::{at_least, positive, refuse_if, within};
@@ -11,22 +12,25 @@ const BINS_MAX: f64 = 1000.0;
 const SLICES_MAX: f64 = 1e6;
 
 /// `profile`: the slices and intervals.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProfileConfig {
     /// Direction in which slices follow each other.
     pub axis: Axis,
     /// Number of slices of equal thickness, from the lowest edge of the grains to the highest at the start of an interval.
+    #[schemars(range(min = 1, max = 1000))]
     pub bins: u32,
     /// Start of the first interval (s).
     #[serde(default)]
+    #[schemars(range(min = 0.0))]
     pub start_s: f64,
     /// Length of an interval (s).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub every_s: f64,
 }
 
 /// The words for `profile.axis`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Axis {
     /// Sideways.
@@ -64,5 +68,6 @@ impl ProfileConfig {
             format!("makes {slices:.1e} slices by the end of the run, more than {SLICES_MAX:.0e}"),
             "make it longer, or profile.bins fewer",
         )
+        .map_err(|error| error.because(Cause::TooMany))
     }
 }

@@ -1,6 +1,7 @@
 //! Distributions of radii between two limits.
 
 use protocol::ConfigError;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::limits::{at_least, positive, refuse_given, within};
@@ -9,7 +10,7 @@ use super::limits::{at_least, positive, refuse_given, within};
 const POWERS: [f64; 2] = [-20.0, 20.0];
 
 /// Distribution of radii between two limits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RadiusLaw {
     /// Equal surface in each class of radius, p ~ r^-2: LMGC90's `granulo_Uniform`, the paper's law.

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::limits::{at_least, positive, refuse_if};
@@ -17,20 +18,25 @@ const HEIGHT: f64 = 8.0;
 
 /// A portion of a rail that consists of grains: straight sides and base, a crown above. The top of the crown is at y = 0, over
 /// x = 0.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct RailConfig {
     /// Width (m); the sides are at |x| of half of it.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub width_m: f64,
     /// Height above the base (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub height_m: f64,
     /// The place where the rail has that height.
     pub height_at: HeightAt,
     /// Radius of the crown (m); 0 = flat.
+    #[schemars(range(min = 0.0))]
     pub crown_radius_m: f64,
     /// Smallest radius of the grains (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_min_m: f64,
     /// Largest radius of the grains (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_max_m: f64,
     /// Distribution of the radii.
     pub law: RadiusLaw,
@@ -41,7 +47,7 @@ pub struct RailConfig {
 }
 
 /// The words for `sample.height_at`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HeightAt {
     /// The sides.
@@ -117,6 +123,7 @@ impl RailConfig {
             ),
             "check the units (m): a smaller rail, or larger grains",
         )
+        .map_err(|error| error.because(Cause::TooMany))
     }
 }
 

@@ -1,7 +1,9 @@
 //! The keys of `sample`: a layer, a rail or listed disks, in a strip that repeats or not.
 
+use std::borrow::Cow;
+
 use protocol::ConfigError;
-use serde::de::Error;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer};
 
 use super::disks::DisksConfig;
@@ -54,6 +56,25 @@ struct SampleTag {
     kind: SampleKind,
 }
 
+/// By hand, as the reading is.
+impl JsonSchema for SampleConfig {
+    fn schema_name() -> Cow<'static, str> {
+        "SampleConfig".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        protocol::schema::one_of_kinds(
+            "kind",
+            [
+                ("layer", generator.subschema_for::<LayerConfig>()),
+                ("rail", generator.subschema_for::<RailConfig>()),
+                ("disks", generator.subschema_for::<DisksConfig>()),
+                ("file", generator.subschema_for::<FileConfig>()),
+            ],
+        )
+    }
+}
+
 /// By hand: an error of a derived enum with `tag = "kind"` names the table, not the key in it.
 impl<'de> Deserialize<'de> for SampleConfig {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<SampleConfig, D::Error> {
@@ -67,12 +88,7 @@ impl<'de> Deserialize<'de> for SampleConfig {
             SampleKind::Disks => protocol::read_part(keys.into()).map(SampleConfig::Disks),
             SampleKind::File => {
                 let file: FileConfig = protocol::read_part(keys.into())?;
-                // The whole text of the error: the key in front of it is read back from there.
-                let inside = |error: ConfigError| {
-                    let text = error.to_string();
-                    let text = text.trim_start_matches("sample.path: ");
-                    D::Error::custom(format!("at `path`: {text}"))
-                };
+                let inside = |error: ConfigError| protocol::setting::error_inside("path", &error);
                 file.read().map(SampleConfig::Disks).map_err(inside)
             }
         }

@@ -1,6 +1,7 @@
 //! The keys of `stress`: stress in cells and in the whole sample.
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::limits::{at_least, positive, refuse_if, validate_sides};
@@ -13,10 +14,11 @@ const CELLS_MAX: f64 = 1e6;
 const ROUNDING: f64 = 1e-9;
 
 /// `stress`: the cells, and the region that they lie in.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StressConfig {
     /// Side of the square cells (m), at least 3.5 mean diameters.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub cell_m: f64,
     /// Left and right side of the region (m); those of the grains that carry contact forces, or of the strip that repeats, when
     /// absent.
@@ -82,5 +84,6 @@ impl StressConfig {
             ),
             "check the units (m): larger cells, or a smaller region",
         )
+        .map_err(|error| error.because(Cause::TooMany))
     }
 }

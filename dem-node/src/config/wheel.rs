@@ -2,6 +2,7 @@
 
 use protocol::ConfigError;
 use protocol::table::{LoadTable, check_wheel_table};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::law::{LawConfig, LawKind};
@@ -9,18 +10,21 @@ use super::limits::{at_least, finite, positive, refuse_if};
 use super::sample::SampleConfig;
 
 /// A rigid wheel that is pressed on the grains and moved sideways. It does not turn.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WheelConfig {
     /// Vertical load (N).
+    #[schemars(range(min = 0.0))]
     pub load_n: f64,
     /// Vertical load over time (s, N) instead of the linear ramp: linear between the entries, constant beyond them. At the end
     /// of the hold it must be `load_n`, which results and checks of the hold refer to.
     pub load_table: Option<LoadTable>,
     /// Mass (kg), never scaled.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass_kg: f64,
     /// Radius of the face (m), its lowest point over x = 0 at the start; 0 = flat.
     #[serde(default)]
+    #[schemars(range(min = 0.0))]
     pub radius_m: f64,
     /// Smooth, or a row of disks.
     #[serde(default)]
@@ -33,21 +37,25 @@ pub struct WheelConfig {
     pub vy_m_per_s: f64,
     /// Amplitude A of the sideways motion D(t) = A sin(2 pi f (t - t_s)) (m).
     #[serde(default)]
+    #[schemars(range(min = 0.0))]
     pub amplitude_m: f64,
     /// Frequency f of the sideways motion (1/s).
     #[serde(default)]
     pub frequency_hz: f64,
     /// Time in which the load grows linearly from 0 (s).
+    #[schemars(range(min = 0.0))]
     pub ramp_s: f64,
     /// Time under the full load before the motion starts at t_s = ramp + hold (s).
+    #[schemars(range(min = 0.0))]
     pub hold_s: f64,
     /// Periods of the sideways motion, not necessarily whole.
     #[serde(default)]
+    #[schemars(range(min = 0.0))]
     pub cycles: f64,
 }
 
 /// The words for `wheel.face`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FaceKind {
     /// Smooth: flat, or round where `wheel.radius_m` is given.

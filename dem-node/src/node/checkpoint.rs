@@ -1,7 +1,7 @@
 //! The checkpoint of the grains: how it is packed, and refused where it is another one's.
 
-use protocol::NodeError;
 use protocol::checkpoint::{pack, unpack};
+use protocol::{Cause, NodeError};
 
 use super::dem::{Dem, Progress};
 use crate::flow::Flow;
@@ -25,9 +25,12 @@ impl Dem {
             ]
         };
         let refuse = |why: &str| {
-            Err(NodeError::configuration(format!(
-                "the checkpoint is not of these grains: {why}; resume with the build and the scenario that wrote it"
-            )))
+            Err(NodeError::of(
+                Cause::CheckpointUnusable,
+                format!(
+                    "the checkpoint is not of these grains: {why}; resume with the build and the scenario that wrote it"
+                ),
+            ))
         };
         if counts(&progress.state) != counts(&self.progress.state) {
             return refuse("their number is another");

@@ -1,9 +1,10 @@
 //! The choice of a solver, its stopping criteria and the way it ended.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The algorithm that solves the problem: the words for `solver.kind`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Algorithm {
     /// Block non-linear Gauss-Seidel.
@@ -13,7 +14,7 @@ pub enum Algorithm {
 }
 
 /// What becomes of a step that did not converge: the words for `solver.on_not_converged`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OnNotConverged {
     /// The run ends with exit code 3.
@@ -24,15 +25,17 @@ pub enum OnNotConverged {
 }
 
 /// `solver`: the solver of the contact problem and its stopping criteria.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Criteria {
     /// The algorithm.
     #[serde(rename = "kind")]
     pub algorithm: Algorithm,
     /// Bound on the true natural-map residual, relative.
+    #[schemars(range(min = 1e-14, max = 0.1))]
     pub tolerance: f64,
     /// Iterations after which a window counts as not converged.
+    #[schemars(range(min = 1))]
     pub max_iterations: usize,
     /// Iterations that are always done.
     pub min_iterations: usize,

@@ -1,20 +1,22 @@
 //! Boundary conditions of named sets of nodes: a load, or the motion itself, or one of each.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use protocol::ConfigError;
 use protocol::table::{LoadTable, check_table};
+use protocol::{Cause, ConfigError};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer};
 
-use super::number::{not_negative, number_or_word, positive};
+use super::number::{not_negative, number_or_word, number_or_word_schema, positive};
 
 /// Boundary condition of each named set.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct BoundaryConfig(pub BTreeMap<String, SetConfig>);
 
 /// Boundary condition of one set: a load, a motion, or both, each in its own direction.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SetConfig {
     /// Components (tx, ty) of a traction on the reference edge (Pa), or `"free"` where there is none.
@@ -31,6 +33,7 @@ pub struct SetConfig {
     pub displacement_m: Option<[Component; 2]>,
     /// Duration of a linear ramp from zero (s), of tractions, pressures and motions alike; at once when absent or 0, which a
     /// displacement cannot be.
+    #[schemars(range(min = 0.0))]
     pub ramp_s: Option<f64>,
 }
 
@@ -101,7 +104,9 @@ impl SetConfig {
         {
             if !numbers.iter().all(|number| number.is_finite()) {
                 let key = format!("boundary.{set}.{name}");
-                return Err(ConfigError::new(&key, "must hold finite numbers"));
+                return Err(
+                    ConfigError::new(&key, "must hold finite numbers").because(Cause::OutOfRange)
+                );
             }
         }
         let ramp_key = format!("boundary.{set}.ramp_s");
@@ -132,7 +137,9 @@ impl SetConfig {
         let problem =
             "must hold exactly one load or motion, or a load and a motion in different directions";
         let help = "give one of traction_pa, pressure_pa, load_table, velocity_m_per_s, displacement_m; or traction_pa = [\"free\", -1e6] beside velocity_m_per_s = [0.1, \"free\"]";
-        Err(ConfigError::new(&format!("boundary.{set}"), problem).help(help))
+        Err(ConfigError::new(&format!("boundary.{set}"), problem)
+            .because(Cause::ConflictingKeys)
+            .help(help))
     }
 
     /// Refuses a wrong table, one without a direction, and a ramp that nothing follows.
@@ -146,11 +153,13 @@ impl SetConfig {
         if self.direction().is_none() {
             let problem = "has no direction: load_direction is missing, and no motion leaves exactly one free";
             return Err(ConfigError::new(&key("load_table"), problem)
+                .because(Cause::MissingKey)
                 .help("write load_direction = [0.0, -1.0] for a force downwards, or a motion with one direction \"free\""));
         }
         if self.ramp_s.is_some() && self.motion().is_none() {
             let problem = "does not act on load_table, which already is the load over time";
             return Err(ConfigError::new(&key("ramp_s"), problem)
+                .because(Cause::ConflictingKeys)
                 .help("remove it, and let the table begin with [0.0, 0.0]"));
         }
         Ok(())
@@ -164,6 +173,7 @@ impl SetConfig {
         if self.load_table.is_none() {
             let problem = "is that of load_table, and there is none";
             return Err(ConfigError::new(key, problem)
+                .because(Cause::ConflictingKeys)
                 .help("add load_table = [[t_s, n], ...], or remove the key"));
         }
         if direction != [0.0; 2] && direction.iter().all(|d| d.is_finite()) {
@@ -177,7 +187,9 @@ impl SetConfig {
     /// Refuses a direction that has a load and a motion.
     fn check_directions(&self, set: &str) -> Result<(), ConfigError> {
         let refused = |problem: &str, help: &str| {
-            Err(ConfigError::new(&format!("boundary.{set}"), problem).help(help))
+            Err(ConfigError::new(&format!("boundary.{set}"), problem)
+                .because(Cause::ConflictingKeys)
+                .help(help))
         };
         let (Some(load), Some(motion)) = (self.load(), self.motion()) else {
             return Ok(());
@@ -257,6 +269,16 @@ impl BoundaryConfig {
             .iter()
             .filter(|(_, config)| config.motion().is_some());
         moved.map(|(set, _)| set.as_str())
+    }
+}
+
+impl JsonSchema for Component {
+    fn schema_name() -> Cow<'static, str> {
+        "Component".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        number_or_word_schema("free")
     }
 }
 

@@ -1,9 +1,10 @@
 //! Choices with a few named values each.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Kind of analysis.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Analysis {
     /// Explicit dynamics.
@@ -14,7 +15,7 @@ pub enum Analysis {
 }
 
 /// Way in which a body under a wheel comes under its load.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Start {
     /// The wheel's load grows in time, `wheel.ramp_s` long.
@@ -26,7 +27,7 @@ pub enum Start {
 }
 
 /// Finite element.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum ElementKind {
     /// Bilinear quadrilateral, one point, hourglass stiffness of Flanagan and Belytschko.
     #[serde(rename = "q4_1point")]
@@ -41,7 +42,7 @@ pub enum ElementKind {
 }
 
 /// Out-of-plane condition.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Plane {
     /// ezz = 0.
@@ -52,7 +53,7 @@ pub enum Plane {
 }
 
 /// Support of the lower edge.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Base {
     /// Both components fixed.
@@ -65,7 +66,7 @@ pub enum Base {
 }
 
 /// Support of the lateral edges.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Sides {
     /// No support.
@@ -76,7 +77,7 @@ pub enum Sides {
 }
 
 /// Measure of strain.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Kinematics {
     /// The symmetric part of the displacement gradient; rotations must stay small.

@@ -1,6 +1,6 @@
 //! Keys that must go together.
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
 
 use super::boundary::SetConfig;
 use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start};
@@ -232,7 +232,9 @@ impl Config {
 /// Refuses a key where `wrong`.
 fn refuse(wrong: bool, key: &str, problem: &str, help: &str) -> Result<(), ConfigError> {
     if wrong {
-        return Err(ConfigError::new(key, problem).help(help));
+        return Err(ConfigError::new(key, problem)
+            .because(Cause::ConflictingKeys)
+            .help(help));
     }
     Ok(())
 }

@@ -2,19 +2,20 @@
 
 use std::collections::BTreeMap;
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// The name of all nodes of the body, unless its mesh has a set of that name.
 pub(crate) const BODY: &str = "body";
 
 /// Initial state of each named set, or of `body`, which means all nodes; a set comes before `body`.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(transparent)]
 pub struct InitialConfig(pub BTreeMap<String, InitialSetConfig>);
 
 /// Initial state of one set.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InitialSetConfig {
     /// Components (vx, vy) of the velocity at t = 0 (m/s). Components that a support holds or a motion prescribes keep
@@ -29,7 +30,7 @@ impl InitialConfig {
         };
         self.0.iter().find(infinite).map_or(Ok(()), |(name, _)| {
             let key = format!("initial.{name}.velocity_m_per_s");
-            Err(ConfigError::new(&key, "must hold finite numbers"))
+            Err(ConfigError::new(&key, "must hold finite numbers").because(Cause::OutOfRange))
         })
     }
 }

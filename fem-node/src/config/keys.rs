@@ -1,5 +1,6 @@
 //! All keys of a participant.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::boundary::BoundaryConfig;
@@ -14,7 +15,7 @@ use super::time::TimeConfig;
 use super::wheel::{ContactConfig, WheelConfig};
 
 /// Keys of a body: geometry, material, time integration, loads and contact.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
     /// Motion in time or equilibrium; motion when absent.

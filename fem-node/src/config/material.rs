@@ -1,12 +1,13 @@
 //! The material and its numbers.
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::number::{not_negative, positive};
 
 /// Constitutive law.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MaterialKind {
     /// Linear elastic, isotropic.
@@ -17,22 +18,28 @@ pub enum MaterialKind {
 }
 
 /// Constitutive law with its numbers.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialConfig {
     /// Kind of law; when absent `j2` beside a `yield_pa`, `elastic` without.
     pub kind: Option<MaterialKind>,
     /// Young's modulus (Pa), > 0.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub young_pa: f64,
     /// Poisson's ratio, in (-1, 0.5).
+    #[schemars(extend("exclusiveMinimum" = -1, "exclusiveMaximum" = 0.5))]
     pub poisson: f64,
     /// Density (kg/m3), > 0.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub density_kg_per_m3: f64,
     /// Yield stress in uniaxial tension (Pa), > 0; `j2` only.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub yield_pa: Option<f64>,
     /// Growth H of the yield stress with the equivalent plastic strain (Pa), >= 0; none when absent.
+    #[schemars(range(min = 0.0))]
     pub hardening_pa: Option<f64>,
     /// Growth of the back stress with the plastic strain in uniaxial tension (Pa), >= 0; none when absent.
+    #[schemars(range(min = 0.0))]
     pub kinematic_hardening_pa: Option<f64>,
 }
 
@@ -66,6 +73,7 @@ impl MaterialConfig {
         }
         let problem = format!("must lie between -1 and 0.5, got {}", self.poisson);
         Err(ConfigError::new("material.poisson", problem)
+            .because(Cause::OutOfRange)
             .help("an incompressible body (0.5) transmits pressure infinitely fast, no step could follow it; take 0.49 at most"))
     }
 
@@ -80,15 +88,18 @@ impl MaterialConfig {
             let given = keys.iter().find(|(_, value)| value.is_some());
             return given.map_or(Ok(()), |(key, _)| {
                 Err(
-                    ConfigError::new(key, "has no effect on an elastic material").help(
-                        "give material.yield_pa and leave material.kind out, or remove the key",
-                    ),
+                    ConfigError::new(key, "has no effect on an elastic material")
+                        .because(Cause::ConflictingKeys)
+                        .help(
+                            "give material.yield_pa and leave material.kind out, or remove the key",
+                        ),
                 )
             });
         }
         let missing = "is required with material.kind = \"j2\"";
         let yield_pa = self.yield_pa.ok_or_else(|| {
             ConfigError::new("material.yield_pa", missing)
+                .because(Cause::MissingKey)
                 .help("give the yield stress in uniaxial tension (Pa)")
         })?;
         positive("material.yield_pa", yield_pa, "Pa")?;

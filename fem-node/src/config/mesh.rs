@@ -1,8 +1,10 @@
 //! Source of the mesh: a few numbers, or a file of Gmsh.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use protocol::ConfigError;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 
 use super::number::{not_negative, positive};
@@ -18,36 +20,67 @@ pub enum MeshSource {
 }
 
 /// Geometry of a graded structured mesh, fine in the middle of its upper edge.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, JsonSchema)]
+#[schemars(deny_unknown_fields)]
 pub struct MeshConfig {
     /// Width (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub width_m: f64,
     /// Height at the crown (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub height_m: f64,
     /// Element size in the fine zone (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub size_m: f64,
     /// Width of the fine zone, centred (m); the whole width when absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub fine_width_m: Option<f64>,
     /// Depth of the fine zone (m); the whole height when absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub fine_depth_m: Option<f64>,
     /// Graded columns on each side of the fine zone.
+    #[schemars(default)]
     pub side_columns: usize,
     /// Graded rows below the fine zone.
+    #[schemars(default)]
     pub depth_rows: usize,
     /// Radius of the upper edge (m); flat when absent or 0.
+    #[schemars(range(min = 0.0))]
     pub crown_radius_m: Option<f64>,
     /// The left and the right edge are one: a body that goes on for ever in x.
+    #[schemars(default)]
     pub periodic_x: bool,
 }
 
 /// A mesh that Gmsh wrote.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, JsonSchema)]
+#[schemars(deny_unknown_fields)]
 pub struct GmshConfig {
     /// The file, MSH 2.2 or 4.1, ASCII or binary. In a scenario relative to its folder, which the loader makes absolute; a node that
     /// is built without a scenario takes it relative to its working directory.
     pub gmsh: PathBuf,
     /// Length of the file's unit (m), > 0; 1 when absent.
+    #[schemars(default = "one", extend("exclusiveMinimum" = 0))]
     pub length_unit_m: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// By hand: the keys are sorted after they were read, see `MeshKeys`.
+impl JsonSchema for MeshSource {
+    fn schema_name() -> Cow<'static, str> {
+        "MeshSource".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let sources = [
+            generator.subschema_for::<MeshConfig>(),
+            generator.subschema_for::<GmshConfig>(),
+        ];
+        json_schema!({ "oneOf": sources })
+    }
 }
 
 /// Keys of both sources; they are sorted afterwards, so that every message names its key.

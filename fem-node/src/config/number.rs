@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
+use schemars::{Schema, json_schema};
 use serde::de::{self, Deserializer, Visitor};
 
 /// Refuses what is given and not a positive finite number.
@@ -16,7 +17,9 @@ pub(crate) fn positive(
         return Ok(());
     };
     let problem = format!("must be positive and finite, got {value:?} ({unit})");
-    Err(ConfigError::new(key, problem).help(format!("write a number above 0, in {unit}")))
+    Err(ConfigError::new(key, problem)
+        .because(Cause::OutOfRange)
+        .help(format!("write a number above 0, in {unit}")))
 }
 
 /// Refuses what is given and negative or not finite.
@@ -30,7 +33,14 @@ pub(super) fn not_negative(
         return Ok(());
     };
     let problem = format!("must be finite and not negative, got {value:?} ({unit})");
-    Err(ConfigError::new(key, problem).help("leave the key out to have none"))
+    Err(ConfigError::new(key, problem)
+        .because(Cause::OutOfRange)
+        .help("leave the key out to have none"))
+}
+
+/// The schema of what [`number_or_word`] reads.
+pub(super) fn number_or_word_schema(word: &str) -> Schema {
+    json_schema!({ "anyOf": [{ "type": "number" }, { "const": word }] })
 }
 
 /// Reads a number, or this word for none. By hand, because serde's message for an untagged enum does not say what would

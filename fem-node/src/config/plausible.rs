@@ -1,10 +1,11 @@
 //! The bounds of the checks of plausibility.
 
 use protocol::{Bounds, ConfigError};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// `plausible`: bounds `[warn, suspect]` of each check, larger values being worse.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlausibleConfig {
     /// Largest distance of the wheel's force from its load in the second half of the hold, over the load.

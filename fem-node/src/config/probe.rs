@@ -1,10 +1,11 @@
 //! Probes: points of the body whose motion is reported.
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A point of the undeformed body whose displacement and velocity are signals.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProbeConfig {
     /// Name, with which those of its signals begin; letters, digits, `-` and `_`.
@@ -33,18 +34,20 @@ pub(super) fn check(probes: &[ProbeConfig]) -> Result<(), ConfigError> {
                 "`{}` begins the name of a signal that is no probe's",
                 probe.name
             );
-            return Err(
-                ConfigError::new(&format!("{key}.name"), problem).help("choose another name")
-            );
+            return Err(ConfigError::new(&format!("{key}.name"), problem)
+                .because(Cause::DuplicateName)
+                .help("choose another name"));
         }
         if probes[..index].iter().any(|other| other.name == probe.name) {
             let problem = format!("`{}` is the name of another probe too", probe.name);
             return Err(ConfigError::new(&format!("{key}.name"), problem)
+                .because(Cause::DuplicateName)
                 .help("give each probe a name of its own"));
         }
         for (name, value) in [("x_m", probe.x_m), ("y_m", probe.y_m)] {
             if !value.is_finite() {
-                return Err(ConfigError::new(&format!("{key}.{name}"), "must be finite"));
+                return Err(ConfigError::new(&format!("{key}.{name}"), "must be finite")
+                    .because(Cause::OutOfRange));
             }
         }
     }

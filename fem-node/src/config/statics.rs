@@ -1,19 +1,22 @@
 //! Load increments of a static analysis.
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::number::positive;
 
 /// Increments of a static analysis and of a static start. Coulomb friction depends on the history of the load, so the
 /// load grows from zero in equal steps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StaticsConfig {
     /// Largest load increment (N); a 200th of the load when absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub increment_n: Option<f64>,
     /// Increments in a cycle of the sideways motion, at least 4; 240 when absent, which resolves the half micrometre
     /// in which the paper's contact starts to slip.
+    #[schemars(range(min = 4))]
     pub increments_per_cycle: Option<u32>,
 }
 
@@ -63,6 +66,7 @@ impl StaticsConfig {
             "{cycles:?} cycles of {per_cycle} increments are {increments:.1e}, more than {INCREMENTS_MAX:.0e}"
         );
         Err(ConfigError::new(key, problem)
+            .because(Cause::TooMany)
             .help("two cycles of 240 increments reach the steady loop"))
     }
 
@@ -73,6 +77,7 @@ impl StaticsConfig {
             let problem =
                 format!("would take more than {INCREMENTS_MAX:.0e} increments to {load:?} N");
             return Err(ConfigError::new("statics.increment_n", problem)
+                .because(Cause::TooMany)
                 .help("check the unit (N), or leave it out for a 200th of the load"));
         }
         match self.increments_per_cycle {
@@ -80,6 +85,7 @@ impl StaticsConfig {
                 "statics.increments_per_cycle",
                 format!("must be at least 4, got {count}"),
             )
+            .because(Cause::OutOfRange)
             .help("fewer would miss the reversals; 240 resolve the stick-slip transition")),
             _ => Ok(()),
         }

@@ -1,34 +1,43 @@
 //! Step, damping and end of the run.
 
-use protocol::ConfigError;
+use std::borrow::Cow;
+
+use protocol::{Cause, ConfigError};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer};
 
-use super::number::{not_negative, number_or_word, positive};
+use super::number::{not_negative, number_or_word, number_or_word_schema, positive};
 
 /// Time integration.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimeConfig {
     /// Step (s), or `"auto"`: `safety` times the stability limit.
     pub step_s: StepChoice,
     /// Damping parameter b of the scheme, 0.5 (none) to 1.
+    #[schemars(range(min = 0.5, max = 1.0))]
     pub damping: f64,
     /// Share of the stability limit that `"auto"` takes, in (0, 1]; 0.9 when absent, the usual margin for
     /// effects that a linear bound cannot see.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = 1.0))]
     pub safety: Option<f64>,
     /// Damping force per mass and velocity (1/s), >= 0; none when absent.
+    #[schemars(range(min = 0.0))]
     pub mass_damping_per_s: Option<f64>,
     /// Rayleigh's damping in proportion to the stiffness (s), >= 0, C = mass_damping_per_s M + stiffness_damping_s K: a mode
     /// omega gets the damping ratio (mass_damping_per_s/omega + stiffness_damping_s omega)/2. It shortens the stable step;
     /// none when absent.
+    #[schemars(range(min = 0.0))]
     pub stiffness_damping_s: Option<f64>,
     /// Mass damping on body and wheel until the wheel starts to move sideways (1/s), so that it has stopped bouncing by
     /// then; none when absent.
+    #[schemars(range(min = 0.0))]
     pub start_mass_damping_per_s: Option<f64>,
     /// Accept a step above the stability limit, to show how the run diverges.
     #[serde(default)]
     pub unsafe_step: bool,
     /// End of the run (s); needed where no interface dictates it.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub end_s: Option<f64>,
 }
 
@@ -49,6 +58,7 @@ impl TimeConfig {
         if !(0.5..=1.0).contains(&self.damping) {
             let problem = format!("must lie between 0.5 and 1, got {}", self.damping);
             return Err(ConfigError::new("time.damping", problem)
+                .because(Cause::OutOfRange)
                 .help("0.5 adds no damping, 0.75 is the usual choice, below 0.5 the scheme is unstable at any step"));
         }
         self.check_safety()?;
@@ -66,7 +76,18 @@ impl TimeConfig {
         };
         let problem = format!("must lie above 0 and not above 1, got {safety}");
         Err(ConfigError::new("time.safety", problem)
+            .because(Cause::OutOfRange)
             .help("it is the share of the stability limit that `step_s = \"auto\"` takes"))
+    }
+}
+
+impl JsonSchema for StepChoice {
+    fn schema_name() -> Cow<'static, str> {
+        "StepChoice".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        number_or_word_schema("auto")
     }
 }
 

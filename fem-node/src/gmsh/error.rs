@@ -1,13 +1,15 @@
 //! Refusals of a mesh file, with advice to the user.
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
 
 /// The key that names the file.
 pub(super) const KEY: &str = "mesh.gmsh";
 
 /// A file that gives no body.
 pub(super) fn refused(problem: String, help: &str) -> ConfigError {
-    ConfigError::new(KEY, problem).help(help)
+    ConfigError::new(KEY, problem)
+        .because(Cause::FileUnsuitable)
+        .help(help)
 }
 
 /// A file whose content contradicts itself.

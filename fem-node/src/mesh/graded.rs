@@ -1,6 +1,6 @@
 //! The structured mesh of the scenario: uniform where it is fine, graded beside and below, under a crown.
 
-use protocol::ConfigError;
+use protocol::{Cause, ConfigError};
 
 use super::Mesh;
 use crate::config::MeshConfig;
@@ -53,7 +53,9 @@ fn check_count(config: &MeshConfig) -> Result<(), ConfigError> {
         config.size_m,
         columns * rows
     );
-    Err(ConfigError::new("mesh.size_m", problem).help("check the unit (m) or enlarge the size"))
+    Err(ConfigError::new("mesh.size_m", problem)
+        .because(Cause::TooMany)
+        .help("check the unit (m) or enlarge the size"))
 }
 
 fn check_crown(config: &MeshConfig, radius: f64) -> Result<(), ConfigError> {

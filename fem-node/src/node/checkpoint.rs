@@ -1,6 +1,6 @@
 //! The committed state of a checkpoint, taken up again.
 
-use protocol::NodeError;
+use protocol::{Cause, NodeError};
 
 use super::fem_node::FemNode;
 use crate::committed::Committed;
@@ -12,9 +12,12 @@ impl FemNode {
     /// other fields than they came from give another one.
     pub(super) fn take_up(&mut self, committed: Committed, hash: &str) -> Result<(), NodeError> {
         let refuse = |why: &str| {
-            Err(NodeError::configuration(format!(
-                "the checkpoint is not of this body: {why}; resume with the build and the scenario that wrote it"
-            )))
+            Err(NodeError::of(
+                Cause::CheckpointUnusable,
+                format!(
+                    "the checkpoint is not of this body: {why}; resume with the build and the scenario that wrote it"
+                ),
+            ))
         };
         if lengths(&committed.state) != lengths(&self.committed.state) {
             return refuse("its fields have other lengths");

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use protocol::checkpoint::{pack, unpack};
 use protocol::{
-    Capabilities, Description, Finding, Node, NodeError, Outcome, Setting, Surface, Window,
+    Capabilities, Cause, Description, Finding, Node, NodeError, Outcome, Setting, Surface, Window,
 };
 
 use serde::{Deserialize, Serialize};
@@ -329,9 +329,12 @@ impl Node for StaticNode {
 
     fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
         let refuse = |why: &str| {
-            Err(NodeError::configuration(format!(
-                "the checkpoint is not of this body: {why}; resume with the build and the scenario that wrote it"
-            )))
+            Err(NodeError::of(
+                Cause::CheckpointUnusable,
+                format!(
+                    "the checkpoint is not of this body: {why}; resume with the build and the scenario that wrote it"
+                ),
+            ))
         };
         let (hash, bytes): (String, Vec<u8>) = unpack(state)?;
         if blake3::hash(&bytes).to_hex().as_str() != hash {

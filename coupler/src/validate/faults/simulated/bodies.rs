@@ -67,6 +67,7 @@ pub fn registry() -> Registry {
     let solver = |kind, build| Solver {
         kind,
         check: |config, _| read_config::<NoKeys>(config).map(|_| Vec::new()),
+        schema: None,
         build,
         bench: None,
     };

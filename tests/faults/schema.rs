@@ -1,0 +1,192 @@
+//! `check --schema`: the schema takes every shipped scene, and whatever it refuses the program refuses, too. What the program
+//! refuses for a key, a type or a word the schema refuses as well.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use coupler::error::{Code, Error};
+use coupler::run::check::check;
+use coupler::scenario::load::parse;
+use coupler::scenario::source::Source;
+use harness::json_schema::faults;
+use harness::registry;
+use harness::runs::{parse_json, program};
+use protocol::Cause;
+use serde_json::{Value, json};
+
+/// The schema as the program prints it.
+fn schema() -> Value {
+    let output = Command::new(program("thirdbody"))
+        .args(["check", "--schema"])
+        .output()
+        .expect("the program starts");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    parse_json(&output.stdout)
+}
+
+/// All shipped scenarios, with their text.
+fn scenes() -> Vec<(PathBuf, String)> {
+    let mut found = Vec::new();
+    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).expect("it is there").flatten() {
+            let path = entry.path();
+            if path.is_dir() && !path.ends_with("target") {
+                folders.push(path);
+            } else if path.ends_with("scenario.toml") {
+                let text = std::fs::read_to_string(&path).expect("it is text");
+                found.push((path, text));
+            }
+        }
+    }
+    found
+}
+
+fn as_json(text: &str) -> Value {
+    let table: toml::Table = text.parse().expect("it is TOML");
+    serde_json::to_value(table).expect("TOML is JSON")
+}
+
+/// The verdict of the program on a scenario beside the file of a scene.
+fn verdict(path: &Path, scenario: &Value) -> Result<(), Error> {
+    let text = toml::to_string(scenario).expect("it came from TOML");
+    let source = Source {
+        name: path.display().to_string(),
+        text,
+        overrides: Vec::new(),
+    };
+    check(&parse(source)?, &registry(), 1).map(|_| ())
+}
+
+/// Refusals that a schema can make.
+fn is_of_form(error: &Error) -> bool {
+    [Cause::UnknownKey, Cause::WrongType, Cause::UnknownWord]
+        .map(Code::Of)
+        .contains(&error.code())
+}
+
+/// JSON pointers of everything in a value.
+fn places(value: &Value, place: &str, found: &mut Vec<String>) {
+    found.push(place.to_string());
+    match value {
+        Value::Object(table) => {
+            for (key, member) in table {
+                places(
+                    member,
+                    &format!("{place}/{}", key.replace('/', "~1")),
+                    found,
+                );
+            }
+        }
+        // The first entries stand for a long list.
+        Value::Array(list) => {
+            for (index, entry) in list.iter().enumerate().take(3) {
+                places(entry, &format!("{place}/{index}"), found);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// A scenario with one place changed, in all ways that are tried there.
+fn mutants(scenario: &Value, place: &str) -> Vec<Value> {
+    let with = |value: Value| {
+        let mut mutant = scenario.clone();
+        *mutant.pointer_mut(place).expect("it is there") = value;
+        mutant
+    };
+    let old = scenario.pointer(place).expect("it is there");
+    match old {
+        Value::Number(_) => [
+            json!("four"),
+            json!(true),
+            json!(-1.0),
+            json!(0.0),
+            json!(-3),
+            json!(1e300),
+            json!([1.0]),
+        ]
+        .map(with)
+        .into(),
+        Value::String(_) => [json!("zebra"), json!(7.5), json!(false)].map(with).into(),
+        Value::Bool(_) => [json!(1), json!("yes")].map(with).into(),
+        Value::Array(list) => {
+            let mut longer = list.clone();
+            longer.extend(list.first().cloned());
+            [json!(1.5), json!("list"), json!([]), longer.into()]
+                .map(with)
+                .into()
+        }
+        Value::Object(table) => {
+            let mut more = table.clone();
+            more.insert("zebra".into(), json!(1));
+            let one_less = table.keys().map(|key| {
+                let mut less = table.clone();
+                less.shift_remove(key);
+                with(less.into())
+            });
+            one_less
+                .chain([with(more.into()), with(json!(2.5))])
+                .collect()
+        }
+        Value::Null => unreachable!("TOML has no null"),
+    }
+}
+
+#[test]
+fn every_shipped_scene_follows_the_schema() {
+    let schema = schema();
+    let scenes = scenes();
+    assert!(scenes.len() > 30, "{}", scenes.len());
+    for (path, text) in scenes {
+        assert_eq!(
+            faults(&schema, &as_json(&text)),
+            Vec::<String>::new(),
+            "{}",
+            path.display()
+        );
+    }
+}
+
+#[test]
+fn schema_and_program_agree_on_changed_scenes() {
+    let schema = schema();
+    let (mut refused, mut taken) = (0, 0);
+    for (path, text) in scenes() {
+        let scenario = as_json(&text);
+        // Meshes of a thousand elements and more take long to build for each of the mutants.
+        if text.len() > 4_000 || verdict(&path, &scenario).is_err() {
+            continue;
+        }
+        let mut all = Vec::new();
+        places(&scenario, "", &mut all);
+        for (place, mutant) in all.iter().skip(1).flat_map(|place| {
+            mutants(&scenario, place)
+                .into_iter()
+                .map(move |mutant| (place, mutant))
+        }) {
+            let faults = faults(&schema, &mutant);
+            if faults.is_empty() {
+                taken += 1;
+                if let Err(error) = verdict(&path, &mutant) {
+                    assert!(!is_of_form(&error), "{}: {place}: {error}", path.display());
+                }
+            } else {
+                refused += 1;
+                assert!(
+                    verdict(&path, &mutant).is_err(),
+                    "{}: {place}: {faults:?}",
+                    path.display()
+                );
+            }
+        }
+    }
+    assert!(
+        refused > 1_000 && taken > 100,
+        "{refused} refused, {taken} taken"
+    );
+}
