@@ -1,11 +1,13 @@
 //! Files and lines that come about while a run goes on:
 //!
-//! - [`signals`]: one row a window; [`collection`]: the fields over time;
+//! - [`signals`]: one row a window; [`collection`]: the fields over time, [`interface_fields`]: those of an interface;
+//! - [`vtk`], [`vtk_arrays`]: the format of fields, written and read;
 //! - [`profile`]: the traction of an interface; [`sample`]: means over the phase that results are sampled in;
 //! - [`running_balance`]: energies that are judged on the way;
 //! - [`state`]: what all of it remembers from window to window; [`progress`]: a line on stderr.
 
 pub mod collection;
+pub mod interface_fields;
 pub mod profile;
 pub mod progress;
 pub mod running_balance;
@@ -13,6 +15,8 @@ pub mod sample;
 pub mod signals;
 pub mod state;
 mod stderr;
+pub mod vtk;
+pub mod vtk_arrays;
 
 pub use progress::Progress;
 pub use running_balance::RunningBalance;

@@ -135,6 +135,8 @@ pub struct Output {
     /// Time between two snapshots of the fields within a phase of the load, from its start on (s); only at the ends of phases
     /// when absent.
     pub fields_every_s: Option<f64>,
+    /// Write fields, at the ends of phases and of the run at least, and the tables beside them.
+    pub fields: bool,
 }
 
 impl Default for Output {
@@ -145,6 +147,7 @@ impl Default for Output {
             exchange: true,
             alone_steps: 100,
             fields_every_s: None,
+            fields: true,
         }
     }
 }
