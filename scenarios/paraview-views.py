@@ -1,6 +1,6 @@
 """Views of a run's fields: of ParaView, as a state that can be gone on with, or as pictures by VTK's wheel alone.
 
-    pvpython --force-offscreen-rendering scenarios/paraview-views.py RUN [FOLDER]
+    pvpython scenarios/paraview-views.py RUN [FOLDER]    # as xvfb-run pvpython ... where there is no screen
     python scenarios/paraview-views.py RUN [FOLDER]            # after pip install vtk
     File > Run Script in ParaView's menu Tools > Python Shell, with the run in the environment variable THIRDBODY_RUN
 
@@ -26,6 +26,8 @@ except ImportError:
     simple = None
 
 SIZE = (1600, 800)
+# Left, lower, right and upper end of the drawing in a picture; text is above and below.
+VIEWPORT = (0.0, 0.15, 1.0, 0.91)
 GREY = (0.82, 0.82, 0.82)
 DARK = (0.1, 0.1, 0.1)
 # Dark blue to yellow.
@@ -121,15 +123,13 @@ def layers(drawn):
         views.append(("contact", f"displacements, drawn {factor:g} times as large{nodes}", window, list_))
     else:
         left_out.append("contact: no mesh")
+    if mesh or grains:
+        views.append(pressure(drawn))
+    else:
+        left_out.append("pressure: neither mesh nor grains")
     if grains:
         left, right, low, high = drawn.box(grains)
         middle, width = 0.5 * (left + right), 1.08 * (right - left)
-        window = (middle, high - 0.16 * width if mesh else 0.5 * (low + high), width)
-        pressures = [largest(drawn, mesh, "hydrostatic_pressure_pa"), median_high(drawn, grains)]
-        span = (0.0, max(pressures) or 1.0)
-        list_ = [("cells", n, "hydrostatic_pressure_pa", "pressure (Pa)", span, 1.0) for n in mesh]
-        list_ += [("disks", n, "pressure_pa", "pressure (Pa)", span, 1.0) for n in grains]
-        views.append(("pressure", "pressure: of the mesh tr(sigma)/3, of the grains that in their plane; true places", window, list_))
         window = (middle, 0.5 * (low + high), width)
         most = largest(drawn, grains, "displacement_m") or 1.0
         list_ = [("disks", n, "displacement_m", "displacement (m)", (0.0, most), 1.0) for n in grains]
@@ -138,7 +138,7 @@ def layers(drawn):
             list_ += [("arrows", n, "velocity_m_per_s", None, None, 0.08 * width / speed) for n in grains]
         views.append(("motion", f"displacements since the start; arrows: velocities, the longest {speed:.3g} m/s", window, list_))
     else:
-        left_out += ["pressure: no grains", "motion: no grains"]
+        left_out.append("motion: no grains")
     force_n, place = drawn.busiest()
     if place:
         list_ = [("pale", n, None, None, None, 1.0) for n in grains]
@@ -154,9 +154,22 @@ def layers(drawn):
     return views
 
 
-def median_high(drawn, grains):
+def pressure(drawn):
+    """Pressure in meshes and grains, on one scale."""
+    mesh, grains = drawn.meshes, drawn.grains
+    left, right, low, high = drawn.box(grains or mesh)
+    width = 1.08 * (right - left)
+    window = (0.5 * (left + right), 0.5 * (low + high) - (0.16 * width if mesh and grains else 0.0), width)
+    top = max(largest(drawn, mesh, "hydrostatic_pressure_pa"), of_most_grains(drawn))
+    words = [text for text, there in [("of the mesh tr(sigma)/3", mesh), ("of the grains in their plane, 1 of 50 beyond the scale", grains)] if there]
+    layers = [("cells", n, "hydrostatic_pressure_pa", "pressure (Pa)", (0.0, top or 1.0), 1.0) for n in mesh]
+    layers += [("disks", n, "pressure_pa", "pressure (Pa)", (0.0, top or 1.0), 1.0) for n in grains]
+    return "pressure", f"pressure {', '.join(words)}; places not enlarged", window, layers
+
+
+def of_most_grains(drawn):
     """The pressure that one grain of fifty exceeds (Pa): single grains would stretch the scale."""
-    arrays = [array_of(drawn.data[name], "pressure_pa") for name in grains]
+    arrays = [array_of(drawn.data[name], "pressure_pa") for name in drawn.grains]
     values = sorted(a.GetValue(k) for a in arrays for k in range(a.GetNumberOfTuples()))
     return values[int(0.98 * (len(values) - 1))] if values else 0.0
 
@@ -174,6 +187,8 @@ class VtkPictures:
     """Pictures by VTK alone, off-screen."""
 
     def __init__(self, drawn, folder):
+        if "DISPLAY" not in os.environ:
+            os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
         import vtkmodules.vtkInteractionStyle  # noqa: F401
         import vtkmodules.vtkRenderingFreeType  # noqa: F401
         import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
@@ -184,24 +199,28 @@ class VtkPictures:
         from vtkmodules.vtkIOImage import vtkPNGWriter
         from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter
 
-        scene = vtkRenderer()
-        scene.SetBackground(1, 1, 1)
+        scene, frame = vtkRenderer(), vtkRenderer()
+        scene.SetViewport(*VIEWPORT)
+        frame.InteractiveOff()
+        for part in (frame, scene):
+            part.SetBackground(1, 1, 1)
         bars = {}
         for way, part, array, label, span, factor in layers:
             actor = self.actor(way, self.drawn.data[part], array, span, factor)
             scene.AddActor(actor)
             if label and way != "status":
                 bars[label] = actor.GetMapper().GetLookupTable()
-        for place, (label, table) in enumerate(bars.items()):
-            scene.AddViewProp(self.bar(label, table, place))
-        scene.AddViewProp(self.text(caption(self.drawn, title), (0.02, 0.985), "top"))
-        self.rule(scene, window)
+        for label, table in bars.items():
+            frame.AddViewProp(self.bar(label, table))
+        frame.AddViewProp(self.text(caption(self.drawn, title), (0.02, 0.985), "top"))
+        self.rule(frame, window[2])
         self.look(scene, window)
         screen = vtkRenderWindow()
         screen.SetOffScreenRendering(1)
         screen.SetSize(*SIZE)
         screen.SetMultiSamples(4)
-        screen.AddRenderer(scene)
+        for part in (frame, scene):
+            screen.AddRenderer(part)
         screen.Render()
         image = vtkWindowToImageFilter()
         image.SetInput(screen)
@@ -262,7 +281,8 @@ class VtkPictures:
         threshold = vtkThresholdPoints()
         threshold.SetInputData(self.moved(data, factor, None))
         threshold.SetInputArrayToProcess(0, 0, 0, 0, "node_status")
-        threshold.ThresholdByUpper(-0.5)
+        threshold.SetUpperThreshold(-0.5)
+        threshold.SetThresholdFunction(vtkThresholdPoints.THRESHOLD_UPPER)
         threshold.Update()
         return threshold.GetOutput()
 
@@ -365,18 +385,19 @@ class VtkPictures:
         text.GetPositionCoordinate().SetValue(*place)
         return text
 
-    def bar(self, label, table, place):
+    def bar(self, label, table):
         from vtkmodules.vtkRenderingAnnotation import vtkScalarBarActor
 
         bar = vtkScalarBarActor()
         bar.SetLookupTable(table)
         bar.SetTitle(label)
-        bar.SetNumberOfLabels(5)
+        # An even number, so that none stands below the title.
+        bar.SetNumberOfLabels(4)
         bar.SetLabelFormat("{:.2e}")
         bar.SetOrientationToHorizontal()
-        bar.SetPosition(0.3, 0.02 + 0.13 * place)
+        bar.SetPosition(0.3, 0.015)
         bar.SetWidth(0.45)
-        bar.SetHeight(0.11)
+        bar.SetHeight(0.12)
         for style in (bar.GetTitleTextProperty(), bar.GetLabelTextProperty()):
             style.SetColor(*DARK)
             style.ItalicOff()
@@ -386,27 +407,24 @@ class VtkPictures:
         bar.UnconstrainedFontSizeOn()
         return bar
 
-    def rule(self, scene, window):
+    def rule(self, frame, width):
         """A line of a round length, which says how long it is."""
         from vtkmodules.vtkFiltersSources import vtkLineSource
-        from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+        from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkPolyDataMapper2D
 
-        x, y, width = window
         length = 10.0 ** math.floor(math.log10(0.15 * width))
         length = max(f * length for f in (1, 2, 5) if f * length <= 0.15 * width)
-        low = y - 0.5 * width * SIZE[1] / SIZE[0]
-        line = vtkLineSource()
-        left = x - 0.48 * width
-        line.SetPoint1(left, low + 0.03 * width, 1e-5)
-        line.SetPoint2(left + length, low + 0.03 * width, 1e-5)
-        mapper = vtkPolyDataMapper()
+        line, place, mapper, actor = vtkLineSource(), vtkCoordinate(), vtkPolyDataMapper2D(), vtkActor2D()
+        line.SetPoint1(0.02, 0.05, 0)
+        line.SetPoint2(0.02 + length / width, 0.05, 0)
+        place.SetCoordinateSystemToNormalizedViewport()
         mapper.SetInputConnection(line.GetOutputPort())
-        actor = vtkActor()
+        mapper.SetTransformCoordinate(place)
         actor.SetMapper(mapper)
         actor.GetProperty().SetColor(*DARK)
         actor.GetProperty().SetLineWidth(4)
-        scene.AddActor(actor)
-        scene.AddViewProp(self.text(f"{1e3 * length:g} mm", (0.02, 0.075), "bottom"))
+        frame.AddViewProp(actor)
+        frame.AddViewProp(self.text(f"{1e3 * length:g} mm", (0.02, 0.065), "bottom"))
 
     def look(self, scene, window):
         x, y, width = window
@@ -414,7 +432,7 @@ class VtkPictures:
         camera.ParallelProjectionOn()
         camera.SetFocalPoint(x, y, 0)
         camera.SetPosition(x, y, 1)
-        camera.SetParallelScale(0.5 * width * SIZE[1] / SIZE[0])
+        camera.SetParallelScale(0.5 * width * SIZE[1] / SIZE[0] * (VIEWPORT[3] - VIEWPORT[1]))
         scene.ResetCameraClippingRange()
 
 
@@ -430,11 +448,13 @@ class ParaViewState:
     def part(self, name):
         """One part of fields.pvd, by its name."""
         if name not in self.parts:
-            tree = self.reader.GetDataInformation().GetHierarchy()
-            paths = {tree.GetAttributeOrDefault(node, "label", tree.GetNodeName(node)): tree.GetNodePath(node) for node in tree.GetChildNodes(0, False)}
             found = self.reader
-            if len(self.drawn.data) > 1:
-                found = simple.ExtractBlock(registrationName=name, Input=self.reader, Selectors=[paths[name]])
+            # A run of a single part comes as that, without blocks.
+            tree = self.reader.GetDataInformation().GetHierarchy()
+            if tree:
+                nodes = tree.GetChildNodes(0, False)
+                path = next(tree.GetNodePath(n) for n in nodes if tree.GetAttributeOrDefault(n, "label", tree.GetNodeName(n)) == name)
+                found = simple.ExtractBlock(registrationName=name, Input=self.reader, Selectors=[path])
                 found = simple.MergeBlocks(registrationName=f"{name} alone", Input=found)
             self.parts[name] = found
         return self.parts[name]
@@ -447,11 +467,13 @@ class ParaViewState:
         view.Background = [1, 1, 1]
         view.OrientationAxesVisibility = 0
         view.ViewTime = self.drawn.time_s
+        bars = set()
         for layer in layers:
-            self.show(view, *layer)
+            self.show(view, bars, *layer)
         text = simple.Text(registrationName=f"{name} caption", Text=caption(self.drawn, title))
         shown = simple.Show(text, view)
-        shown.Color, shown.FontSize, shown.WindowLocation = list(DARK), 12, "Upper Left Corner"
+        shown.Color, shown.FontSize, shown.Justification = list(DARK), 18, "Left"
+        shown.WindowLocation = "Upper Left Corner"
         x, y, width = window
         view.CameraParallelProjection = 1
         view.CameraFocalPoint, view.CameraPosition = [x, y, 0], [x, y, 1]
@@ -461,7 +483,7 @@ class ParaViewState:
         simple.SaveScreenshot(str(path), view, ImageResolution=list(SIZE))
         print(path)
 
-    def show(self, view, way, part, array, label, span, factor):
+    def show(self, view, bars, way, part, array, label, span, factor):
         source = self.part(part)
         shape = {
             "cells": self.moved, "status": self.touching, "disks": self.disks,
@@ -471,13 +493,15 @@ class ParaViewState:
         shown.Ambient, shown.Diffuse = 1, 0
         colour = {"pale": GREY, "arrows": DARK}.get(way)
         if colour:
-            simple.ColorBy(shown, None)
+            shown.ColorArrayName = [None, ""]
             shown.AmbientColor = shown.DiffuseColor = list(colour)
             return
         cells = array in ("hydrostatic_pressure_pa", "force_n") and way != "chains"
         name = "normal_force_n" if way == "chains" else array
-        simple.ColorBy(shown, ("CELLS" if cells else "POINTS", name))
-        table = simple.GetColorTransferFunction(name)
+        # A table of its own: the same array has other ranges in other views.
+        simple.ColorBy(shown, ("CELLS" if cells else "POINTS", name), separate=True)
+        table = simple.GetColorTransferFunction(name, shown, separate=True)
+        table.ColorSpace = "RGB"
         stops = STATUSES if way == "status" else COLOURS
         low, high = span
         marks = [low + k / (len(stops) - 1) * (high - low) for k in range(len(stops))]
@@ -486,10 +510,14 @@ class ParaViewState:
             shown.SetRepresentationType("Points")
             shown.PointSize = 7
             return
+        if label in bars:
+            return
+        bars.add(label)
         bar = simple.GetScalarBar(table, view)
         bar.Title, bar.ComponentTitle = label, "size" if array in VECTORS else ""
         bar.TitleColor = bar.LabelColor = list(DARK)
         bar.Orientation, bar.WindowLocation, bar.ScalarBarLength = "Horizontal", "Lower Center", 0.4
+        bar.DrawBackground, bar.BackgroundColor = 1, [1, 1, 1, 0.9]
         bar.Visibility = 1
 
     def moved(self, source, factor, _):
@@ -518,9 +546,12 @@ class ParaViewState:
 
     def chains(self, source, radius, span):
         force = simple.Calculator(Input=source, AttributeType="Cell Data", ResultArrayName="normal_force_n", Function="max(force_n_0,0)")
-        points = simple.CellDatatoPointData(Input=self.apart(force))
-        tubes = simple.Tube(Input=points, Scalars=["POINTS", "normal_force_n"], Radius=0.5 * radius, VaryRadius="By Absolute Scalar")
-        tubes.RadiusFactor = 1
+        # Lines that share no points: each keeps its own force.
+        apart = simple.ExtractSurface(Input=simple.Shrink(Input=force, ShrinkFactor=1.0))
+        points = simple.CellDatatoPointData(Input=apart)
+        width = f"normal_force_n*{0.5 * radius / span[1]:.6e}"
+        wide = simple.Calculator(Input=points, AttributeType="Point Data", ResultArrayName="width_m", Function=width)
+        tubes = simple.Tube(Input=wide, Scalars=["POINTS", "width_m"], VaryRadius="By Absolute Scalar")
         return tubes
 
 
