@@ -83,8 +83,7 @@ impl RunDir {
 
     /// Space that the disk has left for the run's files (bytes); `None` where it does not say.
     pub fn free_bytes(&self) -> Option<u64> {
-        let disk = statvfs(&self.path).ok()?;
-        Some(disk.blocks_available() * disk.fragment_size())
+        free_bytes(&self.path)
     }
 
     /// Adds a line to `logs/coordinator.log`, with the seconds since the start.
@@ -94,6 +93,12 @@ impl RunDir {
             let _ = writeln!(file, "{:10.3} {text}", self.start.elapsed().as_secs_f64());
         }
     }
+}
+
+/// Space that the disk of this place has left (bytes); `None` where it does not say.
+pub fn free_bytes(place: &Path) -> Option<u64> {
+    let disk = statvfs(place).ok()?;
+    Some(disk.blocks_available() * disk.fragment_size())
 }
 
 const SUMMARY_PART: &str = "summary.json.part";

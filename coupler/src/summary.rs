@@ -12,6 +12,7 @@ use crate::cost::account::TimeAccount;
 use crate::cost::memory::{own_cpu_s, peak_bytes};
 use crate::cost::prediction::Pace;
 use crate::error::{CHECK_FAILED, Error};
+use crate::output::collection::FieldsSummary;
 use crate::output::sample::load_history;
 use crate::participants::handshake::Greeted;
 use crate::participants::journal::Closed;
@@ -61,6 +62,9 @@ pub struct Summary {
     phases: Vec<Phase>,
     #[serde(skip_serializing_if = "Option::is_none")]
     log: Option<LogSummary>,
+    /// The fields, where they are written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fields: Option<FieldsSummary>,
     #[serde(skip_serializing_if = "Option::is_none")]
     repeats_mean: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]

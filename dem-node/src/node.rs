@@ -20,7 +20,7 @@ use crate::interface;
 use crate::snapshot;
 use crate::solver::OnNotConverged;
 use crate::step::StepSummary;
-use dem::{Pending, Progress};
+use dem::Pending;
 use request::{request, require_numbers};
 
 pub use dem::Dem;
@@ -206,10 +206,15 @@ impl Node for Dem {
 
     fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {
         if let Some(folder) = &self.setting.fields {
-            let path = folder.join(format!("{}-{name}.vtp", self.setting.participant));
-            let thickness = self.setting.thickness_m;
-            let Progress { state, flow, .. } = &self.progress;
-            snapshot::write(&path, &self.bodies, state, flow.as_ref(), thickness)?;
+            let moment = snapshot::Moment {
+                bodies: &self.bodies,
+                state: &self.progress.state,
+                flow: self.progress.flow.as_ref(),
+                start: &self.start,
+                thickness: self.setting.thickness_m,
+            };
+            let stem = format!("{}-{name}", self.setting.participant);
+            snapshot::write(folder, &stem, &moment)?;
         }
         self.write_maps()?;
         Ok(())

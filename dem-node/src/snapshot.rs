@@ -1,30 +1,42 @@
-//! Fields of the grains as VTK XML PolyData, for ParaView.
+//! Fields of the grains and of their contacts as VTK XML PolyData, for ParaView.
+
+mod contacts;
 
 use std::f64::consts::PI;
-use std::fmt::Write as _;
-use std::iter::repeat_n;
+use std::iter::{empty, repeat_n};
 use std::path::Path;
 
 use crate::bodies::Bodies;
-use crate::bond::BondCursor;
-use crate::detect::Slot;
 use crate::error::DemError;
 use crate::flow::{Body, Flow, NEVER};
+use crate::loads::shown;
 use crate::state::State;
+use crate::vtk::{Kind, VtkFile};
 
-/// Writes disks as vertices and the contacts between them, bonds too, as lines. Point data: radius_m (0 of fed grains in
-/// store, less than their own of those that grow), velocity_m_per_s, spin_rad_per_s,
-/// glued, pressure_pa; of a wheel of disks also wheel, 1 for these; where flows are followed also body (0 first body, 1 third body, 2 initial stock, 3 fed in) and detached_s, -1 for
-/// grains that never were. Cell data: force_n (normal, tangential), zero on vertices; of a
-/// cohesive law also adhesion, 0 on vertices and on contacts without bond.
-pub fn write(
-    path: &Path,
-    bodies: &Bodies,
-    state: &State,
-    flow: Option<&Flow>,
-    thickness: f64,
-) -> Result<(), DemError> {
-    write_text(path, &document(bodies, state, flow, thickness))
+/// Everything that the fields of a moment are made of.
+#[derive(Clone, Copy)]
+pub struct Moment<'a> {
+    /// The bodies.
+    pub bodies: &'a Bodies,
+    /// Their state.
+    pub state: &'a State,
+    /// The flows of third body, where they are followed.
+    pub flow: Option<&'a Flow>,
+    /// Centres of all disks at the start (m).
+    pub start: &'a [[f64; 2]],
+    /// Thickness of the scene (m).
+    pub thickness: f64,
+}
+
+/// Writes `<stem>.vtp`, the disks as vertices, and `<stem>-contacts.vtp`, the contacts between them.
+///
+/// Data of the disks: radius_m (0 of fed grains in store, less than their own of those that grow), displacement_m since the start
+/// (0 of fed grains, which had no place then), velocity_m_per_s, spin_rad_per_s, glued, pressure_pa, coordination (contacts that
+/// press); of a wheel of disks also wheel, 1 for these; of a sample with clusters also cluster, -1 for single disks; where flows
+/// are followed also body (0 first body, 1 third body, 2 initial stock, 3 fed in) and detached_s, -1 for grains that never were.
+pub fn write(folder: &Path, stem: &str, moment: &Moment) -> Result<(), DemError> {
+    grains(moment).write(&folder.join(format!("{stem}.vtp")))?;
+    contacts::file(moment).write(&folder.join(format!("{stem}-contacts.vtp")))
 }
 
 /// Writes a text file.
@@ -35,94 +47,107 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), DemError> {
     })
 }
 
-fn document(bodies: &Bodies, state: &State, flow: Option<&Flow>, thickness: f64) -> String {
-    let disks = bodies.disks();
-    let mut bonds = BondCursor::new(&state.bonds);
-    let slots = state.list.slots.iter().map(|slot| {
-        let bond = bonds.find((slot.a, slot.b));
-        (slot, bond.map_or(0.0, |(_, bond)| bond.adhesion))
+fn grains(moment: &Moment) -> VtkFile {
+    let disks = moment.bodies.disks();
+    let mut file = poly_data([disks, disks, 0]);
+    file.section("Points", |file| points(file, moment, empty()));
+    file.section("Verts", |file| {
+        cells(file, 1, (0..disks).map(|disk| disk as f64));
     });
-    let between_disks = slots.filter(|(slot, _)| (slot.b as usize) < disks);
-    let lines: Vec<(&Slot, f64)> = between_disks
-        .filter(|(slot, adhesion)| slot.force[0] > 0.0 || *adhesion > 0.0)
-        .filter(|(slot, _)| !across_the_seam(bodies, state, slot))
-        .collect();
-    let mut text = format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\">\n<PolyData>\n<Piece NumberOfPoints=\"{disks}\" NumberOfVerts=\"{disks}\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n",
-        lines.len()
-    );
-    let points = state.centres.iter();
-    let points = points.flat_map(|c| [shown(bodies, c[0]), c[1], 0.0]);
-    text += "<Points>\n";
-    array(&mut text, "Float64", "points", 3, points);
-    text += "</Points>\n<Verts>\n";
-    array(&mut text, "Int64", "connectivity", 1, 0..disks);
-    array(&mut text, "Int64", "offsets", 1, 1..=disks);
-    text += "</Verts>\n<Lines>\n";
-    let ends = lines.iter().flat_map(|(slot, _)| [slot.a, slot.b]);
-    array(&mut text, "Int64", "connectivity", 1, ends);
-    let offsets = (1..=lines.len()).map(|k| 2 * k);
-    array(&mut text, "Int64", "offsets", 1, offsets);
-    text += "</Lines>\n<PointData>\n";
-    point_data(&mut text, bodies, state, thickness);
-    if let Some(flow) = flow {
-        flow_data(&mut text, bodies, flow);
-    }
-    text += "</PointData>\n<CellData>\n";
-    let forces = lines.iter().flat_map(|(slot, _)| slot.force);
-    let cells = repeat_n(0.0, 2 * disks).chain(forces);
-    array(&mut text, "Float64", "force_n", 2, cells);
-    if bodies.law.cohesion.is_some() {
-        let adhesion = lines.iter().map(|(_, adhesion)| *adhesion);
-        let cells = repeat_n(0.0, disks).chain(adhesion);
-        array(&mut text, "Float64", "adhesion", 1, cells);
-    }
-    text += "</CellData>\n</Piece>\n</PolyData>\n</VTKFile>\n";
-    text
+    file.section("PointData", |file| {
+        state_data(file, moment);
+        kind_data(file, moment);
+        if let Some(flow) = moment.flow {
+            flow_data(file, moment.bodies, flow);
+        }
+    });
+    file
 }
 
-/// A strip that repeats is drawn once.
-fn shown(bodies: &Bodies, x: f64) -> f64 {
-    bodies.period.map_or(x, |period| period.inside(x))
+/// PolyData of so many points, vertices and lines.
+fn poly_data([points, vertices, lines]: [usize; 3]) -> VtkFile {
+    let sizes = [
+        ("NumberOfPoints", points),
+        ("NumberOfVerts", vertices),
+        ("NumberOfLines", lines),
+        ("NumberOfStrips", 0),
+        ("NumberOfPolys", 0),
+    ];
+    VtkFile::new("PolyData", &sizes)
 }
 
-/// A line from one end of the strip to the other would be no contact.
-fn across_the_seam(bodies: &Bodies, state: &State, slot: &Slot) -> bool {
-    let x = |disk: u32| shown(bodies, state.centres[disk as usize][0]);
-    let half = bodies.period.map(|period| 0.5 * period.length);
-    half.is_some_and(|half| (x(slot.a) - x(slot.b)).abs() > half)
+/// Centres of all disks, a strip that repeats being drawn once, and more points.
+fn points(file: &mut VtkFile, moment: &Moment, more: impl Iterator<Item = [f64; 2]>) {
+    let centres = moment.state.centres.iter().copied();
+    let points = centres.chain(more).map(|point| {
+        let [x, y] = shown(moment.bodies, point);
+        [x, y, 0.0]
+    });
+    file.array(Kind::Float64, "points", points);
 }
 
-fn point_data(text: &mut String, bodies: &Bodies, state: &State, thickness: f64) {
+/// Cells of so many points each.
+fn cells(file: &mut VtkFile, points: usize, numbers: impl ExactSizeIterator<Item = f64>) {
+    let cells = numbers.len() / points;
+    file.array(Kind::Int64, "connectivity", numbers.map(|n| [n]));
+    let offsets = (1..=cells).map(|cell| [(points * cell) as f64]);
+    file.array(Kind::Int64, "offsets", offsets);
+}
+
+fn state_data(file: &mut VtkFile, moment: &Moment) {
+    let Moment { bodies, state, .. } = *moment;
+    let radii = (0..bodies.disks()).map(|disk| [state.radius(bodies, disk)]);
+    file.array(Kind::Float64, "radius_m", radii);
+    let fed = bodies.injection.as_ref().map_or(0, |feed| feed.grains);
+    let fed = bodies.free - fed..bodies.free;
+    let both = state.centres.iter().zip(moment.start).enumerate();
+    let moved = both.map(|(disk, (centre, start))| {
+        if fed.contains(&disk) {
+            return [0.0; 3];
+        }
+        [centre[0] - start[0], centre[1] - start[1], 0.0]
+    });
+    file.array(Kind::Float64, "displacement_m", moved);
     let velocities: Vec<[f64; 3]> = (0..bodies.disks())
         .map(|disk| state.velocity_of(bodies, disk))
         .collect();
-    let flat = velocities.iter().flat_map(|v| [v[0], v[1], 0.0]);
-    let spins = velocities.iter().map(|v| v[2]);
-    let flag = |of: &dyn Fn(usize) -> bool| -> Vec<u8> {
-        let disks = 0..bodies.disks();
-        disks.map(|disk| u8::from(of(disk))).collect()
-    };
-    let radii = (0..bodies.disks()).map(|disk| state.radius(bodies, disk));
-    array(text, "Float64", "radius_m", 1, radii);
-    array(text, "Float64", "velocity_m_per_s", 3, flat);
-    array(text, "Float64", "spin_rad_per_s", 1, spins);
-    let glued = flag(&|disk| bodies.glued_index(disk).is_some());
-    array(text, "UInt8", "glued", 1, glued);
-    if !bodies.face.is_empty() {
-        let wheel = flag(&|disk| disk >= bodies.first_face());
-        array(text, "UInt8", "wheel", 1, wheel);
-    }
-    let pressures = pressures(bodies, state, thickness);
-    array(text, "Float64", "pressure_pa", 1, pressures);
+    let linear = velocities.iter().map(|v| [v[0], v[1], 0.0]);
+    file.array(Kind::Float64, "velocity_m_per_s", linear);
+    let spins = velocities.iter().map(|v| [v[2]]);
+    file.array(Kind::Float64, "spin_rad_per_s", spins);
+    let pressures = pressures(bodies, state, moment.thickness);
+    let pressures = pressures.into_iter().take(bodies.disks());
+    file.array(Kind::Float64, "pressure_pa", pressures.map(|p| [p]));
+    let coordination = coordination(bodies, state);
+    file.array(
+        Kind::Int32,
+        "coordination",
+        coordination.into_iter().map(|n| [n]),
+    );
 }
 
-fn flow_data(text: &mut String, bodies: &Bodies, flow: &Flow) {
+fn kind_data(file: &mut VtkFile, moment: &Moment) {
+    let bodies = moment.bodies;
+    let disks = || 0..bodies.disks();
+    let glued = disks().map(|disk| [f64::from(bodies.glued_index(disk).is_some())]);
+    file.array(Kind::UInt8, "glued", glued);
+    if !bodies.face.is_empty() {
+        let wheel = disks().map(|disk| [f64::from(disk >= bodies.first_face())]);
+        file.array(Kind::UInt8, "wheel", wheel);
+    }
+    if !bodies.clusters.list.is_empty() {
+        let index = |disk| bodies.clusters.of(disk).map_or(-1.0, |(i, _)| i as f64);
+        file.array(Kind::Int32, "cluster", disks().map(|disk| [index(disk)]));
+    }
+}
+
+fn flow_data(file: &mut VtkFile, bodies: &Bodies, flow: &Flow) {
     let others = bodies.disks() - bodies.free;
     let kinds = flow.bodies().chain(repeat_n(Body::First, others));
-    array(text, "UInt8", "body", 1, kinds.map(|body| body as u8));
+    let kinds = kinds.map(|body| [f64::from(body as u8)]);
+    file.array(Kind::UInt8, "body", kinds);
     let times = flow.detached().chain(repeat_n(NEVER, others));
-    array(text, "Float64", "detached_s", 1, times);
+    file.array(Kind::Float64, "detached_s", times.map(|time| [time]));
 }
 
 /// Mean in-plane pressure in each disk (Pa): half the trace of its stress (1/V) sum f (x_c - x) (Love 1927; Weber 1966), that
@@ -139,19 +164,15 @@ pub fn pressures(bodies: &Bodies, state: &State, thickness: f64) -> Vec<f64> {
         .collect()
 }
 
-fn array<T: std::fmt::Display>(
-    text: &mut String,
-    kind: &str,
-    name: &str,
-    components: usize,
-    values: impl IntoIterator<Item = T>,
-) {
-    let _ = writeln!(
-        text,
-        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">"
-    );
-    for value in values {
-        let _ = write!(text, "{value} ");
+/// Contacts of each disk that press.
+fn coordination(bodies: &Bodies, state: &State) -> Vec<f64> {
+    let mut counts = vec![0.0; bodies.disks()];
+    for slot in state.list.slots.iter().filter(|slot| slot.force[0] > 0.0) {
+        for body in [slot.a, slot.b] {
+            if let Some(count) = counts.get_mut(body as usize) {
+                *count += 1.0;
+            }
+        }
     }
-    text.push_str("\n</DataArray>\n");
+    counts
 }

@@ -9,7 +9,7 @@ use crate::error::FemError;
 use crate::integrate::State;
 use crate::model::Model;
 use crate::profile::Profile;
-use crate::vtu;
+use crate::vtu::{self, Touched};
 use crate::wheel::NodeContact;
 
 /// Name of the snapshot that fixes the state whose pressures are reported.
@@ -61,7 +61,8 @@ impl Snapshots {
             return Ok(());
         };
         let stem = format!("{}-{name}", self.participant);
-        vtu::write(&folder.join(format!("{stem}.vtu")), model, state, contacts)?;
+        let touched = Touched { contacts, profile };
+        vtu::write(&folder.join(format!("{stem}.vtu")), model, state, touched)?;
         profile.map_or(Ok(()), |profile| {
             let path = folder.join(format!("{stem}-profile.csv"));
             FemError::written(&path, fs::write(&path, profile.csv()))

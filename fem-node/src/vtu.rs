@@ -1,71 +1,104 @@
 //! Fields as VTK XML unstructured grids, readable by ParaView.
 
-use std::fmt::Write;
-use std::fs;
+use std::iter::repeat_n;
 use std::path::Path;
 
 use crate::error::FemError;
 use crate::integrate::State;
 use crate::model::Model;
 use crate::probe;
+use crate::profile::Profile;
+use crate::vtk::{Kind, VtkFile};
 use crate::wheel::{ContactStatus, NodeContact};
 
 /// Type number of a quadrilateral in VTK.
-const VTK_QUAD: u8 = 9;
+const VTK_QUAD: f64 = 9.0;
 
-/// Writes displacement, velocity and centroid stresses of a state, and the contacts of the upper edge if it has any.
+/// Contacts of the upper edge, node by node; none of a body without a wheel.
+#[derive(Clone, Copy)]
+pub(crate) struct Touched<'a> {
+    pub(crate) contacts: &'a [NodeContact],
+    pub(crate) profile: Option<&'a Profile>,
+}
+
+/// Writes displacement, velocity, stresses at the centroids and, of a plastic body, the plastic strain there (mean of the points
+/// of the element), and the contacts of the upper edge if it has any. Points are those of the undeformed body.
 pub(crate) fn write(
     path: &Path,
     model: &Model,
     state: &State,
-    contacts: &[NodeContact],
+    touched: Touched,
 ) -> Result<(), FemError> {
-    let folder = path.parent().map_or(Ok(()), fs::create_dir_all);
-    FemError::written(path, folder)?;
-    FemError::written(path, fs::write(path, document(model, state, contacts)))
+    let mesh = &model.mesh;
+    let sizes = [
+        ("NumberOfPoints", mesh.points.len()),
+        ("NumberOfCells", mesh.elements()),
+    ];
+    let mut file = VtkFile::new("UnstructuredGrid", &sizes);
+    file.section("Points", |file| {
+        let points = mesh.points.iter().map(|p| [p[0], p[1], 0.0]);
+        file.array(Kind::Float64, "points", points);
+    });
+    file.section("Cells", |file| cells(file, model));
+    file.section("PointData", |file| {
+        point_data(file, model, state);
+        contact_data(file, model, touched);
+    });
+    file.section("CellData", |file| cell_data(file, model, state));
+    file.write(path)
 }
 
-/// The whole file as text.
-fn document(model: &Model, state: &State, contacts: &[NodeContact]) -> String {
-    let (mesh, layout) = (&model.mesh, model.body.layout);
-    let nodes = || mesh.nodes();
-    let vector = |field: &[f64], node| {
-        let [x, y] = [0, 1].map(|k| field[layout.index(node, k)]);
-        [x, y, 0.0]
-    };
-    let elements = || mesh.element_indices();
-    let stress = |element| probe::stress(model, state, element, [0.0, 0.0]);
-    let stresses: Vec<[f64; 3]> = elements().map(stress).collect();
-    let mut file = format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
-        mesh.points.len(),
-        mesh.elements()
-    );
-    file.push_str("<Points>\n");
-    let points = mesh.points.iter().flat_map(|p| [p[0], p[1], 0.0]);
-    array(&mut file, "points", 3, points);
-    file.push_str("</Points>\n<Cells>\n");
-    cells(&mut file, model);
-    file.push_str("</Cells>\n<PointData>\n");
+fn cells(file: &mut VtkFile, model: &Model) {
+    let mesh = &model.mesh;
+    let corners = mesh.element_indices().map(|[i, j]| {
+        let corners = mesh.corners(i, j);
+        corners.map(|node| mesh.number(node) as f64)
+    });
+    // One number a tuple, or a reader takes the corners of an element for a vector.
+    let corners = corners.flatten().map(|node| [node]);
+    file.array(Kind::Int64, "connectivity", corners);
+    let offsets = (1..=mesh.elements()).map(|k| [4.0 * k as f64]);
+    file.array(Kind::Int64, "offsets", offsets);
+    let types = repeat_n([VTK_QUAD], mesh.elements());
+    file.array(Kind::UInt8, "types", types);
+}
+
+fn point_data(file: &mut VtkFile, model: &Model, state: &State) {
+    let layout = model.body.layout;
     for (name, field) in [("displacement_m", &state.u), ("velocity_m_per_s", &state.v)] {
-        array(&mut file, name, 3, nodes().flat_map(|n| vector(field, n)));
+        let vector = |node| {
+            let [x, y] = [0, 1].map(|k| field[layout.index(node, k)]);
+            [x, y, 0.0]
+        };
+        file.array(Kind::Float64, name, model.mesh.nodes().map(vector));
     }
-    if !contacts.is_empty() {
-        let seam = contacts.first().filter(|_| mesh.periodic);
-        let edge = || contacts.iter().chain(seam).map(status);
-        let below = mesh.points.len() - edge().count();
-        let status = edge().chain(std::iter::repeat_n(-1.0, below));
-        array(&mut file, "node_status", 1, status);
+}
+
+/// Status and tractions of the upper edge, whose nodes are the first; those below have no status and no traction.
+fn contact_data(file: &mut VtkFile, model: &Model, touched: Touched) {
+    let Touched { contacts, profile } = touched;
+    if contacts.is_empty() {
+        return;
     }
-    file.push_str("</PointData>\n<CellData>\n");
-    let pressure = elements().map(|element| probe::pressure(model, state, element, [0.0, 0.0]));
-    array(&mut file, "hydrostatic_pressure_pa", 1, pressure);
-    let names = ["sigma_xx_pa", "sigma_yy_pa", "sigma_xy_pa"];
-    for (k, name) in names.into_iter().enumerate() {
-        array(&mut file, name, 1, stresses.iter().map(|stress| stress[k]));
+    let nodes = model.mesh.points.len();
+    // The first node of a mesh that repeats stands at its right edge once more.
+    let edge = |values: Vec<f64>, below: f64| {
+        let seam = values.first().copied().filter(|_| model.mesh.periodic);
+        let all = values.into_iter().chain(seam);
+        all.chain(std::iter::repeat(below))
+            .take(nodes)
+            .map(|value| [value])
+    };
+    let statuses = contacts.iter().map(status).collect();
+    file.array(Kind::Int8, "node_status", edge(statuses, -1.0));
+    if let Some(profile) = profile {
+        for (name, values) in [
+            ("contact_pressure_pa", &profile.pressure),
+            ("contact_shear_pa", &profile.shear),
+        ] {
+            file.array(Kind::Float64, name, edge(values.clone(), 0.0));
+        }
     }
-    file.push_str("</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
-    file
 }
 
 /// 0 open, 1 stick, 2 slip; -1 marks nodes that cannot touch the wheel.
@@ -77,39 +110,29 @@ fn status(contact: &NodeContact) -> f64 {
     }
 }
 
-fn cells(file: &mut String, model: &Model) {
-    let mesh = &model.mesh;
-    let corners = mesh.element_indices().flat_map(|[i, j]| mesh.corners(i, j));
-    let corners = corners.map(|node| mesh.number(node));
-    integers(file, "connectivity", "Int64", corners);
-    let offsets = (1..=mesh.elements()).map(|k| 4 * k);
-    integers(file, "offsets", "Int64", offsets);
-    let types = std::iter::repeat_n(usize::from(VTK_QUAD), mesh.elements());
-    integers(file, "types", "UInt8", types);
-}
-
-/// Shortest decimal forms that read back as the same bits.
-fn array(file: &mut String, name: &str, components: usize, values: impl Iterator<Item = f64>) {
-    let words = values.map(|value| format!("{value:e} "));
-    data(file, name, "Float64", components, words);
-}
-
-fn integers(file: &mut String, name: &str, kind: &str, values: impl Iterator<Item = usize>) {
-    data(file, name, kind, 1, values.map(|value| format!("{value} ")));
-}
-
-fn data(
-    file: &mut String,
-    name: &str,
-    kind: &str,
-    components: usize,
-    words: impl Iterator<Item = String>,
-) {
-    writeln!(
-        file,
-        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">"
-    )
-    .expect("a string takes what it is given");
-    file.extend(words);
-    file.push_str("\n</DataArray>\n");
+fn cell_data(file: &mut VtkFile, model: &Model, state: &State) {
+    const CENTROID: [f64; 2] = [0.0, 0.0];
+    let elements = || model.mesh.element_indices();
+    let pressures = elements().map(|element| probe::pressure(model, state, element, CENTROID));
+    let pressures: Vec<f64> = pressures.collect();
+    let stresses = elements().map(|element| probe::stress(model, state, element, CENTROID));
+    let stresses: Vec<[f64; 3]> = stresses.collect();
+    let pressure = pressures.iter().map(|pressure| [*pressure]);
+    file.array(Kind::Float64, "hydrostatic_pressure_pa", pressure);
+    let names = ["sigma_xx_pa", "sigma_yy_pa", "sigma_xy_pa"];
+    for (k, name) in names.into_iter().enumerate() {
+        let component = stresses.iter().map(|stress| [stress[k]]);
+        file.array(Kind::Float64, name, component);
+    }
+    // The pressure is a third of the trace, out of the plane included.
+    let across = stresses.iter().zip(&pressures);
+    let across = across.map(|([xx, yy, _], pressure)| [-3.0 * pressure - xx - yy]);
+    file.array(Kind::Float64, "sigma_zz_pa", across);
+    if model.plastic().is_some() {
+        let strain = |element: [usize; 2]| {
+            let plastic = model.body.plastic_strain(&state.history, element, CENTROID);
+            [plastic[3]]
+        };
+        file.array(Kind::Float64, "plastic_strain", elements().map(strain));
+    }
 }

@@ -40,3 +40,4 @@ mod dem_viscous;
 mod dem_walls;
 mod dem_wheel;
 mod dem_wheel_curved;
+mod vtk_file;

@@ -16,6 +16,7 @@ use protocol::{Node, Setting};
 use serde_json::{Value, json};
 
 use crate::dem_support::{Report, build, close, march, mass, refusal, scene, setting};
+use crate::vtk_file::array;
 
 pub const R: f64 = 0.07e-3;
 pub const STEP: f64 = 1e-6;
@@ -182,8 +183,8 @@ fn flows_that_are_not_asked_for_change_nothing() {
     assert!(!plain.results.contains_key("flow_balance_rel"));
 }
 
-/// A participant after so many steps, and its fields.
-fn fields_of(config: &Value, name: &str, steps: u32) -> (Dem, String) {
+/// A participant after so many steps, and the fields of its grains and contacts.
+fn fields_of(config: &Value, name: &str, steps: u32) -> (Dem, [Vec<u8>; 2]) {
     let folder = std::env::temp_dir().join(format!("thirdbody-flow-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder can be made");
     let setting = Setting {
@@ -194,19 +195,10 @@ fn fields_of(config: &Value, name: &str, steps: u32) -> (Dem, String) {
     let mut dem = Dem::new(&config, &setting).expect("it can be prepared");
     march(&mut dem, 0, steps);
     dem.snapshot("here").expect("it can be written");
-    let text = std::fs::read_to_string(folder.join("third-body-here.vtp"));
+    let files = ["third-body-here.vtp", "third-body-here-contacts.vtp"];
+    let files = files.map(|file| std::fs::read(folder.join(file)).expect("it is there"));
     std::fs::remove_dir_all(&folder).expect("the folder can go");
-    (dem, text.expect("it is there"))
-}
-
-/// The numbers of an array of fields.
-fn array(fields: &str, name: &str) -> Vec<f64> {
-    let (_, rest) = fields
-        .split_once(&format!("Name=\"{name}\""))
-        .expect("it is there");
-    let body = rest.split(['>', '<']).nth(1).expect("it has numbers");
-    let words = body.split_whitespace();
-    words.map(|word| word.parse().expect("a number")).collect()
+    (dem, files)
 }
 
 /// A viewer refuses a file in which a point lacks a number.
@@ -218,7 +210,7 @@ fn fields_have_a_number_for_each_disk_of_the_wheel_too() {
         "kind": "rail", "width_m": 2e-3, "height_m": 0.8e-3, "height_at": "edge", "crown_radius_m": 0.05,
         "radius_min_m": 0.05e-3, "radius_max_m": 0.1e-3, "law": "surface_uniform",
     });
-    let (dem, fields) = fields_of(&config, "wheel", 400);
+    let (dem, [fields, _]) = fields_of(&config, "wheel", 400);
     let bodies = dem.bodies();
     let counts = |kind: &str| array(&fields, kind).iter().filter(|x| **x == 1.0).count();
     for name in [
@@ -226,6 +218,7 @@ fn fields_have_a_number_for_each_disk_of_the_wheel_too() {
         "glued",
         "wheel",
         "pressure_pa",
+        "coordination",
         "body",
         "detached_s",
     ] {
@@ -239,17 +232,14 @@ fn fields_have_a_number_for_each_disk_of_the_wheel_too() {
 /// Every bond that is left is a line with its adhesion, pressed or pulled; broken ones among them only while they press.
 #[test]
 fn fields_have_the_adhesion_of_each_bond() {
-    let (dem, fields) = fields_of(&sheared(followed()), "bonds", 100);
+    let (dem, [_, fields]) = fields_of(&sheared(followed()), "bonds", 100);
     let (bodies, state) = (dem.bodies(), dem.state());
     let disks = bodies.disks();
     let adhesion = array(&fields, "adhesion");
-    let (vertices, lines) = adhesion.split_at(disks);
-    assert!(vertices.iter().all(|adhesion| *adhesion == 0.0));
     assert_eq!(array(&fields, "force_n").len(), 2 * adhesion.len());
-    let ends = fields.split("<Lines>").nth(1).expect("there are lines");
-    let ends = array(ends, "connectivity");
-    assert_eq!(ends.len(), 2 * lines.len());
-    let drawn = ends.chunks(2).zip(lines).filter(|(_, a)| **a > 0.0);
+    let ends = array(&fields, "connectivity");
+    assert_eq!(ends.len(), 2 * adhesion.len());
+    let drawn = ends.chunks(2).zip(&adhesion).filter(|(_, a)| **a > 0.0);
     let drawn: Vec<_> = drawn
         .map(|(ends, a)| (ends[0] as u32, ends[1] as u32, *a))
         .collect();
@@ -266,7 +256,7 @@ fn fields_have_the_adhesion_of_each_bond() {
 
 #[test]
 fn fields_tell_to_which_body_a_grain_belongs_and_since_when() {
-    let (dem, fields) = fields_of(&sheared(followed()), "grains", 400);
+    let (dem, [fields, _]) = fields_of(&sheared(followed()), "grains", 400);
     let array = |name: &str| array(&fields, name);
     let (bodies, times) = (array("body"), array("detached_s"));
     let mut expected: Vec<f64> = held(&dem)

@@ -11,6 +11,7 @@ use protocol::{PROTOCOL_VERSION, Session, Transport, Window};
 use serde_json::{Value, json};
 
 use crate::dem_support::{close, scene, setting};
+use crate::vtk_file::array;
 
 const R: f64 = 0.07e-3;
 const FORCE: f64 = 10.0;
@@ -102,19 +103,6 @@ fn every_glued_disk_takes_part_in_the_exchange() {
     assert!(again.message.contains("already coupled"), "{again}");
 }
 
-/// The numbers of a data array of the document.
-fn array(document: &str, name: &str) -> Vec<f64> {
-    let from = document
-        .find(&format!("Name=\"{name}\""))
-        .expect("the array is there");
-    let body = &document[from..];
-    let (_, body) = body.split_once('>').expect("the tag ends");
-    let (body, _) = body.split_once('<').expect("the array ends");
-    body.split_whitespace()
-        .map(|word| word.parse().expect("a number"))
-        .collect()
-}
-
 #[test]
 fn a_snapshot_holds_the_pressure_of_a_disk_in_a_vice() {
     let folder = std::env::temp_dir().join(format!("dem-snapshot-{}", std::process::id()));
@@ -126,25 +114,32 @@ fn a_snapshot_holds_the_pressure_of_a_disk_in_a_vice() {
     })
     .expect("it converges");
     node.snapshot("held").expect("the folder is there");
-    let path = folder.join("third-body-held.vtp");
-    let document = std::fs::read_to_string(&path).expect("it was written");
+    let read = |file| std::fs::read(folder.join(file)).expect("it was written");
+    let [document, contacts] = ["third-body-held.vtp", "third-body-held-contacts.vtp"].map(read);
     std::fs::remove_dir_all(&folder).expect("it is ours");
     assert_eq!(array(&document, "points").len(), 6);
     assert_eq!(array(&document, "glued"), [0.0, 1.0]);
     assert_eq!(array(&document, "radius_m"), [R, R]);
+    assert_eq!(array(&document, "coordination"), [2.0, 1.0]);
     close(
         "pressure",
         array(&document, "pressure_pa")[0],
         0.5 * SYY,
         50.0,
     );
-    let forces = array(&document, "force_n");
-    assert_eq!(
-        forces.len(),
-        6,
-        "two disks and one contact, normal and tangential"
-    );
-    close("normal force", forces[4], FORCE, 1e-9);
+    let moved = array(&document, "displacement_m");
+    let y = array(&document, "points")[1];
+    assert_eq!(moved, [0.0, y - R, 0.0, 0.0, 0.0, 0.0]);
+    let forces = array(&contacts, "force_n");
+    assert_eq!(forces.len(), 4, "two contacts, normal and tangential");
+    close("force on the glued disk", forces[0], FORCE, 1e-9);
+    close("force of the wheel", forces[2], FORCE, 1e-9);
+    assert_eq!(array(&contacts, "status"), [1.0, 1.0], "both stick");
+    // From the disk to the glued one, and to the wheel above it, which touches within the overlap.
+    assert_eq!(array(&contacts, "connectivity"), [0.0, 1.0, 0.0, 2.0]);
+    let top = array(&contacts, "points")[7] - y;
+    let gap = array(&contacts, "gap_m")[1];
+    close("place of the wheel", top, R + gap, 1e-12 * R);
 }
 
 #[test]

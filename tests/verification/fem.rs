@@ -2,6 +2,7 @@
 //! the tolerance comes from.
 
 mod fem_bodies;
+mod vtk_file;
 
 mod fem_compliance;
 mod fem_cylinder;

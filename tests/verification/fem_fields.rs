@@ -2,13 +2,14 @@
 //! Exact: a VTK file with one value for each node and element; pressures of the state that was committed when the
 //! snapshot `hold` was taken, not of the last one.
 //! Source: VTK File Formats, "UnstructuredGrid".
-//! Tolerance: none.
+//! Tolerance: none; rounding of sums for nu (sxx + syy) = szz in plane strain.
 
 use fem_node::{Config, FemNode};
 use protocol::{Node, Setting, read_config};
 use serde_json::json;
 
 use crate::fem_bodies::{block, setting, window, with};
+use crate::vtk_file::array;
 
 fn loaded(fields: Option<std::path::PathBuf>) -> FemNode {
     let load = json!({"boundary": {"top": {"traction_pa": [0.0, -1e6]}}});
@@ -20,40 +21,33 @@ fn loaded(fields: Option<std::path::PathBuf>) -> FemNode {
     FemNode::new(&config, &setting).expect("valid")
 }
 
-fn values(text: &str, name: &str) -> usize {
-    numbers(text, name).len()
-}
-
-fn numbers(text: &str, name: &str) -> Vec<f64> {
-    let (_, after) = text
-        .split_once(&format!("Name=\"{name}\""))
-        .expect("the array is there");
-    let body = after.split_once('>').expect("an opened tag").1;
-    let numbers = body.split_once('<').expect("a closed tag").0;
-    let read: Result<Vec<f64>, _> = numbers.split_whitespace().map(str::parse).collect();
-    read.expect("numbers")
-}
-
 #[test]
 fn a_snapshot_holds_every_node_and_element() {
     let folder = std::env::temp_dir().join(format!("fem-fields-{}", std::process::id()));
     let mut node = loaded(Some(folder.join("fields")));
     node.advance_alone(&window(0, 20)).expect("stable");
     node.snapshot("hold").expect("written");
-    let text = std::fs::read_to_string(folder.join("fields/rail-hold.vtu")).expect("it exists");
+    let file = std::fs::read(folder.join("fields/rail-hold.vtu")).expect("it exists");
     std::fs::remove_dir_all(&folder).expect("it exists");
-    assert_eq!(values(&text, "points"), 3 * 13 * 7);
-    assert_eq!(values(&text, "displacement_m"), 3 * 13 * 7);
-    assert_eq!(values(&text, "velocity_m_per_s"), 3 * 13 * 7);
-    assert_eq!(values(&text, "connectivity"), 4 * 12 * 6);
+    let values = |name| array(&file, name).len();
+    assert_eq!(values("points"), 3 * 13 * 7);
+    assert_eq!(values("displacement_m"), 3 * 13 * 7);
+    assert_eq!(values("velocity_m_per_s"), 3 * 13 * 7);
+    assert_eq!(values("connectivity"), 4 * 12 * 6);
     for name in [
         "hydrostatic_pressure_pa",
         "sigma_xx_pa",
         "sigma_yy_pa",
         "sigma_xy_pa",
+        "sigma_zz_pa",
         "types",
     ] {
-        assert_eq!(values(&text, name), 12 * 6, "{name}");
+        assert_eq!(values(name), 12 * 6, "{name}");
+    }
+    let [xx, yy, zz] = ["xx", "yy", "zz"].map(|k| array(&file, &format!("sigma_{k}_pa")));
+    for k in 0..12 * 6 {
+        let plane_strain = 0.3 * (xx[k] + yy[k]);
+        assert!((zz[k] - plane_strain).abs() <= 1e-9 * 1e6, "{k}");
     }
 }
 
@@ -72,13 +66,21 @@ fn contacts_of_the_upper_edge_are_shown() {
     let mut node = FemNode::new(&config, &setting).expect("valid");
     node.advance_alone(&window(0, 100)).expect("stable");
     node.snapshot("pressed").expect("written");
-    let text = std::fs::read_to_string(folder.join("rail-pressed.vtu")).expect("it exists");
+    let file = std::fs::read(folder.join("rail-pressed.vtu")).expect("it exists");
     std::fs::remove_dir_all(&folder).expect("it exists");
-    let status = numbers(&text, "node_status");
+    let status = array(&file, "node_status");
     let (top, below) = status.split_at(13);
     assert!(top[6] > 0.0, "the crown touches");
     assert_eq!((top[0], top[12]), (0.0, 0.0), "the edges do not");
     assert_eq!(below, [-1.0; 13 * 6]);
+    let pressure = array(&file, "contact_pressure_pa");
+    let pressed = pressure.iter().zip(&status);
+    assert!(pressed.clone().any(|(p, _)| *p > 0.0));
+    assert!(
+        pressed
+            .clone()
+            .all(|(p, status)| *status > 0.0 || *p == 0.0)
+    );
 }
 
 #[test]

@@ -97,8 +97,8 @@ const PIECES: [Piece; 7] = [
         name: "fields",
         scenario: "quick",
         base: COUPLED,
-        without: &[],
-        idle: Some(&["run.output.fields_every_s=1.0"]),
+        without: &["run.output.fields=false"],
+        idle: Some(&["run.output.fields=true"]),
         used: &["run.output.fields_every_s=0.5e-4"],
     },
     Piece {

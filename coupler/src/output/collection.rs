@@ -1,11 +1,16 @@
-//! The moments at which participants write their fields, and `fields/<participant>.pvd`: a participant's snapshots over time, as
-//! ParaView opens them.
+//! The moments at which participants write their fields, and `.pvd` files: snapshots over time, as ParaView opens them.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io;
+use std::os::unix::fs::FileExt;
+use std::path::PathBuf;
 
 use protocol::Phase;
+use serde::Serialize;
 
-use crate::error::Refusal;
+use super::vtk_arrays::Ranges;
+use crate::error::{Error, Refusal};
 
 /// Most moments within a phase: a folder with more files is nobody's wish.
 const MOST: f64 = 10_000.0;
@@ -64,22 +69,80 @@ fn within(
     }))
 }
 
-/// The collection of a participant, of those snapshots, with their times (s), of which `fields` holds a file; `None` without any.
-pub fn pvd(fields: &Path, participant: &str, snapshots: &[(&str, f64)]) -> Option<String> {
-    let mut sets = String::new();
-    for (name, time_s) in snapshots {
-        let stem = format!("{participant}-{name}");
-        let files = ["vtu", "vtp"].map(|extension| format!("{stem}.{extension}"));
-        if let Some(file) = files.iter().find(|file| fields.join(file).exists()) {
-            let set = format!("<DataSet timestep=\"{time_s:e}\" part=\"0\" file=\"{file}\"/>\n");
-            sets.push_str(&set);
+/// A `.pvd` file that grows set by set. It is whole after each: what was written stays, and the end moves on.
+#[derive(Debug)]
+pub struct Collection {
+    path: PathBuf,
+    /// Length of the file without its end; none before the first set.
+    sets_end: Option<u64>,
+}
+
+const BEGIN: &str = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n";
+const END: &str = "</Collection>\n</VTKFile>\n";
+
+impl Collection {
+    /// A file that begins with its first set.
+    pub fn new(path: PathBuf) -> Collection {
+        Collection {
+            path,
+            sets_end: None,
         }
     }
-    (!sets.is_empty()).then(|| {
-        format!(
-            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n{sets}</Collection>\n</VTKFile>\n"
-        )
-    })
+
+    /// Adds sets, which [`data_set`] makes.
+    pub fn add(&mut self, sets: &str) -> Result<(), Error> {
+        let written = self.write(sets).map_err(Error::output(self.path.display()));
+        self.sets_end = Some(written?);
+        Ok(())
+    }
+
+    fn write(&self, sets: &str) -> io::Result<u64> {
+        let Some(start) = self.sets_end else {
+            fs::write(&self.path, format!("{BEGIN}{sets}{END}"))?;
+            return Ok((BEGIN.len() + sets.len()) as u64);
+        };
+        let file = File::options().write(true).open(&self.path)?;
+        let written = file.write_all_at(format!("{sets}{END}").as_bytes(), start);
+        if written.is_err() {
+            // A full disk: the file ends where it did.
+            file.set_len(start + END.len() as u64)?;
+            file.write_all_at(END.as_bytes(), start)?;
+        }
+        written.map(|()| start + sets.len() as u64)
+    }
+}
+
+/// `fields` of `summary.json`.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct FieldsSummary {
+    /// Simulated times of the steps of `fields.pvd` (s).
+    pub times_s: Vec<f64>,
+    /// Number of the files that it lists.
+    pub files: u64,
+    /// Their size.
+    pub bytes: u64,
+    /// Wall-clock time in which fields were written (s); of a resumed run that since it was resumed.
+    pub wall_s: f64,
+    /// By part, the range of each array at its last time: of numbers, or of the lengths of vectors.
+    pub last: BTreeMap<String, Ranges>,
+}
+
+/// A file of a collection.
+#[derive(Clone, Copy, Debug)]
+pub struct DataSet<'a> {
+    /// Its simulated time (s).
+    pub time_s: f64,
+    /// Number and name of its part.
+    pub part: (usize, &'a str),
+    /// Place of the file, seen from the collection.
+    pub file: &'a str,
+}
+
+/// The line of a collection that names a file.
+pub fn data_set(set: &DataSet) -> String {
+    let DataSet { time_s, part, file } = set;
+    let (index, name) = part;
+    format!("<DataSet timestep=\"{time_s:e}\" part=\"{index}\" name=\"{name}\" file=\"{file}\"/>\n")
 }
 
 #[cfg(test)]
@@ -139,18 +202,25 @@ mod tests {
     }
 
     #[test]
-    fn only_files_that_exist_are_listed() {
+    fn a_collection_is_whole_after_each_set() {
         let scratch = Scratch::new("pvd", 1);
         std::fs::create_dir_all(scratch.path()).expect("a folder");
-        let moments = ["hold", "cycling", "end"].map(|name| (name, 0.5));
-        assert_eq!(pvd(scratch.path(), "rail", &moments), None);
-        for file in ["rail-hold.vtu", "grains-end.vtp"] {
-            std::fs::write(scratch.path().join(file), "").expect("a file");
+        let path = scratch.path().join("rail.pvd");
+        let set = |time_s| {
+            data_set(&DataSet {
+                time_s,
+                part: (0, "rail"),
+                file: "rail-hold.vtu",
+            })
+        };
+        let mut collection = Collection::new(path.clone());
+        let mut sets = String::new();
+        for time_s in [0.5, 1e-4, 2.0] {
+            collection.add(&set(time_s)).expect("it can be written");
+            sets += &set(time_s);
+            let text = std::fs::read_to_string(&path).expect("it is there");
+            assert_eq!(text, format!("{BEGIN}{sets}{END}"));
         }
-        let rail = pvd(scratch.path(), "rail", &moments).expect("one file");
-        assert!(rail.contains("timestep=\"5e-1\" part=\"0\" file=\"rail-hold.vtu\""));
-        assert!(!rail.contains("rail-end"));
-        let grains = pvd(scratch.path(), "grains", &moments).expect("one file");
-        assert_eq!(grains.matches("<DataSet").count(), 1);
+        assert!(sets.contains("timestep=\"5e-1\" part=\"0\" name=\"rail\" file=\"rail-hold.vtu\""));
     }
 }

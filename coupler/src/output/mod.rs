@@ -1,6 +1,7 @@
 //! Files and lines that come about while a run goes on:
 //!
-//! - [`signals`]: one row a window; [`collection`]: the fields over time;
+//! - [`signals`]: one row a window; [`collection`]: the fields over time, [`interface_fields`]: those of an interface;
+//! - [`vtk`], [`vtk_arrays`]: the format of fields, written and read;
 //! - [`profile`]: the traction of an interface; [`sample`]: means over the phase that results are sampled in;
 //! - [`running_balance`]: energies that are judged on the way;
 //! - [`state`]: what all of it remembers from window to window;
@@ -8,6 +9,7 @@
 
 pub mod collection;
 pub mod facts;
+pub mod interface_fields;
 pub mod pace;
 pub mod profile;
 pub mod progress;
@@ -16,6 +18,8 @@ pub mod sample;
 pub mod signals;
 pub mod state;
 pub mod stderr;
+pub mod vtk;
+pub mod vtk_arrays;
 
 pub use progress::Progress;
 pub use running_balance::RunningBalance;

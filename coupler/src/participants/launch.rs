@@ -132,13 +132,14 @@ impl Launcher<'_> {
 
     /// The session that this participant is told before the first frame.
     pub fn session(&self, participant: &Participant, transport: Transport) -> Session {
+        let fields = self.loaded.scenario.run.output.fields;
         Session {
             protocol: PROTOCOL_VERSION,
             run_id: self.run_id,
             scenario_hash: self.loaded.hash.clone(),
             coordinator_pid: std::process::id(),
             setting: Setting {
-                fields: Some(absolute(self.rundir.fields())),
+                fields: fields.then(|| absolute(self.rundir.fields())),
                 cache: self.registry.cache.clone(),
                 ..setting(self.loaded, participant, self.threads)
             },

@@ -4,7 +4,7 @@ use super::colour::{Scale, full_scale};
 use super::fields::{Arrays, numbers, read_all, read_first};
 use super::run::{Moment, RunFiles};
 use super::units::with_unit;
-use super::view::{Frame, Panel, Picture, View, elements, maps, places_mm};
+use super::view::{Frame, Panel, Picture, View, deformed_mm, elements, maps};
 use crate::error::Error;
 
 /// Hydrostatic pressure in the whole of each body at the first of the moments that has fields of one.
@@ -139,7 +139,7 @@ struct Dot {
 
 /// All of the body; `None` for one without extent.
 fn whole(arrays: &Arrays) -> Option<View> {
-    let nodes = places_mm(arrays).into_iter().map(|place| (place, 0.0));
+    let nodes = deformed_mm(arrays).into_iter().map(|place| (place, 0.0));
     let view = View::around(nodes)?;
     let margin = 0.02 * view.height_mm();
     let flat = view.width_mm() <= 0.0 || view.height_mm() <= 0.0;
@@ -160,7 +160,7 @@ fn around(dots: &[Dot]) -> View {
 
 /// Nodes in contact: status 1 sticks, 2 slips.
 fn dots(arrays: &Arrays) -> Vec<Dot> {
-    let nodes = places_mm(arrays).into_iter();
+    let nodes = deformed_mm(arrays).into_iter();
     let nodes = nodes.zip(numbers(arrays, "node_status"));
     let dot = |(at, status): ((f64, f64), &f64)| {
         let slips = *status > 1.0;

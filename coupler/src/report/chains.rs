@@ -26,7 +26,7 @@ struct Link {
 /// Forces, and adhesion where there are bonds, at the first of the moments that has grains in contact.
 pub fn chains(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     for Moment { name, words } in &run.moments {
-        let Some(arrays) = read_first(&run.path, name, "vtp")? else {
+        let Some(arrays) = read_first(&run.path, &format!("{name}-contacts"), "vtp")? else {
             continue;
         };
         let links = links(&arrays);
@@ -40,17 +40,10 @@ pub fn chains(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     Ok(Vec::new())
 }
 
-/// Lines of a file: the cells after those of the disks.
+/// The lines of a file of contacts.
 fn links(arrays: &Arrays) -> Vec<Link> {
     let (ends, places) = (numbers(arrays, "connectivity"), places_mm(arrays));
-    let lines = ends.len() / 2;
-    let last = |name: &str, components: usize| {
-        let all = numbers(arrays, name);
-        all.len()
-            .checked_sub(components * lines)
-            .map_or(&[][..], |first| &all[first..])
-    };
-    let (forces, adhesion) = (last("force_n", 2), last("adhesion", 1));
+    let (forces, adhesion) = (numbers(arrays, "force_n"), numbers(arrays, "adhesion"));
     let link = |(k, pair): (usize, &[f64])| {
         let [a, b] = [pair[0], pair[1]].map(|point| places.get(point as usize).copied());
         Some(Link {
@@ -59,7 +52,8 @@ fn links(arrays: &Arrays) -> Vec<Link> {
             adhesion: adhesion.get(k).copied(),
         })
     };
-    ends.chunks_exact(2).enumerate().filter_map(link).collect()
+    let all = ends.chunks_exact(2).enumerate();
+    all.filter_map(link).collect()
 }
 
 fn around(links: &[Link]) -> Option<View> {
@@ -193,17 +187,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn forces_belong_to_the_lines_behind_the_disks() {
+    fn lines_have_their_forces_and_adhesion() {
         let mut arrays = Arrays::new();
-        arrays.insert(
-            "points".into(),
-            vec![0.0, 0.0, 0.0, 1e-3, 0.0, 0.0, 2e-3, 1e-3, 0.0],
-        );
+        let points = vec![0.0, 0.0, 0.0, 1e-3, 0.0, 0.0, 2e-3, 1e-3, 0.0];
+        arrays.insert("points".into(), points);
         arrays.insert("connectivity".into(), vec![0.0, 1.0, 1.0, 2.0]);
-        // Three disks without forces, then two lines.
-        let forces = [vec![0.0; 6], vec![5.0, 1.0, -2.0, 0.5]].concat();
-        arrays.insert("force_n".into(), forces);
-        arrays.insert("adhesion".into(), vec![0.0, 0.0, 0.0, 0.0, 0.75]);
+        arrays.insert("force_n".into(), vec![5.0, 1.0, -2.0, 0.5]);
+        arrays.insert("adhesion".into(), vec![0.0, 0.75]);
         let links = links(&arrays);
         let told: Vec<(f64, Option<f64>)> = links
             .iter()

@@ -7,7 +7,7 @@ use super::curves::{Columns, read_csv};
 use super::fields::read_first;
 use super::run::RunFiles;
 use super::units::with_unit;
-use super::view::{Frame, Panel, Picture, View, elements, maps, places_mm};
+use super::view::{Frame, Panel, Picture, View, deformed_mm, elements, maps};
 use crate::error::Error;
 
 /// Share of the cells whose pressure the colours show: single ones have many times the mean.
@@ -26,7 +26,7 @@ pub fn pressure(run: &RunFiles) -> Result<Option<Picture>, Error> {
         }
     }
     let body = continuum.as_ref().and_then(|arrays| {
-        let nodes = places_mm(arrays).into_iter().map(|place| (place, 0.0));
+        let nodes = deformed_mm(arrays).into_iter().map(|place| (place, 0.0));
         Some((
             View::around(nodes)?,
             arrays,

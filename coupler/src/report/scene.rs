@@ -4,7 +4,7 @@ use super::colour::{Scale, full_scale};
 use super::fields::{Arrays, numbers, read_first};
 use super::run::{Moment, RunFiles};
 use super::units::with_unit;
-use super::view::{Frame, Panel, Picture, View, elements, maps, places_mm};
+use super::view::{Frame, Panel, Picture, View, deformed_mm, elements, maps, places_mm};
 use crate::error::Error;
 
 /// Fields at a moment: those of the first continuum and of the first layer of grains. A second continuum has a frame of its
@@ -106,7 +106,7 @@ impl Scene {
         let nodes = self
             .continuum
             .iter()
-            .flat_map(places_mm)
+            .flat_map(deformed_mm)
             .map(|place| (place, 0.0));
         let Some(all) = View::around(nodes.chain(self.circles())) else {
             return Vec::new();

@@ -280,7 +280,7 @@ pub(super) fn drawing(width: f64, height: f64, inside: &str) -> String {
 
 /// The displaced elements that touch the view of a map, each in the colour of its number.
 pub(super) fn elements(panel: &mut Panel, arrays: &Arrays, colour: impl Fn(usize) -> String) {
-    let (cells, places) = (numbers(arrays, "connectivity"), places_mm(arrays));
+    let (cells, places) = (numbers(arrays, "connectivity"), deformed_mm(arrays));
     for (number, cell) in cells.chunks_exact(4).enumerate() {
         let corners: Vec<(f64, f64)> = cell.iter().map(|node| places[*node as usize]).collect();
         if corners.iter().any(|corner| panel.view.holds(*corner)) {
@@ -292,12 +292,19 @@ pub(super) fn elements(panel: &mut Panel, arrays: &Arrays, colour: impl Fn(usize
     }
 }
 
-/// Current places of the points of a file (mm).
+/// Current places of the nodes of a mesh (mm), whose points are those before the deformation.
+pub(super) fn deformed_mm(arrays: &Arrays) -> Vec<(f64, f64)> {
+    let moved = numbers(arrays, "displacement_m");
+    let at = |k: usize| 1e3 * moved.get(k).copied().unwrap_or(0.0);
+    let points = places_mm(arrays).into_iter().enumerate();
+    let points = points.map(|(node, (x, y))| (x + at(3 * node), y + at(3 * node + 1)));
+    points.collect()
+}
+
+/// The points of a file (mm): the current centres of grains.
 pub(super) fn places_mm(arrays: &Arrays) -> Vec<(f64, f64)> {
-    let (points, moved) = (numbers(arrays, "points"), arrays.get("displacement_m"));
-    let at = |k: usize| 1e3 * (points[k] + moved.map_or(0.0, |u| u[k]));
-    let nodes = 0..points.len() / 3;
-    nodes.map(|node| (at(3 * node), at(3 * node + 1))).collect()
+    let points = numbers(arrays, "points").chunks_exact(3);
+    points.map(|p| (1e3 * p[0], 1e3 * p[1])).collect()
 }
 
 /// A white page of so many pixels that `draw` has filled with curves, as SVG.
@@ -317,4 +324,18 @@ pub(crate) fn svg(
 /// Errors of the drawing library, which writes to memory here.
 pub(crate) fn picture(error: impl std::fmt::Display) -> Error {
     Refusal::Picture(error.to_string()).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn meshes_are_drawn_deformed_and_grains_where_they_are() {
+        let mut arrays = Arrays::new();
+        arrays.insert("points".into(), vec![1e-3, 2e-3, 0.0]);
+        arrays.insert("displacement_m".into(), vec![0.5e-3, -1e-3, 0.0]);
+        assert_eq!(deformed_mm(&arrays), [(1.5, 1.0)]);
+        assert_eq!(places_mm(&arrays), [(1.0, 2.0)]);
+    }
 }

@@ -25,6 +25,12 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
         let found = found.iter();
         warnings.extend(found.map(|text| Warning::advice("advice", name, text)));
     }
+    let output = &loaded.scenario.run.output;
+    if output.fields_every_s.is_some() && !output.fields {
+        let text = "means nothing with run.output.fields = false and is not used";
+        let place = "run.output.fields_every_s";
+        warnings.push(Warning::advice("unused_key", place, text));
+    }
     for interface in &loaded.scenario.interface {
         let scheme = toml::Value::try_from(interface.scheme.word()).expect("it is a word");
         let name = &interface.name;

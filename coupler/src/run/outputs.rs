@@ -1,15 +1,16 @@
 //! The outputs of accepted windows: signals, fields, tractions, checkpoints, progress.
 
 use std::ops::ControlFlow;
+use std::path::Path;
 
-use protocol::{Bounds, Description, Frame, Header, Kind, Phase, Window};
+use protocol::{Bounds, Description, Phase, Window};
 
 use super::checkpoint::{Checkpoint, Keeper, RestartPoint};
+use super::fields::Fields;
 use super::position::Position;
 use super::time_loop::{GroupRun, end_s};
 use crate::cost::prediction::Pace;
 use crate::error::Error;
-use crate::output::collection::{self, Moment};
 use crate::output::facts::Facts;
 use crate::output::profile::{self, LoadedNodes, Traction};
 use crate::output::progress::Course;
@@ -31,7 +32,6 @@ pub struct Outputs<'a> {
     rundir: &'a RunDir,
     thickness_m: f64,
     signals_every: u64,
-    moments: Vec<Moment>,
     descriptions: Vec<&'a Description>,
     names: Vec<&'a str>,
     bounds: Plausible,
@@ -41,6 +41,8 @@ pub struct Outputs<'a> {
     state: OutputState,
     /// The file signals.csv.
     pub signals: SignalsFile,
+    /// The fields.
+    pub fields: Fields<'a>,
     /// The checkpoints.
     pub keeper: Keeper,
     /// On stderr.
@@ -131,11 +133,7 @@ impl<'a> Outputs<'a> {
                 balances: vec![RunningBalance::default(); balances],
                 ..OutputState::default()
             },
-            moments: collection::moments(
-                &phases,
-                scenario.run.output.fields_every_s,
-                end_s(scenario, greeted)?,
-            )?,
+            fields: Fields::new(rundir, scenario, &descriptions, end_s(scenario, greeted)?)?,
             signals: SignalsFile::create(
                 rundir,
                 names.iter().copied(),
@@ -161,7 +159,8 @@ impl<'a> Outputs<'a> {
         self.signals
             .carry_over(&signals, self.state.signals_bytes)?;
         self.signals.sync()?;
-        restart.copy_fields(self.rundir, &self.moments)
+        restart.copy_fields(self.rundir, self.fields.moments())?;
+        self.fields.carry_over(&self.state.snapshots_s)
     }
 
     /// The latest energies of all participants.
@@ -230,7 +229,9 @@ impl<'a> Outputs<'a> {
             self.signals
                 .row(window.t1_s, &state.reports, &state.interfaces)?;
         }
-        match (self.take_snapshots(communicator, reached_s)?, groups) {
+        let times_s = &mut self.state.snapshots_s;
+        let sampled = self.fields.take(communicator, groups, times_s, reached_s)?;
+        match (sampled, groups) {
             (Some(moment), []) => profile::adopt(self.rundir, &moment.name)?,
             (Some(_), groups) => self.write_profiles(groups)?,
             (None, _) => {}
@@ -399,30 +400,7 @@ impl<'a> Outputs<'a> {
         let warnings = new
             .iter()
             .map(|(place, finding)| Warning::of(place, finding.clone()));
-        warnings.collect()
-    }
-
-    /// Has the participants write their fields at each of the moments that has come; returns the sampled one if it is among
-    /// them.
-    fn take_snapshots(
-        &mut self,
-        communicator: &mut dyn Communicator,
-        time_s: f64,
-    ) -> Result<Option<Moment>, Error> {
-        let come = |moment: &&Moment| time_s >= moment.time_s * (1.0 - 1e-9);
-        let mut sampled = None;
-        while let Some(moment) = self
-            .moments
-            .get(self.state.snapshots_s.len())
-            .filter(come)
-            .cloned()
-        {
-            self.state.snapshots_s.push(time_s);
-            snapshot(communicator, &moment.name)?;
-            self.collect(communicator, None)?;
-            sampled = sampled.or(Some(moment).filter(|moment| moment.sampled));
-        }
-        Ok(sampled)
+        warnings.chain(self.fields.advice()).collect()
     }
 
     /// Writes and keeps the traction of each interface in its last accepted window.
@@ -451,20 +429,6 @@ impl<'a> Outputs<'a> {
         Ok(())
     }
 
-    /// Writes `fields/<participant>.pvd` of the snapshots so far, that of the end included if it is taken.
-    fn collect(&self, communicator: &dyn Communicator, end_s: Option<f64>) -> Result<(), Error> {
-        let taken = self.moments.iter().zip(&self.state.snapshots_s);
-        let taken = taken.map(|(moment, time_s)| (moment.name.as_str(), *time_s));
-        let moments: Vec<_> = taken.chain(end_s.map(|time_s| ("end", time_s))).collect();
-        let peers = communicator.peers();
-        for name in (0..peers.count()).map(|peer| peers.name(peer)) {
-            if let Some(text) = collection::pvd(&self.rundir.fields(), name, &moments) {
-                self.rundir.write(&format!("fields/{name}.pvd"), &text)?;
-            }
-        }
-        Ok(())
-    }
-
     /// Mean force through each interface while results are sampled, as it pushes the continuum down (N).
     pub fn sampled_down_n(&self) -> Vec<Option<f64>> {
         self.state.sampled.down_n()
@@ -474,11 +438,16 @@ impl<'a> Outputs<'a> {
     pub fn finish(
         &mut self,
         communicator: &mut dyn Communicator,
+        groups: &[GroupRun],
         summary: &mut Summary,
     ) -> Result<(), Error> {
         self.pace.end();
-        snapshot(communicator, "end")?;
-        self.collect(communicator, Some(summary.sim_time_s))?;
+        self.fields.end(communicator, groups, summary.sim_time_s)?;
+        if self.rehearsal {
+            summary
+                .foreseen
+                .extend(self.fields.foretold(Path::new(".")));
+        }
         summary.results.extend(self.state.sampled.results());
         Ok(())
     }
@@ -498,10 +467,4 @@ fn repeats(last: &[InterfaceSignals], groups: &[GroupRun]) -> Option<(u32, f64)>
 fn last_at(groups: &[GroupRun], time_s: f64) -> bool {
     let later = |window: Window| window.t1_s > time_s * (1.0 + 1e-9);
     groups.iter().all(|group| group.next().is_none_or(later))
-}
-
-fn snapshot(communicator: &mut dyn Communicator, name: &str) -> Result<(), Error> {
-    let text = Frame::with_text(Header::default(), name).payload;
-    let kinds = (Kind::Snapshot, Kind::Saved);
-    communicator.ask_all(kinds, &text, |_| Ok(())).map(|_| ())
 }

@@ -259,7 +259,9 @@ impl RunSession<'_> {
         self.summary.energies(&outputs.energies());
         self.summary.interface_works();
         outputs.signals.finish()?;
-        result?;
+        // The reason of an early end goes before that of a file that cannot be read.
+        let fields = outputs.fields.summary();
+        result.and(fields.map(|fields| self.summary.fields = fields))?;
         let communicator: &mut dyn Communicator = recorded;
         let kinds = (Kind::Finish, Kind::Finished);
         let farewells: Vec<Farewell> = communicator.ask_all(kinds, &[], |frame| {
@@ -360,7 +362,7 @@ impl RunSession<'_> {
         let result = each_window(recorded, greeted, &mut groups, seen);
         summary.interfaces(groups.iter().map(|group| &group.coupling));
         result?;
-        outputs.finish(recorded, summary)
+        outputs.finish(recorded, &groups, summary)
     }
 
     /// Joins the interfaces. A resumed run must say just what the log already holds.
@@ -476,7 +478,7 @@ impl RunSession<'_> {
                 break;
             }
         }
-        outputs.finish(recorded, &mut self.summary)
+        outputs.finish(recorded, &[], &mut self.summary)
     }
 
     /// Notes the predicted length of the log, with the fewest and the most repeats, and refuses one that the disk has no room for.

@@ -149,6 +149,8 @@ pub struct Output {
     /// when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub fields_every_s: Option<f64>,
+    /// Write fields, at the ends of phases and of the run at least, and the tables beside them.
+    pub fields: bool,
 }
 
 impl Default for Output {
@@ -159,6 +161,7 @@ impl Default for Output {
             exchange: true,
             alone_steps: 100,
             fields_every_s: None,
+            fields: true,
         }
     }
 }

@@ -58,6 +58,8 @@ pub struct Dem {
     pub(super) scaling: Option<MassScaling>,
     pub(super) warnings: Vec<String>,
     pub(super) progress: Progress,
+    /// Centres of all disks at the start (m), for the fields; none where these are not written.
+    pub(super) start: Vec<[f64; 2]>,
     /// The state at the end of the window being solved.
     pub(super) trial: State,
     pub(super) stepper: Stepper,
@@ -150,6 +152,10 @@ impl Dem {
             initial_bond_count: bond::count(&state.bonds),
             bond_step_limit: bond::step_limit(&bodies, &state.bonds),
             opening,
+            start: match setting.fields {
+                Some(_) => state.centres.clone(),
+                None => Vec::new(),
+            },
             trial: state.clone(),
             progress: Progress {
                 statistics: RunStatistics::new(state.wheel.position[1]),

@@ -1,0 +1,125 @@
+//! Files of VTK XML whose arrays are appended as raw bytes, little-endian, each behind its length as 64 bits.
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{self, Write as _};
+use std::path::Path;
+
+use protocol::larger;
+
+use crate::error::Error;
+
+/// Type of the numbers of an array, by its name in VTK.
+#[derive(Clone, Copy, Debug)]
+pub enum Kind {
+    /// Any number.
+    Float64,
+    /// A whole number.
+    Int64,
+}
+
+/// A file of one piece on its way: its markup, and the arrays that follow it.
+pub struct VtkFile {
+    dataset: &'static str,
+    markup: String,
+    appended: Vec<u8>,
+}
+
+impl VtkFile {
+    /// A piece of a dataset (`PolyData`, ...) of these sizes.
+    pub fn new(dataset: &'static str, sizes: &[(&str, usize)]) -> VtkFile {
+        let sizes = sizes.iter();
+        let sizes = sizes.map(|(name, size)| format!(" {name}=\"{size}\""));
+        let sizes = sizes.collect::<String>();
+        VtkFile {
+            dataset,
+            markup: format!(
+                "<?xml version=\"1.0\"?>\n<VTKFile type=\"{dataset}\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<{dataset}>\n<Piece{sizes}>\n"
+            ),
+            appended: Vec::new(),
+        }
+    }
+
+    /// The arrays that `fill` adds, as a section (`PointData`, ...) of the piece.
+    pub fn section(&mut self, name: &str, fill: impl FnOnce(&mut VtkFile)) {
+        self.markup += &format!("<{name}>\n");
+        fill(self);
+        self.markup += &format!("</{name}>\n");
+    }
+
+    /// An array of tuples. Whole numbers are exact, as they are all below 2^53.
+    pub fn array<const N: usize>(
+        &mut self,
+        kind: Kind,
+        name: &str,
+        tuples: impl Iterator<Item = [f64; N]>,
+    ) {
+        let offset = self.appended.len();
+        self.appended.extend([0; 8]);
+        let mut range = Range::default();
+        for tuple in tuples {
+            range.add(&tuple);
+            for value in tuple {
+                kind.append(value, &mut self.appended);
+            }
+        }
+        let bytes = (self.appended.len() - offset - 8) as u64;
+        self.appended[offset..offset + 8].copy_from_slice(&bytes.to_le_bytes());
+        let _ = writeln!(
+            self.markup,
+            "<DataArray type=\"{kind:?}\" Name=\"{name}\" NumberOfComponents=\"{N}\" format=\"appended\" offset=\"{offset}\"{}/>",
+            range.attributes()
+        );
+    }
+
+    /// Writes it.
+    pub fn write(mut self, path: &Path) -> Result<(), Error> {
+        let _ = write!(
+            self.markup,
+            "</Piece>\n</{}>\n<AppendedData encoding=\"raw\">\n_",
+            self.dataset
+        );
+        self.write_parts(path)
+            .map_err(Error::output(path.display()))
+    }
+
+    fn write_parts(&self, path: &Path) -> io::Result<()> {
+        let mut file = File::create(path)?;
+        file.write_all(self.markup.as_bytes())?;
+        file.write_all(&self.appended)?;
+        file.write_all(b"\n</AppendedData>\n</VTKFile>\n")
+    }
+}
+
+impl Kind {
+    fn append(self, value: f64, bytes: &mut Vec<u8>) {
+        match self {
+            Kind::Float64 => bytes.extend_from_slice(&value.to_le_bytes()),
+            Kind::Int64 => bytes.extend_from_slice(&(value as i64).to_le_bytes()),
+        }
+    }
+}
+
+/// Range of an array as VTK has it: of its numbers, or of the lengths of its vectors; not a number where one of them is none.
+#[derive(Default)]
+struct Range {
+    least_and_largest: Option<[f64; 2]>,
+}
+
+impl Range {
+    fn add(&mut self, tuple: &[f64]) {
+        let size = match tuple {
+            [value] => *value,
+            _ => tuple.iter().map(|x| x * x).sum::<f64>().sqrt(),
+        };
+        let [least, largest] = self.least_and_largest.unwrap_or([size; 2]);
+        self.least_and_largest = Some([-larger(-least, -size), larger(largest, size)]);
+    }
+
+    fn attributes(&self) -> String {
+        self.least_and_largest
+            .map_or(String::new(), |[least, largest]| {
+                format!(" RangeMin=\"{least:e}\" RangeMax=\"{largest:e}\"")
+            })
+    }
+}

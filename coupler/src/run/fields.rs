@@ -1,0 +1,269 @@
+//! The fields over time: the moments at which they are written, their files, and what `summary.json` tells of them.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use protocol::{Description, Frame, Header, Kind};
+
+use super::time_loop::GroupRun;
+use crate::error::Error;
+use crate::output::collection::{self, Collection, DataSet, FieldsSummary, Moment};
+use crate::output::interface_fields;
+use crate::output::sample::load_history;
+use crate::output::vtk_arrays::ranges;
+use crate::participants::Communicator;
+use crate::plausible::Warning;
+use crate::rundir::{RunDir, free_bytes};
+use crate::scenario::Scenario;
+
+/// Name of the last snapshot.
+const AT_THE_END: &str = "end";
+
+/// The fields of a run.
+pub struct Fields<'a> {
+    rundir: &'a RunDir,
+    thickness_m: f64,
+    /// False where `run.output.fields` is.
+    wanted: bool,
+    moments: Vec<Moment>,
+    parts: Vec<Part>,
+    /// `fields.pvd`, which lists all parts.
+    whole: Collection,
+    told: FieldsSummary,
+    advice: Option<Warning>,
+}
+
+/// What belongs together over time: a mesh, grains, their contacts, an interface.
+struct Part {
+    name: String,
+    /// The name that its files begin with.
+    stem: String,
+    /// Ends of the names that its files may have.
+    endings: &'static [&'static str],
+    collection: Collection,
+    last: Option<PathBuf>,
+}
+
+impl<'a> Fields<'a> {
+    /// Nothing yet; `end_s` is the end of the run (s).
+    pub fn new(
+        rundir: &'a RunDir,
+        scenario: &Scenario,
+        descriptions: &[&Description],
+        end_s: f64,
+    ) -> Result<Fields<'a>, Error> {
+        let phases = load_history(descriptions.iter().copied());
+        let output = &scenario.run.output;
+        let every_s = output.fields_every_s.filter(|_| output.fields);
+        let part = |stem: &str, more: &str, endings| Part {
+            name: format!("{stem}{more}"),
+            stem: stem.into(),
+            endings,
+            collection: Collection::new(rundir.fields().join(format!("{stem}{more}.pvd"))),
+            last: None,
+        };
+        let participants = scenario.participant.iter().flat_map(|participant| {
+            let name = &participant.name;
+            let contacts = part(name, "-contacts", &["-contacts.vtp"]);
+            [part(name, "", &[".vtu", ".vtp"]), contacts]
+        });
+        let interfaces = scenario.interface.iter();
+        let interfaces = interfaces.map(|i| part(&i.name, "-interface", &["-interface.vtp"]));
+        Ok(Fields {
+            thickness_m: scenario.run.thickness_m,
+            wanted: output.fields,
+            moments: collection::moments(&phases, every_s, end_s)?,
+            parts: participants.chain(interfaces).collect(),
+            whole: Collection::new(rundir.path().join("fields.pvd")),
+            told: FieldsSummary::default(),
+            advice: None,
+            rundir,
+        })
+    }
+
+    /// All moments, in their order.
+    pub fn moments(&self) -> &[Moment] {
+        &self.moments
+    }
+
+    /// Lists the fields that were taken over from another run, which wrote them at these times (s).
+    pub fn carry_over(&mut self, times_s: &[f64]) -> Result<(), Error> {
+        let taken = self.moments.iter().zip(times_s);
+        let taken: Vec<_> = taken.map(|(m, time_s)| (m.name.clone(), *time_s)).collect();
+        let mut taken = taken.iter();
+        taken.try_for_each(|(name, time_s)| self.list(name, *time_s))
+    }
+
+    /// Has fields written at each of the moments that has come, and adds the time (s) to those of the moments before; returns the
+    /// sampled one if it is among them.
+    pub fn take(
+        &mut self,
+        communicator: &mut dyn Communicator,
+        groups: &[GroupRun],
+        times_s: &mut Vec<f64>,
+        time_s: f64,
+    ) -> Result<Option<Moment>, Error> {
+        let come = |moment: &&Moment| time_s >= moment.time_s * (1.0 - 1e-9);
+        let mut sampled = None;
+        while let Some(moment) = self.moments.get(times_s.len()).filter(come).cloned() {
+            times_s.push(time_s);
+            self.write(communicator, groups, &moment.name, time_s)?;
+            sampled = sampled.or(Some(moment).filter(|moment| moment.sampled));
+        }
+        Ok(sampled)
+    }
+
+    /// Has the fields of the end written, at this time (s).
+    pub fn end(
+        &mut self,
+        communicator: &mut dyn Communicator,
+        groups: &[GroupRun],
+        time_s: f64,
+    ) -> Result<(), Error> {
+        self.write(communicator, groups, AT_THE_END, time_s)
+    }
+
+    /// Participants are asked where nothing is written, too: results are of the state in which some were.
+    fn write(
+        &mut self,
+        communicator: &mut dyn Communicator,
+        groups: &[GroupRun],
+        name: &str,
+        time_s: f64,
+    ) -> Result<(), Error> {
+        let start = Instant::now();
+        let text = Frame::with_text(Header::default(), name).payload;
+        let kinds = (Kind::Snapshot, Kind::Saved);
+        communicator.ask_all(kinds, &text, |_| Ok(()))?;
+        if self.wanted {
+            self.write_interfaces(groups, name)?;
+            self.list(name, time_s)?;
+            self.look_ahead();
+        }
+        self.told.wall_s += start.elapsed().as_secs_f64();
+        Ok(())
+    }
+
+    fn write_interfaces(&self, groups: &[GroupRun], name: &str) -> Result<(), Error> {
+        let folder = self.rundir.fields();
+        for coupling in groups.iter().map(|group| &group.coupling) {
+            let group = coupling.group();
+            for patch in &group.patches {
+                let path = folder.join(format!("{}-{name}-interface.vtp", patch.name));
+                interface_fields::write(&path, group, patch, &coupling.state, self.thickness_m)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Lists the files of a moment, unless those of the same time are listed.
+    fn list(&mut self, name: &str, time_s: f64) -> Result<(), Error> {
+        let before = self.told.times_s.last();
+        if before.is_some_and(|before| time_s <= before * (1.0 + 1e-9)) {
+            return Ok(());
+        }
+        let folder = self.rundir.fields();
+        let mut sets = String::new();
+        for (index, part) in self.parts.iter_mut().enumerate() {
+            let Some((file, bytes)) = part.file(&folder, name) else {
+                continue;
+            };
+            let set = |index, file: &str| {
+                let part = (index, part.name.as_str());
+                collection::data_set(&DataSet { time_s, part, file })
+            };
+            sets += &set(index, &format!("fields/{file}"));
+            part.collection.add(&set(0, &file))?;
+            part.last = Some(folder.join(file));
+            self.told.files += 1;
+            self.told.bytes += bytes;
+        }
+        if !sets.is_empty() {
+            self.whole.add(&sets)?;
+            self.told.times_s.push(time_s);
+        }
+        Ok(())
+    }
+
+    /// Number and bytes of the files of the end.
+    fn of_the_end(&self) -> [u64; 2] {
+        let folder = self.rundir.fields();
+        let parts = self.parts.iter();
+        let files = parts.filter_map(|part| part.file(&folder, AT_THE_END));
+        files.fold([0, 0], |[count, sum], (_, bytes)| [count + 1, sum + bytes])
+    }
+
+    /// Size of the fields of the whole run, if each moment takes what the end took; with a warning where that is more than the disk
+    /// that `place` lies on has left.
+    pub fn foretold(&self, place: &Path) -> Option<String> {
+        let [files, bytes] = self.of_the_end();
+        let moments = self.moments.len() as u64 + 1;
+        let line = format!(
+            "fields: about {:.3e} bytes, {moments} moments of {files} files",
+            (moments * bytes) as f64
+        );
+        let warning = lack(moments * bytes, free_bytes(place)).map(|w| format!("\n{}", w.line()));
+        (files > 0).then(|| line + &warning.unwrap_or_default())
+    }
+
+    /// Once the first moment is written, a warning if the others will not fit on the disk.
+    fn look_ahead(&mut self) {
+        if self.told.times_s.len() == 1 {
+            let left = self.moments.len() as u64 * self.told.bytes;
+            self.advice = lack(left, free_bytes(self.rundir.path()));
+        }
+    }
+
+    /// A warning that was not asked for yet.
+    pub fn advice(&mut self) -> Option<Warning> {
+        self.advice.take()
+    }
+
+    /// The end of the fields, as far as they came; none where they are switched off.
+    pub fn summary(&self) -> Result<Option<FieldsSummary>, Error> {
+        if !self.wanted {
+            return Ok(None);
+        }
+        let mut told = self.told.clone();
+        for part in &self.parts {
+            if let Some(path) = &part.last {
+                told.last.insert(part.name.clone(), ranges(path)?);
+            }
+        }
+        Ok(Some(told))
+    }
+}
+
+impl Part {
+    /// Name and size (bytes) of its file of a moment, where there is one.
+    fn file(&self, folder: &Path, moment: &str) -> Option<(String, u64)> {
+        self.endings.iter().find_map(|ending| {
+            let file = format!("{}-{moment}{ending}", self.stem);
+            let bytes = std::fs::metadata(folder.join(&file)).ok()?.len();
+            Some((file, bytes))
+        })
+    }
+}
+
+/// A warning about so many bytes of fields, where the disk has less left.
+fn lack(bytes: u64, free: Option<u64>) -> Option<Warning> {
+    let free = free.filter(|free| *free < bytes)?;
+    let text = format!(
+        "the fields take about {:.3e} bytes and the disk has {:.3e} left: make run.output.fields_every_s longer, choose another --out, or set run.output.fields = false",
+        bytes as f64, free as f64
+    );
+    Some(Warning::advice("fields_space", "run.output.fields", text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_that_just_fit_are_no_cause_for_a_warning() {
+        assert_eq!(lack(1000, Some(1000)), None);
+        assert_eq!(lack(1000, None), None, "nobody knows");
+        let warning = lack(1000, Some(999)).expect("a byte is missing");
+        assert!(warning.text.contains("fields_every_s"), "{}", warning.text);
+    }
+}
