@@ -15,7 +15,7 @@ pub fn numbers<'a>(arrays: &'a Arrays, name: &str) -> &'a [f64] {
 
 /// Reads every ASCII data array of a VTK XML file. Arrays that share a name (connectivity of several kinds
 /// of cells) keep the last one's numbers.
-fn read(path: &Path) -> Result<Arrays, Error> {
+pub fn read(path: &Path) -> Result<Arrays, Error> {
     let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
     let mut arrays = Arrays::new();
     for part in text.split("<DataArray ").skip(1) {

@@ -5,6 +5,7 @@
 //! - [`body`]: the whole continuum, and which of its nodes stick;
 //! - [`grains`]: pressure in the cells of the grains' stress; [`arrows`]: their velocities and displacements;
 //! - [`circuit`]: the flows of third body;
+//! - [`movie`]: `movie.html`, a player of all moments;
 //! - [`plot`]: curves over axes; [`curves`]: interface traction, friction loop, forces and sliding nodes over time.
 
 use std::fmt::Write as _;
@@ -22,6 +23,7 @@ pub mod circuit;
 pub mod curves;
 pub mod fields;
 pub mod grains;
+pub mod movie;
 pub mod plot;
 pub mod scene;
 pub mod view;
