@@ -8,6 +8,7 @@ mod foreign;
 mod full_disk;
 mod limits;
 mod lost_peer;
+mod movie;
 mod plausible;
 mod resume;
 mod same_bits;

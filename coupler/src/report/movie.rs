@@ -53,16 +53,28 @@ pub fn write(run: &Path) -> Result<String, Error> {
     Ok(FILE.into())
 }
 
-/// The page of at most so many bytes. Their number is foreseen; where that was wrong, less is kept.
+/// The page of at most so many bytes. Its size is foreseen from above; what that leaves free is used in a second attempt.
 fn make(run: &Path, bytes: usize) -> Result<String, Error> {
+    let attempt = |room: usize| Material::of(run)?.page(run, room);
     let mut room = bytes.saturating_sub(PLAYER.len() + TEXTS);
-    loop {
-        let html = Material::of(run)?.page(run, room)?;
-        if html.len() <= bytes || room == 0 {
-            return Ok(html);
-        }
+    let mut made = attempt(room)?;
+    while made.html.len() > bytes && room > 0 {
         room = if room > 10_000 { room / 10 * 9 } else { 0 };
+        made = attempt(room)?;
     }
+    let used = made.html.len() as f64 / bytes as f64;
+    if made.whole || used > 0.9 {
+        return Ok(made.html);
+    }
+    let more = attempt((0.97 * room as f64 / used) as usize)?;
+    let fits = more.html.len() <= bytes;
+    Ok(if fits { more.html } else { made.html })
+}
+
+/// A page, and if everything is in it.
+struct Made {
+    html: String,
+    whole: bool,
 }
 
 /// Everything that a run left for a movie.
@@ -92,7 +104,7 @@ impl Material {
     }
 
     /// The page with as much as fits into so many bytes of data.
-    fn page(mut self, run: &Path, room: usize) -> Result<String, Error> {
+    fn page(mut self, run: &Path, room: usize) -> Result<Made, Error> {
         let whole = self.scene.content(self.record.moments.len());
         let kept = whole.within(room, self.scene.outline());
         let views = views(&self.scene, self.focus);
@@ -115,13 +127,15 @@ impl Material {
             "views": views.iter().map(|view| view.told()).collect::<Vec<Value>>(),
             "scale": scale,
         });
-        Ok(page(&Movie {
+        let html = page(&Movie {
             scene: &self.scene,
             shots: &shots,
             ranges: &ranges,
             words: &words,
             more,
-        }))
+        });
+        let whole = kept == whole;
+        Ok(Made { html, whole })
     }
 
     fn words(&self, run: &Path, content: &[Content; 2], shots: &Shots, ranges: &Ranges) -> Words {
@@ -130,7 +144,7 @@ impl Material {
         notes.extend(shots.notes.iter().cloned());
         notes.extend(dropped(whole, kept));
         if self.record.moments.len() < FEW {
-            notes.push(format!("The run wrote fields at {} moments only. For more, run it with --set run.output.fields_every_s=5e-5, or another interval.", whole.frames));
+            notes.push(format!("Moments at which the run wrote fields: {}. For more, run it with --set run.output.fields_every_s=5e-5, or another interval.", whole.frames));
         }
         if self
             .record
@@ -140,7 +154,7 @@ impl Material {
         {
             notes.push("The run did not record the times of its fields: frames are in the order in which their files were written.".into());
         }
-        notes.push(accuracy(ranges));
+        notes.push(accuracy(&self.scene, ranges));
         let title = if self.setup.name.is_empty() {
             run.display().to_string()
         } else {
@@ -205,7 +219,15 @@ fn dropped(whole: &Content, kept: &Content) -> Vec<String> {
         (kept.grains, whole.grains),
     ];
     if frames.0 < frames.1 {
-        notes.push(format!("{} of {} moments are shown, evenly chosen, {because} and has {FRAMES_MOST} frames at most.", frames.0, frames.1));
+        let few = if frames.1 > FRAMES_MOST {
+            " and goes through them in a minute"
+        } else {
+            ""
+        };
+        notes.push(format!(
+            "{} of {} moments are shown, evenly chosen, {because}{few}.",
+            frames.0, frames.1
+        ));
     }
     if kept.colours < whole.colours {
         notes.push(format!("Grains have no colours but pressure, {because}."));
@@ -223,18 +245,34 @@ fn dropped(whole: &Content, kept: &Content) -> Vec<String> {
 }
 
 /// Accuracy of what is shown.
-fn accuracy(ranges: &Ranges) -> String {
+fn accuracy(scene: &Scene, ranges: &Ranges) -> String {
     let half = |range: [f64; 2], codes: f64| 0.5 * (range[1] - range[0]) / codes;
-    let fine = |ranges: [[f64; 2]; 2]| {
+    let nm = |ranges: [[f64; 2]; 2]| {
         let of = ranges.map(|range| half(range, 65_534.0));
-        1e6 * of[0].max(of[1])
+        1e9 * of[0].max(of[1])
     };
-    format!(
-        "Numbers are rounded for the page: displacements of nodes by up to {:.2e} um, centres of grains by up to {:.2e} um, pressures by up to {:.2} MPa; pressures beyond the colour bar have the colours of its ends. Contact forces are the strongest {LINES_MOST} of a frame, those below 1 % of its largest left out. Nothing is interpolated between moments.",
-        fine(ranges.displacement),
-        fine(ranges.place),
-        1e-6 * half(ranges.pressure_pa, 254.0)
-    )
+    let mut parts = Vec::new();
+    if !scene.meshes.is_empty() {
+        let nm = nm(ranges.displacement);
+        parts.push(format!("displacements of nodes by up to {nm:.2} nm"));
+    }
+    if !scene.grains.is_empty() {
+        let nm = nm(ranges.place);
+        parts.push(format!("centres of grains by up to {nm:.0} nm"));
+    }
+    let mpa = 1e-6 * half(ranges.pressure_pa, 254.0);
+    parts.push(format!("pressures by up to {mpa:.2} MPa"));
+    let mut text = format!(
+        "Numbers are rounded for the page: {}. Pressures beyond the scale have the colours of its ends.",
+        parts.join(", ")
+    );
+    if !scene.grains.is_empty() {
+        let lines = format!(
+            " Contact forces are the strongest {LINES_MOST} between grains of a frame, those below 1 % of its largest left out."
+        );
+        text.push_str(&lines);
+    }
+    text + " Nothing is interpolated between moments."
 }
 
 /// The end of the run in words.
@@ -247,5 +285,64 @@ fn status(run: &Path) -> String {
             "The run left no summary.json that can be read: it was killed, or is not over.".into()
         }
         status => format!("Status of the run: {status}. {}", part("message")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rundir::Scratch;
+
+    /// Fields of so many grains on a lattice at two moments, each pressed on its neighbour.
+    fn run(purpose: &str, count: usize) -> Scratch {
+        let scratch = Scratch::new(purpose, 1);
+        let fields = scratch.path().join("fields");
+        std::fs::create_dir_all(&fields).expect("a folder");
+        let all = |of: &dyn Fn(usize) -> String| (0..count).map(of).collect::<String>();
+        let array = |name: &str, values: String| {
+            format!(
+                "<DataArray type=\"Float64\" Name=\"{name}\" format=\"ascii\">{values}</DataArray>"
+            )
+        };
+        let lines = |of: &dyn Fn(usize) -> String| (0..count - 1).map(of).collect::<String>();
+        let text = [
+            array(
+                "points",
+                all(&|k| format!("{}e-4 {}e-4 0 ", k % 300, k / 300)),
+            ),
+            array("connectivity", lines(&|k| format!("{k} {} ", k + 1))),
+            array("radius_m", all(&|_| "5e-5 ".into())),
+            array("velocity_m_per_s", all(&|_| "0 1 0 ".into())),
+            array("pressure_pa", all(&|k| format!("{k} "))),
+            array(
+                "force_n",
+                "0 0 ".repeat(count) + &lines(&|k| format!("{k} 0 ")),
+            ),
+        ];
+        let mut collection = String::new();
+        for (moment, time_s) in [("hold", 1), ("end", 2)] {
+            let file = format!("rail-{moment}.vtp");
+            std::fs::write(fields.join(&file), text.concat()).expect("a file");
+            collection += &format!("<DataSet timestep=\"{time_s}\" file=\"{file}\"/>");
+        }
+        std::fs::write(fields.join("rail.pvd"), collection).expect("a file");
+        scratch
+    }
+
+    #[test]
+    fn as_many_grains_as_the_largest_scene_has_fit() {
+        let run = run("movie-many", 73_823);
+        let html = make(run.path(), BYTES_MOST).expect("it has fields");
+        assert!(html.len() <= BYTES_MOST);
+        assert!(html.contains("73823 grains") && !html.contains("grains are drawn"));
+    }
+
+    #[test]
+    fn a_page_is_never_larger_and_tells_what_it_left_out() {
+        let run = run("movie-bound", 20_000);
+        let html = make(run.path(), 300_000).expect("it has fields");
+        assert!((200_000..=300_000).contains(&html.len()), "{}", html.len());
+        assert!(html.contains("of 20000 grains are drawn, those nearest to the contact"));
+        assert!(html.contains("no colours but pressure"));
     }
 }

@@ -8,7 +8,7 @@ use super::scene::Scene;
 use super::shots::Shots;
 
 /// Part of a view's height that the largest displacement is drawn as.
-const SEEN: f64 = 0.1;
+const SEEN: f64 = 0.15;
 /// Largest scale.
 const SCALE_MOST: f64 = 1_000.0;
 
@@ -32,16 +32,21 @@ pub fn views(scene: &Scene, focus: [f64; 2]) -> Vec<View> {
     };
     let whole = View {
         name: "whole",
-        bounds: with_margin(all, 0.03 * longer(&all), 0.03 * longer(&all)),
+        bounds: with_margin(all, 0.03 * longer(&all), [0.03 * longer(&all); 2]),
     };
-    let close = layer
-        .filter(|b| length(b[1]) < 0.1 * length(b[0]))
-        .map(middle);
+    // Above a layer is a mesh, or a rigid wheel that needs no room.
+    let above = layer.is_some_and(|layer| all[1][1] > layer[1][1]);
+    let close = layer.filter(|b| length(b[1]) < 0.1 * length(b[0]));
+    let close = close.map(|layer| middle(layer, above));
     let contact = match (body, layer) {
         (Some(_), Some(layer)) => {
             let width = length(layer[0]);
             within(
-                with_margin(layer, 0.02 * width, 0.16 * width),
+                with_margin(
+                    layer,
+                    0.02 * width,
+                    [0.16 * width, if above { 0.16 } else { 0.04 } * width],
+                ),
                 &whole.bounds,
             )
         }
@@ -71,8 +76,11 @@ impl View {
         json!({ "name": self.name, "box": [x[0], x[1], y[0], y[1]] })
     }
 
-    /// Scale at which the largest displacement is a tenth of its height: 1, 2 or 5 times a power of ten, 1 at least.
+    /// Scale at which the largest displacement is about a seventh of its height: 1, 2 or 5 times a power of ten, 1 at least.
     pub fn scale(&self, largest_m: f64) -> f64 {
+        if largest_m <= 0.0 {
+            return 1.0;
+        }
         let most = SEEN * length(self.bounds[1]) / largest_m;
         let steps = (0..3).flat_map(|k| [1.0, 2.0, 5.0].map(|digit| digit * 10f64.powi(k)));
         let steps = steps.chain([SCALE_MOST]);
@@ -80,8 +88,8 @@ impl View {
     }
 }
 
-/// The largest displacement that a scale applies to: of the nodes of meshes, or where there are none of most grains since the
-/// first frame (m).
+/// The largest displacement that a scale applies to: of the nodes of meshes, or where there are none of most bonded grains since
+/// the first frame (m). Grains without bonds move past each other, and their motion is seen as it is.
 pub fn largest_displacement(shots: &Shots, ranges: &Ranges) -> f64 {
     if !shots.meshes.is_empty() {
         let far = |range: [f64; 2]| range[1].max(-range[0]);
@@ -91,6 +99,9 @@ pub fn largest_displacement(shots: &Shots, ranges: &Ranges) -> f64 {
     for over in &shots.grains {
         let mut frames = over.iter().flatten();
         let Some(first) = frames.next() else { continue };
+        if !first.bonded {
+            return f64::INFINITY;
+        }
         for shot in frames {
             let [x, y] = [0, 1].map(|k| shot.centre[k].iter().zip(&first.centre[k]));
             moved.extend(x.zip(y).map(|(x, y)| (x.0 - x.1).hypot(y.0 - y.1)));
@@ -141,9 +152,9 @@ fn longer(bounds: &Bounds) -> f64 {
     length(bounds[0]).max(length(bounds[1]))
 }
 
-fn with_margin(bounds: Bounds, side: f64, above: f64) -> Bounds {
-    let wider = |[low, high]: [f64; 2], by: f64| [low - by, high + by];
-    [wider(bounds[0], side), wider(bounds[1], above)]
+/// With margins at the sides, below and above.
+fn with_margin([x, y]: Bounds, side: f64, [below, above]: [f64; 2]) -> Bounds {
+    [[x[0] - side, x[1] + side], [y[0] - below, y[1] + above]]
 }
 
 fn within(bounds: Bounds, other: &Bounds) -> Bounds {
@@ -151,13 +162,13 @@ fn within(bounds: Bounds, other: &Bounds) -> Bounds {
 }
 
 /// The middle of a layer that is much longer than high.
-fn middle(layer: Bounds) -> Bounds {
+fn middle(layer: Bounds, above: bool) -> Bounds {
     let (height, centre) = (length(layer[1]), 0.5 * (layer[0][0] + layer[0][1]));
     let half = 4.5 * height;
     with_margin(
         [[centre - half, centre + half], layer[1]],
         0.0,
-        0.8 * height,
+        [0.8 * height, if above { 0.8 } else { 0.3 } * height],
     )
 }
 
@@ -183,7 +194,7 @@ mod tests {
             bounds: [[0.0, 10e-3], [0.0, 5e-3]],
         };
         let scales = [1e-3, 9e-5, 1e-5, 1e-9, 0.0].map(|largest| view.scale(largest));
-        assert_eq!(scales, [1.0, 5.0, 50.0, 1000.0, 1000.0]);
+        assert_eq!(scales, [1.0, 5.0, 50.0, 1000.0, 1.0]);
     }
 
     #[test]
