@@ -81,7 +81,7 @@ const SINCE: [(&str, usize); 39] = [
         "studies here and on a cluster, budgets, perturbed starts, the cost of pieces",
         4010,
     ),
-    ("a player of fields in a page", 1_160),
+    ("a player of fields in a page", 1_720),
 ];
 
 #[test]

@@ -122,8 +122,7 @@ impl Material {
         let more = json!({
             "frames": moments.iter().map(|moment| frame(moment, &track)).collect::<Vec<Value>>(),
             "strip": track.strip(),
-            "wheel_radius_mm": self.setup.wheel.as_ref().map(|wheel| 1e3 * wheel.radius_m),
-            "wheel_on": self.setup.wheel.as_ref().map(|wheel| &wheel.participant),
+            "wheel": self.setup.wheel.as_ref().map(|wheel| json!([wheel.participant, 1e3 * wheel.radius_m])),
             "views": views.iter().map(|view| view.told()).collect::<Vec<Value>>(),
             "scale": scale,
         });

@@ -23,6 +23,9 @@ pub struct Content {
     pub colours: usize,
 }
 
+/// One of the numbers of a content.
+type Part = fn(&mut Content) -> &mut usize;
+
 impl Content {
     /// Characters of the page for these parts of a run whose meshes have outlines of so many nodes.
     pub fn characters(&self, outline: usize) -> usize {
@@ -40,7 +43,7 @@ impl Content {
         let fits = |content: &Content| content.characters(outline) <= characters;
         let few = self.frames.min(FRAMES_LEAST);
         let mut rest = *self;
-        let steps: [(fn(&mut Content) -> &mut usize, usize); 6] = [
+        let steps: [(Part, usize); 6] = [
             (|rest| &mut rest.frames, few),
             (|rest| &mut rest.colours, 0),
             (|rest| &mut rest.elements, self.elements.min(ELEMENTS_LEAST)),

@@ -88,14 +88,17 @@ impl View {
     }
 }
 
-/// The largest displacement that a scale applies to: of the nodes of meshes, or where there are none of most bonded grains since
-/// the first frame (m). Grains without bonds move past each other, and their motion is seen as it is.
+/// Part of a scale that grains without a mesh get: those that close a gap are drawn as far in each other.
+const OF_GRAINS: f64 = 0.3;
+
+/// The largest displacement that a scale applies to (m): of the nodes of meshes, or where there are none of bonded grains since
+/// the first frame. Grains without bonds move past each other, and their motion is seen as it is.
 pub fn largest_displacement(shots: &Shots, ranges: &Ranges) -> f64 {
     if !shots.meshes.is_empty() {
         let far = |range: [f64; 2]| range[1].max(-range[0]);
         return far(ranges.displacement[0]).max(far(ranges.displacement[1]));
     }
-    let mut moved = Vec::new();
+    let mut largest = 0.0;
     for over in &shots.grains {
         let mut frames = over.iter().flatten();
         let Some(first) = frames.next() else { continue };
@@ -104,12 +107,11 @@ pub fn largest_displacement(shots: &Shots, ranges: &Ranges) -> f64 {
         }
         for shot in frames {
             let [x, y] = [0, 1].map(|k| shot.centre[k].iter().zip(&first.centre[k]));
-            moved.extend(x.zip(y).map(|(x, y)| (x.0 - x.1).hypot(y.0 - y.1)));
+            let moved = x.zip(y).map(|(x, y)| (x.0 - x.1).hypot(y.0 - y.1));
+            largest = moved.fold(largest, f64::max);
         }
     }
-    moved.retain(|far: &f64| far.is_finite());
-    moved.sort_by(f64::total_cmp);
-    moved.get(moved.len() * 98 / 100).copied().unwrap_or(0.0)
+    largest / OF_GRAINS
 }
 
 fn nodes(scene: &Scene) -> impl Iterator<Item = ([f64; 2], f64)> {
