@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::error::{Error, Refusal};
 use fit::{Content, FRAMES_MOST, LINES_MOST, evenly};
 use page::{Movie, PLAYER, Words, page};
-use range::Ranges;
+use range::{Ranges, round_up};
 use record::{Moment, Record};
 use scene::Scene;
 use setup::Setup;
@@ -107,7 +107,7 @@ impl Material {
     fn page(mut self, run: &Path, room: usize) -> Result<Made, Error> {
         let whole = self.scene.content(self.record.moments.len());
         let kept = whole.within(room, self.scene.outline());
-        let views = views(&self.scene, self.focus);
+        let views = views(&self.scene, self.focus, self.setup.wheel_of.is_some());
         self.scene.keep(&kept, self.focus);
         let chosen = evenly(kept.frames, whole.frames);
         let moments: Vec<&Moment> = chosen.iter().map(|k| &self.record.moments[*k]).collect();
@@ -252,15 +252,15 @@ fn accuracy(scene: &Scene, ranges: &Ranges) -> String {
     };
     let mut parts = Vec::new();
     if !scene.meshes.is_empty() {
-        let nm = nm(ranges.displacement);
-        parts.push(format!("displacements of nodes by up to {nm:.2} nm"));
+        let nm = round_up(nm(ranges.displacement));
+        parts.push(format!("displacements of nodes by up to {nm} nm"));
     }
     if !scene.grains.is_empty() {
-        let nm = nm(ranges.place);
-        parts.push(format!("centres of grains by up to {nm:.0} nm"));
+        let nm = round_up(nm(ranges.place));
+        parts.push(format!("centres of grains by up to {nm} nm"));
     }
-    let mpa = 1e-6 * half(ranges.pressure_pa, 254.0);
-    parts.push(format!("pressures by up to {mpa:.2} MPa"));
+    let mpa = round_up(1e-6 * half(ranges.pressure_pa, 254.0));
+    parts.push(format!("pressures by up to {mpa} MPa"));
     let mut text = format!(
         "Numbers are rounded for the page: {}. Pressures beyond the scale have the colours of its ends.",
         parts.join(", ")

@@ -73,6 +73,8 @@ impl Ranges {
 fn pressures([low, high]: [f64; 2], carried: f64) -> [f64; 2] {
     let most = round_up(if high > 0.0 { high } else { carried });
     let tension = round_up(-low);
+    // What rounding leaves of nothing is no pressure.
+    let most = if most > 1e-9 * tension { most } else { 0.0 };
     [if tension > 0.02 * most { -tension } else { 0.0 }, most]
 }
 
@@ -137,6 +139,7 @@ mod tests {
         assert_eq!(pressures([-77.0, 770.0], 9e9), [-77.0, 770.0]);
         assert_eq!(pressures([0.0, 0.0], 12.0), [0.0, 12.0]);
         assert_eq!(pressures([-5.0, -5.0], 0.0), [-5.0, 0.0]);
+        assert_eq!(pressures([-5.0, 1e-15], 0.0), [-5.0, 0.0]);
     }
 
     #[test]

@@ -22,8 +22,8 @@ pub struct View {
     bounds: Bounds,
 }
 
-/// The views of a scene, that to begin with first.
-pub fn views(scene: &Scene, focus: [f64; 2]) -> Vec<View> {
+/// The views of a scene, that to begin with first: the contact, where there is one.
+pub fn views(scene: &Scene, focus: [f64; 2], wheel: bool) -> Vec<View> {
     let (body, layer) = (bounds(nodes(scene)), bounds(circles(scene)));
     let all = [body, layer].into_iter().flatten();
     let ends = |b: Bounds| [([b[0][0], b[1][0]], 0.0), ([b[0][1], b[1][1]], 0.0)];
@@ -63,6 +63,7 @@ pub fn views(scene: &Scene, focus: [f64; 2]) -> Vec<View> {
     let mut views: Vec<View> = match (body, close) {
         (None, Some(close)) => vec![close, whole, contact],
         (None, None) => vec![whole, contact],
+        (Some(_), None) if layer.is_none() && !wheel => vec![whole, contact],
         (Some(_), close) => [contact, whole].into_iter().chain(close).collect(),
     };
     views.dedup_by(|a, b| a.bounds == b.bounds);
