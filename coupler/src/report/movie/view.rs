@@ -32,7 +32,7 @@ pub fn views(scene: &Scene, focus: [f64; 2], wheel: bool) -> Vec<View> {
     };
     let whole = View {
         name: "whole",
-        bounds: with_margin(all, 0.03 * longer(&all), [0.03 * longer(&all); 2]),
+        bounds: with_margin(all, 0.06 * longer(&all), [0.06 * longer(&all); 2]),
     };
     // Above a layer is a mesh, or a rigid wheel that needs no room.
     let above = layer.is_some_and(|layer| all[1][1] > layer[1][1]);
