@@ -9,6 +9,7 @@ mod full_disk;
 mod limits;
 mod lost_peer;
 mod mistakes;
+mod movie;
 mod plausible;
 mod progress;
 mod resume;

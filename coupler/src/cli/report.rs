@@ -13,11 +13,20 @@ pub struct ReportArguments {
     /// Lay another run over it: its curves beside this run's, and the distances between both.
     #[arg(long, value_name = "RUN2")]
     compare: Option<PathBuf>,
+    /// Write movie.html instead: a player of the fields at all their moments, a page of its own of at most 5 MB.
+    #[arg(long)]
+    movie: bool,
 }
 
-/// Writes report.html and its pictures into the run directory. They do not show the log; one that is damaged has exit code 6.
+/// Writes report.html and its pictures, or movie.html, into the run directory. They do not show the log; one that is damaged has
+/// exit code 6.
 pub fn report(arguments: &ReportArguments) -> VerbResult {
-    for name in report::write(&arguments.run, arguments.compare.as_deref())? {
+    let names = if arguments.movie {
+        vec![report::movie::write(&arguments.run)?]
+    } else {
+        report::write(&arguments.run, arguments.compare.as_deref())?
+    };
+    for name in names {
         print(&arguments.run.join(name).display().to_string())?;
     }
     let damage = log::damage(&arguments.run.join("exchange.mcap"))?;

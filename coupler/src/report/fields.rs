@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::Error;
-use crate::output::vtk_arrays::read;
+pub use crate::output::vtk_arrays::read;
 
 pub use crate::output::vtk_arrays::Arrays;
 

@@ -8,6 +8,7 @@
 //! - [`scene`]: grains and continuum around the contact, coloured by pressure;
 //! - [`body`]: the whole continuum, and which of its nodes stick;
 //! - [`grains`]: pressure in the cells of the grains' stress; [`arrows`]: their velocities and displacements; [`chains`]: their forces;
+//! - [`movie`]: `movie.html`, a player of all moments;
 //! - [`circuit`]: the flows of third body; [`times`]: where the time went;
 //! - [`plot`]: curves over axes; [`curves`]: loads, friction, sliding nodes, traction; [`ledger`]: interfaces, energies, bonds, flows.
 
@@ -31,6 +32,7 @@ pub mod curves;
 mod fields;
 mod grains;
 mod ledger;
+pub mod movie;
 mod page;
 pub(crate) mod plot;
 mod provenance;

@@ -1,0 +1,230 @@
+//! The page of a movie: the player with the data in it.
+
+use serde_json::{Value, json};
+
+use super::encode::{Scale, base64, whole};
+use super::range::{Ranges, of};
+use super::scene::{GrainBody, MeshBody, Scene};
+use super::shots::{GrainShot, MeshShot, Over, Shots};
+
+/// The player, with marks where texts and data go.
+pub const PLAYER: &str = include_str!("player.html");
+
+/// Everything that a page shows.
+#[derive(Debug)]
+pub struct Movie<'a> {
+    /// The bodies.
+    pub scene: &'a Scene,
+    /// Their frames.
+    pub shots: &'a Shots,
+    /// Ranges of the numbers.
+    pub ranges: &'a Ranges,
+    /// Texts.
+    pub words: &'a Words,
+    /// Wheel, signals and the rest that needs no codes, by its names in the player.
+    pub more: Value,
+}
+
+/// Texts of a page.
+#[derive(Clone, Debug, Default)]
+pub struct Words {
+    /// Name of the scenario.
+    pub title: String,
+    /// The end of the run, and its message.
+    pub status: String,
+    /// The picture for those who cannot see it.
+    pub description: String,
+    /// What was left out, and other remarks.
+    pub notes: Vec<String>,
+}
+
+/// The whole page.
+pub fn page(movie: &Movie) -> String {
+    let words = movie.words;
+    let notes = words
+        .notes
+        .iter()
+        .map(|note| format!("<li>{}</li>", escape(note)));
+    let parts = [
+        ("TITLE", escape(&words.title)),
+        ("STATUS", escape(&words.status)),
+        ("DESCRIPTION", escape(&words.description)),
+        ("NOTES", notes.collect()),
+        ("DATA", script_safe(&data(movie).to_string())),
+    ];
+    let mut html = String::new();
+    // One pass: what a scenario puts into a text is never taken for a mark.
+    for (place, part) in PLAYER.split("@@").enumerate() {
+        let value = parts
+            .iter()
+            .find(|(name, _)| place % 2 == 1 && *name == part);
+        html.push_str(value.map_or(part, |(_, value)| value));
+    }
+    html
+}
+
+/// Names come from scenarios that may not be ours.
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+/// JSON that ends no script element, whatever its texts are.
+fn script_safe(json: &str) -> String {
+    json.replace('<', "\\u003c")
+}
+
+fn data(movie: &Movie) -> Value {
+    let (scene, shots) = (movie.scene, movie.shots);
+    let meshes = scene.meshes.iter().zip(&shots.meshes);
+    let grains = scene.grains.iter().zip(&shots.grains);
+    json!({
+        "meshes": meshes.map(|(body, over)| mesh(body, over, movie)).collect::<Vec<Value>>(),
+        "grains": grains.map(|(body, over)| disks(body, over, movie)).collect::<Vec<Value>>(),
+        "pressure_mpa": movie.ranges.pressure().told(1e-6),
+        "speed_m_per_s": movie.ranges.speed().told(1.0),
+        "force_n": movie.ranges.force().told(1.0),
+        "more": movie.more,
+    })
+}
+
+fn mesh(body: &MeshBody, over: &Over<MeshShot>, movie: &Movie) -> Value {
+    let nodes = body.kept_nodes();
+    let place = |node: &u32| {
+        nodes
+            .binary_search(node)
+            .map_or(u32::MAX, |place| place as u32)
+    };
+    let numbers = |all: &mut dyn Iterator<Item = u32>| whole(all.map(|node| place(&node)));
+    let at = |k: usize| {
+        let up = if k == 1 { body.place.up } else { 0.0 };
+        let values = || {
+            nodes
+                .iter()
+                .map(|node| body.mesh.nodes[*node as usize][k] + up)
+        };
+        let scale = Scale::fine(of(values()));
+        json!([scale.told(1e3), scale.encode(values())])
+    };
+    let u = [0, 1].map(|k| Scale::fine(movie.ranges.displacement[k]));
+    let pressure = movie.ranges.pressure();
+    let frame = |shot: &MeshShot| {
+        let [x, y] = [0, 1].map(|k| u[k].encode(shot.u[k].iter().copied()));
+        json!([x, y, pressure.encode(shot.pressure.iter().copied())])
+    };
+    json!({
+        "name": body.source.participant,
+        "x": at(0), "y": at(1),
+        "u": u.map(|scale| scale.told(1e3)),
+        "quads": numbers(&mut body.kept.iter().flat_map(|quad| body.mesh.quads[*quad])),
+        "outline": numbers(&mut body.mesh.outline().into_iter().flatten()),
+        "line": numbers(&mut body.line().into_iter()),
+        "carries": body.partner,
+        "frames": over.iter().map(|shot| shot.as_ref().map(frame)).collect::<Vec<_>>(),
+    })
+}
+
+fn disks(body: &GrainBody, over: &Over<GrainShot>, movie: &Movie) -> Value {
+    let ranges = movie.ranges;
+    let at = [0, 1].map(|k| Scale::fine(ranges.place[k]));
+    let radius = Scale::fine([0.0, ranges.radius_m]);
+    let kept = |name: &str| {
+        let marks: Vec<bool> = body.marks(name).collect();
+        let codes = body.kept.iter().map(|grain| u8::from(marks[*grain]));
+        base64(codes)
+    };
+    let first = over.iter().flatten().next();
+    let still = first.map_or(&[][..], |shot| &shot.radius);
+    let frame = |shot: &GrainShot| frame(shot, still, [at[0], at[1], radius], ranges);
+    json!({
+        "name": body.source.participant,
+        "at": at.map(|scale| scale.told(1e3)),
+        "radius": [radius.told(1e3), radius.encode(still.iter().copied())],
+        "glued": kept("glued"), "wheel": kept("wheel"),
+        "frames": over.iter().map(|shot| shot.as_ref().map(frame)).collect::<Vec<_>>(),
+    })
+}
+
+fn frame(shot: &GrainShot, still: &[f64], [x, y, radius]: [Scale; 3], ranges: &Ranges) -> Value {
+    let coded = |scale: Scale, values: &[f64]| scale.encode(values.iter().copied());
+    let given = |scale: Scale, values: &Option<Vec<f64>>| {
+        values.as_ref().map(|values| coded(scale, values))
+    };
+    let unit = Scale::coarse([0.0, 254.0]);
+    json!({
+        "x": coded(x, &shot.centre[0]), "y": coded(y, &shot.centre[1]),
+        "p": coded(ranges.pressure(), &shot.pressure),
+        "v": given(ranges.speed(), &shot.speed),
+        "b": given(unit, &shot.body),
+        "a": given(Scale::coarse([0.0, 1.0]), &shot.adhesion),
+        // Grains that grow are told anew; those of one size are in `radius`.
+        "r": (shot.radius != still).then(|| coded(radius, &shot.radius)),
+        "ends": whole(shot.lines.iter().flat_map(|line| line.ends)),
+        "f": ranges.force().encode(shot.lines.iter().map(|line| line.force)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A page whose every text is hostile, without bodies.
+    fn hostile() -> String {
+        let hostile = "</script><script>alert(1)</script>@@DATA@@\"><img src=x>".to_string();
+        let words = Words {
+            title: hostile.clone(),
+            status: hostile.clone(),
+            description: hostile.clone(),
+            notes: vec![hostile.clone()],
+        };
+        page(&Movie {
+            scene: &Scene::default(),
+            shots: &Shots::default(),
+            ranges: &Ranges::default(),
+            words: &words,
+            more: json!({ "frames": [hostile] }),
+        })
+    }
+
+    #[test]
+    fn no_text_of_a_scenario_becomes_a_part_of_the_page() {
+        let (page, own) = (hostile(), PLAYER);
+        for tag in ["<script", "</script", "<img", "<li"] {
+            let extra = usize::from(tag == "<li");
+            let [there, expected] = [&page[..], own].map(|text| text.matches(tag).count());
+            assert_eq!(there, expected + extra, "{tag}");
+        }
+        assert!(!page.contains("alert(1)</script"));
+        // Marks within texts stay what they are.
+        assert_eq!(page.matches("@@DATA@@").count(), 7);
+    }
+
+    #[test]
+    fn the_player_loads_nothing_from_elsewhere() {
+        for word in ["http:", "https:", " src=", "@import", "url(", "fetch("] {
+            assert!(!PLAYER.contains(word), "{word}");
+        }
+        assert_eq!(PLAYER.matches("@@").count() % 2, 0);
+    }
+
+    #[test]
+    fn colours_of_the_player_darken_all_along() {
+        let stops = PLAYER
+            .split_once("const STOPS = [")
+            .expect("it has colours")
+            .1;
+        let stops = stops.split_once(']').expect("the list ends").0;
+        let colours: Vec<&str> = stops.split('"').skip(1).step_by(2).collect();
+        let lightness = |colour: &&str| {
+            let part =
+                |k: usize| u8::from_str_radix(&colour[k..k + 2], 16).expect("it is a colour");
+            let linear = |k: usize| (f64::from(part(k)) / 255.0).powf(2.2);
+            0.2126 * linear(1) + 0.7152 * linear(3) + 0.0722 * linear(5)
+        };
+        let all: Vec<f64> = colours.iter().map(lightness).collect();
+        assert!(all.len() >= 6, "{colours:?}");
+        assert!(all.windows(2).all(|two| two[0] > two[1]), "{all:?}");
+    }
+}

@@ -1,0 +1,152 @@
+//! Ranges of the numbers of a movie, over all of its frames.
+
+use super::encode::Scale;
+use super::shots::Shots;
+
+/// Share of the grains that colours tell apart: single grains carry many times the mean.
+const TOLD: f64 = 0.98;
+/// Least parts of the smallest radius that places of grains are told in.
+const PARTS: f64 = 20.0;
+
+/// Ranges over all frames.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Ranges {
+    /// Displacements of nodes along x and y (m).
+    pub displacement: [[f64; 2]; 2],
+    /// Places of grains along x and y (m); those beyond are not shown.
+    pub place: [[f64; 2]; 2],
+    /// Largest radius (m).
+    pub radius_m: f64,
+    /// Pressures (Pa); those beyond have the colours of its ends.
+    pub pressure_pa: [f64; 2],
+    /// Speed of grains at which the colours end (m/s).
+    pub speed_m_per_s: f64,
+    /// Normal force at which lines are widest (N).
+    pub force_n: f64,
+}
+
+impl Ranges {
+    /// The ranges of these frames.
+    pub fn of(shots: &Shots) -> Ranges {
+        let meshes = || shots.meshes.iter().flatten().flatten();
+        let grains = || shots.grains.iter().flatten().flatten();
+        let radii = of(grains().flat_map(|shot| &shot.radius).copied());
+        let smallest = grains().flat_map(|shot| &shot.radius).filter(|r| **r > 0.0);
+        let smallest = smallest.copied().fold(f64::INFINITY, f64::min);
+        let place = [0, 1].map(|k| {
+            let all = of(grains().flat_map(|shot| &shot.centre[k]).copied());
+            let first = grains().take(1).flat_map(|shot| &shot.centre[k]);
+            limited(all, of(first.copied()), smallest)
+        });
+        let body = of(meshes().flat_map(|shot| &shot.pressure).copied());
+        let carried = share(grains().flat_map(|shot| &shot.pressure).copied());
+        let speeds = grains().filter_map(|shot| shot.speed.as_ref()).flatten();
+        let forces = grains().flat_map(|shot| &shot.lines).map(|line| line.force);
+        Ranges {
+            displacement: [0, 1].map(|k| of(meshes().flat_map(|shot| &shot.u[k]).copied())),
+            place,
+            radius_m: radii[1],
+            pressure_pa: pressures(body, carried),
+            speed_m_per_s: round_up(share(speeds.copied())),
+            force_n: round_up(share(forces)),
+        }
+    }
+
+    /// Codes of pressures (Pa).
+    pub fn pressure(&self) -> Scale {
+        Scale::coarse(self.pressure_pa)
+    }
+
+    /// Codes of speeds (m/s).
+    pub fn speed(&self) -> Scale {
+        Scale::coarse([0.0, self.speed_m_per_s])
+    }
+
+    /// Codes of normal forces (N).
+    pub fn force(&self) -> Scale {
+        Scale::coarse([0.0, self.force_n])
+    }
+}
+
+/// From the largest tension of the continuum, if it is worth a colour, to its largest pressure; without one, to the pressure that
+/// most grains stay below.
+fn pressures([low, high]: [f64; 2], carried: f64) -> [f64; 2] {
+    let most = round_up(if high > 0.0 { high } else { carried });
+    let tension = round_up(-low);
+    // What rounding leaves of nothing is no pressure.
+    let most = if most > 1e-9 * tension { most } else { 0.0 };
+    [if tension > 0.02 * most { -tension } else { 0.0 }, most]
+}
+
+/// The range of all places, or so much of it around the first frame's as its codes tell grains apart in.
+fn limited(all: [f64; 2], first: [f64; 2], smallest: f64) -> [f64; 2] {
+    let most = 65_534.0 * smallest / PARTS;
+    if all[1] - all[0] <= most {
+        return all;
+    }
+    let middle = 0.5 * (first[0] + first[1]);
+    let from = (middle - 0.5 * most).max(all[0]).min(all[1] - most);
+    [from, from + most]
+}
+
+/// Least and largest of the numbers; zeros without any.
+pub fn of(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    let range = numbers.fold(none, |[low, high], number| {
+        [low.min(number), high.max(number)]
+    });
+    if range[0] <= range[1] {
+        range
+    } else {
+        [0.0; 2]
+    }
+}
+
+/// The number that most positive ones stay below.
+fn share(numbers: impl Iterator<Item = f64>) -> f64 {
+    let mut numbers: Vec<f64> = numbers.filter(|number| *number > 0.0).collect();
+    let place = ((TOLD * numbers.len() as f64) as usize).min(numbers.len().saturating_sub(1));
+    if numbers.is_empty() {
+        return 0.0;
+    }
+    *numbers.select_nth_unstable_by(place, f64::total_cmp).1
+}
+
+/// The least number with two significant digits that is not below a positive one; 0 for others.
+pub fn round_up(number: f64) -> f64 {
+    if !(number > 0.0 && number.is_finite()) {
+        return 0.0;
+    }
+    let exponent = number.log10().floor() - 1.0;
+    let digits = (number / 10f64.powf(exponent) * (1.0 - 1e-12)).ceil();
+    // Through its text, so that it is the number nearest to the decimal one.
+    format!("{digits}e{exponent}").parse().unwrap_or(number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn full_scales_have_two_digits_and_are_not_below() {
+        let rounded = [771.02, 0.0123, 99.5, 20.0, -3.0].map(round_up);
+        assert_eq!(rounded, [780.0, 0.013, 100.0, 20.0, 0.0]);
+    }
+
+    #[test]
+    fn tension_has_colours_where_it_is_worth_them() {
+        assert_eq!(pressures([-1.0, 770.0], 9e9), [0.0, 770.0]);
+        assert_eq!(pressures([-77.0, 770.0], 9e9), [-77.0, 770.0]);
+        assert_eq!(pressures([0.0, 0.0], 12.0), [0.0, 12.0]);
+        assert_eq!(pressures([-5.0, -5.0], 0.0), [-5.0, 0.0]);
+        assert_eq!(pressures([-5.0, 1e-15], 0.0), [-5.0, 0.0]);
+    }
+
+    #[test]
+    fn a_grain_that_flies_away_costs_the_others_no_digits() {
+        let near = [0.0, 16e-3];
+        assert_eq!(limited(near, near, 5e-5), near);
+        let [low, high] = limited([0.0, 5.0], near, 5e-5);
+        assert!(low == 0.0 && (high - 0.163835).abs() < 1e-12, "{high}");
+    }
+}

@@ -1,0 +1,143 @@
+//! The parts of a scenario that a movie goes by, read from the run's own copy as far as it can be read.
+
+use std::path::Path;
+
+use toml::{Table, Value};
+
+/// A rigid wheel that no disks stand for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wheel {
+    /// The participant that carries it.
+    pub participant: String,
+    /// Radius of its face (m); 0 = flat.
+    pub radius_m: f64,
+}
+
+/// Names and joins of a scenario.
+#[derive(Clone, Debug, Default)]
+pub struct Setup {
+    /// `run.name`, empty where it cannot be read.
+    pub name: String,
+    /// The participants in the order of the file.
+    pub participants: Vec<String>,
+    /// The wheel, if it has a shape of its own.
+    pub wheel: Option<Wheel>,
+    /// The participant that carries a wheel of any kind.
+    pub wheel_of: Option<String>,
+    /// The sets that each interface joins, `participant.set`.
+    pub joined: Vec<[String; 2]>,
+}
+
+impl Setup {
+    /// The setup in the `scenario.toml` of a run directory.
+    pub fn of(run: &Path) -> Setup {
+        let text = std::fs::read_to_string(run.join("scenario.toml")).unwrap_or_default();
+        text.parse()
+            .map_or_else(|_| Setup::default(), |table| Setup::from(&table))
+    }
+
+    fn from(table: &Table) -> Setup {
+        let participants: Vec<&Value> = list(table, "participant").collect();
+        let carrier = participants.iter().find(|p| config(p, "wheel").is_some());
+        let name = |p: &&Value| text(p, "name");
+        let wheel = carrier.and_then(|p| {
+            let wheel = config(p, "wheel")?;
+            let smooth = text(wheel, "face") != "disks";
+            smooth.then(|| Wheel {
+                participant: name(p),
+                radius_m: wheel.get("radius_m").and_then(number).unwrap_or(0.0),
+            })
+        });
+        let joined = list(table, "interface").filter_map(|interface| {
+            let [a, b] = interface.get("between")?.as_array()?.as_slice() else {
+                return None;
+            };
+            Some([a.as_str()?.to_string(), b.as_str()?.to_string()])
+        });
+        Setup {
+            name: table
+                .get("run")
+                .map_or_else(String::new, |run| text(run, "name")),
+            wheel,
+            wheel_of: carrier.map(name),
+            joined: joined.collect(),
+            participants: participants.iter().map(name).collect(),
+        }
+    }
+
+    /// The set of a participant and the one that it is joined with, by the first of its interfaces.
+    pub fn partner(&self, participant: &str) -> Option<Joint<'_>> {
+        self.joined.iter().find_map(|[a, b]| {
+            let (a, b) = (a.split_once('.')?, b.split_once('.')?);
+            let mut ordered = [(a, b), (b, a)].into_iter();
+            let (own, other) = ordered.find(|(own, _)| own.0 == participant)?;
+            Some(Joint {
+                set: own.1,
+                partner: other.0,
+                partner_set: other.1,
+            })
+        })
+    }
+}
+
+/// A set of a participant with the one that it is joined with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joint<'a> {
+    /// The participant's own set.
+    pub set: &'a str,
+    /// The participant on the other side.
+    pub partner: &'a str,
+    /// Its set.
+    pub partner_set: &'a str,
+}
+
+fn list<'a>(table: &'a Table, key: &str) -> impl Iterator<Item = &'a Value> {
+    let list = table.get(key).and_then(Value::as_array);
+    list.into_iter().flatten()
+}
+
+fn text(value: &Value, key: &str) -> String {
+    let text = value.get(key).and_then(Value::as_str);
+    text.unwrap_or_default().to_string()
+}
+
+fn number(value: &Value) -> Option<f64> {
+    value.as_float().or(value.as_integer().map(|n| n as f64))
+}
+
+fn config<'a>(participant: &'a Value, key: &str) -> Option<&'a Value> {
+    participant.get("config")?.get(key)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn setup(text: &str) -> Setup {
+        Setup::from(&text.parse().expect("it is TOML"))
+    }
+
+    #[test]
+    fn a_scenario_tells_who_carries_the_wheel_and_who_is_joined() {
+        let setup = setup(
+            "run.name = \"a\"\n[[participant]]\nname = \"up\"\n[[participant]]\nname = \"layer\"\n\
+             config.wheel = { radius_m = 1 }\n[[interface]]\nbetween = [\"up.bottom\", \"layer.lid\"]",
+        );
+        assert_eq!(setup.participants, ["up", "layer"]);
+        let wheel = setup.wheel.as_ref().expect("it has a face");
+        assert_eq!((wheel.participant.as_str(), wheel.radius_m), ("layer", 1.0));
+        let joint = setup.partner("up").expect("it is joined");
+        assert_eq!(
+            [joint.set, joint.partner, joint.partner_set],
+            ["bottom", "layer", "lid"]
+        );
+        assert_eq!(setup.partner("layer").map(|joint| joint.set), Some("lid"));
+        assert_eq!(setup.partner("none"), None);
+    }
+
+    #[test]
+    fn a_wheel_of_disks_has_no_shape_of_its_own() {
+        let setup = setup("[[participant]]\nname = \"a\"\nconfig.wheel = { face = \"disks\" }");
+        assert_eq!((setup.wheel, setup.wheel_of), (None, Some("a".into())));
+    }
+}
