@@ -50,6 +50,7 @@ fn a_scene_inside_the_program_gives_the_bits_of_the_source_tree() {
 #[test]
 fn a_mesh_inside_the_program_is_found_again_by_a_replay() {
     const SCENE: &str = "verification/pressurised-cylinder";
+    const NODE: &str = "cylinder";
     let work = Scratch::new("mesh");
     let logged = ["run.output.exchange=true"];
     let inside = run(work.path(), SCENE, "inside", &logged);
@@ -59,7 +60,7 @@ fn a_mesh_inside_the_program_is_found_again_by_a_replay() {
         assert!(inside["hashes"][hash].is_string());
         assert_eq!(inside["hashes"][hash], tree["hashes"][hash], "{hash}");
     }
-    printed(work.path(), &["replay", "inside"]);
+    printed(work.path(), &["replay", "inside", "--node", NODE]);
     let without = output(work.path(), &["run", SCENE, "--cache", "none"]);
     fails(&without, 2, &[SCENE, "--cache DIR", "thirdbody new"]);
 }

@@ -52,7 +52,7 @@ enum StudyVerb {
 /// The study and its folder.
 #[derive(Debug, clap::Args)]
 struct PlaceArguments {
-    /// The study: a folder with study.toml, or a file.
+    /// The study: a folder with study.toml, a file, or a name that `thirdbody scenes` lists.
     file: PathBuf,
     /// The study in small, as its file says.
     #[arg(long)]
