@@ -12,7 +12,7 @@ const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 const REDESIGN: usize = 31_500;
 
 /// Features since, with the lines that they may take.
-const SINCE: [(&str, usize); 41] = [
+const SINCE: [(&str, usize); 43] = [
     ("checks of plausibility", 1020),
     ("strict logs", 420),
     ("limits of disk, files and words", 240),
@@ -87,6 +87,11 @@ const SINCE: [(&str, usize); 41] = [
     ),
     ("codes of errors with cause and cure, keys as a schema", 980),
     ("a player of fields in a page", 1_720),
+    (
+        "fields as raw bytes, of contacts and interfaces, all in one collection",
+        850,
+    ),
+    ("a report with a verdict, units, scales, comparison", 1_300),
 ];
 
 #[test]

@@ -87,7 +87,9 @@ fn assert_same(one: &Ended, other: &Ended) {
         (log.messages, log.ends)
     };
     assert!(messages(one) == messages(other), "the logs differ");
-    let mut names = vec![PathBuf::from("signals.csv"), PathBuf::from("profile.csv")];
+    let mut names = ["signals.csv", "profile.csv", "fields.pvd"]
+        .map(PathBuf::from)
+        .to_vec();
     let fields = std::fs::read_dir(one.path.join("fields")).expect("every run has it");
     names.extend(fields.flatten().map(|entry| {
         let name = entry.file_name();

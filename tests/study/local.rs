@@ -281,6 +281,7 @@ fn what_a_scene_does_not_need_does_not_exist() {
     let bare = [
         "run.output.exchange=false",
         "run.checkpoint_every_windows=0",
+        "run.output.fields=false",
     ];
     let summary = run("layer-alone", "alone", &bare);
     assert_eq!(
@@ -291,6 +292,8 @@ fn what_a_scene_does_not_need_does_not_exist() {
         summary.get("coupling").is_none() && summary.get("log").is_none(),
         "{summary}"
     );
+    assert!(summary.get("fields").is_none(), "{summary}");
+    assert_eq!(files("alone/fields"), [""; 0]);
     assert_eq!(
         files("alone"),
         [
@@ -314,4 +317,5 @@ fn what_a_scene_does_not_need_does_not_exist() {
         all.contains(&"exchange.mcap".into()) && all.contains(&"checkpoints".into()),
         "{all:?}"
     );
+    assert!(all.contains(&"fields.pvd".into()), "{all:?}");
 }

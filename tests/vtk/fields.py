@@ -84,12 +84,27 @@ def arrays(data):
     return {group.GetArrayName(k): group.GetArray(k) for group in both for k in range(group.GetNumberOfArrays())}
 
 
+def appended(path):
+    """The bytes of each array behind the markup, which must follow each other without a gap: VTK does not look at lengths, and
+    shifted numbers may well have the same range."""
+    markup, raw = path.read_bytes().split(b'<AppendedData encoding="raw">\n_', 1)
+    blocks, end = [], 0
+    for tag in re.findall(r"<DataArray ([^>]*)>", markup.decode()):
+        tag = dict(re.findall(r'(\w+)="([^"]*)"', tag))
+        require(int(tag["offset"]) == end, f"{path}: {tag['Name']} has the offset {tag['offset']}, the array before ends at {end}")
+        length = int.from_bytes(raw[end : end + 8], "little")
+        blocks.append((tag["Name"], raw[end + 8 : end + 8 + length]))
+        end += 8 + length
+    require(raw[end:].strip().startswith(b"</AppendedData>"), f"{path}: {len(raw)} bytes behind the markup, its arrays have {end}")
+    return blocks
+
+
 def ranges_told(path):
-    """Ranges in the markup of a file."""
+    """Ranges of the data arrays in the markup of a file; none of an empty one."""
     markup = path.read_bytes().split(b"<AppendedData")[0].decode()
-    tags = [re.findall(r'(\w+)="([^"]*)"', tag) for tag in re.findall(r"<DataArray ([^>]*)>", markup)]
-    tags = [dict(tag) for tag in tags]
-    return {tag["Name"]: [float(tag["RangeMin"]), float(tag["RangeMax"])] for tag in tags if "RangeMin" in tag}
+    data = "".join(re.findall(r"<(?:Point|Cell)Data>(.*?)</(?:Point|Cell)Data>", markup, re.DOTALL))
+    tags = [dict(re.findall(r'(\w+)="([^"]*)"', tag)) for tag in re.findall(r"<DataArray ([^>]*)>", data)]
+    return {tag["Name"]: [float(tag["RangeMin"]), float(tag["RangeMax"])] if "RangeMin" in tag else None for tag in tags}
 
 
 def close(a, b):
@@ -100,7 +115,12 @@ def check_file(path):
     """Finite arrays with the ranges that the file tells; their names and VTK's ranges."""
     told = ranges_told(path)
     seen = {}
-    for name, array in arrays(read(path)).items():
+    data = read(path)
+    found, bytes_of = arrays(data), dict(appended(path))
+    for name, array in [("points", data.GetPoints().GetData()), *found.items()]:
+        require(vtk_to_numpy(array).tobytes() == bytes_of[name], f"{path}: VTK reads other bytes as {name} than the file holds")
+    require(found.keys() == told.keys(), f"{path}: VTK finds {sorted(found)} of the arrays {sorted(told)}")
+    for name, array in found.items():
         values = vtk_to_numpy(array)
         require(all(map(math.isfinite, values.ravel())), f"{path}: {name} has values that are no numbers")
         known = name.endswith(UNITS) or name in DIMENSIONLESS
@@ -108,7 +128,7 @@ def check_file(path):
         if array.GetNumberOfTuples() == 0:
             continue
         seen[name] = list(array.GetRange(-1 if array.GetNumberOfComponents() > 1 else 0))
-        require(name in told, f"{path}: {name} comes without a range")
+        require(told[name], f"{path}: {name} comes without a range")
         require(close(seen[name], told[name]), f"{path}: {name} ranges over {seen[name]}, its author says {told[name]}")
     return seen
 

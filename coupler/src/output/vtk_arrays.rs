@@ -129,8 +129,11 @@ fn appended_numbers(
     Ok(bytes.chunks_exact(size).map(number).collect())
 }
 
+/// The value of a number from its bytes.
+type Value = fn(&[u8]) -> f64;
+
 /// Size of a number (bytes) of this kind, and its value.
-fn kind_of(kind: &str) -> Option<(usize, fn(&[u8]) -> f64)> {
+fn kind_of(kind: &str) -> Option<(usize, Value)> {
     /// The bytes of a number; chunks have its size.
     fn exact<const N: usize>(bytes: &[u8]) -> [u8; N] {
         bytes.try_into().expect("chunks have this size")

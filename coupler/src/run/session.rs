@@ -258,10 +258,11 @@ impl RunSession<'_> {
         };
         self.summary.energies(&outputs.energies());
         self.summary.interface_works();
+        let fields = outputs.fields.summary();
+        let fields = fields.map(|fields| self.summary.fields = fields);
         outputs.signals.finish()?;
         // The reason of an early end goes before that of a file that cannot be read.
-        let fields = outputs.fields.summary();
-        result.and(fields.map(|fields| self.summary.fields = fields))?;
+        result.and(fields)?;
         let communicator: &mut dyn Communicator = recorded;
         let kinds = (Kind::Finish, Kind::Finished);
         let farewells: Vec<Farewell> = communicator.ask_all(kinds, &[], |frame| {
