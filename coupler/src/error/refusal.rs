@@ -104,7 +104,7 @@ pub enum Refusal {
     #[error("interface `{interface}`: {problem}")]
     Interface { interface: String, problem: String },
     #[error(
-        "interface `{interface}`: participant `{participant}` has no set `{set}`; its sets: {known}"
+        "interface `{interface}`: participant `{participant}` has no set `{set}`: name one of its sets in interface.{interface}.between, {known}"
     )]
     UnknownSet {
         interface: String,

@@ -8,10 +8,8 @@ use super::{Participant, Run};
 
 /// The schema, for solvers of these kinds with the schemas of their own keys where they have one.
 pub fn schema(solvers: &[(&str, Option<Value>)]) -> Value {
-    let shipped = solvers
-        .iter()
-        .map(|(kind, keys)| shipped(kind, keys.as_ref()));
-    let participants: Vec<Value> = shipped.chain([foreign()]).collect();
+    let described = solvers.iter();
+    let described = described.filter_map(|(kind, keys)| Some((kind.to_string(), keys.clone()?)));
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Scenario of thirdbody",
@@ -22,7 +20,7 @@ pub fn schema(solvers: &[(&str, Option<Value>)]) -> Value {
                 "description": "The solvers.",
                 "type": "array",
                 "minItems": 1,
-                "items": { "oneOf": participants },
+                "items": participant(solvers),
             },
             "interface": {
                 "description": "Joints between them; without any, the one participant runs alone.",
@@ -32,37 +30,40 @@ pub fn schema(solvers: &[(&str, Option<Value>)]) -> Value {
         },
         "required": ["run", "participant"],
         "additionalProperties": false,
+        "$defs": described.collect::<Map<String, Value>>(),
     })
 }
 
-/// A participant that the program serves itself: its kind decides which keys it has.
-fn shipped(kind: &str, keys: Option<&Value>) -> Value {
+/// A participant: without a command its kind is one of those that are built in, and decides which keys it has. A program of another
+/// make has the keys that it wants.
+fn participant(solvers: &[(&str, Option<Value>)]) -> Value {
     let mut schema = schema_of::<Participant>();
-    let properties = properties(&mut schema);
-    properties.shift_remove("command");
-    properties["kind"] = json!({ "description": "Kind of the solver.", "const": kind });
-    if let Some(keys) = keys {
-        properties["config"] = keys.clone();
-        require(&mut schema, "config");
-    }
+    let described = solvers.iter().filter(|(_, keys)| keys.is_some());
+    let described: Vec<&str> = described.map(|(kind, _)| *kind).collect();
+    let kinds: Vec<&str> = solvers.iter().map(|(kind, _)| *kind).collect();
+    let built_in = json!({
+        "if": { "not": { "required": ["command"] } },
+        "then": { "properties": { "kind": { "enum": kinds } } },
+    });
+    let by_kind = described.iter().map(|kind| {
+        let of_kind = json!({ "kind": { "const": kind } });
+        json!({
+            "if": { "properties": of_kind, "not": { "required": ["command"] } },
+            "then": { "properties": config_of(kind), "required": ["config"] },
+        })
+    });
+    let rules: Vec<Value> = by_kind.chain([built_in]).collect();
+    // Editors on taplo validate by conditions, but look for keys to propose in lists of choices alone; the last choice holds always.
+    let proposed = described
+        .iter()
+        .map(|kind| json!({ "properties": config_of(kind) }));
+    let proposed: Vec<Value> = proposed.chain([json!(true)]).collect();
+    let table = schema.as_object_mut().expect("a participant is a table");
+    table.insert("allOf".into(), rules.into());
+    table.insert("anyOf".into(), proposed.into());
     schema
 }
 
-/// A program of another make: its kind and keys are its own.
-fn foreign() -> Value {
-    let mut schema = schema_of::<Participant>();
-    require(&mut schema, "command");
-    schema
-}
-
-fn properties(schema: &mut Value) -> &mut Map<String, Value> {
-    let properties = schema.get_mut("properties").and_then(Value::as_object_mut);
-    properties.expect("a participant is a table")
-}
-
-fn require(schema: &mut Value, key: &str) {
-    let required = schema.get_mut("required").and_then(Value::as_array_mut);
-    required
-        .expect("name and kind are required")
-        .push(key.into());
+fn config_of(kind: &str) -> Value {
+    json!({ "config": { "$ref": format!("#/$defs/{kind}") } })
 }

@@ -66,6 +66,9 @@ class Schema(Program):
         done = self.lint(self.work / "wrong.toml", text.replace("thickness_m = 1e-3", "thikness_m = 1e-3"))
         self.assertNotEqual(done.returncode, 0)
         self.assertIn("thikness_m", done.stderr)
+        done = self.lint(self.work / "wrong.toml", text.replace("friction = 0.3", 'friction = "x"'))
+        line = 1 + text[: text.index("friction = 0.3")].count("\n")
+        self.assertIn(f"wrong.toml:{line}:", done.stderr, "the mark is on the key, not on its participant")
 
 
 if __name__ == "__main__":
