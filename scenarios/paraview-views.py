@@ -34,7 +34,7 @@ DARK = (0.1, 0.1, 0.1)
 COLOURS = [(0.27, 0.00, 0.33), (0.23, 0.32, 0.55), (0.13, 0.57, 0.55), (0.37, 0.79, 0.38), (0.99, 0.91, 0.14)]
 # Open, stick and slip.
 STATUSES = [(0.6, 0.6, 0.6), (0.1, 0.6, 0.2), (0.85, 0.1, 0.1)]
-VECTORS = ("displacement_m", "velocity_m_per_s", "traction_pa")
+VECTORS = ("displacement_m", "displacement_since_start_m", "velocity_m_per_s", "traction_pa")
 
 
 def parts(run):
@@ -131,8 +131,8 @@ def layers(drawn):
         left, right, low, high = drawn.box(grains)
         middle, width = 0.5 * (left + right), 1.08 * (right - left)
         window = (middle, 0.5 * (low + high), width)
-        most = largest(drawn, grains, "displacement_m") or 1.0
-        list_ = [("disks", n, "displacement_m", "displacement (m)", (0.0, most), 1.0) for n in grains]
+        most = largest(drawn, grains, "displacement_since_start_m") or 1.0
+        list_ = [("disks", n, "displacement_since_start_m", "displacement (m)", (0.0, most), 1.0) for n in grains]
         speed = largest(drawn, grains, "velocity_m_per_s")
         if speed > 0:
             list_ += [("arrows", n, "velocity_m_per_s", None, None, 0.08 * width / speed) for n in grains]

@@ -30,10 +30,11 @@ pub struct Moment<'a> {
 
 /// Writes `<stem>.vtp`, the disks as vertices, and `<stem>-contacts.vtp`, the contacts between them.
 ///
-/// Data of the disks: radius_m (0 of fed grains in store, less than their own of those that grow), displacement_m since the start
-/// (0 of fed grains, which had no place then), velocity_m_per_s, spin_rad_per_s, glued, pressure_pa, coordination (contacts that
-/// press); of a wheel of disks also wheel, 1 for these; of a sample with clusters also cluster, -1 for single disks; where flows
-/// are followed also body (0 first body, 1 third body, 2 initial stock, 3 fed in) and detached_s, -1 for grains that never were.
+/// Data of the disks: radius_m (0 of fed grains in store, less than their own of those that grow), displacement_since_start_m
+/// (0 of fed grains, which had no place then; points have moved by it, as those of a mesh have not by its displacement_m),
+/// velocity_m_per_s, spin_rad_per_s, glued, pressure_pa, coordination (contacts that press); of a wheel of disks also wheel, 1 for
+/// these; of a sample with clusters also cluster, -1 for single disks; where flows are followed also body (0 first body, 1 third
+/// body, 2 initial stock, 3 fed in) and detached_s, -1 for grains that never were.
 pub fn write(folder: &Path, stem: &str, moment: &Moment) -> Result<(), DemError> {
     grains(moment).write(&folder.join(format!("{stem}.vtp")))?;
     contacts::file(moment).write(&folder.join(format!("{stem}-contacts.vtp")))
@@ -107,7 +108,7 @@ fn state_data(file: &mut VtkFile, moment: &Moment) {
         }
         [centre[0] - start[0], centre[1] - start[1], 0.0]
     });
-    file.array(Kind::Float64, "displacement_m", moved);
+    file.array(Kind::Float64, "displacement_since_start_m", moved);
     let velocities: Vec<[f64; 3]> = (0..bodies.disks())
         .map(|disk| state.velocity_of(bodies, disk))
         .collect();

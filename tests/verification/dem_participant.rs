@@ -127,7 +127,7 @@ fn a_snapshot_holds_the_pressure_of_a_disk_in_a_vice() {
         0.5 * SYY,
         50.0,
     );
-    let moved = array(&document, "displacement_m");
+    let moved = array(&document, "displacement_since_start_m");
     let y = array(&document, "points")[1];
     assert_eq!(moved, [0.0, y - R, 0.0, 0.0, 0.0, 0.0]);
     let forces = array(&contacts, "force_n");

@@ -26,7 +26,7 @@ DIMENSIONLESS = {"node_status", "status", "adhesion", "body", "wheel", "glued", 
 EXPECTED = {
     "layer": {
         "rail": {"displacement_m", "velocity_m_per_s", "hydrostatic_pressure_pa", "sigma_xx_pa", "sigma_zz_pa"},
-        "third-body": {"radius_m", "displacement_m", "velocity_m_per_s", "spin_rad_per_s", "pressure_pa", "coordination"},
+        "third-body": {"radius_m", "displacement_since_start_m", "velocity_m_per_s", "spin_rad_per_s", "pressure_pa", "coordination"},
         "third-body-contacts": {"force_n", "gap_m", "status"},
         "layer-base-interface": {"displacement_m", "traction_pa", "pressure_pa", "shear_pa"},
     },
