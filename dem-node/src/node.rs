@@ -206,7 +206,7 @@ impl Node for Dem {
 
     fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {
         if let Some(folder) = &self.setting.fields {
-            let moment = snapshot::Moment {
+            let moment = snapshot::parts::Moment {
                 bodies: &self.bodies,
                 state: &self.progress.state,
                 flow: self.progress.flow.as_ref(),

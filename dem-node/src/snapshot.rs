@@ -1,6 +1,7 @@
 //! Fields of the grains and of their contacts as VTK XML PolyData, for ParaView.
 
 mod contacts;
+pub mod parts;
 
 use std::f64::consts::PI;
 use std::iter::{empty, repeat_n};
@@ -9,24 +10,9 @@ use std::path::Path;
 use crate::bodies::Bodies;
 use crate::error::DemError;
 use crate::flow::{Body, Flow, NEVER};
-use crate::loads::shown;
 use crate::state::State;
 use crate::vtk::{Kind, VtkFile};
-
-/// Everything that the fields of a moment are made of.
-#[derive(Clone, Copy)]
-pub struct Moment<'a> {
-    /// The bodies.
-    pub bodies: &'a Bodies,
-    /// Their state.
-    pub state: &'a State,
-    /// The flows of third body, where they are followed.
-    pub flow: Option<&'a Flow>,
-    /// Centres of all disks at the start (m).
-    pub start: &'a [[f64; 2]],
-    /// Thickness of the scene (m).
-    pub thickness: f64,
-}
+use parts::{Moment, cells, points, poly_data};
 
 /// Writes `<stem>.vtp`, the disks as vertices, and `<stem>-contacts.vtp`, the contacts between them.
 ///
@@ -63,36 +49,6 @@ fn grains(moment: &Moment) -> VtkFile {
         }
     });
     file
-}
-
-/// PolyData of so many points, vertices and lines.
-fn poly_data([points, vertices, lines]: [usize; 3]) -> VtkFile {
-    let sizes = [
-        ("NumberOfPoints", points),
-        ("NumberOfVerts", vertices),
-        ("NumberOfLines", lines),
-        ("NumberOfStrips", 0),
-        ("NumberOfPolys", 0),
-    ];
-    VtkFile::new("PolyData", &sizes)
-}
-
-/// Centres of all disks, a strip that repeats being drawn once, and more points.
-fn points(file: &mut VtkFile, moment: &Moment, more: impl Iterator<Item = [f64; 2]>) {
-    let centres = moment.state.centres.iter().copied();
-    let points = centres.chain(more).map(|point| {
-        let [x, y] = shown(moment.bodies, point);
-        [x, y, 0.0]
-    });
-    file.array(Kind::Float64, "points", points);
-}
-
-/// Cells of so many points each.
-fn cells(file: &mut VtkFile, points: usize, numbers: impl ExactSizeIterator<Item = f64>) {
-    let cells = numbers.len() / points;
-    file.array(Kind::Int64, "connectivity", numbers.map(|n| [n]));
-    let offsets = (1..=cells).map(|cell| [(points * cell) as f64]);
-    file.array(Kind::Int64, "offsets", offsets);
 }
 
 fn state_data(file: &mut VtkFile, moment: &Moment) {

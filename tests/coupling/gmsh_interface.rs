@@ -9,7 +9,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Output;
 
-use coupler::report::curves::read_csv;
+use coupler::report::tables::read_csv;
 use fem_node::config::{Config, MeshSource};
 use fem_node::mesh::{Edge, Mesh};
 use harness::runs::{Scratch, thirdbody};

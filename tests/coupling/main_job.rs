@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use coupler::report::curves::read_csv;
+use coupler::report::tables::read_csv;
 use harness::runs::{Scratch, parse_json, thirdbody};
 use serde_json::Value;
 

@@ -7,7 +7,7 @@
 
 use std::path::Path;
 
-use coupler::report::curves::read_csv;
+use coupler::report::tables::read_csv;
 use harness::runs::{Scratch, parse_json, thirdbody};
 use serde_json::Value;
 

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use coupler::error::Error;
 use coupler::participants::Watch;
-use coupler::report::curves::read_csv;
+use coupler::report::tables::read_csv;
 use coupler::run::session::{Ended, Options, run};
 use coupler::scenario::load::parse;
 use coupler::scenario::source::Source;

@@ -45,7 +45,8 @@ impl Remaining {
             .partition_point(|mark| mark.wall_s < 0.5 * last.wall_s);
         let from = self.marks[half.min(self.marks.len().saturating_sub(2))];
         let rate = (last.wall_s - from.wall_s) / (last.t_s - from.t_s);
-        Some((rate * (end_s - last.t_s)).max(0.0)).filter(|left_s| left_s.is_finite())
+        let left_s = rate * (end_s - last.t_s);
+        left_s.is_finite().then(|| left_s.max(0.0))
     }
 }
 

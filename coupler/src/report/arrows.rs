@@ -2,8 +2,9 @@
 
 use super::colour::shade;
 use super::fields::{Arrays, numbers, read_first};
+use super::picture::Picture;
 use super::run::{Moment, RunFiles};
-use super::view::{Frame, Panel, Picture, View, maps, places_mm};
+use super::view::{Frame, Panel, View, maps, places_mm};
 use crate::error::Error;
 
 /// Arrows along the longer side of a field.

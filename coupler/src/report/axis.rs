@@ -25,7 +25,9 @@ pub(super) fn label(value: f64, step: f64) -> String {
         let text = format!("{value:.2e}");
         return text.replace(".00e", "e").replace("0e", "e");
     }
-    let decimals = (-(step * (1.0 + 1e-9)).log10().floor()).max(0.0) as usize;
+    // Labels closer than rounding tells apart have all the digits there are.
+    let decimals = -(step.max(1e-12 * size) * (1.0 + 1e-9)).log10().floor();
+    let decimals = decimals.clamp(0.0, 15.0) as usize;
     format!("{value:.decimals$}")
 }
 
@@ -56,5 +58,7 @@ mod tests {
         assert_eq!(texts([0.28, 0.33], 3), ["0.28", "0.30", "0.32"]);
         assert_eq!(texts([0.0, 1e-6], 2), ["0", "5e-7", "1e-6"]);
         assert_eq!(ticks([1.0, 1.0], 5), [1.0]);
+        assert_eq!(texts([0.25, 0.25], 5).len(), 1);
+        assert_eq!(texts([1.0, 1.0 + 1e-15], 5)[0], "1.000000000000");
     }
 }

@@ -2,9 +2,10 @@
 
 use super::colour::{Scale, full_scale};
 use super::fields::{Arrays, numbers, read_all, read_first};
+use super::picture::Picture;
 use super::run::{Moment, RunFiles};
 use super::units::with_unit;
-use super::view::{Frame, Panel, Picture, View, deformed_mm, elements, maps};
+use super::view::{Frame, Panel, View, deformed_mm, elements, maps};
 use crate::error::Error;
 
 /// Hydrostatic pressure in the whole of each body at the first of the moments that has fields of one.

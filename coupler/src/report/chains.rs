@@ -2,9 +2,10 @@
 
 use super::colour::Scale;
 use super::fields::{Arrays, numbers, read_first};
+use super::picture::Picture;
 use super::run::{Moment, RunFiles};
 use super::units::with_unit;
-use super::view::{Frame, Panel, Picture, View, maps, places_mm};
+use super::view::{Frame, Panel, View, maps, places_mm};
 use crate::error::Error;
 
 /// More contacts than this are drawn by their strongest.

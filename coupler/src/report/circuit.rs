@@ -5,7 +5,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use serde_json::Value;
 
-use super::view::{Picture, picture, svg};
+use super::picture::Picture;
+use super::view::{picture, svg};
 use crate::error::Error;
 
 /// Size of the picture (pixels).

@@ -56,7 +56,7 @@ impl Scale {
             text,
             "<path fill=\"none\" stroke=\"#444\" d=\"M{left:.1} 8h{LENGTH}v12h-{LENGTH}z\"/><text x=\"{:.1}\" y=\"19\" text-anchor=\"end\">{}</text>",
             left - 10.0,
-            super::page::escape(&self.quantity)
+            super::picture::escape(&self.quantity)
         );
         for (value, label) in labelled([0.0, self.end], 5) {
             let x = left + LENGTH * value / self.end;

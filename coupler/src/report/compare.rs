@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::page::{escape, table};
+use super::page::table;
+use super::picture::escape;
 use super::run::RunFiles;
 use super::units::{four, told};
 use crate::error::Error;

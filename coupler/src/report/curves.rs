@@ -1,15 +1,10 @@
 //! Curves of the tables of a run: loads and motion, friction, sliding nodes, traction, interface, energies, flows.
 
-use std::collections::BTreeMap;
-use std::path::Path;
-
+use super::picture::Picture;
 use super::plot::{BACKGROUND, Curve, Labels, cloud, plot};
 use super::run::RunFiles;
+use super::tables::Columns;
 use super::units::with_unit;
-use super::view::Picture;
-
-/// Columns of numbers by their names.
-pub type Columns = BTreeMap<String, Vec<f64>>;
 
 /// Share of the profile's length over which the smooth curve of its pressure is a mean.
 const MEAN_SHARE: f64 = 0.05;
@@ -386,20 +381,4 @@ fn moving_mean(x: &[f64], y: &[f64], width: f64) -> Vec<f64> {
         sum / count
     };
     x.iter().map(mean).collect()
-}
-
-/// Columns of numbers by name; an absent file has none, cells that are no numbers are left out.
-pub fn read_csv(path: &Path) -> Columns {
-    let text = std::fs::read_to_string(path).unwrap_or_default();
-    let mut lines = text.lines();
-    let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
-    let mut columns = Columns::new();
-    for line in lines {
-        for (name, cell) in names.iter().zip(line.split(',')) {
-            if let Ok(value) = cell.parse() {
-                columns.entry(name.to_string()).or_default().push(value);
-            }
-        }
-    }
-    columns
 }

@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use super::colour::{Scale, full_scale};
-use super::curves::{Columns, read_csv};
 use super::fields::read_first;
+use super::picture::Picture;
 use super::run::RunFiles;
+use super::tables::{Columns, read_csv};
 use super::units::with_unit;
-use super::view::{Frame, Panel, Picture, View, deformed_mm, elements, maps};
+use super::view::{Frame, Panel, View, deformed_mm, elements, maps};
 use crate::error::Error;
 
 /// Share of the cells whose pressure the colours show: single ones have many times the mean.

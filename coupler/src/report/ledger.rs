@@ -1,7 +1,8 @@
 //! Curves of the balances of a run: interfaces, energies, bonds and flows of third body, as many as it has.
 
-use super::curves::{Axis, Chart, Columns, over_time};
+use super::curves::{Axis, Chart, over_time};
 use super::run::RunFiles;
+use super::tables::Columns;
 
 /// Force, repeats, gap and work of each interface, iterations and residual of the contact solve.
 pub(super) fn interfaces(run: &RunFiles) -> Vec<Chart> {

@@ -1,7 +1,7 @@
 //! `report.html` with its pictures, made from what a run left in its directory.
 //!
-//! - [`run`]: its files; [`fields`]: the VTK files of the participants;
-//! - [`page`]: sections, tables and pictures as one file; [`units`]: numbers as people read them;
+//! - [`run`]: its files; [`tables`]: their tables; [`fields`]: the VTK files of the participants;
+//! - [`page`]: sections, tables and pictures as one file; [`picture`]: a picture; [`units`]: numbers as people read them;
 //! - [`verdict`]: how the run ended, balances, warnings, steps against their bounds; [`provenance`]: where it comes from;
 //! - [`results`]: the results, explained by `RESULTS.md`; [`compare`]: a run beside another one;
 //! - [`view`]: a part of the scene on a page; [`colour`]: the scale of maps; [`axis`]: places of labels;
@@ -18,8 +18,8 @@ use std::path::Path;
 use crate::error::Error;
 use curves::{Chart, Tables};
 use page::Section;
+use picture::Picture;
 use run::RunFiles;
-use view::Picture;
 
 mod arrows;
 mod axis;
@@ -28,17 +28,19 @@ mod chains;
 mod circuit;
 mod colour;
 mod compare;
-pub mod curves;
+mod curves;
 mod fields;
 mod grains;
 mod ledger;
 pub mod movie;
 mod page;
+mod picture;
 pub(crate) mod plot;
 mod provenance;
 mod results;
 pub mod run;
 mod scene;
+pub mod tables;
 mod times;
 mod units;
 mod verdict;

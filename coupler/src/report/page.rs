@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::view::Picture;
+use super::picture::{Picture, escape};
 
 /// A part of the page.
 #[derive(Clone, Debug, Default)]
@@ -147,14 +147,6 @@ pub(super) fn table(head: &[&str], numbers: &[usize], rows: &[Vec<String>]) -> S
         html += &line("td", &mut row.iter().map(String::as_str));
     }
     html + "</table>"
-}
-
-/// Names come from scenarios that may not be ours.
-pub(crate) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::ops::Range;
 
 use super::axis::labelled;
-use super::page::escape;
+use super::picture::escape;
 use super::view::drawing;
 
 /// One line of a plot.

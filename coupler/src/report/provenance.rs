@@ -1,6 +1,7 @@
 //! Where a run comes from, and the command that repeats it.
 
-use super::page::{escape, table};
+use super::page::table;
+use super::picture::escape;
 use super::run::RunFiles;
 use super::units::{four, with_unit};
 

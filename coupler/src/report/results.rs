@@ -1,6 +1,7 @@
 //! Results with their units, in groups, a sentence each: those of RESULTS.md.
 
-use super::page::{escape, table};
+use super::page::table;
+use super::picture::escape;
 use super::run::RunFiles;
 use super::units::{told, words};
 

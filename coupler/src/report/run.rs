@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::curves::{Columns, read_csv};
 use super::fields::{numbers, read_first};
+use super::tables::{Columns, read_csv};
 use crate::error::{Error, Refusal};
 use crate::scenario::Scenario;
 use crate::scenario::load::load;

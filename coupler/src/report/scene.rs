@@ -2,9 +2,10 @@
 
 use super::colour::{Scale, full_scale};
 use super::fields::{Arrays, numbers, read_first};
+use super::picture::Picture;
 use super::run::{Moment, RunFiles};
 use super::units::with_unit;
-use super::view::{Frame, Panel, Picture, View, deformed_mm, elements, maps, places_mm};
+use super::view::{Frame, Panel, View, deformed_mm, elements, maps, places_mm};
 use crate::error::Error;
 
 /// Fields at a moment: those of the first continuum and of the first layer of grains. A second continuum has a frame of its

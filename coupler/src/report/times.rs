@@ -2,10 +2,11 @@
 
 use std::fmt::Write as _;
 
-use super::page::escape;
+use super::picture::Picture;
+use super::picture::escape;
 use super::run::RunFiles;
 use super::units::with_unit;
-use super::view::{Picture, drawing};
+use super::view::drawing;
 
 /// Size of the picture's parts (pixels).
 const LEFT: f64 = 150.0;

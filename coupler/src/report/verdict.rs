@@ -1,6 +1,7 @@
 //! The verdict of a run in words: how it ended, its balances against their bounds, its warnings.
 
-use super::page::{escape, table};
+use super::page::table;
+use super::picture::escape;
 use super::run::RunFiles;
 use super::units::{four, span, with_unit};
 use crate::scenario::Plausible;

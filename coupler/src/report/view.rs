@@ -9,21 +9,8 @@ use plotters::prelude::*;
 use super::axis::labelled;
 use super::colour::Scale;
 use super::fields::{Arrays, numbers};
-use super::page::escape;
+use super::picture::escape;
 use crate::error::{Error, Refusal};
-
-/// A picture of the report.
-#[derive(Clone, Debug)]
-pub struct Picture {
-    /// Name of its file.
-    pub file: String,
-    /// Text below it.
-    pub caption: String,
-    /// The same for one who does not see it, with the numbers that it shows.
-    pub alternative: String,
-    /// The picture itself.
-    pub svg: String,
-}
 
 /// Width of a page of maps, largest height of one of them, and least width and height (pixels).
 const WIDTH: f64 = 1080.0;

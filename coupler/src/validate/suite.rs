@@ -132,7 +132,7 @@ fn attempt(scene: &Path, set: &[String], runs: &Runs) -> Result<Result<Left, Err
         Err(error) => Ok(Err(error)),
         Ok(ended) => Ok(Ok(Left {
             summary: ended.summary.value(),
-            signals: crate::report::curves::read_csv(&out.path().join("signals.csv")),
+            signals: crate::report::tables::read_csv(&out.path().join("signals.csv")),
             ended,
         })),
     }

@@ -1,6 +1,6 @@
 //! The contacts that press, and the bonds, as lines.
 
-use super::{Moment, cells, points, poly_data};
+use super::parts::{Moment, cells, points, poly_data};
 use crate::bond::BondCursor;
 use crate::detect::Slot;
 use crate::loads::shown;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::super::curves::read_csv;
+use super::super::tables::read_csv;
 use super::setup::Setup;
 
 /// Pieces of time of the strip; each shows its least and its largest value.
