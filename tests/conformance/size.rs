@@ -12,7 +12,7 @@ const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 const REDESIGN: usize = 31_500;
 
 /// Features since, with the lines that they may take.
-const SINCE: [(&str, usize); 38] = [
+const SINCE: [(&str, usize); 39] = [
     ("checks of plausibility", 1020),
     ("strict logs", 420),
     ("limits of disk, files and words", 240),
@@ -81,6 +81,7 @@ const SINCE: [(&str, usize); 38] = [
         "studies here and on a cluster, budgets, perturbed starts, the cost of pieces",
         4010,
     ),
+    ("wall-clock times of requests, traces of them", 560),
 ];
 
 #[test]
