@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 /// Length of a slot of time (ns): several windows of a usual run.
 const SLOT_NS: u64 = 1 << 22;
 
-/// Spans that are kept at most. Of a longer run every second slot is kept, then every fourth, and so on.
-const SPANS: usize = 1 << 14;
+/// Spans that are kept at most, 2 MB: those of 30 000 to 60 000 windows. Of a longer run every second slot is kept, then every fourth, and
+/// so on.
+const SPANS: usize = 1 << 17;
 
 /// Spans of time (ns of the monotonic clock) in order. Totals hide how much of the work of several processes was done at
 /// the same time, spans tell. Memory and message stay small because only those spans are kept that touch a slot of

@@ -12,7 +12,7 @@ const CRATES: [&str; 4] = ["protocol", "fem-node", "dem-node", "coupler"];
 const REDESIGN: usize = 31_500;
 
 /// Features since, with the lines that they may take.
-const SINCE: [(&str, usize); 43] = [
+const SINCE: [(&str, usize); 44] = [
     ("checks of plausibility", 1020),
     ("strict logs", 420),
     ("limits of disk, files and words", 240),
@@ -92,6 +92,7 @@ const SINCE: [(&str, usize); 43] = [
         850,
     ),
     ("a report with a verdict, units, scales, comparison", 2_100),
+    ("wall-clock times of requests, traces of them", 560),
 ];
 
 #[test]

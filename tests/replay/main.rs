@@ -17,6 +17,7 @@ use harness::scene::{bar, body, glue, head};
 use protocol::{Frame, Kind};
 
 mod several;
+mod trace;
 
 /// A plastic bar under a heavy body: repeats, secant updates and halved windows.
 pub(crate) fn scenario() -> String {

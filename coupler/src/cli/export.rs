@@ -1,6 +1,6 @@
-//! `thirdbody export`: the exchange of a run as tables of text.
+//! `thirdbody export`: the exchange of a run as tables of text, and its wall-clock times as a trace.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use protocol::Kind;
 use protocol::setting::proposal;
@@ -8,39 +8,51 @@ use protocol::setting::proposal;
 use super::common::{RecoverArgument, VerbResult, log_of, print};
 use crate::error::{DAMAGED, Error, Refusal};
 use crate::log::export::{Selection, long, wide};
+use crate::log::timing::{self, TIMING};
+use crate::log::trace::{self, Windows};
 use crate::output::tell;
 
 /// Arguments of `export`.
 #[derive(Debug, clap::Args)]
 pub struct ExportArguments {
-    /// A run directory, or an exchange.mcap.
+    /// A run directory, or an exchange.mcap (with --trace a timing.mcap).
     run: PathBuf,
     /// FILE.csv for one table in long form (one number a row), or a folder for one table a stream in wide form (one
-    /// message a row).
-    #[arg(long)]
-    out: PathBuf,
+    /// message a row). With --trace a FILE.json, by default trace.json beside timing.mcap.
+    #[arg(long, required_unless_present = "trace")]
+    out: Option<PathBuf>,
     /// Only what this participant sends or receives.
     #[arg(long)]
     node: Option<String>,
     /// Only messages of this kind, for instance Motion.
     #[arg(long)]
     kind: Option<String>,
+    /// Who worked and who waited when, in wall-clock time, as a trace that ui.perfetto.dev opens.
+    #[arg(long, conflicts_with_all = ["node", "kind", "recover"])]
+    trace: bool,
+    /// Only the time of these windows, from A to B, both included.
+    #[arg(long, value_name = "A..B", requires = "trace", value_parser = windows)]
+    windows: Option<Windows>,
     #[command(flatten)]
     damaged: RecoverArgument,
 }
 
-/// Writes the tables. Of a log that ends early, the valid beginning; if it is damaged inside, the exit code is 6.
+/// Writes the tables or the trace. Of a log that ends early, the valid beginning; if an exchange is damaged inside, the exit code
+/// is 6.
 pub fn export(arguments: &ExportArguments) -> VerbResult {
+    match &arguments.out {
+        Some(out) if !arguments.trace => tables(arguments, out),
+        out => trace(arguments, out.as_deref()),
+    }
+}
+
+fn tables(arguments: &ExportArguments, out: &Path) -> VerbResult {
     let log = log_of(&arguments.run)?;
     let selection = Selection {
         node: arguments.node.clone(),
         kind: arguments.kind.as_deref().map(kind_named).transpose()?,
     };
-    let out = &arguments.out;
-    if out.is_file() || std::fs::read_dir(out).is_ok_and(|mut files| files.next().is_some()) {
-        let problem = "it exists already; an export never overwrites anything";
-        return Err(Refusal::argument(format!("--out {}", out.display()), problem).into());
-    }
+    refuse_existing(out)?;
     let exported = if out.extension().is_some_and(|ending| ending == "csv") {
         long(&log, &selection, out)?
     } else {
@@ -63,6 +75,49 @@ pub fn export(arguments: &ExportArguments) -> VerbResult {
         print(&file.display().to_string())?;
     }
     Ok(code)
+}
+
+fn trace(arguments: &ExportArguments, out: Option<&Path>) -> VerbResult {
+    let run = &arguments.run;
+    let file = if run.is_dir() {
+        run.join(TIMING)
+    } else {
+        run.clone()
+    };
+    if !file.is_file() {
+        let problem = "no such file: runs with run.output.exchange = false and runs of older builds have no wall-clock times; give a run directory, or run the scenario again";
+        return Err(Refusal::file(file, problem).into());
+    }
+    let beside = file.with_file_name("trace.json");
+    let out = out.unwrap_or(&beside);
+    refuse_existing(out)?;
+    let timing = timing::read(&file)?;
+    let traced = trace::write(&timing, arguments.windows, out)?;
+    for note in &traced.notes {
+        tell(&format!("note: {note}"));
+    }
+    let megabytes = 1e-6 * traced.bytes as f64;
+    print(&format!("{} events, {megabytes:.1} MB", traced.events))?;
+    print(&out.display().to_string())?;
+    Ok(0)
+}
+
+fn refuse_existing(out: &Path) -> Result<(), Error> {
+    let fills = || std::fs::read_dir(out).is_ok_and(|mut files| files.next().is_some());
+    if out.is_file() || fills() {
+        let problem = "it exists already; an export never overwrites anything";
+        return Err(Refusal::argument(format!("--out {}", out.display()), problem).into());
+    }
+    Ok(())
+}
+
+fn windows(text: &str) -> Result<Windows, String> {
+    let ends = text.split_once("..").map(|(first, last)| [first, last]);
+    let numbers = ends.map(|ends| ends.map(|end| end.trim().parse::<u64>().ok()));
+    match numbers {
+        Some([Some(first), Some(last)]) if first <= last => Ok([first, last]),
+        _ => Err("two numbers of windows are due, the first not above the last: 100..200".into()),
+    }
 }
 
 fn kind_named(name: &str) -> Result<Kind, Error> {

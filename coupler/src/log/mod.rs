@@ -12,6 +12,7 @@
 //! - [`read`](mod@read): reading back, with every checksum verified, also what a killed writer left; `torn`, `order` and
 //!   `lengths` tell that from damage;
 //! - [`summary`]: what a log holds; [`export`]: as tables of text;
+//! - [`timing`]: wall-clock times of the requests, in a file of their own; [`trace`]: these for a viewer of traces;
 //! - [`hash`]: the fingerprint of an exchange; [`mismatch`]: the first difference of two; [`volume`]: how long a log will be.
 
 mod entry;
@@ -26,7 +27,9 @@ mod provenance;
 pub mod read;
 pub mod record;
 pub mod summary;
+pub mod timing;
 mod torn;
+pub mod trace;
 pub mod volume;
 
 pub use entry::{COUPLER, Entry, Exchange};

@@ -184,6 +184,20 @@ impl Peers {
         instants.max().unwrap_or(0)
     }
 
+    /// Keeps the times of the requests from now on.
+    pub fn keep_times(&mut self) {
+        for peer in &mut self.peers {
+            peer.times = Some(Vec::new());
+        }
+    }
+
+    /// Keeps them no more.
+    pub fn forget_times(&mut self) {
+        for peer in &mut self.peers {
+            peer.times = None;
+        }
+    }
+
     /// The error of an answer that does not belong here.
     pub fn protocol_error(&self, peer: usize, why: impl Into<String>) -> Error {
         self.peers[peer].protocol_error(why.into())

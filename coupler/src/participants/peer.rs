@@ -13,6 +13,7 @@ use serde::de::DeserializeOwned;
 use super::process::{self, Process};
 use super::watch::Watch;
 use crate::error::{Error, Refusal};
+use crate::log::timing::RequestTimes;
 
 /// Time after which a wait looks up from the connection to see whether the peer still lives.
 const SLICE: Duration = Duration::from_millis(50);
@@ -50,8 +51,8 @@ pub struct Peer {
     asked: String,
     /// A request that was sent before its turn.
     early: Option<Frame>,
-    /// Headers of the requests that are not answered yet.
-    open: VecDeque<Header>,
+    /// Requests that are not answered yet.
+    open: VecDeque<Asked>,
     /// Requests that were answered.
     answered: u64,
     /// The fault that it answered, after which it ends.
@@ -62,6 +63,15 @@ pub struct Peer {
     pub waited_ns: u64,
     /// The end of the last one (ns of the monotonic clock).
     pub heard_ns: u64,
+    /// Times of the requests that it answered, if they are kept.
+    pub times: Option<Vec<RequestTimes>>,
+}
+
+/// A request that was sent.
+#[derive(Clone, Copy)]
+struct Asked {
+    header: Header,
+    at_ns: u64,
 }
 
 impl Peer {
@@ -79,6 +89,7 @@ impl Peer {
             awaited: BusyTimes::default(),
             waited_ns: 0,
             heard_ns: 0,
+            times: None,
         }
     }
 
@@ -138,7 +149,10 @@ impl Peer {
         let turn = self.answered + self.open.len() as u64;
         // The log has frames as they are without a link.
         let header = frame.header;
-        self.open.push_back(header);
+        self.open.push_back(Asked {
+            header,
+            at_ns: monotonic_ns(),
+        });
         frame.stamp(turn);
         let sent = self.hand_over(frame, wait);
         frame.header = header;
@@ -160,10 +174,15 @@ impl Peer {
     /// Waits for the answer to the last request.
     pub fn receive(&mut self, expected: Kind, wait: &Wait) -> Result<Frame, Error> {
         let start_ns = monotonic_ns();
+        let asked = self.open.front().copied();
         let answer = self.wait_for(expected, wait);
         self.heard_ns = monotonic_ns();
         self.waited_ns += self.heard_ns - start_ns;
         self.awaited.add([start_ns, self.heard_ns]);
+        if let (Ok(_), Some(asked), Some(times)) = (&answer, asked, &mut self.times) {
+            let answered = RequestTimes::answered_now(&asked.header, asked.at_ns, start_ns);
+            times.push(answered);
+        }
         answer
     }
 
@@ -214,7 +233,7 @@ impl Peer {
         if kind == Kind::Finished {
             self.life.take_leave();
         }
-        match request.and_then(|request| other_subject(&request, &frame.header)) {
+        match request.and_then(|asked| other_subject(&asked.header, &frame.header)) {
             None => Ok(frame),
             Some(why) => Err(self.protocol_error(why)),
         }

@@ -18,6 +18,7 @@ use super::time_loop::{
 };
 use crate::cost::memory::own_cpu_s;
 use crate::error::{Error, Refusal};
+use crate::log::timing::{TIMING, TimingLog};
 use crate::log::{Exchange, Provenance, Recorder, Volume};
 use crate::output::progress::prepare;
 use crate::output::stderr::{leave, tell_of};
@@ -195,11 +196,13 @@ impl RunSession<'_> {
             threads: self.options.threads,
             rundir: self.rundir,
         };
-        let mut recorded = Recorded {
-            peers: (self.launch)(&launcher)?,
-            journal: Journal::new(self.recorder()?),
-        };
+        let peers = (self.launch)(&launcher)?;
+        let journal = Journal::new(self.recorder()?);
+        let mut recorded = Recorded::new(peers, journal, self.timing_log()?);
         let result = self.converse(&mut recorded);
+        recorded.close_times();
+        let untimed = recorded.untimed.take();
+        self.found(untimed.map(|why| Warning::advice("timing_log", TIMING, why)));
         let closed = recorded.journal.close();
         if let Ok(closed) = &closed {
             let wall_s = self.start.elapsed().as_secs_f64();
@@ -221,6 +224,15 @@ impl RunSession<'_> {
         let path = self.rundir.path().join("exchange.mcap");
         let recorder = Recorder::create(&path, &provenance, output.flush_every_windows)?;
         Ok(Some(recorder))
+    }
+
+    fn timing_log(&self) -> Result<Option<TimingLog>, Error> {
+        let scenario = &self.loaded.scenario;
+        let names: Vec<&str> = scenario.participant.iter().map(|p| &*p.name).collect();
+        let path = self.rundir.path().join(TIMING);
+        let wanted = scenario.run.output.exchange;
+        let log = wanted.then(|| TimingLog::create(&path, &names)).transpose();
+        Ok(log?)
     }
 
     /// All that is said: greeting, what came before if the run goes on, windows, farewell.
@@ -269,6 +281,7 @@ impl RunSession<'_> {
             read_farewell(frame)
                 .map_err(|why| format!("sent an outcome that cannot be read: {why}"))
         })?;
+        recorded.tell_times(&farewells);
         let run_wall_s = self.start.elapsed().as_secs_f64();
         let awaited = recorded.peers.awaited();
         for (participant, farewell) in scenario.participant.iter().zip(&farewells) {

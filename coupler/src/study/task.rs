@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use super::plan::Task;
 use crate::error::Error;
+use crate::log::timing::TIMING;
 use crate::run::session::{Options, run};
 use crate::rundir::write_whole;
 
@@ -213,7 +214,9 @@ impl TaskFolder {
         }
         if !task.keep_logs {
             // They are not measured, and many of them fill a disk. One that cannot be removed is only too large.
-            let _ = fs::remove_file(out.join("exchange.mcap"));
+            for log in ["exchange.mcap", TIMING] {
+                let _ = fs::remove_file(out.join(log));
+            }
             let _ = fs::remove_dir_all(out.join("checkpoints"));
         }
         self.finish(&out, &outcome)?;

@@ -75,7 +75,7 @@ class Runs(Program):
         rail = run.summary["participants"]["rail"]
         self.assertLess(rail["interface_work_rel"], 1e-12)
         self.assertLess(rail["energy_balance_rel"], 0.01)
-        signals = run.signals()
+        signals = run.signals
         self.assertEqual(list(signals)[0], "t_s")
         self.assertTrue(np.all(np.diff(signals["t_s"]) > 0))
         said = self.verb("replay", "winkler", "--allow-commands").stdout
@@ -102,7 +102,7 @@ class Runs(Program):
             folder = self.springs(f"springs-{scheme}", k, scheme)
             runs[scheme] = run = thirdbody.run(folder, out=self.work / f"{scheme}-run", program=PROGRAM)
             self.assertEqual(run.status, "completed", run.warnings)
-        for scheme, signals in [(scheme, run.signals()) for scheme, run in runs.items()]:
+        for scheme, signals in [(scheme, run.signals) for scheme, run in runs.items()]:
             with self.subTest(scheme):
                 self.assertAlmostEqual(-signals["interface_fy_n"][-1] / exact, 1.0, delta=1e-3)
                 sinking = -signals["strip.surface_mean_uy_m"][-1]
@@ -144,7 +144,7 @@ mass_kg_per_m2 = 1.5
         (folder / "scenario.toml").write_text(text[:start] + bed + text[end:] + 'mapping = "linear"\n')
         run = thirdbody.run(folder, out=self.work / "two-run", program=PROGRAM)
         self.assertEqual(run.status, "completed", run.warnings)
-        force = -run.signals()["interface_fy_n"][-1]
+        force = -run.signals["interface_fy_n"][-1]
         self.assertAlmostEqual(force / (below * sunk.sum()), 1.0, delta=1e-6)
 
     def test_a_rail_of_scikit_fem_is_the_built_in_one_in_equilibrium(self):

@@ -12,16 +12,29 @@ A continuum (forces in, displacements out) or a layer of grains (velocities in, 
 `participant.<name>.command` of a scenario starts the program. `protocol/WIRE.md` describes what goes over the wire.
 """
 
+from typing import Any
+
 from .config import Config, Setting
 from .continuum import Continuum
 from .errors import ConfigurationError, Diverged, Fault, OutputError, ProtocolError
+from .exchange import Interface, Side
+from .fields import Field, Fields
 from .layer import GrainLayer
 from .node import Description, Node, Outcome, Points, Term, Window, capabilities
 from .runs import Run, RunError, load, run
-from .serve import participate
+from .table import Table
 
 __all__ = [
-    "Config", "ConfigurationError", "Continuum", "Description", "Diverged", "Fault", "GrainLayer", "Node", "Outcome",
-    "OutputError", "Points", "ProtocolError", "Run", "RunError", "Setting", "Term", "Window", "capabilities", "load",
-    "participate", "run",
+    "Config", "ConfigurationError", "Continuum", "Description", "Diverged", "Fault", "Field", "Fields", "GrainLayer", "Interface", "Node",
+    "Outcome", "OutputError", "Points", "ProtocolError", "Run", "RunError", "Setting", "Side", "Table", "Term", "Window", "capabilities",
+    "load", "participate", "run",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    # Whoever only reads runs needs NumPy alone, not what solvers speak with.
+    if name == "participate":
+        from .serve import participate
+
+        return participate
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

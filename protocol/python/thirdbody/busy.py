@@ -4,7 +4,7 @@ import time
 from typing import Any, Dict, List, Tuple
 
 SLOT_NS = 1 << 22
-SPANS = 1 << 14
+SPANS = 1 << 17
 
 
 class BusyTimes:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import os
 import shutil
 import subprocess
+from functools import cached_property
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Union
+from typing import Any, Dict, List, Mapping, Optional, Union
 
 import numpy as np
+
+from .exchange import Interface, read_interface
+from .fields import Fields
+from .table import Table, read_table
 
 
 class RunError(Exception):
@@ -23,71 +27,150 @@ class RunError(Exception):
 
 
 class Run:
-    """A run directory."""
+    """A run directory. Of a run that was killed or is under way there is what it has written so far: `status` is then `unfinished`."""
 
     def __init__(self, path: Union[str, Path]) -> None:
-        self.path = Path(path)
-        summary = self.path / "summary.json"
-        if not summary.is_file():
-            raise FileNotFoundError(f"{self.path} holds no summary.json: it is no run directory, or its run has not ended")
-        #: The file summary.json.
-        self.summary: Dict[str, Any] = json.loads(summary.read_text(encoding="utf-8"))
+        #: Its folder; what `runs/latest` points at when it is opened.
+        self.path = Path(path).resolve()
+        if not self.path.is_dir():
+            raise FileNotFoundError(f"{path} is no folder: give a run directory, such as runs/latest")
+        if not (self.path / "manifest.json").is_file() and not (self.path / "summary.json").is_file():
+            raise FileNotFoundError(f"{path} holds neither summary.json nor manifest.json: it is no run directory")
+
+    @cached_property
+    def summary(self) -> Dict[str, Any]:
+        """The file summary.json; empty while the run has not ended."""
+        path = self.path / "summary.json"
+        return _json(path) if path.is_file() else {}
 
     @property
     def status(self) -> str:
-        """`completed`, `suspect`, or how else it ended."""
-        return str(self.summary["status"])
+        """`completed`, `suspect`, or how else it ended; `unfinished` if it was killed or is under way."""
+        return str(self.summary.get("status", "unfinished"))
 
     @property
     def results(self) -> Dict[str, float]:
         """Results by name, unit in the name."""
-        return dict(self.summary["results"])
+        return dict(self._ended("results"))
 
     @property
     def warnings(self) -> List[Dict[str, Any]]:
         """What is not plausible: `code`, `where`, `text`, and `value` and `bound` where a check has them."""
-        return list(self.summary["warnings"])
+        return list(self._ended("warnings"))
+
+    @cached_property
+    def manifest(self) -> Dict[str, Any]:
+        """The file manifest.json: versions, seed, threads, host."""
+        return _json(self._file("manifest.json"))
+
+    @cached_property
+    def scenario(self) -> Dict[str, Any]:
+        """The file scenario.toml: all keys of the run, overrides included."""
+        return _toml(self._file("scenario.toml"))
 
     @property
-    def manifest(self) -> Dict[str, Any]:
-        """The file manifest.json."""
-        text = (self.path / "manifest.json").read_text(encoding="utf-8")
-        return dict(json.loads(text))
+    def participants(self) -> List[str]:
+        """Names of the participants, in the order of the scenario."""
+        return [str(one["name"]) for one in self.scenario["participant"]]
 
-    def signals(self) -> Dict[str, np.ndarray]:
-        """Columns of signals.csv by name, `t_s` first."""
+    @property
+    def interfaces(self) -> List[str]:
+        """Names of the interfaces; none of a solver that ran alone."""
+        return [str(one["name"]) for one in self.scenario.get("interface", [])]
+
+    @cached_property
+    def signals(self) -> Table:
+        """Columns of signals.csv by name, `t_s` first; `signals.to_pandas()` is a DataFrame."""
         return self.table("signals.csv")
 
-    def profile(self, interface: Optional[str] = None) -> Dict[str, np.ndarray]:
-        """Columns of profile.csv, or of the profile of one of several interfaces."""
-        return self.table("profile.csv" if interface is None else f"profile-{interface}.csv")
+    @property
+    def profile(self) -> Table:
+        """Columns of profile.csv: traction along the contact at the end of the hold, or of the run."""
+        profiles = sorted(path.stem[len("profile-") :] for path in self.path.glob("profile-*.csv"))
+        if profiles and not (self.path / "profile.csv").is_file():
+            raise FileNotFoundError(f"{self.path} has a profile of each interface: profile_of(name), names: {', '.join(profiles)}")
+        return self.table("profile.csv")
 
-    def table(self, name: str) -> Dict[str, np.ndarray]:
+    def profile_of(self, interface: str) -> Table:
+        """The profile of one of several interfaces."""
+        return self.table(f"profile-{interface}.csv")
+
+    def interface(self, name: Optional[str] = None) -> Interface:
+        """The exchange at an interface, window by window, out of exchange.mcap; the only one needs no name."""
+        known = self.interfaces
+        if name is None and len(known) == 1:
+            name = known[0]
+        if name not in known:
+            named = f"interfaces: {', '.join(known)}" if known else "its one solver ran alone"
+            raise KeyError(f"{self.path} has no interface `{name}`; {named}")
+        log = self.path / "exchange.mcap"
+        if not log.is_file():
+            why = "the run was told not to write it (run.output.exchange)" if not self._logged() else "it was removed"
+            raise FileNotFoundError(f"{log} is missing: {why}; run the scenario again with run.output.exchange = true")
+        joined = next(one for one in self.scenario["interface"] if one["name"] == name)
+        # A name of a set has no dot, one of a participant may.
+        between = [str(end).rpartition(".")[0] for end in joined["between"]]
+        return read_interface(log, name, between, os.environ.get("THIRDBODY"))
+
+    def fields(self, participant: Optional[str] = None) -> Fields:
+        """The moments at which a participant wrote its fields; the only participant needs no name."""
+        known = self.participants
+        if participant is None and len(known) == 1:
+            participant = known[0]
+        if participant not in known:
+            raise KeyError(f"{self.path} has no participant `{participant}`; participants: {', '.join(known)}")
+        return Fields(self.path, participant)
+
+    def table(self, name: str) -> Table:
         """Columns of a table of the run; numbers where all of a column are numbers, texts otherwise."""
-        with open(self.path / name, newline="", encoding="utf-8") as file:
-            rows = list(csv.reader(file))
-        columns = zip(*rows[1:]) if len(rows) > 1 else [()] * len(rows[0])
-        return {name: _column(values) for name, values in zip(rows[0], columns)}
+        return read_table(self._file(name))
 
     def frame(self, name: str = "signals.csv") -> Any:
         """A table of the run as a pandas DataFrame."""
-        import pandas
+        return self.table(name).to_pandas()
 
-        return pandas.DataFrame(self.table(name))
+    def _logged(self) -> bool:
+        return bool(self.scenario["run"].get("output", {}).get("exchange", True))
+
+    def _file(self, name: str) -> Path:
+        path = self.path / name
+        if not path.is_file():
+            there = ", ".join(sorted(one.name for one in self.path.iterdir()))
+            raise FileNotFoundError(f"{path} is missing; status of the run: {self.status}; there are: {there}")
+        return path
+
+    def _ended(self, key: str) -> Any:
+        if not self.summary:
+            raise ValueError(f"{self.path} has no {key}: it was killed or is under way, `thirdbody resume` goes on with it; signals and fields can be read")
+        return self.summary[key]
 
     def __repr__(self) -> str:
         return f"Run({str(self.path)!r}, {self.status})"
 
 
-def _column(values: Sequence[str]) -> np.ndarray:
+def _json(path: Path) -> Dict[str, Any]:
     try:
-        return np.array([float(value) if value else np.nan for value in values])
-    except ValueError:
-        return np.array(values)
+        return dict(json.loads(path.read_text(encoding="utf-8")))
+    except ValueError as error:
+        raise ValueError(f"{path} is no JSON: {error}; it is damaged") from error
+
+
+def _toml(path: Path) -> Dict[str, Any]:
+    try:
+        import tomllib
+    except ImportError:
+        try:
+            import tomli as tomllib
+        except ImportError as error:
+            raise ImportError(f"to read {path}: Python 3.11 or newer, or pip install tomli") from error
+    try:
+        return dict(tomllib.loads(path.read_text(encoding="utf-8")))
+    except ValueError as error:
+        raise ValueError(f"{path} is no TOML: {error}; it is damaged") from error
 
 
 def load(run_dir: Union[str, Path]) -> Run:
-    """Reads a run directory."""
+    """Opens a run directory: `load("runs/latest")`. Its parts are read when they are asked for."""
     return Run(run_dir)
 
 

@@ -1,0 +1,192 @@
+"""Fields of a participant: what fields/*.vtu (bodies) and *.vtp (grains) hold, read with NumPy alone.
+
+Read are the two ways in which data arrays of VTK's XML files are written here: as text between their tags (`format="ascii"`) and
+as bytes behind the `_` of `<AppendedData encoding="raw">`, each array after its length.
+"""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from typing import Dict, Iterator, List, NamedTuple, Optional, Union
+
+import numpy as np
+
+_TYPES = {f"{kind}{8 * size}": np.dtype(f"<{letter}{size}")
+          for kind, letter, sizes in (("Float", "f", (4, 8)), ("Int", "i", (1, 2, 4, 8)), ("UInt", "u", (1, 2, 4, 8)))
+          for size in sizes}
+_APPENDED = re.compile(rb"<AppendedData[^>]*>")
+
+
+class Field(Dict[str, np.ndarray]):
+    """The arrays of one moment by name, unit in the name, one row a point or a cell.
+
+    Of a body: `points_m` (n x 2, undeformed), `quads` (m x 4, indices of points), arrays of points such as `displacement_m` (n x 2)
+    and of elements such as `hydrostatic_pressure_pa` (m). Of grains: `points_m` (centres), `radius_m`, `velocity_m_per_s` and others
+    of grains, `contacts` (c x 2, indices of grains) with `force_n` (c x 2: normal, tangential) and others.
+    """
+
+    def __init__(self, path: Path, time_s: float) -> None:
+        super().__init__(read_vtk(path))
+        #: The file.
+        self.path = path
+        #: Its time (s).
+        self.time_s = time_s
+
+    def __missing__(self, name: str) -> np.ndarray:
+        raise KeyError(f"{self.path} has no array `{name}`; arrays: {', '.join(self)}")
+
+
+class Moment(NamedTuple):
+    """One moment at which a participant wrote its fields."""
+
+    #: Its name in the files: `hold`, `cycling-1`.
+    name: str
+    #: Its time (s).
+    time_s: float
+    #: The file.
+    path: Path
+
+
+class Fields:
+    """The moments at which a participant wrote its fields, in order of time. Each is read when it is asked for."""
+
+    def __init__(self, run: Path, participant: str) -> None:
+        folder = run / "fields"
+        listed = folder / f"{participant}.pvd"
+        self.participant = participant
+        if not listed.is_file():
+            known = sorted(path.stem for path in folder.glob("*.pvd"))
+            hint = f"participants with fields: {', '.join(known)}" if known else "no participant wrote any: the run ended before its first moment"
+            raise FileNotFoundError(f"{listed} is missing; {hint}")
+        tree = _parse(listed, listed.read_bytes())
+        #: Name, time and file of each moment.
+        self.moments: List[Moment] = [
+            Moment(Path(one.attrib["file"]).stem[len(participant) + 1 :], float(one.attrib["timestep"]), folder / one.attrib["file"])
+            for one in tree.iter("DataSet")
+        ]
+
+    @property
+    def t_s(self) -> np.ndarray:
+        """Their times (s)."""
+        return np.array([moment.time_s for moment in self.moments])
+
+    @property
+    def names(self) -> List[str]:
+        """Their names."""
+        return [moment.name for moment in self.moments]
+
+    def __len__(self) -> int:
+        return len(self.moments)
+
+    def __iter__(self) -> Iterator[Field]:
+        return (self[place] for place in range(len(self)))
+
+    def __getitem__(self, which: Union[int, str]) -> Field:
+        """The arrays of a moment by its place or its name."""
+        if isinstance(which, str):
+            if which not in self.names:
+                raise KeyError(f"no moment `{which}` of `{self.participant}`; moments: {', '.join(self.names)}")
+            which = self.names.index(which)
+        moment = self.moments[which]
+        return Field(moment.path, moment.time_s)
+
+    def nearest(self, t_s: float) -> Field:
+        """The arrays of the moment nearest to a time (s): look at its `time_s`."""
+        return self[int(np.argmin(np.abs(self.t_s - t_s)))]
+
+    def __repr__(self) -> str:
+        return f"Fields({self.participant!r}: {', '.join(self.names)})"
+
+
+def read_vtk(path: Path) -> Dict[str, np.ndarray]:
+    """The arrays of a .vtu or .vtp file, by the names that `Field` tells."""
+    data = path.read_bytes()
+    text, appended = data, None
+    found = _APPENDED.search(data)
+    if found:
+        if b'encoding="raw"' not in found.group():
+            raise ValueError(f"{path}: its appended data are not raw; this reads ASCII and raw appended data")
+        start = data.find(b"_", found.end())
+        if start < 0:
+            raise ValueError(f"{path}: its appended data are missing: the file was cut off")
+        text, appended = data[: found.start()] + b"</VTKFile>", memoryview(data)[start + 1 :]
+    root = _parse(path, text)
+    if "compressor" in root.attrib or root.get("byte_order", "LittleEndian") != "LittleEndian":
+        raise ValueError(f"{path}: it is compressed or big-endian; this reads plain little-endian data")
+    piece = root.find("*/Piece")
+    if piece is None:
+        raise ValueError(f"{path}: it holds no piece of a mesh or of grains")
+    reader = _Reader(path, appended, _TYPES[root.get("header_type", "UInt32")])
+    return _arrays(piece, reader)
+
+
+def _arrays(piece: ElementTree.Element, reader: _Reader) -> Dict[str, np.ndarray]:
+    parts = {part.tag: {one.get("Name", ""): reader.array(one) for one in part} for part in piece}
+    points = next(iter(parts["Points"].values()))
+    arrays = {"points_m": points[:, :2]}
+    vertices = 0
+    if "Cells" in parts:
+        arrays["quads"] = parts["Cells"]["connectivity"].reshape(-1, 4)
+    if "Lines" in parts:
+        arrays["contacts"] = parts["Lines"]["connectivity"].reshape(-1, 2)
+        vertices = len(points)
+    for name, values in parts.get("PointData", {}).items():
+        arrays[name] = values[:, :2] if values.ndim == 2 and values.shape[1] == 3 else values
+    for name, values in parts.get("CellData", {}).items():
+        arrays[name] = values[vertices:]
+    return arrays
+
+
+class _Reader:
+    """Data arrays of a file, written in either way."""
+
+    def __init__(self, path: Path, appended: Optional[memoryview], header: np.dtype) -> None:
+        self.path = path
+        self.appended = appended
+        self.header = header
+
+    def array(self, element: ElementTree.Element) -> np.ndarray:
+        """The numbers of a data array, n x components."""
+        name, kind = element.get("Name"), element.get("type", "")
+        if kind not in _TYPES:
+            raise ValueError(f"{self.path}, array `{name}`: numbers of type `{kind}` are unknown")
+        form = element.get("format")
+        if form == "ascii":
+            values = self._text(element, _TYPES[kind])
+        elif form == "appended":
+            values = self._bytes(element, _TYPES[kind])
+        else:
+            raise ValueError(f"{self.path}, array `{name}`: its format is `{form}`; this reads `ascii` and `appended`")
+        components = int(element.get("NumberOfComponents", "1"))
+        if len(values) % components:
+            raise ValueError(f"{self.path}, array `{name}`: {len(values)} numbers are no rows of {components}: the file is damaged")
+        return values.reshape(-1, components) if components > 1 else values
+
+    def _text(self, element: ElementTree.Element, kind: np.dtype) -> np.ndarray:
+        words = (element.text or "").split()
+        try:
+            return np.array(words, dtype=kind) if kind.kind != "f" else np.array([float(word) for word in words], dtype=kind)
+        except ValueError as error:
+            raise ValueError(f"{self.path}, array `{element.get('Name')}` is not ASCII numbers: {error}") from error
+
+    def _bytes(self, element: ElementTree.Element, kind: np.dtype) -> np.ndarray:
+        offset, name = int(element.get("offset", "0")), element.get("Name")
+        left = b"" if self.appended is None else self.appended[offset:]
+        start = self.header.itemsize
+        due = int(np.frombuffer(left[:start], dtype=self.header)[0]) if len(left) >= start else 0
+        if len(left) < start + due or due % kind.itemsize:
+            held = max(len(left) - start, 0)
+            raise ValueError(
+                f"{self.path}, array `{name}` at offset {offset}: {due} bytes are due, {held} are there: the file was cut off; run the scenario again"
+            )
+        return np.frombuffer(left[start : start + due], dtype=kind)
+
+
+def _parse(path: Path, text: bytes) -> ElementTree.Element:
+    # Tags that the appended data follow are open: what closes them was cut off with the data.
+    try:
+        return ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise ValueError(f"{path} cannot be read: {error}; the run was killed while it wrote it, or the file is damaged") from error

@@ -1,0 +1,66 @@
+"""Tables of numbers by the names of their columns."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any, Dict, Iterable, List, Sequence
+
+import numpy as np
+
+
+class Table(Dict[str, np.ndarray]):
+    """Columns by name, unit in the name: `signals["wheel_y_m"]`. `to_pandas()` gives a DataFrame."""
+
+    def to_pandas(self) -> Any:
+        """A pandas DataFrame; pandas has to be installed."""
+        try:
+            import pandas
+        except ImportError as error:
+            raise ImportError("a DataFrame needs pandas: pip install pandas") from error
+        return pandas.DataFrame(dict(self))
+
+    def column(self, name: str) -> np.ndarray:
+        """The column of this name, or of this name after that of a participant: `wheel_y_m` finds `third-body.wheel_y_m`."""
+        found = [key for key in self if key == name or key.endswith("." + name)]
+        if not found:
+            raise KeyError(f"no column `{name}`; columns: {', '.join(self)}")
+        if name not in found and len(found) > 1:
+            raise KeyError(f"several columns `{name}`: {', '.join(found)}")
+        return self[name if name in found else found[0]]
+
+    def has(self, name: str) -> bool:
+        """True if `column(name)` finds one."""
+        try:
+            self.column(name)
+        except KeyError:
+            return False
+        return True
+
+    def __repr__(self) -> str:
+        rows = len(next(iter(self.values()), ()))
+        return f"Table({rows} rows of {', '.join(self)})"
+
+
+def read_table(path: Path) -> Table:
+    """Reads a CSV file of a run: numbers where all of a column are numbers, texts otherwise. A last line that a killed run left
+    unfinished is left out."""
+    with open(path, newline="", encoding="utf-8") as file:
+        lines = list(csv.reader(file))
+    if not lines:
+        raise ValueError(f"{path} is empty: the run was killed before it wrote its first line")
+    names, rows = lines[0], lines[1:]
+    if rows and len(rows[-1]) < len(names):
+        rows = rows[:-1]
+    uneven = [number for number, row in enumerate(rows, 2) if len(row) != len(names)]
+    if uneven:
+        raise ValueError(f"{path}, line {uneven[0]} has {len(rows[uneven[0] - 2])} values for {len(names)} columns: it is damaged")
+    columns: Iterable[Sequence[str]] = zip(*rows) if rows else [()] * len(names)
+    return Table((name, _column(list(values))) for name, values in zip(names, columns))
+
+
+def _column(values: List[str]) -> np.ndarray:
+    try:
+        return np.array([float(value) if value else np.nan for value in values])
+    except ValueError:
+        return np.array(values)
