@@ -317,6 +317,7 @@ mod tests {
                 "force_n",
                 "0 0 ".repeat(count) + &lines(&|k| format!("{k} 0 ")),
             ),
+            "</VTKFile>".into(),
         ];
         let mut collection = String::new();
         for (moment, time_s) in [("hold", 1), ("end", 2)] {

@@ -1,6 +1,8 @@
 //! The fields that a run left: whose they are, and of which moments.
 
 use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::super::fields::{Arrays, read};
@@ -66,12 +68,19 @@ impl Record {
     /// Reads the fields of a participant at a moment, if it wrote any.
     ///
     /// # Errors
-    /// The file cannot be read.
+    /// The file cannot be read, or has no end: whoever wrote it was killed.
     pub fn read(&self, source: &Source, moment: &Moment) -> Result<Option<Arrays>, Error> {
         let extension = if source.grains { "vtp" } else { "vtu" };
         let file = format!("{}-{}.{extension}", source.participant, moment.name);
         let path = self.folder.join(file);
-        path.is_file().then(|| read(&path)).transpose()
+        if !path.is_file() {
+            return Ok(None);
+        }
+        if !has_end(&path).map_err(Error::input(path.display()))? {
+            let problem = "ends in the middle: its run was interrupted or the disk was full";
+            return Err(Refusal::file(&path, problem).into());
+        }
+        read(&path).map(Some)
     }
 
     /// Names of all files in the folder, in their order.
@@ -138,6 +147,16 @@ impl Record {
             self.moments.dedup_by_key(|moment| moment.time_s);
         }
     }
+}
+
+/// True for a file that the closing tag of VTK ends.
+fn has_end(path: &Path) -> std::io::Result<bool> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(64)))?;
+    let mut end = Vec::new();
+    file.read_to_end(&mut end)?;
+    Ok(end.trim_ascii_end().ends_with(b"</VTKFile>"))
 }
 
 /// The participants of the scenario, then others that have a collection.
