@@ -312,10 +312,12 @@ mod tests {
             array("radius_m", all(&|_| "5e-5 ".into())),
             array("velocity_m_per_s", all(&|_| "0 1 0 ".into())),
             array("pressure_pa", all(&|k| format!("{k} "))),
+            "</VTKFile>".into(),
         ];
         let contacts = [
             array("connectivity", lines(&|k| format!("{k} {} ", k + 1))),
             array("force_n", lines(&|k| format!("{k} 0 "))),
+            "</VTKFile>".into(),
         ];
         let mut collection = String::new();
         for (moment, time_s) in [("hold", 1), ("end", 2)] {

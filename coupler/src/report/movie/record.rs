@@ -1,6 +1,8 @@
 //! The fields that a run left: whose they are, and of which moments.
 
 use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use super::super::fields::{Arrays, read};
@@ -72,7 +74,7 @@ impl Record {
     /// Reads the fields of a participant at a moment, if it wrote any.
     ///
     /// # Errors
-    /// The file cannot be read.
+    /// The file cannot be read, or has no end: whoever wrote it was killed.
     pub fn read(&self, source: &Source, moment: &Moment) -> Result<Option<Arrays>, Error> {
         let stem = format!("{}-{}", source.participant, moment.name);
         let there = |file: String| Some(self.folder.join(file)).filter(|path| path.is_file());
@@ -80,9 +82,9 @@ impl Record {
         let Some(path) = there(format!("{stem}.{extension}")) else {
             return Ok(None);
         };
-        let mut arrays = read(&path)?;
+        let mut arrays = read_whole(&path)?;
         if let Some(path) = there(format!("{stem}{CONTACTS}.vtp")).filter(|_| source.grains) {
-            let mut contacts = read(&path)?;
+            let mut contacts = read_whole(&path)?;
             for name in OF_CONTACTS {
                 arrays.remove(name);
                 arrays.extend(contacts.remove_entry(name));
@@ -156,6 +158,25 @@ impl Record {
             self.moments.dedup_by_key(|moment| moment.time_s);
         }
     }
+}
+
+/// The arrays of a file that has an end.
+fn read_whole(path: &Path) -> Result<Arrays, Error> {
+    if !has_end(path).map_err(Error::input(path.display()))? {
+        let problem = "ends in the middle: its run was interrupted or the disk was full";
+        return Err(Refusal::file(path, problem).into());
+    }
+    read(path)
+}
+
+/// True for a file that the closing tag of VTK ends.
+fn has_end(path: &Path) -> std::io::Result<bool> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(64)))?;
+    let mut end = Vec::new();
+    file.read_to_end(&mut end)?;
+    Ok(end.trim_ascii_end().ends_with(b"</VTKFile>"))
 }
 
 /// The participants of the scenario, then others that have a collection.
