@@ -57,7 +57,11 @@ fn read(path: &Path) -> Trace {
         threads: Threads::new(),
     };
     for event in value["traceEvents"].as_array().expect("a list of events") {
-        let id = |key: &str| event[key].as_u64().expect("processes and threads are numbers");
+        let id = |key: &str| {
+            event[key]
+                .as_u64()
+                .expect("processes and threads are numbers")
+        };
         let name = event["name"].as_str().expect("every event has a name");
         match event["ph"].as_str() {
             Some("M") => {
@@ -75,7 +79,11 @@ fn read(path: &Path) -> Trace {
                 assert!(from >= 0.0 && length >= 0.0, "{event}");
                 let times = [from as u64, (from + length) as u64];
                 let thread = (id("pid"), id("tid"));
-                trace.threads.entry(thread).or_default().push((times, event.clone()));
+                trace
+                    .threads
+                    .entry(thread)
+                    .or_default()
+                    .push((times, event.clone()));
             }
             other => panic!("{other:?} is no kind of event that is written: {event}"),
         }
@@ -102,17 +110,24 @@ fn work_and_waits_add_up_to_those_of_the_summary() {
             let told = |key: &str| summary["participants"][name][key].as_f64().expect("a time");
             let is_setup = |event: &Value| event["name"] == "set-up";
             for (key, found) in [
-                ("solve_wall_s", trace.spent_s(name, 1, |event| !is_setup(event))),
+                (
+                    "solve_wall_s",
+                    trace.spent_s(name, 1, |event| !is_setup(event)),
+                ),
                 ("setup_wall_s", trace.spent_s(name, 1, is_setup)),
                 ("wait_s", trace.spent_s(name, 2, |_| true)),
             ] {
                 let off = found - told(key);
-                assert!(off.abs() < ROUNDING_S, "{transport} {name} {key}: {off:e} s");
+                assert!(
+                    off.abs() < ROUNDING_S,
+                    "{transport} {name} {key}: {off:e} s"
+                );
             }
             // What a participant says of its time is of the same clock as what the coordinator says: the set-up was over when its
             // answer was there.
             let welcome = trace.threads[&(0, 2)].iter();
-            let mut welcome = welcome.filter(|(_, event)| event["name"] == format!("wait for {name}"));
+            let mut welcome =
+                welcome.filter(|(_, event)| event["name"] == format!("wait for {name}"));
             let setup = &trace.threads[&(trace.processes[name], 1)][0];
             let welcomed = welcome.next().expect("it was awaited");
             assert!(setup.0[1] <= welcomed.0[1], "{setup:?} after {welcomed:?}");
@@ -140,9 +155,15 @@ fn events_name_windows_and_some_of_them_can_be_chosen() {
     let chosen = advances(&read(&scratch.path().join("some.json")));
     assert!((100..=102).all(|window| chosen.contains(&window)));
     // The first of the next window may have been sent early.
-    assert!(chosen.iter().all(|window| (100..=103).contains(window)), "{chosen:?}");
+    assert!(
+        chosen.iter().all(|window| (100..=103).contains(window)),
+        "{chosen:?}"
+    );
     for (words, said) in [
-        (&["--windows", "9000..9001", "--out", "none.json"][..], "windows up to"),
+        (
+            &["--windows", "9000..9001", "--out", "none.json"][..],
+            "windows up to",
+        ),
         (&["--windows", "5..3"], "the first not above the last"),
         (&["--out", "some.json"], "never overwrites"),
         (&["--node", "rail"], "cannot be used with"),
@@ -160,11 +181,17 @@ fn times_change_no_bit_of_the_exchange_and_may_be_missing() {
     let summary = short(&scratch, &[]);
     let other = Scratch::new("trace-unlogged");
     let unlogged = short(&other, &["run.output.exchange=false"]);
-    assert_eq!(summary["hashes"]["exchange"], unlogged["hashes"]["exchange"]);
+    assert_eq!(
+        summary["hashes"]["exchange"],
+        unlogged["hashes"]["exchange"]
+    );
     let output = export(other.path(), &[]);
     assert_eq!(output.status.code(), Some(2));
     let said = String::from_utf8_lossy(&output.stderr);
-    assert!(said.contains("timing.mcap") && said.contains("run.output.exchange"), "{said}");
+    assert!(
+        said.contains("timing.mcap") && said.contains("run.output.exchange"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -182,5 +209,8 @@ fn the_beginning_of_a_run_that_was_killed_is_drawn_as_the_coordinator_saw_it() {
     }
     let trace = read(&scratch.path().join("run/trace.json"));
     let rail = &trace.threads[&(trace.processes["rail"], 1)];
-    assert!(rail.iter().all(|(_, event)| event["args"]["seen_by"] == "coordinator"));
+    assert!(
+        rail.iter()
+            .all(|(_, event)| event["args"]["seen_by"] == "coordinator")
+    );
 }

@@ -106,7 +106,10 @@ fn an_answer_of_another_kind_or_protocol_is_refused() {
             frames: VecDeque::new(),
         };
         let mut peer = Peer::new("rail", Box::new(link), Life::Tape);
-        peer.open.push_back(ASKED);
+        peer.open.push_back(Asked {
+            header: ASKED,
+            at_ns: 0,
+        });
         peer
     };
     let answer = |kind: Kind, protocol: u32| {
