@@ -36,7 +36,7 @@ def main() -> None:
         rr.spawn(default_blueprint=layout)
     else:
         rr.save(arguments.save, default_blueprint=layout)
-    # In a view of two dimensions y points down, as in pictures.
+    # In a view of two dimensions y points down, as in pictures. A view applies no transform of its own origin: that is one above.
     rr.log("scene", rr.Transform3D(scale=[1.0, -1.0, 1.0]), static=True)
     rr.log("about", rr.TextDocument(about(run), media_type="text/markdown"), static=True)
     log_signals(run)
@@ -52,7 +52,7 @@ def blueprint(run: thirdbody.Run) -> rrb.Blueprint:
         rrb.TimeSeriesView(name=name, origin="signals", contents=[f"signals/{column.replace('.', '/')}" for column in columns])
         for name, columns in groups(run).items()
     ]
-    scene = rrb.Horizontal(rrb.Spatial2DView(name="scene (mm)", origin="scene"), rrb.TextDocumentView(name="run", origin="about"), column_shares=[4, 1])
+    scene = rrb.Horizontal(rrb.Spatial2DView(name="scene (mm)", origin="/", contents=["/scene/**"]), rrb.TextDocumentView(name="run", origin="about"), column_shares=[4, 1])
     return rrb.Blueprint(rrb.Vertical(scene, rrb.Grid(*curves), row_shares=[3, 2]), rrb.TimePanel(timeline=TIME), collapse_panels=True)
 
 
