@@ -92,7 +92,7 @@ const SINCE: [(&str, usize); 44] = [
         850,
     ),
     ("a report with a verdict, units, scales, comparison", 2_100),
-    ("wall-clock times of requests, traces of them", 560),
+    ("wall-clock times of requests, traces of them", 620),
 ];
 
 #[test]

@@ -123,14 +123,14 @@ mod tests {
     fn a_sample_of_slots_is_scaled_to_the_whole() {
         let [mut told, mut awaited] = [BusyTimes::default(), BusyTimes::default()];
         // Of each 100 us: 60 at work, 10 under way, 30 the coordinator's own.
-        for at in (0..100_000 * 100_000).step_by(100_000) {
+        for at in (0..1_000_000 * 100_000).step_by(100_000) {
             told.add([at + 5_000, at + 65_000]);
             awaited.add([at, at + 70_000]);
         }
         assert!(told.every > 1);
-        let account = TimeAccount::of([0, 10_000 * MS], &[told], &[awaited]);
+        let account = TimeAccount::of([0, 100_000 * MS], &[told], &[awaited]);
         let parts = [account.solve_wall_s, account.own_wall_s, account.wait_s];
-        for (part, exact) in parts.into_iter().zip([6.0, 3.0, 1.0]) {
+        for (part, exact) in parts.into_iter().zip([60.0, 30.0, 10.0]) {
             assert!((part - exact).abs() < 0.02 * exact, "{parts:?}");
         }
     }
