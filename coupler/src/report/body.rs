@@ -1,6 +1,6 @@
 //! The continuum alone: hydrostatic pressure in the whole body, and displacement under the nodes that stick or slip.
 
-use super::colour::{Scale, full_scale};
+use super::colour::{Scale, full_mpa, full_scale};
 use super::fields::{Arrays, numbers, read_all, read_first};
 use super::picture::Picture;
 use super::run::{Moment, RunFiles};
@@ -42,7 +42,7 @@ fn pressure(file: String, words: &str, arrays: &Arrays) -> Option<Picture> {
     let largest = values.iter().copied().fold(0.0, f64::max);
     let scale = Scale {
         quantity: "hydrostatic pressure (MPa)".into(),
-        end: 1e-6 * full_scale(largest),
+        end: full_mpa(largest),
         below: Some("tension"),
     };
     let frame = Frame {

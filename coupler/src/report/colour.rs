@@ -101,6 +101,15 @@ pub(super) fn full_scale(value: f64) -> f64 {
         .unwrap_or(value)
 }
 
+/// End of a scale of pressures (MPa) of which this is the largest (Pa); 1 MPa where nothing is pressed.
+pub(super) fn full_mpa(largest_pa: f64) -> f64 {
+    if largest_pa > 0.0 {
+        1e-6 * full_scale(largest_pa)
+    } else {
+        1.0
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,6 +1,6 @@
 //! Grains and continuum around the contact, coloured by pressure.
 
-use super::colour::{Scale, full_scale};
+use super::colour::{Scale, full_mpa};
 use super::fields::{Arrays, numbers, read_first};
 use super::picture::Picture;
 use super::run::{Moment, RunFiles};
@@ -38,7 +38,7 @@ impl Scene {
     fn picture(&self, views: &[View], moment: &str) -> Picture {
         let disks = self.circles().count();
         let drawn = disks.min(DISKS_MAX);
-        let (full_pa, largest) = (self.full_pa(), self.largest_pa());
+        let largest = self.largest_pa();
         let mut what = match (&self.continuum, &self.grains) {
             (Some(_), Some(_)) => {
                 "Hydrostatic pressure tr(σ)/3 in the continuum and pressure on the grains"
@@ -59,7 +59,7 @@ impl Scene {
         }
         let scale = Scale {
             quantity: "pressure (MPa)".into(),
-            end: 1e-6 * full_pa,
+            end: self.full_mpa(),
             below: Some("tension"),
         };
         let frames: Vec<Frame> = views
@@ -145,16 +145,16 @@ impl Scene {
         all.filter(|(_, radius)| *radius > 0.0)
     }
 
-    /// Pressure at which the colours end (Pa): the largest in the continuum; without one, a value that 95 of 100 grains stay
+    /// Pressure at which the colours end (MPa): the largest in the continuum; without one, a value that 95 of 100 grains stay
     /// below, as single grains carry many times the mean.
-    fn full_pa(&self) -> f64 {
+    fn full_mpa(&self) -> f64 {
         let of = |set: &Option<Arrays>, name: &str| set.as_ref()?.get(name).cloned();
         if let Some(continuum) = of(&self.continuum, "hydrostatic_pressure_pa") {
-            return full_scale(continuum.into_iter().fold(0.0, f64::max));
+            return full_mpa(continuum.into_iter().fold(0.0, f64::max));
         }
         let mut grains = of(&self.grains, "pressure_pa").unwrap_or_default();
         grains.sort_by(f64::total_cmp);
-        full_scale(grains.get(grains.len() * 95 / 100).copied().unwrap_or(0.0))
+        full_mpa(grains.get(grains.len() * 95 / 100).copied().unwrap_or(0.0))
     }
 
     fn paint(&self, panel: &mut Panel, view: &View, scale: &Scale) {

@@ -210,10 +210,10 @@ impl Panel {
                 at + 4.5
             );
         }
-        let middle = top + 0.5 * h;
+        let (beside, middle) = (left - 45.0, top + 0.5 * h);
         let _ = write!(
             text,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">x (mm)</text><text transform=\"translate(13 {middle:.1}) rotate(-90)\" text-anchor=\"middle\">y (mm)</text>",
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">x (mm)</text><text transform=\"translate({beside:.1} {middle:.1}) rotate(-90)\" text-anchor=\"middle\">y (mm)</text>",
             left + 0.5 * w,
             bottom + 36.0
         );
