@@ -10,14 +10,14 @@ pub type Columns = BTreeMap<String, Vec<f64>>;
 pub fn read_csv(path: &Path) -> Columns {
     let text = std::fs::read_to_string(path).unwrap_or_default();
     let mut lines = text.lines();
-    let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
-    let mut columns = Columns::new();
+    let names = lines.next().unwrap_or_default().split(',');
+    let mut columns: Vec<(&str, Vec<f64>)> = names.map(|name| (name, Vec::new())).collect();
     for line in lines {
-        for (name, cell) in names.iter().zip(line.split(',')) {
-            if let Ok(value) = cell.parse() {
-                columns.entry(name.to_string()).or_default().push(value);
-            }
+        for ((_, values), cell) in columns.iter_mut().zip(line.split(',')) {
+            values.extend(cell.parse::<f64>().ok());
         }
     }
-    columns
+    let some = columns.into_iter().filter(|(_, values)| !values.is_empty());
+    some.map(|(name, values)| (name.to_string(), values))
+        .collect()
 }
