@@ -1,16 +1,16 @@
 //! `report.html` with its pictures, made from what a run left in its directory.
 //!
-//! - [`run`]: its files; [`tables`]: their tables; [`fields`]: the VTK files of the participants;
-//! - [`page`]: sections, tables and pictures as one file; [`picture`]: a picture; [`units`]: numbers as people read them;
-//! - [`verdict`]: how the run ended, balances, warnings, steps against their bounds; [`provenance`]: where it comes from;
-//! - [`results`]: the results, explained by `RESULTS.md`; [`compare`]: a run beside another one;
-//! - [`view`]: a part of the scene on a page; [`colour`]: the scale of maps; [`axis`]: places of labels;
-//! - [`scene`]: grains and continuum around the contact, coloured by pressure;
-//! - [`body`]: the whole continuum, and which of its nodes stick;
-//! - [`grains`]: pressure in the cells of the grains' stress; [`arrows`]: their velocities and displacements; [`chains`]: their forces;
+//! - [`run`]: its files; [`tables`]: their tables; `fields`: the VTK files of the participants;
+//! - `page`: sections, tables and pictures as one file; `picture`: a picture; `units`: numbers as people read them;
+//! - `verdict`: how the run ended, balances, warnings, steps against their bounds; `provenance`: where it comes from;
+//! - `results`: the results, explained by `RESULTS.md`; `compare`: a run beside another one;
+//! - `view`: a part of the scene on a page; `colour`: the scale of maps; `axis`: places of labels;
+//! - `scene`: grains and continuum around the contact, coloured by pressure;
+//! - `body`: the whole continuum, and which of its nodes stick;
+//! - `grains`: pressure in the cells of the grains' stress; `arrows`: their velocities and displacements; `chains`: their forces;
 //! - [`movie`]: `movie.html`, a player of all moments;
-//! - [`circuit`]: the flows of third body; [`times`]: where the time went;
-//! - [`plot`]: curves over axes; [`curves`]: loads, friction, sliding nodes, traction; [`ledger`]: interfaces, energies, bonds, flows.
+//! - `circuit`: the flows of third body; `times`: where the time went;
+//! - `plot`: curves over axes; `curves`: loads, friction, sliding nodes, traction; `ledger`: interfaces, energies, bonds, flows.
 
 use std::collections::HashSet;
 use std::path::Path;
