@@ -105,19 +105,20 @@ mod tests {
         [1.1, 2.2, 3.3, 4.4],
     ];
 
-    /// Sums, differences, products and numbers of three packs: a vector of two leaves one.
+    /// Sums, differences, products, numbers and the larger ones of three packs: a vector of two leaves one.
     #[derive(Debug, Default, PartialEq)]
-    struct Computed([[[f64; LANES]; 3]; 4]);
+    struct Computed([[[f64; LANES]; 3]; 5]);
 
     impl ByPacks for Computed {
         fn at<R: Registers>(&mut self, registers: R, p: usize) {
             let constants = [0, 1, 2].map(|p| [Pack(A[p]), Pack(B[p])]);
             let [x, y] = registers.load_all(&constants, p);
-            let [sums, differences, products, numbers] = &mut self.0;
+            let [sums, differences, products, numbers, larger] = &mut self.0;
             (x + y).put(sums, p);
             (registers.load(&A, p) - registers.load(&B, p)).put(differences, p);
             (x * y).put(products, p);
             x.all(0.1).put(numbers, p);
+            x.larger(y).put(larger, p);
         }
     }
 
@@ -138,7 +139,7 @@ mod tests {
         let second = plain.0.map(|packs| packs[1]);
         assert_eq!(
             second,
-            [a + b, a - b, a * b, Pack::splat(0.1)].map(|pack| pack.0)
+            [a + b, a - b, a * b, Pack::splat(0.1), a.max(b)].map(|pack| pack.0)
         );
     }
 }

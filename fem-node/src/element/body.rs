@@ -21,7 +21,7 @@ use crate::material::Elastic;
 use crate::material::j2::{HISTORY, history_at};
 use crate::material::nonlinear::NonlinearLaw;
 use crate::mesh::{Connectivity, Mesh};
-use crate::pack::{InRegisters, Lines, Registers, in_registers, vectorised};
+use crate::pack::{InRegisters, Lines, Registers, in_registers};
 
 /// A body ready to be integrated in time.
 #[derive(Clone, Debug)]
@@ -206,26 +206,6 @@ impl Body {
         });
     }
 
-    /// Forces of some elements of a row, whole packs of them, under a nonlinear law.
-    pub(crate) fn nonlinear_row(
-        &self,
-        law: &NonlinearLaw,
-        row: usize,
-        path: StrainPath,
-        columns: Range<usize>,
-        out: &mut RowForces,
-    ) {
-        vectorised(
-            #[inline(always)]
-            || match &self.element {
-                Element::OnePoint(elements) => elements.nonlinear_row(law, row, path, columns, out),
-                Element::FourPoint(elements) => {
-                    elements.nonlinear_row(law, row, path, columns, out);
-                }
-            },
-        );
-    }
-
     /// Forces of a row of elements of an unstructured mesh on their corners, element after element, [`CORNER_FORCES`] each.
     pub(crate) fn gathered_row(
         &self,
@@ -403,5 +383,8 @@ fn structured_row(layout: Layout, u: &[f64], row: usize) -> CornerRows<'_> {
     CornerRows::between([&u[layout.row(row)], &u[layout.row(row + 1)]])
 }
 
+mod nonlinear;
+#[cfg(test)]
+pub(super) mod plastic_tests;
 #[cfg(test)]
 mod tests;

@@ -122,6 +122,28 @@ impl StrainPath<'_> {
         }
     }
 
+    /// Adds up the equivalent plastic strains of the first `points` points of some packs of elements: above 0 in those that
+    /// have flowed, and only there is any history variable other than 0.
+    #[inline(always)]
+    pub(super) fn write_flow(
+        &self,
+        [points, padded]: [usize; 2],
+        columns: &Range<usize>,
+        flow: &mut [[f64; LANES]],
+    ) {
+        let packs = columns.start / LANES..columns.end / LANES;
+        let of = |point: usize| {
+            let first = (point * HISTORY + HISTORY - 1) * padded;
+            packs_of(self.history, first, &packs)
+        };
+        flow.copy_from_slice(of(0));
+        for point in 1..points {
+            for (flow, own) in flow.iter_mut().zip(of(point)) {
+                *flow = (Pack(*flow) + Pack(*own)).0;
+            }
+        }
+    }
+
     /// History of one of the points.
     #[inline(always)]
     pub(super) fn point(&mut self, point: usize, padded: usize) -> PointHistory<'_> {
@@ -146,6 +168,16 @@ pub(crate) struct StrainState<'a> {
 }
 
 impl StrainState<'_> {
+    /// True where no element of the pack has ever flowed, [`StrainPath::write_flow`].
+    #[inline(always)]
+    pub(super) fn is_virgin(&self, points: usize, padded: usize, i: usize) -> bool {
+        let flows = |point: usize| {
+            let [.., a] = self.history(point, padded, i);
+            a.any_above(Pack::splat(0.0))
+        };
+        !(0..points).any(flows)
+    }
+
     /// History variables of one of the points; zero under a law without.
     #[inline(always)]
     pub(super) fn history(&self, point: usize, padded: usize, i: usize) -> History {

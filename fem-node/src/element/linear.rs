@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use super::corners::{CornerPacks, CornerRows, Corners};
 use super::row_forces::{CornerForces, PackForces, RowForces};
-use crate::pack::{ByPacks, LANES, Registers};
+use crate::material::j2::J2;
+use crate::pack::{ByPacks, LANES, Lanes, Registers};
 
 /// Elements of a structured mesh whose forces are linear in the displacements of their corners.
 pub(super) trait LinearElements {
@@ -21,7 +22,25 @@ pub(super) trait LinearElements {
         packs: (&[Self::Constants], usize),
         u: [Corners<R::Vector>; 2],
     ) -> [CornerForces<R::Vector>; 2];
+
+    /// The same, and by how much a bound of the deviatoric strain is above the [`limit`](LinearElements::limit). An element that has
+    /// never flowed, and whose excess is not above 0, does not flow.
+    fn forces_and_excess<R: Registers>(
+        &self,
+        registers: R,
+        packs: (&[Self::Constants], usize),
+        u: [Corners<R::Vector>; 2],
+        limit: f64,
+    ) -> ([CornerForces<R::Vector>; 2], R::Vector);
+
+    /// Limit of the bound under a yield stress.
+    fn limit(&self, plastic: &J2) -> f64;
 }
+
+/// Share of the exact limit that the bounds are compared with. What is taken off is far above the rounding of the bounds and costs
+/// nothing: an element between them is looked at once more. The rounding of the strain energy grows with the square of the rotation;
+/// it reaches this margin with a rotation of 1e6 times the yield strain, where small strain has lost its meaning long before.
+pub(super) const LIMIT_SHARE: f64 = 0.999;
 
 /// A computation over a row of elements, compiled for each kind of them and of registers.
 pub(super) trait OverElements {
@@ -54,6 +73,34 @@ impl OverElements for LinearRow<'_> {
     }
 }
 
+/// The same, and the excess of each element.
+pub(super) struct BoundedRow<'a> {
+    pub(super) row: LinearRow<'a>,
+    pub(super) plastic: &'a J2,
+    /// Of the packs of the row.
+    pub(super) excess: &'a mut [[f64; LANES]],
+}
+
+impl OverElements for BoundedRow<'_> {
+    #[inline(always)]
+    fn over<R: Registers>(self, registers: R, elements: &impl LinearElements, row: usize) {
+        let (limit, linear) = (elements.limit(self.plastic), self.row);
+        let packs = linear.columns.start / LANES..linear.columns.end / LANES;
+        let mut pass = BoundedPass {
+            pass: ElementPass {
+                elements,
+                constants: &elements.constants(row)[packs.clone()],
+                x: linear.u.packs(0, &packs),
+                y: linear.u.packs(linear.stride, &packs),
+                forces: linear.out.packs(linear.stride, &packs),
+            },
+            limit,
+            excess: &mut self.excess[packs.clone()],
+        };
+        pass.over(registers, packs.len());
+    }
+}
+
 /// Some packs of a row of elements.
 struct ElementPass<'a, E: LinearElements> {
     elements: &'a E,
@@ -71,5 +118,28 @@ impl<E: LinearElements> ByPacks for ElementPass<'_, E> {
         let [x, y] = &mut self.forces;
         x.store(p, fx);
         y.store(p, fy);
+    }
+}
+
+/// The same with a yield limit.
+struct BoundedPass<'a, E: LinearElements> {
+    pass: ElementPass<'a, E>,
+    limit: f64,
+    excess: &'a mut [[f64; LANES]],
+}
+
+impl<E: LinearElements> ByPacks for BoundedPass<'_, E> {
+    #[inline(always)]
+    fn at<R: Registers>(&mut self, registers: R, p: usize) {
+        let pass = &mut self.pass;
+        let u = [pass.x.at(registers, p), pass.y.at(registers, p)];
+        let packs = (pass.constants, p);
+        let ([fx, fy], excess) = pass
+            .elements
+            .forces_and_excess(registers, packs, u, self.limit);
+        let [x, y] = &mut pass.forces;
+        x.store(p, fx);
+        y.store(p, fy);
+        excess.put(self.excess, p);
     }
 }

@@ -53,13 +53,10 @@ impl<V: Lanes> Modes<V> {
         self.hourglass = plus_minus(right, self.hourglass, eta);
     }
 
+    /// Sum over the corners of the product of the forces with a field.
     #[inline(always)]
-    pub(super) fn scaled(self, factor: V) -> Modes<V> {
-        Modes {
-            xi: factor * self.xi,
-            eta: factor * self.eta,
-            hourglass: factor * self.hourglass,
-        }
+    pub(super) fn work(&self, field: &Modes<V>) -> V {
+        (self.xi * field.xi + self.eta * field.eta) + self.hourglass * field.hourglass
     }
 
     /// Forces on the corners.

@@ -5,9 +5,10 @@ use std::ops::Range;
 use super::corners::{StrainPath, StrainState};
 use super::layout::Layout;
 use super::modes::{Modes, plus_minus};
+use super::q4_2x2::integrate;
 use super::shape::{GAUSS, jacobian};
 use crate::material::j2::J2;
-use crate::material::nonlinear::{Gradient, NonlinearLaw, corotational_response, hooke};
+use crate::material::nonlinear::{Gradient, NonlinearLaw, corotational_stress};
 use crate::pack::{LANES, Pack};
 
 /// Constants of an element that its geometry gives: the means of x,xi, y,xi, x,eta, y,eta; the slopes of x and y in
@@ -16,6 +17,34 @@ pub(super) const GEOMETRY: usize = 10;
 
 /// Constants of each element: those of [`geometry`], and t k / area for the mean pressure.
 pub(super) const CONSTANTS: usize = GEOMETRY + 1;
+
+/// Packs of elements of a row that may have to take the radial return.
+#[derive(Clone, Copy)]
+pub(super) struct Suspects<'a> {
+    /// By packs: above 0 where an element may flow, [`FLOWED`] where any of the pack has.
+    pub(super) excess: &'a [[f64; LANES]],
+    /// Number of the first pack in its row.
+    pub(super) first: usize,
+}
+
+/// Excess of a pack with an element that has flowed.
+pub(super) const FLOWED: f64 = f64::INFINITY;
+
+impl Suspects<'_> {
+    /// First columns of their packs.
+    #[inline(always)]
+    pub(super) fn columns(&self) -> impl Iterator<Item = usize> + '_ {
+        let packs = self.excess.iter().enumerate();
+        let above = packs.filter(|(_, excess)| Pack(**excess).any_above(Pack::splat(0.0)));
+        above.map(|(pack, _)| (self.first + pack) * LANES)
+    }
+
+    /// True where an element of the pack from column `i` on has flowed.
+    #[inline(always)]
+    pub(super) fn has_flowed(&self, i: usize) -> bool {
+        self.excess[i / LANES - self.first][0] == FLOWED
+    }
+}
 
 /// The four points of all elements of a row.
 pub(super) struct RowPoints<'a> {
@@ -61,65 +90,66 @@ pub(super) fn geometry(p: &[[f64; 2]; 4], thickness: f64) -> [f64; GEOMETRY] {
 }
 
 impl RowPoints<'_> {
-    /// Forces by packs of elements, handed to `store` with the modes of the displacement.
+    /// Forces of the packs of elements that flow or have flowed, handed to `store` with the modes of the displacement.
     #[inline(always)]
-    pub(super) fn forces(
-        &self,
-        law: &NonlinearLaw,
-        path: StrainPath,
-        columns: Range<usize>,
-        store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
-    ) {
-        match law {
-            NonlinearLaw::Plastic(plastic) => self.plastic_forces(plastic, path, columns, store),
-            NonlinearLaw::Corotational => self.corotational_forces(path, columns, store),
-        }
-    }
-
-    /// Forces of plasticity in small strain: factors that all components or all points share are applied once, increments
-    /// are read once for the four points.
-    #[inline(always)]
-    fn plastic_forces(
+    pub(super) fn plastic_forces(
         &self,
         plastic: &J2,
         mut path: StrainPath,
-        columns: Range<usize>,
+        suspects: Suspects,
         mut store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
     ) {
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
-        let moduli = self.moduli.map(Pack::splat);
         let scale = Pack::splat(4.0 / self.thickness);
         let quarter = Pack::splat(0.25 * self.thickness);
-        for i in columns.step_by(LANES) {
+        for i in suspects.columns() {
             let u = Modes::both(&path.u.load(stride, i));
+            if !suspects.has_flowed(i) && !self.begins_to_flow(plastic, &u, i) {
+                continue;
+            }
             let du = Modes::both(&path.du.load(stride, i));
             let mut dissipated = Pack::splat(0.0);
-            let mut force = [Modes::default(); 2];
-            for k in 0..4 {
-                let point = self.point(k, i);
-                let weight = scale * point.weight;
-                let strain = point.strain(weight, &u);
-                let (relaxed, dissipation) = plastic.return_map(
-                    strain,
-                    #[inline(always)]
-                    || point.strain(weight, &du),
-                    &mut path.point(k, padded),
-                    i,
-                );
-                dissipated = dissipated + point.jacobian() * dissipation;
-                let [xx, yy, xy] = hooke(moduli, strain);
-                let shear = xy - relaxed[2];
-                point.push(xx - relaxed[0], shear, &mut force[0]);
-                point.push(shear, yy - relaxed[1], &mut force[1]);
-            }
+            let forces = integrate(
+                &self.constants[i / LANES],
+                u,
+                self.moduli,
+                #[inline(always)]
+                |k, [exx, eyy, shear], [sxx, syy, sxy]| {
+                    let point = self.point(k, i);
+                    let weight = scale * point.weight;
+                    let (relaxed, dissipation) = plastic.return_map(
+                        [weight * exx, weight * eyy, weight * shear],
+                        #[inline(always)]
+                        || point.strain(weight, &du),
+                        &mut path.point(k, padded),
+                        i,
+                    );
+                    dissipated = dissipated + point.jacobian() * dissipation;
+                    [
+                        sxx - quarter * relaxed[0],
+                        syy - quarter * relaxed[1],
+                        sxy - quarter * relaxed[2],
+                    ]
+                },
+            );
             path.count(Pack::splat(self.thickness) * dissipated, i);
-            store(i, [force[0].scaled(quarter), force[1].scaled(quarter)], u);
+            store(i, forces, u);
         }
+    }
+
+    /// True where any point of a pack that has never flowed does.
+    #[inline(always)]
+    fn begins_to_flow(&self, plastic: &J2, u: &[Modes; 2], i: usize) -> bool {
+        let scale = Pack::splat(4.0 / self.thickness);
+        (0..4).any(|k| {
+            let point = self.point(k, i);
+            plastic.begins_to_flow(point.strain(scale * point.weight, u))
+        })
     }
 
     /// Forces under large rotations, which dissipate nothing.
     #[inline(always)]
-    fn corotational_forces(
+    pub(super) fn corotational_forces(
         &self,
         path: StrainPath,
         columns: Range<usize>,
@@ -132,8 +162,8 @@ impl RowPoints<'_> {
             for k in 0..4 {
                 let point = self.point(k, i);
                 let gradient = point.gradient(&u, self.thickness);
-                let response = corotational_response(self.moduli, gradient);
-                point.add(response.stress, self.thickness, &mut force);
+                let stress = corotational_stress(self.moduli, gradient);
+                point.add(stress, self.thickness, &mut force);
             }
             store(i, force, u);
         }
@@ -144,6 +174,9 @@ impl RowPoints<'_> {
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let mut sum = Pack::splat(0.0);
         for i in (0..padded).step_by(LANES) {
+            if law.plastic().is_some() && now.is_virgin(4, padded, i) {
+                continue;
+            }
             let u = Modes::both(&now.u.load(stride, i));
             for k in 0..4 {
                 let point = self.point(k, i);
@@ -246,12 +279,13 @@ mod tests {
     use crate::element::constants::Constants;
     use crate::element::corners::CornerRows;
     use crate::material::Elastic;
+    use crate::material::nonlinear::plain::respond;
     use crate::mesh::Mesh;
 
     /// Forces point by point, every factor where the formula has it.
     fn plain_forces(
         points: &RowPoints,
-        law: &NonlinearLaw,
+        plastic: &J2,
         mut path: StrainPath,
         mut store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
     ) {
@@ -266,12 +300,12 @@ mod tests {
             for k in 0..4 {
                 let point = points.point(k, i);
                 let gradient = point.gradient(&u, points.thickness);
-                let increment = || point.gradient(&du, points.thickness);
+                let increment = point.gradient(&du, points.thickness);
                 let history = &mut path.point(k, padded);
-                let response = law.respond(points.moduli, gradient, increment, history, i);
-                let volume = point.volume(points.thickness);
-                dissipated = dissipated + volume * response.dissipated;
-                point.add(response.stress, points.thickness, &mut force);
+                let gradients = [gradient, increment];
+                let (stress, lost) = respond(plastic, points.moduli, gradients, history, i);
+                dissipated = dissipated + point.volume(points.thickness) * lost;
+                point.add(stress, points.thickness, &mut force);
             }
             path.count(dissipated, i);
             store(i, force, u);
@@ -292,7 +326,7 @@ mod tests {
             ..MaterialConfig::elastic(3.0, 0.3, 1.0)
         };
         let elastic = Elastic::new(&material, Plane::Strain);
-        let law = NonlinearLaw::Plastic(J2::new(&material, &elastic).expect("it yields"));
+        let plastic = J2::new(&material, &elastic).expect("it yields");
         let layout = Layout::new(&mesh);
         let constants = Constants::new(&mesh, layout, |p| {
             let mut constants = [0.0; CONSTANTS];
@@ -329,9 +363,13 @@ mod tests {
                 }
             };
             if short {
-                points.forces(&law, path, 0..layout.padded_columns(), store);
+                let all = Suspects {
+                    excess: &vec![[FLOWED; LANES]; layout.padded_columns() / LANES],
+                    first: 0,
+                };
+                points.plastic_forces(&plastic, path, all, store);
             } else {
-                plain_forces(&points, &law, path, store);
+                plain_forces(&points, &plastic, path, store);
             }
             forces.extend(dissipated);
             forces.extend(history);

@@ -35,13 +35,14 @@ use std::ops::Range;
 use super::constants::Constants;
 use super::corners::{Corners, StrainPath, StrainState};
 use super::layout::Layout;
-use super::linear::LinearElements;
+use super::linear::{LIMIT_SHARE, LinearElements};
+use super::points::Suspects;
 use super::row_forces::{CornerForces, RowForces};
 use super::shape::{area, slopes};
 use super::stiffness::Stiffness;
 use crate::material::Elastic;
-use crate::material::j2::J2;
-use crate::material::nonlinear::{Gradient, NonlinearLaw};
+use crate::material::j2::{History, J2};
+use crate::material::nonlinear::{NonlinearLaw, corotational_stress, symmetric};
 use crate::mesh::Mesh;
 use crate::pack::{LANES, Lanes, Pack, Registers};
 
@@ -89,59 +90,79 @@ impl Q4OnePoint {
         }
     }
 
-    /// Forces f_ia = t A B_ja s_ij + G_a Q_i of a row under a nonlinear law.
+    /// Forces of those elements of a row that flow or have flowed, whole packs of them, under plasticity. They are the elastic ones
+    /// with the mean stress reduced by 2 mu p and the hourglass modes by their plastic parts, to the bit without either.
     #[inline(always)]
-    pub(super) fn nonlinear_row(
+    pub(super) fn plastic_row(
         &self,
-        law: &NonlinearLaw,
+        plastic: &J2,
         row: usize,
         mut path: StrainPath,
+        suspects: Suspects,
+        out: &mut RowForces,
+    ) {
+        let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
+        let (u, du, constants) = (path.u, path.du, self.constants.row(row));
+        for i in suspects.columns() {
+            let constants = &constants[i / LANES];
+            let (corners, volume) = (u.load(stride, i), constants[6]);
+            let gradient = mean_gradient(constants, &corners);
+            let (relaxed, dissipation) = plastic.return_map(
+                symmetric(gradient),
+                #[inline(always)]
+                || symmetric(mean_gradient(constants, &du.load(stride, i))),
+                &mut path.point(0, padded),
+                i,
+            );
+            let mut modes = hourglass_modes([constants[4], constants[5]], &corners, gradient);
+            let mut flow = HourglassFlow {
+                plastic,
+                stiffness: constants[7],
+                history: path.point(1, padded).load(i),
+                dissipated: volume * dissipation,
+            };
+            if dissipation.any_above(Pack::splat(0.0)) {
+                let du = du.load(stride, i);
+                let moment = [constants[4], constants[5]];
+                let steps = hourglass_modes(moment, &du, mean_gradient(constants, &du));
+                flow.follow(modes, steps, dissipation);
+                path.point(1, padded).store(i, flow.history);
+            }
+            path.count(flow.dissipated, i);
+            for (mode, plastic) in modes.iter_mut().zip(flow.history) {
+                *mode = *mode - plastic;
+            }
+            let mut stress = self.elastic_stress(volume, gradient);
+            for (stress, relaxed) in stress.iter_mut().zip(relaxed) {
+                *stress = *stress - volume * relaxed;
+            }
+            let [x, y] = corner_forces(constants, stress, modes);
+            out.store(i, x);
+            out.store(stride + i, y);
+        }
+    }
+
+    /// Forces f_ia = t A B_ja s_ij + G_a Q_i of a row under large rotations.
+    #[inline(always)]
+    pub(super) fn corotational_row(
+        &self,
+        row: usize,
+        path: StrainPath,
         columns: Range<usize>,
         out: &mut RowForces,
     ) {
         let moduli = self.elastic.moduli();
-        let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
-        let (u, du, constants) = (path.u, path.du, self.constants.row(row));
+        let (stride, constants) = (self.layout.element_stride(), self.constants.row(row));
         for i in columns.step_by(LANES) {
             let [bx1, bx2, by1, by2, hx, hy, volume, hourglass] = constants[i / LANES];
-            let (bx, by) = ([bx1, bx2], [by1, by2]);
-            let corners = u.load(stride, i);
-            let gradient = gradient(bx, by, &corners);
-            let response = law.respond(
-                moduli,
-                gradient,
-                #[inline(always)]
-                || self::gradient(bx, by, &du.load(stride, i)),
-                &mut path.point(0, padded),
-                i,
-            );
+            let corners = path.u.load(stride, i);
+            let gradient = gradient([bx1, bx2], [by1, by2], &corners);
+            let stress = corotational_stress(moduli, gradient);
             let modes = hourglass_modes([hx, hy], &corners, gradient);
-            let mut plastic_modes = [Pack::splat(0.0); 2];
-            let mut dissipated = volume * response.dissipated;
-            if let Some(plastic) = law.plastic() {
-                let mut history = path.point(1, padded).load(i);
-                let flows = response.dissipated;
-                if flows.any_above(Pack::splat(0.0)) {
-                    let du = du.load(stride, i);
-                    let steps = hourglass_modes([hx, hy], &du, self::gradient(bx, by, &du));
-                    let softened = Pack::splat(1.0 - softening(plastic));
-                    for k in 0..2 {
-                        let trial = modes[k] - history[k];
-                        let grows = (trial * steps[k]).if_positive(flows);
-                        let flow = grows.if_positive(softened * steps[k]);
-                        let mean = trial - Pack::splat(0.5) * (steps[k] + flow);
-                        dissipated = dissipated + hourglass * mean * flow;
-                        history[k] = history[k] + flow;
-                    }
-                    path.point(1, padded).store(i, history);
-                }
-                plastic_modes = [history[0], history[1]];
-            }
-            path.count(dissipated, i);
             for k in 0..2 {
-                let q = hourglass * (modes[k] - plastic_modes[k]);
-                let sx = volume * response.stress[k][0] - hx * q;
-                let sy = volume * response.stress[k][1] - hy * q;
+                let q = hourglass * modes[k];
+                let sx = volume * stress[k][0] - hx * q;
+                let sy = volume * stress[k][1] - hy * q;
                 let forces = CornerForces {
                     first: bx1 * sx + by1 * sy,
                     second: bx2 * sx + by2 * sy,
@@ -150,6 +171,18 @@ impl Q4OnePoint {
                 out.store(k * stride + i, forces);
             }
         }
+    }
+
+    /// t A D e (xx, yy, xy), `volume` being t A.
+    #[inline(always)]
+    fn elastic_stress<V: Lanes>(&self, volume: V, [[xx, xy], [yx, yy]]: [[V; 2]; 2]) -> [V; 3] {
+        let c = |value: f64| volume.all(value) * volume;
+        let (c11, c12, c33) = (
+            c(self.elastic.c11),
+            c(self.elastic.c12),
+            c(self.elastic.c33),
+        );
+        [c11 * xx + c12 * yy, c12 * xx + c11 * yy, c33 * (xy + yx)]
     }
 
     /// Stored energy less u F / 2 (J) of a row, [`NonlinearLaw::energy_correction`].
@@ -164,9 +197,11 @@ impl Q4OnePoint {
         let mut sum = Pack::splat(0.0);
         let starts = (0..padded).step_by(LANES);
         for (i, constants) in starts.zip(self.constants.row(row)) {
-            let [bx1, bx2, by1, by2, ..] = *constants;
+            if law.plastic().is_some() && now.is_virgin(1, padded, i) {
+                continue;
+            }
             let corners = now.u.load(stride, i);
-            let gradient = gradient([bx1, bx2], [by1, by2], &corners);
+            let gradient = mean_gradient(constants, &corners);
             let energy = law.energy_correction(moduli, gradient, now.history(0, padded, i));
             sum = sum + constants[6] * energy;
             if law.plastic().is_some() {
@@ -196,29 +231,99 @@ impl LinearElements for Q4OnePoint {
         &self,
         registers: R,
         (constants, p): (&[Self::Constants], usize),
-        [x, y]: [Corners<R::Vector>; 2],
+        u: [Corners<R::Vector>; 2],
     ) -> [CornerForces<R::Vector>; 2] {
-        let [bx1, bx2, by1, by2, hx, hy, volume, hourglass] = registers.load_all(constants, p);
-        let [[xx, xy], [yx, yy]] = gradient([bx1, bx2], [by1, by2], &[x, y]);
-        let c = |value: f64| registers.splat(value) * volume;
-        let (c11, c12, c33) = (
-            c(self.elastic.c11),
-            c(self.elastic.c12),
-            c(self.elastic.c33),
-        );
-        let shear = c33 * (xy + yx);
-        let qx = hourglass * (x.hourglass() - hx * xx - hy * xy);
-        let qy = hourglass * (y.hourglass() - hx * yx - hy * yy);
+        let constants = registers.load_all(constants, p);
+        let gradient = mean_gradient(&constants, &u);
+        let modes = hourglass_modes([constants[4], constants[5]], &u, gradient);
+        corner_forces(
+            &constants,
+            self.elastic_stress(constants[6], gradient),
+            modes,
+        )
+    }
 
-        // G_a Q = h_a Q - B_xa (h.x) Q - B_ya (h.y) Q: the last two join the stress.
-        let (sxx, sxy) = (c11 * xx + c12 * yy - hx * qx, shear - hy * qx);
-        let (syx, syy) = (shear - hx * qy, c12 * xx + c11 * yy - hy * qy);
-        let forces = |sx: R::Vector, sy: R::Vector, q: R::Vector| CornerForces {
-            first: bx1 * sx + by1 * sy,
-            second: bx2 * sx + by2 * sy,
-            hourglass: q,
-        };
-        [forces(sxx, sxy, qx), forces(syx, syy, qy)]
+    /// The excess of 2 dev e : dev e = (exx - eyy)^2 + (2 exy)^2 + (exx + eyy)^2 / 3, which is exact.
+    #[inline(always)]
+    fn forces_and_excess<R: Registers>(
+        &self,
+        registers: R,
+        (constants, p): (&[Self::Constants], usize),
+        u: [Corners<R::Vector>; 2],
+        limit: f64,
+    ) -> ([CornerForces<R::Vector>; 2], R::Vector) {
+        let constants = registers.load_all(constants, p);
+        let gradient = mean_gradient(&constants, &u);
+        let modes = hourglass_modes([constants[4], constants[5]], &u, gradient);
+        let stress = self.elastic_stress(constants[6], gradient);
+        let [[xx, xy], [yx, yy]] = gradient;
+        let (difference, shear, sum) = (xx - yy, xy + yx, xx + yy);
+        let third = registers.splat(1.0 / 3.0);
+        let square = (difference * difference + shear * shear) + third * (sum * sum);
+        (
+            corner_forces(&constants, stress, modes),
+            square - registers.splat(limit),
+        )
+    }
+
+    fn limit(&self, plastic: &J2) -> f64 {
+        LIMIT_SHARE * plastic.shear_limit()
+    }
+}
+
+/// Forces of the mean stress times t A and of the hourglass modes, twice G.u, by their stiffness over 4.
+#[inline(always)]
+fn corner_forces<V: Lanes>(
+    [bx1, bx2, by1, by2, hx, hy, _, hourglass]: &[V; CONSTANTS],
+    [xx, yy, xy]: [V; 3],
+    [x, y]: [V; 2],
+) -> [CornerForces<V>; 2] {
+    let (qx, qy) = (*hourglass * x, *hourglass * y);
+    // G_a Q = h_a Q - B_xa (h.x) Q - B_ya (h.y) Q: the last two join the stress.
+    let (sxx, sxy) = (xx - *hx * qx, xy - *hy * qx);
+    let (syx, syy) = (xy - *hx * qy, yy - *hy * qy);
+    let forces = |sx: V, sy: V, q: V| CornerForces {
+        first: *bx1 * sx + *by1 * sy,
+        second: *bx2 * sx + *by2 * sy,
+        hourglass: q,
+    };
+    [forces(sxx, sxy, qx), forces(syx, syy, qy)]
+}
+
+/// Mean gradient of the displacement of elements with these constants.
+#[inline(always)]
+fn mean_gradient<V: Lanes>(
+    [bx1, bx2, by1, by2, ..]: &[V; CONSTANTS],
+    corners: &[Corners<V>; 2],
+) -> [[V; 2]; 2] {
+    gradient([*bx1, *bx2], [*by1, *by2], corners)
+}
+
+/// Hourglass modes of a pack of elements in plastic flow.
+struct HourglassFlow<'a> {
+    plastic: &'a J2,
+    /// Over 4.
+    stiffness: Pack,
+    /// 2 g_p in x and in y, and two numbers that nothing uses.
+    history: History,
+    /// Dissipation of the elements (J).
+    dissipated: Pack,
+}
+
+impl HourglassFlow<'_> {
+    /// dg_p = (1 - s) dg where the point flows and Q dg > 0, given the modes at the end of a step and their increments. It
+    /// dissipates (Q + Q') dg_p / 2.
+    #[inline(always)]
+    fn follow(&mut self, modes: [Pack; 2], steps: [Pack; 2], flows: Pack) {
+        let softened = Pack::splat(1.0 - softening(self.plastic));
+        for k in 0..2 {
+            let trial = modes[k] - self.history[k];
+            let grows = (trial * steps[k]).if_positive(flows);
+            let flow = grows.if_positive(softened * steps[k]);
+            let mean = trial - Pack::splat(0.5) * (steps[k] + flow);
+            self.dissipated = self.dissipated + self.stiffness * mean * flow;
+            self.history[k] = self.history[k] + flow;
+        }
     }
 }
 
@@ -231,7 +336,11 @@ fn gradient<V: Lanes>(bx: [V; 2], by: [V; 2], [x, y]: &[Corners<V>; 2]) -> [[V; 
 
 /// Twice G.u in x and in y: h.u less its linear part.
 #[inline(always)]
-fn hourglass_modes(moment: [Pack; 2], corners: &[Corners; 2], gradient: Gradient) -> [Pack; 2] {
+fn hourglass_modes<V: Lanes>(
+    moment: [V; 2],
+    corners: &[Corners<V>; 2],
+    gradient: [[V; 2]; 2],
+) -> [V; 2] {
     let of = |k: usize| {
         let [along_x, along_y] = gradient[k];
         corners[k].hourglass() - moment[0] * along_x - moment[1] * along_y
@@ -280,104 +389,4 @@ fn element_constants(p: &[[f64; 2]; 4], elastic: &Elastic, thickness: f64) -> [f
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::config::{ElementKind, MaterialConfig, Plane};
-    use crate::element::{Body, Supports};
-    use crate::probe;
-
-    /// A body in which no two elements are alike and no side is parallel to another.
-    fn distorted() -> Mesh {
-        Mesh::structured(6, 4, |i, j| {
-            let wobble = |k: usize| 0.2 * ((k * 7919 + 13) % 101) as f64 / 101.0;
-            let k = j * 7 + i;
-            [i as f64 + wobble(k), -1.3 * j as f64 + wobble(k + 50)]
-        })
-    }
-
-    fn elastic(poisson: f64) -> Elastic {
-        let material = MaterialConfig::elastic(3.0, poisson, 1.0);
-        Elastic::new(&material, Plane::Strain)
-    }
-
-    /// Nodal forces of one element by the book: t A B^T D B u at the centre, and the hourglass vector as what is
-    /// left of (1, -1, 1, -1) / 2 once its linear part is taken off.
-    fn reference(p: &[[f64; 2]; 4], u: &[[f64; 2]; 4], law: &Elastic, t: f64) -> [[f64; 2]; 4] {
-        let stress = law.stress(probe::strain(p, u, [0.0, 0.0]));
-        let unit = |a: usize, k: usize| {
-            let mut unit = [[0.0; 2]; 4];
-            unit[a][k] = 1.0;
-            probe::strain(p, &unit, [0.0, 0.0])
-        };
-        let slopes: Vec<[f64; 2]> = (0..4).map(|a| [unit(a, 0)[0], unit(a, 1)[1]]).collect();
-        let h = [1.0, -1.0, 1.0, -1.0];
-        let moment = |k: usize| (0..4).map(|a| h[a] * p[a][k]).sum::<f64>();
-        let pure = |a: usize| 0.5 * (h[a] - moment(0) * slopes[a][0] - moment(1) * slopes[a][1]);
-        let b2: f64 = slopes.iter().flatten().map(|b| b * b).sum();
-        let volume = t * area(p);
-        let q = [0, 1]
-            .map(|k| 0.1 * law.c11 * volume * b2 * (0..4).map(|a| pure(a) * u[a][k]).sum::<f64>());
-        [0, 1, 2, 3].map(|a| {
-            let [bx, by] = slopes[a];
-            [
-                volume * (bx * stress[0] + by * stress[2]) + pure(a) * q[0],
-                volume * (by * stress[1] + bx * stress[2]) + pure(a) * q[1],
-            ]
-        })
-    }
-
-    #[test]
-    fn the_row_kernel_agrees_with_the_textbook_element() {
-        let (mesh, law, t) = (distorted(), elastic(0.3), 0.7);
-        let body = Body::new(&mesh, ElementKind::Q4OnePoint, &law, Supports::default(), t);
-        let layout = body.layout;
-        let motion = |n: [usize; 2]| [0, 1].map(|k| ((31 * n[0] + 17 * n[1] + 5 * k) as f64).sin());
-        let (mut u, mut expected) = (vec![0.0; layout.len()], vec![0.0; layout.len()]);
-        for j in 0..mesh.rows {
-            for i in 0..mesh.columns {
-                let corners = mesh.corners(i, j);
-                let points = corners.map(|n| mesh.point(n[0], n[1]));
-                let forces = reference(&points, &corners.map(motion), &law, t);
-                for (node, force) in corners.into_iter().zip(forces) {
-                    for k in 0..2 {
-                        u[layout.index(node, k)] = motion(node)[k];
-                        expected[layout.index(node, k)] += force[k];
-                    }
-                }
-            }
-        }
-        let mut force = vec![0.0; layout.len()];
-        body.internal_force(&u, &mut force);
-        let scale = expected.iter().fold(0.0, |m: f64, f| m.max(f.abs()));
-        for (computed, exact) in force.iter().zip(&expected) {
-            assert!(
-                (computed - exact).abs() <= 1e-12 * scale,
-                "{computed} {exact}"
-            );
-        }
-    }
-
-    #[test]
-    fn the_hourglass_mode_of_a_square_is_resisted_as_stated() {
-        let mesh = Mesh::structured(1, 1, |i, j| [i as f64, -(j as f64)]);
-        let law = elastic(0.3);
-        let body = Body::new(
-            &mesh,
-            ElementKind::Q4OnePoint,
-            &law,
-            Supports::default(),
-            1.0,
-        );
-        let layout = body.layout;
-        let mut u = vec![0.0; layout.len()];
-        for (node, h) in mesh.corners(0, 0).into_iter().zip([1.0, -1.0, 1.0, -1.0]) {
-            u[layout.index(node, 0)] = h;
-        }
-        let mut force = vec![0.0; layout.len()];
-        body.internal_force(&u, &mut force);
-        // Bending energy of the exact field u = h xi eta: (4/3) E / (1 - nu^2) per h^2.
-        let exact = 4.0 / 3.0 * 3.0 / (1.0 - 0.09);
-        let work: f64 = u.iter().zip(&force).map(|(u, f)| u * f).sum();
-        assert!((work / exact - 0.735).abs() < 1e-3, "{}", work / exact);
-    }
-}
+mod tests;

@@ -19,6 +19,18 @@
 //!
 //! Only six numbers of geometry and J at the four points are needed, in place of four gradients of eight numbers.
 //!
+//! # Yield
+//! In plane strain s : e = k (tr e)^2 + 2 mu dev e : dev e, k the bulk modulus. The work t J s : e of no point is negative, and their sum is
+//! the work u f of the nodal forces, so that everywhere in an element without plastic strain
+//!
+//! ```text
+//! 2 dev e : dev e <= u f / (mu t min J)
+//! ```
+//!
+//! That bound of the trial stress costs a dozen operations. In a uniform deformation it is too large by the four points, and by the work of
+//! the pressure. The forces below are those of plasticity as well, the
+//! stress of each point being reduced by 2 mu p: an element without plastic strain has the same bits under both laws.
+//!
 //! The element with one mean dilatation, [`super::q4_bbar`], has the same points under the moduli D - k, and adds the forces
 //! of its mean pressure.
 
@@ -27,13 +39,14 @@ use std::ops::Range;
 use super::constants::Constants;
 use super::corners::{Corners, StrainPath, StrainState};
 use super::layout::Layout;
-use super::linear::LinearElements;
+use super::linear::{LIMIT_SHARE, LinearElements};
 use super::modes::{Modes, plus_minus};
-use super::points::{CONSTANTS, GEOMETRY, RowPoints, geometry};
+use super::points::{CONSTANTS, GEOMETRY, RowPoints, Suspects, geometry};
 use super::q4_bbar::{add_mean_pressure, deviatoric_moduli};
 use super::row_forces::{CornerForces, RowForces};
 use super::shape::area;
 use crate::material::Elastic;
+use crate::material::j2::J2;
 use crate::material::nonlinear::NonlinearLaw;
 use crate::mesh::Mesh;
 use crate::pack::{LANES, Lanes, Pack, Registers};
@@ -88,11 +101,38 @@ impl Q4FourPoint {
         self.mean_dilatation
     }
 
-    /// Forces of the elements of a row under a nonlinear law.
+    /// Forces of those elements of a row that flow or have flowed, whole packs of them, under plasticity: where the excess is above 0,
+    /// and infinite if any of the pack has flowed.
     #[inline(always)]
-    pub(super) fn nonlinear_row(
+    pub(super) fn plastic_row(
         &self,
-        law: &NonlinearLaw,
+        plastic: &J2,
+        row: usize,
+        path: StrainPath,
+        suspects: Suspects,
+        out: &mut RowForces,
+    ) {
+        let points = self.points(row);
+        let stride = self.layout.element_stride();
+        points.plastic_forces(
+            plastic,
+            path,
+            suspects,
+            #[inline(always)]
+            |i, mut forces, u| {
+                if self.mean_dilatation {
+                    add_mean_pressure(&points.constants[i / LANES], u, &mut forces);
+                }
+                out.store(i, forces[0].on_corners());
+                out.store(stride + i, forces[1].on_corners());
+            },
+        );
+    }
+
+    /// Forces of the elements of a row under large rotations.
+    #[inline(always)]
+    pub(super) fn corotational_row(
+        &self,
         row: usize,
         path: StrainPath,
         columns: Range<usize>,
@@ -100,8 +140,7 @@ impl Q4FourPoint {
     ) {
         let points = self.points(row);
         let stride = self.layout.element_stride();
-        points.forces(
-            law,
+        points.corotational_forces(
             path,
             columns,
             #[inline(always)]
@@ -154,20 +193,57 @@ impl<const MEAN: bool> LinearElements for Linear<'_, MEAN> {
         u: [Corners<R::Vector>; 2],
     ) -> [CornerForces<R::Vector>; 2] {
         let (u, constants) = (Modes::both(&u), registers.load_all(constants, p));
-        let mut forces = integrate(&constants, u, self.0.moduli);
+        let mut forces = integrate(&constants, u, self.0.moduli, elastic);
         if MEAN {
             add_mean_pressure(&constants, u, &mut forces);
         }
         [forces[0].on_corners(), forces[1].on_corners()]
     }
+
+    /// The excess of u f max w, w = t / 16 J being the weight of a point, without the work of the mean pressure.
+    #[inline(always)]
+    fn forces_and_excess<R: Registers>(
+        &self,
+        registers: R,
+        (constants, p): (&[Self::Constants], usize),
+        u: [Corners<R::Vector>; 2],
+        limit: f64,
+    ) -> ([CornerForces<R::Vector>; 2], R::Vector) {
+        let (u, constants) = (Modes::both(&u), registers.load_all(constants, p));
+        let mut forces = integrate(&constants, u, self.0.moduli, elastic);
+        let work = forces[0].work(&u[0]) + forces[1].work(&u[1]);
+        let [.., w1, w2, w3, w4, _] = constants;
+        let largest = w1.larger(w2).larger(w3.larger(w4));
+        if MEAN {
+            add_mean_pressure(&constants, u, &mut forces);
+        }
+        (
+            [forces[0].on_corners(), forces[1].on_corners()],
+            largest * work - registers.splat(limit),
+        )
+    }
+
+    /// 2 dev e : dev e <= 16 u f max w / (mu t^2)
+    fn limit(&self, plastic: &J2) -> f64 {
+        let t = self.0.thickness;
+        LIMIT_SHARE * plastic.shear_limit() * plastic.mu * t * t / 16.0
+    }
 }
 
-/// Forces f = sum over the four points of t J B^T s, s = D grad u, of a pack of elements with these constants.
+/// The stress of a point without plastic strain.
+#[inline(always)]
+fn elastic<V>(_: usize, _: [V; 3], stress: [V; 3]) -> [V; 3] {
+    stress
+}
+
+/// Forces f = sum over the four points of t J B^T s of a pack of elements with these constants. `stress` gives t s / 4 (xx, yy, xy) of a
+/// point, given its number in the order of the weights, 4 J e (exx, eyy, 2 exy), and t D e / 4.
 #[inline(always)]
 pub(crate) fn integrate<V: Lanes>(
     constants: &[V; CONSTANTS],
     [x, y]: [Modes<V>; 2],
     moduli: [f64; 3],
+    mut stress: impl FnMut(usize, [V; 3], [V; 3]) -> [V; 3],
 ) -> [Modes<V>; 2] {
     let (c11, c12, c33) = (
         x.xi.all(moduli[0]),
@@ -188,7 +264,8 @@ pub(crate) fn integrate<V: Lanes>(
             let v_eta = plus_minus(right, y.eta, y.hourglass);
             let x_eta = plus_minus(right, constants[2], bx);
             let y_eta = plus_minus(right, constants[3], by);
-            let weight = constants[6 + 2 * usize::from(upper) + usize::from(right)];
+            let point = 2 * usize::from(upper) + usize::from(right);
+            let weight = constants[6 + point];
 
             let exx = u_xi * y_eta - u_eta * y_xi;
             let eyy = v_eta * x_xi - v_xi * x_eta;
@@ -196,6 +273,7 @@ pub(crate) fn integrate<V: Lanes>(
             let sxx = weight * (c11 * exx + c12 * eyy);
             let syy = weight * (c12 * exx + c11 * eyy);
             let sxy = weight * (c33 * shear);
+            let [sxx, syy, sxy] = stress(point, [exx, eyy, shear], [sxx, syy, sxy]);
 
             row[0] = row[0] + (sxx * y_eta - sxy * x_eta);
             row[1] = row[1] + (sxy * y_eta - syy * x_eta);

@@ -36,6 +36,8 @@ pub(crate) struct RowForces {
     lower: [Lines; 2],
     /// Forces of the row of elements above on the same nodes.
     carried: [Lines; 2],
+    /// Room for a number of each element of the row at hand, by packs.
+    pub(super) excess: Vec<[f64; LANES]>,
 }
 
 /// One component of the forces on the corners of some packs of elements: slices of one length, so that a loop over them checks no
@@ -79,6 +81,7 @@ impl RowForces {
             upper: zero(),
             lower: zero(),
             carried: zero(),
+            excess: vec![[0.0; LANES]; layout.padded_columns() / LANES],
         }
     }
 

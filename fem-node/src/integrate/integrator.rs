@@ -220,32 +220,54 @@ mod tests {
     use crate::element::Supports;
     use crate::integrate::dissipation::Ways;
     use crate::material::Elastic;
+    use crate::material::j2::J2;
     use crate::mesh::Mesh;
+
+    const KINDS: [ElementKind; 3] = [
+        ElementKind::Q4OnePoint,
+        ElementKind::Q4Full,
+        ElementKind::Q4MeanDilatation,
+    ];
 
     /// A skewed body of 9 x 7 elements with E = density = 1, stepped under two forces.
     fn stepped(strips: usize, rows: [usize; 2], steps: usize) -> (State, Dissipated<Vec<f64>>) {
+        stepped_under(ElementKind::Q4OnePoint, None, strips, rows, steps)
+    }
+
+    /// The same of a kind of elements, with a yield stress (Pa) or without.
+    fn stepped_under(
+        kind: ElementKind,
+        yield_pa: Option<f64>,
+        strips: usize,
+        rows: [usize; 2],
+        steps: usize,
+    ) -> (State, Dissipated<Vec<f64>>) {
         let mesh = Mesh::structured(9, 7, |i, j| [i as f64 + 0.2 * j as f64, -(j as f64)]);
-        let material = MaterialConfig::elastic(1.0, 0.3, 1.0);
+        let material = MaterialConfig {
+            yield_pa,
+            ..MaterialConfig::elastic(1.0, 0.3, 1.0)
+        };
         let elastic = Elastic::new(&material, Plane::Strain);
+        let law = J2::new(&material, &elastic).map(NonlinearLaw::Plastic);
         let supports = Supports::default();
-        let body = Body::new(&mesh, ElementKind::Q4OnePoint, &elastic, supports, 1.0);
+        let body = Body::new(&mesh, kind, &elastic, supports, 1.0);
         let scheme = Scheme {
             step: 0.3,
             damping: 0.75,
             mass_damping: 0.1,
             stiffness_damping: 0.05,
         };
-        let mut integrator = Integrator::with_strips(&body, scheme, None, strips);
+        let mut integrator = Integrator::with_strips(&body, scheme, law, strips);
         let mut load = Load::none(&body);
         load.add(body.layout.index([3, 0], 1), -1.0);
         load.add(body.layout.index([7, 0], 0), 0.5);
-        let mut state = State::at_rest(&body);
+        let mut state = State::at_rest_under(&body, law.as_ref());
         state.accelerate(&body, scheme.mass_damping, &load);
         let ways = Ways {
             numerical: true,
             mass_damping: true,
             stiffness_damping: true,
-            plastic: false,
+            plastic: law.is_some(),
         };
         let mut dissipated = Dissipated::new(body.layout, ways);
         for _ in 0..steps {
@@ -259,6 +281,36 @@ mod tests {
         let one = stepped(1, [0, 8], 50);
         for strips in [2, 3, 5, 8, 20] {
             assert_eq!(stepped(strips, [0, 8], 50), one, "{strips} strips");
+        }
+    }
+
+    #[test]
+    fn strips_do_not_change_a_bit_where_some_elements_yield() {
+        for kind in KINDS {
+            let one = stepped_under(kind, Some(0.3), 1, [0, 8], 50);
+            let flowed = one.0.history.iter().filter(|p| **p != 0.0).count();
+            assert!(flowed > 0 && flowed < one.0.history.len() / 2, "{flowed}");
+            for strips in [2, 3, 5, 8] {
+                let many = stepped_under(kind, Some(0.3), strips, [0, 8], 50);
+                assert_eq!(many, one, "{kind:?} {strips} strips");
+            }
+        }
+    }
+
+    #[test]
+    fn a_body_that_never_yields_moves_like_the_elastic_one() {
+        for kind in KINDS {
+            let (elastic, _) = stepped_under(kind, None, 1, [0, 8], 50);
+            let (plastic, dissipated) = stepped_under(kind, Some(1e3), 1, [0, 8], 50);
+            assert_eq!(plastic.u, elastic.u, "{kind:?}");
+            assert_eq!(plastic.force, elastic.force, "{kind:?}");
+            assert!(
+                plastic
+                    .history
+                    .iter()
+                    .chain(&dissipated.plastic)
+                    .all(|x| *x == 0.0)
+            );
         }
     }
 

@@ -225,6 +225,9 @@ impl Strip<'_> {
     fn predict(&mut self, layout: Layout, scheme: &Scheme, local: usize) {
         let columns = self.columns(layout, local);
         let row = local * layout.row_len()..(local + 1) * layout.row_len();
+        if self.part.is_none() && !self.scratch.increments.next.is_empty() {
+            return self.predict_and_keep(scheme, row);
+        }
         self.keep_increment(scheme, row.clone(), columns);
         let predicted = self
             .part
@@ -244,7 +247,23 @@ impl Strip<'_> {
         );
     }
 
-    /// Increments of the next row, for a law with history.
+    /// Predicts a whole row and keeps the increments, for a law with history.
+    fn predict_and_keep(&mut self, scheme: &Scheme, row: Range<usize>) {
+        let next = self.scratch.increments.next.iter_mut();
+        let rates = self.v[row.clone()].iter().zip(&self.a[row.clone()]);
+        let fields = self.u[row].iter_mut().zip(next).zip(rates);
+        vectorised(
+            #[inline(always)]
+            || {
+                for ((u, kept), (v, a)) in fields {
+                    *kept = scheme.increment(*v, *a);
+                    *u += *kept;
+                }
+            },
+        );
+    }
+
+    /// Increments of the next row of a part, for a law with history.
     fn keep_increment(&mut self, scheme: &Scheme, row: Range<usize>, columns: [usize; 2]) {
         let next = &mut self.scratch.increments.next;
         if let Some(part) = self

@@ -112,8 +112,7 @@ impl J2 {
         let [pxx, pyy, pxy, a] = history.load(at);
         let x = self.trial(strain, [pxx, pyy, pxy]);
         let square = norm_squared(x);
-        let radius = Pack::splat((2.0f64 / 3.0).sqrt())
-            * (Pack::splat(self.yield_stress) + Pack::splat(self.isotropic) * a);
+        let radius = self.radius(a);
         let two_mu = Pack::splat(2.0 * self.mu);
         let mu = Pack::splat(self.mu);
         if !square.any_above(radius * radius) {
@@ -136,6 +135,29 @@ impl J2 {
         let work = de[0] * x[0] + de[1] * x[1] + de[2] * x[2];
         let dissipated = f * (half * square - mu * work);
         ([two_mu * new[0], two_mu * new[1], mu * new[2]], dissipated)
+    }
+
+    /// True where the first flow begins in any lane: |x_trial| > sqrt(2/3) Y, with a history of zero. It rounds as
+    /// [`return_map`](J2::return_map) does.
+    #[inline(always)]
+    pub(crate) fn begins_to_flow(&self, strain: Plane3) -> bool {
+        let zero = Pack::splat(0.0);
+        let radius = self.radius(zero);
+        norm_squared(self.trial(strain, [zero; 3])).any_above(radius * radius)
+    }
+
+    /// Y^2 / (3 mu^2), the largest 2 dev e : dev e (1) of a point that has not flowed and does not: with x_trial = 2 mu dev e
+    /// the surface is 4 mu^2 dev e : dev e = 2/3 Y^2.
+    pub(crate) fn shear_limit(&self) -> f64 {
+        let ratio = self.yield_stress / self.mu;
+        ratio * ratio / 3.0
+    }
+
+    /// sqrt(2/3) (Y + H a) (Pa)
+    #[inline(always)]
+    fn radius(&self, a: Pack) -> Pack {
+        Pack::splat((2.0f64 / 3.0).sqrt())
+            * (Pack::splat(self.yield_stress) + Pack::splat(self.isotropic) * a)
     }
 
     /// Elastic energy and that of the back stress less s e / 2 (J/m3): K p p / 3 - s p / 2.

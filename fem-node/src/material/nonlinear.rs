@@ -8,7 +8,7 @@
 //! Forces are no longer linear in u, so that the work which the ledger takes by the trapezium rule departs from the
 //! energy with the square of the step: 1e-6 of the work for a column that is bent over at 0.9 of the stability limit.
 
-use crate::material::j2::{History, J2, Plane3, PointHistory};
+use crate::material::j2::{History, J2, Plane3};
 use crate::pack::Pack;
 
 /// Law of a point that differs from linear elasticity in small strain.
@@ -23,13 +23,6 @@ pub enum NonlinearLaw {
 /// Gradient u,x u,y / v,x v,y of a displacement, or the stress that does work on it.
 pub(crate) type Gradient = [[Pack; 2]; 2];
 
-/// Stress and dissipation of a pack of points.
-pub(crate) struct Response {
-    pub(crate) stress: Gradient,
-    /// Dissipation of the step (J/m3).
-    pub(crate) dissipated: Pack,
-}
-
 /// Rotation by its cosine and sine.
 #[derive(Clone, Copy)]
 pub(crate) struct Rotation {
@@ -43,39 +36,6 @@ impl NonlinearLaw {
         match self {
             NonlinearLaw::Corotational => None,
             NonlinearLaw::Plastic(plastic) => Some(plastic),
-        }
-    }
-
-    /// Stress under `gradient`: D E turned by R, or the radial return [`J2::return_map`], which updates the history. `moduli`
-    /// (c11, c12, c33) are those of the element, which may take the change of volume out; `increment` gives the gradient
-    /// of the last step.
-    #[inline(always)]
-    pub(crate) fn respond(
-        &self,
-        moduli: [f64; 3],
-        gradient: Gradient,
-        increment: impl FnOnce() -> Gradient,
-        history: &mut PointHistory,
-        at: usize,
-    ) -> Response {
-        match self {
-            NonlinearLaw::Corotational => corotational_response(moduli, gradient),
-            NonlinearLaw::Plastic(plastic) => {
-                let strain = symmetric(gradient);
-                let (relaxed, dissipated) = plastic.return_map(
-                    strain,
-                    #[inline(always)]
-                    || symmetric(increment()),
-                    history,
-                    at,
-                );
-                let [xx, yy, xy] = hooke(moduli.map(Pack::splat), strain);
-                let shear = xy - relaxed[2];
-                Response {
-                    stress: [[xx - relaxed[0], shear], [shear, yy - relaxed[1]]],
-                    dissipated,
-                }
-            }
         }
     }
 
@@ -105,12 +65,9 @@ impl NonlinearLaw {
 
 /// Stress R D E of a pack of points, E = U - 1.
 #[inline(always)]
-pub(crate) fn corotational_response(moduli: [f64; 3], gradient: Gradient) -> Response {
+pub(crate) fn corotational_stress(moduli: [f64; 3], gradient: Gradient) -> Gradient {
     let (strain, rotation) = stretch(gradient);
-    Response {
-        stress: rotation.turn(hooke(moduli.map(Pack::splat), strain)),
-        dissipated: Pack::splat(0.0),
-    }
+    rotation.turn(hooke(moduli.map(Pack::splat), strain))
 }
 
 /// Stress D e: (c11 exx + c12 eyy, c12 exx + c11 eyy, c33 2 exy).
@@ -129,8 +86,9 @@ pub(crate) fn stretch_at(gradient: [[f64; 2]; 2]) -> ([f64; 3], [f64; 2]) {
     )
 }
 
+/// Strain (exx, eyy, 2 exy).
 #[inline(always)]
-fn symmetric([[xx, xy], [yx, yy]]: Gradient) -> Plane3 {
+pub(crate) fn symmetric([[xx, xy], [yx, yy]]: Gradient) -> Plane3 {
     [xx, yy, xy + yx]
 }
 
@@ -160,5 +118,32 @@ impl Rotation {
             [cos * xx - sin * xy, cos * xy - sin * yy],
             [sin * xx + cos * xy, sin * xy + cos * yy],
         ]
+    }
+}
+
+/// Plasticity with every factor where the formula has it, with which the tests of the elements compare their own.
+#[cfg(test)]
+pub(crate) mod plain {
+    use super::{Gradient, hooke, symmetric};
+    use crate::material::j2::{J2, PointHistory};
+    use crate::pack::Pack;
+
+    /// Stress D e - 2 mu p' under `gradient` after the radial return [`J2::return_map`], which updates the history, and the dissipation
+    /// (J/m3). `moduli` (c11, c12, c33) are those of the element, which may take the change of volume out; `increment` gives
+    /// the gradient of the last step.
+    pub(crate) fn respond(
+        plastic: &J2,
+        moduli: [f64; 3],
+        [gradient, increment]: [Gradient; 2],
+        history: &mut PointHistory,
+        at: usize,
+    ) -> (Gradient, Pack) {
+        let strain = symmetric(gradient);
+        let (relaxed, dissipated) =
+            plastic.return_map(strain, || symmetric(increment), history, at);
+        let [xx, yy, xy] = hooke(moduli.map(Pack::splat), strain);
+        let shear = xy - relaxed[2];
+        let stress = [[xx - relaxed[0], shear], [shear, yy - relaxed[1]]];
+        (stress, dissipated)
     }
 }

@@ -117,6 +117,11 @@ impl Lanes for Register<V3> {
     }
 
     #[inline(always)]
+    fn larger(self, other: Register<V3>) -> Register<V3> {
+        self.with(self.machine.max_f64s(self.lanes, other.lanes))
+    }
+
+    #[inline(always)]
     fn put(self, packs: &mut [[f64; LANES]], p: usize) {
         packs[p] = cast(self.lanes);
     }
@@ -126,6 +131,11 @@ impl Lanes for Register<V4> {
     #[inline(always)]
     fn all(self, value: f64) -> Register<V4> {
         Avx512(self.machine).splat(value)
+    }
+
+    #[inline(always)]
+    fn larger(self, other: Register<V4>) -> Register<V4> {
+        self.with(self.machine.max_f64s(self.lanes, other.lanes))
     }
 
     #[inline(always)]

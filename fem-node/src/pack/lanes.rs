@@ -12,6 +12,9 @@ pub(crate) trait Lanes:
     /// The same number in every lane.
     fn all(self, value: f64) -> Self;
 
+    /// The larger one, lane by lane; `other` where either is not a number.
+    fn larger(self, other: Self) -> Self;
+
     /// Writes the packs from the `p`th on.
     fn put(self, packs: &mut [[f64; LANES]], p: usize);
 }
@@ -161,6 +164,11 @@ impl Lanes for Pack {
     #[inline(always)]
     fn all(self, value: f64) -> Pack {
         Pack::splat(value)
+    }
+
+    #[inline(always)]
+    fn larger(self, other: Pack) -> Pack {
+        self.max(other)
     }
 
     #[inline(always)]

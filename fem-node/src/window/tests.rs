@@ -158,6 +158,7 @@ fn a_repeat_of_a_part_has_the_bits_of_a_repeat_of_the_whole() {
     repeats_like_the_whole(&json!({"kinematics": "corotational"}), top, 7);
     repeats_like_the_whole(&j2("q4_1point"), top, 7);
     repeats_like_the_whole(&j2("q4_2x2"), top, 7);
+    repeats_like_the_whole(&j2("q4_bbar"), top, 7);
     repeats_like_the_whole(&time(json!({"stiffness_damping_s": 1e-8})), top, 7);
     repeats_like_the_whole(&time(json!({"mass_damping_per_s": 1e4})), top, 7);
     repeats_like_the_whole(&mesh(json!({"periodic_x": true})), top, 7);

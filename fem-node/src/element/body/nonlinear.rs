@@ -1,0 +1,157 @@
+//! Rows of elements under a nonlinear law.
+//!
+//! Plasticity that nothing uses costs next to nothing: the packs of a row in which no element has ever flowed take the elastic forces,
+//! and a bound of the trial stress with them ([`super::super::q4_2x2`], [`super::super::q4_1point`]). Only where it exceeds the yield
+//! surface are the points looked at, and only where one flows do they take the radial return. That return gives an element without
+//! plastic strain the bits of the elastic one, so that the forces of an element do not depend on what its neighbours in
+//! a pack do.
+
+use std::ops::Range;
+
+use super::super::corners::StrainPath;
+use super::super::linear::{BoundedRow, LinearRow};
+use super::super::points::{FLOWED, Suspects};
+use super::super::row_forces::RowForces;
+use super::{Body, Element};
+use crate::material::j2::J2;
+use crate::material::nonlinear::NonlinearLaw;
+use crate::pack::{LANES, Pack, vectorised};
+
+impl Body {
+    /// Forces of some elements of a row, whole packs of them, under a nonlinear law.
+    pub(crate) fn nonlinear_row(
+        &self,
+        law: &NonlinearLaw,
+        row: usize,
+        path: StrainPath,
+        columns: Range<usize>,
+        out: &mut RowForces,
+    ) {
+        match law {
+            NonlinearLaw::Plastic(plastic) => self.plastic_row(plastic, row, path, columns, out),
+            NonlinearLaw::Corotational => vectorised(
+                #[inline(always)]
+                || match &self.element {
+                    Element::OnePoint(elements) => {
+                        elements.corotational_row(row, path, columns, out);
+                    }
+                    Element::FourPoint(elements) => {
+                        elements.corotational_row(row, path, columns, out);
+                    }
+                },
+            ),
+        }
+    }
+
+    fn plastic_row(
+        &self,
+        plastic: &J2,
+        row: usize,
+        path: StrainPath,
+        columns: Range<usize>,
+        out: &mut RowForces,
+    ) {
+        let mut excess = std::mem::take(&mut out.excess);
+        let packs = columns.start / LANES..columns.end / LANES;
+        let points = [self.points(), self.layout.padded_columns()];
+        let flowed = mark_flowed(&path, points, &columns, &mut excess);
+        let mut next = packs.start;
+        while let Some(virgin) = run_below(FLOWED, &excess, next..packs.end) {
+            next = virgin.end;
+            let linear = LinearRow {
+                u: path.u,
+                stride: self.layout.element_stride(),
+                columns: virgin.start * LANES..virgin.end * LANES,
+                out,
+            };
+            let bounded = BoundedRow {
+                row: linear,
+                plastic,
+                excess: &mut excess,
+            };
+            self.over_linear(row, bounded);
+        }
+        let own = &excess[packs.clone()];
+        let may_flow = || {
+            vectorised(
+                #[inline(always)]
+                || any_positive(own),
+            )
+        };
+        if flowed || may_flow() {
+            self.suspect_packs(plastic, row, path, (&excess, packs), out);
+        }
+        out.excess = excess;
+    }
+
+    /// Forces of the packs in which an element flows or has flowed.
+    fn suspect_packs(
+        &self,
+        plastic: &J2,
+        row: usize,
+        path: StrainPath,
+        (excess, packs): (&[[f64; LANES]], Range<usize>),
+        out: &mut RowForces,
+    ) {
+        let suspects = Suspects {
+            excess: &excess[packs.clone()],
+            first: packs.start,
+        };
+        vectorised(
+            #[inline(always)]
+            || match &self.element {
+                Element::OnePoint(elements) => {
+                    elements.plastic_row(plastic, row, path, suspects, out);
+                }
+                Element::FourPoint(elements) => {
+                    elements.plastic_row(plastic, row, path, suspects, out);
+                }
+            },
+        );
+    }
+}
+
+/// Writes [`FLOWED`] for each of the packs in which an element has flowed, 0 for the others; true if there are any.
+fn mark_flowed(
+    path: &StrainPath,
+    points: [usize; 2],
+    columns: &Range<usize>,
+    excess: &mut [[f64; LANES]],
+) -> bool {
+    let marks = &mut excess[columns.start / LANES..columns.end / LANES];
+    vectorised(
+        #[inline(always)]
+        || {
+            path.write_flow(points, columns, marks);
+            if !any_positive(marks) {
+                // A mark that is not a number belongs to no run, and its pack would keep the forces of another row.
+                marks.fill([0.0; LANES]);
+                return false;
+            }
+            for mark in marks {
+                let flowed = Pack(*mark).any_above(Pack::splat(0.0));
+                *mark = [if flowed { FLOWED } else { 0.0 }; LANES];
+            }
+            true
+        },
+    )
+}
+
+/// True if any number is above 0. One branch for all of them: most rows have none.
+#[inline(always)]
+fn any_positive(packs: &[[f64; LANES]]) -> bool {
+    // What is not a number is passed over.
+    let larger = |largest: Pack, pack: &[f64; LANES]| Pack(*pack).max(largest);
+    let largest = packs.iter().fold(Pack::splat(0.0), larger);
+    largest.any_above(Pack::splat(0.0))
+}
+
+/// The first run of packs whose first number is below a limit.
+fn run_below(limit: f64, numbers: &[[f64; LANES]], packs: Range<usize>) -> Option<Range<usize>> {
+    let end = packs.end;
+    let start = packs.clone().find(|pack| numbers[*pack][0] < limit)?;
+    let end = (start..end)
+        .find(|pack| numbers[*pack][0] >= limit)
+        .unwrap_or(end);
+    Some(start..end)
+}
