@@ -47,7 +47,7 @@ class Schema(Program):
     def test_unknown_keys_and_wrong_types_do_not(self):
         text = (SCENES / "quick" / "scenario.toml").read_text()
         for right, wrong in [
-            ("thickness_m", "thikness_m"),
+            ("thickness_m = 1e-3", "thikness_m = 1e-3"),
             ("crown_radius_m = 0.3 }", "crown_radus_m = 0.3 }"),
             ("substeps = 9", 'substeps = "nine"'),
             ("friction = 0.3", "friction = -0.3"),

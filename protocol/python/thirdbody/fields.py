@@ -24,11 +24,16 @@ class Field(Dict[str, np.ndarray]):
 
     Of a body: `points_m` (n x 2, undeformed), `quads` (m x 4, indices of points), arrays of points such as `displacement_m` (n x 2)
     and of elements such as `hydrostatic_pressure_pa` (m). Of grains: `points_m` (centres), `radius_m`, `velocity_m_per_s` and others
-    of grains, `contacts` (c x 2, indices of grains) with `force_n` (c x 2: normal, tangential) and others.
+    of grains, `contacts` (c x 2, indices of grains) with `force_n` (c x 2: normal, tangential), `gap_m`, `status` (1 stick, 2 slip, 3
+    bonded) and of bonds `adhesion`. Contacts with walls and a smooth wheel are left out: `<file>-contacts.vtp` has them, with the points
+    that they touch behind the grains.
     """
 
     def __init__(self, path: Path, time_s: float) -> None:
         super().__init__(read_vtk(path))
+        contacts = path.with_name(f"{path.stem}-contacts.vtp")
+        if path.suffix == ".vtp" and contacts.is_file():
+            self.update(_between_grains(read_vtk(contacts), len(self["points_m"])))
         #: The file.
         self.path = path
         #: Its time (s).
@@ -100,6 +105,14 @@ class Fields:
         return f"Fields({self.participant!r}: {', '.join(self.names)})"
 
 
+def _between_grains(arrays: Dict[str, np.ndarray], grains: int) -> Dict[str, np.ndarray]:
+    """The contacts of a file whose both ends are grains, and their data."""
+    contacts = arrays.pop("contacts", np.zeros((0, 2), dtype=np.int64))
+    arrays.pop("points_m")
+    both = (contacts < grains).all(axis=1)
+    return {"contacts": contacts[both], **{name: values[both] for name, values in arrays.items()}}
+
+
 def read_vtk(path: Path) -> Dict[str, np.ndarray]:
     """The arrays of a .vtu or .vtp file, by the names that `Field` tells."""
     data = path.read_bytes()
@@ -131,7 +144,8 @@ def _arrays(piece: ElementTree.Element, reader: _Reader) -> Dict[str, np.ndarray
         arrays["quads"] = parts["Cells"]["connectivity"].reshape(-1, 4)
     if "Lines" in parts:
         arrays["contacts"] = parts["Lines"]["connectivity"].reshape(-1, 2)
-        vertices = len(points)
+        # Cells of vertices come before those of lines.
+        vertices = len(parts.get("Verts", {}).get("offsets", ()))
     for name, values in parts.get("PointData", {}).items():
         arrays[name] = values[:, :2] if values.ndim == 2 and values.shape[1] == 3 else values
     for name, values in parts.get("CellData", {}).items():
