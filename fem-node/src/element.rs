@@ -8,6 +8,7 @@ pub(crate) mod body;
 mod constants;
 mod corners;
 mod gather;
+pub(crate) mod gauss;
 mod layout;
 mod linear;
 mod modes;

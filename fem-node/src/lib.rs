@@ -152,7 +152,7 @@
 //! | K phi = omega^2 M phi, the largest omega | [`omega_max`](spectrum::omega_max) | Lanczos (1950); Parlett (1980), ch. 13 |
 //! | m_a = sum of rho t A/4 | [`lump`](element::body::lump) | row-sum lumping |
 //! | f = t A B^T s + G Q, one point and hourglass stiffness | [`Q4OnePoint`](element::q4_1point::Q4OnePoint) | Flanagan and Belytschko (1981) |
-//! | f = sum of t J B^T s over 2 x 2 points | [`integrate`](element::q4_2x2::integrate) | Gauss quadrature |
+//! | f = sum of t J B^T s over 2 x 2 points | [`integrate`](element::gauss::integrate) | Gauss quadrature |
 //! | s = D e + k (E - e) 1, one mean dilatation E | [`add_mean_pressure`](element::q4_bbar::add_mean_pressure) | Hughes (1980) |
 //! | s = D e | [`Elastic::stress`](material::Elastic::stress), by packs [`hooke`](material::nonlinear::hooke) | Hooke |
 //! | g = (\|x_trial\| - sqrt(2/3) (Y + H a)) / (2 mu + 2/3 (H + K)) | [`J2::return_map`](material::j2::J2::return_map) | Simo and Hughes (1998), section 3.3 |

@@ -3,20 +3,12 @@
 use std::ops::Range;
 
 use super::corners::{StrainPath, StrainState};
+use super::gauss::{CONSTANTS, integrate};
 use super::layout::Layout;
 use super::modes::{Modes, plus_minus};
-use super::q4_2x2::integrate;
-use super::shape::{GAUSS, jacobian};
 use crate::material::j2::J2;
 use crate::material::nonlinear::{Gradient, NonlinearLaw, corotational_stress};
 use crate::pack::{LANES, Pack};
-
-/// Constants of an element that its geometry gives: the means of x,xi, y,xi, x,eta, y,eta; the slopes of x and y in
-/// xi eta at a Gauss point; t / 16 J at the four points.
-pub(super) const GEOMETRY: usize = 10;
-
-/// Constants of each element: those of [`geometry`], and t k / area for the mean pressure.
-pub(super) const CONSTANTS: usize = GEOMETRY + 1;
 
 /// Packs of elements of a row that may have to take the radial return.
 #[derive(Clone, Copy)]
@@ -64,29 +56,6 @@ struct GaussPoint {
     weight: Pack,
     upper: bool,
     right: bool,
-}
-
-/// Constants of an element, [`GEOMETRY`].
-pub(super) fn geometry(p: &[[f64; 2]; 4], thickness: f64) -> [f64; GEOMETRY] {
-    let mean = |k: usize, signs: [f64; 4]| 0.25 * (0..4).map(|a| signs[a] * p[a][k]).sum::<f64>();
-    let (s, t, h) = (
-        [-1.0, 1.0, 1.0, -1.0],
-        [-1.0, -1.0, 1.0, 1.0],
-        [1.0, -1.0, 1.0, -1.0],
-    );
-    let weight = |xi: f64, eta: f64| thickness / (16.0 * jacobian(p, [xi, eta]));
-    [
-        mean(0, s),
-        mean(1, s),
-        mean(0, t),
-        mean(1, t),
-        GAUSS * mean(0, h),
-        GAUSS * mean(1, h),
-        weight(-GAUSS, -GAUSS),
-        weight(GAUSS, -GAUSS),
-        weight(-GAUSS, GAUSS),
-        weight(GAUSS, GAUSS),
-    ]
 }
 
 impl RowPoints<'_> {
@@ -278,6 +247,7 @@ mod tests {
     use crate::config::{MaterialConfig, Plane};
     use crate::element::constants::Constants;
     use crate::element::corners::CornerRows;
+    use crate::element::gauss::{GEOMETRY, geometry};
     use crate::material::Elastic;
     use crate::material::nonlinear::plain::respond;
     use crate::mesh::Mesh;

@@ -16,8 +16,8 @@
 //! D - k is the matrix of the moduli (4/3, -2/3, 1) c33, so the kernel of [`super::q4_2x2`] remains, and
 //! the forces of the uniform pressure -k E, which need only the mean gradients.
 
+use super::gauss::CONSTANTS;
 use super::modes::Modes;
-use super::points::CONSTANTS;
 use super::shape::{GAUSS_POINTS, area, jacobian, slopes};
 use super::stiffness::{Stiffness, dilatation_row, four_point};
 use crate::material::Elastic;
