@@ -43,7 +43,7 @@ pub fn recover(path: &Path) -> Result<LogFile, LogError> {
 /// Damage inside of a log, which is read to its end. None for a log that is whole, for the beginning of one that a killed writer
 /// left, and where there is no log.
 pub fn damage(path: &Path) -> Result<Option<LogError>, LogError> {
-    if !path.exists() {
+    if !path.exists() || is_as_written(path)? {
         return Ok(None);
     }
     let found = match recover(path) {
@@ -55,6 +55,43 @@ pub fn damage(path: &Path) -> Result<Option<LogError>, LogError> {
         Err(error) => return Err(error),
     };
     Ok(found.filter(|error| !error.is_torn()))
+}
+
+/// True if the checksum that a recorder puts behind all data holds for the whole file. Nothing is decoded for it: where it does not
+/// hold, or was never written, the entries tell more.
+pub(super) fn is_as_written(path: &Path) -> Result<bool, LogError> {
+    let failed = |source| LogError::Read {
+        path: path.into(),
+        source,
+    };
+    let mut file = File::open(path).map_err(failed)?;
+    let mut reader = LinearReader::new_with_options(options());
+    let mut summed = false;
+    while let Some(event) = reader.next_event() {
+        match event {
+            Ok(LinearReadEvent::Record { opcode, data }) => {
+                // A checksum of zero stands for none (MCAP 0, "Data End").
+                summed |= opcode == op::DATA_END && data != [0; 4];
+            }
+            Ok(LinearReadEvent::ReadRequest(wanted)) => {
+                let room = reader.insert(wanted.min(PIECE));
+                let got = read_some(&mut file, room).map_err(failed)?;
+                reader.notify_read(got);
+            }
+            Err(_) => return Ok(false),
+        }
+    }
+    Ok(summed)
+}
+
+/// Chunks come as they are, checksums are verified, and nothing may follow the end.
+fn options() -> LinearReaderOptions {
+    LinearReaderOptions::default()
+        .with_emit_chunks(true)
+        .with_validate_data_section_crc(true)
+        .with_validate_summary_section_crc(true)
+        .with_check_finishes_after_end_magic(true)
+        .with_record_length_limit(RECORD_LIMIT)
 }
 
 /// The entries of a log in the order in which they were recorded. A chunk (about 1 MiB, or one long message) is in
@@ -86,16 +123,10 @@ impl LogFile {
             path: path.into(),
             source,
         })?;
-        let options = LinearReaderOptions::default()
-            .with_emit_chunks(true)
-            .with_validate_data_section_crc(true)
-            .with_validate_summary_section_crc(true)
-            .with_check_finishes_after_end_magic(true)
-            .with_record_length_limit(RECORD_LIMIT);
         let mut log = LogFile {
             path: path.into(),
             file,
-            reader: LinearReader::new_with_options(options),
+            reader: LinearReader::new_with_options(options()),
             tolerant,
             provenance: Provenance::default(),
             interfaces: HashMap::new(),

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use protocol::link::shm::MAX_DOUBLES;
 use protocol::{Frame, Header, Kind};
 
+use super::read::is_as_written;
 use super::*;
 
 /// A file of one test, gone with it.
@@ -278,6 +279,7 @@ fn one_flipped_bit_anywhere_is_an_error() {
                 "byte {index} of {}, bit {bit}",
                 bytes.len()
             );
+            assert!(!is_as_written(&scratch.0).expect("it is read"));
             if let Ok(mut log) = recover(&scratch.0) {
                 let mut found: Vec<Entry> = log.by_ref().filter_map(Result::ok).collect();
                 let damage = log.damage().expect("a bit was flipped");
@@ -294,6 +296,13 @@ fn one_flipped_bit_anywhere_is_an_error() {
             }
         }
     }
+}
+
+#[test]
+fn a_whole_log_is_known_by_the_checksum_of_its_data() {
+    let scratch = Scratch::holding(&bytes_of(&story(4), 2));
+    assert!(is_as_written(&scratch.0).expect("it is read"));
+    assert!(damage(&scratch.0).expect("it is read").is_none());
 }
 
 #[test]
