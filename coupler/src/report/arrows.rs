@@ -4,6 +4,7 @@ use super::colour::shade;
 use super::fields::{Arrays, numbers, read_first};
 use super::picture::Picture;
 use super::run::{Moment, RunFiles};
+use super::units::with_unit;
 use super::view::{Frame, Panel, View, maps, places_mm};
 use crate::error::Error;
 
@@ -31,13 +32,13 @@ pub fn velocities(run: &RunFiles) -> Result<Option<Picture>, Error> {
         return Ok(Some(Picture {
             file: "velocity.svg".into(),
             caption: format!(
-                "Velocities of the grains at the {words}, means over cells of {size:.2} mm; the longest arrows stand for {:.3} mm/s and more.",
-                1e3 * longest
+                "Velocities of the grains at the {words}, means over cells of {size:.2} mm; the longest arrows stand for {} and more.",
+                with_unit(longest, "m/s")
             ),
             alternative: format!(
-                "{} arrows; 95 of 100 are slower than {:.3} mm/s.",
+                "{} arrows; 95 of 100 are slower than {}.",
                 field.len(),
-                1e3 * longest
+                with_unit(longest, "m/s")
             ),
             svg: cells.draw(&[field], longest, |_| String::new()),
         }));
@@ -92,13 +93,13 @@ pub fn displacements(run: &RunFiles) -> Result<Option<Picture>, Error> {
     Ok(Some(Picture {
         file: "displacement.svg".into(),
         caption: format!(
-            "Displacements of the grains in `{last}` since the end of `{before}`, means over cells of {:.2} mm; the longest arrows stand for {:.2e} mm and more.",
+            "Displacements of the grains in `{last}` since the end of `{before}`, means over cells of {:.2} mm; the longest arrows stand for {} and more.",
             cells.size,
-            1e3 * longest
+            with_unit(longest, "m")
         ),
         alternative: format!(
-            "Three maps of arrows; 95 of 100 are shorter than {:.2e} mm.",
-            1e3 * longest
+            "Three maps of arrows; 95 of 100 are shorter than {}.",
+            with_unit(longest, "m")
         ),
         svg,
     }))
@@ -248,6 +249,6 @@ mod tests {
             svg.find(&legend).unwrap_or_else(|| panic!("{legend}"))
         });
         assert!(places.is_sorted(), "{places:?}");
-        assert!(caption.contains("9.00e-3 mm and more"), "{caption}");
+        assert!(caption.contains("9 µm and more"), "{caption}");
     }
 }

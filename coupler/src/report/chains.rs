@@ -67,7 +67,7 @@ fn around(links: &[Link]) -> Option<View> {
     (margin > 0.0).then(|| view.with_margin(margin, margin, margin))
 }
 
-/// Compression in dark lines, tension in light ones.
+/// Compression in dark lines, tension in light and dashed ones.
 fn forces(links: &[Link], view: View, words: &str) -> Option<Picture> {
     let mut sizes: Vec<f64> = links
         .iter()
@@ -99,7 +99,7 @@ fn forces(links: &[Link], view: View, words: &str) -> Option<Picture> {
         with_unit(full, "N")
     );
     if tension > 0 {
-        caption += " Orange: tension in bonds.";
+        caption += " Orange and dashed: tension in bonds.";
     }
     if drawn.len() < links.len() {
         caption += &format!(
@@ -119,13 +119,13 @@ fn forces(links: &[Link], view: View, words: &str) -> Option<Picture> {
 fn stroke(panel: &mut Panel, link: &Link, full: f64) {
     let share = (link.force.abs() / full).min(1.0);
     let class = (share * CLASSES).ceil() / CLASSES;
-    let colour = if link.force < 0.0 {
-        "#e27d1e"
+    let line = if link.force < 0.0 {
+        "stroke=\"#e27d1e\" stroke-dasharray=\"3 2\""
     } else {
-        "#12355b"
+        "stroke=\"#12355b\" stroke-linecap=\"round\""
     };
     let style = format!(
-        "fill=\"none\" stroke=\"{colour}\" stroke-linecap=\"round\" stroke-width=\"{:.2}\"",
+        "fill=\"none\" {line} stroke-width=\"{:.2}\"",
         WIDEST * class
     );
     panel.line(&link.ends, false, &style);

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::colour;
 use super::picture::{Picture, escape};
 
 /// A part of the page.
@@ -70,8 +71,9 @@ pre{background:#f4f4f4;padding:8px 10px;overflow-x:auto;white-space:pre-wrap}
 figure{margin:14px 0}figcaption{font-size:13.5px;margin-top:2px}
 svg{max-width:100%;height:auto}
 .plots{display:grid;grid-template-columns:1fr 1fr;gap:4px 20px}
-@media (max-width:800px){.plots{display:block}}
-@media print{body{margin:0;max-width:none;padding:0;font-size:11pt}nav{display:none}figure,tr,.verdict{break-inside:avoid}h2,h3{break-after:avoid}}
+@media screen and (max-width:800px){.plots{display:block}}
+@page{size:A4;margin:14mm}
+@media print{body{margin:0;max-width:none;padding:0;font-size:10pt}h3{font-size:10pt}h2{margin-top:22px}code,figcaption{font-size:8.5pt}nav{display:none}figure,tr,.verdict{break-inside:avoid}h2,h3{break-after:avoid}}
 ";
 
 /// The whole page.
@@ -115,11 +117,12 @@ fn names(text: &str) -> String {
 pub(super) fn accessible(picture: &Picture) -> String {
     let (caption, alternative) = (escape(&picture.caption), escape(&picture.alternative));
     let described = format!("<svg role=\"img\" aria-label=\"{caption} {alternative}\" ");
-    let Some((_, rest)) = picture.svg.split_once("<svg ") else {
-        return picture.svg.clone();
+    let svg = colour::owned(&picture.svg, &picture.file);
+    let Some((_, rest)) = svg.split_once("<svg ") else {
+        return svg;
     };
     let Some((attributes, inside)) = rest.split_once('>') else {
-        return picture.svg.clone();
+        return svg;
     };
     format!("{described}{attributes}><title>{caption}</title><desc>{alternative}</desc>{inside}")
 }
