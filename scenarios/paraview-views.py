@@ -111,6 +111,7 @@ def layers(drawn):
     views, left_out = [], []
     mesh, grains, contacts = drawn.meshes, drawn.grains, drawn.contacts
     moved = largest(drawn, mesh, "displacement_m")
+    radius = largest(drawn, grains, "radius_m") or 1e-4
     if mesh:
         left, right, low, high = drawn.box(mesh)
         factor = round_factor(moved, right - left)
@@ -129,20 +130,19 @@ def layers(drawn):
         left_out.append("pressure: neither mesh nor grains")
     if grains:
         left, right, low, high = drawn.box(grains)
-        middle, width = 0.5 * (left + right), 1.08 * (right - left)
-        window = (middle, 0.5 * (low + high), width)
+        width = min(1.08 * (right - left), 90 * radius)
+        window = (0.5 * (left + right), 0.5 * (low + high), width)
         most = largest(drawn, grains, "displacement_since_start_m") or 1.0
         list_ = [("disks", n, "displacement_since_start_m", "displacement (m)", (0.0, most), 1.0) for n in grains]
         speed = largest(drawn, grains, "velocity_m_per_s")
         if speed > 0:
-            list_ += [("arrows", n, "velocity_m_per_s", None, None, 0.08 * width / speed) for n in grains]
+            list_ += [("arrows", n, "velocity_m_per_s", None, None, 4 * radius / speed) for n in grains]
         views.append(("motion", f"displacements since the start; arrows: velocities, the longest {speed:.3g} m/s", window, list_))
     else:
         left_out.append("motion: no grains")
     force_n, place = drawn.busiest()
     if place:
         list_ = [("pale", n, None, None, None, 1.0) for n in grains]
-        radius = max(array_of(drawn.data[n], "radius_m").GetRange()[1] for n in grains) if grains else 1e-4
         list_ += [("chains", n, "force_n", "normal force (N)", (0.0, force_n), radius) for n in contacts]
         left, right, _, _ = drawn.box(grains or contacts)
         width = min(1.05 * (right - left), 60 * radius)
@@ -211,7 +211,8 @@ class VtkPictures:
             if label and way != "status":
                 bars[label] = actor.GetMapper().GetLookupTable()
         for label, table in bars.items():
-            frame.AddViewProp(self.bar(label, table))
+            frame.AddViewProp(self.bar(table))
+            frame.AddViewProp(self.text(label, (0.79, 0.03), "bottom"))
         frame.AddViewProp(self.text(caption(self.drawn, title), (0.02, 0.985), "top"))
         self.rule(frame, window[2])
         self.look(scene, window)
@@ -385,25 +386,23 @@ class VtkPictures:
         text.GetPositionCoordinate().SetValue(*place)
         return text
 
-    def bar(self, label, table):
+    def bar(self, table):
         from vtkmodules.vtkRenderingAnnotation import vtkScalarBarActor
 
         bar = vtkScalarBarActor()
         bar.SetLookupTable(table)
-        bar.SetTitle(label)
-        # An even number, so that none stands below the title.
-        bar.SetNumberOfLabels(4)
+        bar.SetNumberOfLabels(5)
         bar.SetLabelFormat("{:.2e}")
         bar.SetOrientationToHorizontal()
         bar.SetPosition(0.3, 0.015)
         bar.SetWidth(0.45)
-        bar.SetHeight(0.12)
-        for style in (bar.GetTitleTextProperty(), bar.GetLabelTextProperty()):
-            style.SetColor(*DARK)
-            style.ItalicOff()
-            style.ShadowOff()
-            style.BoldOff()
-            style.SetFontSize(20)
+        bar.SetHeight(0.1)
+        style = bar.GetLabelTextProperty()
+        style.SetColor(*DARK)
+        style.ItalicOff()
+        style.ShadowOff()
+        style.BoldOff()
+        style.SetFontSize(20)
         bar.UnconstrainedFontSizeOn()
         return bar
 
@@ -517,6 +516,9 @@ class ParaViewState:
         bar.Title, bar.ComponentTitle = label, "size" if array in VECTORS else ""
         bar.TitleColor = bar.LabelColor = list(DARK)
         bar.Orientation, bar.WindowLocation, bar.ScalarBarLength = "Horizontal", "Lower Center", 0.4
+        bar.UseCustomLabels, bar.AddRangeLabels = 1, 0
+        bar.CustomLabels = [low + k / 4 * (high - low) for k in range(5)]
+        bar.AutomaticLabelFormat, bar.LabelFormat = 0, "%-#.2e"
         bar.DrawBackground, bar.BackgroundColor = 1, [1, 1, 1, 0.9]
         bar.Visibility = 1
 
@@ -542,6 +544,8 @@ class ParaViewState:
         glyph.OrientationArray = glyph.ScaleArray = ["POINTS", "velocity_m_per_s"]
         glyph.VectorScaleMode = "Scale by Magnitude"
         glyph.ScaleFactor, glyph.GlyphMode = factor, "All Points"
+        arrow = glyph.GlyphType
+        arrow.ShaftRadius, arrow.TipRadius, arrow.TipLength = 0.02, 0.07, 0.25
         return glyph
 
     def chains(self, source, radius, span):

@@ -143,7 +143,14 @@ impl Material {
         notes.extend(shots.notes.iter().cloned());
         notes.extend(dropped(whole, kept));
         if self.record.moments.len() < FEW {
-            notes.push(format!("Moments at which the run wrote fields: {}. For more, run it with --set run.output.fields_every_s=5e-5, or another interval.", whole.frames));
+            let times = self
+                .record
+                .moments
+                .iter()
+                .filter_map(|moment| moment.time_s);
+            let end = times.fold(0.0, f64::max);
+            let every = if end > 0.0 { 0.01 * end } else { 5e-5 };
+            notes.push(format!("Moments at which the run wrote fields: {}. For more, run it with --set run.output.fields_every_s={every:.0e}, or another interval.", whole.frames));
         }
         if self
             .record
