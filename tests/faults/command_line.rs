@@ -72,6 +72,14 @@ fn short_forms_of_published_benchmarks_hold() {
 }
 
 #[test]
+fn a_suite_without_a_chosen_case_is_refused() {
+    let output = thirdbody(&["validate", "--suite", "scenes", "--only", "nothing"]);
+    assert_eq!(output.status.code(), Some(2));
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(told.contains("--only nothing"), "{told}");
+}
+
+#[test]
 fn a_node_outside_of_a_run_says_so() {
     let output = thirdbody(&["node", "fem"]);
     assert_eq!(output.status.code(), Some(2));

@@ -29,7 +29,7 @@ pub struct ValidateArguments {
     /// Seed of the instants and schedules of the suite `faults`.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Run the faults with this in their name only: killed, stopped, disk, simulated.
+    /// Run only what has this in its name: a scene or a case, or a fault (killed, stopped, disk, simulated).
     #[arg(long, value_name = "WORDS", default_value = "")]
     only: String,
     /// Run the long cases too.
@@ -75,6 +75,7 @@ pub fn validate(arguments: &ValidateArguments, registry: &Registry) -> VerbResul
         program: own_program()?,
         threads: 1,
         full: arguments.full,
+        only: arguments.only.clone(),
         watch: Watch::default(),
     };
     let rows = run_suite(&scenes, &runs)?;

@@ -1,5 +1,6 @@
 //! Running the cases of a folder of scenes.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -8,7 +9,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::case::{Case, Number, read};
-use crate::error::Error;
+use crate::error::{Error, Refusal};
 use crate::output::tell_progress;
 use crate::participants::{Registry, Watch};
 use crate::plausible::Warning;
@@ -44,6 +45,8 @@ pub struct Runs<'a> {
     pub threads: usize,
     /// True if the long cases are run too.
     pub full: bool,
+    /// What the name of a case, or of its scene, has to contain.
+    pub only: String,
     /// Signals that end the suite.
     pub watch: Watch,
 }
@@ -62,21 +65,28 @@ pub fn run_suite(folder: &Path, runs: &Runs) -> Result<Vec<Row>, Error> {
         let expected = read(&scene.join("expected.toml"))?;
         let elsewhere = expected.scene.map(|elsewhere| scene.join(elsewhere));
         let scenario = elsewhere.unwrap_or_else(|| scene.clone());
-        for case in expected
-            .case
-            .into_iter()
-            .filter(|case| runs.full || !case.full)
-        {
-            rows.extend(run_case(scene, &scenario, &case, runs)?);
+        for case in expected.case {
+            let name = format!("{}: {}", name_of(scene), case.name);
+            if name.contains(&runs.only) && (runs.full || !case.full) {
+                rows.extend(run_case(&name, &scenario, &case, runs)?);
+            }
         }
+    }
+    if rows.is_empty() {
+        let problem = "no case has this in its name or in its scene's, or they are long ones, which --full runs; without --only all are listed";
+        let argument = format!("--only {}", runs.only);
+        return Err(Refusal::argument(argument, problem).into());
     }
     Ok(rows)
 }
 
-fn run_case(scene: &Path, scenario: &Path, case: &Case, runs: &Runs) -> Result<Vec<Row>, Error> {
-    let scene = scene.file_name().unwrap_or_default().to_string_lossy();
-    let name = format!("{scene}: {}", case.name);
-    tell_progress(&name);
+/// A scene as its folder is named.
+fn name_of(scene: &Path) -> Cow<'_, str> {
+    scene.file_name().unwrap_or_default().to_string_lossy()
+}
+
+fn run_case(name: &str, scenario: &Path, case: &Case, runs: &Runs) -> Result<Vec<Row>, Error> {
+    tell_progress(name);
     let outcome = attempt(scenario, &case.set, runs)?;
     let mut rows = vec![ending(case, &outcome)];
     if let Ok(left) = &outcome {
