@@ -109,6 +109,28 @@ fn programs_get_one_object_a_line() {
     );
 }
 
+#[test]
+fn programs_are_told_of_replays_and_of_words_that_are_none() {
+    let work = Scratch::new("replayed");
+    told(work.path(), &["--quiet"], &[]);
+    let run = |arguments: &[&str]| {
+        let mut command = Command::new(program("thirdbody"));
+        let output = command.args(arguments).current_dir(work.path()).output();
+        output.expect("it starts")
+    };
+    let replayed = run(&["replay", "out", "--node", "third-body", "--json-lines"]);
+    assert!(replayed.status.success());
+    let lines = String::from_utf8_lossy(&replayed.stderr).into_owned();
+    let count = parse_json(lines.lines().last().expect("its end is told").as_bytes());
+    assert!(count["event"] == "count" && count["things"] == "messages");
+    assert!(count["done"] == count["total"] && count["total"].as_u64() > Some(0));
+    assert!(run(&["replay", "out", "--quiet"]).stderr.is_empty());
+    let refused = run(&["run", "quick", "--json-lines", "--no-such-word"]);
+    assert_eq!(refused.status.code(), Some(2));
+    let error = parse_json(&refused.stderr);
+    assert!(error["event"] == "error" && error["code"] == "usage");
+}
+
 /// A terminal that knows the codes which move the cursor up and clear what is below.
 #[derive(Default)]
 struct Screen {

@@ -174,6 +174,19 @@ fn usage(told: &clap::Error) -> ExitCode {
         let _ = told.print();
         return ExitCode::from(code as u8);
     }
+    // Nothing was parsed: what a program asks for is known by its word alone.
+    if std::env::args_os().any(|argument| argument == "--json-lines") {
+        speak(Manner::JsonLines);
+        let text = told.to_string();
+        let object = json!({
+            "exit_code": code,
+            "status": Code::Usage.ending().1,
+            "code": Code::Usage.word(),
+            "text": text.trim_start_matches("error: ").trim_end(),
+        });
+        tell_of("error", object, String::new);
+        return ExitCode::from(code as u8);
+    }
     let text = if std::io::stderr().is_terminal() {
         told.render().ansi().to_string()
     } else {

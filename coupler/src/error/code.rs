@@ -29,7 +29,7 @@ macro_rules! codes {
             }
 
             /// Exit code of the program and status of the run.
-            pub(super) fn ending(self) -> (i32, &'static str) {
+            pub fn ending(self) -> (i32, &'static str) {
                 match self {
                     Code::Of(cause) => ending_of(cause.fault()),
                     $(Code::$name => ($exit, $status),)*

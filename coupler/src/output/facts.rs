@@ -49,8 +49,7 @@ impl Facts {
 
     /// Lines that are no longer than a terminal of so many columns.
     pub fn block(&self, columns: usize) -> Vec<String> {
-        let done = (BAR as f64 * self.done()) as usize;
-        let bar = "#".repeat(done) + &"-".repeat(BAR - done);
+        let bar = bar(self.done());
         let [percent, clock] = [self.percent(), self.clock()];
         let mut lines = vec![
             format!("{} [{bar}] {percent}  {clock}", self.run),
@@ -169,7 +168,13 @@ impl Facts {
 }
 
 /// A time in the unit that people take.
-fn lasting(seconds: f64) -> String {
+/// A bar of which this share is full.
+pub(super) fn bar(share: f64) -> String {
+    let done = (BAR as f64 * share.clamp(0.0, 1.0)) as usize;
+    "#".repeat(done) + &"-".repeat(BAR - done)
+}
+
+pub(super) fn lasting(seconds: f64) -> String {
     match seconds {
         s if s < 10.0 => format!("{s:.1} s"),
         s if s < 100.0 => format!("{s:.0} s"),

@@ -5,9 +5,11 @@
 //! - [`profile`]: the traction of an interface; [`sample`]: means over the phase that results are sampled in;
 //! - [`running_balance`]: energies that are judged on the way;
 //! - [`state`]: what all of it remembers from window to window;
-//! - [`progress`]: how far a run has come, by its [`facts`] and its [`pace`]; [`stderr`]: words on stderr.
+//! - [`progress`]: how far a run has come, by its [`facts`] and its [`pace`]; [`count`]: how many of several things are done;
+//! - [`stderr`]: words on stderr.
 
 pub mod collection;
+pub mod count;
 pub mod facts;
 pub mod interface_fields;
 pub mod pace;
@@ -21,6 +23,7 @@ pub mod stderr;
 pub mod vtk;
 pub mod vtk_arrays;
 
+pub use count::Count;
 pub use progress::Progress;
 pub use running_balance::RunningBalance;
 pub use sample::SampledMeans;

@@ -89,9 +89,10 @@ fn named(event: &str, object: Value) -> Value {
 pub fn columns() -> Option<usize> {
     let stderr = std::io::stderr();
     let dumb = std::env::var_os("TERM").is_none_or(|kind| kind == "dumb");
-    let size = terminal_size_of(&stderr).filter(|_| stderr.is_terminal() && !dumb);
-    // One that does not tell its size is no narrower than the narrowest in use.
-    size.map(|(Width(columns), _)| if columns == 0 { 80 } else { columns.into() })
+    (stderr.is_terminal() && !dumb).then(|| {
+        // One that does not tell its size is no narrower than the narrowest in use.
+        terminal_size_of(&stderr).map_or(80, |(Width(columns), _)| columns.into())
+    })
 }
 
 /// Draws lines at the end of a terminal, in place of those that were drawn before.

@@ -8,6 +8,7 @@ use super::tape::{Seen, TapeLink, turns};
 use super::{Recording, Replayed};
 use crate::error::{Error, Refusal};
 use crate::log::COUPLER;
+use crate::output::Count;
 use crate::participants::handshake::{self, Greeted};
 use crate::participants::remote::Remote;
 use crate::participants::{Launcher, Life, Peer, Peers, Watch};
@@ -41,7 +42,12 @@ pub fn replay(
     let run_id = launcher.run_id;
     let mut peers = Peers::new(peers.collect(), None, run_id, scenario, watch.clone());
     let start = Instant::now();
-    let result = windows(&mut peers, scenario, &greeted, from);
+    // The handshake is a block of its own.
+    let passed = from.map_or(1, |origin| origin.checkpoint.log_blocks as usize);
+    let left = recording.ends.len().saturating_sub(passed);
+    let mut count = Count::new("replay of the coupler".into(), "windows", left);
+    let result = windows(&mut peers, scenario, &greeted, from, &mut count);
+    drop(count);
     let wall_s = start.elapsed().as_secs_f64();
     // A tape tells what is left of it when it goes.
     drop(peers);
@@ -78,6 +84,7 @@ fn windows(
     scenario: &Scenario,
     greeted: &[Greeted],
     from: Option<&RestartPoint>,
+    count: &mut Count,
 ) -> Result<(), Error> {
     if scenario.interface.is_empty() {
         return Err(Refusal::NoCoupler.into());
@@ -92,6 +99,11 @@ fn windows(
             }
         }
     }
-    let go_on = |_: &mut _, _: &_, _: &_, _| Ok(ControlFlow::Continue(()));
+    let mut done = 0;
+    let go_on = |_: &mut _, _: &_, _: &_, _| {
+        done += 1;
+        count.at(done);
+        Ok(ControlFlow::Continue(()))
+    };
     each_window(peers, greeted, &mut groups, go_on)
 }

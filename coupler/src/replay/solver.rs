@@ -10,6 +10,7 @@ use super::{Drift, Recording, Replayed};
 use crate::error::{Error, Refusal};
 use crate::log::Mismatch;
 use crate::log::mismatch::Difference;
+use crate::output::Count;
 use crate::participants::farewell::read_farewell;
 use crate::participants::{Communicator, Launcher, Watch, handshake};
 use crate::run::checkpoint::RestartPoint;
@@ -57,11 +58,14 @@ pub fn replay(
         origin.restore_node(communicator, 0, index)?;
     }
     let mut asked = 0;
+    let mut count = Count::new(format!("replay of `{name}`"), "messages", later.len());
     while let Some(turn) = later.get(asked)
         && comparison.ask(communicator, turn, later.get(asked + 1))?
     {
         asked += 1;
+        count.at(asked);
     }
+    drop(count);
     let mut replayed = comparison.replayed;
     replayed.wall_s = start.elapsed().as_secs_f64();
     let left = later.len() - asked;

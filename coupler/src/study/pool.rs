@@ -72,6 +72,7 @@ pub fn run(
             }
         }
         std::thread::sleep(LOOK);
+        progress.show();
         let look = looked.elapsed() > LOOK_ELSEWHERE;
         if look {
             looked = Instant::now();

@@ -10,7 +10,7 @@ use super::plan::{Task, runs};
 use super::task::{Stage, TaskFolder};
 use crate::error::Error;
 use crate::output::stderr::{Manner, manner, tell_of};
-use crate::output::{tell, tell_progress};
+use crate::output::{Count, tell, tell_progress};
 
 /// Attempts at a run. One that was killed so often is killed by something that does not go away.
 pub const MOST_ATTEMPTS: usize = 5;
@@ -25,19 +25,22 @@ pub struct StudyProgress<'a> {
     begun: Instant,
     /// Runs that ended since it began.
     here: usize,
+    count: Count,
 }
 
 impl<'a> StudyProgress<'a> {
     /// The runs of these tasks in a folder.
     pub fn new(tasks: &'a [Task], folder: &Path) -> StudyProgress<'a> {
+        let total = runs(tasks).len();
         StudyProgress {
             tasks,
             folder: folder.to_path_buf(),
-            total: runs(tasks).len(),
+            total,
             done: BTreeSet::new(),
             given_up: BTreeSet::new(),
             begun: Instant::now(),
             here: 0,
+            count: Count::new("study".into(), "runs", total),
         }
     }
 
@@ -68,6 +71,11 @@ impl<'a> StudyProgress<'a> {
             ));
         }
         Ok(left)
+    }
+
+    /// Shows how many runs are done, if it is time to.
+    pub fn show(&mut self) {
+        self.count.at(self.done.len());
     }
 
     /// Tells of a run that ended, once.

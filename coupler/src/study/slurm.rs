@@ -143,6 +143,7 @@ impl Slurm {
                 }
             }
             std::thread::sleep(LOOK);
+            progress.show();
         }
     }
 

@@ -1,0 +1,119 @@
+//! How many of several things are done, on stderr: a bar on a terminal, a line now and then elsewhere, objects for a program.
+
+use std::time::Instant;
+
+use serde_json::{Value, json};
+
+use super::facts::{bar, lasting};
+use super::pace::Remaining;
+use super::stderr::{Manner, columns, draw, manner, tell_of};
+
+/// Times between two looks (s): on a terminal, of a program, elsewhere.
+const UPDATE_EVERY_S: f64 = 0.2;
+const OBJECT_EVERY_S: f64 = 1.0;
+const LINE_EVERY_S: f64 = 60.0;
+
+/// A count on its way to its end.
+pub struct Count {
+    /// What it is that goes on: replay of `rail`.
+    what: String,
+    /// What is counted: messages.
+    things: &'static str,
+    total: usize,
+    begun: Instant,
+    shown_s: f64,
+    every_s: f64,
+    drawn: bool,
+    remaining: Remaining,
+}
+
+impl Count {
+    /// Nothing is done yet.
+    pub fn new(what: String, things: &'static str, total: usize) -> Count {
+        let drawn = manner() == Manner::Progress && columns().is_some();
+        Count {
+            what,
+            things,
+            total,
+            begun: Instant::now(),
+            shown_s: 0.0,
+            every_s: match manner() {
+                Manner::Quiet => f64::INFINITY,
+                Manner::JsonLines => OBJECT_EVERY_S,
+                Manner::Progress if drawn => UPDATE_EVERY_S,
+                Manner::Progress => LINE_EVERY_S,
+            },
+            drawn,
+            remaining: Remaining::from(0.0),
+        }
+    }
+
+    /// So many are done now; shows it if it is time to, and to a program when all are.
+    pub fn at(&mut self, done: usize) {
+        let spent_s = self.begun.elapsed().as_secs_f64();
+        let last = done == self.total && manner() == Manner::JsonLines;
+        if spent_s - self.shown_s < self.every_s && !last {
+            return;
+        }
+        self.shown_s = spent_s;
+        self.remaining.add(done as f64, spent_s);
+        let left_s = self.remaining.until(self.total as f64);
+        match columns().filter(|_| self.drawn) {
+            Some(columns) => draw(vec![
+                self.line(done, left_s).chars().take(columns).collect(),
+            ]),
+            None => tell_of("count", self.object(done, left_s), || {
+                self.line(done, left_s)
+            }),
+        }
+    }
+
+    fn line(&self, done: usize, left_s: Option<f64>) -> String {
+        let bar = bar(done as f64 / self.total.max(1) as f64);
+        let clock = left_s.map_or_else(
+            || format!("{} spent", lasting(self.shown_s)),
+            |left_s| format!("{} left", lasting(left_s)),
+        );
+        let (what, total, things) = (&self.what, self.total, self.things);
+        format!("{what} [{bar}] {done} of {total} {things}, {clock}")
+    }
+
+    fn object(&self, done: usize, left_s: Option<f64>) -> Value {
+        let mut object = json!({
+            "what": self.what,
+            "things": self.things,
+            "done": done,
+            "total": self.total,
+            "spent_wall_s": self.shown_s,
+        });
+        if let Some(left_s) = left_s {
+            object["left_wall_s"] = json!(left_s);
+        }
+        object
+    }
+}
+
+impl Drop for Count {
+    /// Takes the bar off the terminal.
+    fn drop(&mut self) {
+        if self.drawn {
+            draw(Vec::new());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_count_tells_what_is_done_and_left() {
+        let mut count = Count::new("replay of `rail`".into(), "messages", 400);
+        count.shown_s = 5.0;
+        let told = "replay of `rail` [#####---------------] 100 of 400 messages, ";
+        assert_eq!(count.line(100, None), format!("{told}5.0 s spent"));
+        assert_eq!(count.line(100, Some(15.0)), format!("{told}15 s left"));
+        assert_eq!(count.object(100, None)["done"], 100);
+        assert!(count.object(100, None).get("left_wall_s").is_none());
+    }
+}
