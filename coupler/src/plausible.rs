@@ -66,9 +66,10 @@ impl Warning {
     pub fn line(&self) -> String {
         let numbers = self.value.zip(self.bound);
         let numbers = numbers.map_or_else(String::new, |(value, bound)| {
-            format!(" ({} {value:.4e}, bound {bound:e})", self.code)
+            format!(" (value {value:.4e}, bound {bound:e})")
         });
-        format!("warning: {}: {}{numbers}", self.place, self.text)
+        let (code, place, text) = (&self.code, &self.place, &self.text);
+        format!("warning[{code}]: {place}: {text}{numbers}")
     }
 }
 

@@ -165,11 +165,13 @@ pub fn config_error(path: &str, message: &str) -> ConfigError {
     match &quoted[..] {
         [key, known @ ..] if begins("unknown field") => unknown_key(parent, key, known),
         [key, ..] if begins("missing field") => {
+            let help = format!("add `{key} = ...`; the shipped scenes show usual values");
             let key = match parent {
                 "" => key.to_string(),
                 _ => format!("{parent}.{key}"),
             };
-            ConfigError::new(&key, "this key is required and missing").because(Cause::MissingKey)
+            let error = ConfigError::new(&key, "this key is required and missing");
+            error.because(Cause::MissingKey).help(help)
         }
         [word, known @ ..] if begins("unknown variant") => {
             let problem = format!("`{word}` is not one of the choices");

@@ -51,7 +51,10 @@ fn a_layer_of_another_shape_than_its_rail_is_suspect() {
         "{warning}"
     );
     let told = String::from_utf8_lossy(&output.stderr);
-    assert!(told.contains("warning: layer-base: the shape"), "{told}");
+    assert!(
+        told.contains("warning[surface_offset]: layer-base: the shape"),
+        "{told}"
+    );
 
     let (code, summary, _) = crown("0.25", &[]);
     assert_eq!((code, codes(&summary)), (Some(0), vec!["surface_offset"]));

@@ -4,10 +4,11 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use clap::builder::RangedI64ValueParser;
+use protocol::Cause;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::error::{Error, Refusal};
+use crate::error::{Code, Error, Refusal};
 use crate::output::tell;
 use crate::run::checkpoint::{RestartPoint, find};
 use crate::scenario::Scenario;
@@ -115,7 +116,10 @@ pub(super) fn restart_point(
 ) -> Result<Option<RestartPoint>, Error> {
     let (origin, passed_over) = find(run, loaded, from)?;
     for unusable in passed_over {
-        tell(&format!("warning: {unusable}; the one before it is taken"));
+        let code = Code::Of(Cause::CheckpointUnusable).word();
+        tell(&format!(
+            "warning[{code}]: {unusable}; the one before it is taken"
+        ));
     }
     Ok(origin)
 }
