@@ -255,7 +255,6 @@ pub mod stress;
 pub mod structure;
 mod threads;
 mod trend;
-mod vtk;
 pub mod wheel;
 pub mod wheel_face;
 

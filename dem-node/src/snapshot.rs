@@ -4,14 +4,16 @@ mod contacts;
 pub mod parts;
 
 use std::f64::consts::PI;
+use std::io;
 use std::iter::{empty, repeat_n};
 use std::path::Path;
+
+use protocol::vtk::{Kind, VtkFile};
 
 use crate::bodies::Bodies;
 use crate::error::DemError;
 use crate::flow::{Body, Flow, NEVER};
 use crate::state::State;
-use crate::vtk::{Kind, VtkFile};
 use parts::{Moment, cells, points, poly_data};
 
 /// Writes `<stem>.vtp`, the disks as vertices, and `<stem>-contacts.vtp`, the contacts between them.
@@ -22,13 +24,20 @@ use parts::{Moment, cells, points, poly_data};
 /// these; of a sample with clusters also cluster, -1 for single disks; where flows are followed also body (0 first body, 1 third
 /// body, 2 initial stock, 3 fed in) and detached_s, -1 for grains that never were.
 pub fn write(folder: &Path, stem: &str, moment: &Moment) -> Result<(), DemError> {
-    grains(moment).write(&folder.join(format!("{stem}.vtp")))?;
-    contacts::file(moment).write(&folder.join(format!("{stem}-contacts.vtp")))
+    let path = |suffix: &str| folder.join(format!("{stem}{suffix}.vtp"));
+    written(&path(""), |path| grains(moment).write(path))?;
+    written(&path("-contacts"), |path| {
+        contacts::file(moment).write(path)
+    })
 }
 
 /// Writes a text file.
 pub fn write_text(path: &Path, text: &str) -> Result<(), DemError> {
-    std::fs::write(path, text).map_err(|source| DemError::Write {
+    written(path, |path| std::fs::write(path, text))
+}
+
+fn written(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> Result<(), DemError> {
+    write(path).map_err(|source| DemError::Write {
         path: path.display().to_string(),
         source,
     })

@@ -220,7 +220,6 @@ mod plausible;
 mod prescribed_velocity;
 mod probe_points;
 mod snapshot;
-mod vtk;
 mod vtu;
 mod window;
 

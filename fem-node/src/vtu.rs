@@ -3,12 +3,13 @@
 use std::iter::repeat_n;
 use std::path::Path;
 
+use protocol::vtk::{Kind, VtkFile};
+
 use crate::error::FemError;
 use crate::integrate::State;
 use crate::model::Model;
 use crate::probe;
 use crate::profile::Profile;
-use crate::vtk::{Kind, VtkFile};
 use crate::wheel::{ContactStatus, NodeContact};
 
 /// Type number of a quadrilateral in VTK.
@@ -45,7 +46,8 @@ pub(crate) fn write(
         contact_data(file, model, touched);
     });
     file.section("CellData", |file| cell_data(file, model, state));
-    file.write(path)
+    let folder = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+    FemError::written(path, folder.and_then(|()| file.write(path)))
 }
 
 fn cells(file: &mut VtkFile, model: &Model) {

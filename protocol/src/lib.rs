@@ -64,6 +64,7 @@
 //! - [`cure`]: errors of the system, with what to do about them;
 //! - [`checkpoint`]: a node's state as bytes;
 //! - [`busy`]: stretches of time in which a process was at work;
+//! - [`vtk`]: files of fields, which participants and coordinator leave in one form;
 //! - [`link`]: the ways a frame travels: an in-process channel or shared memory;
 //! - [`serve`](mod@serve): the loop that turns frames into calls of a [`Node`];
 //! - [`participate`](mod@participate): the whole life of a participant in a process of its own.
@@ -90,6 +91,7 @@ pub mod schema;
 pub mod serve;
 pub mod setting;
 pub mod table;
+pub mod vtk;
 
 pub use cause::{Cause, FaultCode};
 pub use cure::WithCure;

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::vtk::{Kind, VtkFile};
+use protocol::vtk::{Kind, VtkFile};
+
 use crate::error::Error;
 use crate::scheme::group::{Group, Patch};
 use crate::scheme::window::InterfaceState;
@@ -51,5 +52,5 @@ pub fn write(
         let shears = tractions.iter().map(|[x, _]| [*x]);
         file.array(Kind::Float64, "shear_pa", shears);
     });
-    file.write(path)
+    file.write(path).map_err(Error::output(path.display()))
 }

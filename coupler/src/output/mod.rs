@@ -1,7 +1,7 @@
 //! Files and lines that come about while a run goes on:
 //!
 //! - [`signals`]: one row a window; [`collection`]: the fields over time, [`interface_fields`]: those of an interface;
-//! - [`vtk`], [`vtk_arrays`]: the format of fields, written and read;
+//! - [`vtk_arrays`]: the fields read again;
 //! - [`profile`]: the traction of an interface; [`sample`]: means over the phase that results are sampled in;
 //! - [`running_balance`]: energies that are judged on the way;
 //! - [`state`]: what all of it remembers from window to window;
@@ -20,7 +20,6 @@ pub mod sample;
 pub mod signals;
 pub mod state;
 pub mod stderr;
-pub mod vtk;
 pub mod vtk_arrays;
 
 pub use count::Count;

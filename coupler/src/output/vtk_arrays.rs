@@ -156,8 +156,8 @@ fn kind_of(kind: &str) -> Option<(usize, Value)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::output::vtk::{Kind, VtkFile};
     use crate::rundir::Scratch;
+    use protocol::vtk::{Kind, VtkFile};
 
     fn file(name: &str) -> (Scratch, std::path::PathBuf) {
         let scratch = Scratch::new(name, 1);

@@ -1,11 +1,12 @@
 //! The contacts that press, and the bonds, as lines.
 
+use protocol::vtk::{Kind, VtkFile};
+
 use super::parts::{Moment, cells, points, poly_data};
 use crate::bond::BondCursor;
 use crate::detect::Slot;
 use crate::loads::shown;
 use crate::positions::proximity;
-use crate::vtk::{Kind, VtkFile};
 
 /// Distance from the friction limit, over it, below which a contact counts as sliding: rounding, as every local solution lies on
 /// its limit or inside.

@@ -1,10 +1,11 @@
 //! Parts that the files of grains and of contacts share.
 
+use protocol::vtk::{Kind, VtkFile};
+
 use crate::bodies::Bodies;
 use crate::flow::Flow;
 use crate::loads::shown;
 use crate::state::State;
-use crate::vtk::{Kind, VtkFile};
 
 /// Everything that the fields of a moment are made of.
 #[derive(Clone, Copy)]

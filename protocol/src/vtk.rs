@@ -5,29 +5,33 @@ use std::fs::File;
 use std::io::{self, Write as _};
 use std::path::Path;
 
-use protocol::larger;
-
-use crate::error::DemError;
+use crate::larger;
 
 /// Type of the numbers of an array, by its name in VTK.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Kind {
+pub enum Kind {
+    /// Any number.
     Float64,
+    /// A whole number below 2^53.
     Int64,
+    /// A whole number of 32 bits.
     Int32,
+    /// A whole number from -128 on.
+    Int8,
+    /// A whole number from 0 to 255.
     UInt8,
 }
 
 /// A file of one piece on its way: its markup, and the arrays that follow it.
-pub(crate) struct VtkFile {
+pub struct VtkFile {
     dataset: &'static str,
     markup: String,
     appended: Vec<u8>,
 }
 
 impl VtkFile {
-    /// A piece of a dataset (`PolyData`, ...) of these sizes.
-    pub(crate) fn new(dataset: &'static str, sizes: &[(&str, usize)]) -> VtkFile {
+    /// A piece of a dataset (`PolyData`, `UnstructuredGrid`) of these sizes.
+    pub fn new(dataset: &'static str, sizes: &[(&str, usize)]) -> VtkFile {
         let sizes = sizes.iter();
         let sizes = sizes.map(|(name, size)| format!(" {name}=\"{size}\""));
         let sizes = sizes.collect::<String>();
@@ -41,14 +45,14 @@ impl VtkFile {
     }
 
     /// The arrays that `fill` adds, as a section (`PointData`, ...) of the piece.
-    pub(crate) fn section(&mut self, name: &str, fill: impl FnOnce(&mut VtkFile)) {
+    pub fn section(&mut self, name: &str, fill: impl FnOnce(&mut VtkFile)) {
         self.markup += &format!("<{name}>\n");
         fill(self);
         self.markup += &format!("</{name}>\n");
     }
 
-    /// An array of tuples. Whole numbers are exact, as they are all below 2^53.
-    pub(crate) fn array<const N: usize>(
+    /// An array of tuples, with its range.
+    pub fn array<const N: usize>(
         &mut self,
         kind: Kind,
         name: &str,
@@ -73,19 +77,15 @@ impl VtkFile {
     }
 
     /// Writes it.
-    pub(crate) fn write(mut self, path: &Path) -> Result<(), DemError> {
+    ///
+    /// # Errors
+    /// Those of the file.
+    pub fn write(mut self, path: &Path) -> io::Result<()> {
         let _ = write!(
             self.markup,
             "</Piece>\n</{}>\n<AppendedData encoding=\"raw\">\n_",
             self.dataset
         );
-        self.write_parts(path).map_err(|source| DemError::Write {
-            path: path.display().to_string(),
-            source,
-        })
-    }
-
-    fn write_parts(&self, path: &Path) -> io::Result<()> {
         let mut file = File::create(path)?;
         file.write_all(self.markup.as_bytes())?;
         file.write_all(&self.appended)?;
@@ -99,6 +99,7 @@ impl Kind {
             Kind::Float64 => bytes.extend_from_slice(&value.to_le_bytes()),
             Kind::Int64 => bytes.extend_from_slice(&(value as i64).to_le_bytes()),
             Kind::Int32 => bytes.extend_from_slice(&(value as i32).to_le_bytes()),
+            Kind::Int8 => bytes.extend_from_slice(&(value as i8).to_le_bytes()),
             Kind::UInt8 => bytes.push(value as u8),
         }
     }
