@@ -67,7 +67,9 @@ fn the_page_explains_all_that_the_run_has_and_nothing_else() {
     assert!(html.contains("The run completed, and no check found anything to warn of."));
     assert!(html.len() < 3_000_000, "{} bytes", html.len());
     for elsewhere in ["<script", "src=", "http://", "https://", "@import", "url("] {
+        // Hatches are parts of the page.
         let own = html.replace("http://www.w3.org/2000/svg", "");
+        let own = own.replace("url(#below-", "");
         assert!(!own.contains(elsewhere), "{elsewhere}");
     }
     let figures = html.matches("<figure>").count();
@@ -77,6 +79,12 @@ fn the_page_explains_all_that_the_run_has_and_nothing_else() {
     assert!(figures >= 15, "{figures}");
     assert_eq!(figures, described);
     assert_eq!(html.matches("aria-label=\"\"").count(), 0);
+    for field in [
+        "Velocities of the grains",
+        "Displacements of the grains since the start",
+    ] {
+        assert!(html.contains(&format!("<figcaption>{field}")), "{field}");
+    }
 
     let summary = fs::read(work.path().join("one/summary.json")).expect("it is there");
     let summary = parse_json(&summary);

@@ -15,8 +15,42 @@ const TO_SCALE: f64 = 0.95;
 /// Angle of the head of an arrow to its shaft (rad), and its length over that.
 const HEAD: (f64, f64) = (0.45, 0.35);
 
+/// A vector that the files of grains hold, and the words of its picture.
+struct Vector {
+    name: &'static str,
+    file: &'static str,
+    what: &'static str,
+    unit: &'static str,
+    alternative: &'static str,
+}
+
+const VELOCITY: Vector = Vector {
+    name: "velocity_m_per_s",
+    file: "velocity.svg",
+    what: "Velocities of the grains at the",
+    unit: "m/s",
+    alternative: "slower",
+};
+
+const MOVED: Vector = Vector {
+    name: "displacement_since_start_m",
+    file: "moved.svg",
+    what: "Displacements of the grains since the start of the run, at the",
+    unit: "m",
+    alternative: "shorter",
+};
+
 /// The velocities at the last of the moments that has grains (Renouf, Saulot and Berthier 2006, figure 10).
 pub fn velocities(run: &RunFiles) -> Result<Option<Picture>, Error> {
+    at_last(run, &VELOCITY)
+}
+
+/// The displacements since the start of the run, at the same moment.
+pub fn moved(run: &RunFiles) -> Result<Option<Picture>, Error> {
+    at_last(run, &MOVED)
+}
+
+fn at_last(run: &RunFiles, vector: &Vector) -> Result<Option<Picture>, Error> {
     for Moment { name, words } in run.moments.iter().rev() {
         let Some(arrays) = read_first(&run.path, name, "vtp")? else {
             continue;
@@ -24,21 +58,21 @@ pub fn velocities(run: &RunFiles) -> Result<Option<Picture>, Error> {
         let Some(cells) = Cells::of_grains(&arrays) else {
             return Ok(None);
         };
-        let field = cells.means(numbers(&arrays, "velocity_m_per_s"));
+        let field = cells.means(numbers(&arrays, vector.name));
         let Some(longest) = longest(std::slice::from_ref(&field)) else {
             return Ok(None);
         };
-        let size = cells.size;
+        let (size, limit) = (cells.size, with_unit(longest, vector.unit));
         return Ok(Some(Picture {
-            file: "velocity.svg".into(),
+            file: vector.file.into(),
             caption: format!(
-                "Velocities of the grains at the {words}, means over cells of {size:.2} mm; the longest arrows stand for {} and more.",
-                with_unit(longest, "m/s")
+                "{} {words}, means over cells of {size:.2} mm; the longest arrows stand for {limit} and more.",
+                vector.what
             ),
             alternative: format!(
-                "{} arrows; 95 of 100 are slower than {}.",
+                "{} arrows; 95 of 100 are {} than {limit}.",
                 field.len(),
-                with_unit(longest, "m/s")
+                vector.alternative
             ),
             svg: cells.draw(&[field], longest, |_| String::new()),
         }));

@@ -176,6 +176,7 @@ fn contact(run: &RunFiles, tables: &Tables, other: Option<&RunFiles>) -> Result<
 fn third_body(run: &RunFiles, tables: &Tables) -> Result<Section, Error> {
     let mut maps = chains::chains(run)?;
     maps.extend(arrows::velocities(run)?);
+    maps.extend(arrows::moved(run)?);
     maps.extend(arrows::displacements(run)?);
     maps.extend(circuit::drawn(&run.summary)?);
     Ok(Section {
