@@ -254,15 +254,12 @@ mod tests {
         let finding = not_converged(BOUNDS, 3, 10).expect("three tenths");
         let line = Warning::of("layer-base", finding).line();
         assert!(
-            line.starts_with("warning: layer-base: 3 of 10 windows"),
+            line.starts_with("warning[not_converged]: layer-base: 3 of 10 windows"),
             "{line}"
         );
-        assert!(
-            line.ends_with("(not_converged 3.0000e-1, bound 1e-1)"),
-            "{line}"
-        );
+        assert!(line.ends_with("(value 3.0000e-1, bound 1e-1)"), "{line}");
         let advice = Warning::advice("advice", "rail", "take care").line();
-        assert_eq!(advice, "warning: rail: take care");
+        assert_eq!(advice, "warning[advice]: rail: take care");
     }
 
     /// Expects nothing just inside the first bound, a warning between both and a suspect run beyond the second.
