@@ -203,7 +203,7 @@ impl Cells {
     /// Fields one below the other on one scale, each below its heading.
     fn draw(&self, fields: &[Means], longest: f64, heading: impl Fn(usize) -> String) -> String {
         let size = self.size;
-        let view = self.view.with_margin(size, size, size);
+        let view = self.view.with_margin(size, size, size).to_scale();
         let frames = (0..fields.len()).map(|place| Frame {
             view,
             heading: heading(place),

@@ -5,7 +5,7 @@ use super::fields::{Arrays, numbers, read_first};
 use super::picture::Picture;
 use super::run::{Moment, RunFiles};
 use super::units::with_unit;
-use super::view::{Frame, Panel, View, maps, places_mm};
+use super::view::{Panel, View, frames, maps, middle, places_mm};
 use crate::error::Error;
 
 /// More contacts than this are drawn by their strongest.
@@ -24,6 +24,14 @@ struct Link {
     adhesion: Option<f64>,
 }
 
+impl Link {
+    fn draw(&self, panel: &mut Panel, style: &str) {
+        if self.ends.iter().any(|end| panel.shows(*end)) {
+            panel.line(&self.ends, false, style);
+        }
+    }
+}
+
 /// Forces, and adhesion where there are bonds, at the first of the moments that has grains in contact.
 pub fn chains(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     for Moment { name, words } in &run.moments {
@@ -34,8 +42,9 @@ pub fn chains(run: &RunFiles) -> Result<Vec<Picture>, Error> {
         let Some(view) = around(&links) else {
             continue;
         };
-        let mut pictures = Vec::from_iter(forces(&links, view, words));
-        pictures.extend(adhesion(&links, view, words));
+        let views: Vec<View> = [view].into_iter().chain(middle(&view)).collect();
+        let mut pictures = Vec::from_iter(forces(&links, &views, words));
+        pictures.extend(adhesion(&links, &views, words));
         return Ok(pictures);
     }
     Ok(Vec::new())
@@ -68,7 +77,7 @@ fn around(links: &[Link]) -> Option<View> {
 }
 
 /// Compression in dark lines, tension in light and dashed ones.
-fn forces(links: &[Link], view: View, words: &str) -> Option<Picture> {
+fn forces(links: &[Link], views: &[View], words: &str) -> Option<Picture> {
     let mut sizes: Vec<f64> = links
         .iter()
         .map(|link| link.force.abs())
@@ -81,11 +90,7 @@ fn forces(links: &[Link], view: View, words: &str) -> Option<Picture> {
         .iter()
         .filter(|link| link.force.abs() >= least)
         .collect();
-    let frame = Frame {
-        view,
-        heading: String::new(),
-    };
-    let svg = maps(&[frame], None, |panel, _| {
+    let svg = maps(&frames(views), None, |panel, _| {
         for tension in [true, false] {
             panel.layer();
             for link in drawn.iter().filter(|link| (link.force < 0.0) == tension) {
@@ -128,11 +133,11 @@ fn stroke(panel: &mut Panel, link: &Link, full: f64) {
         "fill=\"none\" {line} stroke-width=\"{:.2}\"",
         WIDEST * class
     );
-    panel.line(&link.ends, false, &style);
+    link.draw(panel, &style);
 }
 
 /// Intensity of adhesion of the bonds.
-fn adhesion(links: &[Link], view: View, words: &str) -> Option<Picture> {
+fn adhesion(links: &[Link], views: &[View], words: &str) -> Option<Picture> {
     let bonds: Vec<(&Link, f64)> = links
         .iter()
         .filter_map(|link| Some((link, link.adhesion?)))
@@ -147,11 +152,7 @@ fn adhesion(links: &[Link], view: View, words: &str) -> Option<Picture> {
         below: None,
     };
     let stride = bonds.len().div_ceil(LINES_MAX).max(1);
-    let frame = Frame {
-        view,
-        heading: String::new(),
-    };
-    let svg = maps(&[frame], Some(&scale), |panel, _| {
+    let svg = maps(&frames(views), Some(&scale), |panel, _| {
         for (link, adhesion) in bonds
             .iter()
             .filter(|(_, adhesion)| *adhesion > 0.0)
@@ -161,7 +162,7 @@ fn adhesion(links: &[Link], view: View, words: &str) -> Option<Picture> {
                 "fill=\"none\" stroke=\"{}\" stroke-width=\"1.6\"",
                 scale.colour(*adhesion)
             );
-            panel.line(&link.ends, false, &style);
+            link.draw(panel, &style);
         }
     });
     let mean = bonds.iter().map(|(_, adhesion)| adhesion).sum::<f64>() / bonds.len() as f64;
@@ -213,6 +214,6 @@ mod tests {
     }
 
     fn forces_of(links: &[Link], view: View) -> Picture {
-        forces(links, view, "end of the hold").expect("there are forces")
+        forces(links, &[view], "end of the hold").expect("there are forces")
     }
 }

@@ -34,8 +34,8 @@ pub fn pressure(run: &RunFiles) -> Result<Option<Picture>, Error> {
             arrays.get("hydrostatic_pressure_pa")?,
         ))
     });
-    let frame = |view, heading: &str| Frame {
-        view,
+    let frame = |view: View, heading: &str| Frame {
+        view: view.to_scale(),
         heading: heading.into(),
     };
     let mut frames = vec![frame(cells.view(), "Cells of the grains' stress")];

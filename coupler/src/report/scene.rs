@@ -5,7 +5,7 @@ use super::fields::{Arrays, numbers, read_first};
 use super::picture::Picture;
 use super::run::{Moment, RunFiles};
 use super::units::with_unit;
-use super::view::{Frame, Panel, View, deformed_mm, elements, maps, places_mm};
+use super::view::{Panel, View, deformed_mm, elements, frames, maps, middle, places_mm};
 use crate::error::Error;
 
 /// Fields at a moment: those of the first continuum and of the first layer of grains. A second continuum has a frame of its
@@ -62,20 +62,9 @@ impl Scene {
             end: self.full_mpa(),
             below: Some("tension"),
         };
-        let frames: Vec<Frame> = views
-            .iter()
-            .enumerate()
-            .map(|(place, view)| Frame {
-                view: *view,
-                heading: if place > 0 {
-                    "The middle of it".into()
-                } else {
-                    String::new()
-                },
-            })
-            .collect();
+        let frames = frames(views);
         let svg = maps(&frames, Some(&scale), |panel, place| {
-            self.paint(panel, &views[place], &scale);
+            self.paint(panel, &frames[place].view, &scale);
         });
         let alternative = format!(
             "Map of {disks} grains and {} elements; largest pressure in the continuum {}.",
@@ -120,13 +109,7 @@ impl Scene {
         let side = 0.02 * layer.width_mm();
         let deep = 0.16 * layer.width_mm();
         let mut views = vec![layer.with_margin(side, deep, deep).within(&all)];
-        let half = 4.5 * layer.height_mm();
-        if half < 0.4 * layer.width_mm() {
-            let centre = 0.5 * (layer.x_mm[0] + layer.x_mm[1]);
-            let middle = View {
-                x_mm: [centre - half, centre + half],
-                ..layer
-            };
+        if let Some(middle) = middle(&layer) {
             let inside = self.circles().filter(|(place, _)| middle.holds(*place));
             let mut near = View::around(inside).unwrap_or(middle);
             near = near.with_margin(0.0, 0.5 * near.height_mm(), 0.5 * near.height_mm());

@@ -68,13 +68,26 @@ impl View {
         }
     }
 
+    /// The view, wider or higher where it would be too narrow or too flat to be seen with the same scale along x and y.
+    pub(super) fn to_scale(self) -> View {
+        let scale = self.common_scale();
+        let missing = |length: f64| 0.5 * (LEAST / scale - length).max(0.0);
+        let (side, edge) = (missing(self.width_mm()), missing(self.height_mm()));
+        self.with_margin(side, edge, edge)
+    }
+
+    /// Pixels a millimetre that both axes may have.
+    fn common_scale(&self) -> f64 {
+        let width = WIDTH - SPACE[0] - SPACE[1];
+        let [w, h] = [self.width_mm(), self.height_mm()].map(|length| length.max(1e-9));
+        (width / w).min(HEIGHT_MAX / h)
+    }
+
     /// Pixels a millimetre along x and y, the same but for a body that is very tall or very flat, which keeps a width and a height
     /// that can be seen.
     fn scales(&self) -> [f64; 2] {
-        let width = WIDTH - SPACE[0] - SPACE[1];
-        let [w, h] = [self.width_mm(), self.height_mm()].map(|length| length.max(1e-9));
-        let scale = (width / w).min(HEIGHT_MAX / h);
-        [w, h].map(|length| scale.max(LEAST / length))
+        let scale = self.common_scale();
+        [self.width_mm(), self.height_mm()].map(|length| scale.max(LEAST / length.max(1e-9)))
     }
 
     /// True where both scales are the same.
@@ -93,6 +106,29 @@ impl View {
 pub(super) struct Frame {
     pub(super) view: View,
     pub(super) heading: String,
+}
+
+/// Half of the middle of a layer, over its height.
+const MIDDLE: f64 = 4.5;
+
+/// The middle of a layer that is much longer than high: too much of it to be seen at once.
+pub(super) fn middle(layer: &View) -> Option<View> {
+    let half = MIDDLE * layer.height_mm();
+    let centre = 0.5 * (layer.x_mm[0] + layer.x_mm[1]);
+    let middle = View {
+        x_mm: [centre - half, centre + half],
+        ..*layer
+    };
+    (half < 0.4 * layer.width_mm()).then_some(middle)
+}
+
+/// Frames of views, to scale; all but the first are of the middle.
+pub(super) fn frames(views: &[View]) -> Vec<Frame> {
+    let frame = |(place, view): (usize, &View)| Frame {
+        view: view.to_scale(),
+        heading: ["", "The middle of it"][place.min(1)].into(),
+    };
+    views.iter().enumerate().map(frame).collect()
 }
 
 /// A map while it is painted. Shapes of the same style that follow each other are one path of the file, until the next [`layer`](Panel::layer).
@@ -116,6 +152,11 @@ impl Panel {
     /// Pixels of a length along x (mm).
     pub(super) fn pixels(&self, length_mm: f64) -> f64 {
         self.scales[0] * length_mm
+    }
+
+    /// True for a place (mm) inside of the map.
+    pub(super) fn shows(&self, place: (f64, f64)) -> bool {
+        self.view.holds(place)
     }
 
     /// Place in pixels, y downwards.
@@ -316,6 +357,23 @@ pub(crate) fn picture(error: impl std::fmt::Display) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_flat_layer_is_drawn_to_scale_with_room_around_it() {
+        let layer = View {
+            x_mm: [-8.0, 8.0],
+            y_mm: [-0.2, 0.2],
+        };
+        assert!(!layer.is_to_scale());
+        let shown = layer.to_scale();
+        assert!(shown.is_to_scale());
+        assert_eq!(shown.x_mm, layer.x_mm);
+        // 1 008 pixels for 16 mm, and 90 for the height.
+        assert!((shown.height_mm() - 16.0 * 90.0 / 1008.0).abs() < 1e-12);
+        let middle = middle(&layer).expect("it is long");
+        assert_eq!((middle.width_mm(), middle.y_mm), (3.6, layer.y_mm));
+        assert!(super::middle(&middle).is_none());
+    }
 
     #[test]
     fn meshes_are_drawn_deformed_and_grains_where_they_are() {
