@@ -6,12 +6,11 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use serde_json::json;
+use serde_json::{Value, json};
 use signal_hook::consts::SIGXFSZ;
 
 use crate::error::{Code, Error};
 use crate::output::stderr::{Manner, speak, tell_of};
-use crate::output::tell;
 use crate::participants::Registry;
 use crate::shipped::kept::keep_below;
 
@@ -155,16 +154,17 @@ pub fn main(registry: &Registry) -> ExitCode {
 
 /// Tells on stderr what went wrong; scenario errors point into the file.
 fn print_error(error: Error) {
-    let (exit_code, status, text) = (error.exit_code(), error.status(), error.to_string());
-    let code = error.code().word();
-    tell_of(
-        "error",
-        json!({ "exit_code": exit_code, "status": status, "code": code, "text": text }),
-        || match error {
-            Error::Scenario(scenario) => format!("{:?}", miette::Report::new(*scenario)),
-            other => other.line(),
-        },
-    );
+    let ending = (error.exit_code(), error.status());
+    let object = error_object(ending, error.code(), &error.to_string());
+    tell_of("error", object, || match error {
+        Error::Scenario(scenario) => format!("{:?}", miette::Report::new(*scenario)),
+        other => other.line(),
+    });
+}
+
+/// An error with the exit code and the status that it ends with, as programs are told it.
+fn error_object((exit_code, status): (i32, &str), code: Code, text: &str) -> Value {
+    json!({ "exit_code": exit_code, "status": status, "code": code.word(), "text": text })
 }
 
 /// Help and version as clap prints them; what cannot be understood with its code.
@@ -177,22 +177,18 @@ fn usage(told: &clap::Error) -> ExitCode {
     // Nothing was parsed: what a program asks for is known by its word alone.
     if std::env::args_os().any(|argument| argument == "--json-lines") {
         speak(Manner::JsonLines);
-        let text = told.to_string();
-        let object = json!({
-            "exit_code": code,
-            "status": Code::Usage.ending().1,
-            "code": Code::Usage.word(),
-            "text": text.trim_start_matches("error: ").trim_end(),
-        });
-        tell_of("error", object, String::new);
-        return ExitCode::from(code as u8);
     }
+    let plain = told.to_string();
+    let plain = plain.trim_start_matches("error: ").trim_end();
+    let object = error_object(Code::Usage.ending(), Code::Usage, plain);
     let text = if std::io::stderr().is_terminal() {
         told.render().ansi().to_string()
     } else {
         told.render().to_string()
     };
     let headed = format!("error[{}]:", Code::Usage.word());
-    tell(text.replacen("error:", &headed, 1).trim_end());
+    tell_of("error", object, || {
+        text.replacen("error:", &headed, 1).trim_end().into()
+    });
     ExitCode::from(code as u8)
 }

@@ -67,21 +67,15 @@ pub(super) fn is_as_written(path: &Path) -> Result<bool, LogError> {
     let mut file = File::open(path).map_err(failed)?;
     let mut reader = LinearReader::new_with_options(options());
     let mut summed = false;
-    while let Some(event) = reader.next_event() {
-        match event {
-            Ok(LinearReadEvent::Record { opcode, data }) => {
-                // A checksum of zero stands for none (MCAP 0, "Data End").
-                summed |= opcode == op::DATA_END && data != [0; 4];
-            }
-            Ok(LinearReadEvent::ReadRequest(wanted)) => {
-                let room = reader.insert(wanted.min(PIECE));
-                let got = read_some(&mut file, room).map_err(failed)?;
-                reader.notify_read(got);
-            }
-            Err(_) => return Ok(false),
+    loop {
+        match next_record(&mut reader, &mut file, PIECE) {
+            // A checksum of zero stands for none (MCAP 0, "Data End").
+            Ok(Some((opcode, data))) => summed |= opcode == op::DATA_END && data != [0; 4],
+            Ok(None) => return Ok(summed),
+            Err(Failure::Io(source)) => return Err(failed(source)),
+            Err(Failure::Damage(_)) => return Ok(false),
         }
     }
-    Ok(summed)
 }
 
 /// Chunks come as they are, checksums are verified, and nothing may follow the end.

@@ -1,4 +1,4 @@
-//! How many of several things are done, on stderr: a bar on a terminal, a line now and then elsewhere, objects for a program.
+//! A counter of finished runs, messages or windows on stderr: a bar on a terminal, a line a minute elsewhere, objects for a program.
 
 use std::time::Instant;
 
@@ -6,18 +6,17 @@ use serde_json::{Value, json};
 
 use super::facts::{bar, lasting};
 use super::pace::Remaining;
+use super::progress::{LINE_EVERY_S, OBJECT_EVERY_S};
 use super::stderr::{Manner, columns, draw, manner, tell_of};
 
-/// Times between two looks (s): on a terminal, of a program, elsewhere.
+/// Time between two updates of the bar (s).
 const UPDATE_EVERY_S: f64 = 0.2;
-const OBJECT_EVERY_S: f64 = 1.0;
-const LINE_EVERY_S: f64 = 60.0;
 
 /// A count on its way to its end.
 pub struct Count {
-    /// What it is that goes on: replay of `rail`.
+    /// Name of the activity: replay of `rail`.
     what: String,
-    /// What is counted: messages.
+    /// Plural of the counted things: messages.
     things: &'static str,
     total: usize,
     begun: Instant,

@@ -5,7 +5,7 @@
 //! - [`profile`]: the traction of an interface; [`sample`]: means over the phase that results are sampled in;
 //! - [`running_balance`]: energies that are judged on the way;
 //! - [`state`]: what all of it remembers from window to window;
-//! - [`progress`]: how far a run has come, by its [`facts`] and its [`pace`]; [`count`]: how many of several things are done;
+//! - [`progress`]: how far a run has come, by its [`facts`] and its [`pace`]; [`count`]: counters of runs, messages and windows;
 //! - [`stderr`]: words on stderr.
 
 pub mod collection;

@@ -8,13 +8,13 @@ use super::stderr::{Manner, columns, draw, manner, tell_of};
 
 /// Parts of a run that a line is told after, and the time (s) after which one is told at any rate.
 const PARTS: f64 = 10.0;
-const LINE_EVERY_S: f64 = 60.0;
+pub(super) const LINE_EVERY_S: f64 = 60.0;
 
 /// Time between two updates of a block (ns).
 const UPDATE_NS: u64 = 200_000_000;
 
 /// Time between two objects (s).
-const OBJECT_EVERY_S: f64 = 1.0;
+pub(super) const OBJECT_EVERY_S: f64 = 1.0;
 
 /// A run that is on its way between two simulated times, from an instant on.
 #[derive(Clone, Debug, Default)]

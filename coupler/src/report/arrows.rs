@@ -21,7 +21,8 @@ struct Vector {
     file: &'static str,
     what: &'static str,
     unit: &'static str,
-    alternative: &'static str,
+    /// "Slower", "shorter": of most arrows.
+    less: &'static str,
 }
 
 const VELOCITY: Vector = Vector {
@@ -29,7 +30,7 @@ const VELOCITY: Vector = Vector {
     file: "velocity.svg",
     what: "Velocities of the grains at the",
     unit: "m/s",
-    alternative: "slower",
+    less: "slower",
 };
 
 const MOVED: Vector = Vector {
@@ -37,7 +38,7 @@ const MOVED: Vector = Vector {
     file: "moved.svg",
     what: "Displacements of the grains since the start of the run, at the",
     unit: "m",
-    alternative: "shorter",
+    less: "shorter",
 };
 
 /// The velocities at the last of the moments that has grains (Renouf, Saulot and Berthier 2006, figure 10).
@@ -72,7 +73,7 @@ fn at_last(run: &RunFiles, vector: &Vector) -> Result<Option<Picture>, Error> {
             alternative: format!(
                 "{} arrows; 95 of 100 are {} than {limit}.",
                 field.len(),
-                vector.alternative
+                vector.less
             ),
             svg: cells.draw(&[field], longest, |_| String::new()),
         }));

@@ -311,7 +311,7 @@ pub(super) fn elements(panel: &mut Panel, arrays: &Arrays, colour: impl Fn(usize
     let (cells, places) = (numbers(arrays, "connectivity"), deformed_mm(arrays));
     for (number, cell) in cells.chunks_exact(4).enumerate() {
         let corners: Vec<(f64, f64)> = cell.iter().map(|node| places[*node as usize]).collect();
-        if corners.iter().any(|corner| panel.view.holds(*corner)) {
+        if corners.iter().any(|corner| panel.shows(*corner)) {
             let colour = colour(number);
             // A thin edge of the same colour hides the seams between neighbours.
             let style = format!("fill=\"{colour}\" stroke=\"{colour}\" stroke-width=\".4\"");

@@ -45,7 +45,7 @@ pub struct Runs<'a> {
     pub threads: usize,
     /// True if the long cases are run too.
     pub full: bool,
-    /// What the name of a case, or of its scene, has to contain.
+    /// Text that `scene: case` contains for each case that is run; empty for all.
     pub only: String,
     /// Signals that end the suite.
     pub watch: Watch,
