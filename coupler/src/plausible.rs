@@ -1,6 +1,7 @@
 //! Warnings of a run: what its participants found about themselves, and what the coupler finds about forces, energies and joins.
 
-use protocol::{Bounds, Description, Finding, HeldLoad, larger};
+use kit::Bounds;
+use protocol::{Description, Finding, HeldLoad, larger};
 use serde::Serialize;
 
 use crate::error::Error;

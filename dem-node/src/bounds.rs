@@ -1,6 +1,7 @@
 //! Bounds on the step, that is on the windows of a coupled run.
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 
 use crate::config::Config;
 use crate::error::DemError;

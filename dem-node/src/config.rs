@@ -20,7 +20,7 @@ mod wheel;
 
 use std::f64::consts::PI;
 
-use protocol::ConfigError;
+use kit::ConfigError;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

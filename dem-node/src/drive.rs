@@ -4,7 +4,7 @@
 //! m dv = h F + p - h c v_theta, p being the impulse of the contacts and the weight and c the damping, which is taken implicitly:
 //! v' = ((m - h c (1 - theta)) v + h F + p) / (m + h c theta).
 
-use protocol::table::{LoadTable, load_at};
+use kit::table::{LoadTable, load_at};
 use serde::{Deserialize, Serialize};
 
 /// Loads of a driven cluster.

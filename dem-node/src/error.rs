@@ -1,6 +1,7 @@
 //! Errors of the node.
 
-use protocol::{Cause, ConfigError, NodeError, WithCure};
+use kit::ConfigError;
+use protocol::{Cause, NodeError, WithCure};
 use thiserror::Error;
 
 /// Reason for which the node cannot go on.

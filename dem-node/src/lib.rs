@@ -191,7 +191,7 @@
 //! use protocol::{Node, Setting, Window};
 //! use serde_json::json;
 //!
-//! let config = protocol::read_config(&json!({
+//! let config = kit::read_config(&json!({
 //!     "law": {"kind": "signorini"},
 //!     "solver": {"kind": "nsgs", "tolerance": 1e-8, "max_iterations": 100, "min_iterations": 1},
 //!     "time": {"step_s": 1e-4, "pressure_pa": 1.0},
@@ -258,7 +258,8 @@ mod trend;
 pub mod wheel;
 pub mod wheel_face;
 
-use protocol::{ConfigError, Node, NodeError, Session, Setting};
+use kit::ConfigError;
+use protocol::{Node, NodeError, Session, Setting};
 
 pub use config::Config;
 pub use error::DemError;
@@ -266,7 +267,7 @@ pub use node::Dem;
 
 /// Checks the participant's keys without preparing its sample. Returns what the user should know before a long run.
 pub fn check(config: &serde_json::Value, setting: &Setting) -> Result<Vec<String>, ConfigError> {
-    let config: Config = protocol::read_config(config)?;
+    let config: Config = kit::read_config(config)?;
     let config = config.resolved()?;
     config.validate()?;
     check_setting(setting)?;
@@ -286,12 +287,12 @@ pub fn check(config: &serde_json::Value, setting: &Setting) -> Result<Vec<String
 
 /// The keys of a participant as a JSON Schema, for editors.
 pub fn schema() -> serde_json::Value {
-    protocol::schema::schema_of::<Config>()
+    kit::schema::schema_of::<Config>()
 }
 
 /// Builds the participant of a session: reads its keys and prepares its sample.
 pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
-    let config: Config = protocol::read_config(&session.config)?;
+    let config: Config = kit::read_config(&session.config)?;
     check_setting(&session.setting)?;
     Ok(Box::new(Dem::new(&config, &session.setting)?))
 }

@@ -9,9 +9,10 @@ mod request;
 
 use std::collections::BTreeMap;
 
+use kit::ConfigError;
 use protocol::{
-    BoundaryAnswer, Capabilities, Cause, ConfigError, Description, Node, NodeError, Outcome,
-    Surface, Tolerance, Window,
+    BoundaryAnswer, Capabilities, Cause, Description, Node, NodeError, Outcome, Surface, Tolerance,
+    Window,
 };
 
 use crate::boundary::CompliantBoundary;

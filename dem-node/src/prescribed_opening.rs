@@ -1,6 +1,6 @@
 //! A pair of disks that is pulled apart, or pressed together, at a prescribed velocity.
 
-use protocol::ConfigError;
+use kit::ConfigError;
 
 use crate::bodies::Bodies;
 use crate::config::DriveConfig;

@@ -1,6 +1,6 @@
 //! From the keys of a scenario to the types that the steps work with.
 
-use protocol::ConfigError;
+use kit::ConfigError;
 
 use crate::bodies::Bodies;
 use crate::cluster::{Cluster, Clusters};

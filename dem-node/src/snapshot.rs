@@ -8,7 +8,7 @@ use std::io;
 use std::iter::{empty, repeat_n};
 use std::path::Path;
 
-use protocol::vtk::{Kind, VtkFile};
+use kit::vtk::{Kind, VtkFile};
 
 use crate::bodies::Bodies;
 use crate::error::DemError;

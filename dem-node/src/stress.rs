@@ -7,7 +7,8 @@
 
 use std::fmt::Write as _;
 
-use protocol::{ConfigError, larger};
+use kit::ConfigError;
+use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;

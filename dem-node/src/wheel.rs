@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use kit::table::load_at;
 use protocol::Phase;
-use protocol::table::load_at;
 
 use crate::config::WheelConfig;
 

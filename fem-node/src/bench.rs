@@ -8,7 +8,8 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use protocol::{ConfigError, Setting, read_config};
+use kit::{ConfigError, read_config};
+use protocol::Setting;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use serde::Serialize;

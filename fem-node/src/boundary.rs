@@ -4,8 +4,9 @@
 //! drive exerts r = F(u) + d - f, F being the internal force, d that of stiffness damping and f the other loads there,
 //! and does the work [(1-b) r + b r'] du in a step.
 
-use protocol::table::{LoadTable, load_at};
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use kit::table::{LoadTable, load_at};
+use protocol::Cause;
 
 use crate::config::{Base, Component, Config, SetConfig, SetLoad, SetMotion};
 use crate::element::{Body, Layout};

@@ -3,7 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use protocol::{Cause, ConfigError, NodeError, WithCure};
+use kit::ConfigError;
+use protocol::{Cause, NodeError, WithCure};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use thiserror::Error;
 

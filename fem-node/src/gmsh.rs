@@ -19,8 +19,9 @@ mod file;
 mod lines;
 mod text;
 
-use protocol::input_file::content;
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use kit::input_file::content;
+use protocol::Cause;
 
 use crate::config::GmshConfig;
 use crate::mesh::Mesh;

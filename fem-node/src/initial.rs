@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 
 use crate::config::{BODY, InitialConfig};
 use crate::element::Body;

@@ -182,7 +182,7 @@
 //!     "boundary": {"top": {"traction_pa": [0.0, -1e6]}},
 //! });
 //! let setting = Setting { participant: "rail".into(), seed: 0, thickness_m: 1e-3, threads: 1, fields: None, cache: None };
-//! let mut rail = fem_node::FemNode::new(&protocol::read_config(&config)?, &setting)?;
+//! let mut rail = fem_node::FemNode::new(&kit::read_config(&config)?, &setting)?;
 //! let report = rail.advance_alone(&Window { substeps: 10, ..Window::default() })?;
 //! assert!(report[0] < 0.0, "the surface sinks");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -223,8 +223,9 @@ mod snapshot;
 mod vtu;
 mod window;
 
-use protocol::schema::schema_of;
-use protocol::{ConfigError, Node, NodeError, Session, Setting, read_config};
+use kit::schema::schema_of;
+use kit::{ConfigError, read_config};
+use protocol::{Node, NodeError, Session, Setting};
 use serde_json::Value;
 
 use config::Analysis;

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use protocol::{Cause, ConfigError, Setting};
+use kit::ConfigError;
+use protocol::{Cause, Setting};
 
 use crate::boundary::{self, PrescribedMotion, Traction};
 use crate::config::{

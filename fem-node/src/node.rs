@@ -12,4 +12,4 @@ mod fem_node;
 mod report;
 mod windows;
 
-pub use fem_node::FemNode;
+pub use crate::node::fem_node::FemNode;

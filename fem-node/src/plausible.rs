@@ -113,7 +113,8 @@ fn largest_plastic_strain(model: &Model, state: &State) -> f64 {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use protocol::{Setting, read_config};
+    use kit::read_config;
+    use protocol::Setting;
     use serde_json::{Value, json};
 
     /// A body 10 mm wide, its upper edge with this crown (m; 0 = flat).

@@ -1,6 +1,6 @@
 //! Points of the body whose motion is reported, between its nodes by the shape functions of their element.
 
-use protocol::ConfigError;
+use kit::ConfigError;
 
 use crate::config::ProbeConfig;
 use crate::element::{Layout, natural_coordinates, shape_functions};

@@ -3,7 +3,7 @@
 use std::iter::repeat_n;
 use std::path::Path;
 
-use protocol::vtk::{Kind, VtkFile};
+use kit::vtk::{Kind, VtkFile};
 
 use crate::error::FemError;
 use crate::integrate::State;

@@ -43,7 +43,7 @@
 //! - Each wait has a deadline, and its end names the peer, its request and the window.
 //! - Energies are told as [`Term`]s, each with its [`Role`], so that the coupler adds up work, stored and dissipated energy of
 //!   solvers that it does not know.
-//! - [`Bounds`] judge values that may be implausible; a [`Finding`] says value, bound and what to do.
+//! - A [`Finding`] is a value that is not plausible: it says value, bound and what to do.
 //!
 //! # Limits
 //!
@@ -54,17 +54,13 @@
 //!
 //! In reading order:
 //! - [`frame`]: the fixed header and its payload of doubles;
-//! - [`setting`]: the setting that a participant is launched with, and the checked reading of its own keys;
-//! - [`input_file`]: files that a scenario names;
-//! - [`table`]: loads over time, a key of several solvers;
+//! - [`session`]: what a participant is launched with;
 //! - [`cause`]: causes of errors, a word for each that has a cure of its own;
-//! - [`schema`]: the keys of a configuration as a JSON Schema;
 //! - [`node`]: the requests that a solver answers, and the types of its answers;
-//! - [`finding`]: values that are not plausible, and the bounds of a check;
+//! - [`finding`]: values that are not plausible;
 //! - [`cure`]: errors of the system, with what to do about them;
 //! - [`checkpoint`]: a node's state as bytes;
 //! - [`busy`]: stretches of time in which a process was at work;
-//! - [`vtk`]: files of fields, which participants and coordinator leave in one form;
 //! - [`link`]: the ways a frame travels: an in-process channel or shared memory;
 //! - [`serve`](mod@serve): the loop that turns frames into calls of a [`Node`];
 //! - [`participate`](mod@participate): the whole life of a participant in a process of its own.
@@ -83,19 +79,15 @@ pub mod checkpoint;
 pub mod cure;
 pub mod finding;
 pub mod frame;
-pub mod input_file;
 pub mod link;
 pub mod node;
 pub mod participate;
-pub mod schema;
 pub mod serve;
-pub mod setting;
-pub mod table;
-pub mod vtk;
+pub mod session;
 
 pub use cause::{Cause, FaultCode};
 pub use cure::WithCure;
-pub use finding::{Bounds, Finding, larger};
+pub use finding::{Finding, larger};
 pub use frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 pub use link::{Link, LinkError};
 pub use node::{
@@ -104,4 +96,4 @@ pub use node::{
 };
 pub use participate::{ParticipateError, participate};
 pub use serve::{ServeError, serve};
-pub use setting::{ConfigError, Session, Setting, Transport, read_config, read_part};
+pub use session::{Session, Setting, Transport};

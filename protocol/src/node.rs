@@ -7,7 +7,6 @@ use thiserror::Error;
 
 use crate::cause::{Cause, FaultCode, lenient};
 use crate::finding::Finding;
-use crate::setting::ConfigError;
 
 /// A solver, seen from the coupler. Vectors over the exchanged points hold two components a point,
 /// `(x0, y0, x1, y1, ...)`, in SI units.
@@ -508,12 +507,6 @@ impl NodeError {
                 "this participant does not offer {what}: choose another scheme or another participant"
             ),
         )
-    }
-}
-
-impl From<ConfigError> for NodeError {
-    fn from(error: ConfigError) -> NodeError {
-        NodeError::of(error.cause, format!("participant.config.{error}"))
     }
 }
 

@@ -15,7 +15,7 @@ use crate::link::LinkError;
 use crate::link::shm::{self, ShmLink};
 use crate::node::{Node, NodeError};
 use crate::serve::{ServeError, serve};
-use crate::setting::{SESSION_VARIABLE, Session, Transport};
+use crate::session::{SESSION_VARIABLE, Session, Transport};
 
 /// The reason why a participant could not take part, or stopped.
 #[derive(Debug, Error)]

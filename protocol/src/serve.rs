@@ -11,7 +11,7 @@ use crate::cause::Cause;
 use crate::frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
 use crate::link::{Link, LinkError};
 use crate::node::{BoundaryAnswer, Description, Node, NodeError, Outcome, Window};
-use crate::setting::Session;
+use crate::session::Session;
 
 /// Longest call of a link while nothing is heard.
 const SLICE: Duration = Duration::from_secs(1);

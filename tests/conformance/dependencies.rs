@@ -30,7 +30,9 @@ fn members_below(package: &str) -> Vec<String> {
         String::from_utf8_lossy(&output.stderr)
     );
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    let members = ["protocol", "fem-node", "dem-node", "coupler", "tests"];
+    let members = [
+        "protocol", "kit", "fem-node", "dem-node", "coupler", "tests",
+    ];
     let mut found: Vec<String> = text
         .lines()
         .filter_map(|line| line.split(' ').next())
@@ -58,8 +60,9 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 #[test]
 fn solvers_know_the_protocol_and_nothing_else() {
     assert_eq!(members_below("protocol"), Vec::<String>::new());
-    assert_eq!(members_below("fem-node"), ["protocol"]);
-    assert_eq!(members_below("dem-node"), ["protocol"]);
+    assert_eq!(members_below("kit"), ["protocol"]);
+    assert_eq!(members_below("fem-node"), ["kit", "protocol"]);
+    assert_eq!(members_below("dem-node"), ["kit", "protocol"]);
 }
 
 #[test]

@@ -18,7 +18,7 @@ use harness::runs::{Scratch, thirdbody};
 fn rail(scene: &toml::Table) -> String {
     let config = scene["participant"][0]["config"].clone();
     let config = serde_json::to_value(config).expect("text keys");
-    let config: Config = protocol::read_config(&config).expect("the scene is valid");
+    let config: Config = kit::read_config(&config).expect("the scene is valid");
     let MeshSource::Graded(numbers) = config.mesh else {
         panic!("the scene's rail is a block");
     };

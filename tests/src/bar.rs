@@ -5,9 +5,10 @@
 
 mod follow;
 
+use kit::read_config;
 use protocol::{
     Capabilities, Description, Node, NodeError, Outcome, Reaction, Role, Session, Surface, Term,
-    Window, read_config,
+    Window,
 };
 use serde::{Deserialize, Serialize};
 

@@ -2,9 +2,10 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use kit::{ConfigError, read_config};
 use protocol::{
-    BoundaryAnswer, ConfigError, Description, Node, NodeError, Outcome, Reaction, Role, Session,
-    Setting, Surface, Window, read_config,
+    BoundaryAnswer, Description, Node, NodeError, Outcome, Reaction, Role, Session, Setting,
+    Surface, Window,
 };
 use serde::Deserialize;
 use serde_json::Value;

@@ -5,10 +5,11 @@
 //! mass moves by H v_g, so it enters the springs at q_0 + theta H v_g; what it needs beyond the springs is the wall's
 //! impulse -p, and v_g = a_g + W_g p. Component 1 follows a_g and carries nothing.
 
+use kit::read_config;
 use nalgebra::{DMatrix, DVector};
 use protocol::{
     BoundaryAnswer, BoundaryInertia, Capabilities, Description, Node, NodeError, Outcome, Role,
-    Session, Surface, Term, Window, read_config,
+    Session, Surface, Term, Window,
 };
 use serde::{Deserialize, Serialize};
 

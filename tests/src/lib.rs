@@ -31,21 +31,21 @@ pub fn registry() -> Registry {
     let solvers = vec![
         Solver {
             kind: "bar",
-            check: |config, _| protocol::read_config::<bar::Config>(config).map(|_| Vec::new()),
+            check: |config, _| kit::read_config::<bar::Config>(config).map(|_| Vec::new()),
             schema: None,
             build: bar::build,
             bench: None,
         },
         Solver {
             kind: "chain",
-            check: |config, _| protocol::read_config::<chain::Config>(config).map(|_| Vec::new()),
+            check: |config, _| kit::read_config::<chain::Config>(config).map(|_| Vec::new()),
             schema: None,
             build: chain::build,
             bench: None,
         },
         Solver {
             kind: "plate",
-            check: |config, _| protocol::read_config::<plate::Config>(config).map(|_| Vec::new()),
+            check: |config, _| kit::read_config::<plate::Config>(config).map(|_| Vec::new()),
             schema: None,
             build: plate::build,
             bench: None,

@@ -2,10 +2,11 @@
 //!
 //! M (v - v_0) = H f - p and v = a_g + W_g p for both components of all points at once.
 
+use kit::read_config;
 use nalgebra::{DMatrix, DVector};
 use protocol::{
     BoundaryAnswer, Capabilities, Description, Node, NodeError, Outcome, Role, Session, Surface,
-    Term, Window, read_config,
+    Term, Window,
 };
 use serde::Deserialize;
 

@@ -33,7 +33,7 @@ fn of(path: &Path) -> Value {
 }
 
 fn prepared(config: &Value) -> Sample {
-    let config: Config = protocol::read_config(config).expect("it is valid");
+    let config: Config = kit::read_config(config).expect("it is valid");
     sample::prepare(&config, 1).expect("it can be prepared")
 }
 

@@ -191,7 +191,7 @@ fn fields_of(config: &Value, name: &str, steps: u32) -> (Dem, [Vec<u8>; 2]) {
         fields: Some(folder.clone()),
         ..setting(1)
     };
-    let config = protocol::read_config(config).expect("it is valid");
+    let config = kit::read_config(config).expect("it is valid");
     let mut dem = Dem::new(&config, &setting).expect("it can be prepared");
     march(&mut dem, 0, steps);
     dem.snapshot("here").expect("it can be written");

@@ -37,7 +37,7 @@ fn layer() -> Dem {
             "ramp_s": 5e-4, "hold_s": 4e-4, "cycles": 0.25,
         },
     });
-    let config = protocol::read_config(&config).expect("it is valid");
+    let config = kit::read_config(&config).expect("it is valid");
     Dem::new(&config, &setting(1)).expect("the recipe works")
 }
 

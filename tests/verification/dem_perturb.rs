@@ -20,7 +20,7 @@ fn dem(changes: Value) -> Dem {
         overrides[key] = value.clone();
     }
     let config = scene(json!({"kind": "signorini"}), 1e-7, sample, overrides);
-    let config = protocol::read_config(&config).expect("it is valid");
+    let config = kit::read_config(&config).expect("it is valid");
     Dem::new(&config, &setting(1)).expect("it is a scene")
 }
 

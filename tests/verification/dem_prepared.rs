@@ -55,7 +55,7 @@ fn config(changes: Value) -> Value {
 }
 
 fn read(config: &Value) -> Config {
-    protocol::read_config(config).expect("it is valid")
+    kit::read_config(config).expect("it is valid")
 }
 
 /// Prepares with a folder that keeps everything.

@@ -21,7 +21,7 @@ fn profile_of(config: &Value, steps: u32, name: &str) -> Vec<Vec<f64>> {
         fields: Some(folder.clone()),
         ..setting(1)
     };
-    let config = protocol::read_config(config).expect("the scene is valid");
+    let config = kit::read_config(config).expect("the scene is valid");
     let mut dem = Dem::new(&config, &setting).expect("the scene can be prepared");
     march(&mut dem, 0, steps);
     dem.finish().expect("the run can end");

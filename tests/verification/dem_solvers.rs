@@ -50,7 +50,7 @@ fn heap(columns: usize, rows: usize) -> Value {
 }
 
 fn run(config: &Value, threads: usize, steps: u32) -> (Dem, String) {
-    let config = protocol::read_config(config).expect("the scene is valid");
+    let config = kit::read_config(config).expect("the scene is valid");
     let setting = Setting {
         threads,
         ..setting(1)

@@ -43,13 +43,13 @@ pub fn scene(law: Value, step_s: f64, sample: Value, overrides: Value) -> Value 
 
 /// The node of a scene.
 pub fn build(config: &Value) -> Dem {
-    let config = protocol::read_config(config).expect("the scene is valid");
+    let config = kit::read_config(config).expect("the scene is valid");
     Dem::new(&config, &setting(1)).expect("the scene can be prepared")
 }
 
 /// The message with which a scene is refused.
 pub fn refusal(config: &Value) -> String {
-    let config = match protocol::read_config(config) {
+    let config = match kit::read_config(config) {
         Ok(config) => config,
         Err(error) => return error.to_string(),
     };

@@ -1,7 +1,8 @@
 //! The bodies of the cases.
 
 use fem_node::{Config, FemNode};
-use protocol::{Node, Setting, Window, read_config};
+use kit::read_config;
+use protocol::{Node, Setting, Window};
 use serde_json::{Value, json};
 
 /// The rail of the paper: 65 mm x 20 mm, crown 300 mm, E = 102.5 GPa, nu = 0.3, 7 800 kg/m3, clamped.

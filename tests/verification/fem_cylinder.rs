@@ -25,7 +25,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use fem_node::config::Config;
 use fem_node::{StaticNode, probe};
-use protocol::{Node, read_config};
+use kit::read_config;
+use protocol::Node;
 use serde_json::{Value, json};
 
 use crate::fem_bodies::{node, setting, window, with};

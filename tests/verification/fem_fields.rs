@@ -5,7 +5,8 @@
 //! Tolerance: none; rounding of sums for nu (sxx + syy) = szz in plane strain.
 
 use fem_node::{Config, FemNode};
-use protocol::{Node, Setting, read_config};
+use kit::read_config;
+use protocol::{Node, Setting};
 use serde_json::json;
 
 use crate::fem_bodies::{block, setting, window, with};

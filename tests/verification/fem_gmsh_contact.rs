@@ -16,7 +16,8 @@
 use fem_node::StaticNode;
 use fem_node::config::Config;
 use fem_node::mesh::Edge;
-use protocol::{Node, read_config};
+use kit::read_config;
+use protocol::Node;
 use serde_json::json;
 
 use crate::fem_bodies::{setting, window};

@@ -4,7 +4,8 @@
 //! Tolerance: none.
 
 use fem_node::gmsh::parse;
-use protocol::{ConfigError, Setting};
+use kit::ConfigError;
+use protocol::Setting;
 use serde_json::{Value, json};
 
 use crate::fem_bodies::setting;

@@ -8,7 +8,8 @@
 use fem_node::config::MeshSource;
 use fem_node::mesh::Mesh;
 use fem_node::{Config, FemNode, StaticNode};
-use protocol::{Node, read_config};
+use kit::read_config;
+use protocol::Node;
 use serde_json::{Value, json};
 
 use crate::fem_bodies::{block, node, node_on, setting, window, with};

@@ -7,7 +7,7 @@
 use fem_node::Config;
 use fem_node::config::{MeshConfig, MeshSource};
 use fem_node::mesh::{Edge, Mesh};
-use protocol::read_config;
+use kit::read_config;
 use serde_json::Value;
 
 use crate::fem_bodies::{paper, quick, rail, small};

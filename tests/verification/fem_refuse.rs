@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::fem_bodies::{block, node, setting, window, with};
 
-fn refused(change: Value) -> protocol::ConfigError {
+fn refused(change: Value) -> kit::ConfigError {
     let config = with(block(), change);
     fem_node::check(&config, &setting(1)).expect_err("it makes no sense")
 }

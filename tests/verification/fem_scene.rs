@@ -8,7 +8,8 @@
 //! one of the 52 nodes that touch.
 
 use fem_node::{Config, FemNode};
-use protocol::{Node, read_config};
+use kit::read_config;
+use protocol::Node;
 use serde_json::Value;
 
 use crate::fem_bodies::setting;

@@ -12,7 +12,8 @@
 //! hundred steps, 1e-13, for the momentum; none for the bits of a ramp, all sizes of that body being powers of two.
 
 use fem_node::{Config, FemNode};
-use protocol::{Node, Setting, read_config};
+use kit::read_config;
+use protocol::{Node, Setting};
 use serde_json::{Value, json};
 
 use crate::fem_bodies::{
@@ -86,7 +87,7 @@ fn a_free_block_has_the_momentum_of_the_integral_of_its_load() {
         for index in 0..10 {
             body.advance_alone(&window(index, 10)).expect("stable");
             let t = (10 * (index + 1)) as f64 * h;
-            let force = protocol::table::load_at(&table, t);
+            let force = kit::table::load_at(&table, t);
             let exact = impulse(&table, t) + (b - 0.5) * h * (force - 2.0);
             for (found, share) in momentum(&body).into_iter().zip([0.6, -0.8]) {
                 let error = (found - share * exact).abs() / (30.0 * t);

@@ -18,7 +18,8 @@
 use fem_node::StaticNode;
 use fem_node::config::Config;
 use fem_node::statics::DirectedStatus;
-use protocol::{Node, read_config};
+use kit::read_config;
+use protocol::Node;
 use serde_json::{Value, json};
 
 use crate::fem_bodies::{paper, rail, setting, small, window, with};

@@ -4,7 +4,8 @@
 
 use fem_node::StaticNode;
 use fem_node::config::Config;
-use protocol::{FaultCode, Node, read_config};
+use kit::read_config;
+use protocol::{FaultCode, Node};
 use serde_json::{Value, json};
 
 use crate::fem_bodies::{setting, small, window, with};

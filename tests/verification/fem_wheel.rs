@@ -21,7 +21,8 @@ use fem_node::config::INCREMENTS;
 use fem_node::profile::Profile;
 use fem_node::statics::{Loads, equilibrium};
 use fem_node::{Config, FemNode};
-use protocol::{Node, Role, Setting, read_config};
+use kit::read_config;
+use protocol::{Node, Role, Setting};
 use serde_json::{Value, json};
 
 use crate::fem_bodies::{node, node_on, quick, rail, reported, setting, window, with};

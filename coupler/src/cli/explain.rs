@@ -1,6 +1,6 @@
 //! `thirdbody explain`: cause and cure of an error or a warning.
 
-use protocol::setting::proposal;
+use kit::keys::proposal;
 
 use super::common::{VerbResult, print};
 use crate::error::{Refusal, entries, entry};

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use kit::keys::proposal;
 use protocol::Kind;
-use protocol::setting::proposal;
 
 use super::common::{RecoverArgument, VerbResult, log_of, print};
 use crate::error::{DAMAGED, Error, Refusal};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use protocol::vtk::{Kind, VtkFile};
+use kit::vtk::{Kind, VtkFile};
 
 use crate::error::Error;
 use crate::scheme::group::{Group, Patch};

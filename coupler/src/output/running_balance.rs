@@ -1,6 +1,7 @@
 //! Energy balances while a run goes: a state later on may look better than the worst did.
 
-use protocol::{Bounds, larger};
+use kit::Bounds;
+use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 use crate::scheme::ledger::EnergySums;

@@ -157,7 +157,7 @@ fn kind_of(kind: &str) -> Option<(usize, Value)> {
 mod tests {
     use super::*;
     use crate::rundir::Scratch;
-    use protocol::vtk::{Kind, VtkFile};
+    use kit::vtk::{Kind, VtkFile};
 
     fn file(name: &str) -> (Scratch, std::path::PathBuf) {
         let scratch = Scratch::new(name, 1);

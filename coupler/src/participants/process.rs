@@ -12,7 +12,7 @@ use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 use protocol::Session;
 use protocol::link::shm;
-use protocol::setting::SESSION_VARIABLE;
+use protocol::session::SESSION_VARIABLE;
 
 use super::printed::Printed;
 use crate::error::{Error, Refusal};

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use protocol::setting::proposal;
-use protocol::{ConfigError, Node, NodeError, Session, Setting};
+use kit::ConfigError;
+use kit::keys::proposal;
+use protocol::{Node, NodeError, Session, Setting};
 
 use crate::error::{Error, Refusal};
 use crate::scenario::Participant;

@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use protocol::{Bounds, Description, Phase, Window};
+use kit::Bounds;
+use protocol::{Description, Phase, Window};
 
 use super::checkpoint::{Checkpoint, Keeper, RestartPoint};
 use super::fields::Fields;

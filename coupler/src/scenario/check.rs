@@ -1,7 +1,8 @@
 //! Checks of a scenario that need no solver: ranges, names, and who is joined to whom.
 
-use protocol::setting::proposal;
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use kit::keys::proposal;
+use protocol::Cause;
 
 use super::{
     CompliancePrior, Dirichlet, Interface, LONGEST_WAIT, Participant, Scenario, SchemeWord,

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use protocol::setting::config_error;
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use kit::keys::config_error;
+use protocol::Cause;
 
 use super::Scenario;
 use super::check::check;

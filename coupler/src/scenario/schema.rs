@@ -1,6 +1,6 @@
 //! The keys of a scenario as a JSON Schema (draft 2020-12), for editors.
 
-use protocol::schema::schema_of;
+use kit::schema::schema_of;
 use serde_json::{Map, Value, json};
 
 use super::interface::InterfaceKeys;

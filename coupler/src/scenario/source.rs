@@ -1,7 +1,7 @@
 //! Places of keys in the scenario file, for messages that point at them.
 
+use kit::ConfigError;
 use miette::NamedSource;
-use protocol::ConfigError;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 

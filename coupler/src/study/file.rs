@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use protocol::setting::config_error;
+use kit::keys::config_error;
 use serde::Deserialize;
 
 use super::measure::{Measure, plain};

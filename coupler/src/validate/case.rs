@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use protocol::setting::config_error;
+use kit::keys::config_error;
 use serde::Deserialize;
 
 use crate::error::{Error, Refusal};

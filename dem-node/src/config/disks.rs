@@ -1,6 +1,6 @@
 //! The keys of `sample` with kind = "disks", its walls and clusters, and their limits.
 
-use protocol::ConfigError;
+use kit::ConfigError;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

@@ -1,7 +1,7 @@
 //! The keys of `sample.clusters.drive`: a cluster that is moved, or pushed, along x and along y.
 
-use protocol::ConfigError;
-use protocol::table::{LoadTable, check_table};
+use kit::ConfigError;
+use kit::table::{LoadTable, check_table};
 use schemars::JsonSchema;
 use serde::Deserialize;
 

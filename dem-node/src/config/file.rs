@@ -3,8 +3,9 @@
 use std::io;
 use std::path::PathBuf;
 
-use protocol::input_file::content;
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use kit::input_file::content;
+use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

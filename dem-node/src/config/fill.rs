@@ -1,6 +1,7 @@
 //! The keys of `sample.fill` and `sample.rows`: disks by the rectangle and by the row.
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

@@ -1,6 +1,6 @@
 //! The keys of `flow`: the flows of third body through the contact of the wheel.
 
-use protocol::ConfigError;
+use kit::ConfigError;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

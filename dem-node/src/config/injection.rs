@@ -1,6 +1,7 @@
 //! The keys of `injection`: grains that are fed into the scene from outside.
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

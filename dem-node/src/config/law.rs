@@ -1,6 +1,6 @@
 //! The keys of `law` and their limits.
 
-use protocol::ConfigError;
+use kit::ConfigError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;

@@ -1,6 +1,6 @@
 //! The keys of `sample` with kind = "layer" and their limits.
 
-use protocol::ConfigError;
+use kit::ConfigError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,7 @@
 //! Limits of single values, and refusals that name the key, the value and a way out. A value that is absent passes.
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 
 /// The key of a strip that repeats, in both kinds of sample.
 pub(super) const PERIOD: &str = "sample.periodic_x_m";

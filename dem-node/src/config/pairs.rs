@@ -1,6 +1,7 @@
 //! The keys of `law.pairs`: what contacts between two named groups have of their own.
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 
 use super::law::{LawConfig, PairConfig};
 use super::limits::{at_least, positive, refuse_if, within};

@@ -1,6 +1,6 @@
 //! The bounds of the checks of plausibility.
 
-use protocol::{Bounds, ConfigError};
+use kit::{Bounds, ConfigError};
 use schemars::JsonSchema;
 use serde::Deserialize;
 

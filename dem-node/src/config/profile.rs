@@ -1,6 +1,7 @@
 //! The keys of `profile`: means over slices of the sample and intervals of time.
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

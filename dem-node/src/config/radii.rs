@@ -1,6 +1,6 @@
 //! Distributions of radii between two limits.
 
-use protocol::ConfigError;
+use kit::ConfigError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

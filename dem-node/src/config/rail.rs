@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

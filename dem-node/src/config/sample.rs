@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use protocol::ConfigError;
+use kit::ConfigError;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer};
 
@@ -63,7 +63,7 @@ impl JsonSchema for SampleConfig {
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        protocol::schema::one_of_kinds(
+        kit::schema::one_of_kinds(
             "kind",
             [
                 ("layer", generator.subschema_for::<LayerConfig>()),
@@ -81,14 +81,14 @@ impl<'de> Deserialize<'de> for SampleConfig {
         let mut keys = serde_json::Map::deserialize(deserializer)?;
         // A kind that is missing or no word of the list is refused like any other key.
         let kind = keys.shift_remove_entry("kind");
-        let SampleTag { kind } = protocol::read_part(kind.into_iter().collect())?;
+        let SampleTag { kind } = kit::read_part(kind.into_iter().collect())?;
         match kind {
-            SampleKind::Layer => protocol::read_part(keys.into()).map(SampleConfig::Layer),
-            SampleKind::Rail => protocol::read_part(keys.into()).map(SampleConfig::Rail),
-            SampleKind::Disks => protocol::read_part(keys.into()).map(SampleConfig::Disks),
+            SampleKind::Layer => kit::read_part(keys.into()).map(SampleConfig::Layer),
+            SampleKind::Rail => kit::read_part(keys.into()).map(SampleConfig::Rail),
+            SampleKind::Disks => kit::read_part(keys.into()).map(SampleConfig::Disks),
             SampleKind::File => {
-                let file: FileConfig = protocol::read_part(keys.into())?;
-                let inside = |error: ConfigError| protocol::setting::error_inside("path", &error);
+                let file: FileConfig = kit::read_part(keys.into())?;
+                let inside = |error: ConfigError| kit::keys::error_inside("path", &error);
                 file.read().map(SampleConfig::Disks).map_err(inside)
             }
         }

@@ -1,6 +1,7 @@
 //! The keys of `stress`: stress in cells and in the whole sample.
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

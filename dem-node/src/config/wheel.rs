@@ -1,7 +1,7 @@
 //! The keys of `wheel` and their limits.
 
-use protocol::ConfigError;
-use protocol::table::{LoadTable, check_wheel_table};
+use kit::ConfigError;
+use kit::table::{LoadTable, check_wheel_table};
 use schemars::JsonSchema;
 use serde::Deserialize;
 

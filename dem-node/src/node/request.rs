@@ -1,6 +1,7 @@
 //! Refusals of requests of a coordinator.
 
-use protocol::{ConfigError, Window};
+use kit::ConfigError;
+use protocol::Window;
 
 use super::dem::Dem;
 use crate::config::limits::refuse_if;

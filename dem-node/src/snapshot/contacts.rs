@@ -1,6 +1,6 @@
 //! The contacts that press, and the bonds, as lines.
 
-use protocol::vtk::{Kind, VtkFile};
+use kit::vtk::{Kind, VtkFile};
 
 use super::parts::{Moment, cells, points, poly_data};
 use crate::bond::BondCursor;

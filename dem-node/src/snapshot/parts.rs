@@ -1,6 +1,6 @@
 //! Parts that the files of grains and of contacts share.
 
-use protocol::vtk::{Kind, VtkFile};
+use kit::vtk::{Kind, VtkFile};
 
 use crate::bodies::Bodies;
 use crate::flow::Flow;

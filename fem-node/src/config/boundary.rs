@@ -3,8 +3,9 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use protocol::table::{LoadTable, check_table};
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use kit::table::{LoadTable, check_table};
+use protocol::Cause;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer};
 

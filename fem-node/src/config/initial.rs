@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

@@ -1,6 +1,7 @@
 //! The material and its numbers.
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 use schemars::{Schema, json_schema};
 use serde::de::{self, Deserializer, Visitor};
 

@@ -1,6 +1,7 @@
 //! Probes: points of the body whose motion is reported.
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

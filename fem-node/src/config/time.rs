@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Deserializer};
 

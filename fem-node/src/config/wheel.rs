@@ -1,7 +1,8 @@
 //! The rigid wheel on the upper edge and the contact with it.
 
-use protocol::table::{LoadTable, check_wheel_table};
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use kit::table::{LoadTable, check_wheel_table};
+use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

@@ -7,7 +7,7 @@
 
 use std::fmt::{Display, Write};
 
-use protocol::ConfigError;
+use kit::ConfigError;
 
 use super::error::{damaged, other_form, truncated};
 

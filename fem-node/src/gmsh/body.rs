@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use protocol::ConfigError;
+use kit::ConfigError;
 
 use super::error::{no_quadrilaterals, refused};
 use super::file::{Element, File};

@@ -1,6 +1,7 @@
 //! Refusals of a mesh file, with advice to the user.
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 
 /// The key that names the file.
 pub(super) const KEY: &str = "mesh.gmsh";

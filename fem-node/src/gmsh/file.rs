@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use protocol::ConfigError;
+use kit::ConfigError;
 
 use super::error::{beginning, damaged, no_quadrilaterals, other_form};
 use super::text::{Section, Words, sections};

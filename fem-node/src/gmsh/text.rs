@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use protocol::ConfigError;
+use kit::ConfigError;
 
 use super::error::{beginning, damaged, truncated};
 

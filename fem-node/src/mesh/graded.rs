@@ -1,6 +1,7 @@
 //! The structured mesh of the scenario: uniform where it is fine, graded beside and below, under a crown.
 
-use protocol::{Cause, ConfigError};
+use kit::ConfigError;
+use protocol::Cause;
 
 use super::Mesh;
 use crate::config::MeshConfig;

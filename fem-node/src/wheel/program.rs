@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use protocol::table::load_at;
+use kit::table::load_at;
 
 use crate::config::WheelConfig;
 

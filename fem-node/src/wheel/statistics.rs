@@ -246,7 +246,7 @@ mod tests {
     use crate::model::Model;
     use crate::plausible::tests::model;
     use crate::wheel::program::tests::program;
-    use protocol::read_config;
+    use kit::read_config;
     use serde_json::json;
 
     /// A wheel that is loaded and held for these times (s), seen every quarter of a second.

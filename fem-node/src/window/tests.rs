@@ -1,6 +1,7 @@
 //! A repeat of a window within the region that a changed force can reach, compared with a repeat of the whole body.
 
-use protocol::{Node, Setting, Window, read_config};
+use kit::read_config;
+use protocol::{Node, Setting, Window};
 use serde_json::{Value, json};
 
 use crate::FemNode;

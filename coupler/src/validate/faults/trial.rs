@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use protocol::link::shm;
-use protocol::setting::SESSION_VARIABLE;
+use protocol::session::SESSION_VARIABLE;
 use serde_json::Value;
 
 use super::row::Wrong;

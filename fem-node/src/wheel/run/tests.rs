@@ -1,6 +1,7 @@
 //! Bodies that fly or glide freely, which no scenario can describe: their supports are taken away here.
 
-use protocol::{Setting, read_config};
+use kit::read_config;
+use protocol::Setting;
 use serde_json::{Value, json};
 
 use crate::committed::Committed;

@@ -4,10 +4,11 @@
 //! - `block`: a mass of 1 kg for each coupled set, implicit Euler, for the side that stands on the wall:
 //!   v = a + W p with m (v_0 - v) = p.
 
+use kit::read_config;
 use nalgebra::{DMatrix, DVector};
 use protocol::{
     BoundaryAnswer, BoundaryInertia, Capabilities, Description, Node, NodeError, Outcome, Surface,
-    Window, read_config,
+    Window,
 };
 use serde::{Deserialize, Serialize};
 

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{self, Write as _};
 use std::path::Path;
 
-use crate::larger;
+use protocol::larger;
 
 /// Type of the numbers of an array, by its name in VTK.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 //! Loads over time: `load_table = [[t_s, n], ...]`.
 
-use crate::setting::ConfigError;
+use crate::keys::ConfigError;
 
 /// Times (s) and forces (N), by ascending time.
 pub type LoadTable = Vec<[f64; 2]>;

@@ -3,7 +3,7 @@
 //! - [`listing`]: each with what it shows and how long it takes, as `scenarios/README.md` says;
 //! - [`kept`]: their files on the disk, for those that programs read there.
 
-use protocol::setting::nearest;
+use kit::keys::nearest;
 
 pub mod kept;
 pub mod listing;

@@ -20,8 +20,8 @@ pub mod rule;
 pub mod subject;
 pub mod trial;
 
+use kit::keys::proposal;
 use protocol::Cause;
-use protocol::setting::proposal;
 
 use crate::error::{Code, Error, Refusal};
 use crate::scenario::Participant;

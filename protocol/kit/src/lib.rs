@@ -1,0 +1,19 @@
+//! What every shipped solver needs beside the wire, written once.
+//!
+//! In reading order:
+//! - [`keys`]: a participant's own keys, read with errors that name the key and what to write instead;
+//! - [`input_file`]: files that a scenario names;
+//! - [`schema`]: the keys of a configuration as a JSON Schema;
+//! - [`table`]: loads over time;
+//! - [`bounds`]: the two bounds of a check of plausibility;
+//! - [`vtk`]: files of fields.
+
+pub mod bounds;
+pub mod input_file;
+pub mod keys;
+pub mod schema;
+pub mod table;
+pub mod vtk;
+
+pub use bounds::Bounds;
+pub use keys::{ConfigError, read_config, read_part};
