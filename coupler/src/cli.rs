@@ -9,10 +9,10 @@ use clap::{CommandFactory, Parser, Subcommand};
 use serde_json::{Value, json};
 use signal_hook::consts::SIGXFSZ;
 
-use crate::error::{Code, Error};
-use crate::output::stderr::{Manner, speak, tell_of};
-use crate::participants::Registry;
-use crate::shipped::kept::keep_below;
+use ::scenes::kept::keep_below;
+use coordinator::error::{Code, Error};
+use coordinator::output::stderr::{Manner, speak, tell_of};
+use coordinator::participants::Registry;
 
 pub mod bench;
 mod budget;
@@ -57,7 +57,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Verb {
     /// List the scenes that are inside this program.
-    Scenes(scenes::ScenesArguments),
+    Scenes(crate::cli::scenes::ScenesArguments),
     /// Copy a scene of this program into a folder, to be changed.
     New(new::NewArguments),
     /// Run a scenario: a folder, a file, a name under scenarios/, or a scene of this program.
@@ -81,11 +81,11 @@ enum Verb {
     /// Make a participant to begin with: a folder with a solver, a scenario, and what to do next.
     NewNode(new_node::NewNodeArguments),
     /// Draw what a run left: report.html and its pictures.
-    Report(report::ReportArguments),
+    Report(crate::cli::report::ReportArguments),
     /// Hold a run against another one: signals, tractions, results and costs.
     Compare(compare::CompareArguments),
     /// Run a scenario many times with other numbers, and hold the runs against a reference.
-    Study(study::StudyArguments),
+    Study(crate::cli::study::StudyArguments),
     /// Measure what the machine gives.
     Bench(bench::BenchArguments),
     /// Write completions of this command for a shell.
@@ -122,7 +122,7 @@ pub fn main(registry: &Registry) -> ExitCode {
         ..registry.clone()
     };
     let result = match cli.verb {
-        Verb::Scenes(arguments) => scenes::scenes(&arguments),
+        Verb::Scenes(arguments) => crate::cli::scenes::scenes(&arguments),
         Verb::New(arguments) => new::new(&arguments),
         Verb::Completions(arguments) => completions::completions(&arguments, Cli::command()),
         Verb::Man(arguments) => man::man(&arguments, Cli::command()),
@@ -136,9 +136,9 @@ pub fn main(registry: &Registry) -> ExitCode {
         Verb::Validate(arguments) => validate::validate(&arguments, registry),
         Verb::Conform(arguments) => conform::conform(&arguments, registry),
         Verb::NewNode(arguments) => new_node::new_node(&arguments),
-        Verb::Report(arguments) => report::report(&arguments),
+        Verb::Report(arguments) => crate::cli::report::report(&arguments),
         Verb::Compare(arguments) => compare::compare(&arguments),
-        Verb::Study(arguments) => study::study(&arguments, registry),
+        Verb::Study(arguments) => crate::cli::study::study(&arguments, registry),
         Verb::Bench(arguments) => bench::bench(&arguments, registry),
         Verb::Node(arguments) => node::node(&arguments, registry),
         Verb::ExecChild(arguments) => node::exec_child(&arguments),

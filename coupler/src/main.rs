@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use coupler::participants::{Registry, Solver};
+use coordinator::participants::{Registry, Solver};
 
 fn main() -> ExitCode {
     let registry = Registry {

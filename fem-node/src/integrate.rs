@@ -70,13 +70,13 @@ mod tally;
 mod unstructured;
 mod upper_row;
 
+pub use crate::integrate::scheme::Scheme;
+pub(crate) use crate::integrate::scheme::{Damping, Rule};
 pub(crate) use cut::{Cut, CutRegion};
 pub(crate) use dissipation::{Dissipated, Ways};
 pub(crate) use integrator::Integrator;
 pub(crate) use load::Load;
 pub(crate) use region::{Region, Tape};
-pub use scheme::Scheme;
-pub(crate) use scheme::{Damping, Rule};
 pub use state::State;
 pub(crate) use tally::{BLOCK, Tally, blocks_of, kinetic_energy};
 pub(crate) use upper_row::UpperRow;

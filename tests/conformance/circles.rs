@@ -1,32 +1,14 @@
 //! No files of a crate name each other in a circle, so that each can be read after those that it names. The rule is that of
 //! [`harness::filegraph`].
 
-use std::path::Path;
-
 use harness::filegraph::FileGraph;
-use harness::source::{Sources, read_sources};
-
-const CRATES: [&str; 5] = [
-    "protocol",
-    "protocol/kit",
-    "fem-node",
-    "dem-node",
-    "coupler",
-];
+use harness::source::{Sources, product_crates, read_sources};
 
 #[test]
 fn no_files_of_a_crate_name_each_other_in_a_circle() {
     let mut found = String::new();
-    for name in CRATES {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name);
-        let graph = FileGraph::of(
-            &name
-                .rsplit('/')
-                .next()
-                .expect("it has a name")
-                .replace('-', "_"),
-            &read_sources(&folder),
-        );
+    for (name, folder) in product_crates() {
+        let graph = FileGraph::of(&name.replace('-', "_"), &read_sources(&folder));
         for circle in graph.circles() {
             found += &format!("{name}: {}", graph.describe(&circle));
         }

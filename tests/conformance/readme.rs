@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use coupler::error::{Code, Entry, entries, entry};
+use coordinator::error::{Code, Entry, entries, entry};
 use harness::source::{product_code, read_sources};
 use proc_macro2::{Delimiter, TokenTree};
 

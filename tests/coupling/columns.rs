@@ -6,18 +6,18 @@
 //! Exact answer: C = sum phi phi^T (1 - cos(omega H)) / omega^2 for synchronised steps, hence symmetric and positive
 //! definite whatever the window, and C(1) = h^2 / 2 M^-1. Tolerance 1e-12 relative: rounding of 1 000 steps.
 
-use coupler::participants::remote::Remote;
-use coupler::participants::{Launcher, Watch, handshake};
-use coupler::run::session::fresh_run_id;
-use coupler::rundir::RunDir;
-use coupler::scenario::load::parse;
-use coupler::scenario::source::Source;
-use coupler::scheme::group::Group;
-use coupler::scheme::join::join;
-use coupler::scheme::participants::Participants;
+use coordinator::participants::remote::Remote;
+use coordinator::participants::{Launcher, Watch, handshake};
+use coordinator::run::session::fresh_run_id;
+use coordinator::rundir::RunDir;
+use coordinator::scenario::load::parse;
+use coordinator::scenario::source::Source;
 use harness::runs::{Scratch, as_programs, program};
 use harness::scene::{head, interface, plate, strip};
 use nalgebra::DMatrix;
+use scheme::group::Group;
+use scheme::join::join;
+use scheme::participants::Participants;
 
 const STEP_S: f64 = 6.0e-8;
 const SUBSTEPS: [u32; 4] = [1, 10, 100, 1000];
@@ -59,7 +59,7 @@ fn asked(text: String, transport: &str) -> (Group, Vec<DMatrix<f64>>) {
     let mut peers = started.expect("they start");
     let greeted = handshake::greet(&mut peers, &loaded, run_id).expect("they answer");
     let remote = &mut Remote::new(&mut peers, &greeted);
-    let mut groups = join(remote, scenario).expect("they fit");
+    let mut groups = join(remote, &scenario.interface).expect("they fit");
     let group = groups.remove(0);
     let side = &group.force_driven[0];
     let n = 2 * side.range.len();

@@ -9,10 +9,10 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Output;
 
-use coupler::report::tables::read_csv;
 use fem_node::config::{Config, MeshSource};
 use fem_node::mesh::{Edge, Mesh};
 use harness::runs::{Scratch, thirdbody};
+use runs::columns::read_csv;
 
 /// The rail of the scene as MSH 2.2, its upper edge named `crown` and its lower one `bottom`.
 fn rail(scene: &toml::Table) -> String {

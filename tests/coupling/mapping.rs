@@ -6,9 +6,9 @@
 //! are; a mapping that reproduces linear fields keeps the moment. Rounding of sums of 10 000 terms is below 1e-12. Ripple
 //! of a uniform pressure, by independent prototypes on 121 nodes: mortar 0.05, linear 0.30, nearest 0.76.
 
-use coupler::bench::mapping::{Row, row};
-use coupler::scenario::MappingKind;
-use coupler::scheme::mapping::{Mapping, MappingError};
+use lab::bench::mapping::{Row, row};
+use scheme::keys::MappingKind;
+use scheme::mapping::{Mapping, MappingError};
 
 #[test]
 fn forces_moments_and_power_are_kept_from_ten_to_ten_thousand_nodes() {

@@ -18,11 +18,11 @@
 //! window lags a smooth one by half a window, first order too; the displacement at the ends of windows H, 2H, 4H then
 //! has (u_4H - u_2H) / (u_2H - u_H) -> 2 (Richardson 1911). The strip's own step is the same in all.
 
-use coupler::scenario::MappingKind;
-use coupler::scheme::mapping::Mapping;
 use harness::runs::{node, run_in_process};
 use nalgebra::DMatrix;
 use protocol::{Surface, Window};
+use scheme::keys::MappingKind;
+use scheme::mapping::Mapping;
 use serde_json::{Value, json};
 
 const STEP_S: f64 = 6.0e-8;

@@ -7,8 +7,8 @@
 //! changes its frequencies by at most half of its ratio to the mass that moves there without it (Rayleigh's quotient), so that
 //! over less than one swing, as here, motions differ by no more than that ratio; a quarter of the mass is that much less.
 
-use coupler::scenario::load::parse;
-use coupler::scenario::source::Source;
+use coordinator::scenario::load::parse;
+use coordinator::scenario::source::Source;
 use harness::runs::{Left, node, run_in_process};
 
 const SCENE: &str = include_str!("../../scenarios/extremes/coupled/scenario.toml");

@@ -7,7 +7,7 @@
 //! motion of the default one, since they solve the same window equations, and that a scheme which does not converge
 //! must say so.
 
-use coupler::error::Error;
+use coordinator::error::Error;
 use harness::runs::{Left, run_both_ways, run_in_process};
 use harness::scene::{bar, body, glue, head};
 

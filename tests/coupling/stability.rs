@@ -7,18 +7,18 @@
 //! disturbance grows if its spectral radius is above one. The forces of the real coupler must be those of the matrix; for a
 //! fixed point with constant relaxation omega the limit is omega (1 + C S) = 2 (Causin, Gerbeau and Nobile 2005).
 
-use coupler::bench::stability::bar::Bar;
-use coupler::bench::stability::map::{Axes, Cell, departure, map};
-use coupler::bench::stability::trial::scheme;
-use coupler::bench::stability::{findings, limits};
-use coupler::error::Error;
-use coupler::scenario::{Dirichlet, Order, Scheme, SchemeWord};
-use coupler::scheme::predict::sprung_mass::{Masses, SprungMass};
+use coordinator::error::Error;
 use harness::runs::{Left, run_in_process, thirdbody};
 use harness::scene::{bar, glue, head, participant};
 use harness::window_matrix::{Joint, Operator, TransmissionCondition as Condition};
+use lab::bench::stability::bar::Bar;
+use lab::bench::stability::map::{Axes, Cell, departure, map};
+use lab::bench::stability::trial::scheme;
+use lab::bench::stability::{findings, limits};
 use nalgebra::DVector;
 use protocol::BoundaryInertia;
+use scheme::keys::{Dirichlet, Order, Scheme, SchemeWord};
+use scheme::predict::sprung_mass::{Masses, SprungMass};
 
 #[test]
 fn the_default_is_stable_in_every_cell_and_what_is_predicted_stable_is() {
@@ -37,7 +37,7 @@ fn the_default_is_stable_in_every_cell_and_what_is_predicted_stable_is() {
         SchemeWord::FixedPointSerial,
     ] {
         let grows = |cell: &&_| -> bool {
-            let cell: &coupler::bench::stability::map::Cell = cell;
+            let cell: &lab::bench::stability::map::Cell = cell;
             cell.trial.scheme == scheme(word, Dirichlet::Wall) && cell.growth > 2.0
         };
         assert!(cells.iter().filter(grows).count() > 10, "{word:?}");

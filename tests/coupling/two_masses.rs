@@ -16,17 +16,17 @@
 //! Sources: dual Schur on displacement and velocity coupling after Gravouil and Combescure 2001; added mass and relaxation,
 //! |1 - omega (1 + C S)|: Causin, Gerbeau and Nobile 2005; IQN-ILS: Degroote, Bathe and Vierendeels 2009.
 
-use coupler::bench::stability::bar::Bar;
-use coupler::error::Error;
-use coupler::scenario::{Acceleration, Dirichlet, Policy, Scheme, SchemeKeys, SchemeWord};
-use coupler::scheme::coupling::Coupling;
-use coupler::scheme::ledger::InterfaceLedger;
-use coupler::scheme::participants::{Participants, Request};
-use coupler::scheme::predict::growth::growth;
-use coupler::scheme::predict::linear_pair::{LinearModel, LinearPair};
-use coupler::scheme::predict::sprung_mass::Masses;
+use lab::bench::stability::bar::Bar;
 use nalgebra::DMatrix;
 use protocol::{BoundaryAnswer, BoundaryInertia, Description, Reaction, Surface, Window};
+use scheme::coupling::Coupling;
+use scheme::error::SchemeError;
+use scheme::keys::{Acceleration, Dirichlet, Policy, Scheme, SchemeKeys, SchemeWord};
+use scheme::ledger::InterfaceLedger;
+use scheme::participants::{Participants, Request};
+use scheme::predict::growth::growth;
+use scheme::predict::linear_pair::{LinearModel, LinearPair};
+use scheme::predict::sprung_mass::Masses;
 
 mod on_paper;
 
@@ -53,11 +53,11 @@ impl Participants for Working<'_> {
         self.pair.description(peer)
     }
 
-    fn couple(&mut self, peer: usize, set: &str) -> Result<Surface, Error> {
+    fn couple(&mut self, peer: usize, set: &str) -> Result<Surface, SchemeError> {
         self.pair.couple(peer, set)
     }
 
-    fn select(&mut self, peer: usize, points: &[usize]) -> Result<(), Error> {
+    fn select(&mut self, peer: usize, points: &[usize]) -> Result<(), SchemeError> {
         self.pair.select(peer, points)
     }
 
@@ -66,11 +66,16 @@ impl Participants for Working<'_> {
         peer: usize,
         window: &Window,
         n: usize,
-    ) -> Result<DMatrix<f64>, Error> {
+    ) -> Result<DMatrix<f64>, SchemeError> {
         self.pair.compliance(peer, window, n)
     }
 
-    fn impedance(&mut self, peer: usize, window: &Window, n: usize) -> Result<DMatrix<f64>, Error> {
+    fn impedance(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<DMatrix<f64>, SchemeError> {
         self.pair.impedance(peer, window, n)
     }
 
@@ -80,15 +85,20 @@ impl Participants for Working<'_> {
         window: &Window,
         window_s: f64,
         compliance: &DMatrix<f64>,
-    ) -> Result<(), Error> {
+    ) -> Result<(), SchemeError> {
         self.pair.set_boundary(peer, window, window_s, compliance)
     }
 
-    fn begin(&mut self, peer: usize, window: &Window, request: Request) -> Result<(), Error> {
+    fn begin(&mut self, peer: usize, window: &Window, request: Request) -> Result<(), SchemeError> {
         self.pair.begin(peer, window, request)
     }
 
-    fn finish_advance(&mut self, peer: usize, at: &Window, n: usize) -> Result<Vec<f64>, Error> {
+    fn finish_advance(
+        &mut self,
+        peer: usize,
+        at: &Window,
+        n: usize,
+    ) -> Result<Vec<f64>, SchemeError> {
         self.pair.finish_advance(peer, at, n)
     }
 
@@ -97,7 +107,7 @@ impl Participants for Working<'_> {
         peer: usize,
         window: &Window,
         n: usize,
-    ) -> Result<Reaction, Error> {
+    ) -> Result<Reaction, SchemeError> {
         let reaction = self.pair.finish_prescribed_velocity(peer, window, n)?;
         let (start, line) = (&self.pair.state.continuum, &self.pair.prescribed_velocities);
         let end = *line.last().expect("a line was begun");
@@ -113,15 +123,15 @@ impl Participants for Working<'_> {
         peer: usize,
         window: &Window,
         n: usize,
-    ) -> Result<BoundaryAnswer, Error> {
+    ) -> Result<BoundaryAnswer, SchemeError> {
         self.pair.finish_solve(peer, window, n)
     }
 
-    fn accept(&mut self, peer: usize, window: &Window, place: &[f64]) -> Result<(), Error> {
+    fn accept(&mut self, peer: usize, window: &Window, place: &[f64]) -> Result<(), SchemeError> {
         self.pair.accept(peer, window, place)
     }
 
-    fn report(&mut self, peer: usize) -> Result<Vec<f64>, Error> {
+    fn report(&mut self, peer: usize) -> Result<Vec<f64>, SchemeError> {
         self.pair.report(peer)
     }
 }
@@ -141,7 +151,7 @@ struct Ran {
     ledger: InterfaceLedger,
 }
 
-fn run(scheme: Scheme, case: Case, tolerance_m: f64) -> Result<Ran, Error> {
+fn run(scheme: Scheme, case: Case, tolerance_m: f64) -> Result<Ran, SchemeError> {
     let bar = Bar {
         elements: 1,
         step_s: case.step_s,
@@ -177,7 +187,7 @@ fn run(scheme: Scheme, case: Case, tolerance_m: f64) -> Result<Ran, Error> {
 }
 
 fn model(
-    response: &coupler::scheme::predict::response::Response,
+    response: &scheme::predict::response::Response,
     scheme: Scheme,
     case: Case,
 ) -> LinearModel<'_> {
@@ -352,7 +362,10 @@ fn constant_relaxation_contracts_by_the_factor_on_paper() {
                 );
                 let error = run(scheme, case, 1e-9).err().expect("it diverges");
                 assert!(
-                    matches!(error, Error::NotConverged(_) | Error::NotFinite(_)),
+                    matches!(
+                        error,
+                        SchemeError::NotConverged(_) | SchemeError::NotFinite(_)
+                    ),
                     "{error}"
                 );
             } else if factor.abs() < 0.97 {

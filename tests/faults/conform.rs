@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use coupler::conform::conform;
-use coupler::conform::rule::{Row, Verdict};
-use coupler::conform::subject::Options;
-use coupler::participants::Watch;
-use coupler::scenario::load::parse;
-use coupler::scenario::source::Source;
+use coordinator::participants::Watch;
+use coordinator::scenario::load::parse;
+use coordinator::scenario::source::Source;
 use harness::broken::harmed;
 use harness::runs::{Scratch, program, thirdbody};
 use harness::scene::{bar, body, glue, head};
+use lab::conform::conform;
+use lab::conform::rule::{Row, Verdict};
+use lab::conform::subject::Options;
 
 use crate::scene::fails;
 

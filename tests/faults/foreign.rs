@@ -1,6 +1,6 @@
 //! Participants that are wrong in one way each: none may end a run as if nothing were.
 
-use coupler::run::session::Ended;
+use coordinator::run::session::Ended;
 use harness::broken::harmed;
 use harness::runs::run_in_process;
 use serde_json::Value;

@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::time::Duration;
 
-use coupler::log;
 use harness::runs::Scratch;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
@@ -47,7 +46,7 @@ fn killing_either_node_ends_the_run_with_its_name() {
             summary["windows"].as_u64() > Some(0),
             "what was valid is kept"
         );
-        let found = log::summarize(&work.path().join("out/exchange.mcap"), false)
+        let found = exchange_log::summarize(&work.path().join("out/exchange.mcap"), false)
             .expect("the log was closed");
         assert_eq!(found.hash, summary["hashes"]["exchange"]);
     }
@@ -62,7 +61,7 @@ fn killing_the_coordinator_ends_its_children_and_keeps_the_log() {
     send(coordinator as i32, Signal::SIGKILL);
     gone_within(&pids, PROMPT);
     running.child.wait().expect("it was killed");
-    let found = log::summarize(&work.path().join("out/exchange.mcap"), true)
+    let found = exchange_log::summarize(&work.path().join("out/exchange.mcap"), true)
         .expect("readable up to its last flush");
     println!("log of a killed coordinator: {} windows", found.windows);
     assert!(found.windows > 0);
@@ -110,7 +109,8 @@ fn an_interrupt_keeps_the_valid_part() {
         let summary = harness::runs::parse_json(&output.stdout);
         assert_eq!(summary["status"], "interrupted");
         assert_eq!(summary["code"], "interrupted");
-        log::summarize(&work.path().join("out/exchange.mcap"), false).expect("the log was closed");
+        exchange_log::summarize(&work.path().join("out/exchange.mcap"), false)
+            .expect("the log was closed");
     }
 }
 

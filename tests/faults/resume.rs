@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 use std::time::{Duration, Instant};
 
-use coupler::run::checkpoint::FOLDER;
-use coupler::run::checkpoint::file::{MAGIC, encode, list, read};
-use coupler::run::checkpoint::keeper::about;
-use coupler::rundir::write_whole;
-use coupler::scenario::load::load;
+use coordinator::run::checkpoint::FOLDER;
+use coordinator::run::checkpoint::file::{MAGIC, encode, list, read};
+use coordinator::run::checkpoint::keeper::about;
+use coordinator::rundir::write_whole;
+use coordinator::scenario::load::load;
 use harness::runs::{Scratch, as_programs, parse_json, program, thirdbody};
 use harness::scene::{bar, body, glue, head};
 use nix::sys::signal::{Signal, kill};

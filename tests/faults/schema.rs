@@ -4,10 +4,10 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use coupler::error::{Code, Error};
-use coupler::run::check::check;
-use coupler::scenario::load::parse;
-use coupler::scenario::source::Source;
+use coordinator::error::{Code, Error};
+use coordinator::run::check::check;
+use coordinator::scenario::load::parse;
+use coordinator::scenario::source::Source;
 use harness::json_schema::faults;
 use harness::registry;
 use harness::runs::{parse_json, program};

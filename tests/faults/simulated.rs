@@ -1,10 +1,10 @@
-//! Runs behind a simulated network: what right means is in [`coupler::validate::faults::simulated::schedule`].
+//! Runs behind a simulated network: what right means is in [`lab::validate::faults::simulated::schedule`].
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use coupler::participants::Watch;
-use coupler::validate::faults::simulated::{Counts, run_schedules};
+use coordinator::participants::Watch;
+use lab::validate::faults::simulated::{Counts, run_schedules};
 use protocol::{Frame, FrameError, Header, Link, LinkError};
 
 /// Schedules in an ordinary run of this suite; more with THIRDBODY_SCHEDULES.

@@ -2,13 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use coupler::log;
-use coupler::run::checkpoint::FOLDER;
-use coupler::run::checkpoint::content::{About, Checkpoint};
-use coupler::run::checkpoint::file::{MAGIC, encode, list, read};
-use coupler::run::checkpoint::keeper::about;
-use coupler::scenario::load::{Loaded, load, parse};
-use coupler::scenario::source::Source;
+use coordinator::run::checkpoint::FOLDER;
+use coordinator::run::checkpoint::content::{About, Checkpoint};
+use coordinator::run::checkpoint::file::{MAGIC, encode, list, read};
+use coordinator::run::checkpoint::keeper::about;
+use coordinator::scenario::load::{Loaded, load, parse};
+use coordinator::scenario::source::Source;
 use harness::runs::{Scratch, node, thirdbody};
 use protocol::serve::{Farewell, Hello, Welcome};
 use protocol::{Frame, Header, Kind, Node, NodeError, Setting, Surface};
@@ -231,11 +230,11 @@ pub fn logs() -> Vec<Vec<u8>> {
 /// A log, strictly, tolerantly and summed up.
 pub fn log(path: &Path, bytes: &[u8]) -> bool {
     std::fs::write(path, bytes).expect("the folder is ours");
-    let strictly = log::read(path).is_ok_and(|mut log| log.all(|entry| entry.is_ok()));
-    if let Ok(entries) = log::recover(path) {
+    let strictly = exchange_log::read(path).is_ok_and(|mut log| log.all(|entry| entry.is_ok()));
+    if let Ok(entries) = exchange_log::recover(path) {
         assert!(entries.count() < 100_000, "more than was ever written");
     }
-    let _ = log::summarize(path, true);
+    let _ = exchange_log::summarize(path, true);
     strictly
 }
 

@@ -3,7 +3,7 @@
 //! Reference: the file itself, and the clocks of run and replay. The size is foreseen within 25 %, as lz4 packs no two
 //! scenes alike.
 
-use coupler::scenario::load::load;
+use coordinator::scenario::load::load;
 use harness::runs::{Scratch, parse_json, thirdbody};
 use serde_json::Value;
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use coupler::log::{self, Entry, Recorder};
+use exchange_log::{Entry, Recorder};
 use harness::runs::{Scratch, parse_json, thirdbody};
 use protocol::{Frame, Header, Kind};
 
@@ -49,7 +49,7 @@ impl Run {
     /// Writes the log anew with other entries, whole and with all checksums right.
     fn rewrite(&self, change: impl FnOnce(&mut Vec<Entry>)) {
         self.put(&self.bytes);
-        let log = log::read(&self.log()).expect("it is sound");
+        let log = exchange_log::read(&self.log()).expect("it is sound");
         let provenance = log.provenance().clone();
         let mut entries: Vec<Entry> = log.collect::<Result<_, _>>().expect("it is sound");
         change(&mut entries);
@@ -345,17 +345,18 @@ fn a_log_that_is_taken_away_during_the_run_is_an_output_that_failed() {
 fn two_participants_that_count_their_own_windows_repeat_none() {
     let work = Scratch::new("own-windows");
     let path = work.path().join("log.mcap");
-    let mut recorder = Recorder::create(&path, &log::Provenance::default(), 1).expect("writable");
+    let mut recorder =
+        Recorder::create(&path, &exchange_log::Provenance::default(), 1).expect("writable");
     for window in [0, 1, 2] {
         for name in ["rail", "layer"] {
             let header = Header {
                 window,
                 ..Header::of(Kind::Motion)
             };
-            let exchange = log::Exchange {
+            let exchange = exchange_log::Exchange {
                 interface: name.into(),
                 sender: name.into(),
-                receiver: log::COUPLER.into(),
+                receiver: exchange_log::COUPLER.into(),
                 frame: Frame::new(header, vec![1.0]),
             };
             let recorded = recorder.record(vec![exchange], Some(window));
@@ -363,6 +364,6 @@ fn two_participants_that_count_their_own_windows_repeat_none() {
         }
     }
     recorder.finish().expect("writable");
-    let found = log::summarize(&path, false).expect("nothing is repeated");
+    let found = exchange_log::summarize(&path, false).expect("nothing is repeated");
     assert_eq!(found.windows, 6);
 }

@@ -4,7 +4,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
-use coupler::log::{self, Entry, LogError, Provenance};
+use exchange_log::{Entry, LogError, Provenance};
 use harness::runs::{Left, run_in_process};
 
 use crate::scenario;
@@ -27,7 +27,7 @@ struct Got {
 }
 
 fn strictly(path: &Path) -> Result<Got, LogError> {
-    let log = log::read(path)?;
+    let log = exchange_log::read(path)?;
     let mut got = Got {
         provenance: log.provenance().clone(),
         entries: Vec::new(),
@@ -43,7 +43,7 @@ fn strictly(path: &Path) -> Result<Got, LogError> {
 }
 
 fn tolerantly(path: &Path) -> Result<Got, LogError> {
-    let mut log = log::recover(path)?;
+    let mut log = exchange_log::recover(path)?;
     let mut got = Got {
         provenance: log.provenance().clone(),
         entries: Vec::new(),
@@ -87,7 +87,7 @@ fn judge(path: &Path, bytes: &[u8], whole: &Got, what: &str) -> bool {
         assert!(got.provenance == whole.provenance, "{name}: {what}");
     }
     // What `inspect --recover` says of it.
-    let summary = catch_unwind(AssertUnwindSafe(|| log::summarize(path, true)));
+    let summary = catch_unwind(AssertUnwindSafe(|| exchange_log::summarize(path, true)));
     assert!(summary.is_ok(), "inspect panics: {what}");
     reported
 }

@@ -8,12 +8,12 @@ mod resume_kinds;
 
 use std::path::Path;
 
-use coupler::log::mismatch::Difference;
-use coupler::participants::{Launcher, Watch};
-use coupler::replay::{Recording, Replayed, coupler as loop_replay, recording, solver};
-use coupler::rundir::RunDir;
+use coordinator::participants::{Launcher, Watch};
+use coordinator::rundir::RunDir;
+use exchange_log::mismatch::Difference;
 use harness::runs::{Scratch, parse_json, program, run_in_process, thirdbody};
 use harness::scene::{bar, body, glue, head};
+use lab::replay::{Recording, Replayed, coupler as loop_replay, recording, solver};
 use protocol::{Frame, Kind};
 
 mod several;

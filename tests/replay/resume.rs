@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use coupler::participants::Watch;
-use coupler::replay::recording;
-use coupler::run::checkpoint::file::{list, read};
-use coupler::run::checkpoint::{FOLDER, find, keeper};
-use coupler::run::session::{Ended, Options, go_on, run};
-use coupler::scenario::load::{Loaded, load};
+use coordinator::participants::Watch;
+use coordinator::run::checkpoint::file::{list, read};
+use coordinator::run::checkpoint::{FOLDER, find, keeper};
+use coordinator::run::session::{Ended, Options, go_on, run};
+use coordinator::scenario::load::{Loaded, load};
 use harness::runs::{Scratch, program};
+use lab::replay::recording;
 use serde_json::Value;
 
 use crate::scenario;

@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use coupler::scenario::load::Loaded;
+use coordinator::scenario::load::Loaded;
 use harness::runs::Scratch;
 use harness::scene::{bar, body, glue, head};
 

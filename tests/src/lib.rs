@@ -24,7 +24,7 @@ pub mod scene;
 pub mod source;
 pub mod window_matrix;
 
-use coupler::participants::{Registry, Solver};
+use coordinator::participants::{Registry, Solver};
 
 /// The verification solvers with the shipped ones.
 pub fn registry() -> Registry {

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use coupler::error::Error;
-use coupler::participants::Watch;
-use coupler::report::tables::read_csv;
-use coupler::run::session::{Ended, Options, run};
-use coupler::scenario::load::parse;
-use coupler::scenario::source::Source;
+use coordinator::error::Error;
+use coordinator::participants::Watch;
+use coordinator::run::session::{Ended, Options, run};
+use coordinator::scenario::load::parse;
+use coordinator::scenario::source::Source;
 use protocol::{Node, PROTOCOL_VERSION, Session, Setting, Transport};
+use runs::columns::read_csv;
 use serde_json::Value;
 
 /// A folder of its own below the system's temporary one, removed when dropped.

@@ -1,12 +1,28 @@
 //! The code of a crate as tokens: without comments, without what `#[cfg(test)]` leaves out.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use proc_macro2::{Delimiter, Group, TokenStream, TokenTree};
 
 /// Texts by the path of their file below `src`, with `/` between folders.
 pub type Sources = BTreeMap<String, String>;
+
+/// Names and folders of the crates of the product, from the lowest up.
+pub fn product_crates() -> Vec<(String, PathBuf)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let manifest = std::fs::read_to_string(root.join("Cargo.toml")).expect("it is there");
+    let manifest: toml::Table = manifest.parse().expect("it is TOML");
+    let members = manifest["workspace"]["members"].as_array().expect("a list");
+    let folders = members.iter().filter_map(|member| member.as_str());
+    let product = folders.filter(|folder| *folder != "tests");
+    product
+        .map(|folder| {
+            let name = folder.rsplit('/').next().unwrap_or(folder);
+            (name.to_string(), root.join(folder))
+        })
+        .collect()
+}
 
 /// All Rust files below `crate_folder/src`.
 pub fn read_sources(crate_folder: &Path) -> Sources {

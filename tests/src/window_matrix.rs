@@ -1,14 +1,14 @@
 //! One window of each scheme as a matrix, written by hand for a linear continuum and a linear wall: the reference that the schemes
 //! themselves are compared with.
 //!
-//! The two sides are closed forms of [`coupler::scheme::predict`]; the schemes are not used here.
+//! The two sides are closed forms of [`scheme::predict`]; the schemes are not used here.
 
 use nalgebra::DMatrix;
 use nalgebra::DVector;
 
-use coupler::scheme::predict::growth::spectral_radius;
-use coupler::scheme::predict::response::Response;
-use coupler::scheme::predict::sprung_mass::{Masses, Motion, Solved, SprungMass};
+use scheme::predict::growth::spectral_radius;
+use scheme::predict::response::Response;
+use scheme::predict::sprung_mass::{Masses, Motion, Solved, SprungMass};
 
 /// The transmission condition of a scheme, which distinguishes it for a linear continuum and a linear wall.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,10 +1,10 @@
 //! The shipped studies: all their tasks are valid, and the one to choose by covers its scene.
 
-use coupler::run::check::check;
-use coupler::scenario::load::load;
-use coupler::study::budget::Choice;
-use coupler::study::plan::{Plan, runs};
-use coupler::study::stored::StoredStudy;
+use coordinator::run::check::check;
+use coordinator::scenario::load::load;
+use study::budget::Choice;
+use study::plan::{Plan, runs};
+use study::stored::StoredStudy;
 
 use crate::rows::shipped;
 

@@ -6,11 +6,11 @@ use clap::Subcommand;
 
 use super::common::{VerbResult, own_program, print, print_rows};
 use super::start::listen;
-use crate::bench::{exchange, log, mapping, participant, pieces, stability};
-use crate::conform::subject::Options;
-use crate::error::{CHECK_FAILED, Error, Refusal};
-use crate::participants::Registry;
-use crate::scenario::load::load;
+use coordinator::error::{CHECK_FAILED, Error, Refusal};
+use coordinator::participants::Registry;
+use coordinator::scenario::load::load;
+use lab::bench::{exchange, log, mapping, participant, pieces, stability};
+use lab::conform::subject::Options;
 
 /// Arguments of `bench`.
 #[derive(Debug, clap::Args)]

@@ -4,13 +4,14 @@ use std::path::PathBuf;
 
 use super::common::ScenarioArguments;
 use super::start::options;
-use crate::error::{Error, Refusal};
-use crate::output::tell;
-use crate::participants::Registry;
-use crate::run::session::{RunBudget, fresh_run_id, run};
-use crate::rundir::{BUILD, Scratch};
-use crate::scenario::load::Loaded;
-use crate::study::budget::{Budget, Candidate, Choice, covering};
+use coordinator::error::{Error, Refusal};
+use coordinator::output::tell;
+use coordinator::participants::Registry;
+use coordinator::run::session::{RunBudget, fresh_run_id, run};
+use coordinator::rundir::BUILD;
+use coordinator::scenario::load::Loaded;
+use kit::scratch::Scratch;
+use study::budget::{Budget, Candidate, Choice, covering};
 
 /// Arguments that choose the fidelity of a run.
 #[derive(Debug, clap::Args)]
@@ -125,7 +126,7 @@ fn foretold_wall_s(loaded: &Loaded, threads: usize, registry: &Registry) -> Resu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::stored::StoredStudy;
+    use study::stored::StoredStudy;
 
     /// Settings of 8, 4, 2 and 1 s, the more costly the more accurate.
     fn study() -> StoredStudy {

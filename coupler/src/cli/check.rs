@@ -6,15 +6,15 @@ use serde_json::Value;
 
 use super::common::{ScenarioArguments, VerbResult, foreign, print};
 use super::start::options;
-use crate::cost::prediction::CostPrediction;
-use crate::error::Error;
-use crate::participants::Registry;
-use crate::run::check::check as check_scenario;
-use crate::run::session::{Ended, fresh_run_id, run};
-use crate::rundir::Scratch;
-use crate::scenario::load::Loaded;
-use crate::scenario::schema::schema;
-use crate::summary::Summary;
+use coordinator::cost::prediction::CostPrediction;
+use coordinator::error::Error;
+use coordinator::participants::Registry;
+use coordinator::run::check::check as check_scenario;
+use coordinator::run::session::{Ended, fresh_run_id, run};
+use coordinator::scenario::load::Loaded;
+use coordinator::scenario::schema::schema;
+use coordinator::summary::Summary;
+use kit::scratch::Scratch;
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]

@@ -8,13 +8,13 @@ use protocol::Cause;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::error::{Code, Error, Refusal};
-use crate::output::tell;
-use crate::run::checkpoint::{RestartPoint, find};
-use crate::scenario::Scenario;
-use crate::scenario::load::{Loaded, load};
-use crate::shipped;
-use crate::shipped::kept::user_cache;
+use coordinator::error::{Code, Error, Refusal};
+use coordinator::output::tell;
+use coordinator::run::checkpoint::{RestartPoint, find};
+use coordinator::scenario::Scenario;
+use coordinator::scenario::load::{Loaded, load};
+
+use scenes::kept::user_cache;
 
 /// The scenario and its overrides, as several verbs take them.
 #[derive(Debug, clap::Args)]
@@ -33,8 +33,8 @@ impl ScenarioArguments {
     /// Reads the scenario with its overrides; tells which one where the name stands for two.
     pub(super) fn load(&self) -> Result<Loaded, Error> {
         let loaded = load(&self.scenario, &self.set)?;
-        let shipped = shipped::scene_file(&self.scenario);
-        let shipped = shipped.and_then(|file| shipped::text(&file));
+        let shipped = scenes::scene_file(&self.scenario);
+        let shipped = shipped.and_then(|file| scenes::text(&file));
         if shipped.is_some_and(|text| text != loaded.source.text) {
             let (name, file) = (&self.scenario, &loaded.source.name);
             tell(&format!(

@@ -7,11 +7,11 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use super::common::{VerbResult, print_either};
-use crate::error::Refusal;
-use crate::study::compare::{Compared, Comparison, Pair, difference, ratio};
-use crate::study::file::StudyFile;
-use crate::study::finished::Finished;
-use crate::study::measure::Held;
+use coordinator::error::Refusal;
+use runs::compare::{Compared, Comparison, Pair, difference, ratio};
+use runs::finished::Finished;
+use study::file::StudyFile;
+use study::measure::Held;
 
 /// Arguments of `compare`.
 #[derive(Debug, clap::Args)]

@@ -2,14 +2,14 @@
 
 use super::common::{VerbResult, own_program, print, print_either};
 use super::start::listen;
-use crate::conform::rule::{Row, Verdict};
-use crate::conform::subject::Options;
-use crate::conform::{all_hold, conform as try_rules};
-use crate::error::CHECK_FAILED;
-use crate::output::tell;
-use crate::participants::Registry;
-use crate::run::check::check;
-use crate::scenario::load::load;
+use coordinator::error::CHECK_FAILED;
+use coordinator::output::tell;
+use coordinator::participants::Registry;
+use coordinator::run::check::check;
+use coordinator::scenario::load::load;
+use lab::conform::rule::{Row, Verdict};
+use lab::conform::subject::Options;
+use lab::conform::{all_hold, conform as try_rules};
 
 /// Arguments of `conform`.
 #[derive(Debug, clap::Args)]

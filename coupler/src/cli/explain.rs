@@ -3,7 +3,7 @@
 use kit::keys::proposal;
 
 use super::common::{VerbResult, print};
-use crate::error::{Refusal, entries, entry};
+use coordinator::error::{Refusal, entries, entry};
 
 /// Arguments of `explain`.
 #[derive(Debug, clap::Args)]

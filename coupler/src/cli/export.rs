@@ -6,11 +6,13 @@ use kit::keys::proposal;
 use protocol::Kind;
 
 use super::common::{RecoverArgument, VerbResult, log_of, print};
-use crate::error::{DAMAGED, Error, Refusal};
-use crate::log::export::{Selection, long, wide};
-use crate::log::timing::{self, TIMING};
-use crate::log::trace::{self, Windows};
-use crate::output::tell;
+use coordinator::error::{DAMAGED, Error, Refusal};
+use coordinator::output::tell;
+use exchange_log::export::{Selection, long, wide};
+use exchange_log::timing;
+use exchange_log::timing::TIMING;
+use exchange_log::trace;
+use exchange_log::trace::Windows;
 
 /// Arguments of `export`.
 #[derive(Debug, clap::Args)]

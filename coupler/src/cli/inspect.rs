@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::common::{RecoverArgument, VerbResult, log_of, print_either};
-use crate::log::{LogSummary, summarize};
-use crate::run::checkpoint::{FOLDER, file};
+use coordinator::run::checkpoint::{FOLDER, file};
+use exchange_log::{LogSummary, summarize};
 
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]

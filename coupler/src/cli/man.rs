@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap_mangen::{Man, generate_to};
 
 use super::common::{VerbResult, print};
-use crate::error::Error;
+use coordinator::error::Error;
 
 /// Arguments of `man`.
 #[derive(Debug, clap::Args)]

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::common::{VerbResult, print};
-use crate::error::{Error, Refusal};
-use crate::shipped::{self, STUDY, kept};
+use coordinator::error::{Error, Refusal};
+use scenes::{STUDY, kept};
 
 /// Arguments of `new`.
 #[derive(Debug, clap::Args)]
@@ -19,7 +19,7 @@ pub struct NewArguments {
 /// Copies a scene or a study with its comments and the files beside it, and says what to do next.
 pub fn new(arguments: &NewArguments) -> VerbResult {
     let name = known(&arguments.name)?;
-    let files = shipped::files_of(&name);
+    let files = scenes::files_of(&name);
     if files.iter().any(|(file, _)| *file == "Cargo.toml") {
         let problem = "is a crate that needs the source tree around it: `thirdbody new-node rust NAME` writes one like it that finds what it needs";
         return Err(Refusal::argument(name, problem).into());
@@ -38,11 +38,11 @@ pub fn new(arguments: &NewArguments) -> VerbResult {
 /// The folder of a scene or a study among the shipped ones.
 fn known(name: &str) -> Result<String, Error> {
     let plain = name.trim_end_matches('/');
-    if shipped::names().contains(&plain) {
+    if scenes::names().contains(&plain) {
         return Ok(plain.into());
     }
-    shipped::study_folder(plain).ok_or_else(|| {
-        let meant = shipped::meant(plain, false).or_else(|| shipped::meant(plain, true));
+    scenes::study_folder(plain).ok_or_else(|| {
+        let meant = scenes::meant(plain, false).or_else(|| scenes::meant(plain, true));
         let meant = meant.map(|near| format!("; did you mean `{near}`?"));
         let problem = format!(
             "is no scene or study that `thirdbody scenes` lists{}",

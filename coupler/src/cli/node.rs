@@ -14,8 +14,8 @@ use signal_hook::consts::SIGTERM;
 use signal_hook::flag;
 
 use super::common::VerbResult;
-use crate::error::{Error, Refusal};
-use crate::participants::Registry;
+use coordinator::error::{Error, Refusal};
+use coordinator::participants::Registry;
 
 /// Arguments of `node`.
 #[derive(Debug, clap::Args)]

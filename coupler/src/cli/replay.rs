@@ -9,15 +9,16 @@ use super::common::{
     RecoverArgument, VerbResult, foreign, log_of, own_program, print_either, refuse_commands,
     restart_point, thread_count,
 };
-use crate::error::{CHECK_FAILED, Code, DAMAGED, Error, Refusal};
-use crate::output::tell;
-use crate::participants::{Launcher, Registry, Watch};
-use crate::replay::solver::How;
-use crate::replay::{Recording, Replayed, coupler, drift, recording, solver};
-use crate::run::checkpoint::RestartPoint;
-use crate::run::session::fresh_run_id;
-use crate::rundir::{RunDir, Scratch};
-use crate::scenario::TransportKind;
+use coordinator::error::{CHECK_FAILED, Code, DAMAGED, Error, Refusal};
+use coordinator::output::tell;
+use coordinator::participants::{Launcher, Registry, Watch};
+use coordinator::run::checkpoint::RestartPoint;
+use coordinator::run::session::fresh_run_id;
+use coordinator::rundir::RunDir;
+use coordinator::scenario::TransportKind;
+use kit::scratch::Scratch;
+use lab::replay::solver::How;
+use lab::replay::{Recording, Replayed, coupler, drift, recording, solver};
 
 /// Exit code of a replay that departs from its log.
 const DEPARTS: i32 = 7;
@@ -66,7 +67,7 @@ pub fn replay(arguments: &ReplayArguments, registry: &Registry) -> VerbResult {
     let nearest = |window| nearest(arguments, &recording, window);
     let origin = arguments.from.map(nearest).transpose()?;
     if !arguments.set.is_empty() {
-        recording.loaded = crate::replay::recording(&log, &arguments.set)?.loaded;
+        recording.loaded = lab::replay::recording(&log, &arguments.set)?.loaded;
     }
     let chosen = chosen(&recording, arguments)?;
     prepare(&mut recording, arguments.allow_commands)?;

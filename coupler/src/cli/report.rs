@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use super::common::{VerbResult, print};
-use crate::{log, report};
 
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]
@@ -29,6 +28,6 @@ pub fn report(arguments: &ReportArguments) -> VerbResult {
     for name in names {
         print(&arguments.run.join(name).display().to_string())?;
     }
-    let damage = log::damage(&arguments.run.join("exchange.mcap"))?;
+    let damage = exchange_log::damage(&arguments.run.join("exchange.mcap"))?;
     damage.map_or(Ok(0), |damage| Err(damage.into()))
 }

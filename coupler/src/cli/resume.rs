@@ -7,12 +7,12 @@ use super::common::{
 };
 use super::run::{EndingArguments, conclude};
 use super::start::options;
-use crate::error::Refusal;
-use crate::log::damage;
-use crate::output::tell;
-use crate::participants::Registry;
-use crate::run::session::go_on;
-use crate::scenario::load::load;
+use coordinator::error::Refusal;
+use coordinator::output::tell;
+use coordinator::participants::Registry;
+use coordinator::run::session::go_on;
+use coordinator::scenario::load::load;
+use exchange_log::damage;
 
 /// Arguments of `resume`.
 #[derive(Debug, clap::Args)]

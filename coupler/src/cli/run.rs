@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use super::budget::BudgetArguments;
 use super::common::{ScenarioArguments, VerbResult, print_either};
 use super::start::options;
-use crate::participants::Registry;
-use crate::run::session::{Ended, run as run_scenario};
+use coordinator::participants::Registry;
+use coordinator::run::session::{Ended, run as run_scenario};
 
 /// Arguments of `run`.
 #[derive(Debug, clap::Args)]

@@ -1,7 +1,7 @@
 //! `thirdbody scenes`: the scenes and studies inside this program.
 
 use super::common::{VerbResult, print_rows};
-use crate::shipped::listing::{Listed, listing};
+use scenes::listing::{Listed, listing};
 
 /// Arguments of `scenes`.
 #[derive(Debug, clap::Args)]

@@ -5,9 +5,9 @@ use std::path::Path;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use super::common::own_program;
-use crate::error::Error;
-use crate::participants::{Registry, Watch};
-use crate::run::session::Options;
+use coordinator::error::Error;
+use coordinator::participants::{Registry, Watch};
+use coordinator::run::session::Options;
 
 /// Options of a run that is started here and shows its progress.
 pub(super) fn options<'a>(

@@ -9,19 +9,20 @@ use protocol::participate::end_with_coordinator;
 
 use super::common::{VerbResult, own_program, print, threads};
 use super::start::{listen, options};
-use crate::error::{CHECK_FAILED, Error, Refusal};
-use crate::participants::Registry;
-use crate::run::session::Options;
-use crate::rundir::write_whole;
-use crate::study::collect::{Results, line};
-use crate::study::digest::Digest;
-use crate::study::forecast::Forecast;
-use crate::study::plan::{Plan, Task, runs};
-use crate::study::pool::{self, Exec};
-use crate::study::progress::StudyProgress;
-use crate::study::slurm::{Slurm, array_name};
-use crate::study::stored::StoredStudy;
-use crate::study::task::{SILENT, Stage, TaskFolder};
+use coordinator::error::{CHECK_FAILED, Error, Refusal};
+use coordinator::participants::Registry;
+use coordinator::run::session::Options;
+use coordinator::rundir::write_whole;
+use study::collect::{Results, line};
+use study::digest::Digest;
+use study::forecast::Forecast;
+use study::plan::{Plan, Task, runs};
+use study::pool;
+use study::pool::Exec;
+use study::progress::StudyProgress;
+use study::slurm::{Slurm, array_name};
+use study::stored::StoredStudy;
+use study::task::{SILENT, Stage, TaskFolder};
 
 /// Arguments of `study`.
 #[derive(Debug, clap::Args)]
@@ -176,7 +177,7 @@ fn plan(opened: &Opened, registry: &Registry) -> VerbResult {
     let planned = keep_list(opened, &tasks)?;
     print(&listed(opened, &tasks))?;
     let forecast = Forecast::of(&tasks[0], &opened.folder, &quiet(opened, registry)?)?;
-    crate::output::tell(&format!(
+    coordinator::output::tell(&format!(
         "{} runs in {} rows, listed in {}; task 0 is foretold to take {:.0} s at most and {:.0} MB",
         runs(&tasks).len(),
         tasks.len(),

@@ -6,16 +6,16 @@ use clap::ValueEnum;
 
 use super::common::{VerbResult, own_program, print_rows};
 use super::start::listen;
-use crate::error::CHECK_FAILED;
-use crate::output::tell;
-use crate::participants::{Registry, Watch};
-use crate::run::session::fresh_run_id;
-use crate::rundir::Scratch;
-use crate::shipped::{FILES, kept};
-use crate::validate::faults::row::FaultRow;
-use crate::validate::faults::{Campaign, run_campaign};
-use crate::validate::run_suite;
-use crate::validate::suite::{Row, Runs};
+use coordinator::error::CHECK_FAILED;
+use coordinator::output::tell;
+use coordinator::participants::{Registry, Watch};
+use coordinator::run::session::fresh_run_id;
+use kit::scratch::Scratch;
+use lab::validate::faults::row::FaultRow;
+use lab::validate::faults::{Campaign, run_campaign};
+use lab::validate::run_suite;
+use lab::validate::suite::{Row, Runs};
+use scenes::{FILES, kept};
 
 /// Arguments of `validate`.
 #[derive(Debug, clap::Args)]

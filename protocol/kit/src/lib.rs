@@ -6,12 +6,14 @@
 //! - [`schema`]: the keys of a configuration as a JSON Schema;
 //! - [`table`]: loads over time;
 //! - [`bounds`]: the two bounds of a check of plausibility;
-//! - [`vtk`]: files of fields.
+//! - [`vtk`]: files of fields;
+//! - [`scratch`]: folders that go with whoever made them.
 
 pub mod bounds;
 pub mod input_file;
 pub mod keys;
 pub mod schema;
+pub mod scratch;
 pub mod table;
 pub mod vtk;
 

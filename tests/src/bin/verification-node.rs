@@ -6,7 +6,7 @@ use std::error::Error;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use coupler::participants::Solver;
+use coordinator::participants::Solver;
 use protocol::link::shm::ShmLink;
 use protocol::{Frame, Header, Kind, Link, LinkError, Transport};
 

@@ -1,0 +1,260 @@
+//! Everything that can end a run or a verb, with its exit code.
+
+use std::fmt::Display;
+use std::io;
+
+use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode, SourceSpan};
+use protocol::{Cause, NodeError, WithCure};
+use scenes::kept::KeptError;
+use scheme::error::SchemeError;
+use thiserror::Error;
+
+use exchange_log::{ExportError, LogError};
+
+mod code;
+mod explain;
+mod refusal;
+
+pub use code::{Code, DAMAGED};
+pub use explain::{Entry, entries, entry};
+pub use refusal::Refusal;
+
+/// A problem of the scenario: what, where in the file, and what to do.
+#[derive(Debug, Error)]
+#[error("{key}: {problem}")]
+pub struct ScenarioError {
+    /// Its code.
+    pub code: Code,
+    /// Full dotted path of the key.
+    pub key: String,
+    /// The problem with its value.
+    pub problem: String,
+    /// A proposal.
+    pub help: Option<String>,
+    /// The file, for the excerpt.
+    pub source_file: Option<NamedSource<String>>,
+    /// Place in the file.
+    pub span: Option<SourceSpan>,
+}
+
+/// By hand: miette derives only codes that are always the same.
+impl Diagnostic for ScenarioError {
+    fn code<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
+        Some(Box::new(format!("error[{}]", self.code.word())))
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
+        let help = self.help.as_ref()?;
+        Some(Box::new(help))
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        let file = self.source_file.as_ref()?;
+        Some(file)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let span = self.span?;
+        let label = LabeledSpan::new_with_span(Some("here".into()), span);
+        Some(Box::new([label].into_iter()))
+    }
+}
+
+/// Everything that can end a run early.
+#[derive(Debug, Error)]
+#[allow(missing_docs)]
+pub enum Error {
+    #[error("{0}")]
+    Scenario(Box<ScenarioError>),
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    #[error("{0}")]
+    NotConverged(String),
+    #[error("{0}")]
+    Diverged(String),
+    /// A participant answered something that is not a number and can be asked again.
+    #[error("{0}")]
+    NotFinite(String),
+    /// Contradiction between the answers of a participant and its ledger.
+    #[error("{0}")]
+    Inconsistent(String),
+    #[error("lost participant `{peer}` {phase}: {why}")]
+    PeerLost {
+        peer: String,
+        phase: String,
+        why: String,
+    },
+    #[error(
+        "participant `{peer}` did not answer within {seconds:.1} s {phase}: {state}; see logs/{peer}.log, or raise run.deadlines.{key}"
+    )]
+    Deadline {
+        peer: String,
+        phase: String,
+        seconds: f64,
+        state: String,
+        key: &'static str,
+    },
+    #[error("participant `{peer}` {phase}: {why}")]
+    Protocol {
+        peer: String,
+        phase: String,
+        why: String,
+    },
+    /// A participant told that it cannot go on.
+    #[error("participant `{peer}` {phase}: {message}")]
+    Fault {
+        peer: String,
+        phase: String,
+        cause: Cause,
+        message: String,
+    },
+    #[error("exchange log: {0}")]
+    Log(#[from] LogError),
+    /// A file that cannot be read, or a process that cannot be started.
+    #[error("{what}: {}", WithCure(.source))]
+    Input { what: String, source: io::Error },
+    /// A file that cannot be written.
+    #[error("{what}: {}", WithCure(.source))]
+    Output { what: String, source: io::Error },
+    #[error("interrupted by signal {signal}; the valid part of the run is kept")]
+    Interrupted { signal: i32 },
+}
+
+/// A window or interface that a scheme cannot go on with.
+impl From<SchemeError> for Error {
+    fn from(error: SchemeError) -> Error {
+        match error {
+            SchemeError::Unfit(unfit) => Refusal::from(unfit).into(),
+            SchemeError::NotConverged(why) => Error::NotConverged(why),
+            SchemeError::NotFinite(why) => Error::NotFinite(why),
+            SchemeError::Participant(error) => *error
+                .downcast()
+                .expect("participants of a run fail with errors of the coordinator"),
+        }
+    }
+}
+
+/// What a scheme needs to know of an error of a participant: an answer that is no number may be asked for again.
+impl From<Error> for SchemeError {
+    fn from(error: Error) -> SchemeError {
+        match error {
+            Error::NotFinite(why) => SchemeError::NotFinite(why),
+            other => SchemeError::Participant(Box::new(other)),
+        }
+    }
+}
+
+impl From<ExportError> for Error {
+    fn from(error: ExportError) -> Error {
+        match error {
+            ExportError::Log(error) => error.into(),
+            ExportError::Write { path, source } => Error::output(path.display())(source),
+            ExportError::NoWindow { first, last, has } => Refusal::argument(
+                format!("--windows {first}..{last}"),
+                format!("the run has no such window, but {has}"),
+            )
+            .into(),
+        }
+    }
+}
+
+impl From<KeptError> for Error {
+    fn from(error: KeptError) -> Error {
+        match error {
+            KeptError::NoCache { scene } => Refusal::argument(
+                format!("the built-in scene `{scene}`"),
+                format!(
+                    "reads files beside it, which are put into a cache, and there is none: give --cache DIR, or copy the scene with `thirdbody new {scene}`"
+                ),
+            )
+            .into(),
+            KeptError::Write { path, source } => Error::output(path.display())(source),
+        }
+    }
+}
+
+/// Exit code of a check that failed, and of a run whose results are not to be trusted.
+pub const CHECK_FAILED: i32 = 8;
+
+impl Error {
+    /// Error of something that cannot be read or started, in front of what the system says.
+    pub fn input(what: impl Display) -> impl FnOnce(io::Error) -> Error {
+        move |source| Error::Input {
+            what: what.to_string(),
+            source,
+        }
+    }
+
+    /// Error of something that cannot be written, in front of what the system says.
+    pub fn output(what: impl Display) -> impl FnOnce(io::Error) -> Error {
+        move |source| Error::Output {
+            what: what.to_string(),
+            source,
+        }
+    }
+
+    /// A fault that a participant reported, at this point of the exchange.
+    pub fn of_participant(peer: &str, phase: &str, error: NodeError) -> Error {
+        Error::Fault {
+            peer: peer.into(),
+            phase: phase.into(),
+            cause: error.cause(),
+            message: error.message,
+        }
+    }
+
+    /// Its code.
+    pub fn code(&self) -> Code {
+        match self {
+            Error::Scenario(error) => error.code,
+            Error::Refused(refusal) => refusal.code(),
+            Error::NotConverged(_) => Code::NotConverged,
+            Error::Diverged(_) => Code::Of(Cause::Diverged),
+            Error::NotFinite(_) => Code::NotFinite,
+            Error::Inconsistent(_) => Code::Inconsistent,
+            Error::PeerLost { .. } => Code::PeerLost,
+            Error::Deadline { .. } => Code::DeadlineMissed,
+            Error::Protocol { .. } => Code::Of(Cause::ProtocolViolated),
+            Error::Fault { cause, .. } => Code::Of(*cause),
+            Error::Log(error) => code_of_log(error),
+            Error::Input { .. } => Code::InputFailed,
+            Error::Output { .. } => Code::Of(Cause::WriteFailed),
+            Error::Interrupted { .. } => Code::Interrupted,
+        }
+    }
+
+    /// The line that a person reads, with the code in front.
+    pub fn line(&self) -> String {
+        format!("error[{}]: {self}", self.code().word())
+    }
+
+    /// The exit code of the contract.
+    pub fn exit_code(&self) -> i32 {
+        match self {
+            // Of the own process of a participant, whose fault the coordinator has heard by then.
+            Error::Refused(_) => 2,
+            Error::Interrupted { signal } => self.code().exit_code() + signal,
+            _ => self.code().exit_code(),
+        }
+    }
+
+    /// The status word of summary.json.
+    pub fn status(&self) -> &'static str {
+        match self {
+            Error::Refused(_) => "refused",
+            _ => self.code().ending().1,
+        }
+    }
+}
+
+fn code_of_log(error: &LogError) -> Code {
+    match error {
+        LogError::Write { .. } | LogError::Closed { .. } | LogError::TooLong { .. } => {
+            Code::Of(Cause::WriteFailed)
+        }
+        LogError::Stalled { .. } => Code::LogStalled,
+        LogError::Read { .. } => Code::InputFailed,
+        LogError::NotALog { .. } => Code::NotALog,
+        LogError::Damaged { .. } => Code::LogCorrupt,
+    }
+}

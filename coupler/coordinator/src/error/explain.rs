@@ -1,0 +1,47 @@
+//! The page of causes and cures, entry by entry.
+
+/// The page.
+const PAGE: &str = include_str!("../../../ERRORS.md");
+
+/// An entry of the page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// The code that it is about.
+    pub code: &'static str,
+    /// Everything below the code.
+    pub text: &'static str,
+}
+
+/// All entries, errors before warnings.
+pub fn entries() -> impl Iterator<Item = Entry> {
+    let sections = PAGE.split("\n## ").skip(1);
+    let with_codes = sections.flat_map(|section| section.split("\n### `").skip(1));
+    with_codes.filter_map(|entry| {
+        let (code, text) = entry.split_once("`\n")?;
+        let text = text.trim();
+        Some(Entry { code, text })
+    })
+}
+
+/// The entry of a code.
+pub fn entry(code: &str) -> Option<Entry> {
+    entries().find(|entry| entry.code == code)
+}
+
+impl Entry {
+    /// What happened, in a line.
+    pub fn line(&self) -> &'static str {
+        let first = self.text.lines().next().unwrap_or_default();
+        let ending = [" Exit code ", " A warning."];
+        let end = ending.iter().filter_map(|words| first.find(words)).min();
+        &first[..end.unwrap_or(first.len())]
+    }
+
+    /// The exit code that it tells; none for a warning.
+    pub fn exit_code(&self) -> Option<i32> {
+        let first = self.text.lines().next()?;
+        let (_, told) = first.split_once(" Exit code ")?;
+        let digits: String = told.chars().take_while(char::is_ascii_digit).collect();
+        digits.parse().ok()
+    }
+}

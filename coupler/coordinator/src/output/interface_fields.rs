@@ -1,0 +1,56 @@
+//! The surface of an interface as VTK XML PolyData, for ParaView.
+
+use std::path::Path;
+
+use kit::vtk::{Kind, VtkFile};
+
+use crate::error::Error;
+use scheme::group::{Group, Patch};
+use scheme::window::InterfaceState;
+
+/// Writes the continuum's nodes of an interface, in the undeformed body and by ascending x, as a line. Data of the points:
+/// displacement_m, as the other side was told of it; traction_pa of that side on the continuum in the last window; pressure_pa and
+/// shear_pa, its parts as profile.csv has them, compression positive.
+pub fn write(
+    path: &Path,
+    group: &Group,
+    patch: &Patch,
+    state: &InterfaceState,
+    thickness_m: f64,
+) -> Result<(), Error> {
+    let nodes = &group.nodes;
+    let mut order: Vec<usize> = patch.nodes.clone().collect();
+    order.sort_by(|a, b| nodes.x_m[*a].total_cmp(&nodes.x_m[*b]));
+    let lines = order.len().saturating_sub(1);
+    let tractions = order.iter().map(|node| {
+        let area_m2 = nodes.length_m[*node] * thickness_m;
+        [0, 1].map(|k| state.lambda[2 * node + k] / area_m2)
+    });
+    let tractions: Vec<[f64; 2]> = tractions.collect();
+    let sizes = [("NumberOfPoints", order.len()), ("NumberOfLines", lines)];
+    let mut file = VtkFile::new("PolyData", &sizes);
+    file.section("Points", |file| {
+        let points = order.iter().map(|n| [nodes.x_m[*n], nodes.y_m[*n], 0.0]);
+        file.array(Kind::Float64, "points", points);
+    });
+    file.section("Lines", |file| {
+        let ends = (0..lines).flat_map(|line| [[line as f64], [(line + 1) as f64]]);
+        file.array(Kind::Int64, "connectivity", ends);
+        let offsets = (1..=lines).map(|line| [2.0 * line as f64]);
+        file.array(Kind::Int64, "offsets", offsets);
+    });
+    file.section("PointData", |file| {
+        let moved = order.iter().map(|node| {
+            let [x, y] = [0, 1].map(|k| state.displacement[2 * node + k]);
+            [x, y, 0.0]
+        });
+        file.array(Kind::Float64, "displacement_m", moved);
+        let vectors = tractions.iter().map(|[x, y]| [*x, *y, 0.0]);
+        file.array(Kind::Float64, "traction_pa", vectors);
+        let pressures = tractions.iter().map(|[_, y]| [-patch.outward_y * y]);
+        file.array(Kind::Float64, "pressure_pa", pressures);
+        let shears = tractions.iter().map(|[x, _]| [*x]);
+        file.array(Kind::Float64, "shear_pa", shears);
+    });
+    file.write(path).map_err(Error::output(path.display()))
+}

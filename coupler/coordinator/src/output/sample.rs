@@ -1,0 +1,97 @@
+//! Results of the interfaces in the phase that a participant marks for it ([`Phase::sampled`]).
+
+use protocol::{Description, Phase, Window};
+use serde::{Deserialize, Serialize};
+
+use super::profile::Traction;
+use scheme::keys::Interface;
+use scheme::window::InterfaceSignals;
+
+/// The load history of a run: that of the first participant which has one.
+pub fn load_history<'a>(participants: impl Iterator<Item = &'a Description>) -> Vec<Phase> {
+    let mut histories = participants.map(|description| &description.phases);
+    let found = histories.find(|phases| !phases.is_empty());
+    found.cloned().unwrap_or_default()
+}
+
+/// Means over the last half of the sampled phase, when the transients of the loading have passed, and the traction at its
+/// end.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct SampledMeans {
+    /// Start and end of the second half (s).
+    span: Option<(f64, f64)>,
+    interfaces: Vec<InterfaceMean>,
+}
+
+/// Means and traction of one interface.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct InterfaceMean {
+    /// Prefix of its results: none for the only interface.
+    prefix: String,
+    windows: u64,
+    force_sum_n: f64,
+    /// Force that pushes the continuum down (N).
+    down_sum_n: f64,
+    traction: Option<Traction>,
+}
+
+impl SampledMeans {
+    /// Means for a load history; without a sampled phase there are none.
+    pub fn new(phases: &[Phase], interfaces: &[Interface]) -> SampledMeans {
+        let sampled = phases.iter().find(|phase| phase.sampled);
+        let mean = |interface: &Interface| InterfaceMean {
+            prefix: interface.prefix_among(interfaces.len()),
+            windows: 0,
+            force_sum_n: 0.0,
+            down_sum_n: 0.0,
+            traction: None,
+        };
+        SampledMeans {
+            span: sampled.map(|phase| (0.5 * (phase.t0_s + phase.t1_s), phase.t1_s)),
+            interfaces: interfaces.iter().map(mean).collect(),
+        }
+    }
+
+    /// Adds an accepted window of an interface with the forces on its continuum.
+    pub fn add(&mut self, window: &Window, interface: usize, signals: &InterfaceSignals) {
+        let inside =
+            |(start, end): (f64, f64)| window.t0_s >= start && window.t1_s <= end * (1.0 + 1e-9);
+        if self.span.is_some_and(inside) {
+            let mean = &mut self.interfaces[interface];
+            mean.windows += 1;
+            mean.force_sum_n += signals.pressing_n;
+            mean.down_sum_n -= signals.force_n[1];
+        }
+    }
+
+    /// Keeps the traction of an interface at the end of the phase.
+    pub fn keep_traction(&mut self, interface: usize, traction: Traction) {
+        self.interfaces[interface].traction = Some(traction);
+    }
+
+    /// Mean force that pushes the continuum of each interface down (N), where windows were sampled.
+    pub fn down_n(&self) -> Vec<Option<f64>> {
+        let interfaces = self.interfaces.iter();
+        let mean = |of: &InterfaceMean| (of.windows > 0).then(|| of.down_sum_n / of.windows as f64);
+        interfaces.map(mean).collect()
+    }
+
+    /// Results by their names in summary.json.
+    pub fn results(&self) -> Vec<(String, f64)> {
+        let mut results = Vec::new();
+        for interface in &self.interfaces {
+            let mut add = |name: &str, value| {
+                results.push((format!("{}{name}", interface.prefix), value));
+            };
+            if interface.windows > 0 {
+                let mean = interface.force_sum_n / interface.windows as f64;
+                add("interface_force_n", mean);
+            }
+            if let Some(traction) = &interface.traction {
+                add("p0_1mm_pa", traction.peak_of_means(1e-3));
+                add("half_width_98_m", traction.half_width(0.98));
+            }
+        }
+        results
+    }
+}

@@ -1,0 +1,116 @@
+//! `signals.csv`: one row a window.
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{BufWriter, Read, Seek, Write};
+use std::path::Path;
+
+use protocol::Description;
+
+use crate::error::{Error, Refusal};
+use crate::rundir::RunDir;
+use scheme::keys::Interface;
+use scheme::window::InterfaceSignals;
+
+/// The open file.
+pub struct SignalsFile {
+    file: BufWriter<File>,
+    name: String,
+    line: String,
+}
+
+impl SignalsFile {
+    /// Starts the file with its header: time, what the coupler sees, then each participant's signals and ledger
+    /// terms. A participant that runs alone needs no prefix, and neither does the only interface.
+    pub fn create<'a>(
+        rundir: &RunDir,
+        names: impl Iterator<Item = &'a str>,
+        descriptions: &[&Description],
+        interfaces: &[Interface],
+    ) -> Result<SignalsFile, Error> {
+        let path = rundir.path().join("signals.csv");
+        let name = path.display().to_string();
+        let file = File::create(&path).map_err(Error::output(&name))?;
+        let mut header = vec!["t_s".to_string()];
+        for interface in interfaces {
+            let prefix = interface.prefix_among(interfaces.len());
+            let seen = ["repeats", "gap_rel", "interface_fx_n", "interface_fy_n"];
+            header.extend(seen.map(|signal| format!("{prefix}{signal}")));
+        }
+        let coupled = !interfaces.is_empty();
+        for (participant, description) in names.zip(descriptions) {
+            let dotted = format!("{participant}.");
+            let prefix = if coupled { &dotted } else { "" };
+            let signals = description.signals.iter();
+            header.extend(signals.map(|signal| format!("{prefix}{signal}")));
+            let terms = description.ledger.iter();
+            header.extend(terms.map(|term| format!("{prefix}{}_j", term.name)));
+        }
+        let mut signals = SignalsFile {
+            file: BufWriter::new(file),
+            name,
+            line: header.join(","),
+        };
+        signals.end_line()?;
+        Ok(signals)
+    }
+
+    /// Takes over the first `bytes` of the file of another run in place of what is there.
+    pub fn carry_over(&mut self, from: &Path, bytes: u64) -> Result<(), Error> {
+        let mut rows = Vec::new();
+        let source = File::open(from).and_then(|source| source.take(bytes).read_to_end(&mut rows));
+        source.map_err(Error::input(from.display()))?;
+        let copied = self.file.flush().and_then(|()| {
+            self.file.rewind()?;
+            self.file.get_ref().set_len(0)?;
+            self.file.write_all(&rows)
+        });
+        copied.map_err(Error::output(&self.name))?;
+        let found = rows.len() as u64;
+        if found == bytes {
+            return Ok(());
+        }
+        let problem = format!("holds {found} bytes where the checkpoint counts {bytes}");
+        Err(Refusal::file(from, problem).into())
+    }
+
+    /// Sees that all rows are on the disk; returns the size of the file.
+    pub fn sync(&mut self) -> Result<u64, Error> {
+        let synced = self.file.flush().and_then(|()| {
+            self.file.get_ref().sync_data()?;
+            self.file.stream_position()
+        });
+        synced.map_err(Error::output(&self.name))
+    }
+
+    /// Adds a row: what the coupler saw of each interface, and what each participant reported.
+    pub fn row(
+        &mut self,
+        time_s: f64,
+        reports: &[Vec<f64>],
+        interfaces: &[InterfaceSignals],
+    ) -> Result<(), Error> {
+        let _ = write!(self.line, "{time_s:e}");
+        for seen in interfaces {
+            let [fx, fy] = seen.force_n;
+            let (repeats, gap_rel) = (seen.repeats, seen.gap_rel);
+            let _ = write!(self.line, ",{repeats},{gap_rel:e},{fx:e},{fy:e}");
+        }
+        for value in reports.iter().flatten() {
+            let _ = write!(self.line, ",{value:e}");
+        }
+        self.end_line()
+    }
+
+    /// Writes out what is buffered.
+    pub fn finish(&mut self) -> Result<(), Error> {
+        self.file.flush().map_err(Error::output(&self.name))
+    }
+
+    fn end_line(&mut self) -> Result<(), Error> {
+        self.line.push('\n');
+        let written = self.file.write_all(self.line.as_bytes());
+        self.line.clear();
+        written.map_err(Error::output(&self.name))
+    }
+}

@@ -1,0 +1,227 @@
+//! Reading the VTK XML files that participants write: arrays as text, or appended as raw bytes.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::Path;
+
+use crate::error::{Error, Refusal};
+
+/// The data arrays of a file by their names; `points` are the coordinates.
+pub type Arrays = BTreeMap<String, Vec<f64>>;
+
+/// Range of each array of points or cells: least and largest number, or lengths of vectors; none of one that is empty.
+pub type Ranges = BTreeMap<String, Option<[f64; 2]>>;
+
+/// Beginning of the part that is no text.
+const APPENDED: &[u8] = b"<AppendedData";
+
+/// Longest markup whose ranges are looked for (bytes); ours has 4 000.
+const MARKUP: u64 = 64 << 10;
+
+/// Reads every array. Those that share a name (connectivity of several kinds of cells) keep the last one's numbers.
+pub fn read(path: &Path) -> Result<Arrays, Error> {
+    let bytes = fs::read(path).map_err(Error::input(path.display()))?;
+    let damaged = |why: String| Refusal::file(path, format!("{why}; run the scenario again"));
+    let markup = find(&bytes, APPENDED).unwrap_or(bytes.len());
+    let (markup, appended) = bytes.split_at(markup);
+    let text = String::from_utf8_lossy(markup);
+    let mut arrays = Arrays::new();
+    for part in text.split("<DataArray ").skip(1) {
+        let (tag, rest) = part
+            .split_once('>')
+            .ok_or_else(|| damaged("an unfinished DataArray".into()))?;
+        let name = attribute(tag, "Name");
+        let name = name.ok_or_else(|| damaged("a DataArray without a name".into()))?;
+        let numbers = match attribute(tag, "offset") {
+            None => as_text(rest),
+            Some(offset) => appended_numbers(&text, appended, tag, offset),
+        };
+        let numbers = numbers.map_err(|why| damaged(format!("array {name} {why}")))?;
+        arrays.insert(name.to_string(), numbers);
+    }
+    Ok(arrays)
+}
+
+/// Ranges that the file itself tells, which are those of the numbers that its author had; none of a file that tells none.
+pub fn ranges(path: &Path) -> Result<Ranges, Error> {
+    let mut start = Vec::new();
+    File::open(path)
+        .and_then(|file| file.take(MARKUP).read_to_end(&mut start))
+        .map_err(Error::input(path.display()))?;
+    let Some(markup) = find(&start, APPENDED) else {
+        return Ok(Ranges::new());
+    };
+    let text = String::from_utf8_lossy(&start[..markup]);
+    let sections = ["PointData", "CellData"].map(|section| {
+        let inside = text.split_once(&format!("<{section}>"));
+        let inside = inside.and_then(|(_, rest)| rest.split_once(&format!("</{section}>")));
+        inside.map_or("", |(inside, _)| inside)
+    });
+    let tags = sections
+        .iter()
+        .flat_map(|text| text.split("<DataArray ").skip(1));
+    let named = tags.filter_map(|tag| {
+        let bounds = ["RangeMin", "RangeMax"].map(|key| attribute(tag, key)?.parse().ok());
+        let [least, largest] = bounds;
+        Some((
+            attribute(tag, "Name")?.to_string(),
+            Some([least?, largest?]),
+        ))
+    });
+    Ok(named.collect())
+}
+
+fn find(bytes: &[u8], mark: &[u8]) -> Option<usize> {
+    bytes.windows(mark.len()).position(|window| window == mark)
+}
+
+/// The value of an attribute of a tag.
+fn attribute<'a>(tag: &'a str, name: &str) -> Option<&'a str> {
+    let (_, rest) = tag.split_once(&format!("{name}=\""))?;
+    rest.split('"').next()
+}
+
+fn as_text(rest: &str) -> Result<Vec<f64>, String> {
+    let body = rest.split("</DataArray>").next().unwrap_or_default();
+    let numbers: Result<Vec<f64>, _> = body.split_ascii_whitespace().map(str::parse).collect();
+    numbers.map_err(|_| "is neither text nor appended as raw bytes".into())
+}
+
+/// Numbers of an appended array: their length in bytes stands before them.
+fn appended_numbers(
+    markup: &str,
+    appended: &[u8],
+    tag: &str,
+    offset: &str,
+) -> Result<Vec<f64>, String> {
+    for (foreign, why) in [
+        ("compressor=", "is compressed, which is not read"),
+        (
+            "byte_order=\"BigEndian\"",
+            "is big-endian, which is not read",
+        ),
+    ] {
+        if markup.contains(foreign) {
+            return Err(why.into());
+        }
+    }
+    let begin = find(appended, b"_").ok_or("has no data behind it")? + 1;
+    if !String::from_utf8_lossy(&appended[..begin]).contains("\"raw\"") {
+        return Err("is encoded in another way than raw, which is not read".into());
+    }
+    let offset: usize = offset.parse().map_err(|_| "has no number as its offset")?;
+    let short = || format!("reaches beyond the end of the file (offset {offset})");
+    let header = if markup.contains("header_type=\"UInt64\"") {
+        8
+    } else {
+        4
+    };
+    let bytes = appended.get(begin + offset..).ok_or_else(short)?;
+    let (length, bytes) = bytes.split_at_checked(header).ok_or_else(short)?;
+    let length = length
+        .iter()
+        .rev()
+        .fold(0, |sum, byte| sum << 8 | usize::from(*byte));
+    let bytes = bytes.get(..length).ok_or_else(short)?;
+    let kind = attribute(tag, "type").unwrap_or_default();
+    let (size, number) = kind_of(kind).ok_or(format!("has numbers of the kind `{kind}`"))?;
+    Ok(bytes.chunks_exact(size).map(number).collect())
+}
+
+/// The value of a number from its bytes.
+type Value = fn(&[u8]) -> f64;
+
+/// Size of a number (bytes) of this kind, and its value.
+fn kind_of(kind: &str) -> Option<(usize, Value)> {
+    /// The bytes of a number; chunks have its size.
+    fn exact<const N: usize>(bytes: &[u8]) -> [u8; N] {
+        bytes.try_into().expect("chunks have this size")
+    }
+    Some(match kind {
+        "Float64" => (8, |b| f64::from_le_bytes(exact(b))),
+        "Float32" => (4, |b| f32::from_le_bytes(exact(b)).into()),
+        "Int64" => (8, |b| i64::from_le_bytes(exact(b)) as f64),
+        "UInt64" => (8, |b| u64::from_le_bytes(exact(b)) as f64),
+        "Int32" => (4, |b| i32::from_le_bytes(exact(b)).into()),
+        "UInt32" => (4, |b| u32::from_le_bytes(exact(b)).into()),
+        "Int16" => (2, |b| i16::from_le_bytes(exact(b)).into()),
+        "UInt16" => (2, |b| u16::from_le_bytes(exact(b)).into()),
+        "Int8" => (1, |b| i8::from_le_bytes(exact(b)).into()),
+        "UInt8" => (1, |b| b[0].into()),
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kit::scratch::Scratch;
+    use kit::vtk::{Kind, VtkFile};
+
+    fn file(name: &str) -> (Scratch, std::path::PathBuf) {
+        let scratch = Scratch::new(name, 1);
+        fs::create_dir_all(scratch.path()).expect("a folder");
+        let path = scratch.path().join("two-hold.vtp");
+        (scratch, path)
+    }
+
+    fn written(path: &Path) {
+        let mut file = VtkFile::new("PolyData", &[("NumberOfPoints", 2)]);
+        file.section("Points", |file| {
+            let points = [[0.1, 0.2, 0.0], [f64::MIN_POSITIVE, -1e300, 0.0]];
+            file.array(Kind::Float64, "points", points.into_iter());
+        });
+        file.section("PointData", |file| {
+            let speeds = [[3.0, 4.0, 0.0], [0.0, -1.0, 0.0]];
+            file.array(Kind::Float64, "velocity_m_per_s", speeds.into_iter());
+            let counts = [[-7.0], [2.0]];
+            file.array(Kind::Int64, "count", counts.into_iter());
+            file.array(Kind::Float64, "gap_m", std::iter::empty::<[f64; 1]>());
+        });
+        file.write(path).expect("it can be written");
+    }
+
+    #[test]
+    fn appended_arrays_come_back_with_all_their_bits_and_their_ranges() {
+        let (_scratch, path) = file("vtk-bits");
+        written(&path);
+        let arrays = read(&path).expect("it is ours");
+        let points = [0.1, 0.2, 0.0, f64::MIN_POSITIVE, -1e300, 0.0];
+        assert_eq!(arrays["points"], points);
+        assert_eq!(arrays["count"], [-7.0, 2.0]);
+        let ranges = ranges(&path).expect("it is ours");
+        assert_eq!(ranges["velocity_m_per_s"], Some([1.0, 5.0]));
+        assert_eq!(ranges["count"], Some([-7.0, 2.0]));
+        assert!(!ranges.contains_key("points"), "no data of points");
+    }
+
+    #[test]
+    fn a_file_that_ends_early_is_damaged_by_the_name_of_the_array() {
+        let (_scratch, path) = file("vtk-torn");
+        written(&path);
+        let bytes = fs::read(&path).expect("it is there");
+        fs::write(&path, &bytes[..bytes.len() - 60]).expect("it can be cut");
+        let error = read(&path)
+            .expect_err("the last arrays are cut")
+            .to_string();
+        assert!(error.contains("beyond the end of the file"), "{error}");
+        assert!(error.contains("two-hold.vtp"), "{error}");
+    }
+
+    #[test]
+    fn arrays_as_text_are_read_and_other_encodings_are_named() {
+        let (_scratch, path) = file("vtk-text");
+        let array = |body: &str| {
+            format!(
+                "<DataArray type=\"Float64\" Name=\"radius_m\" format=\"ascii\">{body}</DataArray>"
+            )
+        };
+        fs::write(&path, array(" 1e-3 2 ")).expect("a file");
+        assert_eq!(read(&path).expect("it is text")["radius_m"], [1e-3, 2.0]);
+        assert!(ranges(&path).expect("it tells none").is_empty());
+        fs::write(&path, array("AAAA")).expect("a file");
+        let error = read(&path).expect_err("it is base64").to_string();
+        assert!(error.contains("radius_m"), "{error}");
+    }
+}

@@ -1,0 +1,31 @@
+//! Participants: their start, their life, and the ways to speak to them.
+//!
+//! - [`registry`]: the solvers that the binary ships; [`watch`]: signals that end a run;
+//! - [`process`], [`printed`], [`peer`], [`launch`]: one participant, its words, its connection and its life, and its start;
+//! - [`communicator`]: requests and answers of all of them; [`journal`], [`recorded`]: the same written down; [`rehearsed`]: the
+//!   same compared with a log;
+//! - [`handshake`]: the greeting; [`admission`]: what a participant says of itself, checked; [`farewell`]: its last
+//!   words, read with patience;
+//! - [`remote`]: participants behind frames, as schemes see them; in memory they are
+//!   [`LinearPair`](scheme::predict::linear_pair::LinearPair).
+
+pub mod admission;
+pub mod communicator;
+pub mod farewell;
+pub mod handshake;
+pub mod journal;
+pub mod launch;
+pub mod peer;
+pub mod printed;
+pub mod process;
+pub mod recorded;
+pub mod registry;
+pub mod rehearsed;
+pub mod remote;
+pub mod watch;
+
+pub use communicator::{Communicator, Peers};
+pub use launch::Launcher;
+pub use peer::{Life, Peer};
+pub use registry::{Registry, Solver};
+pub use watch::Watch;

@@ -1,0 +1,124 @@
+//! The exchange journal: log and hash of all frames that carry interface data.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use crate::error::{Error, Refusal};
+use exchange_log::{Entry, Exchange, ExchangeHasher, LogStats, Recorder, recover};
+
+/// Doubles that may wait for the end of their window.
+const WAITING_DOUBLES: usize = 1 << 17;
+
+/// Log and hash of an exchange. The messages of a window are hashed and logged when it ends: the participants are then at work
+/// on the next one, so that nobody waits for it.
+#[derive(Default)]
+pub struct Journal {
+    waiting: Vec<Exchange>,
+    waiting_doubles: usize,
+    hasher: ExchangeHasher,
+    hash_wall: Duration,
+    recorder: Option<Recorder>,
+    blocks: u64,
+}
+
+/// A finished journal.
+#[derive(Clone, Debug)]
+pub struct Closed {
+    /// `hashes.exchange`.
+    pub hash: String,
+    /// Wall-clock time that it took.
+    pub hash_wall: Duration,
+    /// The log, if there is one.
+    pub log: Option<LogStats>,
+}
+
+impl Journal {
+    /// An empty journal; it only hashes without a recorder.
+    pub fn new(recorder: Option<Recorder>) -> Journal {
+        Journal {
+            recorder,
+            ..Journal::default()
+        }
+    }
+
+    /// Begins with the first `blocks` of the log of another run, which is gone on with. Returns the messages of the
+    /// first of them, the handshake of a coupled run.
+    pub fn carry_over(&mut self, log: &Path, blocks: u64) -> Result<Vec<Exchange>, Error> {
+        let mut first = Vec::new();
+        for entry in recover(log)? {
+            match entry? {
+                Entry::Exchange(message) => {
+                    if self.blocks == 0 {
+                        first.push(message.clone());
+                    }
+                    self.add(message)?;
+                }
+                Entry::WindowEnd(window) => self.end_window(window)?,
+            }
+            if self.blocks == blocks {
+                return Ok(first);
+            }
+        }
+        let found = self.blocks;
+        Err(Refusal::file(log, format!("{found} of {blocks} blocks can be read")).into())
+    }
+
+    /// Adds a message.
+    pub fn add(&mut self, exchange: Exchange) -> Result<(), Error> {
+        self.waiting_doubles += exchange.frame.payload.len();
+        self.waiting.push(exchange);
+        if self.waiting_doubles < WAITING_DOUBLES {
+            return Ok(());
+        }
+        self.write_down(None)
+    }
+
+    /// Ends a block, the handshake or a window.
+    pub fn end_window(&mut self, window: u64) -> Result<(), Error> {
+        self.blocks += 1;
+        self.write_down(Some(window))
+    }
+
+    /// Sees that the log is on the disk; returns how many blocks it holds.
+    pub fn sync(&mut self) -> Result<u64, Error> {
+        self.write_down(None)?;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.sync()?;
+        }
+        Ok(self.blocks)
+    }
+
+    /// Completes both; the messages of a window that did not end are in them.
+    pub fn close(&mut self) -> Result<Closed, Error> {
+        let written = self.write_down(None);
+        let start = Instant::now();
+        let hash = std::mem::take(&mut self.hasher).finish();
+        let hash_wall = self.hash_wall + start.elapsed();
+        let log = self.recorder.take().map(Recorder::finish).transpose()?;
+        written?;
+        Ok(Closed {
+            hash,
+            hash_wall,
+            log,
+        })
+    }
+
+    /// Hashes and logs the waiting messages, and the end of a window if it is one.
+    fn write_down(&mut self, window: Option<u64>) -> Result<(), Error> {
+        self.waiting_doubles = 0;
+        let waiting = std::mem::take(&mut self.waiting);
+        let start = Instant::now();
+        for exchange in &waiting {
+            let (interface, sender) = (&exchange.interface, &exchange.sender);
+            self.hasher.add(interface, sender, &exchange.frame);
+        }
+        if window.is_some() {
+            self.hasher.end_window();
+        }
+        self.hash_wall += start.elapsed();
+        match &mut self.recorder {
+            Some(recorder) => Ok(recorder.record(waiting, window)?),
+            None => Ok(()),
+        }
+    }
+}

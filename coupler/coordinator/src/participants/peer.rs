@@ -1,0 +1,408 @@
+//! One participant, seen from the coordinator: its connection and its life.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, OnceLock};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use protocol::busy::{BusyTimes, monotonic_ns};
+use protocol::link::channel;
+use protocol::{Frame, Header, Kind, Link, LinkError, NodeError, PROTOCOL_VERSION};
+use serde::de::DeserializeOwned;
+
+use super::process::{self, Process};
+use super::watch::Watch;
+use crate::error::{Error, Refusal};
+use exchange_log::timing::RequestTimes;
+
+/// Time after which a wait looks up from the connection to see whether the peer still lives.
+const SLICE: Duration = Duration::from_millis(50);
+
+/// The life at the other end of a connection.
+pub enum Life {
+    /// In a process of its own.
+    Process(Process),
+    /// In a thread of the coordinator.
+    Thread(Option<JoinHandle<Result<(), String>>>),
+    /// In a log.
+    Tape,
+    /// At the far end of a simulated connection; says how it ended once it has.
+    Simulated(Arc<OnceLock<String>>),
+}
+
+/// A wait: its deadline with the key that sets it, and the signals that end it.
+pub struct Wait<'a> {
+    /// Deadline (s).
+    pub seconds: f64,
+    /// Key below `run.deadlines`.
+    pub key: &'static str,
+    /// Signals.
+    pub watch: &'a Watch,
+}
+
+/// One participant.
+pub struct Peer {
+    /// Name in the scenario.
+    pub name: String,
+    link: Box<dyn Link>,
+    /// Ends after its connection was closed.
+    life: Life,
+    /// The last request, for messages.
+    asked: String,
+    /// A request that was sent before its turn.
+    early: Option<Frame>,
+    /// Requests that are not answered yet.
+    open: VecDeque<Asked>,
+    /// Requests that were answered.
+    answered: u64,
+    /// The fault that it answered, after which it ends.
+    pub fault: Option<NodeError>,
+    /// Times in which the coordinator did nothing but wait for its answers.
+    pub awaited: BusyTimes,
+    /// Length of all of these times (ns).
+    pub waited_ns: u64,
+    /// The end of the last one (ns of the monotonic clock).
+    pub heard_ns: u64,
+    /// Times of the requests that it answered, if they are kept.
+    pub times: Option<Vec<RequestTimes>>,
+}
+
+/// A request that was sent.
+#[derive(Clone, Copy)]
+struct Asked {
+    header: Header,
+    at_ns: u64,
+}
+
+impl Peer {
+    /// Joins a connection with the life at its other end.
+    pub fn new(name: &str, link: Box<dyn Link>, life: Life) -> Peer {
+        Peer {
+            name: name.to_string(),
+            link,
+            life,
+            asked: "during its launch".into(),
+            early: None,
+            open: VecDeque::new(),
+            answered: 0,
+            fault: None,
+            awaited: BusyTimes::default(),
+            waited_ns: 0,
+            heard_ns: 0,
+            times: None,
+        }
+    }
+
+    /// Its process, unless it lives in this one.
+    pub fn process(&mut self) -> Option<&mut Process> {
+        match &mut self.life {
+            Life::Process(process) => Some(process),
+            Life::Thread(_) | Life::Tape | Life::Simulated(_) => None,
+        }
+    }
+
+    /// Closes the connection without a word.
+    pub fn hang_up(&mut self) {
+        self.link = Box::new(channel::pair().0);
+    }
+
+    /// Sends a request whose turn has come and returns its frame. One that was sent early is taken as it is, so that it is made,
+    /// and its payload summed up, once.
+    pub fn send(&mut self, header: Header, payload: Vec<f64>, wait: &Wait) -> Result<Frame, Error> {
+        if let Some(sent) = self.early.take() {
+            if says(&sent, &header, &payload) {
+                self.asked = asked(&sent);
+                return Ok(sent);
+            }
+            self.discard(&sent, wait)?;
+        }
+        let mut frame = Frame::new(header, payload);
+        self.asked = asked(&frame);
+        self.transmit(&mut frame, wait)?;
+        Ok(frame)
+    }
+
+    /// Sends a request that will be the next while the answer to the one before is still to come: the peer then need not sleep in
+    /// between. One at most is under way; a tape is told nothing before its turn.
+    pub fn send_early(
+        &mut self,
+        header: Header,
+        payload: Vec<f64>,
+        wait: &Wait,
+    ) -> Result<(), Error> {
+        if self.early.is_none() && !matches!(self.life, Life::Tape) {
+            let mut frame = Frame::new(header, payload);
+            self.transmit(&mut frame, wait)?;
+            self.early = Some(frame);
+        }
+        Ok(())
+    }
+
+    /// Waits for the answer to a request that something else came before: a checkpoint, fields, the end. Only windows
+    /// are begun early, and a window that is not accepted changes nothing.
+    fn discard(&mut self, sent: &Frame, wait: &Wait) -> Result<(), Error> {
+        self.asked = asked(sent);
+        self.receive(Kind::Motion, wait).map(|_| ())
+    }
+
+    fn transmit(&mut self, frame: &mut Frame, wait: &Wait) -> Result<(), Error> {
+        let turn = self.answered + self.open.len() as u64;
+        // The log has frames as they are without a link.
+        let header = frame.header;
+        self.open.push_back(Asked {
+            header,
+            at_ns: monotonic_ns(),
+        });
+        frame.stamp(turn);
+        let sent = self.hand_over(frame, wait);
+        frame.header = header;
+        sent
+    }
+
+    fn hand_over(&mut self, frame: &Frame, wait: &Wait) -> Result<(), Error> {
+        let mut waited = Duration::ZERO;
+        loop {
+            wait.watch.check()?;
+            match self.link.send(frame, SLICE) {
+                Ok(()) => return Ok(()),
+                Err(LinkError::Full { .. }) => self.still_alive(&mut waited, wait)?,
+                Err(error) => return Err(self.broken(error)),
+            }
+        }
+    }
+
+    /// Waits for the answer to the last request.
+    pub fn receive(&mut self, expected: Kind, wait: &Wait) -> Result<Frame, Error> {
+        let start_ns = monotonic_ns();
+        let asked = self.open.front().copied();
+        let answer = self.wait_for(expected, wait);
+        self.heard_ns = monotonic_ns();
+        self.waited_ns += self.heard_ns - start_ns;
+        self.awaited.add([start_ns, self.heard_ns]);
+        if let (Ok(_), Some(asked), Some(times)) = (&answer, asked, &mut self.times) {
+            let answered = RequestTimes::answered_now(&asked.header, asked.at_ns, start_ns);
+            times.push(answered);
+        }
+        answer
+    }
+
+    fn wait_for(&mut self, expected: Kind, wait: &Wait) -> Result<Frame, Error> {
+        let mut waited = Duration::ZERO;
+        loop {
+            wait.watch.check()?;
+            match self.link.receive(SLICE) {
+                Ok(Some(frame)) => return self.accept(frame, expected),
+                Ok(None) => {
+                    if let Err(error) = self.still_alive(&mut waited, wait) {
+                        return self.last_word(error, expected);
+                    }
+                }
+                Err(error) => return Err(self.broken(error)),
+            }
+        }
+    }
+
+    /// Looks once more for an answer: a peer that has ended may have given it since the last look, its farewell or its fault.
+    fn last_word(&mut self, error: Error, expected: Kind) -> Result<Frame, Error> {
+        match self.link.receive(Duration::ZERO) {
+            Ok(Some(frame)) => self.accept(frame, expected),
+            _ => Err(error),
+        }
+    }
+
+    /// Takes an answer for what it says it is: it must have the turn of the oldest open request, and its header.
+    fn accept(&mut self, mut frame: Frame, expected: Kind) -> Result<Frame, Error> {
+        if frame.header.protocol != PROTOCOL_VERSION {
+            return Err(Error::from(Refusal::Version {
+                participant: self.name.clone(),
+                theirs: frame.header.protocol,
+                ours: PROTOCOL_VERSION,
+            }));
+        }
+        let opened = frame.open(self.answered).and_then(|()| frame.kind());
+        let kind = opened.map_err(|error| self.protocol_error(error.to_string()))?;
+        if kind == Kind::Fault {
+            return Err(self.hear_fault(&frame));
+        }
+        if kind != expected {
+            let why = format!("answered {kind:?} where {expected:?} was due");
+            return Err(self.protocol_error(why));
+        }
+        let request = self.open.pop_front();
+        self.answered += 1;
+        if kind == Kind::Finished {
+            self.life.take_leave();
+        }
+        match request.and_then(|asked| other_subject(&asked.header, &frame.header)) {
+            None => Ok(frame),
+            Some(why) => Err(self.protocol_error(why)),
+        }
+    }
+
+    fn hear_fault(&mut self, frame: &Frame) -> Error {
+        match read_json::<NodeError>(frame) {
+            Ok(error) => {
+                self.fault = Some(error.clone());
+                Error::of_participant(&self.name, &self.asked, error)
+            }
+            Err(_) => self.protocol_error("reported a fault that cannot be read".into()),
+        }
+    }
+
+    fn lost(&self, why: String) -> Error {
+        Error::PeerLost {
+            peer: self.name.clone(),
+            phase: self.asked.clone(),
+            why,
+        }
+    }
+
+    /// The error of an answer that does not belong here.
+    pub fn protocol_error(&self, why: String) -> Error {
+        Error::Protocol {
+            peer: self.name.clone(),
+            phase: self.asked.clone(),
+            why,
+        }
+    }
+
+    /// Tells a peer that died from one that is silent, and a silent one from one that is stopped.
+    /// The time waited is what calls of the link have taken: a coordinator that was stopped itself has waited for nobody.
+    fn still_alive(&mut self, waited: &mut Duration, wait: &Wait) -> Result<(), Error> {
+        let ended = match &mut self.life {
+            Life::Process(child) => match child.try_wait() {
+                Ok(Some(status)) => {
+                    let words = child.last_words();
+                    let said = if words.is_empty() {
+                        "it printed nothing".to_string()
+                    } else {
+                        format!("it printed last: {words}")
+                    };
+                    Some(format!("its process ended with {status}; {said}"))
+                }
+                _ => None,
+            },
+            Life::Thread(Some(thread)) if thread.is_finished() => Some("its thread ended".into()),
+            Life::Simulated(end) => end.get().cloned(),
+            _ => None,
+        };
+        if let Some(why) = ended {
+            return Err(self.lost(why));
+        }
+        // The grace that a signal leaves to a window is wasted on a peer that stands still.
+        if let Some(error) = wait.watch.interrupted().filter(|_| self.life.is_stopped()) {
+            return Err(error);
+        }
+        *waited += SLICE;
+        if waited.as_secs_f64() < wait.seconds {
+            return Ok(());
+        }
+        Err(Error::Deadline {
+            peer: self.name.clone(),
+            phase: self.asked.clone(),
+            seconds: wait.seconds,
+            state: self.life.state(),
+            key: wait.key,
+        })
+    }
+
+    fn broken(&self, error: LinkError) -> Error {
+        match error {
+            LinkError::Closed => self.lost("it closed the connection".into()),
+            other => self.protocol_error(other.to_string()),
+        }
+    }
+}
+
+impl Life {
+    /// True for a process that was stopped from outside.
+    fn is_stopped(&self) -> bool {
+        matches!(self, Life::Process(process) if process::is_stopped(process.id()))
+    }
+
+    /// Gives it time to end after its farewell.
+    fn take_leave(&mut self) {
+        if let Life::Process(process) = self {
+            process.said_farewell();
+        }
+    }
+
+    /// Describes what can be seen of a peer that does not answer.
+    fn state(&self) -> String {
+        match self {
+            Life::Process(child) if process::is_stopped(child.id()) => {
+                let pid = child.id();
+                format!("process {pid} is alive but stopped (SIGSTOP or a debugger)")
+            }
+            Life::Process(child) => format!("process {} is alive but silent", child.id()),
+            Life::Thread(_) => "its thread is alive but silent".into(),
+            Life::Tape => "the log holds no answer".into(),
+            Life::Simulated(_) => "it is silent".into(),
+        }
+    }
+}
+
+impl Drop for Life {
+    /// Sees that nothing of the participant is left running.
+    fn drop(&mut self) {
+        match self {
+            Life::Thread(thread) => drop(thread.take().map(JoinHandle::join)),
+            // A process ends itself when dropped.
+            Life::Process(_) | Life::Tape | Life::Simulated(_) => {}
+        }
+    }
+}
+
+/// Reads the text of a frame as JSON.
+pub fn read_json<T: DeserializeOwned>(frame: &Frame) -> Result<T, String> {
+    let text = frame.text().map_err(|error| error.to_string())?;
+    serde_json::from_str(&text).map_err(|error| error.to_string())
+}
+
+/// The difference of an answer's header from its request's, which it must repeat.
+fn other_subject(request: &Header, answer: &Header) -> Option<String> {
+    let repeated = Header {
+        kind: answer.kind,
+        protocol: answer.protocol,
+        run_id: answer.run_id,
+        count: answer.count,
+        checksum: answer.checksum,
+        ..*request
+    };
+    (repeated != *answer).then(|| format!("answered for {}", answer.subject()))
+}
+
+/// Tells if a frame says this to the last bit. Equal payloads have equal counts and checksums, which the header of a
+/// frame still to be made lacks.
+fn says(frame: &Frame, header: &Header, payload: &[f64]) -> bool {
+    let header = Header {
+        count: frame.header.count,
+        checksum: frame.header.checksum,
+        ..*header
+    };
+    let bits = |value: &f64| value.to_bits();
+    frame.header == header && frame.payload.iter().map(bits).eq(payload.iter().map(bits))
+}
+
+/// The request and its time, as messages say it.
+fn asked(frame: &Frame) -> String {
+    let header = &frame.header;
+    match Kind::from_number(header.kind) {
+        Some(
+            kind @ (Kind::Advance
+            | Kind::PrescribeVelocity
+            | Kind::Solve
+            | Kind::Commit
+            | Kind::AdvanceAlone),
+        ) => format!(
+            "in window {}, iteration {} ({kind:?}, t = {:.6e} s)",
+            header.window, header.iteration, header.t0_s
+        ),
+        Some(Kind::Hello) => "during its set-up".into(),
+        Some(kind) => format!("at the handshake ({kind:?})"),
+        None => "outside the protocol".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests;

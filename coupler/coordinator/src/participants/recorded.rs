@@ -1,0 +1,118 @@
+//! A communicator whose exchange is written down.
+
+use mcap::McapError;
+use protocol::serve::Farewell;
+use protocol::{Frame, Kind};
+
+use super::communicator::{Communicator, Peers};
+use super::journal::Journal;
+use crate::error::Error;
+use exchange_log::timing::{OwnTimes, TimingLog};
+use exchange_log::{COUPLER, Exchange};
+
+/// Participants whose exchange is recorded and hashed. A request that is sent early is recorded when its turn has come.
+pub struct Recorded {
+    /// The participants: requests that go to them directly are not recorded.
+    pub peers: Peers,
+    /// Log and hash.
+    pub journal: Journal,
+    /// Times of the requests, if they are written down.
+    timing: Option<TimingLog>,
+    /// Reason for which times are not written down any more.
+    pub untimed: Option<String>,
+}
+
+impl Recorded {
+    /// Participants whose times are written down as well if there is a place for them.
+    pub fn new(mut peers: Peers, journal: Journal, timing: Option<TimingLog>) -> Recorded {
+        if timing.is_some() {
+            peers.keep_times();
+        }
+        Recorded {
+            peers,
+            journal,
+            timing,
+            untimed: None,
+        }
+    }
+
+    /// Writes down what participants say of their own time.
+    pub fn tell_times(&mut self, farewells: &[Farewell]) {
+        self.note_times();
+        for (participant, farewell) in farewells.iter().enumerate() {
+            let own = OwnTimes::of(farewell);
+            self.write_times(|timing, _| timing.tell(participant, &own));
+        }
+    }
+
+    /// Completes the file of times.
+    pub fn close_times(&mut self) {
+        self.note_times();
+        self.write_times(|timing, _| timing.finish());
+    }
+
+    fn note_times(&mut self) {
+        self.write_times(|timing, peers| {
+            (0..peers.count()).try_for_each(|peer| {
+                let times = peers.peer(peer).times.as_mut();
+                times.map_or(Ok(()), |times| timing.add(peer, times))
+            })
+        });
+    }
+
+    /// Times are a convenience: a run goes on without them, and says so.
+    fn write_times(
+        &mut self,
+        write: impl FnOnce(&mut TimingLog, &mut Peers) -> Result<(), McapError>,
+    ) {
+        let Some(timing) = &mut self.timing else {
+            return;
+        };
+        if let Err(error) = write(timing, &mut self.peers) {
+            self.untimed = Some(error.to_string());
+            self.timing = None;
+            self.peers.forget_times();
+        }
+    }
+}
+
+/// A message between the coupler and a participant, as the log has it; `None` for a frame that carries no interface data.
+pub fn exchange(peers: &Peers, peer: usize, answer: bool, frame: &Frame) -> Option<Exchange> {
+    if !Kind::from_number(frame.header.kind).is_some_and(Kind::is_exchange) {
+        return None;
+    }
+    let (name, coupler) = (peers.name(peer).to_string(), COUPLER.to_string());
+    let (sender, receiver) = if answer {
+        (name, coupler)
+    } else {
+        (coupler, name)
+    };
+    Some(Exchange {
+        interface: peers.labels[peer].name.clone(),
+        sender,
+        receiver,
+        frame: frame.clone(),
+    })
+}
+
+impl Communicator for Recorded {
+    fn peers(&self) -> &Peers {
+        &self.peers
+    }
+
+    fn peers_mut(&mut self) -> &mut Peers {
+        &mut self.peers
+    }
+
+    fn witness(&mut self, peer: usize, answer: bool, frame: &Frame) -> Result<(), Error> {
+        match exchange(&self.peers, peer, answer, frame) {
+            Some(exchange) => self.journal.add(exchange),
+            None => Ok(()),
+        }
+    }
+
+    fn end_window(&mut self, window: u64) -> Result<(), Error> {
+        self.note_times();
+        self.journal.end_window(window)
+    }
+}

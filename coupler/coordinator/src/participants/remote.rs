@@ -1,0 +1,191 @@
+//! Participants behind a communicator: every request of the port is a frame, every answer is checked.
+
+use nalgebra::DMatrix;
+use protocol::serve::unpack_boundary_answer;
+use protocol::{BoundaryAnswer, Description, Kind, Reaction, Surface, Window};
+
+use super::admission::{fault_of_columns, fault_of_surface};
+use super::communicator::Communicator;
+use super::handshake::Greeted;
+use crate::error::Error;
+use scheme::error::SchemeError;
+use scheme::participants::{Participants, Request};
+
+/// The participants of a run as schemes see them.
+pub struct Remote<'a> {
+    communicator: &'a mut dyn Communicator,
+    greeted: &'a [Greeted],
+}
+
+impl<'a> Remote<'a> {
+    /// Participants that answered the greeting, in the order of the scenario.
+    pub fn new(communicator: &'a mut dyn Communicator, greeted: &'a [Greeted]) -> Remote<'a> {
+        Remote {
+            communicator,
+            greeted,
+        }
+    }
+
+    /// A matrix (n x n, column-major) of a window.
+    fn columns(
+        &mut self,
+        peer: usize,
+        (kind, answer): (Kind, Kind),
+        window: &Window,
+        n: usize,
+    ) -> Result<DMatrix<f64>, Error> {
+        self.communicator.tell(peer, kind, window, Vec::new())?;
+        let numbers = self
+            .communicator
+            .hear_exactly(peer, answer, window, n * n)?;
+        let matrix = DMatrix::from_vec(n, n, numbers);
+        match fault_of_columns(&matrix) {
+            None => Ok(matrix),
+            Some(why) => Err(self.communicator.peers().protocol_error(peer, why)),
+        }
+    }
+}
+
+impl Participants for Remote<'_> {
+    fn count(&self) -> usize {
+        self.greeted.len()
+    }
+
+    fn name(&self, peer: usize) -> &str {
+        self.communicator.peers().name(peer)
+    }
+
+    fn description(&self, peer: usize) -> &Description {
+        &self.greeted[peer].description
+    }
+
+    fn couple(&mut self, peer: usize, set: &str) -> Result<Surface, SchemeError> {
+        self.communicator.tell_text(peer, Kind::Couple, set)?;
+        let frame = self.communicator.receive(peer, Kind::Surface)?;
+        let sound = |surface| fault_of_surface(&surface).map_or(Ok(surface), Err);
+        let incomplete = || "sent an incomplete surface".to_string();
+        let surface = Surface::from_rows(&frame.payload).ok_or_else(incomplete);
+        let peers = self.communicator.peers();
+        surface
+            .and_then(sound)
+            .map_err(|why| peers.protocol_error(peer, why).into())
+    }
+
+    fn select(&mut self, peer: usize, points: &[usize]) -> Result<(), SchemeError> {
+        let indices = points.iter().map(|index| *index as f64).collect();
+        let kinds = (Kind::Select, Kind::Ready);
+        self.communicator
+            .ask(peer, kinds, &Window::default(), indices)?;
+        Ok(())
+    }
+
+    fn compliance(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<DMatrix<f64>, SchemeError> {
+        Ok(self.columns(peer, (Kind::Columns, Kind::Compliance), window, n)?)
+    }
+
+    fn impedance(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<DMatrix<f64>, SchemeError> {
+        Ok(self.columns(peer, (Kind::ImpedanceColumns, Kind::Impedance), window, n)?)
+    }
+
+    fn set_boundary(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        window_s: f64,
+        compliance: &DMatrix<f64>,
+    ) -> Result<(), SchemeError> {
+        let payload = [&[window_s], compliance.as_slice()].concat();
+        let kinds = (Kind::CompliantBoundary, Kind::Ready);
+        self.communicator.ask(peer, kinds, window, payload)?;
+        Ok(())
+    }
+
+    fn begin(&mut self, peer: usize, window: &Window, request: Request) -> Result<(), SchemeError> {
+        let (kind, numbers) = match request {
+            Request::Advance(force) => (Kind::Advance, force),
+            Request::PrescribeVelocity(velocity) => (Kind::PrescribeVelocity, velocity),
+            Request::Solve(free_velocity) => (Kind::Solve, free_velocity),
+        };
+        Ok(self
+            .communicator
+            .tell(peer, kind, window, numbers.to_vec())?)
+    }
+
+    fn finish_advance(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<Vec<f64>, SchemeError> {
+        Ok(self
+            .communicator
+            .hear_exactly(peer, Kind::Motion, window, n)?)
+    }
+
+    fn finish_prescribed_velocity(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<Reaction, SchemeError> {
+        let numbers = self
+            .communicator
+            .hear_exactly(peer, Kind::Reaction, window, 3 * n)?;
+        Ok(Reaction {
+            force: numbers[..n].to_vec(),
+            increment: numbers[n..2 * n].to_vec(),
+            work: numbers[2 * n..].to_vec(),
+        })
+    }
+
+    fn finish_solve(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<BoundaryAnswer, SchemeError> {
+        let numbers = self
+            .communicator
+            .hear_exactly(peer, Kind::Force, window, 2 * n + 3)?;
+        Ok(unpack_boundary_answer(&numbers, n).expect("the length was checked"))
+    }
+
+    fn accept(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        displacement: &[f64],
+    ) -> Result<(), SchemeError> {
+        Ok(self
+            .communicator
+            .tell(peer, Kind::Commit, window, displacement.to_vec())?)
+    }
+
+    fn begin_early(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        force: &[f64],
+    ) -> Result<(), SchemeError> {
+        let header = self
+            .communicator
+            .peers()
+            .header(peer, Kind::Advance, window);
+        let peers = self.communicator.peers_mut();
+        Ok(peers.send_early(peer, header, force.to_vec())?)
+    }
+
+    fn report(&mut self, peer: usize) -> Result<Vec<f64>, SchemeError> {
+        Ok(self.communicator.receive(peer, Kind::Report)?.payload)
+    }
+}

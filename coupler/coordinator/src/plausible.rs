@@ -1,0 +1,330 @@
+//! Warnings of a run: what its participants found about themselves, and what the coupler finds about forces, energies and joins.
+
+use kit::Bounds;
+use protocol::{Description, Finding, HeldLoad, larger};
+use serde::Serialize;
+
+use crate::error::Error;
+use crate::scenario::Plausible;
+use scheme::group::{Group, Patch};
+use scheme::ledger::ratio;
+
+/// A line of `warnings` in summary.json.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Warning {
+    /// Word for scripts: that of a check, `advice` for a text that has no number, `unused_key`.
+    pub code: String,
+    /// Participant, interface or key that it is about, as the scenario names it.
+    #[serde(rename = "where")]
+    pub place: String,
+    /// The fault in words, and what to do about it.
+    pub text: String,
+    /// The value, where the check has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
+    /// The bound that it passed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound: Option<f64>,
+    /// True beyond the second bound.
+    #[serde(skip)]
+    pub suspect: bool,
+}
+
+impl Warning {
+    /// A text without a number.
+    pub fn advice(code: &str, place: &str, text: impl Into<String>) -> Warning {
+        Warning {
+            code: code.into(),
+            place: place.into(),
+            text: text.into(),
+            value: None,
+            bound: None,
+            suspect: false,
+        }
+    }
+
+    /// A run that took longer (s) than the time by which its setting was chosen.
+    pub fn over_budget(wall_s: f64, limit_s: f64) -> Warning {
+        let text = "the run took longer than its budget: the first second foretold less, or the machine was busy with something else";
+        Warning {
+            value: Some(wall_s),
+            bound: Some(limit_s),
+            ..Warning::advice("budget", "--budget wall", text)
+        }
+    }
+
+    /// A value beyond its bound.
+    pub fn of(place: &str, finding: Finding) -> Warning {
+        Warning {
+            value: Some(finding.value),
+            bound: Some(finding.bound),
+            suspect: finding.suspect,
+            ..Warning::advice(&finding.code, place, finding.text)
+        }
+    }
+
+    /// One line for a person.
+    pub fn line(&self) -> String {
+        let numbers = self.value.zip(self.bound);
+        let numbers = numbers.map_or_else(String::new, |(value, bound)| {
+            format!(" (value {value:.4e}, bound {bound:e})")
+        });
+        let (code, place, text) = (&self.code, &self.place, &self.text);
+        format!("warning[{code}]: {place}: {text}{numbers}")
+    }
+}
+
+/// The force through the interfaces of a participant against the load that it holds. `through_n` is what leaves the
+/// participant downwards, the mean over the same time (N).
+pub fn force_balance(bounds: Bounds, load: HeldLoad, through_n: f64) -> Option<Finding> {
+    let off = [load.wanted_n, load.mean_n].map(|force| (through_n - force).abs());
+    let value = larger(off[0], off[1]) / load.wanted_n.abs();
+    let judged = bounds.judge("force_balance", value, || {
+        format!(
+            "its load is {:.5e} N and exerted {:.5e} N over the last half of the sampled phase, and {through_n:.5e} N went through its interfaces: nothing was at rest there, or something else bears the load; load more slowly, hold longer, or lower the masses",
+            load.wanted_n, load.mean_n
+        )
+    });
+    judged.filter(|_| load.wanted_n != 0.0)
+}
+
+/// The energy that a ledger cannot account for.
+pub fn energy_balance(bounds: Bounds, value: f64) -> Option<Finding> {
+    bounds.judge("energy_balance", value, || {
+        format!("{value:.3e} of the work done is neither stored nor dissipated by any account: shorten the step, or look for windows that were accepted without having converged")
+    })
+}
+
+/// An energy balance that was lost on the way, at this time (s). It is the second bound that decides.
+pub fn lost_balance(code: &str, bounds: Bounds, value: f64, time_s: f64) -> Option<Finding> {
+    let hopeless = Bounds {
+        warn: bounds.suspect,
+        ..bounds
+    };
+    hopeless.judge(code, value, || {
+        format!("at t = {time_s:.4e} s the energies do not balance: up to {value:.3e} of the work so far is neither stored nor dissipated, or was lost or made at an interface; whatever the end looks like, shorten the step or lower substeps, and look for windows that were accepted without having converged")
+    })
+}
+
+/// A signal that is no number.
+pub fn not_a_number(signal: &str, value: f64, time_s: f64) -> Option<Finding> {
+    let bounds = Bounds {
+        warn: 0.0,
+        suspect: f64::INFINITY,
+    };
+    bounds.judge("not_a_number", 1.0, || {
+        format!("its signal `{signal}` is {value} from t = {time_s:.4e} s on, or at times: signals.csv holds it as it came")
+    })
+}
+
+/// The work that went into a participant through its interfaces (J).
+#[derive(Clone, Copy, Debug)]
+pub struct InterfaceWorks {
+    /// As its ledger tells it.
+    pub told_j: f64,
+    /// By the forces and motions that were exchanged.
+    pub seen_j: f64,
+    /// Sum of the sizes of the latter.
+    pub size_j: f64,
+}
+
+impl InterfaceWorks {
+    /// Difference between the two, over the size.
+    pub fn apart_rel(&self) -> f64 {
+        ratio((self.told_j - self.seen_j).abs(), self.size_j)
+    }
+}
+
+/// The work at its interfaces that a participant tells.
+pub fn interface_work(bounds: Bounds, works: InterfaceWorks) -> Option<Finding> {
+    let InterfaceWorks { told_j, seen_j, .. } = works;
+    bounds.judge("interface_work", works.apart_rel(), || {
+        format!("its ledger says that {told_j:.6e} J went into it through its interfaces, by the forces and motions that it exchanged it was {seen_j:.6e} J: it does not answer for the state that it keeps, or its ledger is wrong; a window must begin at the committed state every time, increments are those of the window alone, and the work is force times increment")
+    })
+}
+
+/// Refuses a run in which a participant contradicts itself: its ledger, and what it answered, cannot both be of the state it kept.
+pub fn refuse_contradiction(judged: &[Warning]) -> Result<(), Error> {
+    let mut all = judged.iter();
+    match all.find(|warning| warning.suspect && warning.code == "interface_work") {
+        None => Ok(()),
+        Some(Warning { place, text, .. }) => Err(Error::Inconsistent(format!(
+            "participant `{place}`: {text}"
+        ))),
+    }
+}
+
+/// The energy that an interface lost or made.
+pub fn interface_energy(bounds: Bounds, value: f64) -> Option<Finding> {
+    bounds.judge("interface_energy", value, || {
+        format!("it lost or made {value:.3e} of the energy that went through it: lower substeps, or take a dual-schur scheme")
+    })
+}
+
+/// The gap that the windows left.
+pub fn gap(bounds: Bounds, value: f64) -> Option<Finding> {
+    bounds.judge("gap", value, || {
+        format!("a window was accepted with a gap of {value:.3e} node spacings: lower substeps, or take a scheme that closes it")
+    })
+}
+
+/// The shape of two surfaces that are joined.
+pub fn surface_offset(bounds: Bounds, value: f64) -> Option<Finding> {
+    bounds.judge("surface_offset", value, || {
+        format!("the shape of the row of its points is off that of the surface which carries them by {value:.3} of their spacing: give both sides the same shape (mesh.crown_radius_m and sample.crown_radius_m)")
+    })
+}
+
+/// The place of two surfaces that are joined.
+pub fn surface_distance(bounds: Bounds, value: f64) -> Option<Finding> {
+    bounds.judge("surface_distance", value, || {
+        format!("the row of its points lies {value:.3e} times the length that is joined away from the surface which carries them: each side may have an origin of its own, but check that both give metres")
+    })
+}
+
+/// Differences between the two surfaces of an interface.
+pub fn surfaces(bounds: &Plausible, patch: &Patch) -> Vec<Warning> {
+    let offset = patch.offset;
+    let found = [
+        surface_offset(bounds.surface_offset_rel, offset.shape_rel),
+        surface_distance(bounds.surface_distance_rel, offset.distance_rel),
+    ];
+    let found = found.into_iter().flatten();
+    found
+        .map(|finding| Warning::of(&patch.name, finding))
+        .collect()
+}
+
+/// The same with the points of the continuum, its name and what it says of itself beside it: what has a step of its own and moves
+/// through time weighs something.
+pub fn joined(
+    bounds: &Plausible,
+    group: &Group,
+    patch: &Patch,
+    (participant, told): (&str, &Description),
+) -> Vec<Warning> {
+    let mut found = surfaces(bounds, patch);
+    let masses = &group.nodes.mass_kg[patch.nodes.clone()];
+    let weightless = masses.iter().filter(|mass| **mass == 0.0).count();
+    if weightless > 0 && told.step_s.is_some() {
+        let text = format!(
+            "{weightless} of its {} exchanged points have no mass, although it has a step of its own: give them their lumped masses, or no step_s if it is always in equilibrium",
+            masses.len()
+        );
+        found.push(Warning::advice("weightless", participant, text));
+    }
+    found
+}
+
+/// Windows that were accepted all the same.
+pub fn not_converged(bounds: Bounds, accepted: u64, windows: u64) -> Option<Finding> {
+    let value = accepted as f64 / windows.max(1) as f64;
+    bounds.judge("not_converged", value, || {
+        format!("{accepted} of {windows} windows were accepted without having converged, as on_not_converged = \"accept\" asks")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::Plausible;
+
+    const BOUNDS: Bounds = Bounds {
+        warn: 0.02,
+        suspect: 0.1,
+    };
+
+    fn load(wanted_n: f64, mean_n: f64) -> HeldLoad {
+        HeldLoad { wanted_n, mean_n }
+    }
+
+    #[test]
+    fn the_interface_must_bear_the_load_that_is_wanted_and_the_one_that_is_exerted() {
+        let found = |through| force_balance(BOUNDS, load(100.0, 99.0), through).map(|f| f.suspect);
+        assert_eq!(found(100.0), None);
+        assert_eq!(found(97.0), Some(false));
+        assert_eq!(found(101.5), Some(false), "2.5 N above what is exerted");
+        assert_eq!(found(89.0), Some(true));
+        assert_eq!(found(-100.0), Some(true));
+        assert_eq!(found(f64::NAN), Some(true));
+        assert_eq!(force_balance(BOUNDS, load(0.0, 0.0), 1.0), None);
+    }
+
+    #[test]
+    fn a_warning_is_one_line_with_its_numbers() {
+        let finding = not_converged(BOUNDS, 3, 10).expect("three tenths");
+        let line = Warning::of("layer-base", finding).line();
+        assert!(
+            line.starts_with("warning[not_converged]: layer-base: 3 of 10 windows"),
+            "{line}"
+        );
+        assert!(line.ends_with("(value 3.0000e-1, bound 1e-1)"), "{line}");
+        let advice = Warning::advice("advice", "rail", "take care").line();
+        assert_eq!(advice, "warning[advice]: rail: take care");
+    }
+
+    /// Expects nothing just inside the first bound, a warning between both and a suspect run beyond the second.
+    fn judges([warn, suspect]: [f64; 2], found: impl Fn(f64) -> Option<Finding>) {
+        let [below, above] = [0.999, 1.001];
+        let cases = [
+            (below * warn, None),
+            (above * warn, Some(false)),
+            (below * suspect, Some(false)),
+            (above * suspect, Some(true)),
+        ];
+        for (value, expected) in cases {
+            let found = found(value);
+            assert_eq!(
+                found.as_ref().map(|f| f.suspect),
+                expected,
+                "{value}: {found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn each_check_has_the_bounds_of_the_manual() {
+        let bounds = Plausible::default();
+        for side in [1.0, -1.0] {
+            judges([0.02, 0.1], |value| {
+                let through = 100.0 * (1.0 + side * value);
+                force_balance(bounds.force_balance_rel, load(100.0, 100.0), through)
+            });
+        }
+        judges([0.01, 0.1], |v| {
+            energy_balance(bounds.energy_balance_rel, v)
+        });
+        judges([0.02, 0.1], |v| {
+            interface_energy(bounds.interface_energy_rel, v)
+        });
+        for side in [1.0, -1.0] {
+            judges([1e-6, 1e-3], |v| {
+                let works = InterfaceWorks {
+                    told_j: -3.0 + side * 5.0 * v,
+                    seen_j: -3.0,
+                    size_j: 5.0,
+                };
+                interface_work(bounds.interface_work_rel, works)
+            });
+        }
+        judges([0.01, 1.0], |v| gap(bounds.gap_rel, v));
+        judges([0.01, 0.3], |v| {
+            surface_offset(bounds.surface_offset_rel, v)
+        });
+        judges([10.0, 1e3], |v| {
+            surface_distance(bounds.surface_distance_rel, v)
+        });
+        let accepted = |windows| {
+            let found = not_converged(bounds.not_converged_rel, windows, 10_000);
+            found.map(|finding| finding.suspect)
+        };
+        let found = [0, 1, 100, 101].map(accepted);
+        assert_eq!(found, [None, Some(false), Some(false), Some(true)]);
+    }
+
+    #[test]
+    fn a_balance_that_is_lost_on_the_way_goes_by_the_second_bound() {
+        let found = |value| lost_balance("energy_balance", BOUNDS, value, 1.0).map(|f| f.suspect);
+        assert_eq!([0.0999, 0.1001].map(found), [None, Some(true)]);
+    }
+}

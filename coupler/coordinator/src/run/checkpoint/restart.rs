@@ -1,0 +1,193 @@
+//! The restart point of a resumed run: a checkpoint of another run directory, with the log and the outputs up to it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use protocol::{Frame, Kind, Window};
+
+use super::content::{About, Checkpoint, FOLDER};
+use super::file::{self, Unusable};
+use super::keeper::{about, participants};
+use crate::error::{Error, Refusal};
+use crate::output::collection::Moment;
+use crate::participants::Communicator;
+use crate::participants::handshake::Greeted;
+use crate::participants::remote::Remote;
+use crate::run::time_loop::GroupRun;
+use crate::rundir::{RunDir, write_whole};
+use crate::scenario::load::Loaded;
+use exchange_log::{Entry, recover};
+
+/// A checkpoint that can be gone on from.
+pub struct RestartPoint {
+    /// The run directory that it belongs to.
+    pub run: PathBuf,
+    /// Its file.
+    pub path: PathBuf,
+    /// Its author and subject.
+    pub about: About,
+    /// Its content.
+    pub checkpoint: Checkpoint,
+}
+
+/// The latest usable checkpoint of a run after at most `from` windows, and those that were passed over. A checkpoint is
+/// usable if it is whole and the log reaches as far. One of another scenario or version is an error: all others would be
+/// the same. None at all means that the run has to begin again.
+pub fn find(
+    run: &Path,
+    loaded: &Loaded,
+    from: Option<u64>,
+) -> Result<(Option<RestartPoint>, Vec<Unusable>), Error> {
+    let mut passed_over = Vec::new();
+    let mut logged = None;
+    let found = file::list(&run.join(FOLDER)).into_iter().rev();
+    for found in found.filter(|found| from.is_none_or(|from| found.window <= from)) {
+        let path = found.path;
+        let unusable = match file::read(&path, &about(loaded)) {
+            Ok((about, checkpoint)) => {
+                let logged = *logged.get_or_insert_with(|| blocks(&run.join("exchange.mcap")));
+                let due = checkpoint.log_blocks;
+                if logged >= due {
+                    let point = RestartPoint {
+                        run: run.into(),
+                        path,
+                        about,
+                        checkpoint,
+                    };
+                    return Ok((Some(point), passed_over));
+                }
+                let why = format!(
+                    "exchange.mcap can be read for {logged} of the {due} blocks that came before it"
+                );
+                let foreign = false;
+                Unusable { path, why, foreign }
+            }
+            Err(unusable) => unusable,
+        };
+        if unusable.foreign {
+            return Err(Refusal::Unusable(unusable.to_string()).into());
+        }
+        passed_over.push(unusable);
+    }
+    Ok((None, passed_over))
+}
+
+/// Blocks of a log that can be read whole.
+fn blocks(log: &Path) -> u64 {
+    let Ok(entries) = recover(log) else { return 0 };
+    let ends = entries.filter(|entry| matches!(entry, Ok(Entry::WindowEnd(_))));
+    ends.count() as u64
+}
+
+impl RestartPoint {
+    fn refuse(&self, problem: String) -> Error {
+        let path = self.path.clone();
+        Error::from(Refusal::Checkpoint { path, problem })
+    }
+
+    /// Refuses participants that are not those that wrote the checkpoint.
+    pub fn check(&self, loaded: &Loaded, greeted: &[Greeted]) -> Result<(), Error> {
+        let ours = participants(loaded, greeted);
+        for ((name, theirs), (_, ours)) in self.about.participants.iter().zip(&ours) {
+            if theirs != ours {
+                return Err(self.refuse(format!(
+                    "the state of participant `{name}` was written by {theirs}, this is {ours}; resume with the build that wrote it"
+                )));
+            }
+        }
+        for ((name, software), greeted) in ours.iter().zip(greeted) {
+            if !greeted.description.capabilities.resume {
+                let problem = format!(
+                    "({software}) cannot take up a checkpoint (capability `resume`): run the scenario from its start"
+                );
+                return Err(Refusal::participant(name, problem).into());
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives the coupler and each participant their states back, and tells the boundaries what they were; not a part of
+    /// the exchange, which holds this already.
+    pub fn restore(
+        &self,
+        communicator: &mut dyn Communicator,
+        greeted: &[Greeted],
+        groups: &mut [GroupRun],
+    ) -> Result<(), Error> {
+        self.place(groups)?;
+        for group in groups {
+            let remote = &mut Remote::new(communicator, greeted);
+            group.coupling.repeat_boundaries(remote)?;
+        }
+        (0..self.checkpoint.nodes.len())
+            .try_for_each(|peer| self.restore_node(communicator, peer, peer))
+    }
+
+    /// Gives the peer `peer`, which is the participant `index` of the scenario, its state back.
+    pub fn restore_node(
+        &self,
+        communicator: &mut dyn Communicator,
+        peer: usize,
+        index: usize,
+    ) -> Result<(), Error> {
+        let header = communicator
+            .peers()
+            .header(peer, Kind::Restore, &Window::default());
+        let frame = Frame::with_bytes(header, &self.checkpoint.nodes[index]);
+        communicator.send(peer, header, frame.payload)?;
+        communicator.receive(peer, Kind::Restored).map(|_| ())
+    }
+
+    /// Gives the coupler its state back.
+    pub fn place(&self, groups: &mut [GroupRun]) -> Result<(), Error> {
+        let state = &self.checkpoint;
+        let positions = &state.position.groups;
+        if [positions.len(), state.couplings.len()] != [groups.len(); 2] {
+            let (theirs, ours) = (positions.len(), groups.len());
+            let problem = format!("it is of {theirs} groups of interfaces, here are {ours}");
+            return Err(self.refuse(problem));
+        }
+        for ((group, at), coupling) in groups.iter_mut().zip(positions).zip(&state.couplings) {
+            group.at = *at;
+            group.coupling.restore(coupling)?;
+        }
+        Ok(())
+    }
+
+    /// Takes over the fields of the moments that had come.
+    pub fn copy_fields(&self, rundir: &RunDir, moments: &[Moment]) -> Result<(), Error> {
+        let taken = self.checkpoint.outputs.snapshots_s.len();
+        let ended = &moments[..taken.min(moments.len())];
+        let of_ended = |file: &str| {
+            ended.iter().any(|moment| {
+                let mark = format!("-{}", moment.name);
+                file.contains(&format!("{mark}.")) || file.contains(&format!("{mark}-"))
+            })
+        };
+        copy(&self.run.join("fields"), &rundir.fields(), of_ended)?;
+        let sampled = ended.iter().any(|moment| moment.sampled);
+        let profile = |file: &str| sampled && file.starts_with("profile") && file.ends_with(".csv");
+        copy(&self.run, rundir.path(), profile)
+    }
+
+    /// Puts the checkpoint itself into the new run directory: from here on that one can be resumed as well.
+    pub fn adopt(&self, rundir: &RunDir) -> Result<(), Error> {
+        let folder = rundir.path().join(FOLDER);
+        fs::create_dir_all(&folder).map_err(Error::output(folder.display()))?;
+        let bytes = fs::read(&self.path).map_err(Error::input(self.path.display()))?;
+        let window = self.checkpoint.position.windows;
+        write_whole(&file::path(&folder, window), &bytes)
+    }
+}
+
+/// Copies the files of a folder that are wanted by their names.
+fn copy(from: &Path, to: &Path, wanted: impl Fn(&str) -> bool) -> Result<(), Error> {
+    for entry in fs::read_dir(from).into_iter().flatten().flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if wanted(&name) {
+            let to = to.join(&name);
+            fs::copy(entry.path(), &to).map_err(Error::output(to.display()))?;
+        }
+    }
+    Ok(())
+}

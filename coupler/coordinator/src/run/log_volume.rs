@@ -1,0 +1,199 @@
+//! The length of the exchange log, predicted before the first window.
+
+use scheme::keys::connected;
+use std::path::Path;
+
+use protocol::Description;
+
+use super::time_loop::GroupRun;
+use crate::error::Error;
+use crate::participants::handshake::Greeted;
+use crate::scenario::Scenario;
+use exchange_log::{COUPLER, Volume};
+use scheme::clock::Clock;
+use scheme::keys::{CompliancePrior, Dirichlet, Scheme, Update};
+
+/// Repeats of a window that are counted on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Repeats {
+    /// One, the least of a scheme that repeats.
+    Least,
+    /// As many as `repeats_max` allows, by schemes that iterate to a fixed point or learn a compliance.
+    Most,
+}
+
+impl Repeats {
+    fn of(self, scheme: &Scheme) -> u64 {
+        match scheme {
+            Scheme::Staggered { .. } => 0,
+            Scheme::FixedPoint { repeats_max, .. }
+            | Scheme::DualSchur {
+                update: Update::Secant,
+                repeats_max,
+                ..
+            } if self == Repeats::Most => u64::from(*repeats_max).max(1),
+            _ => 1,
+        }
+    }
+}
+
+/// Messages of a coupled run if every window takes these repeats and none is halved; the new walls of a compliance that is
+/// learnt on the way come on top.
+pub fn coupled(
+    scenario: &Scenario,
+    greeted: &[Greeted],
+    groups: &[GroupRun],
+    repeats: Repeats,
+) -> Volume {
+    let mut volume = Volume::default();
+    for (run, members) in groups.iter().zip(connected(&scenario.interface)) {
+        let scheme = &scenario.interface[members[0]].scheme;
+        // Runs of each side in a window.
+        let again = repeats.of(scheme);
+        let both_again = matches!(scheme, Scheme::FixedPoint { .. })
+            && scheme.dirichlet() == Dirichlet::Continuum;
+        let force_runs = 1 + again;
+        let motion_runs = if both_again { 1 + again } else { again.max(1) };
+        let group = run.coupling.group();
+        let windows = run.end.div_ceil(group.clock.substeps.into());
+        volume.add_windows(windows);
+        for side in &group.force_driven {
+            let description = &greeted[side.peer].description;
+            let mut turn = turns(&mut volume, scenario, side.peer);
+            let size = 2 * side.range.len();
+            turn(windows * force_runs, size, size * answers(scheme));
+            turn(windows, 0, report(description));
+            let matrices = matrices(scheme, description.capabilities.columns);
+            turn(matrices, 0, size * size);
+        }
+        for side in &group.motion_driven {
+            let mut turn = turns(&mut volume, scenario, side.peer);
+            let size = 2 * side.range.len();
+            // Forces, velocities, and what the wall says of its solve.
+            turn(windows * motion_runs, size, 2 * size + 3);
+            turn(windows, size, report(&greeted[side.peer].description));
+            turn(1, 1 + size * size, 0);
+        }
+    }
+    volume
+}
+
+/// Messages of a solver that runs alone.
+pub fn alone(scenario: &Scenario, description: &Description, clock: &Clock, end: u64) -> Volume {
+    let mut volume = Volume::default();
+    let windows = end.div_ceil(clock.substeps.into());
+    volume.add_windows(windows);
+    turns(&mut volume, scenario, 0)(windows, 0, report(description));
+    volume
+}
+
+/// Adds requests to a participant and its answers: how many, and the doubles in each request and answer.
+fn turns<'a>(
+    volume: &'a mut Volume,
+    scenario: &'a Scenario,
+    peer: usize,
+) -> impl FnMut(u64, usize, usize) + 'a {
+    let name = scenario.participant[peer].name.as_str();
+    let interface = scenario.label(name).name;
+    move |times, request, answer| {
+        let names = [&interface, COUPLER, name];
+        volume.add(times, request, names);
+        volume.add(times, answer, names);
+    }
+}
+
+/// The prediction for a person: the bytes of these messages, and of a run that repeats each window as often as it may.
+pub fn line(volume: &Volume, bytes: u64, most: u64) -> String {
+    let more = if most > bytes {
+        format!(
+            ", up to {:.3e} bytes if each takes repeats_max",
+            most as f64
+        )
+    } else {
+        String::new()
+    };
+    format!(
+        "log: about {:.3e} bytes, {} windows and {} messages if none is repeated more than once{more}",
+        bytes as f64, volume.windows, volume.messages
+    )
+}
+
+/// Refuses a log that the disk has no room for.
+pub fn require_space(bytes: u64, free: Option<u64>, log: &Path) -> Result<(), Error> {
+    let Some(free) = free.filter(|free| *free < bytes) else {
+        return Ok(());
+    };
+    let why = format!(
+        "about {:.3e} bytes are to come and the disk has {:.3e} left: make room, choose another --out, or set run.output.exchange = false",
+        bytes as f64, free as f64
+    );
+    Err(Error::output(log.display())(std::io::Error::other(why)))
+}
+
+fn report(description: &Description) -> usize {
+    description.signals.len() + description.ledger.len()
+}
+
+/// Square matrices that a force-driven participant is asked for.
+fn matrices(scheme: &Scheme, gives_columns: bool) -> u64 {
+    match scheme {
+        Scheme::DualSchur { compliance, .. } => u64::from(*compliance == CompliancePrior::Columns),
+        // Its impedance, and the columns for the prediction.
+        Scheme::Velocity { .. } => 1 + u64::from(gives_columns),
+        // Its impedance: for the prediction, and for the components that can move at all.
+        _ if scheme.dirichlet() == Dirichlet::Continuum => 2,
+        _ => 0,
+    }
+}
+
+/// Numbers that a force-driven participant answers for each component.
+fn answers(scheme: &Scheme) -> usize {
+    match scheme {
+        // Force, increment and work.
+        Scheme::Velocity { .. } => 3,
+        _ if scheme.dirichlet() == Dirichlet::Continuum => 3,
+        _ => 1,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scheme::keys::{SchemeKeys, SchemeWord};
+
+    /// Repeats of a scheme that allows this many, at the least and at the most.
+    fn repeats(scheme: SchemeWord, repeats_max: Option<u32>) -> [u64; 2] {
+        let keys = SchemeKeys {
+            repeats_max,
+            ..SchemeKeys::of(scheme)
+        };
+        [Repeats::Least, Repeats::Most].map(|repeats| repeats.of(&keys.scheme()))
+    }
+
+    #[test]
+    fn schemes_that_iterate_or_learn_may_repeat_as_often_as_they_are_allowed() {
+        for scheme in [
+            SchemeWord::FixedPointSerial,
+            SchemeWord::FixedPointParallel,
+            SchemeWord::DualSchurSecant,
+        ] {
+            assert_eq!(repeats(scheme, Some(7)), [1, 7]);
+            assert_eq!(repeats(scheme, Some(0)), [1, 1], "the least is the most");
+        }
+        for scheme in [SchemeWord::DualSchur, SchemeWord::Velocity] {
+            assert_eq!(repeats(scheme, Some(7)), [1, 1]);
+        }
+        assert_eq!(repeats(SchemeWord::StaggeredSerial, None), [0, 0]);
+    }
+
+    #[test]
+    fn a_log_that_just_fits_is_written() {
+        let room = |free| require_space(1000, free, Path::new("out/exchange.mcap"));
+        assert!(room(Some(1000)).is_ok());
+        assert!(room(None).is_ok(), "nobody knows");
+        let refused = room(Some(999)).expect_err("a byte is missing").to_string();
+        for part in ["out/exchange.mcap", "1.000e3", "9.990e2", "--out"] {
+            assert!(refused.contains(part), "{part}: {refused}");
+        }
+    }
+}

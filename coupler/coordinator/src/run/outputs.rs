@@ -1,0 +1,471 @@
+//! The outputs of accepted windows: signals, fields, tractions, checkpoints, progress.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use kit::Bounds;
+use protocol::{Description, Phase, Window};
+
+use super::checkpoint::{Checkpoint, Keeper, RestartPoint};
+use super::fields::Fields;
+use super::position::Position;
+use super::time_loop::{GroupRun, end_s};
+use crate::cost::prediction::Pace;
+use crate::error::Error;
+use crate::output::facts::Facts;
+use crate::output::profile::{self, LoadedNodes, Traction};
+use crate::output::progress::Course;
+use crate::output::sample::load_history;
+use crate::output::{OutputState, Progress, RunningBalance, SampledMeans, SignalsFile};
+use crate::participants::handshake::Greeted;
+use crate::participants::recorded::Recorded;
+use crate::participants::{Communicator, Peers};
+use crate::plausible::{self, Warning};
+use crate::rundir::RunDir;
+use crate::scenario::Plausible;
+use crate::scenario::load::Loaded;
+use crate::summary::Summary;
+use scheme::ledger::{EnergyLedger, EnergySums, InterfaceLedger};
+use scheme::window::{AcceptedWindow, InterfaceSignals};
+
+/// Everything that is written while windows pass.
+pub struct Outputs<'a> {
+    rundir: &'a RunDir,
+    thickness_m: f64,
+    signals_every: u64,
+    descriptions: Vec<&'a Description>,
+    names: Vec<&'a str>,
+    bounds: Plausible,
+    /// Findings of the state that were passed on.
+    passed_on: usize,
+    /// A report is empty, and energies are zero, before the first of their participant.
+    state: OutputState,
+    /// The file signals.csv.
+    pub signals: SignalsFile,
+    /// The fields.
+    pub fields: Fields<'a>,
+    /// The checkpoints.
+    pub keeper: Keeper,
+    /// On stderr.
+    progress: Progress,
+    told: Told,
+    /// The cost so far.
+    pub pace: Pace,
+    /// A rehearsal ends once its cost is predicted.
+    rehearsal: bool,
+}
+
+/// The parts of a run that its progress tells of.
+struct Told {
+    run: String,
+    phases: Vec<Phase>,
+    /// Participant and index of the signal `sn_pct`.
+    sn: Option<[usize; 2]>,
+    /// Participant and indices of the normal and the tangential force on the wheel.
+    forces: Option<[usize; 3]>,
+}
+
+impl Told {
+    fn new(run: &str, phases: Vec<Phase>, descriptions: &[&Description]) -> Told {
+        let of = |peer: usize, name: &str| {
+            let mut signals = descriptions[peer].signals.iter();
+            signals.position(|signal| signal == name)
+        };
+        let mut peers = 0..descriptions.len();
+        Told {
+            run: run.into(),
+            phases,
+            sn: peers
+                .clone()
+                .find_map(|peer| Some([peer, of(peer, "sn_pct")?])),
+            forces: peers
+                .find_map(|peer| Some([peer, of(peer, "wheel_fn_n")?, of(peer, "wheel_ft_n")?])),
+        }
+    }
+
+    /// The phase at a time, and the share of it that has passed.
+    fn phase(&self, t_s: f64) -> Option<(String, f64)> {
+        let in_it = |phase: &&Phase| t_s <= phase.t1_s * (1.0 + 1e-9);
+        // The last window may end beyond the last phase.
+        let phase = self.phases.iter().find(in_it).or(self.phases.last())?;
+        let part = (t_s - phase.t0_s) / (phase.t1_s - phase.t0_s);
+        Some((phase.name.clone(), part.clamp(0.0, 1.0)))
+    }
+
+    fn sn_pct(&self, reports: &[Vec<f64>]) -> Option<f64> {
+        let [peer, sn] = self.sn?;
+        reports[peer].get(sn).copied().filter(|sn| sn.is_finite())
+    }
+
+    fn friction(&self, reports: &[Vec<f64>]) -> Option<f64> {
+        let [peer, normal, tangential] = self.forces?;
+        let ratio = reports[peer].get(tangential)? / reports[peer].get(normal)?;
+        Some(ratio).filter(|ratio| ratio.is_finite())
+    }
+}
+
+impl<'a> Outputs<'a> {
+    /// Nothing yet, of participants that were greeted; `progress` shows it on stderr, a `rehearsal` ends early.
+    pub fn new(
+        rundir: &'a RunDir,
+        loaded: &'a Loaded,
+        greeted: &'a [Greeted],
+        (progress, rehearsal): (bool, bool),
+    ) -> Result<Outputs<'a>, Error> {
+        let scenario = &loaded.scenario;
+        let descriptions: Vec<_> = greeted.iter().map(|greeted| &greeted.description).collect();
+        let phases = load_history(descriptions.iter().copied());
+        let names: Vec<_> = scenario
+            .participant
+            .iter()
+            .map(|p| p.name.as_str())
+            .collect();
+        let balances = names.len() + scenario.interface.len() + 1;
+        let zeros = |description: &&Description| vec![0.0; description.ledger.len()];
+        Ok(Outputs {
+            rundir,
+            thickness_m: scenario.run.thickness_m,
+            signals_every: scenario.run.output.signals_every_windows,
+            state: OutputState {
+                energies: descriptions.iter().map(zeros).collect(),
+                reports: vec![Vec::new(); greeted.len()],
+                interfaces: vec![InterfaceSignals::default(); scenario.interface.len()],
+                sampled: SampledMeans::new(&phases, &scenario.interface),
+                balances: vec![RunningBalance::default(); balances],
+                ..OutputState::default()
+            },
+            fields: Fields::new(rundir, scenario, &descriptions, end_s(scenario, greeted)?)?,
+            signals: SignalsFile::create(
+                rundir,
+                names.iter().copied(),
+                &descriptions,
+                &scenario.interface,
+            )?,
+            names,
+            bounds: scenario.run.plausible,
+            passed_on: 0,
+            keeper: Keeper::new(rundir, loaded, greeted)?,
+            told: Told::new(&scenario.run.name, phases, &descriptions),
+            progress: Progress::new(progress),
+            descriptions,
+            pace: Pace::new(greeted.iter().map(|one| one.pid).collect()),
+            rehearsal,
+        })
+    }
+
+    /// Takes over what the run wrote that is gone on with.
+    pub fn carry_over(&mut self, restart: &RestartPoint) -> Result<(), Error> {
+        self.state = restart.checkpoint.outputs.clone();
+        let signals = restart.run.join("signals.csv");
+        self.signals
+            .carry_over(&signals, self.state.signals_bytes)?;
+        self.signals.sync()?;
+        restart.copy_fields(self.rundir, self.fields.moments())?;
+        self.fields.carry_over(&self.state.snapshots_s)
+    }
+
+    /// The latest energies of all participants.
+    pub fn energies(&self) -> Vec<EnergyLedger> {
+        let all = self.descriptions.iter().zip(&self.state.energies);
+        all.map(|(description, values)| EnergyLedger {
+            terms: description.ledger.clone(),
+            values: values.clone(),
+        })
+        .collect()
+    }
+
+    /// Between two windows: writes a checkpoint if one is due, and ends the run if it was interrupted or is a rehearsal that has
+    /// seen enough.
+    pub fn pause(
+        &mut self,
+        recorded: &mut Recorded,
+        groups: &[GroupRun],
+        position: Position,
+    ) -> Result<ControlFlow<()>, Error> {
+        let t_s = position.t_s;
+        let interrupted = recorded.peers.watch.interrupted();
+        if self.keeper.due(&position, interrupted.is_some()) {
+            self.state.signals_bytes = self.signals.sync()?;
+            self.keeper
+                .write(recorded, |nodes, log_blocks| Checkpoint {
+                    position,
+                    log_blocks,
+                    nodes,
+                    couplings: groups.iter().map(|group| group.coupling.state()).collect(),
+                    outputs: self.state.clone(),
+                })?;
+        }
+        self.pace.see(t_s);
+        match interrupted {
+            Some(error) => Err(error),
+            None if self.rehearsal && self.pace.prediction.is_some() => Ok(ControlFlow::Break(())),
+            None => Ok(ControlFlow::Continue(())),
+        }
+    }
+
+    /// Adds an accepted window, after which all groups have come to `reached_s`; a solver that runs alone has no group.
+    pub fn add(
+        &mut self,
+        communicator: &mut dyn Communicator,
+        groups: &[GroupRun],
+        window: &Window,
+        accepted: AcceptedWindow,
+        reached_s: f64,
+    ) -> Result<(), Error> {
+        for (peer, report) in accepted.reports {
+            self.keep(communicator, window, peer, report)?;
+        }
+        self.judge_energies(groups, window.t1_s);
+        let state = &mut self.state;
+        for (interface, signals) in accepted.signals {
+            state.sampled.add(window, interface, &signals);
+            state.interfaces[interface] = signals;
+        }
+        let due = window.index.is_multiple_of(self.signals_every);
+        // One without signals and ledger reports nothing, and has said so.
+        let mut told = self.descriptions.iter().zip(&state.reports);
+        let all_told = told
+            .all(|(d, report)| !report.is_empty() || (d.signals.is_empty() && d.ledger.is_empty()));
+        if due && last_at(groups, window.t1_s) && all_told {
+            self.signals
+                .row(window.t1_s, &state.reports, &state.interfaces)?;
+        }
+        let times_s = &mut self.state.snapshots_s;
+        let sampled = self.fields.take(communicator, groups, times_s, reached_s)?;
+        match (sampled, groups) {
+            (Some(moment), []) => profile::adopt(self.rundir, &moment.name)?,
+            (Some(_), groups) => self.write_profiles(groups)?,
+            (None, _) => {}
+        }
+        self.show(communicator.peers(), groups, window, reached_s);
+        Ok(())
+    }
+
+    /// Begins to show progress: the windows start now, at the simulated time `from_s` of `end_s`, and are so many in all.
+    pub fn begin_progress(&mut self, peers: &Peers, [from_s, end_s]: [f64; 2], windows: u64) {
+        self.progress.begin(Course {
+            from_s,
+            end_s,
+            windows,
+            at_ns: peers.heard_ns(),
+            waited_ns: peers.waited_ns(),
+        });
+    }
+
+    /// Shows how far the run has come, if it is time to.
+    fn show(&mut self, peers: &Peers, groups: &[GroupRun], window: &Window, reached_s: f64) {
+        let now_ns = peers.heard_ns();
+        let Some(course) = self.progress.due(reached_s, now_ns) else {
+            return;
+        };
+        let (state, told) = (&self.state, &self.told);
+        let passed_ns = now_ns.saturating_sub(course.at_ns).max(1) as f64;
+        let waited = peers.waited_ns().into_iter().zip(&course.waited_ns);
+        let shares = waited.map(|(now, then)| (now - then) as f64 / passed_ns);
+        let names = self.names.iter().map(|name| name.to_string());
+        let done = |groups: &[GroupRun]| groups.iter().map(|group| group.at.window).sum();
+        let facts = Facts {
+            run: told.run.clone(),
+            phase: told.phase(reached_s),
+            t_s: reached_s,
+            end_s: course.end_s,
+            window: if groups.is_empty() {
+                window.index + 1
+            } else {
+                done(groups)
+            },
+            windows: course.windows,
+            repeats: repeats(&state.interfaces, groups),
+            sn_pct: told.sn_pct(&state.reports),
+            friction_coefficient: told.friction(&state.reports),
+            energy_defect_rel: self.total_balance_rel(groups),
+            waited: names.zip(shares).collect(),
+            spent_s: 0.0,
+            left_s: None,
+        };
+        self.progress.show(facts, now_ns);
+    }
+
+    /// The energy balance of all participants together, where all tell their energies.
+    fn total_balance_rel(&self, groups: &[GroupRun]) -> Option<f64> {
+        let told = self.descriptions.iter().zip(&self.state.energies);
+        let sums = told.map(|(told, values)| EnergySums::of(&told.ledger, values));
+        let ledgers = groups.iter().flat_map(|group| &group.coupling.ledgers);
+        let points = EnergySums {
+            kept_j: ledgers.map(InterfaceLedger::points_kept_j).sum(),
+            ..EnergySums::default()
+        };
+        let total = EnergySums::together(sums.chain([points])).balance_rel();
+        let all_tell = self.descriptions.iter().all(|told| !told.ledger.is_empty());
+        Some(total).filter(|total| all_tell && total.is_finite())
+    }
+
+    /// Keeps what a participant reported, if it is as long as was announced and its energies are numbers. A signal may be none:
+    /// a node may have nothing to say yet, but the user should know.
+    fn keep(
+        &mut self,
+        communicator: &dyn Communicator,
+        window: &Window,
+        peer: usize,
+        report: Vec<f64>,
+    ) -> Result<(), Error> {
+        let Description {
+            signals, ledger, ..
+        } = self.descriptions[peer];
+        let (numbers, due) = (report.len(), signals.len() + ledger.len());
+        if numbers != due {
+            let why = format!("reported {numbers} numbers where its description announced {due}");
+            return Err(communicator.peers().protocol_error(peer, why));
+        }
+        let (seen, energies) = report.split_at(signals.len());
+        let no_number = |values: &[f64]| values.iter().position(|value| !value.is_finite());
+        if let Some(index) = no_number(energies) {
+            return Err(Error::Diverged(format!(
+                "participant `{}` reported {} as its energy `{}` at the end of window {} (t = {:.6e} s): it diverged; lower its step or the window",
+                self.names[peer], energies[index], ledger[index].name, window.index, window.t1_s
+            )));
+        }
+        if no_number(seen).is_some() {
+            self.find_odd_signals(peer, seen, window.t1_s);
+        }
+        self.state.energies[peer].copy_from_slice(&report[signals.len()..]);
+        self.state.reports[peer] = report;
+        Ok(())
+    }
+
+    /// Keeps a finding about each signal that is no number, once.
+    fn find_odd_signals(&mut self, peer: usize, seen: &[f64], time_s: f64) {
+        let names = &self.descriptions[peer].signals;
+        for (index, value) in seen.iter().enumerate() {
+            let known = self.state.odd_signals.contains(&[peer, index]);
+            if !value.is_finite() && !known {
+                self.state.odd_signals.push([peer, index]);
+                let finding = plausible::not_a_number(&names[index], *value, time_s);
+                let finding = finding.map(|finding| (self.names[peer].to_string(), finding));
+                self.state.findings.extend(finding);
+            }
+        }
+    }
+
+    /// Judges the energies after a window: of each participant, each interface, and of all together where all tell theirs.
+    fn judge_energies(&mut self, groups: &[GroupRun], time_s: f64) {
+        let told = self.descriptions.iter().zip(&self.state.energies);
+        let sums = told.map(|(told, values)| EnergySums::of(&told.ledger, values));
+        let sums: Vec<EnergySums> = sums.collect();
+        let bounds = self.bounds.energy_balance_rel;
+        for (peer, own) in sums.iter().enumerate() {
+            let value = self.state.balances[peer].add(own, bounds);
+            self.lost(("energy_balance", bounds), self.names[peer], value, time_s);
+        }
+        let points = self.judge_interfaces(groups, time_s);
+        let all_tell = self.descriptions.iter().all(|told| !told.ledger.is_empty());
+        if let Some(total) = self.state.balances.last_mut().filter(|_| all_tell) {
+            let sums = EnergySums::together(sums.into_iter().chain([points]));
+            let value = total.add(&sums, bounds).filter(|_| self.names.len() > 1);
+            self.lost(("energy_balance", bounds), "run", value, time_s);
+        }
+    }
+
+    /// Judges the energy of each interface; returns the energies of points with masses of their own.
+    fn judge_interfaces(&mut self, groups: &[GroupRun], time_s: f64) -> EnergySums {
+        let mut points = EnergySums::default();
+        let bounds = self.bounds.interface_energy_rel;
+        for coupling in groups.iter().map(|group| &group.coupling) {
+            for (patch, ledger) in coupling.group().patches.iter().zip(&coupling.ledgers) {
+                points.kept_j += ledger.points_kept_j();
+                let balance = &mut self.state.balances[self.names.len() + patch.index];
+                let value = balance.see(ledger.energy_defect_j, ledger.energy_j, bounds.suspect);
+                self.lost(("interface_energy", bounds), &patch.name, value, time_s);
+            }
+        }
+        points
+    }
+
+    /// Keeps the finding about a balance that this check makes, if it makes one.
+    fn lost(
+        &mut self,
+        (code, bounds): (&str, Bounds),
+        place: &str,
+        value: Option<f64>,
+        time_s: f64,
+    ) {
+        let finding = value.and_then(|v| plausible::lost_balance(code, bounds, v, time_s));
+        let finding = finding.map(|finding| (place.to_string(), finding));
+        self.state.findings.extend(finding);
+    }
+
+    /// Warnings of findings that were not asked for yet.
+    pub fn warnings(&mut self) -> Vec<Warning> {
+        let new = &self.state.findings[self.passed_on..];
+        self.passed_on = self.state.findings.len();
+        let warnings = new
+            .iter()
+            .map(|(place, finding)| Warning::of(place, finding.clone()));
+        warnings.chain(self.fields.advice()).collect()
+    }
+
+    /// Writes and keeps the traction of each interface in its last accepted window.
+    fn write_profiles(&mut self, groups: &[GroupRun]) -> Result<(), Error> {
+        let only = self.state.interfaces.len() == 1;
+        for coupling in groups.iter().map(|group| &group.coupling) {
+            let group = coupling.group();
+            for patch in &group.patches {
+                let loaded = LoadedNodes {
+                    nodes: &group.nodes,
+                    own: patch.nodes.clone(),
+                    force: &coupling.state.lambda,
+                    outward_y: patch.outward_y,
+                    period_m: patch.period_m,
+                };
+                let traction = Traction::of(loaded, self.thickness_m);
+                let name = if only {
+                    "profile.csv".into()
+                } else {
+                    format!("profile-{}.csv", patch.name)
+                };
+                self.rundir.write(&name, &traction.csv())?;
+                self.state.sampled.keep_traction(patch.index, traction);
+            }
+        }
+        Ok(())
+    }
+
+    /// Mean force through each interface while results are sampled, as it pushes the continuum down (N).
+    pub fn sampled_down_n(&self) -> Vec<Option<f64>> {
+        self.state.sampled.down_n()
+    }
+
+    /// Has the fields of the end written, and completes the results.
+    pub fn finish(
+        &mut self,
+        communicator: &mut dyn Communicator,
+        groups: &[GroupRun],
+        summary: &mut Summary,
+    ) -> Result<(), Error> {
+        self.pace.end();
+        self.fields.end(communicator, groups, summary.sim_time_s)?;
+        if self.rehearsal {
+            summary
+                .foreseen
+                .extend(self.fields.foretold(Path::new(".")));
+        }
+        summary.results.extend(self.state.sampled.results());
+        Ok(())
+    }
+}
+
+/// Repeats of the last windows, the most of all interfaces, and the mean of the group that has most of them.
+fn repeats(last: &[InterfaceSignals], groups: &[GroupRun]) -> Option<(u32, f64)> {
+    let last = last.iter().map(|seen| seen.repeats).max()?;
+    let ledgers = groups
+        .iter()
+        .filter_map(|group| group.coupling.ledgers.first());
+    let means = ledgers.map(InterfaceLedger::repeats_mean);
+    Some((last, means.fold(0.0, f64::max)))
+}
+
+/// True if no group has a window to do that ends at this time.
+fn last_at(groups: &[GroupRun], time_s: f64) -> bool {
+    let later = |window: Window| window.t1_s > time_s * (1.0 + 1e-9);
+    groups.iter().all(|group| group.next().is_none_or(later))
+}

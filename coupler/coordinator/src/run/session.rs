@@ -1,0 +1,552 @@
+//! A run from the launch to the farewells.
+
+use std::hash::{BuildHasher, RandomState};
+use std::path::{Path, PathBuf};
+use std::time::{Instant, SystemTime};
+
+use protocol::Kind;
+use protocol::serve::Farewell;
+use serde_json::{Value, json};
+
+use super::check::check;
+use super::checkpoint::RestartPoint;
+use super::log_volume::{self, Repeats};
+use super::outputs::Outputs;
+use super::position::Position;
+use super::time_loop::{
+    GroupRun, describe, each_window, end_s, groups_at_start, position, reached_s,
+};
+use crate::cost::memory::own_cpu_s;
+use crate::error::{Error, Refusal};
+use crate::output::progress::prepare;
+use crate::output::stderr::{leave, tell_of};
+use crate::participants::farewell::read_farewell;
+use crate::participants::handshake::{self, Greeted};
+use crate::participants::journal::Journal;
+use crate::participants::launch::Launcher;
+use crate::participants::recorded::Recorded;
+use crate::participants::rehearsed::Rehearsed;
+use crate::participants::remote::Remote;
+use crate::participants::{Communicator, Peers, Registry, Watch};
+use crate::plausible::{self, Warning};
+use crate::rundir::{RunDir, manifest};
+use crate::scenario::load::Loaded;
+use crate::summary::Summary;
+use exchange_log::timing::{TIMING, TimingLog};
+use exchange_log::{Exchange, Provenance, Recorder, Volume};
+use scheme::clock::Clock;
+use scheme::group::Group;
+use scheme::join::join;
+use scheme::predict::inputs::foresee;
+use scheme::window::AcceptedWindow;
+
+/// Circumstances of a run, beside the scenario.
+#[derive(Clone)]
+pub struct Options<'a> {
+    /// Place of the run directory; by default a new folder below `runs/`.
+    pub out: Option<&'a Path>,
+    /// Threads of each participant.
+    pub threads: usize,
+    /// Shipped solvers.
+    pub registry: &'a Registry,
+    /// The program whose `node` verb serves shipped solvers.
+    pub program: PathBuf,
+    /// Signals that end the run.
+    pub watch: Watch,
+    /// Progress is shown on stderr.
+    pub progress: bool,
+    /// Any warning makes the run suspect.
+    pub strict: bool,
+    /// The run ends, in order, as soon as its cost is predicted.
+    pub rehearsal: bool,
+    /// The budget that its setting was chosen by.
+    pub budget: Option<RunBudget>,
+}
+
+/// A budget that the setting of a run was chosen by.
+#[derive(Clone, Debug, Default)]
+pub struct RunBudget {
+    /// What was chosen, and what is expected of it: `budget` of summary.json.
+    pub told: Value,
+    /// Wall-clock time (s) that it may take.
+    pub wall_s: Option<f64>,
+}
+
+/// The end of a run; the summary is in the run directory too.
+pub struct Ended {
+    /// The run directory.
+    pub path: PathBuf,
+    /// Content of summary.json.
+    pub summary: Summary,
+    /// Reason of an early end.
+    pub error: Option<Error>,
+}
+
+/// Runs a scenario. An error before anything was started is returned as such; from then on the run directory
+/// keeps what was valid, and the error is part of [`Ended`].
+pub fn run(loaded: &Loaded, options: &Options) -> Result<Ended, Error> {
+    go_on(loaded, options, None)
+}
+
+/// Runs a scenario on from a checkpoint of another run of it, in a run directory of its own: it ends as
+/// if that run had never been cut off.
+pub fn go_on(
+    loaded: &Loaded,
+    options: &Options,
+    restart: Option<&RestartPoint>,
+) -> Result<Ended, Error> {
+    let launch = |launcher: &Launcher| {
+        let participants = &launcher.loaded.scenario.participant;
+        launcher.start(participants, options.watch.clone())
+    };
+    go_on_among(loaded, options, restart, &launch)
+}
+
+/// A way to start the participants of a run.
+pub type Start<'a> = &'a dyn Fn(&Launcher) -> Result<Peers, Error>;
+
+/// The same among participants that are started in another way.
+pub fn go_on_among(
+    loaded: &Loaded,
+    options: &Options,
+    restart: Option<&RestartPoint>,
+    launch: Start,
+) -> Result<Ended, Error> {
+    let start = Instant::now();
+    let start_cpu_s = own_cpu_s();
+    let warnings = check(loaded, options.registry, options.threads)?;
+    let run_id = fresh_run_id();
+    let rundir = RunDir::create(options.out, &loaded.scenario.run.name, run_id)?;
+    let resumed = restart.map(|restart| {
+        let window = restart.checkpoint.position.windows;
+        json!({ "checkpoint": restart.path, "window": window })
+    });
+    let manifest = manifest(loaded, run_id, options.threads, resumed);
+    rundir.write("scenario.toml", &loaded.resolved)?;
+    rundir.write("manifest.json", &manifest)?;
+    let pid = std::process::id();
+    rundir.note(&format!("coordinator pid {pid}, run {run_id:016x}"));
+    if let Some(restart) = restart {
+        rundir.note(&format!("goes on from {}", restart.path.display()));
+    }
+    let mut session = RunSession {
+        start,
+        loaded,
+        options,
+        rundir: &rundir,
+        run_id,
+        manifest,
+        restart,
+        launch,
+        summary: Summary::new(&loaded.scenario.run.name, &loaded.hash),
+    };
+    session.found(warnings);
+    let error = session.run().err();
+    if options.progress {
+        leave();
+    }
+    let mut summary = session.summary;
+    let wall_s = start.elapsed().as_secs_f64();
+    summary.coordinator(start_cpu_s);
+    if let Some(budget) = &options.budget {
+        summary.budget = Some(budget.told.clone());
+        let over = budget.wall_s.filter(|limit| wall_s > *limit);
+        summary
+            .warnings
+            .extend(over.map(|limit| Warning::over_budget(wall_s, limit)));
+    }
+    summary.end(wall_s, error.as_ref(), options.strict);
+    rundir.write_summary(&summary.to_json())?;
+    rundir.note(&match &error {
+        None => summary.status().to_string(),
+        Some(error) => format!("ended early: {error}"),
+    });
+    Ok(Ended {
+        path: rundir.path().to_path_buf(),
+        summary,
+        error,
+    })
+}
+
+/// Tells runs apart; it takes no part in any result.
+pub fn fresh_run_id() -> u64 {
+    RandomState::new().hash_one((std::process::id(), SystemTime::now()))
+}
+
+struct RunSession<'a> {
+    start: Instant,
+    loaded: &'a Loaded,
+    options: &'a Options<'a>,
+    rundir: &'a RunDir,
+    run_id: u64,
+    manifest: String,
+    restart: Option<&'a RestartPoint>,
+    launch: Start<'a>,
+    summary: Summary,
+}
+
+impl RunSession<'_> {
+    /// Starts the participants, lets them talk, and closes the log whatever came of it.
+    fn run(&mut self) -> Result<(), Error> {
+        let launcher = Launcher {
+            loaded: self.loaded,
+            registry: self.options.registry,
+            program: self.options.program.clone(),
+            run_id: self.run_id,
+            threads: self.options.threads,
+            rundir: self.rundir,
+        };
+        let peers = (self.launch)(&launcher)?;
+        let journal = Journal::new(self.recorder()?);
+        let mut recorded = Recorded::new(peers, journal, self.timing_log()?);
+        let result = self.converse(&mut recorded);
+        recorded.close_times();
+        let untimed = recorded.untimed.take();
+        self.found(untimed.map(|why| Warning::advice("timing_log", TIMING, why)));
+        let closed = recorded.journal.close();
+        if let Ok(closed) = &closed {
+            let wall_s = self.start.elapsed().as_secs_f64();
+            self.summary.close(closed, wall_s);
+        }
+        result.and(closed.map(|_| ()))
+    }
+
+    fn recorder(&self) -> Result<Option<Recorder>, Error> {
+        let output = &self.loaded.scenario.run.output;
+        if !output.exchange {
+            return Ok(None);
+        }
+        let provenance = Provenance {
+            scenario_toml: self.loaded.resolved.clone(),
+            manifest_json: self.manifest.clone(),
+            run_id: self.run_id,
+        };
+        let path = self.rundir.path().join("exchange.mcap");
+        let recorder = Recorder::create(&path, &provenance, output.flush_every_windows)?;
+        Ok(Some(recorder))
+    }
+
+    fn timing_log(&self) -> Result<Option<TimingLog>, Error> {
+        let scenario = &self.loaded.scenario;
+        let names: Vec<&str> = scenario.participant.iter().map(|p| &*p.name).collect();
+        let path = self.rundir.path().join(TIMING);
+        let wanted = scenario.run.output.exchange;
+        let log = wanted.then(|| TimingLog::create(&path, &names)).transpose();
+        Ok(log?)
+    }
+
+    /// All that is said: greeting, what came before if the run goes on, windows, farewell.
+    fn converse(&mut self, recorded: &mut Recorded) -> Result<(), Error> {
+        let scenario = &self.loaded.scenario;
+        if self.options.progress {
+            let names = scenario.participant.iter().map(|p| p.name.as_str());
+            prepare(&scenario.run.name, &names.collect::<Vec<_>>());
+        }
+        let greeted = handshake::greet(recorded, self.loaded, self.run_id)?;
+        for (participant, greeted) in scenario.participant.iter().zip(&greeted) {
+            let (name, description) = (&participant.name, &greeted.description);
+            let (software, pid) = (&description.software, greeted.pid);
+            self.rundir.note(&format!(
+                "participant `{name}` is {software} in process {pid}"
+            ));
+            let said = description.warnings.iter();
+            self.found(said.map(|text| Warning::advice("advice", name, text)));
+        }
+        self.summary.greet(scenario, &greeted);
+        let ways = (self.options.progress, self.options.rehearsal);
+        let mut outputs = Outputs::new(self.rundir, self.loaded, &greeted, ways)?;
+        if outputs.keeper.writes() {
+            recorded.peers.watch.let_windows_end();
+        }
+        let mut logged = Vec::new();
+        if let Some(restart) = self.restart {
+            restart.check(self.loaded, &greeted)?;
+            logged = self.carry_over(recorded, &mut outputs, restart)?;
+        }
+        let result = if scenario.interface.is_empty() {
+            self.alone(recorded, &greeted, &mut outputs)
+        } else {
+            self.coupled(recorded, &greeted, logged, &mut outputs)
+        };
+        self.summary.energies(&outputs.energies());
+        self.summary.interface_works();
+        let fields = outputs.fields.summary();
+        let fields = fields.map(|fields| self.summary.fields = fields);
+        outputs.signals.finish()?;
+        // The reason of an early end goes before that of a file that cannot be read.
+        result.and(fields)?;
+        let communicator: &mut dyn Communicator = recorded;
+        let kinds = (Kind::Finish, Kind::Finished);
+        let farewells: Vec<Farewell> = communicator.ask_all(kinds, &[], |frame| {
+            read_farewell(frame)
+                .map_err(|why| format!("sent an outcome that cannot be read: {why}"))
+        })?;
+        recorded.tell_times(&farewells);
+        let run_wall_s = self.start.elapsed().as_secs_f64();
+        let awaited = recorded.peers.awaited();
+        for (participant, farewell) in scenario.participant.iter().zip(&farewells) {
+            let (name, outcome) = (&participant.name, &farewell.outcome);
+            let found = outcome.findings.iter().cloned();
+            self.found(found.map(|finding| Warning::of(name, finding)));
+            let said = outcome.warnings.iter();
+            self.found(said.map(|text| Warning::advice("advice", name, text)));
+        }
+        self.summary
+            .spent(&outputs.pace, &farewells, &awaited, run_wall_s);
+        self.summary.farewell(farewells);
+        let bounds = &scenario.run.plausible;
+        let mut judged = self.summary.judged(bounds, &outputs.sampled_down_n());
+        // One that was told on the way says more than one about the end.
+        let known = &self.summary.warnings;
+        judged.retain(|new| {
+            let same = |old: &Warning| old.code == new.code && old.place == new.place;
+            !known.iter().any(same)
+        });
+        let proven = plausible::refuse_contradiction(&judged);
+        self.found(judged);
+        proven
+    }
+
+    /// Takes over the log and the outputs of the run that is gone on with. From the adoption of its checkpoint on, this run
+    /// directory can be resumed as well. Returns the messages of the logged handshake.
+    fn carry_over(
+        &mut self,
+        recorded: &mut Recorded,
+        outputs: &mut Outputs,
+        restart: &RestartPoint,
+    ) -> Result<Vec<Exchange>, Error> {
+        let state = &restart.checkpoint;
+        let journal = &mut recorded.journal;
+        let log = restart.run.join("exchange.mcap");
+        let handshake = journal.carry_over(&log, state.log_blocks)?;
+        outputs.carry_over(restart)?;
+        journal.sync()?;
+        restart.adopt(self.rundir)?;
+        self.summary.sim_time_s = state.position.t_s;
+        self.summary.windows = state.position.windows;
+        Ok(handshake)
+    }
+
+    /// Windows of solvers that are joined, all of them to the end.
+    fn coupled(
+        &mut self,
+        recorded: &mut Recorded,
+        greeted: &[Greeted],
+        logged: Vec<Exchange>,
+        outputs: &mut Outputs,
+    ) -> Result<(), Error> {
+        let scenario = &self.loaded.scenario;
+        let joined = self.join(recorded, greeted, logged)?;
+        let mut groups = groups_at_start(scenario, greeted, joined)?;
+        for group in &groups {
+            self.rundir.note(&describe(group));
+            let joined = group.coupling.group();
+            for patch in &joined.patches {
+                let peer = joined.force_driven[patch.force_driven].peer;
+                let name = &scenario.participant[peer].name;
+                let continuum = (name.as_str(), &greeted[peer].description);
+                let bounds = &scenario.run.plausible;
+                self.found(plausible::joined(bounds, joined, patch, continuum));
+            }
+        }
+        let volumes = [Repeats::Least, Repeats::Most]
+            .map(|repeats| log_volume::coupled(scenario, greeted, &groups, repeats));
+        self.foresee_log(volumes)?;
+        match self.restart {
+            // The prediction, and what was asked for it, is in the log that is gone on with.
+            Some(restart) => restart.restore(&mut recorded.peers, greeted, &mut groups)?,
+            None => self.predict(recorded, greeted, &mut groups)?,
+        }
+        let (t_s, end_s) = (reached_s(&groups), end_s(scenario, greeted)?);
+        let windows = |group: &GroupRun| {
+            let substeps = group.coupling.group().clock.substeps;
+            group.end.div_ceil(substeps.into())
+        };
+        let all = groups.iter().map(windows).sum();
+        outputs.begin_progress(&recorded.peers, [t_s, end_s], all);
+        outputs.pace.begin(self.start, t_s, end_s);
+        let (summary, rundir, shown) = (&mut self.summary, self.rundir, self.options.progress);
+        let seen = |recorded: &mut Recorded, groups: &[GroupRun], window: &_, accepted| {
+            let position = position(groups);
+            summary.sim_time_s = position.t_s;
+            outputs.add(recorded, groups, window, accepted, position.t_s)?;
+            keep_and_tell(summary, rundir, shown, outputs.warnings());
+            outputs.pause(recorded, groups, position)
+        };
+        let result = each_window(recorded, greeted, &mut groups, seen);
+        summary.interfaces(groups.iter().map(|group| &group.coupling));
+        result?;
+        outputs.finish(recorded, &groups, summary)
+    }
+
+    /// Joins the interfaces. A resumed run must say just what the log already holds.
+    fn join(
+        &self,
+        recorded: &mut Recorded,
+        greeted: &[Greeted],
+        logged: Vec<Exchange>,
+    ) -> Result<Vec<Group>, Error> {
+        let scenario = &self.loaded.scenario;
+        if self.restart.is_none() {
+            let groups = join(&mut Remote::new(recorded, greeted), &scenario.interface)?;
+            recorded.end_window(0)?;
+            return Ok(groups);
+        }
+        let mut rehearsed = Rehearsed::new(&mut recorded.peers, logged);
+        let groups = join(
+            &mut Remote::new(&mut rehearsed, greeted),
+            &scenario.interface,
+        )?;
+        rehearsed.finish()?;
+        Ok(groups)
+    }
+
+    /// Notes the stability that the handshake predicts, and refuses a scheme that is predicted to fail.
+    fn predict(
+        &mut self,
+        recorded: &mut Recorded,
+        greeted: &[Greeted],
+        groups: &mut [GroupRun],
+    ) -> Result<(), Error> {
+        let remote = &mut Remote::new(recorded, greeted);
+        let mut predicted = Vec::new();
+        for coupling in groups.iter_mut().map(|group| &mut group.coupling) {
+            for (index, prediction) in foresee(coupling, remote)? {
+                let interface = &self.loaded.scenario.interface[index];
+                let (name, group) = (&interface.name, coupling.group());
+                for line in prediction.lines() {
+                    self.rundir.note(&format!("interface `{name}`: {line}"));
+                }
+                self.summary.foreseen.push(format!(
+                    "interface {name}: windows of {:.4e} s, {} nodes and {} glued points in its group",
+                    group.clock.window_s(),
+                    group.nodes.len(),
+                    group.points.len()
+                ));
+                self.summary.foreseen.extend(prediction.lines());
+                let stability = &mut self.summary.stability;
+                stability.push((name.clone(), prediction.clone()));
+                predicted.push((interface, prediction));
+            }
+        }
+        let mut predicted = predicted.iter();
+        predicted.try_for_each(|(interface, prediction)| Ok(prediction.refuse(interface)?))
+    }
+
+    /// Windows of a solver without an interface.
+    fn alone(
+        &mut self,
+        recorded: &mut Recorded,
+        greeted: &[Greeted],
+        outputs: &mut Outputs,
+    ) -> Result<(), Error> {
+        let scenario = &self.loaded.scenario;
+        let description = &greeted[0].description;
+        let name = &scenario.participant[0].name;
+        let refuse = |problem: String| Refusal::participant(name, problem);
+        if !description.capabilities.alone {
+            return Err(refuse("cannot run without an interface".into()).into());
+        }
+        let step_s = description.step_s.ok_or_else(|| {
+            refuse(format!(
+                "has no step of its own: give participant.{name}.config.time.step_s"
+            ))
+        })?;
+        let at_once = description.steps_at_once.unwrap_or(u32::MAX).max(1);
+        let clock = Clock {
+            step_s,
+            substeps: scenario.run.output.alone_steps.min(at_once),
+        };
+        let end = clock.steps_until(end_s(scenario, greeted)?)?;
+        let volume = log_volume::alone(scenario, description, &clock, end);
+        self.foresee_log([volume; 2])?;
+        let mut start = 0;
+        if let Some(restart) = self.restart {
+            restart.restore(&mut recorded.peers, greeted, &mut [])?;
+            start = restart.checkpoint.position.windows;
+        }
+        let [start_s, end_s] =
+            [start * u64::from(clock.substeps), end].map(|s| s as f64 * clock.step_s);
+        let windows = end.div_ceil(clock.substeps.into());
+        outputs.begin_progress(&recorded.peers, [start_s, end_s], windows);
+        outputs.pace.begin(self.start, start_s, end_s);
+        for index in start..windows {
+            let step = index * u64::from(clock.substeps);
+            let window = clock.window(index, step, clock.substeps_before(step, end));
+            let communicator: &mut dyn Communicator = recorded;
+            let kinds = (Kind::AdvanceAlone, Kind::Report);
+            let report = communicator.ask(0, kinds, &window, Vec::new())?;
+            communicator.end_window(index)?;
+            let accepted = AcceptedWindow {
+                reports: vec![(0, report)],
+                ..AcceptedWindow::default()
+            };
+            outputs.add(communicator, &[], &window, accepted, window.t1_s)?;
+            self.found(outputs.warnings());
+            self.summary.windows = index + 1;
+            self.summary.sim_time_s = window.t1_s;
+            let position = Position {
+                windows: index + 1,
+                t_s: window.t1_s,
+                groups: Vec::new(),
+                over: step + u64::from(window.substeps) >= end,
+            };
+            if outputs.pause(recorded, &[], position)?.is_break() {
+                break;
+            }
+        }
+        outputs.finish(recorded, &[], &mut self.summary)
+    }
+
+    /// Notes the predicted length of the log, with the fewest and the most repeats, and refuses one that the disk has no room for.
+    fn foresee_log(&mut self, volumes: [Volume; 2]) -> Result<(), Error> {
+        let output = &self.loaded.scenario.run.output;
+        if !output.exchange {
+            return Ok(());
+        }
+        let texts = self.loaded.resolved.len() + self.manifest.len();
+        let [least, most] = volumes.map(|v| v.bytes(texts, output.flush_every_windows));
+        let line = log_volume::line(&volumes[0], least, most);
+        self.rundir.note(&line);
+        self.summary.foreseen.push(line);
+        self.summary.log_predicted_bytes = Some([least, most]);
+        // A rehearsal writes little, and not where the run will.
+        let free = self.rundir.free_bytes();
+        let free = free.filter(|_| !self.options.rehearsal);
+        let log = self.rundir.path().join("exchange.mcap");
+        log_volume::require_space(least, free, &log)?;
+        let rest = log_volume::require_space(most, free, &log).err();
+        self.found(
+            rest.map(|error| {
+                Warning::advice("log_space", "run.output.exchange", error.to_string())
+            }),
+        );
+        Ok(())
+    }
+
+    /// Tells and keeps warnings, each once: what `check` said of a participant it may say again.
+    fn found(&mut self, warnings: impl IntoIterator<Item = Warning>) {
+        let shown = self.options.progress;
+        keep_and_tell(&mut self.summary, self.rundir, shown, warnings);
+    }
+}
+
+/// Tells and keeps warnings, each once; `shown` on stderr too.
+fn keep_and_tell(
+    summary: &mut Summary,
+    rundir: &RunDir,
+    shown: bool,
+    warnings: impl IntoIterator<Item = Warning>,
+) {
+    for warning in warnings {
+        if summary.warnings.contains(&warning) {
+            continue;
+        }
+        rundir.note(&warning.line());
+        if shown {
+            let object = serde_json::to_value(&warning).unwrap_or_default();
+            tell_of("warning", object, || warning.line());
+        }
+        summary.warnings.push(warning);
+    }
+}

@@ -1,0 +1,169 @@
+//! The time loop: groups of interfaces on their way through time, window by window.
+
+use scheme::keys::connected;
+use std::ops::ControlFlow;
+
+use protocol::{Window, larger};
+
+use super::position::{GroupPosition, Position};
+use crate::error::{Error, Refusal};
+use crate::participants::Communicator;
+use crate::participants::handshake::Greeted;
+use crate::participants::remote::Remote;
+use crate::scenario::Scenario;
+use scheme::clock::Clock;
+use scheme::coupling::Coupling;
+use scheme::group::Group;
+use scheme::participants::Participants;
+use scheme::window::{AcceptedWindow, Attempt};
+
+/// A group of interfaces on its way through time.
+pub struct GroupRun {
+    /// Its coupling.
+    pub coupling: Coupling,
+    /// Steps of its clock to do.
+    pub end: u64,
+    /// Its progress.
+    pub at: GroupPosition,
+}
+
+/// All groups at their start.
+pub fn groups_at_start(
+    scenario: &Scenario,
+    greeted: &[Greeted],
+    groups: Vec<Group>,
+) -> Result<Vec<GroupRun>, Error> {
+    let end_s = end_s(scenario, greeted)?;
+    let rules = connected(&scenario.interface);
+    let start = |(group, members): (Group, Vec<usize>)| {
+        // Connected interfaces agree on scheme and policy.
+        let first = &scenario.interface[members[0]];
+        Ok(GroupRun {
+            end: group.clock.steps_until(end_s)?,
+            coupling: Coupling::new(&first.name, first.scheme, first.on_not_converged, group),
+            at: GroupPosition::default(),
+        })
+    };
+    groups.into_iter().zip(rules).map(start).collect()
+}
+
+/// `run.end_s`, or the end of the longest load history.
+pub fn end_s(scenario: &Scenario, greeted: &[Greeted]) -> Result<f64, Error> {
+    let ends = greeted.iter().filter_map(|one| one.description.end_s);
+    let end_s = scenario.run.end_s.or(ends.reduce(larger));
+    end_s.ok_or_else(|| Refusal::NoEnd.into())
+}
+
+/// Runs all windows of all groups until their end, in the order in which the windows end; windows are halved where the
+/// scheme asks for it. `seen` is told of each accepted window, and may end the loop.
+pub fn each_window<C, F>(
+    communicator: &mut C,
+    greeted: &[Greeted],
+    groups: &mut [GroupRun],
+    mut seen: F,
+) -> Result<(), Error>
+where
+    C: Communicator,
+    F: FnMut(&mut C, &[GroupRun], &Window, AcceptedWindow) -> Result<ControlFlow<()>, Error>,
+{
+    while let Some((index, window)) = earliest(groups) {
+        let remote = &mut Remote::new(communicator, greeted);
+        let (window, accepted) = groups[index].advance(remote, window)?;
+        communicator.end_window(window.index)?;
+        if seen(communicator, groups, &window, accepted)?.is_break() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// The group whose next window ends first, of equal ones the first.
+fn earliest(groups: &[GroupRun]) -> Option<(usize, Window)> {
+    let next = groups.iter().enumerate();
+    next.filter_map(|(index, group)| group.next().map(|window| (index, window)))
+        .min_by(|(_, a), (_, b)| a.t1_s.total_cmp(&b.t1_s))
+}
+
+/// Time up to which all groups have come (s).
+pub fn reached_s(groups: &[GroupRun]) -> f64 {
+    let reached = groups.iter().map(GroupRun::reached_s);
+    reached.fold(f64::INFINITY, f64::min)
+}
+
+/// The position of all groups together.
+pub fn position(groups: &[GroupRun]) -> Position {
+    Position {
+        windows: groups.iter().map(|group| group.at.window).sum(),
+        t_s: reached_s(groups),
+        groups: groups.iter().map(|group| group.at).collect(),
+        over: groups.iter().all(|group| group.next().is_none()),
+    }
+}
+
+impl GroupRun {
+    /// Time that it has come to (s).
+    fn reached_s(&self) -> f64 {
+        self.at.step as f64 * self.coupling.group().clock.step_s
+    }
+
+    /// The next window, unless all are done.
+    pub fn next(&self) -> Option<Window> {
+        window_from(&self.coupling.group().clock, &self.at, self.end)
+    }
+
+    /// Does its next window, or as much of it as converges.
+    fn advance(
+        &mut self,
+        participants: &mut dyn Participants,
+        mut window: Window,
+    ) -> Result<(Window, AcceptedWindow), Error> {
+        self.at.rest = None;
+        let clock = self.coupling.group().clock;
+        let accepted = loop {
+            let (end, rest) = (self.end, self.at.rest);
+            let following = |done: &Window| {
+                let after = GroupPosition {
+                    window: done.index + 1,
+                    step: done.step + u64::from(done.substeps),
+                    rest,
+                };
+                window_from(&clock, &after, end)
+            };
+            match self.coupling.window(participants, window, following)? {
+                Attempt::Accepted(accepted) => break accepted,
+                Attempt::Halve => {
+                    self.at.rest = Some(self.at.rest.unwrap_or(0) + window.substeps / 2);
+                    let half = window.substeps.div_ceil(2);
+                    window = clock.window(self.at.window, self.at.step, half);
+                }
+            }
+        };
+        self.at.window += 1;
+        self.at.step += u64::from(window.substeps);
+        Ok((window, accepted))
+    }
+}
+
+/// The window that begins here: the rest of a halved one, else a full one or the part that is left before the end.
+fn window_from(clock: &Clock, at: &GroupPosition, end: u64) -> Option<Window> {
+    let substeps = || clock.substeps_before(at.step, end);
+    (at.step < end).then(|| {
+        let substeps = at.rest.unwrap_or_else(substeps);
+        clock.window(at.window, at.step, substeps)
+    })
+}
+
+/// A line for the log of a run.
+pub fn describe(group: &GroupRun) -> String {
+    let joined = group.coupling.group();
+    let clock = joined.clock;
+    format!(
+        "{} windows of {:.4e} s ({} steps of {:.4e} s), {} nodes, {} glued points",
+        group.end.div_ceil(clock.substeps.into()),
+        clock.window_s(),
+        clock.substeps,
+        clock.step_s,
+        joined.nodes.len(),
+        joined.points.len()
+    )
+}

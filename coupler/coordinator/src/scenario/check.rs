@@ -1,0 +1,276 @@
+//! Checks of a scenario that need no solver: ranges, names, and who is joined to whom.
+
+use kit::ConfigError;
+use kit::keys::proposal;
+use protocol::Cause;
+use scheme::keys::connected;
+
+use super::{LONGEST_WAIT, Participant, Scenario};
+use scheme::keys::{CompliancePrior, Dirichlet, Interface, SchemeWord};
+
+/// Stops at the first that fails.
+pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
+    let run = &scenario.run;
+    plain_name("run.name", &run.name)?;
+    let (deadlines, output) = (&run.deadlines, &run.output);
+    let sizes = [
+        ("run.thickness_m", Some(run.thickness_m)),
+        ("run.end_s", run.end_s),
+        ("run.output.fields_every_s", output.fields_every_s),
+        ("run.deadlines.setup_s", Some(deadlines.setup_s)),
+        ("run.deadlines.answer_s", Some(deadlines.answer_s)),
+        ("run.deadlines.idle_s", Some(deadlines.idle_s)),
+    ];
+    for (key, size) in sizes {
+        positive(key, size)?;
+        if key.contains("deadlines") && size > Some(LONGEST_WAIT) {
+            let problem = format!("must be at most {LONGEST_WAIT:e} s");
+            return Err(ConfigError::new(key, problem).because(Cause::OutOfRange));
+        }
+    }
+    let counts = [
+        ("signals_every_windows", output.signals_every_windows),
+        ("flush_every_windows", output.flush_every_windows),
+        ("alone_steps", output.alone_steps.into()),
+    ];
+    for (key, count) in counts {
+        at_least_one(&format!("run.output.{key}"), Some(count))?;
+    }
+    at_least_one("run.checkpoints_kept", Some(run.checkpoints_kept))?;
+    run.plausible.check()?;
+    if run.checkpoint_every_windows.is_some_and(|every| every > 0) && !run.output.exchange {
+        return Err(ConfigError::new(
+            "run.checkpoint_every_windows",
+            "a resumed run goes on with the log of the first, and run.output.exchange is false",
+        )
+        .because(Cause::ConflictingKeys)
+        .help("let run.output.exchange be true, or write no checkpoints"));
+    }
+    check_participants(&scenario.participant)?;
+    match (scenario.participant.len(), scenario.interface.as_slice()) {
+        (1, []) => Ok(()),
+        (count, []) => Err(ConfigError::new(
+            "interface",
+            format!("{count} participants and nothing that joins them"),
+        )
+        .because(Cause::MissingKey)
+        .help("add [[interface]], or keep one participant, which then runs alone")),
+        (_, interfaces) => check_interfaces(scenario, interfaces),
+    }
+}
+
+fn check_interfaces(scenario: &Scenario, interfaces: &[Interface]) -> Result<(), ConfigError> {
+    for (index, interface) in interfaces.iter().enumerate() {
+        check_interface(scenario, interface, index)?;
+        for before in &interfaces[..index] {
+            check_two_interfaces(before, interface, index)?;
+        }
+    }
+    for (index, participant) in scenario.participant.iter().enumerate() {
+        let joined = |interface: &Interface| interface.participants().contains(&&*participant.name);
+        if !interfaces.iter().any(joined) {
+            return Err(ConfigError::new(
+                &format!("participant[{index}].name"),
+                format!("no interface joins `{}`", participant.name),
+            )
+            .because(Cause::MissingKey)
+            .help("add an [[interface]] with one of its sets, or run it alone"));
+        }
+    }
+    for group in connected(&scenario.interface) {
+        for index in &group[1..] {
+            check_one_solution(&interfaces[group[0]], &interfaces[*index], *index)?;
+        }
+    }
+    Ok(())
+}
+
+/// Names and sets belong to one interface.
+fn check_two_interfaces(
+    before: &Interface,
+    interface: &Interface,
+    index: usize,
+) -> Result<(), ConfigError> {
+    if before.name == interface.name {
+        return Err(ConfigError::new(
+            &format!("interface[{index}].name"),
+            format!(
+                "the name `{}` is taken by another interface",
+                interface.name
+            ),
+        )
+        .because(Cause::DuplicateName)
+        .help("give each interface a name of its own"));
+    }
+    let mut sides = interface.between.iter();
+    let twice = sides.find(|side| before.between.contains(side));
+    twice.map_or(Ok(()), |set| {
+        let error = ConfigError::new(
+            &format!("interface[{index}].between"),
+            format!(
+                "`{set}` is joined by the interface `{}` already",
+                before.name
+            ),
+        );
+        let error = error.because(Cause::SetCoupledTwice);
+        Err(error.help("one interface carries a set: name another set of the participant"))
+    })
+}
+
+/// Connected interfaces are solved together, so that they have one value of each key that says how.
+fn check_one_solution(
+    first: &Interface,
+    interface: &Interface,
+    index: usize,
+) -> Result<(), ConfigError> {
+    let (ours, theirs) = (interface.given, first.given);
+    let agree = [
+        ("scheme", ours.scheme == theirs.scheme),
+        ("dirichlet", ours.dirichlet() == theirs.dirichlet()),
+        ("repeats_max", ours.repeats_max() == theirs.repeats_max()),
+        ("compliance", ours.compliance() == theirs.compliance()),
+        ("acceleration", ours.acceleration() == theirs.acceleration()),
+        ("relaxation", ours.relaxation() == theirs.relaxation()),
+        (
+            "on_not_converged",
+            first.on_not_converged == interface.on_not_converged,
+        ),
+    ];
+    agree.iter().find(|(_, same)| !same).map_or(Ok(()), |(key, _)| {
+        let error = ConfigError::new(
+            &format!("interface[{index}].{key}"),
+            format!(
+                "differs from that of the interface `{}`, which is connected through participants and solved together with `{}`",
+                first.name, interface.name
+            ),
+        );
+        Err(error.because(Cause::ConflictingKeys).help("give both the same value"))
+    })
+}
+
+fn check_participants(participants: &[Participant]) -> Result<(), ConfigError> {
+    if participants.is_empty() {
+        let problem = "a run needs at least one participant";
+        return Err(ConfigError::new("participant", problem)
+            .because(Cause::MissingKey)
+            .help("add [[participant]] with name, kind and config"));
+    }
+    for (index, participant) in participants.iter().enumerate() {
+        let (key, name) = (format!("participant[{index}].name"), &participant.name);
+        plain_name(&key, name)?;
+        refuse_taken(&key, name, &participants[..index])?;
+        if participant.command.as_ref().is_some_and(Vec::is_empty) {
+            return Err(ConfigError::new(
+                &format!("participant[{index}].command"),
+                "is empty: give the program and its arguments, or leave the key out",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a name that an earlier participant or a part of the program itself has.
+fn refuse_taken(key: &str, name: &str, before: &[Participant]) -> Result<(), ConfigError> {
+    let by = if before.iter().any(|other| other.name == name) {
+        "another participant"
+    } else if ["coupler", "coordinator"].contains(&name) {
+        "a part of the program itself"
+    } else {
+        return Ok(());
+    };
+    let problem = format!("the name `{name}` is taken by {by}");
+    Err(ConfigError::new(key, problem)
+        .because(Cause::DuplicateName)
+        .help("give each participant a name of its own: messages, logs and interfaces go by it"))
+}
+
+fn check_interface(
+    scenario: &Scenario,
+    interface: &Interface,
+    index: usize,
+) -> Result<(), ConfigError> {
+    let key = |name: &str| format!("interface[{index}].{name}");
+    plain_name(&key("name"), &interface.name)?;
+    let given = interface.given;
+    at_least_one(&key("substeps"), Some(interface.substeps.into()))?;
+    positive(&key("window_s"), interface.window_s)?;
+    at_least_one(&key("repeats_max"), given.repeats_max.map(u64::from))?;
+    positive(&key("tolerance_rel"), Some(interface.tolerance_rel))?;
+    positive(&key("relaxation"), given.relaxation)?;
+    let bound = interface.energy_defect_max_rel;
+    positive(&key("energy_defect_max_rel"), bound)?;
+    if let Some(relaxation) = given.relaxation.filter(|relaxation| *relaxation > 1.0) {
+        let problem = format!("must be at most 1, got {relaxation}");
+        return Err(ConfigError::new(&key("relaxation"), problem).because(Cause::OutOfRange));
+    }
+    if given.scheme == SchemeWord::Velocity && given.compliance == Some(CompliancePrior::Mass) {
+        let problem =
+            "scheme = \"velocity\" goes by the impedance that the continuum tells, not by masses";
+        let error = ConfigError::new(&key("compliance"), problem).because(Cause::ConflictingKeys);
+        return Err(error.help("remove the key, or take scheme = \"dual-schur-secant\""));
+    }
+    if given.dirichlet == Some(Dirichlet::Continuum)
+        && interface.scheme.dirichlet() != Dirichlet::Continuum
+    {
+        let problem = "the scheme gives both sides force and motion at once, so that neither follows the other";
+        let error = ConfigError::new(&key("dirichlet"), problem).because(Cause::ConflictingKeys);
+        return Err(error.help("remove the key, or take scheme = \"fixed-point-serial\""));
+    }
+    check_between(scenario, interface, &key("between"))
+}
+
+/// Both sides are sets of participants, and not of the same one.
+fn check_between(scenario: &Scenario, interface: &Interface, key: &str) -> Result<(), ConfigError> {
+    let participants = scenario.participant.iter();
+    let names: Vec<&str> = participants.map(|p| p.name.as_str()).collect();
+    for side in &interface.between {
+        let Some((participant, _)) = side.split_once('.') else {
+            let problem =
+                format!("`{side}` must be written participant.set, for instance rail.top");
+            return Err(ConfigError::new(key, problem));
+        };
+        if !names.contains(&participant) {
+            let problem = format!("no participant is named `{participant}`");
+            let help = proposal(participant, "participants", &names);
+            return Err(ConfigError::new(key, problem)
+                .because(Cause::UnknownName)
+                .help(help));
+        }
+    }
+    let [one, other] = interface.participants();
+    if one == other {
+        return Err(ConfigError::new(key, "joins a participant with itself")
+            .help("name a set of another participant in the second place"));
+    }
+    Ok(())
+}
+
+fn positive(key: &str, value: Option<f64>) -> Result<(), ConfigError> {
+    let refused = value.filter(|value| !(*value > 0.0 && value.is_finite()));
+    refused.map_or(Ok(()), |value| {
+        let problem = format!("must be a positive number, got {value}");
+        Err(ConfigError::new(key, problem)
+            .because(Cause::OutOfRange)
+            .help("write a number above 0, in the unit that the key ends with"))
+    })
+}
+
+fn at_least_one(key: &str, value: Option<u64>) -> Result<(), ConfigError> {
+    if value == Some(0) {
+        return Err(ConfigError::new(key, "must be at least 1, got 0").because(Cause::OutOfRange));
+    }
+    Ok(())
+}
+
+/// A name that can be a file name on any system: letters, digits, `-` and `_`.
+fn plain_name(key: &str, name: &str) -> Result<(), ConfigError> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if name.chars().all(plain) && (1..=64).contains(&name.len()) && !name.starts_with('-') {
+        return Ok(());
+    }
+    let problem = format!(
+        "`{}` must be 1 to 64 letters, digits, `-` or `_`, the first no `-`: it becomes a file name",
+        name.escape_debug()
+    );
+    Err(ConfigError::new(key, problem))
+}

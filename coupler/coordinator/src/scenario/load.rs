@@ -1,0 +1,255 @@
+//! Reading a scenario: file, `--set`, checks.
+
+use std::path::{Path, PathBuf};
+
+use kit::ConfigError;
+use kit::keys::config_error;
+use protocol::Cause;
+
+use super::Scenario;
+use super::check::check;
+use super::overrides::apply;
+use super::paths;
+use super::source::Source;
+use crate::error::{Code, Error, Refusal, ScenarioError};
+use scenes::kept;
+
+/// A scenario that passed all checks which need no solver.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The scenario with overrides applied.
+    pub scenario: Scenario,
+    /// Its text after overrides, as `scenario.toml` of the run directory keeps it.
+    pub resolved: String,
+    /// blake3 of `resolved`, in hexadecimal.
+    pub hash: String,
+    /// The original file, for messages.
+    pub source: Source,
+    /// Folder of the scenario when it was first run, in which the commands of participants start (absolute).
+    pub folder: PathBuf,
+}
+
+/// Key of the manifest that keeps [`Loaded::folder`] for whoever goes on with a run or repeats it.
+pub const FOLDER_KEY: &str = "scenario_folder";
+
+/// The folder that a manifest keeps.
+pub fn folder_of_manifest(manifest: &str) -> Option<PathBuf> {
+    let manifest: serde_json::Value = serde_json::from_str(manifest).ok()?;
+    manifest[FOLDER_KEY].as_str().map(PathBuf::from)
+}
+
+/// Longest scenario (bytes); layers of listed disks take some 100 a disk.
+const LONGEST_FILE: u64 = 64 << 20;
+
+/// Reads a scenario by folder, file, name under `scenarios/` or name of a shipped one, and applies `KEY=VALUE` overrides in order.
+pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded, Error> {
+    match find(scenario)? {
+        Found::File(path) => read(&path, overrides),
+        Found::Shipped(file) if scenes::stands_alone(&file) => parse(Source {
+            name: format!("{scenario} (built in)"),
+            text: scenes::text(&file).unwrap_or_default().into(),
+            overrides: overrides.to_vec(),
+        }),
+        Found::Shipped(file) => read(&kept::all(scenario)?.join(file), overrides),
+    }
+}
+
+/// Reads the file of a scenario.
+fn read(path: &Path, overrides: &[String]) -> Result<Loaded, Error> {
+    let length = path.metadata().map_or(0, |file| file.len());
+    if length > LONGEST_FILE {
+        let problem = format!("a scenario has at most {LONGEST_FILE} bytes, this file {length}");
+        return Err(Refusal::file(path, problem).into());
+    }
+    let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
+    let beside = path.parent().unwrap_or(Path::new(""));
+    let manifest = std::fs::read_to_string(beside.join("manifest.json"));
+    let kept = manifest.ok().as_deref().and_then(folder_of_manifest);
+    let source = Source {
+        name: path.display().to_string(),
+        text,
+        overrides: overrides.to_vec(),
+    };
+    Ok(Loaded {
+        folder: kept.unwrap_or_else(|| absolute(beside)),
+        ..parse(source)?
+    })
+}
+
+fn absolute(folder: &Path) -> PathBuf {
+    let here = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf())
+}
+
+/// Reads a scenario from a text with its overrides.
+pub fn parse(source: Source) -> Result<Loaded, Error> {
+    let table: Result<toml::Table, _> = source.text.parse();
+    let mut table = table.map_err(|error| syntax_error(&source, &error))?;
+    for set in &source.overrides {
+        apply(&mut table, set)?;
+    }
+    let folder = Path::new(&source.name).parent();
+    paths::make_absolute(&mut table, folder.unwrap_or(Path::new("")));
+    if let Some((key, value)) = not_finite(&toml::Value::Table(table.clone())) {
+        let error = ConfigError::new(&key, format!("must be a finite number, got {value}"));
+        let error = error.because(Cause::OutOfRange);
+        return Err(source.error(&key, error));
+    }
+    let scenario: Scenario = serde_path_to_error::deserialize(table.clone()).map_err(|error| {
+        let found = config_error(&error.path().to_string(), &error.inner().to_string());
+        source.error(&found.key.clone(), found)
+    })?;
+    check(&scenario).map_err(|error| source.error(&error.key.clone(), error))?;
+    let resolved = toml::to_string(&table)
+        .map_err(|error| Refusal::file(&source.name, format!("cannot be written back: {error}")))?;
+    let hash = blake3::hash(resolved.as_bytes()).to_hex().to_string();
+    Ok(Loaded {
+        folder: absolute(folder.unwrap_or(Path::new(""))),
+        scenario,
+        resolved,
+        hash,
+        source,
+    })
+}
+
+/// The place of a scenario.
+enum Found {
+    File(PathBuf),
+    /// Its file among the shipped ones.
+    Shipped(String),
+}
+
+/// A folder with `scenario.toml`, a file, or a name under `scenarios/`; else a shipped one.
+fn find(scenario: &str) -> Result<Found, Error> {
+    let given = Path::new(scenario);
+    let named = Path::new("scenarios").join(scenario);
+    for candidate in [given, &named] {
+        let inside = candidate.join("scenario.toml");
+        if let Some(file) = [candidate, &inside].into_iter().find(|file| file.is_file()) {
+            return Ok(Found::File(file.to_path_buf()));
+        }
+        if let Some(other) = [candidate, &inside]
+            .into_iter()
+            .find(|path| path.exists() && !path.is_dir())
+        {
+            let problem = "is a pipe or a device; a scenario is a file that can be read twice";
+            return Err(Refusal::file(other, problem).into());
+        }
+    }
+    scenes::scene_file(scenario)
+        .map(Found::Shipped)
+        .ok_or_else(|| {
+            let meant = scenes::meant(scenario, false);
+            let name = scenario.into();
+            Refusal::NoScenario { name, meant }.into()
+        })
+}
+
+fn syntax_error(source: &Source, error: &toml::de::Error) -> Error {
+    Error::Scenario(Box::new(ScenarioError {
+        code: Code::TomlSyntax,
+        key: source.name.clone(),
+        problem: format!("not valid TOML: {}", error.message()),
+        help: None,
+        source_file: Some(miette::NamedSource::new(&source.name, source.text.clone())),
+        span: error.span().map(Into::into),
+    }))
+}
+
+/// The path and value of the first number that is not finite; entries of lists go by their name if they have one.
+fn not_finite(value: &toml::Value) -> Option<(String, f64)> {
+    let below = |name: String, value: &toml::Value| {
+        let (key, found) = not_finite(value)?;
+        let dot = if key.is_empty() { "" } else { "." };
+        Some((format!("{name}{dot}{key}"), found))
+    };
+    match value {
+        toml::Value::Float(number) if !number.is_finite() => Some((String::new(), *number)),
+        toml::Value::Table(table) => {
+            let mut keys = table.iter();
+            keys.find_map(|(name, value)| below(name.clone(), value))
+        }
+        toml::Value::Array(entries) => entries.iter().enumerate().find_map(|(index, value)| {
+            let name = value.get("name").and_then(toml::Value::as_str);
+            below(name.map_or_else(|| index.to_string(), String::from), value)
+        }),
+        _ => None,
+    }
+}
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SMALL: &str = r#"
+[run]
+name = "small"
+thickness_m = 1e-3
+[[participant]]
+name = "rail"
+kind = "fem"
+[participant.config.wheel]
+load_n = 8000.0
+"#;
+
+    fn read(text: &str, overrides: &[&str]) -> Result<Loaded, Error> {
+        let source = Source {
+            name: "small.toml".into(),
+            text: text.into(),
+            overrides: overrides.iter().map(|s| s.to_string()).collect(),
+        };
+        parse(source)
+    }
+
+    fn key_of(error: Error) -> String {
+        match error {
+            Error::Scenario(error) => {
+                assert!(error.span.is_some(), "{error} points nowhere");
+                error.key
+            }
+            other => panic!("expected a scenario error, got {other}"),
+        }
+    }
+
+    #[test]
+    fn overrides_reach_named_participants_and_keep_every_bit() {
+        let loaded = read(
+            SMALL,
+            &["participant.rail.config.wheel.load_n=8000.000000000001"],
+        )
+        .expect("valid");
+        let wheel = &loaded.scenario.participant[0].config["wheel"];
+        assert_eq!(wheel["load_n"].as_float(), Some(8000.000000000001));
+        assert_ne!(loaded.hash, read(SMALL, &[]).expect("valid").hash);
+    }
+
+    #[test]
+    fn what_is_not_toml_is_a_string() {
+        let loaded = read(SMALL, &["run.transport=channel"]).expect("valid");
+        assert_eq!(
+            loaded.scenario.run.transport,
+            super::super::TransportKind::Channel
+        );
+    }
+
+    #[test]
+    fn an_unknown_key_is_named_where_it_stands() {
+        let error = read(&SMALL.replace("thickness_m", "thikness_m"), &[]).expect_err("mistyped");
+        assert_eq!(key_of(error), "run.thikness_m");
+    }
+
+    #[test]
+    fn a_number_that_is_not_finite_is_named() {
+        let error = read(&SMALL.replace("8000.0", "nan"), &[]).expect_err("not a number");
+        assert_eq!(key_of(error), "participant.rail.config.wheel.load_n");
+    }
+
+    #[test]
+    fn a_negative_thickness_is_refused() {
+        let error = read(&SMALL.replace("1e-3", "-1e-3"), &[]).expect_err("negative");
+        assert_eq!(key_of(error), "run.thickness_m");
+    }
+}

@@ -1,0 +1,533 @@
+//! `summary.json`, schema `thirdbody.summary/1`.
+
+use std::collections::BTreeMap;
+
+use protocol::busy::BusyTimes;
+use protocol::serve::Farewell;
+use protocol::{Finding, HeldLoad, Phase, Role};
+use serde::{Serialize, Serializer};
+use serde_json::{Map, Value};
+
+use crate::cost::account::TimeAccount;
+use crate::cost::memory::{own_cpu_s, peak_bytes};
+use crate::cost::prediction::Pace;
+use crate::error::{CHECK_FAILED, Error};
+use crate::output::collection::FieldsSummary;
+use crate::output::sample::load_history;
+use crate::participants::handshake::Greeted;
+use crate::participants::journal::Closed;
+use crate::plausible::{self, InterfaceWorks, Warning};
+use crate::scenario::{Plausible, Scenario};
+use scheme::coupling::Coupling;
+use scheme::keys::{Interface, Scheme};
+use scheme::ledger::{EnergyLedger, EnergySums, InterfaceLedger, ratio};
+use scheme::predict::prediction::Prediction;
+
+mod spent;
+
+use spent::Spent;
+
+/// Outcome of a run: the file, field by field. Fields that never came about (a run that ended early) are left out of it.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Summary {
+    schema: &'static str,
+    scenario: String,
+    status: &'static str,
+    exit_code: i32,
+    message: String,
+    /// Code of the error that ended it; `thirdbody explain CODE` tells cause and cure.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    code: Option<&'static str>,
+    /// Simulated time that stands (s).
+    pub sim_time_s: f64,
+    wall_s: f64,
+    /// Parts of `wall_s`, and its prediction.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub spent: Option<Spent>,
+    /// What the setting was chosen by, where it was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub budget: Option<Value>,
+    /// Windows that stand.
+    pub windows: u64,
+    /// Values and keys that are not plausible, in the order in which they were found.
+    pub warnings: Vec<Warning>,
+    #[serde(serialize_with = "by_name")]
+    participants: Vec<(String, ParticipantSummary)>,
+    /// This process.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coordinator: Option<CoordinatorSummary>,
+    /// Results by name, unit in the name.
+    pub results: BTreeMap<String, f64>,
+    hashes: Hashes,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    phases: Vec<Phase>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    log: Option<LogSummary>,
+    /// The fields, where they are written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fields: Option<FieldsSummary>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    repeats_mean: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coupling: Option<InterfaceSummary>,
+    #[serde(serialize_with = "by_name", skip_serializing_if = "Vec::is_empty")]
+    interfaces: Vec<(String, InterfaceSummary)>,
+    /// Stability of the interfaces as it was predicted after the handshake.
+    #[serde(serialize_with = "by_name", skip_serializing_if = "Vec::is_empty")]
+    pub stability: Vec<(String, Prediction)>,
+    /// Lines about stability and log from before the first window.
+    #[serde(skip)]
+    pub foreseen: Vec<String>,
+    /// Size of the log (bytes) as it was foreseen after the handshake, with the fewest and the most repeats.
+    #[serde(skip)]
+    pub log_predicted_bytes: Option<[u64; 2]>,
+    /// Energies of points with masses of their own, of all interfaces.
+    #[serde(skip)]
+    points: Option<EnergyLedger>,
+    /// The participants that each interface of `interfaces` joins.
+    #[serde(skip)]
+    joins: Vec<Join>,
+    /// Interfaces that are to be seen failing: staggered, with `unsafe_window`.
+    #[serde(skip)]
+    shown_to_fail: Vec<String>,
+    /// Loads that participants hold.
+    #[serde(skip)]
+    held: Vec<Option<HeldLoad>>,
+}
+
+/// The participants that an interface joins, and its index in the scenario and in `interfaces`, which goes group by group.
+#[derive(Clone, Copy, Debug)]
+struct Join {
+    index: usize,
+    entry: usize,
+    continuum: usize,
+    wall: usize,
+}
+
+#[derive(Clone, Debug, Default, Serialize)]
+struct Hashes {
+    scenario: String,
+    exchange: Option<String>,
+    state: Option<String>,
+}
+
+/// The coordinator, with the coupler in it. Where participants are threads of it, their processor times and memories are its own.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct CoordinatorSummary {
+    pid: u32,
+    cpu_s: f64,
+    peak_rss_bytes: u64,
+}
+
+#[derive(Clone, Debug, Default, Serialize)]
+struct ParticipantSummary {
+    kind: String,
+    pid: u32,
+    /// Hash of the recipe of its prepared sample, and whether that was read from the cache.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    prepared_sample_hash: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    prepared_from_cache: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    energy: Option<Map<String, Value>>,
+    /// False for a participant whose energies cannot be judged; absent where they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ledger: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    energy_balance_rel: Option<f64>,
+    /// Difference between the work at its interfaces that it tells and the one that was exchanged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interface_work_rel: Option<f64>,
+    /// Work that its ledger says was done on it through its interfaces (J).
+    #[serde(skip)]
+    through_j: Option<f64>,
+    #[serde(flatten)]
+    work: Option<WorkSummary>,
+}
+
+/// Work of a participant, as it said at the end.
+#[derive(Clone, Debug, Serialize)]
+struct WorkSummary {
+    steps: u64,
+    cpu_s: f64,
+    solve_wall_s: f64,
+    setup_wall_s: f64,
+    wait_s: f64,
+    work: BTreeMap<String, f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ns_per_work: Option<f64>,
+    peak_rss_bytes: u64,
+    state_hash: String,
+    warnings: Vec<String>,
+}
+
+/// Works at an interface (J), see [`InterfaceLedger`].
+#[derive(Clone, Copy, Debug, Default)]
+struct Works {
+    continuum_j: f64,
+    wall_j: Option<f64>,
+    /// Sum of the sizes of the works of all windows.
+    size_j: f64,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct InterfaceSummary {
+    gap_max_rel: f64,
+    energy_defect_rel: f64,
+    force_residual_rel: f64,
+    not_converged_windows: u64,
+    halved_windows: u64,
+    contact_iterations: u64,
+    contact_residual_max: f64,
+    #[serde(skip)]
+    works: Works,
+    /// Energies of points with masses of their own.
+    #[serde(flatten)]
+    points: Map<String, Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wall_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    share: Option<f64>,
+    /// The time of the windows by who was at work; `wall_s` is that in which no participant was.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    account: Option<TimeAccount>,
+}
+
+/// `wall_s` is what the run loses to the log, `share` that of its wall-clock time; the writing thread's time and that of
+/// the hash, which is made without a log too, are told beside it.
+#[derive(Clone, Debug, Serialize)]
+struct LogSummary {
+    bytes: u64,
+    predicted_bytes: Option<u64>,
+    /// If every window takes as many repeats as it may, where that is more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    predicted_max_bytes: Option<u64>,
+    messages: u64,
+    wall_s: f64,
+    share: f64,
+    writer_wall_s: f64,
+    hash_wall_s: f64,
+}
+
+impl Summary {
+    /// Begins with a run that has not done anything yet.
+    pub fn new(scenario: &str, scenario_hash: &str) -> Summary {
+        Summary {
+            schema: "thirdbody.summary/1",
+            scenario: scenario.to_string(),
+            hashes: Hashes {
+                scenario: scenario_hash.to_string(),
+                ..Hashes::default()
+            },
+            ..Summary::default()
+        }
+    }
+
+    /// Enters the participants that answered.
+    pub fn greet(&mut self, scenario: &Scenario, greeted: &[Greeted]) {
+        self.phases = load_history(greeted.iter().map(|greeted| &greeted.description));
+        for (participant, greeted) in scenario.participant.iter().zip(greeted) {
+            let prepared = greeted.description.prepared_sample.as_ref();
+            let summary = ParticipantSummary {
+                kind: greeted.description.kind.clone(),
+                pid: greeted.pid,
+                prepared_sample_hash: prepared.map(|sample| sample.hash.clone()),
+                prepared_from_cache: prepared.map(|sample| sample.from_cache),
+                ..ParticipantSummary::default()
+            };
+            self.participants.push((participant.name.clone(), summary));
+        }
+        let naive = |interface: &&Interface| {
+            interface.unsafe_window && matches!(interface.scheme, Scheme::Staggered { .. })
+        };
+        let naive = scenario.interface.iter().filter(naive);
+        self.shown_to_fail = naive.map(|interface| interface.name.clone()).collect();
+    }
+
+    /// Enters what the interfaces of all groups have seen.
+    pub fn interfaces<'a>(&mut self, couplings: impl Iterator<Item = &'a Coupling>) {
+        let mut all = InterfaceLedger::default();
+        let (mut nodes, mut points) = (0, 0);
+        for coupling in couplings {
+            let group = coupling.group();
+            nodes += group.nodes.len();
+            points += group.points.len();
+            let patches = group.patches.iter().zip(&coupling.ledgers);
+            for (place, (patch, ledger)) in patches.enumerate() {
+                all.merge(ledger, place > 0);
+                self.joins.push(Join {
+                    index: patch.index,
+                    entry: self.interfaces.len(),
+                    continuum: group.force_driven[patch.force_driven].peer,
+                    wall: group.motion_driven[patch.motion_driven].peer,
+                });
+                let summary = InterfaceSummary::of(ledger);
+                self.interfaces.push((patch.name.clone(), summary));
+            }
+        }
+        self.windows = all.windows;
+        self.repeats_mean = Some(all.repeats_mean());
+        self.coupling = Some(InterfaceSummary::of(&all));
+        self.points = all.points();
+        let counts = [("interface_nodes", nodes), ("interface_points", points)];
+        let counts = counts.map(|(name, count)| (name.to_string(), count as f64));
+        self.results.extend(counts);
+    }
+
+    /// Enters the latest energies of all participants; points with masses of their own count as one more.
+    pub fn energies(&mut self, energies: &[EnergyLedger]) {
+        for ((_, participant), energy) in self.participants.iter_mut().zip(energies) {
+            if energy.terms.is_empty() {
+                participant.ledger = Some(false);
+                continue;
+            }
+            participant.energy = Some(joules("", energy));
+            let told = energy.terms.iter().any(|t| t.role == Role::InterfaceWork);
+            participant.through_j = told.then(|| energy.sums().through_j);
+            participant.energy_balance_rel = Some(energy.sums().balance_rel());
+        }
+        if energies.iter().any(|energy| energy.terms.is_empty()) {
+            return;
+        }
+        let all = energies.iter().chain(&self.points);
+        let total = EnergySums::together(all.map(EnergyLedger::sums));
+        let balance = total.balance_rel();
+        self.results.insert("energy_balance_rel".into(), balance);
+    }
+
+    /// Enters what this process cost since it had used so much processor time (s).
+    pub fn coordinator(&mut self, since_cpu_s: f64) {
+        self.coordinator = Some(CoordinatorSummary {
+            pid: std::process::id(),
+            cpu_s: own_cpu_s() - since_cpu_s,
+            peak_rss_bytes: peak_bytes(&[]),
+        });
+    }
+
+    /// Enters what the participants said at the end.
+    pub fn farewell(&mut self, farewells: Vec<Farewell>) {
+        let mut state = blake3::Hasher::new();
+        for ((name, participant), farewell) in self.participants.iter_mut().zip(farewells) {
+            let outcome = farewell.outcome;
+            self.held.push(outcome.held_load);
+            state.update(name.as_bytes());
+            state.update(outcome.state_hash.as_bytes());
+            self.results.extend(outcome.results);
+            let work: f64 = outcome.work.values().sum();
+            participant.work = Some(WorkSummary {
+                steps: outcome.steps,
+                cpu_s: farewell.cpu_s,
+                solve_wall_s: farewell.solve_wall_s,
+                setup_wall_s: farewell.setup_wall_s,
+                wait_s: farewell.wait_s,
+                work: outcome.work,
+                ns_per_work: (work > 0.0).then(|| 1e9 * farewell.solve_wall_s / work),
+                peak_rss_bytes: farewell.peak_rss_bytes,
+                state_hash: outcome.state_hash,
+                warnings: outcome.warnings,
+            });
+        }
+        self.hashes.state = Some(state.finalize().to_hex().to_string());
+    }
+
+    /// Enters what a run cost, `run_wall_s` after its start; `awaited` are the times in which it waited for each participant.
+    pub fn spent(
+        &mut self,
+        pace: &Pace,
+        farewells: &[Farewell],
+        awaited: &[BusyTimes],
+        run_wall_s: f64,
+    ) {
+        self.spent = Spent::of(pace);
+        if let (Some(coupling), Some(stretch_ns)) = (&mut self.coupling, pace.stretch_ns()) {
+            let told: Vec<BusyTimes> = farewells.iter().map(|said| said.busy.clone()).collect();
+            let account = TimeAccount::of(stretch_ns, &told, awaited);
+            let wall_s = account.own_wall_s + account.wait_s;
+            coupling.wall_s = Some(wall_s);
+            coupling.share = Some(ratio(wall_s, run_wall_s));
+            coupling.account = Some(account);
+        }
+    }
+
+    /// Enters the finished journal, so long (s) after the start of the run.
+    pub fn close(&mut self, closed: &Closed, closed_wall_s: f64) {
+        self.hashes.exchange = Some(closed.hash.clone());
+        self.log = closed.log.map(|log| {
+            let wall_s = log.caller_wall.as_secs_f64();
+            let most = self.log_predicted_bytes;
+            LogSummary {
+                bytes: log.bytes,
+                predicted_bytes: self.log_predicted_bytes.map(|[least, _]| least),
+                predicted_max_bytes: most
+                    .filter(|[least, most]| most > least)
+                    .map(|[_, most]| most),
+                messages: log.messages,
+                wall_s,
+                share: ratio(wall_s, closed_wall_s),
+                writer_wall_s: log.writer_wall.as_secs_f64(),
+                hash_wall_s: closed.hash_wall.as_secs_f64(),
+            }
+        });
+    }
+
+    /// Warnings about forces, energies and joins; `through_n` is the mean force through each interface of the scenario while results
+    /// are sampled, as it pushes the continuum down (N).
+    pub fn judged(&self, bounds: &Plausible, through_n: &[Option<f64>]) -> Vec<Warning> {
+        let mut found = Vec::new();
+        let mut add = |place: &str, finding: Option<Finding>| {
+            found.extend(finding.map(|finding| Warning::of(place, finding)));
+        };
+        for (peer, (name, participant)) in self.participants.iter().enumerate() {
+            let balance = participant.energy_balance_rel;
+            let judged = |value| plausible::energy_balance(bounds.energy_balance_rel, value);
+            add(name, balance.and_then(judged));
+            let load = self.held.get(peer).copied().flatten();
+            let through = self.joins.iter().map(|join| join.force_of(peer, through_n));
+            let through: Option<f64> = through.flatten().reduce(|sum, force| sum + force);
+            let judged =
+                |(load, through)| plausible::force_balance(bounds.force_balance_rel, load, through);
+            add(name, load.zip(through).and_then(judged));
+            let works = self.works_of(peer);
+            let judged = |works| plausible::interface_work(bounds.interface_work_rel, works);
+            add(name, works.and_then(judged));
+        }
+        for (name, interface) in &self.interfaces {
+            let energy = interface.energy_defect_rel;
+            let judged = plausible::interface_energy(bounds.interface_energy_rel, energy);
+            add(name, judged.filter(|_| !self.shown_to_fail.contains(name)));
+            add(name, plausible::gap(bounds.gap_rel, interface.gap_max_rel));
+            let accepted = interface.not_converged_windows;
+            let judged = plausible::not_converged(bounds.not_converged_rel, accepted, self.windows);
+            add(name, judged);
+        }
+        let total = self.results.get("energy_balance_rel");
+        let judged = |value: &f64| plausible::energy_balance(bounds.energy_balance_rel, *value);
+        let several = self.participants.len() > 1;
+        add("run", total.filter(|_| several).and_then(judged));
+        found
+    }
+
+    /// Work that was done on a participant through its interfaces, where it tells it.
+    fn works_of(&self, peer: usize) -> Option<InterfaceWorks> {
+        let told_j = self.participants[peer].1.through_j?;
+        let of = |join: &Join| {
+            let works = self.interfaces.get(join.entry)?.1.works;
+            let seen_j = if peer == join.continuum {
+                works.continuum_j
+            } else if peer == join.wall {
+                -works.wall_j?
+            } else {
+                return None;
+            };
+            Some([seen_j, works.size_j])
+        };
+        let each = self.joins.iter().filter_map(of);
+        let [seen_j, size_j] = each.reduce(|sum, one| [sum[0] + one[0], sum[1] + one[1]])?;
+        Some(InterfaceWorks {
+            told_j,
+            seen_j,
+            size_j,
+        })
+    }
+
+    /// Enters how far the works at interfaces that participants tell are from those that were exchanged.
+    pub fn interface_works(&mut self) {
+        for peer in 0..self.participants.len() {
+            let works = self.works_of(peer);
+            self.participants[peer].1.interface_work_rel = works.map(|works| works.apart_rel());
+        }
+    }
+
+    /// Enters how it ended; `strict` makes any warning suspect.
+    pub fn end(&mut self, wall_s: f64, error: Option<&Error>, strict: bool) {
+        let suspect = |warning: &Warning| strict || warning.suspect;
+        let (code, status) = if self.warnings.iter().any(suspect) {
+            (CHECK_FAILED, "suspect")
+        } else {
+            (0, "completed")
+        };
+        self.wall_s = wall_s;
+        if let Some(spent) = &mut self.spent {
+            spent.end(wall_s, self.windows);
+        }
+        self.status = error.map_or(status, Error::status);
+        self.exit_code = error.map_or(code, Error::exit_code);
+        self.message = error.map_or_else(String::new, ToString::to_string);
+        self.code = error.map(|error| error.code().word());
+    }
+
+    /// The word for how it ended.
+    pub fn status(&self) -> &'static str {
+        self.status
+    }
+
+    /// The exit code of the run.
+    pub fn exit_code(&self) -> i32 {
+        self.exit_code
+    }
+
+    /// The text of summary.json.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("plain data always serialises")
+    }
+
+    /// summary.json as a value.
+    pub fn value(&self) -> Value {
+        serde_json::to_value(self).expect("plain data always serialises")
+    }
+}
+
+impl Join {
+    /// The mean force that leaves a participant downwards here (N): a wall pushes its continuum, which pushes back.
+    fn force_of(&self, peer: usize, through_n: &[Option<f64>]) -> Option<f64> {
+        let force = through_n.get(self.index).copied().flatten()?;
+        if peer == self.wall {
+            Some(force)
+        } else if peer == self.continuum {
+            Some(-force)
+        } else {
+            None
+        }
+    }
+}
+
+impl InterfaceSummary {
+    fn of(ledger: &InterfaceLedger) -> InterfaceSummary {
+        let points = ledger.points().unwrap_or_default();
+        InterfaceSummary {
+            gap_max_rel: ledger.gap_max_rel,
+            energy_defect_rel: ledger.energy_defect_rel(),
+            force_residual_rel: ledger.force_residual_rel(),
+            not_converged_windows: ledger.not_converged,
+            halved_windows: ledger.halved,
+            contact_iterations: ledger.contact_iterations,
+            contact_residual_max: ledger.contact_residual_max,
+            works: Works {
+                continuum_j: ledger.work_j,
+                // Points with masses of their own go on between the velocities that are told.
+                wall_j: ledger.points().is_none().then_some(ledger.wall_work_j),
+                size_j: ledger.energy_j,
+            },
+            points: joules("points_", &points),
+            wall_s: None,
+            share: None,
+            account: None,
+        }
+    }
+}
+
+/// The values of a ledger (J) by the names of its terms.
+fn joules(prefix: &str, ledger: &EnergyLedger) -> Map<String, Value> {
+    let terms = ledger.terms.iter().zip(&ledger.values);
+    terms
+        .map(|(term, joules)| (format!("{prefix}{}_j", term.name), (*joules).into()))
+        .collect()
+}
+
+/// Writes named things as one object, in their order.
+fn by_name<T: Serialize, S: Serializer>(named: &[(String, T)], out: S) -> Result<S::Ok, S::Error> {
+    out.collect_map(named.iter().map(|(name, value)| (name, value)))
+}
+
+#[cfg(test)]
+mod tests;

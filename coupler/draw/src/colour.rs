@@ -1,0 +1,156 @@
+//! The colour scale of maps, which grows darker from 0 to its end so that it can be read in grey, and its bar.
+
+use std::fmt::Write as _;
+
+use super::axis::labelled;
+
+/// Colours at equal distances of the scale.
+const STOPS: [[f64; 3]; 6] = [
+    [250.0, 246.0, 233.0],
+    [253.0, 221.0, 158.0],
+    [249.0, 170.0, 91.0],
+    [226.0, 101.0, 66.0],
+    [164.0, 38.0, 69.0],
+    [72.0, 11.0, 58.0],
+];
+/// Below zero, as light as zero and hatched.
+const BELOW: &str = "url(#below)";
+const HATCH: &str = "<pattern id=\"below\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><path fill=\"#edf3fa\" d=\"M0 0h6v6h-6z\"/><path fill=\"#a9bfd8\" d=\"M0 0h1v6h-1z\"/></pattern>";
+/// Shades that are told apart: shapes of one shade are one path of the file.
+const SHADES: f64 = 40.0;
+
+/// A scale from 0 to `end`.
+#[derive(Clone, Debug)]
+pub struct Scale {
+    /// Quantity and unit, `hydrostatic pressure (MPa)`.
+    pub quantity: String,
+    /// Value at the end of the scale, in that unit.
+    pub end: f64,
+    /// Word for values below zero, where there may be any.
+    pub below: Option<&'static str>,
+}
+
+impl Scale {
+    /// Colour of a value.
+    pub fn colour(&self, value: f64) -> String {
+        let share = value / self.end;
+        if share < 0.0 && self.below.is_some() {
+            return BELOW.into();
+        }
+        shade(share)
+    }
+
+    /// The bar with its labels, at the top right of a picture of this width (pixels).
+    pub fn bar(&self, width: f64) -> String {
+        const LENGTH: f64 = 260.0;
+        let left = width - LENGTH - 60.0;
+        let mut text = String::new();
+        for k in 0..SHADES as usize {
+            let (x, w) = (left + LENGTH * k as f64 / SHADES, LENGTH / SHADES + 0.5);
+            let colour = shade((k as f64 + 0.5) / SHADES);
+            let _ = write!(
+                text,
+                "<path fill=\"{colour}\" d=\"M{x:.1} 8h{w:.1}v12h-{w:.1}z\"/>"
+            );
+        }
+        let _ = write!(
+            text,
+            "<path fill=\"none\" stroke=\"#444\" d=\"M{left:.1} 8h{LENGTH}v12h-{LENGTH}z\"/><text x=\"{:.1}\" y=\"19\" text-anchor=\"end\">{}</text>",
+            left - 10.0,
+            super::picture::escape(&self.quantity)
+        );
+        for (value, label) in labelled([0.0, self.end], 5) {
+            let x = left + LENGTH * value / self.end;
+            let _ = write!(
+                text,
+                "<text x=\"{x:.1}\" y=\"35\" text-anchor=\"middle\">{label}</text>"
+            );
+        }
+        if let Some(word) = self.below {
+            let _ = write!(
+                text,
+                "{HATCH}<path fill=\"{BELOW}\" stroke=\"#444\" d=\"M60 8h18v12h-18z\"/><text x=\"84\" y=\"19\">{word}</text>"
+            );
+        }
+        text
+    }
+}
+
+/// A drawing whose hatch has a name of its own on a page of several.
+pub fn owned(svg: &str, file: &str) -> String {
+    let name = file.trim_end_matches(".svg");
+    svg.replace(BELOW, &format!("url(#below-{name})"))
+        .replace("id=\"below\"", &format!("id=\"below-{name}\""))
+}
+
+/// Colour of a share of the scale.
+pub fn shade(share: f64) -> String {
+    let share = ((share * SHADES).floor() + 0.5) / SHADES;
+    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
+    let below = (place as usize).min(STOPS.len() - 2);
+    let t = place - below as f64;
+    let channel = |k: usize| {
+        let (from, to) = (STOPS[below][k], STOPS[below + 1][k]);
+        (from + t * (to - from)).round() as u8
+    };
+    format!("#{:02x}{:02x}{:02x}", channel(0), channel(1), channel(2))
+}
+
+/// The least number with one or two significant digits, the second a 5, that is not below `value`; 1 where nothing is positive.
+pub fn full_scale(value: f64) -> f64 {
+    if !(value > 0.0 && value.is_finite()) {
+        return 1.0;
+    }
+    let exponent = value.log10().floor();
+    let halves = (2.0 * value / 10f64.powf(exponent) * (1.0 - 1e-12)).ceil();
+    // Through its text, so that it is the number nearest to the decimal one.
+    format!("{}e{exponent}", 0.5 * halves)
+        .parse()
+        .unwrap_or(value)
+}
+
+/// End of a scale of pressures (MPa) of which this is the largest (Pa); 1 MPa where nothing is pressed.
+pub fn full_mpa(largest_pa: f64) -> f64 {
+    if largest_pa > 0.0 {
+        1e-6 * full_scale(largest_pa)
+    } else {
+        1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Relative luminance of a colour as sRGB has it, without its gamma: enough for an order.
+    fn lightness(colour: &str) -> f64 {
+        let channel = |at: usize| {
+            let value = u8::from_str_radix(&colour[at..at + 2], 16).expect("hexadecimal");
+            f64::from(value)
+        };
+        0.2126 * channel(1) + 0.7152 * channel(3) + 0.0722 * channel(5)
+    }
+
+    #[test]
+    fn the_scale_grows_darker_all_along() {
+        let all: Vec<f64> = (0..=40)
+            .map(|k| lightness(&shade(f64::from(k) / 40.0)))
+            .collect();
+        let darker = all.windows(2).take(39).all(|pair| pair[0] > pair[1]);
+        assert!(darker, "{all:?}");
+        let scale = Scale {
+            quantity: "p (MPa)".into(),
+            end: 10.0,
+            below: Some("tension"),
+        };
+        assert_eq!(scale.colour(-1.0), BELOW);
+        assert_eq!(scale.colour(1e9), shade(1.0));
+        assert!(scale.bar(600.0).contains("id=\"below\""));
+    }
+
+    #[test]
+    fn scales_end_at_round_numbers() {
+        let ends = [0.0, 3.1, 671.4, 1000.0, 0.052].map(full_scale);
+        assert_eq!(ends, [1.0, 3.5, 700.0, 1000.0, 0.055]);
+    }
+}

@@ -1,0 +1,103 @@
+//! Everything that can be wrong with a log.
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+use protocol::WithCure;
+use thiserror::Error as ThisError;
+
+/// Reasons for which a log cannot be written or read.
+#[derive(Debug, ThisError)]
+#[allow(missing_docs)]
+pub enum LogError {
+    #[error("{path} cannot be written: {why}", path = .path.display())]
+    Write { path: PathBuf, why: String },
+    #[error("{path}: nothing was written for {seconds} s", path = .path.display())]
+    Stalled { path: PathBuf, seconds: u64 },
+    #[error("{path} was closed by an earlier error", path = .path.display())]
+    Closed { path: PathBuf },
+    #[error("a message of {doubles} doubles is longer than the {capacity} that a log takes")]
+    TooLong { doubles: usize, capacity: usize },
+    #[error("{path} cannot be read: {source}", path = .path.display())]
+    Read {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("{path} is not an exchange log: {why}", path = .path.display())]
+    NotALog {
+        path: PathBuf,
+        why: String,
+        torn: bool,
+    },
+    #[error(
+        "{path} {found} at byte {offset}, in {place}: {why}; what comes before is valid, and --recover accepts it", path = .path.display(),
+        found = if *.torn { "was cut off by the end of its writer" } else { "is damaged" }
+    )]
+    Damaged {
+        path: PathBuf,
+        offset: u64,
+        place: String,
+        why: String,
+        torn: bool,
+    },
+}
+
+impl LogError {
+    /// True for a file that is only the beginning of a log, as a killed writer leaves it; false for damage inside of it.
+    pub fn is_torn(&self) -> bool {
+        let (LogError::NotALog { torn, .. } | LogError::Damaged { torn, .. }) = self else {
+            return false;
+        };
+        *torn
+    }
+
+    pub(super) fn write(path: &Path, error: &(dyn Error + 'static)) -> LogError {
+        LogError::Write {
+            path: path.into(),
+            why: chain(error),
+        }
+    }
+}
+
+/// Reasons for which a log or its times cannot be written out in another form.
+#[derive(Debug, ThisError)]
+#[allow(missing_docs)]
+pub enum ExportError {
+    #[error(transparent)]
+    Log(#[from] LogError),
+    #[error("{path}: {}", WithCure(.source), path = .path.display())]
+    Write {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("windows {first}..{last}: the run has no such window, but {has}")]
+    NoWindow { first: u64, last: u64, has: String },
+}
+
+impl ExportError {
+    pub(super) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> ExportError {
+        move |source| ExportError::Write {
+            path: path.into(),
+            source,
+        }
+    }
+}
+
+/// An error with its causes: mcap's own messages leave out what the system said.
+pub(super) fn chain(error: &(dyn Error + 'static)) -> String {
+    let mut text = said(error);
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let said = said(error);
+        if !text.contains(&said) {
+            text = format!("{text}: {said}");
+        }
+        cause = error.source();
+    }
+    text
+}
+
+fn said(error: &(dyn Error + 'static)) -> String {
+    let of_system = error.downcast_ref().map(WithCure);
+    of_system.map_or_else(|| error.to_string(), |error| error.to_string())
+}

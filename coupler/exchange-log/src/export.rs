@@ -1,0 +1,164 @@
+//! A log as tables of text.
+//!
+//! One file holds everything in long form, one number a row: `window,iteration,step,substeps,t0_s,t1_s,sender,receiver,
+//! kind,entry,value`. A folder holds one file for each stream in wide form, one message a row: `window,iteration,step,
+//! substeps,t0_s,t1_s` and then the numbers. Numbers are written in the fewest digits that give back every bit. Texts
+//! (`Couple`, the name of a set) stand in place of the numbers.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use protocol::Kind;
+
+use super::entry::{Entry, Exchange, kind_name};
+use super::read::recover;
+use crate::error::{ExportError, LogError};
+
+/// The messages of a log that are exported.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    /// Only what this participant sends or receives.
+    pub node: Option<String>,
+    /// Only messages of this kind.
+    pub kind: Option<Kind>,
+}
+
+/// Files and messages that were exported.
+#[derive(Debug, Default)]
+pub struct Exported {
+    /// Files that were written.
+    pub files: Vec<PathBuf>,
+    /// Messages in them.
+    pub messages: u64,
+    /// Damage at which the log ended early.
+    pub damage: Option<LogError>,
+}
+
+const TIMES: &str = "window,iteration,step,substeps,t0_s,t1_s";
+
+/// Writes the chosen messages of a log to one long file.
+pub fn long(log: &Path, selection: &Selection, out: &Path) -> Result<Exported, ExportError> {
+    let mut file = Table::create(out, &format!("{TIMES},sender,receiver,kind,entry,value"))?;
+    let exported = each(log, selection, |message| {
+        let kind = kind_name(message.frame.header.kind);
+        let (times, sender, receiver) = (times(message), &message.sender, &message.receiver);
+        let lead = format!("{times},{sender},{receiver},{kind}");
+        cells(message).try_for_each(|(entry, cell)| file.line(&format!("{lead},{entry},{cell}")))
+    })?;
+    Ok(Exported {
+        files: vec![file.close()?],
+        ..exported
+    })
+}
+
+/// Writes the chosen messages of a log to a folder, one wide file a stream.
+pub fn wide(log: &Path, selection: &Selection, folder: &Path) -> Result<Exported, ExportError> {
+    let mut widths: BTreeMap<String, usize> = BTreeMap::new();
+    each(log, selection, |message| {
+        let width = widths.entry(file_name(message)).or_default();
+        *width = (*width).max(cells(message).count());
+        Ok(())
+    })?;
+    std::fs::create_dir_all(folder).map_err(ExportError::write(folder))?;
+    let mut tables = BTreeMap::new();
+    for (name, width) in widths {
+        let numbers = (0..width).map(|entry| entry.to_string());
+        let header = [TIMES.to_string()].into_iter().chain(numbers);
+        let header = header.collect::<Vec<_>>().join(",");
+        let table = Table::create(&folder.join(&name), &header)?;
+        tables.insert(name, table);
+    }
+    let exported = each(log, selection, |message| {
+        let line = cells(message).fold(times(message), |line, (_, cell)| line + "," + &cell);
+        let table = tables.get_mut(&file_name(message));
+        table.expect("the log was read once before").line(&line)
+    })?;
+    let files: Result<_, _> = tables.into_values().map(Table::close).collect();
+    Ok(Exported {
+        files: files?,
+        ..exported
+    })
+}
+
+/// Visits the chosen messages of the readable part of a log.
+fn each(
+    log: &Path,
+    selection: &Selection,
+    mut visit: impl FnMut(&Exchange) -> Result<(), ExportError>,
+) -> Result<Exported, ExportError> {
+    let mut log = recover(log)?;
+    let mut exported = Exported::default();
+    for entry in &mut log {
+        let Entry::Exchange(message) = entry? else {
+            continue;
+        };
+        let of_node = |name: &String| *name == message.sender || *name == message.receiver;
+        let of_kind = |kind: Kind| message.frame.header.kind == kind as u32;
+        if selection.node.as_ref().is_none_or(of_node) && selection.kind.is_none_or(of_kind) {
+            exported.messages += 1;
+            visit(&message)?;
+        }
+    }
+    exported.damage = log.damage;
+    Ok(exported)
+}
+
+fn times(message: &Exchange) -> String {
+    let header = &message.frame.header;
+    format!(
+        "{},{},{},{},{:e},{:e}",
+        header.window, header.iteration, header.step, header.substeps, header.t0_s, header.t1_s
+    )
+}
+
+/// The numbers of a message, or its text.
+fn cells(message: &Exchange) -> impl Iterator<Item = (usize, String)> + '_ {
+    let frame = &message.frame;
+    let is_text = matches!(frame.kind(), Ok(Kind::Couple));
+    let text = is_text.then(|| frame.text().ok()).flatten();
+    let count = if text.is_some() {
+        0
+    } else {
+        frame.payload.len()
+    };
+    let numbers = frame.payload[..count]
+        .iter()
+        .map(|value| format!("{value:e}"));
+    text.into_iter().chain(numbers).enumerate()
+}
+
+fn file_name(message: &Exchange) -> String {
+    let kind = kind_name(message.frame.header.kind);
+    let (interface, sender, receiver) = (&message.interface, &message.sender, &message.receiver);
+    format!("{interface}.{sender}.{receiver}.{kind}.csv")
+}
+
+/// A file that is filled line by line.
+struct Table {
+    path: PathBuf,
+    file: BufWriter<File>,
+}
+
+impl Table {
+    fn create(path: &Path, header: &str) -> Result<Table, ExportError> {
+        let file = File::create(path).map_err(ExportError::write(path))?;
+        let mut table = Table {
+            path: path.into(),
+            file: BufWriter::new(file),
+        };
+        table.line(header)?;
+        Ok(table)
+    }
+
+    fn line(&mut self, line: &str) -> Result<(), ExportError> {
+        writeln!(self.file, "{line}").map_err(ExportError::write(&self.path))
+    }
+
+    fn close(mut self) -> Result<PathBuf, ExportError> {
+        let flushed = self.file.flush();
+        flushed.map_err(ExportError::write(&self.path))?;
+        Ok(self.path)
+    }
+}

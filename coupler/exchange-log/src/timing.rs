@@ -1,0 +1,373 @@
+//! `timing.mcap`: the wall-clock times of the requests of a run, kept apart from the exchange, which equal runs have equal.
+//!
+//! Each participant has two channels of JSON messages. `NAME/requests` has the requests that it answered, in its order, as lists: `kind`
+//! (number of [`protocol::Kind`]), `window`, `iteration`, and the times at which the coordinator sent it, began to wait for its
+//! answer and had it. `NAME/work`, one message at the end, has what the participant itself says: when it was at work, and its
+//! totals. Times are ns of the monotonic clock, which the processes of a host share.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::BufWriter;
+use std::path::Path;
+
+use mcap::read::Options;
+use mcap::records::MessageHeader;
+use mcap::{Compression, McapError, MessageStream, WriteOptions, Writer};
+use protocol::Header;
+use protocol::busy::{BusyTimes, monotonic_ns};
+use protocol::serve::Farewell;
+use serde::{Deserialize, Serialize};
+
+use super::error::LogError;
+
+/// Name of the file in a run directory.
+pub const TIMING: &str = "timing.mcap";
+
+/// Requests of one message: some 40 kB of text.
+const BATCH: usize = 512;
+
+/// One request that was answered.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RequestTimes {
+    /// Number of its [`protocol::Kind`].
+    pub kind: u32,
+    /// Window that it is about.
+    pub window: u64,
+    /// Repeat of the window.
+    pub iteration: u32,
+    /// The coordinator sent it (ns).
+    pub asked_ns: u64,
+    /// The coordinator began to do nothing but wait for the answer (ns).
+    pub awaited_ns: u64,
+    /// The coordinator had the answer (ns).
+    pub answered_ns: u64,
+}
+
+impl RequestTimes {
+    /// A request with this header, answered just now.
+    pub fn answered_now(header: &Header, asked_ns: u64, awaited_ns: u64) -> RequestTimes {
+        RequestTimes {
+            kind: header.kind,
+            window: header.window,
+            iteration: header.iteration,
+            asked_ns,
+            awaited_ns,
+            answered_ns: monotonic_ns(),
+        }
+    }
+}
+
+/// Requests as lists, one entry a request.
+#[derive(Default, Serialize, Deserialize)]
+struct Batch {
+    kind: Vec<u32>,
+    window: Vec<u64>,
+    iteration: Vec<u32>,
+    asked_ns: Vec<u64>,
+    awaited_ns: Vec<u64>,
+    answered_ns: Vec<u64>,
+}
+
+impl Batch {
+    fn of(requests: &[RequestTimes]) -> Batch {
+        let times =
+            |of: fn(&RequestTimes) -> u64| -> Vec<u64> { requests.iter().map(of).collect() };
+        Batch {
+            kind: requests.iter().map(|one| one.kind).collect(),
+            iteration: requests.iter().map(|one| one.iteration).collect(),
+            window: times(|one| one.window),
+            asked_ns: times(|one| one.asked_ns),
+            awaited_ns: times(|one| one.awaited_ns),
+            answered_ns: times(|one| one.answered_ns),
+        }
+    }
+
+    /// The requests; `None` if the lists do not have one length.
+    fn requests(&self) -> Option<Vec<RequestTimes>> {
+        let request = |at: usize| {
+            Some(RequestTimes {
+                kind: *self.kind.get(at)?,
+                window: *self.window.get(at)?,
+                iteration: *self.iteration.get(at)?,
+                asked_ns: *self.asked_ns.get(at)?,
+                awaited_ns: *self.awaited_ns.get(at)?,
+                answered_ns: *self.answered_ns.get(at)?,
+            })
+        };
+        (0..self.kind.len()).map(request).collect()
+    }
+}
+
+/// The words of a participant about its own time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct OwnTimes {
+    /// Wall-clock time at work (s), set-up excluded.
+    pub solve_wall_s: f64,
+    /// Wall-clock time of the set-up (s).
+    pub setup_wall_s: f64,
+    /// Wall-clock time of the rest (s).
+    pub wait_s: f64,
+    /// Stretches at work.
+    pub busy: BusyTimes,
+}
+
+impl OwnTimes {
+    /// Those of a farewell.
+    pub fn of(farewell: &Farewell) -> OwnTimes {
+        OwnTimes {
+            solve_wall_s: farewell.solve_wall_s,
+            setup_wall_s: farewell.setup_wall_s,
+            wait_s: farewell.wait_s,
+            busy: farewell.busy.clone(),
+        }
+    }
+}
+
+/// One participant in timing.mcap.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ParticipantTimes {
+    /// Its name in the scenario.
+    pub name: String,
+    /// The requests that it answered, in its order.
+    pub requests: Vec<RequestTimes>,
+    /// Its own words; none if the run ended before they came.
+    pub own: Option<OwnTimes>,
+}
+
+/// Writes timing.mcap. Requests wait in memory until they are a batch.
+pub struct TimingLog {
+    writer: Writer<BufWriter<File>>,
+    participants: Vec<Waiting>,
+}
+
+/// Channels of a participant, and its requests that are not written yet.
+struct Waiting {
+    channels: [u16; 2],
+    requests: Vec<RequestTimes>,
+}
+
+impl TimingLog {
+    /// Starts the file for participants of these names, in place of what is there.
+    pub fn create(path: &Path, names: &[&str]) -> Result<TimingLog, LogError> {
+        let file = File::create(path).map_err(|error| LogError::write(path, &error))?;
+        TimingLog::start(file, names).map_err(|error| LogError::write(path, &error))
+    }
+
+    fn start(file: File, names: &[&str]) -> Result<TimingLog, McapError> {
+        // As with the exchange, a killed writer leaves whole chunks.
+        let options = WriteOptions::new()
+            .profile("thirdbody")
+            .compression(Some(Compression::Lz4))
+            .chunk_size(Some(1 << 18))
+            .disable_seeking(true);
+        let mut writer = options.create(BufWriter::new(file))?;
+        let mut channel = |name: &str, what: &str| {
+            let topic = format!("{name}/{what}");
+            writer.add_channel(0, &topic, "json", &BTreeMap::new())
+        };
+        let mut participants = Vec::new();
+        for name in names {
+            participants.push(Waiting {
+                channels: [channel(name, REQUESTS)?, channel(name, WORK)?],
+                requests: Vec::new(),
+            });
+        }
+        Ok(TimingLog {
+            writer,
+            participants,
+        })
+    }
+
+    /// Adds requests that a participant answered, and forgets them there.
+    pub fn add(
+        &mut self,
+        participant: usize,
+        requests: &mut Vec<RequestTimes>,
+    ) -> Result<(), McapError> {
+        let waiting = &mut self.participants[participant].requests;
+        waiting.append(requests);
+        if waiting.len() < BATCH {
+            return Ok(());
+        }
+        self.write_down(participant)
+    }
+
+    /// Adds what a participant says of itself at the end.
+    pub fn tell(&mut self, participant: usize, own: &OwnTimes) -> Result<(), McapError> {
+        self.write_down(participant)?;
+        self.put(self.participants[participant].channels[1], own)
+    }
+
+    /// Completes the file.
+    pub fn finish(&mut self) -> Result<(), McapError> {
+        (0..self.participants.len()).try_for_each(|participant| self.write_down(participant))?;
+        self.writer.finish().map(|_| ())
+    }
+
+    fn write_down(&mut self, participant: usize) -> Result<(), McapError> {
+        let waiting = &mut self.participants[participant];
+        let channel = waiting.channels[0];
+        let batch = Batch::of(&waiting.requests);
+        waiting.requests.clear();
+        if batch.kind.is_empty() {
+            return Ok(());
+        }
+        self.put(channel, &batch)
+    }
+
+    fn put<T: Serialize>(&mut self, channel_id: u16, message: &T) -> Result<(), McapError> {
+        let now = monotonic_ns();
+        let header = MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time: now,
+            publish_time: now,
+        };
+        let text = serde_json::to_vec(message).expect("our own types always serialise");
+        self.writer.write_to_known_channel(&header, &text)
+    }
+}
+
+const REQUESTS: &str = "requests";
+const WORK: &str = "work";
+
+/// What timing.mcap holds.
+#[derive(Debug, Default)]
+pub struct Timing {
+    /// Participants, in the order of the scenario.
+    pub participants: Vec<ParticipantTimes>,
+    /// Reason for which the file ends early: its writer was killed, or it is damaged.
+    pub cut_off: Option<String>,
+}
+
+/// Reads timing.mcap, as far as it is whole.
+pub fn read(path: &Path) -> Result<Timing, LogError> {
+    let bytes = fs::read(path).map_err(|source| LogError::Read {
+        path: path.into(),
+        source,
+    })?;
+    let stream = MessageStream::new_with_options(&bytes, Options::IgnoreEndMagic.into());
+    let not_ours = |why: String| LogError::NotALog {
+        path: path.into(),
+        why,
+        torn: false,
+    };
+    let mut timing = Timing::default();
+    for message in stream.map_err(|error| not_ours(error.to_string()))? {
+        match message {
+            Ok(message) => timing
+                .take(&message.channel.topic, &message.data)
+                .map_err(not_ours)?,
+            Err(error) => {
+                timing.cut_off = Some(error.to_string());
+                break;
+            }
+        }
+    }
+    Ok(timing)
+}
+
+impl Timing {
+    fn take(&mut self, topic: &str, data: &[u8]) -> Result<(), String> {
+        let unknown = || format!("it has a channel `{topic}`");
+        let (name, what) = topic.rsplit_once('/').ok_or_else(unknown)?;
+        let participant = self.participant(name);
+        let broken = |why: String| format!("a message of `{topic}` cannot be read: {why}");
+        match what {
+            REQUESTS => {
+                let batch: Batch =
+                    serde_json::from_slice(data).map_err(|error| broken(error.to_string()))?;
+                let uneven = || broken("its lists are of several lengths".into());
+                participant
+                    .requests
+                    .extend(batch.requests().ok_or_else(uneven)?);
+            }
+            WORK => {
+                let own =
+                    serde_json::from_slice(data).map_err(|error| broken(error.to_string()))?;
+                participant.own = Some(own);
+            }
+            _ => return Err(unknown()),
+        }
+        Ok(())
+    }
+
+    fn participant(&mut self, name: &str) -> &mut ParticipantTimes {
+        let known = self.participants.iter().position(|one| one.name == name);
+        let at = known.unwrap_or_else(|| {
+            self.participants.push(ParticipantTimes {
+                name: name.to_string(),
+                ..ParticipantTimes::default()
+            });
+            self.participants.len() - 1
+        });
+        &mut self.participants[at]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kit::scratch::Scratch;
+
+    fn request(at: u64) -> RequestTimes {
+        RequestTimes {
+            kind: 7,
+            window: at,
+            iteration: at as u32 % 3,
+            asked_ns: 100 * at,
+            awaited_ns: 100 * at + 10,
+            answered_ns: 100 * at + 90,
+        }
+    }
+
+    fn written(folder: &Path, count: u64, own: &OwnTimes) -> Vec<u8> {
+        let path = folder.join(TIMING);
+        fs::create_dir_all(folder).expect("the folder can be made");
+        let mut log = TimingLog::create(&path, &["rail", "third/body"]).expect("it can be written");
+        for at in 0..count {
+            log.add(0, &mut vec![request(at)]).expect("it takes them");
+        }
+        log.add(1, &mut vec![request(5)]).expect("it takes one");
+        log.tell(1, own).expect("it takes the end");
+        log.finish().expect("it can be closed");
+        fs::read(path).expect("it was just written")
+    }
+
+    #[test]
+    fn everything_comes_back_in_order() {
+        let scratch = Scratch::new("timing", 1);
+        let own = OwnTimes {
+            solve_wall_s: 0.25,
+            busy: BusyTimes {
+                every: 2,
+                spans_ns: vec![[3, 9]],
+            },
+            ..OwnTimes::default()
+        };
+        let count = 3 * BATCH as u64 + 7;
+        written(scratch.path(), count, &own);
+        let timing = read(&scratch.path().join(TIMING)).expect("it is whole");
+        assert_eq!(timing.cut_off, None);
+        let by_name = |name| timing.participants.iter().find(|one| one.name == name);
+        let rail = by_name("rail").expect("it is there");
+        let all: Vec<RequestTimes> = (0..count).map(request).collect();
+        assert_eq!((&rail.requests, &rail.own), (&all, &None));
+        let layer = by_name("third/body").expect("it is there");
+        assert_eq!(layer.requests, [request(5)]);
+        assert_eq!(layer.own.as_ref(), Some(&own));
+    }
+
+    #[test]
+    fn the_beginning_of_a_file_that_was_cut_off_is_read() {
+        let scratch = Scratch::new("timing", 2);
+        let bytes = written(scratch.path(), 30_000, &OwnTimes::default());
+        let path = scratch.path().join("torn.mcap");
+        fs::write(&path, &bytes[..bytes.len() / 2]).expect("it can be written");
+        let timing = read(&path).expect("its beginning is whole");
+        assert!(timing.cut_off.is_some());
+        let found = &timing.participants[0].requests;
+        assert!(!found.is_empty() && found.len() < 30_000);
+        assert!((0..).zip(found).all(|(at, one)| *one == request(at)));
+    }
+}

@@ -1,0 +1,337 @@
+//! The wall-clock times of a run as a trace: who worked and who waited when, in the JSON of Chrome's trace events
+//! (Google, *Trace Event Format*), which <https://ui.perfetto.dev> opens.
+//!
+//! Processes are the coordinator (0) and the participants, each with a thread `work` (1) and a thread `wait` (2). Events are complete
+//! ones (`X`), times are microseconds since the first of them. Those of one thread follow each other without overlap, and the
+//! two threads of a participant together have no gap.
+//!
+//! A participant's work is drawn as it says itself, request by request. One that does not, or that kept a sample only because
+//! its run was long (see [`protocol::busy`]), is drawn as the coordinator sees it, from request to answer: its events have
+//! `"seen_by": "coordinator"`, and last longer than the work by what frames and wake-ups took.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use protocol::Kind;
+use serde_json::{Value, json};
+
+use super::timing::{OwnTimes, ParticipantTimes, RequestTimes, Timing};
+use crate::error::ExportError;
+
+/// Windows that are drawn, first and last.
+pub type Windows = [u64; 2];
+
+/// A trace that was written.
+#[derive(Debug, Default)]
+pub struct Traced {
+    /// Events in it.
+    pub events: u64,
+    /// Size of the file.
+    pub bytes: u64,
+    /// What is not drawn as its participants say it, and why.
+    pub notes: Vec<String>,
+}
+
+/// Writes the trace of all windows, or of some with what else happened between the first and the last of them.
+pub fn write(timing: &Timing, windows: Option<Windows>, out: &Path) -> Result<Traced, ExportError> {
+    let range = range(timing, windows)?;
+    let mut notes = Vec::new();
+    let mut processes = vec![coordinator(timing)];
+    for participant in &timing.participants {
+        let (process, note) = process(participant);
+        processes.push(process);
+        notes.extend(note);
+    }
+    notes.extend(timing.cut_off.iter().map(|why| {
+        format!("timing.mcap ends early ({why}): the run was killed; its beginning is drawn")
+    }));
+    let failed = |error: io::Error| ExportError::write(out)(error);
+    let events = put(&processes, range, &notes, out).map_err(failed)?;
+    let bytes = fs::metadata(out).map_err(failed)?.len();
+    Ok(Traced {
+        events,
+        bytes,
+        notes,
+    })
+}
+
+/// One event; times in ns.
+#[derive(Clone, Debug, PartialEq)]
+struct Span {
+    name: String,
+    from_ns: u64,
+    to_ns: u64,
+    args: Value,
+}
+
+/// Two threads of events, each in order.
+#[derive(Debug)]
+struct Process {
+    name: String,
+    work: Vec<Span>,
+    wait: Vec<Span>,
+}
+
+/// Window and iteration of a request about a window.
+fn args(request: &RequestTimes) -> Value {
+    if is_about_window(request) {
+        json!({ "window": request.window, "iteration": request.iteration })
+    } else {
+        json!({})
+    }
+}
+
+fn is_about_window(request: &RequestTimes) -> bool {
+    use Kind::*;
+    let kind = Kind::from_number(request.kind);
+    matches!(
+        kind,
+        Some(Advance | PrescribeVelocity | Solve | Commit | AdvanceAlone)
+    )
+}
+
+fn word(request: &RequestTimes) -> String {
+    let kind = Kind::from_number(request.kind);
+    kind.map_or_else(|| request.kind.to_string(), |kind| kind.word().to_string())
+}
+
+/// The coordinator: its waits as it noted them, its own work between them.
+fn coordinator(timing: &Timing) -> Process {
+    let requests = timing.participants.iter();
+    let requests = requests.flat_map(|one| one.requests.iter().map(move |request| (one, request)));
+    let mut all: Vec<_> = requests.collect();
+    all.sort_by_key(|(_, request)| (request.awaited_ns, request.answered_ns));
+    let (mut work, mut wait) = (Vec::new(), Vec::new());
+    let mut reached_ns = all.iter().map(|(_, one)| one.asked_ns).min().unwrap_or(0);
+    for (participant, request) in all {
+        let from_ns = request.awaited_ns.max(reached_ns);
+        if reached_ns < from_ns {
+            work.push(Span {
+                name: "couple".into(),
+                from_ns: reached_ns,
+                to_ns: from_ns,
+                args: args(request),
+            });
+        }
+        reached_ns = request.answered_ns.max(from_ns);
+        wait.push(Span {
+            name: format!("wait for {}", participant.name),
+            from_ns,
+            to_ns: reached_ns,
+            args: args(request),
+        });
+    }
+    Process {
+        name: "coordinator".into(),
+        work,
+        wait,
+    }
+}
+
+/// A participant: its work, and its waits between. The note tells why its work is not drawn as it says it.
+fn process(participant: &ParticipantTimes) -> (Process, Option<String>) {
+    let (work, begin_ns, note) = match told(participant) {
+        Ok((work, begin_ns)) => (work, begin_ns, None),
+        Err(why) => {
+            let name = &participant.name;
+            let note =
+                format!("participant `{name}` {why}: its work is drawn from request to answer");
+            let work = seen(participant);
+            let begin_ns = work.first().map_or(0, |first| first.from_ns);
+            (work, begin_ns, Some(note))
+        }
+    };
+    let mut reached_ns = begin_ns;
+    let between = work.iter().map(|next| {
+        let from_ns = std::mem::replace(&mut reached_ns, next.to_ns);
+        Span {
+            name: "wait".into(),
+            from_ns,
+            to_ns: next.from_ns,
+            args: window_only(&next.args),
+        }
+    });
+    let process = Process {
+        name: participant.name.clone(),
+        wait: between.filter(|span| span.from_ns < span.to_ns).collect(),
+        work,
+    };
+    (process, note)
+}
+
+fn window_only(args: &Value) -> Value {
+    let mut args = args.clone();
+    if let Some(args) = args.as_object_mut() {
+        args.remove("seen_by");
+    }
+    args
+}
+
+/// The work of a participant by its own words, and its begin; or why these cannot be drawn.
+fn told(participant: &ParticipantTimes) -> Result<(Vec<Span>, u64), String> {
+    let Some(own) = &participant.own else {
+        return Err("said nothing of its time, for the run ended early".into());
+    };
+    let [hello, requests @ ..] = &participant.requests[..] else {
+        return Err("has answered no request".into());
+    };
+    let spans = &own.busy.spans_ns;
+    if own.busy.every != 1 {
+        let every = own.busy.every;
+        return Err(format!("kept one of {every} slots of its time"));
+    }
+    if spans.len() != requests.len() {
+        let (found, due) = (spans.len(), requests.len());
+        return Err(format!("tells of {found} requests, {due} were answered"));
+    }
+    let fits = |(request, [from, to]): (&RequestTimes, &[u64; 2])| {
+        request.asked_ns <= *from && from <= to && *to <= request.answered_ns
+    };
+    if !requests.iter().zip(spans).all(fits) || spans.windows(2).any(|two| two[0][1] > two[1][0]) {
+        return Err("has another clock".into());
+    }
+    let (setup, begin_ns) = setup(hello, own);
+    let work = requests.iter().zip(spans).map(|(request, span)| Span {
+        name: word(request),
+        from_ns: span[0],
+        to_ns: span[1],
+        args: args(request),
+    });
+    Ok(([setup].into_iter().chain(work).collect(), begin_ns))
+}
+
+/// The set-up of a participant, and its begin: so long before its end as its work, set-up and waits took. The greeting can have
+/// come at any time after it was sent; the earliest is drawn.
+fn setup(hello: &RequestTimes, own: &OwnTimes) -> (Span, u64) {
+    let ns = |seconds: f64| (1e9 * seconds.max(0.0)).round() as u64;
+    let spans = &own.busy.spans_ns;
+    let (first_ns, last_ns) = match (spans.first(), spans.last()) {
+        (Some(first), Some(last)) => (first[0], last[1]),
+        _ => (hello.answered_ns, hello.answered_ns),
+    };
+    let all_ns = ns(own.solve_wall_s) + ns(own.setup_wall_s) + ns(own.wait_s);
+    let begin_ns = last_ns.saturating_sub(all_ns).min(first_ns);
+    let from_ns = hello.asked_ns.max(begin_ns).min(first_ns);
+    let setup = Span {
+        name: "set-up".into(),
+        from_ns,
+        to_ns: (from_ns + ns(own.setup_wall_s)).min(first_ns),
+        args: json!({}),
+    };
+    (setup, begin_ns)
+}
+
+/// The work of a participant as the coordinator sees it.
+fn seen(participant: &ParticipantTimes) -> Vec<Span> {
+    let mut reached_ns = 0;
+    let requests = participant.requests.iter();
+    let spans = requests.map(|request| {
+        let from_ns = request.asked_ns.max(reached_ns);
+        reached_ns = request.answered_ns.max(from_ns);
+        let mut args = args(request);
+        args["seen_by"] = "coordinator".into();
+        let is_hello = request.kind == Kind::Hello as u32;
+        Span {
+            name: if is_hello {
+                "set-up".into()
+            } else {
+                word(request)
+            },
+            from_ns,
+            to_ns: reached_ns,
+            args,
+        }
+    });
+    spans.collect()
+}
+
+/// The time that is drawn: all of it, or that of the windows.
+fn range(timing: &Timing, windows: Option<Windows>) -> Result<[u64; 2], ExportError> {
+    let Some([first, last]) = windows else {
+        return Ok([0, u64::MAX]);
+    };
+    let requests = timing.participants.iter().flat_map(|one| &one.requests);
+    let about = requests.filter(|request| is_about_window(request));
+    let drawn = about
+        .clone()
+        .filter(|request| (first..=last).contains(&request.window));
+    let from_ns = drawn.clone().map(|request| request.asked_ns).min();
+    let to_ns = drawn.map(|request| request.answered_ns).max();
+    from_ns
+        .zip(to_ns)
+        .map(|(from, to)| [from, to])
+        .ok_or_else(|| {
+            let has = about.map(|request| request.window).max();
+            let has = has.map_or("none".into(), |end| format!("windows up to {end}"));
+            ExportError::NoWindow { first, last, has }
+        })
+}
+
+/// Writes all events; returns their number.
+fn put(processes: &[Process], range: [u64; 2], notes: &[String], out: &Path) -> io::Result<u64> {
+    let mut file = BufWriter::new(File::create_new(out)?);
+    let about = json!({
+        "software": concat!("thirdbody ", env!("CARGO_PKG_VERSION")),
+        "notes": notes,
+    });
+    writeln!(
+        file,
+        "{{\"displayTimeUnit\": \"ms\", \"otherData\": {about}, \"traceEvents\": ["
+    )?;
+    let threads = |process: &Process| [process.work.clone(), process.wait.clone()];
+    let drawn: Vec<[Vec<Span>; 2]> = processes
+        .iter()
+        .map(|process| threads(process).map(|spans| clipped(spans, range)))
+        .collect();
+    let all = drawn.iter().flatten().flatten();
+    let zero_ns = all.map(|span| span.from_ns).min().unwrap_or(0);
+    let mut events = 0;
+    for (pid, (process, threads)) in processes.iter().zip(&drawn).enumerate() {
+        let lead = if pid == 0 { "" } else { ",\n" };
+        write!(
+            file,
+            "{lead}{}",
+            named("process_name", pid, 0, &process.name)
+        )?;
+        for (tid, (name, spans)) in (1..).zip(["work", "wait"].into_iter().zip(threads)) {
+            write!(file, ",\n{}", named("thread_name", pid, tid, name))?;
+            for span in spans {
+                write!(file, ",\n{}", event(span, [pid, tid], name, zero_ns))?;
+                events += 1;
+            }
+        }
+    }
+    writeln!(file, "\n]}}")?;
+    file.flush()?;
+    Ok(events)
+}
+
+/// The parts of spans that lie in a range of time.
+fn clipped(spans: Vec<Span>, [from_ns, to_ns]: [u64; 2]) -> Vec<Span> {
+    let inside = |span: &Span| span.from_ns < to_ns && span.to_ns > from_ns;
+    let cut = |span: Span| Span {
+        from_ns: span.from_ns.max(from_ns),
+        to_ns: span.to_ns.min(to_ns),
+        ..span
+    };
+    spans.into_iter().filter(inside).map(cut).collect()
+}
+
+fn named(what: &str, pid: usize, tid: usize, name: &str) -> Value {
+    json!({ "ph": "M", "name": what, "pid": pid, "tid": tid, "args": { "name": name } })
+}
+
+/// Times are written to the ns, which a double of microseconds could not keep for long.
+fn event(span: &Span, [pid, tid]: [usize; 2], category: &str, zero_ns: u64) -> String {
+    let us = |ns: u64| format!("{}.{:03}", ns / 1000, ns % 1000);
+    let (ts, dur) = (us(span.from_ns - zero_ns), us(span.to_ns - span.from_ns));
+    let name = Value::from(span.name.as_str());
+    format!(
+        "{{\"ph\":\"X\",\"pid\":{pid},\"tid\":{tid},\"ts\":{ts},\"dur\":{dur},\"name\":{name},\"cat\":\"{category}\",\"args\":{}}}",
+        span.args
+    )
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,185 @@
+//! Time from a request of the coupler to the answer of a node, over shared memory.
+
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use protocol::link::shm::{ShmLink, WaitMode};
+use protocol::participate::{ParticipateError, read_session};
+use protocol::{Frame, Header, Kind, Link, PROTOCOL_VERSION, Session, Setting, Transport};
+use serde::Serialize;
+use serde_json::Value;
+
+use coordinator::error::{Error, Refusal};
+use coordinator::participants::Life;
+use coordinator::participants::process::{SharedMemory, spawn};
+use kit::scratch::Scratch;
+
+/// Frames that pass before counting starts.
+const WARM_UP: usize = 500;
+/// Frames that are timed.
+const TIMED: usize = 5_000;
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// One row of the table.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// Doubles in the request, and as many in the answer.
+    pub doubles: usize,
+    /// Way in which both ends wait: `poll` or `event`.
+    pub mode: &'static str,
+    /// Processes: the coupler and one node, or the coupler and two nodes that are asked in turn while the other waits.
+    pub processes: usize,
+    /// Median round trip (us).
+    pub p50_us: f64,
+    /// 99th percentile (us).
+    pub p99_us: f64,
+}
+
+/// Measures all rows: 100, 1 000 and 10 000 doubles, both ways of waiting, two and three processes. `program` is this one,
+/// whose hidden verb `bench echo` is the other end.
+pub fn bench(program: &Path) -> Result<Vec<Row>, Error> {
+    let mut rows = Vec::new();
+    for processes in [2, 3] {
+        for (mode, wait) in [("poll", WaitMode::Poll), ("event", WaitMode::Event)] {
+            let mut bench = Bench::start(program, processes - 1, mode, wait)?;
+            for doubles in [100, 1_000, 10_000] {
+                let (p50_us, p99_us) = bench.time(doubles)?;
+                rows.push(Row {
+                    doubles,
+                    mode,
+                    processes,
+                    p50_us,
+                    p99_us,
+                });
+            }
+        }
+    }
+    Ok(rows)
+}
+
+/// Answers every frame with its own payload, until the other end goes away.
+pub fn echo() -> Result<(), ParticipateError> {
+    let session = read_session()?;
+    protocol::participate::end_with_coordinator(
+        session.coordinator_pid,
+        nix::sys::signal::Signal::SIGKILL,
+    )?;
+    let Transport::Shm { root, prefix } = &session.transport else {
+        return Err(ParticipateError::NoChannel);
+    };
+    let mut link = ShmLink::participant(root, prefix, &session.setting.participant, PATIENCE)?;
+    while let Some(frame) = link.receive(PATIENCE)? {
+        if frame.kind().is_ok_and(|kind| kind == Kind::Finish) {
+            break;
+        }
+        link.send(&frame, PATIENCE)?;
+    }
+    Ok(())
+}
+
+/// Links and processes of one set-up; everything is ended and removed when dropped, in this order.
+struct Bench {
+    links: Vec<ShmLink>,
+    lives: Vec<Life>,
+    memory: SharedMemory,
+    /// Folder of the other ends' sessions and texts.
+    folder: Scratch,
+}
+
+impl Bench {
+    fn start(program: &Path, nodes: usize, mode: &str, wait: WaitMode) -> Result<Bench, Error> {
+        let run_id = nodes as u64 * 2 + u64::from(mode == "poll");
+        let mut bench = Bench {
+            links: Vec::new(),
+            lives: Vec::new(),
+            memory: SharedMemory::new(run_id),
+            folder: Scratch::new("bench-exchange", run_id),
+        };
+        let folder = bench.folder.path();
+        std::fs::create_dir_all(folder).map_err(Error::output(folder.display()))?;
+        for index in 0..nodes {
+            let name = format!("echo-{index}");
+            let SharedMemory { root, prefix } = &bench.memory;
+            let link = ShmLink::coordinator(root, prefix, &name, wait)
+                .map_err(|error| Refusal::Benchmark(error.to_string()))?;
+            let mut command = Command::new(program);
+            let session = bench.session(&name);
+            command.args(["bench", "echo"]);
+            let child = spawn(command, &session, bench.folder.path())?;
+            bench.links.push(link);
+            bench.lives.push(Life::Process(child));
+        }
+        Ok(bench)
+    }
+
+    fn session(&self, name: &str) -> Session {
+        Session {
+            protocol: PROTOCOL_VERSION,
+            run_id: 0,
+            scenario_hash: String::new(),
+            coordinator_pid: std::process::id(),
+            setting: Setting {
+                participant: name.to_string(),
+                seed: 0,
+                thickness_m: 1.0,
+                threads: 1,
+                fields: None,
+                cache: None,
+            },
+            transport: Transport::Shm {
+                root: self.memory.root.clone(),
+                prefix: self.memory.prefix.clone(),
+            },
+            idle_deadline_s: PATIENCE.as_secs_f64(),
+            config: Value::Null,
+        }
+    }
+
+    /// Median and 99th percentile (us) of the round trips with this many doubles.
+    fn time(&mut self, doubles: usize) -> Result<(f64, f64), Error> {
+        let frame = Frame::new(Header::of(Kind::Advance), vec![0.5; doubles]);
+        let mut times = Vec::with_capacity(TIMED);
+        for turn in 0..WARM_UP + TIMED {
+            let index = turn % self.links.len();
+            let start = Instant::now();
+            self.round_trip(index, &frame)?;
+            if turn >= WARM_UP {
+                times.push(1e6 * start.elapsed().as_secs_f64());
+            }
+        }
+        Ok(percentiles(times))
+    }
+
+    fn round_trip(&mut self, index: usize, frame: &Frame) -> Result<(), Error> {
+        let link = &mut self.links[index];
+        let fault = |why: String| Error::Protocol {
+            peer: format!("echo-{index}"),
+            phase: "in the benchmark".into(),
+            why,
+        };
+        let sent = link.send(frame, PATIENCE);
+        let answer = sent.and_then(|()| link.receive(PATIENCE));
+        let answer = answer.map_err(|error| fault(error.to_string()))?;
+        let answer = answer.ok_or_else(|| fault("no answer came".into()))?;
+        if answer.verify().is_err() || answer.payload.len() != frame.payload.len() {
+            return Err(fault("the answer is not the request".into()));
+        }
+        Ok(())
+    }
+}
+
+/// Median and 99th percentile.
+pub fn percentiles(mut times: Vec<f64>) -> (f64, f64) {
+    times.sort_by(f64::total_cmp);
+    (times[times.len() / 2], times[times.len() * 99 / 100])
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        let goodbye = Frame::new(Header::of(Kind::Finish), Vec::new());
+        for link in &mut self.links {
+            let _ = link.send(&goodbye, Duration::from_millis(100));
+        }
+    }
+}

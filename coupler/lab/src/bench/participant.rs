@@ -1,0 +1,109 @@
+//! Time from a request of the coupler to the answer of any participant.
+
+use std::cell::OnceCell;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::exchange::percentiles;
+use crate::conform::conforming;
+use crate::conform::life::Life;
+use crate::conform::subject::{Options, Part, Stage, Subject};
+use coordinator::error::{Error, Refusal};
+use coordinator::scenario::load::{Loaded, parse};
+use coordinator::scenario::source::Source;
+use scheme::clock::Clock;
+
+/// Windows that pass before counting starts.
+const WARM_UP: usize = 200;
+/// Windows that are timed.
+const TIMED: usize = 3_000;
+
+/// Name of a participant that is asked on its own.
+pub const NAME: &str = "node";
+
+/// One row of the table.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// Doubles in the request.
+    pub doubles: usize,
+    /// Doubles in the answer.
+    pub answered: usize,
+    /// Median time from the request to the answer (us).
+    pub p50_us: f64,
+    /// 99th percentile (us).
+    pub p99_us: f64,
+    /// Mean time of a request that the participant spent in its solver, as it says itself (us).
+    pub solve_us: f64,
+}
+
+/// A scenario for a program that is asked without one.
+pub fn scenario_of_a_command() -> Result<Loaded, Error> {
+    parse(Source {
+        name: "scenario.toml".into(),
+        text: format!(
+            "[run]\nname = \"bench\"\nthickness_m = 1e-3\n[[participant]]\nname = \"{NAME}\"\nkind = \"foreign\"\n"
+        ),
+        overrides: Vec::new(),
+    })
+}
+
+/// Asks a participant for its first window over and over, without a load.
+pub fn bench(
+    loaded: &Loaded,
+    name: &str,
+    command: Option<&[String]>,
+    options: &Options,
+) -> Result<Vec<Row>, Error> {
+    let participant = conforming(loaded, name, command)?;
+    let stage = Stage::new(loaded, options);
+    let (peers, greeted) = stage.launch(&participant, 1)?;
+    drop(peers);
+    let told = greeted.description;
+    let subject = if loaded.scenario.interface.is_empty() {
+        let offers = told.capabilities;
+        Subject {
+            stage: &stage,
+            participant: &participant,
+            part: if offers.advance {
+                Part::ForceDriven
+            } else {
+                Part::MotionDriven
+            },
+            sets: told.sets.first().cloned().into_iter().collect(),
+            clock: Clock {
+                step_s: told.step_s.unwrap_or(1e-6),
+                substeps: 1,
+            },
+            told,
+            boundary: OnceCell::new(),
+        }
+    } else {
+        Subject::new(&stage, &participant, told)?
+    };
+    if subject.part == Part::Alone || !subject.told.capabilities.rollback {
+        let problem = "takes part in no interface, or cannot be asked for a window twice: there is no exchange to time";
+        return Err(Refusal::participant(name, problem).into());
+    }
+    let mut life = Life::new(&subject, 1)?;
+    let load = vec![0.0; life.size()];
+    let window = life.window(0);
+    let mut times = Vec::with_capacity(TIMED);
+    let mut answered = 0;
+    for turn in 0..WARM_UP + TIMED {
+        let start = Instant::now();
+        answered = life.ask(&window, &load)?.len();
+        if turn >= WARM_UP {
+            times.push(1e6 * start.elapsed().as_secs_f64());
+        }
+    }
+    let (p50_us, p99_us) = percentiles(times);
+    let farewell = life.finish()?.farewell;
+    Ok(vec![Row {
+        doubles: load.len(),
+        answered,
+        p50_us,
+        p99_us,
+        solve_us: 1e6 * farewell.solve_wall_s / (WARM_UP + TIMED) as f64,
+    }])
+}

@@ -1,0 +1,149 @@
+//! Stability of every scheme over mass ratio, substeps, CFL number, theta and stiffness ratio.
+//!
+//! An elastic bar of ten elements, held at its far end so that every wave comes back, is stepped explicitly; on its other
+//! end stands a mass behind a spring (or glued itself), stepped implicitly once a window. Growth is the spectral radius
+//! of one window of both, found by the scheme on the bar's window as matrices; a sample of cells is run window by window as
+//! well, and has to give the same forces.
+//! Fixed-point schemes have the constant relaxation 0.5: the others find their own. Where the continuum follows the wall, the
+//! point on it weighs 1 % of the mass behind it.
+//!
+//! - [`bar`]: the continuum;
+//! - [`trial`]: schemes on it and the masses;
+//! - [`map`](mod@map): growth in every cell;
+//! - [`limits`](mod@limits): where growth begins, foreseen and found;
+//! - [`picture`]: the map drawn.
+
+use std::path::Path;
+
+use coordinator::error::Error;
+use coordinator::output::tell;
+use map::{Axes, Cell};
+use protocol::larger;
+use scheme::keys::Scheme;
+use scheme::predict::prediction::NEUTRAL;
+
+pub mod bar;
+pub mod limits;
+pub mod map;
+pub mod picture;
+pub mod trial;
+
+/// Every so many cells one is run through the real coupler.
+const SAMPLE: usize = 97;
+/// Largest departure of its forces from those of the window matrix, over the largest force, that counts as rounding and
+/// as the gap of a fixed point.
+const DEPARTURE: f64 = 1e-6;
+/// Windows of such a run.
+const SAMPLE_WINDOWS: usize = 12;
+
+/// Findings of the bench.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Findings {
+    /// Cells of the map.
+    pub cells: usize,
+    /// Cells that grow.
+    pub unstable: usize,
+    /// Those among them of the dual Schur and velocity schemes at theta = 1, where they are offered.
+    pub unstable_default: usize,
+    /// Cells that were predicted to be stable and grow.
+    pub missed: usize,
+    /// Cells that were predicted to grow and do not.
+    pub cried_wolf: usize,
+    /// Cells that were run through the real coupler.
+    pub sampled: usize,
+    /// Largest departure of a force from the window matrix, over the largest force.
+    pub departure: f64,
+    /// Limits that were foreseen and found.
+    pub limits: usize,
+    /// Largest difference between the two, over the foreseen one.
+    pub limit_difference_rel: f64,
+}
+
+/// Makes the map, writes stability.csv, limits.csv and stability.svg into a folder.
+pub fn bench(folder: &Path) -> Result<Findings, Error> {
+    // Before the minutes of work: a folder that cannot be written is told at once.
+    std::fs::create_dir_all(folder).map_err(Error::output(folder.display()))?;
+    let axes = Axes::full();
+    let cells = map::map(&axes)?;
+    let limits = limits::limits(&[1, 3, 10, 100], &[0.5, 0.9])?;
+    let write = |name: &str, text: String| {
+        let path = folder.join(name);
+        std::fs::write(&path, text).map_err(Error::output(path.display()))
+    };
+    write("stability.csv", map::csv(&cells))?;
+    write("stability.svg", picture::svg(&axes, &cells))?;
+    write("limits.csv", limits::csv(&limits))?;
+    let mut findings = findings(&cells, SAMPLE)?;
+    findings.limits = limits.len();
+    let differences = limits.iter().map(limits::Limit::difference_rel);
+    findings.limit_difference_rel = differences.fold(0.0, larger);
+    Ok(findings)
+}
+
+/// Counts, and one cell in `every` through the real coupler.
+pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
+    let grows = |cell: &Cell| cell.growth > 1.0 + NEUTRAL;
+    let offered = |cell: &Cell| {
+        let monolithic = matches!(
+            cell.trial.scheme,
+            Scheme::DualSchur { .. } | Scheme::Velocity { .. }
+        );
+        monolithic && cell.trial.boundary_inertia.theta == 1.0
+    };
+    let count = |which: &dyn Fn(&Cell) -> bool| cells.iter().filter(|cell| which(cell)).count();
+    let sample: Vec<&Cell> = cells.iter().step_by(every).collect();
+    let mut departure = 0.0f64;
+    for cell in &sample {
+        let here = map::departure(cell, SAMPLE_WINDOWS)?;
+        if here > DEPARTURE {
+            tell(&format!(
+                "the scheme departs from its window's map by {here:e}: {cell:?}"
+            ));
+        }
+        departure = larger(departure, here);
+    }
+    Ok(Findings {
+        cells: cells.len(),
+        unstable: count(&grows),
+        unstable_default: count(&|cell| offered(cell) && grows(cell)),
+        missed: count(&|cell| cell.predicted_stable && grows(cell)),
+        cried_wolf: count(&|cell| !cell.predicted_stable && !grows(cell)),
+        sampled: sample.len(),
+        departure,
+        ..Findings::default()
+    })
+}
+
+impl Findings {
+    /// True if the map keeps the coupler's promises.
+    pub fn hold(&self) -> bool {
+        self.unstable_default == 0
+            && self.missed == 0
+            && self.departure <= DEPARTURE
+            && self.limit_difference_rel <= 0.05
+    }
+
+    /// For a person.
+    pub fn table(&self) -> String {
+        format!(
+            "cells                                        {}\n\
+             unstable                                     {}\n\
+             unstable, dual Schur, velocity at theta = 1  {}\n\
+             predicted stable, but unstable               {}\n\
+             predicted unstable, but stable               {}\n\
+             cells run through the real coupler           {}\n\
+             largest departure of its forces, relative    {:.1e}\n\
+             limits foreseen and found                    {}\n\
+             largest difference of the two, relative      {:.4}",
+            self.cells,
+            self.unstable,
+            self.unstable_default,
+            self.missed,
+            self.cried_wolf,
+            self.sampled,
+            self.departure,
+            self.limits,
+            self.limit_difference_rel
+        )
+    }
+}

@@ -1,0 +1,168 @@
+//! Limits at which each scheme begins to grow: foreseen from the handshake, and found by running the real coupler.
+
+use super::bar::Bar;
+use super::map::{bar, boundary_inertia, inputs};
+use super::trial::{Trial, largest, scheme, word};
+use coordinator::error::Error;
+use scheme::keys::{Dirichlet, Scheme, SchemeWord};
+use scheme::predict::prediction::{NEUTRAL, explain};
+
+/// A limit, twice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// The scheme.
+    pub scheme: Scheme,
+    /// The bisected quantity: `mass_ratio`, mass on the wall over that of the bar, or `cfl`, step over its limit.
+    pub axis: &'static str,
+    /// Steps in a window.
+    pub substeps: u32,
+    /// Step over its limit; of a limit of the step, where the search began.
+    pub cfl: f64,
+    /// From the handshake.
+    pub predicted: f64,
+    /// From runs.
+    pub measured: f64,
+}
+
+impl Limit {
+    /// |measured - predicted| / predicted.
+    pub fn difference_rel(&self) -> f64 {
+        (self.measured - self.predicted).abs() / self.predicted
+    }
+}
+
+/// Growth of a window that counts as a limit here. An undamped bar makes schemes that are a window late grow for any
+/// mass, ever more slowly for smaller ones; what a run of a thousand windows can show is 2 %.
+const GROWTH: f64 = 1.02;
+/// Windows of a run.
+const WINDOWS: u64 = 1200;
+/// Gap (m) to which windows are repeated; motions are of the order of 1 m.
+const GAP_M: f64 = 1e-10;
+/// Bisections: eight decades down to half a per cent.
+const HALVINGS: usize = 12;
+
+/// All limits. Theta is 1 and the mass is glued itself.
+pub fn limits(substeps: &[u32], cfls: &[f64]) -> Result<Vec<Limit>, Error> {
+    let mut limits = Vec::new();
+    for m in substeps {
+        for cfl in cfls {
+            for word in [
+                SchemeWord::StaggeredSerial,
+                SchemeWord::StaggeredParallel,
+                SchemeWord::FixedPointSerial,
+            ] {
+                for dirichlet in [Dirichlet::Wall, Dirichlet::Continuum] {
+                    limits.push(mass_limit(scheme(word, dirichlet), *m, *cfl)?);
+                }
+            }
+        }
+        for word in [
+            SchemeWord::DualSchur,
+            SchemeWord::DualSchurSecant,
+            SchemeWord::Velocity,
+        ] {
+            limits.push(step_limit(scheme(word, Dirichlet::Wall), *m)?);
+        }
+    }
+    Ok(limits)
+}
+
+fn trial(scheme: Scheme, substeps: u32, cfl: f64, mass_ratio: f64) -> Trial {
+    Trial {
+        bar: bar(cfl),
+        substeps,
+        scheme,
+        boundary_inertia: boundary_inertia(mass_ratio, f64::INFINITY, 1.0),
+    }
+}
+
+/// Heavy masses make schemes grow in which the wall follows, light ones those in which the continuum does.
+fn mass_limit(scheme: Scheme, substeps: u32, cfl: f64) -> Result<Limit, Error> {
+    let at_low_end = scheme.dirichlet() == Dirichlet::Wall;
+    let response = bar(cfl).response(substeps);
+    let foreseen = |mass_ratio: f64| -> Result<bool, Error> {
+        let trial = trial(scheme, substeps, cfl, mass_ratio);
+        let growth = explain(&inputs(&trial, &response), &scheme)?.growth;
+        Ok(growth.is_some_and(|growth| growth <= level(&scheme)) == at_low_end)
+    };
+    let found = |mass_ratio: f64| -> Result<bool, Error> {
+        Ok(stands(&trial(scheme, substeps, cfl, mass_ratio)) == at_low_end)
+    };
+    Ok(Limit {
+        scheme,
+        axis: "mass_ratio",
+        substeps,
+        cfl,
+        predicted: bisect(1e-4, 1e4, foreseen)?,
+        measured: bisect(1e-4, 1e4, found)?,
+    })
+}
+
+fn step_limit(scheme: Scheme, substeps: u32) -> Result<Limit, Error> {
+    let found = |cfl: f64| Ok(stands(&trial(scheme, substeps, cfl, 1.0)));
+    Ok(Limit {
+        scheme,
+        axis: "cfl",
+        substeps,
+        cfl: 0.5,
+        predicted: Bar::LIMIT_S,
+        measured: bisect(0.5, 2.0, found)?,
+    })
+}
+
+/// Repeats that do not contract never end; windows may grow by the little that a run can show.
+fn level(scheme: &Scheme) -> f64 {
+    match scheme {
+        Scheme::FixedPoint { .. } => 1.0 + NEUTRAL,
+        _ => GROWTH,
+    }
+}
+
+/// True if a real run grows by less than the limit a window, from its third quarter to its last.
+fn stands(trial: &Trial) -> bool {
+    let fixed_point = level(&trial.scheme) < GROWTH;
+    let windows = if fixed_point { 3 } else { WINDOWS };
+    let run = trial.run(&trial.response(), windows, GAP_M);
+    if run.error.is_some() || fixed_point {
+        return run.error.is_none();
+    }
+    let quarter = run.forces.len() / 4;
+    let early = largest(&run.forces[2 * quarter..3 * quarter]);
+    let late = largest(&run.forces[3 * quarter..]);
+    (late / early).powf(1.0 / quarter as f64) < GROWTH
+}
+
+/// The last place, in logarithms, where a property that holds at the low end still holds.
+fn bisect(low: f64, high: f64, holds: impl Fn(f64) -> Result<bool, Error>) -> Result<f64, Error> {
+    let (mut low, mut high) = (low.ln(), high.ln());
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if holds(middle.exp())? {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Ok((0.5 * (low + high)).exp())
+}
+
+/// The limits as CSV.
+pub fn csv(limits: &[Limit]) -> String {
+    let mut text = String::from(
+        "scheme,axis,substeps,cfl,theta,stiffness_ratio,predicted,measured,difference_rel,dirichlet\n",
+    );
+    for limit in limits {
+        text.push_str(&format!(
+            "{},{},{},{},1,inf,{:.6e},{:.6e},{:.3e},{}\n",
+            word(limit.scheme.word()),
+            limit.axis,
+            limit.substeps,
+            limit.cfl,
+            limit.predicted,
+            limit.measured,
+            limit.difference_rel(),
+            word(limit.scheme.dirichlet())
+        ));
+    }
+    text
+}

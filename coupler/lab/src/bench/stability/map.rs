@@ -1,0 +1,246 @@
+//! Growth of a disturbance in every cell of a grid of set-ups.
+
+use std::thread;
+
+use protocol::{BoundaryInertia, larger};
+
+use super::bar::Bar;
+use super::trial::{MOVING, Trial, largest, scheme, word};
+use coordinator::error::Error;
+use scheme::keys::{Dirichlet, Scheme, SchemeWord};
+use scheme::predict::growth::{Disturbance, forces_of_map, growth};
+use scheme::predict::linear_pair::LinearPair;
+use scheme::predict::prediction::{StabilityInputs, compliance, predict};
+use scheme::predict::response::Response;
+use scheme::window::InterfaceState;
+
+/// Part of the largest force to which a fixed point is repeated.
+const REPEATED: f64 = 1e-9;
+
+/// Elements of the bar.
+pub const ELEMENTS: usize = 10;
+
+/// The grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axes {
+    /// Schemes, those with roles in both of them.
+    pub schemes: Vec<Scheme>,
+    /// Theta of the masses on the wall.
+    pub thetas: Vec<f64>,
+    /// Mass on the wall over that of the bar.
+    pub mass_ratios: Vec<f64>,
+    /// Steps in a window.
+    pub substeps: Vec<u32>,
+    /// Step over its limit.
+    pub cfls: Vec<f64>,
+    /// Stiffness of the spring in front of the mass over that of an element; infinite for a mass that is glued itself.
+    pub stiffness_ratios: Vec<f64>,
+}
+
+/// All schemes, those with roles in both of them.
+const ALL: [(SchemeWord, Dirichlet); 12] = [
+    (SchemeWord::DualSchur, Dirichlet::Wall),
+    (SchemeWord::DualSchurSecant, Dirichlet::Wall),
+    (SchemeWord::DualSchurCheap, Dirichlet::Wall),
+    (SchemeWord::StaggeredSerial, Dirichlet::Wall),
+    (SchemeWord::StaggeredParallel, Dirichlet::Wall),
+    (SchemeWord::FixedPointSerial, Dirichlet::Wall),
+    (SchemeWord::FixedPointParallel, Dirichlet::Wall),
+    (SchemeWord::Velocity, Dirichlet::Wall),
+    (SchemeWord::StaggeredSerial, Dirichlet::Continuum),
+    (SchemeWord::StaggeredParallel, Dirichlet::Continuum),
+    (SchemeWord::FixedPointSerial, Dirichlet::Continuum),
+    (SchemeWord::FixedPointParallel, Dirichlet::Continuum),
+];
+
+impl Axes {
+    /// The whole map.
+    pub fn full() -> Axes {
+        Axes {
+            schemes: ALL
+                .map(|(word, dirichlet)| scheme(word, dirichlet))
+                .to_vec(),
+            thetas: vec![0.5, 0.55, 0.7, 1.0],
+            mass_ratios: vec![1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3],
+            substeps: vec![1, 3, 10, 30, 100, 1_000, 10_000],
+            cfls: vec![0.1, 0.3, 0.5, 0.7, 0.9, 0.99],
+            stiffness_ratios: vec![0.01, 1.0, 100.0, f64::INFINITY],
+        }
+    }
+
+    /// Every scheme and the ends of every axis.
+    pub fn reduced() -> Axes {
+        Axes {
+            thetas: vec![0.5, 1.0],
+            mass_ratios: vec![1e-3, 1.0, 1e3],
+            substeps: vec![1, 10, 10_000],
+            cfls: vec![0.1, 0.9],
+            stiffness_ratios: vec![1.0, f64::INFINITY],
+            ..Axes::full()
+        }
+    }
+}
+
+/// One set-up and what becomes of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cell {
+    /// The set-up.
+    pub trial: Trial,
+    /// Mass on the wall over that of the bar.
+    pub mass_ratio: f64,
+    /// Factor of a disturbance a window; a repeat, where the repeats of a window do not converge.
+    pub growth: f64,
+    /// The prediction from the handshake's numbers alone.
+    pub predicted_stable: bool,
+}
+
+/// All cells, in the order of the axes: scheme, theta, mass ratio, substeps, CFL, stiffness ratio.
+pub fn map(axes: &Axes) -> Result<Vec<Cell>, Error> {
+    let cells = axes.lengths().iter().product();
+    let workers = thread::available_parallelism().map_or(1, usize::from);
+    let share = usize::div_ceil(cells, workers).max(1);
+    thread::scope(|scope| {
+        let threads: Vec<_> = (0..cells)
+            .step_by(share)
+            .map(|first| first..cells.min(first + share))
+            .map(|part| scope.spawn(move || part.map(|index| axes.cell(index)).collect()))
+            .collect();
+        let parts = threads
+            .into_iter()
+            .map(|thread| thread.join().expect("the map does not panic"));
+        Ok(parts.collect::<Result<Vec<Vec<Cell>>, Error>>()?.concat())
+    })
+}
+
+/// The bar of a CFL number.
+pub fn bar(cfl: f64) -> Bar {
+    Bar {
+        elements: ELEMENTS,
+        step_s: cfl,
+    }
+}
+
+impl Axes {
+    fn lengths(&self) -> [usize; 6] {
+        [
+            self.schemes.len(),
+            self.thetas.len(),
+            self.mass_ratios.len(),
+            self.substeps.len(),
+            self.cfls.len(),
+            self.stiffness_ratios.len(),
+        ]
+    }
+
+    /// The cell of this index; the last axis runs fastest.
+    fn cell(&self, mut index: usize) -> Result<Cell, Error> {
+        let mut place = self.lengths();
+        for axis in place.iter_mut().rev() {
+            let length = *axis;
+            *axis = index % length;
+            index /= length;
+        }
+        let [scheme, theta, mass, substeps, cfl, stiffness] = place;
+        let stiffness_ratio = self.stiffness_ratios[stiffness];
+        let mass_ratio = self.mass_ratios[mass];
+        let trial = Trial {
+            bar: bar(self.cfls[cfl]),
+            substeps: self.substeps[substeps],
+            scheme: self.schemes[scheme],
+            boundary_inertia: boundary_inertia(mass_ratio, stiffness_ratio, self.thetas[theta]),
+        };
+        let response = trial.response();
+        let predicted = predict(&inputs(&trial, &response), &trial.scheme)?;
+        Ok(Cell {
+            trial,
+            mass_ratio,
+            growth: growth(&trial.scheme, trial.model(&response))?,
+            predicted_stable: predicted.stable() == Some(true),
+        })
+    }
+}
+
+/// A mass behind a massless glued point, as grains stand on glued disks.
+pub fn boundary_inertia(mass_ratio: f64, stiffness_ratio: f64, theta: f64) -> BoundaryInertia {
+    BoundaryInertia {
+        glued_mass_kg: 0.0,
+        mass_kg: mass_ratio * ELEMENTS as f64,
+        stiffness_n_per_m: stiffness_ratio.is_finite().then_some(stiffness_ratio),
+        theta,
+        may_part: false,
+    }
+}
+
+/// The knowledge of the coupler after the handshake: the bar by four numbers.
+pub(super) fn inputs(trial: &Trial, response: &Response) -> StabilityInputs {
+    StabilityInputs {
+        step_s: trial.bar.step_s,
+        substeps: trial.substeps,
+        step_limit: Some((Bar::LIMIT_S, "stability limit".into())),
+        first_period_s: Some(trial.bar.first_period_s()),
+        window_limit: None,
+        compliance: compliance(&trial.scheme, response, trial.window_s()),
+        definite: true,
+        boundary_inertia: Some(trial.boundary_inertia),
+        point_mass_kg: trial.point_mass_kg(),
+    }
+}
+
+/// Distance of the forces of a run from those of the window's map, over the largest so far, in the first windows of a cell;
+/// infinite where only one of the two finds that a fixed point does not converge.
+pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
+    let trial = &cell.trial;
+    let response = trial.response();
+    let repeated = matches!(trial.scheme, Scheme::FixedPoint { .. });
+    let model = trial.model(&response);
+    let start = Disturbance {
+        pair: LinearPair::new(model, MOVING).state,
+        interface: InterfaceState::at_rest(1, 1),
+    };
+    let foreseen = forces_of_map(&trial.scheme, model, &start, windows)?;
+    // A fixed point is as exact as its gap; the others end after one repeat whatever the gap.
+    let gap_m = if repeated {
+        REPEATED * inputs(trial, &response).compliance * largest(&foreseen)
+    } else {
+        1e-6
+    };
+    let run = trial.run(&response, windows as u64, gap_m);
+    let repelling = repeated && cell.growth >= 1.0 + 1e-6;
+    let Some(start) = run
+        .after_first
+        .filter(|_| !repelling && run.error.is_none())
+    else {
+        let agree = repelling == run.error.is_some();
+        return Ok(if agree { 0.0 } else { f64::INFINITY });
+    };
+    // From the first window's end on: a compliance that is learnt is known then.
+    let expected = forces_of_map(&trial.scheme, model, &start, windows - 1)?;
+    let apart = run.forces.iter().skip(1).zip(&expected).enumerate();
+    Ok(apart.fold(0.0, |most, (index, (force, expected))| {
+        let off = (force - expected).abs();
+        larger(most, off / largest(&run.forces[..=index + 1]))
+    }))
+}
+
+/// The map as CSV.
+pub fn csv(cells: &[Cell]) -> String {
+    let mut text = String::from(
+        "scheme,theta,mass_ratio,substeps,cfl,stiffness_ratio,growth,predicted_stable,dirichlet\n",
+    );
+    for cell in cells {
+        let inertia = &cell.trial.boundary_inertia;
+        text.push_str(&format!(
+            "{},{},{},{},{},{},{:.12e},{},{}\n",
+            word(cell.trial.scheme.word()),
+            inertia.theta,
+            cell.mass_ratio,
+            cell.trial.substeps,
+            cell.trial.bar.step_s,
+            inertia.stiffness_n_per_m.unwrap_or(f64::INFINITY),
+            cell.growth,
+            cell.predicted_stable,
+            word(cell.trial.scheme.dirichlet())
+        ));
+    }
+    text
+}

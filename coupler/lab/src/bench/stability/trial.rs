@@ -1,0 +1,125 @@
+//! Schemes on the bar and the masses, window by window.
+
+use protocol::{BoundaryInertia, larger};
+
+use super::bar::Bar;
+use scheme::coupling::Coupling;
+use scheme::error::SchemeError;
+use scheme::keys::{Acceleration, Dirichlet, Policy, Scheme, SchemeKeys, SchemeWord};
+use scheme::predict::growth::Disturbance;
+use scheme::predict::linear_pair::{LinearModel, LinearPair};
+use scheme::predict::response::Response;
+use scheme::predict::sprung_mass::Masses;
+
+/// One set-up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trial {
+    /// The continuum.
+    pub bar: Bar,
+    /// Steps in a window.
+    pub substeps: u32,
+    /// The scheme; a fixed point has the constant relaxation [`RELAXATION`].
+    pub scheme: Scheme,
+    /// The masses on the wall.
+    pub boundary_inertia: BoundaryInertia,
+}
+
+/// Constant relaxation of the fixed-point schemes.
+pub const RELAXATION: f64 = 0.5;
+/// Mass of the point itself over the mass behind it, which it tells where it is pushed by forces.
+const POINT: f64 = 0.01;
+
+/// Masses that arrive with 1 m/s.
+pub const MOVING: Masses = Masses {
+    glued_velocity: 1.0,
+    place: 0.0,
+    velocity: 1.0,
+};
+
+/// A scheme of the bench, in which this side takes the motion.
+pub fn scheme(word: SchemeWord, dirichlet: Dirichlet) -> Scheme {
+    SchemeKeys {
+        dirichlet: Some(dirichlet),
+        acceleration: Some(Acceleration::Constant),
+        relaxation: Some(RELAXATION),
+        repeats_max: Some(4000),
+        ..SchemeKeys::of(word)
+    }
+    .scheme()
+}
+
+/// Outcome of a trial.
+#[derive(Debug, Default)]
+pub struct Run {
+    /// Interface force (N) in each accepted window.
+    pub forces: Vec<f64>,
+    /// State of both sides after the first window.
+    pub after_first: Option<Disturbance>,
+    /// Reason of an early end.
+    pub error: Option<SchemeError>,
+}
+
+impl Trial {
+    /// Mass of the point (kg), where it has any.
+    pub fn point_mass_kg(&self) -> f64 {
+        match self.scheme.dirichlet() {
+            Dirichlet::Wall => 0.0,
+            Dirichlet::Continuum => POINT * self.boundary_inertia.mass_kg,
+        }
+    }
+
+    /// Length of the window (s).
+    pub fn window_s(&self) -> f64 {
+        self.bar.step_s * f64::from(self.substeps)
+    }
+
+    /// The bar's window as matrices.
+    pub fn response(&self) -> Response {
+        self.bar.response(self.substeps)
+    }
+
+    /// The bar, as its window's matrices, with the masses.
+    pub fn model<'a>(&self, response: &'a Response) -> LinearModel<'a> {
+        LinearModel {
+            response,
+            inertia: self.boundary_inertia,
+            point_mass_kg: self.point_mass_kg(),
+            window_s: self.window_s(),
+        }
+    }
+
+    /// Runs windows from masses that start with 1 m/s, to a gap (m).
+    pub fn run(&self, response: &Response, windows: u64, gap_m: f64) -> Run {
+        let model = self.model(response);
+        let mut coupling = Coupling::new("glue", self.scheme, Policy::Stop, model.group(gap_m));
+        let mut pair = LinearPair::new(model, MOVING);
+        let mut run = Run::default();
+        for index in 0..windows {
+            let window = coupling.group().clock.window(index, index, 1);
+            match coupling.window(&mut pair, window, |_| None) {
+                Ok(_) => run.forces.push(coupling.state.lambda[0]),
+                Err(error) => {
+                    run.error = Some(error);
+                    break;
+                }
+            }
+            let after = || Disturbance {
+                pair: pair.state.clone(),
+                interface: coupling.state.clone(),
+            };
+            run.after_first.get_or_insert_with(after);
+        }
+        run
+    }
+}
+
+/// The largest |f|.
+pub fn largest(forces: &[f64]) -> f64 {
+    forces.iter().map(|f| f.abs()).fold(0.0, larger)
+}
+
+/// The word of a choice in a scenario.
+pub fn word(choice: impl serde::Serialize) -> String {
+    let word = serde_json::to_value(choice).expect("choices are words");
+    word.as_str().expect("choices are words").to_string()
+}

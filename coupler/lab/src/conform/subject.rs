@@ -1,0 +1,185 @@
+//! The participant that is tried, with the sets and windows that its scenario gives it.
+
+use std::cell::{Cell, OnceCell};
+use std::path::PathBuf;
+
+use nalgebra::DMatrix;
+use protocol::Description;
+
+use coordinator::error::{Error, Refusal};
+use coordinator::participants::handshake::{Greeted, greet};
+use coordinator::participants::{Launcher, Peers, Registry, Watch};
+use coordinator::run::session::fresh_run_id;
+use coordinator::rundir::RunDir;
+use coordinator::scenario::load::Loaded;
+use coordinator::scenario::{Participant, Scenario};
+use kit::scratch::Scratch;
+use scheme::clock::Clock;
+use scheme::error::Unfit;
+use scheme::join::step_of;
+use scheme::keys::Interface;
+
+/// Circumstances of the trials.
+pub struct Options<'a> {
+    /// Shipped solvers.
+    pub registry: &'a Registry,
+    /// The program whose `node` verb serves them.
+    pub program: PathBuf,
+    /// Signals that end the trials.
+    pub watch: Watch,
+    /// Names of the only rules that are tried, besides greeting and surface; none for all.
+    pub only: Vec<String>,
+}
+
+/// Participants of a scenario, launched one at a time.
+pub struct Stage<'a> {
+    loaded: &'a Loaded,
+    options: &'a Options<'a>,
+    scratch: Scratch,
+    launched: Cell<u64>,
+}
+
+impl<'a> Stage<'a> {
+    /// The stage of a scenario.
+    pub fn new(loaded: &'a Loaded, options: &'a Options<'a>) -> Stage<'a> {
+        Stage {
+            loaded,
+            options,
+            scratch: Scratch::new("conform", fresh_run_id()),
+            launched: Cell::new(0),
+        }
+    }
+
+    /// The scenario.
+    pub fn scenario(&self) -> &'a Scenario {
+        &self.loaded.scenario
+    }
+
+    /// Launches and greets a participant.
+    pub fn launch(
+        &self,
+        participant: &Participant,
+        threads: usize,
+    ) -> Result<(Peers, Greeted), Error> {
+        let (peers, greeted) = self.launch_all(std::slice::from_ref(participant), threads)?;
+        let only = greeted.into_iter().next().expect("one was launched");
+        Ok((peers, only))
+    }
+
+    /// Launches and greets participants.
+    pub fn launch_all(
+        &self,
+        participants: &[Participant],
+        threads: usize,
+    ) -> Result<(Peers, Vec<Greeted>), Error> {
+        let run_id = fresh_run_id();
+        let place = self.scratch.path().join(self.launched.get().to_string());
+        self.launched.set(self.launched.get() + 1);
+        let launcher = Launcher {
+            loaded: self.loaded,
+            registry: self.options.registry,
+            program: self.options.program.clone(),
+            run_id,
+            threads,
+            rundir: &RunDir::create(Some(&place), &self.scenario().run.name, run_id)?,
+        };
+        let mut peers = launcher.start(participants, self.options.watch.clone())?;
+        let greeted = greet(&mut peers, self.loaded, run_id)?;
+        Ok((peers, greeted))
+    }
+}
+
+/// The part that the participant takes in a window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// It is told forces and answers motion.
+    ForceDriven,
+    /// It is told the motion of its points and answers forces.
+    MotionDriven,
+    /// It runs alone.
+    Alone,
+}
+
+/// The participant that is tried.
+pub struct Subject<'a> {
+    /// Launches it.
+    pub stage: &'a Stage<'a>,
+    /// Its entry in the scenario.
+    pub participant: &'a Participant,
+    /// Its description of itself.
+    pub told: Description,
+    /// Its part.
+    pub part: Part,
+    /// Its sets that interfaces name, in their order.
+    pub sets: Vec<String>,
+    /// Its windows.
+    pub clock: Clock,
+    /// Compliance (1/kg) of the boundary in its lives, once it is known what yields to it; rigid before.
+    pub boundary: OnceCell<DMatrix<f64>>,
+}
+
+impl<'a> Subject<'a> {
+    /// The participant that said this of itself.
+    pub fn new(
+        stage: &'a Stage<'a>,
+        participant: &'a Participant,
+        told: Description,
+    ) -> Result<Subject<'a>, Error> {
+        let scenario = &stage.loaded.scenario;
+        let own = |interface: &&Interface| interface.participants().contains(&&*participant.name);
+        let interfaces: Vec<&Interface> = scenario.interface.iter().filter(own).collect();
+        let offers = told.capabilities;
+        let part = match (interfaces.is_empty(), offers.advance) {
+            (true, _) => Part::Alone,
+            (false, true) => Part::ForceDriven,
+            (false, false) => Part::MotionDriven,
+        };
+        let sets = interfaces.iter().flat_map(|interface| &interface.between);
+        let sets = sets.filter_map(|side| side.split_once('.'));
+        let sets = sets.filter(|(name, _)| *name == participant.name);
+        let clock = match interfaces.first() {
+            None => Clock {
+                step_s: told.step_s.ok_or_else(|| {
+                    let problem =
+                        "has no step of its own, so that there is no window to try it with";
+                    Refusal::participant(&participant.name, problem)
+                })?,
+                substeps: scenario.run.output.alone_steps,
+            },
+            Some(interface) => {
+                let step_s = match part {
+                    Part::MotionDriven => step_of_other_side(stage, interface, participant)?,
+                    _ => step_of(interface, &participant.name, told.step_s)?,
+                };
+                Clock {
+                    step_s,
+                    substeps: interface.substeps,
+                }
+            }
+        };
+        Ok(Subject {
+            stage,
+            participant,
+            part,
+            sets: sets.map(|(_, set)| set.to_string()).collect(),
+            clock,
+            told,
+            boundary: OnceCell::new(),
+        })
+    }
+}
+
+/// The step of the continuum that a motion-driven participant is joined with; that one is launched for it.
+fn step_of_other_side(
+    stage: &Stage,
+    interface: &Interface,
+    participant: &Participant,
+) -> Result<f64, Error> {
+    let mut all = stage.loaded.scenario.participant.iter();
+    let names = interface.participants();
+    let other = all.find(|other| other.name != participant.name && names.contains(&&*other.name));
+    let other = other
+        .ok_or_else(|| Refusal::from(Unfit::interface(&interface.name, "joins one participant")))?;
+    let (_, greeted) = stage.launch(other, 1)?;
+    Ok(step_of(interface, &other.name, greeted.description.step_s)?)
+}

@@ -1,0 +1,262 @@
+//! The plain life that all others are compared with, and the comparison.
+
+use nalgebra::DMatrix;
+use protocol::{Role, Surface, Window};
+
+use super::life::{Death, Life};
+use super::load::{Loads, into};
+use super::rule::{Found, Verdict, broken, holds};
+use super::subject::{Part, Subject};
+use coordinator::error::Error;
+
+/// Part of a motion by which a compliant boundary yields.
+const YIELDS: f64 = 0.1;
+
+/// Windows of a life.
+pub const WINDOWS: u64 = 12;
+
+/// A participant with the loads of its trials, and what it answers when it is asked for each window once.
+pub struct Trial<'a> {
+    /// The participant.
+    pub subject: &'a Subject<'a>,
+    /// Its points.
+    pub surface: Surface,
+    /// Its loads.
+    pub loads: Loads,
+    /// Its answer to a change of motion, if it is told one.
+    pub stiffness: Option<Stiffness>,
+    /// Its plain life.
+    pub plain: Record,
+}
+
+/// Answers and reports of a life, window by window.
+pub struct Record {
+    /// Answers to the windows that were accepted.
+    pub answers: Vec<Vec<f64>>,
+    /// Reports of these windows.
+    pub reports: Vec<Vec<f64>>,
+    /// Its end.
+    pub death: Death,
+}
+
+/// A trial of something between the windows of a life: it returns the answer that is accepted, and its window.
+pub type Ask<'t> = dyn FnMut(&mut Life, &Window, &[f64]) -> Result<(Window, Vec<f64>), Error> + 't;
+
+impl<'a> Trial<'a> {
+    /// Finds loads that fit the participant, and lives its plain life.
+    pub fn new(subject: &'a Subject<'a>) -> Result<Trial<'a>, Error> {
+        let (surface, loads) = loads(subject)?;
+        let stiffness = match subject.part {
+            Part::MotionDriven => Some(stiffness(subject, &loads)?),
+            Part::Alone | Part::ForceDriven => None,
+        };
+        if let Some(stiffness) = stiffness.as_ref()
+            && subject.told.capabilities.compliant_boundary
+        {
+            let boundary = yielding(subject.clock.window_s(), stiffness);
+            boundary.map(|boundary| subject.boundary.set(boundary));
+        }
+        let plain = record(subject, &loads, 1, &mut ask_once)?;
+        Ok(Trial {
+            subject,
+            surface,
+            loads,
+            stiffness,
+            plain,
+        })
+    }
+
+    /// A life in which windows are asked for in this way.
+    pub fn live(&self, threads: usize, ask: &mut Ask) -> Result<Record, Error> {
+        record(self.subject, &self.loads, threads, ask)
+    }
+
+    /// A new life.
+    pub fn begin(&self) -> Result<Life<'a>, Error> {
+        Life::new(self.subject, 1)
+    }
+
+    /// Compares answers and reports from window `first` on with those of the plain life.
+    pub fn compare(&self, first: usize, answers: &[Vec<f64>], reports: &[Vec<f64>]) -> Found {
+        let pairs = [
+            ("answer", &self.plain.answers, answers),
+            ("report", &self.plain.reports, reports),
+        ];
+        for (what, plain, other) in pairs {
+            for (index, other) in other.iter().enumerate() {
+                let window = first + index;
+                if let Some(why) = difference(&plain[window], other) {
+                    return broken(format!("window {window}: the {what} {why}"));
+                }
+            }
+        }
+        holds(format!("{} windows, the same bits", answers.len()))
+    }
+
+    /// The same of a whole life, and of its state at the end.
+    pub fn compare_life(&self, other: &Record) -> Found {
+        let found = self.compare(0, &other.answers, &other.reports);
+        let hash = |record: &Record| record.death.farewell.outcome.state_hash.clone();
+        if found.0 == Verdict::Holds && hash(&self.plain) != hash(other) {
+            return broken("the answers are the same, the state hashes at the end are not");
+        }
+        found
+    }
+
+    /// Energies (J) of one role at the end of a report, summed.
+    pub fn energy(&self, report: &[f64], role: Role) -> f64 {
+        let told = &self.subject.told;
+        let terms = report.iter().skip(told.signals.len()).zip(&told.ledger);
+        terms
+            .filter(|(_, term)| term.role == role)
+            .map(|(joules, _)| joules)
+            .sum()
+    }
+
+    /// Work (J) that a window does at the interface: force times increment, or what a layer is given.
+    pub fn work(&self, load: &[f64], answer: &[f64]) -> f64 {
+        let n = load.len();
+        match self.subject.part {
+            Part::MotionDriven => -self.subject.clock.window_s() * dot(&answer[..n], &answer[n..]),
+            _ => dot(load, answer),
+        }
+    }
+}
+
+/// Asks for the window once.
+pub fn ask_once(
+    life: &mut Life,
+    window: &Window,
+    load: &[f64],
+) -> Result<(Window, Vec<f64>), Error> {
+    Ok((*window, life.ask(window, load)?))
+}
+
+fn record(
+    subject: &Subject,
+    loads: &Loads,
+    threads: usize,
+    ask: &mut Ask,
+) -> Result<Record, Error> {
+    let mut life = Life::new(subject, threads)?;
+    let (mut answers, mut reports) = (Vec::new(), Vec::new());
+    for index in 0..WINDOWS {
+        let window = life.window(index);
+        let (window, answer) = ask(&mut life, &window, &loads.of_window(index, 0))?;
+        reports.push(life.accept(&window, &answer)?);
+        answers.push(answer);
+    }
+    Ok(Record {
+        answers,
+        reports,
+        death: life.finish()?,
+    })
+}
+
+/// Change of the forces (N) of a layer between two motions of a window on a rigid boundary, and of the motion (m/s).
+pub struct Stiffness {
+    /// Of the forces.
+    pub force: Vec<f64>,
+    /// Of the motion.
+    pub motion: Vec<f64>,
+}
+
+/// A boundary that yields to the layer by a part of what it is told to do; `None` where no force was seen.
+fn yielding(window_s: f64, Stiffness { force, motion }: &Stiffness) -> Option<DMatrix<f64>> {
+    let impedance = window_s * greatest(force) / greatest(motion);
+    let yields = |i: usize, j: usize| match i.abs_diff(j) {
+        0 => YIELDS / impedance,
+        2 => 0.3 * YIELDS / impedance,
+        _ => 0.0,
+    };
+    (impedance > 0.0).then(|| DMatrix::from_fn(force.len(), force.len(), yields))
+}
+
+/// Presses it for a life, then in the next window by one motion and by a faster one.
+fn stiffness(subject: &Subject, loads: &Loads) -> Result<Stiffness, Error> {
+    let one = loads.of_window(WINDOWS, 0);
+    let other: Vec<f64> = one.iter().map(|v| 1.5 * v).collect();
+    let mut forces = Vec::new();
+    for velocity in [&one, &other] {
+        let mut life = Life::new(subject, 1)?;
+        for index in 0..WINDOWS {
+            let window = life.window(index);
+            let answer = life.ask(&window, &loads.of_window(index, 0))?;
+            life.accept(&window, &answer)?;
+        }
+        let window = life.window(WINDOWS);
+        let answer = life.ask(&window, velocity)?;
+        forces.push(answer[..velocity.len()].to_vec());
+    }
+    Ok(Stiffness {
+        force: minus(&forces[1], &forces[0]),
+        motion: minus(&other, &one),
+    })
+}
+
+/// Loads under which it moves, or resists, by amounts that can be compared.
+fn loads(subject: &Subject) -> Result<(Surface, Loads), Error> {
+    let mut life = Life::new(subject, 1)?;
+    let surface = life.surface.clone();
+    let points = surface.len();
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / points.max(1) as f64;
+    let spacing_m = mean(&surface.length_m);
+    let loads = match subject.part {
+        Part::Alone => Loads::forces(0, 1.0, 1.0),
+        Part::ForceDriven => {
+            let window = life.window(0);
+            let unloaded = life.ask(&window, &vec![0.0; 2 * points])?;
+            let loaded = Life::new(subject, 1)?.ask(&window, &vec![1.0; 2 * points])?;
+            let softest = greatest(&minus(&loaded, &unloaded));
+            Loads::forces(points, spacing_m, softest)
+        }
+        Part::MotionDriven => {
+            let radius_m = mean(&surface.radius_m);
+            let size_m = if radius_m > 0.0 {
+                2.0 * radius_m
+            } else {
+                spacing_m
+            };
+            let direction = into(subject).unwrap_or([0.0, 1.0]);
+            Loads::velocities(points, size_m, direction, subject.clock.window_s())
+        }
+    };
+    Ok((surface, loads))
+}
+
+/// The first difference of two vectors in their bits.
+pub fn difference(plain: &[f64], other: &[f64]) -> Option<String> {
+    if plain.len() != other.len() {
+        return Some(format!(
+            "has {} numbers instead of {}",
+            other.len(),
+            plain.len()
+        ));
+    }
+    let mut pairs = plain.iter().zip(other);
+    let at = pairs.position(|(one, two)| one.to_bits() != two.to_bits())?;
+    Some(format!(
+        "has {:e} instead of {:e} at entry {at}",
+        other[at], plain[at]
+    ))
+}
+
+/// Sum of products.
+pub fn dot(one: &[f64], other: &[f64]) -> f64 {
+    one.iter().zip(other).map(|(a, b)| a * b).sum()
+}
+
+/// Difference of two vectors.
+pub fn minus(one: &[f64], other: &[f64]) -> Vec<f64> {
+    one.iter().zip(other).map(|(a, b)| a - b).collect()
+}
+
+/// Largest size of an entry.
+pub fn greatest(vector: &[f64]) -> f64 {
+    vector.iter().fold(0.0, |most, value| value.abs().max(most))
+}
+
+/// Largest difference of two vectors over the largest entry of the second.
+pub fn apart(one: &[f64], other: &[f64]) -> f64 {
+    greatest(&minus(one, other)) / greatest(other)
+}

@@ -1,0 +1,13 @@
+//! What tries, measures and repeats: test apparatus that users run.
+//!
+//! - [`replay`]: solvers and coupler again, against the log;
+//! - [`conform`]: the rules of the wire, tried on one participant;
+//! - [`validate`]: scenes against what must come out of them, and faults that a run has to survive;
+//! - [`mod@bench`]: what the machine gives;
+//! - [`random`]: numbers for trials.
+
+pub mod bench;
+pub mod conform;
+pub mod random;
+pub mod replay;
+pub mod validate;

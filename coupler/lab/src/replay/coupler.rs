@@ -1,0 +1,110 @@
+//! The coupler again, against tapes of all participants.
+
+use std::ops::ControlFlow;
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+use super::tape::{Seen, TapeLink, turns};
+use super::{Recording, Replayed};
+use coordinator::error::{Error, Refusal};
+use coordinator::output::Count;
+use coordinator::participants::handshake;
+use coordinator::participants::handshake::Greeted;
+use coordinator::participants::remote::Remote;
+use coordinator::participants::{Launcher, Life, Peer, Peers, Watch};
+use coordinator::run::checkpoint::RestartPoint;
+use coordinator::run::time_loop::{each_window, groups_at_start};
+use coordinator::scenario::Scenario;
+use exchange_log::COUPLER;
+use scheme::join::join;
+use scheme::predict::inputs::foresee;
+
+/// Runs the coupling loop against tapes, from the start or from a checkpoint. What participants say of themselves is not
+/// part of the log, so each is started once for its greeting.
+pub fn replay(
+    recording: &Recording,
+    launcher: &Launcher,
+    watch: &Watch,
+    from: Option<&RestartPoint>,
+) -> Result<Replayed, Error> {
+    let greeted = greetings(recording, launcher, watch)?;
+    let scenario = &recording.loaded.scenario;
+    let seen = Arc::new(Mutex::new(Seen::default()));
+    // A run that goes on from a checkpoint joins its interfaces once more.
+    let joined = from.map_or(0, |_| recording.handshake());
+    let past = recording.messages_before(from);
+    let peers = scenario.participant.iter().map(|participant| {
+        let mut tape = turns(&recording.messages[..joined], &participant.name);
+        tape.extend(turns(&recording.messages[past..], &participant.name));
+        let open = recording.open_turns(&participant.name);
+        let link = TapeLink::new(tape, open, Arc::clone(&seen));
+        Peer::new(&participant.name, Box::new(link), Life::Tape)
+    });
+    let run_id = launcher.run_id;
+    let mut peers = Peers::new(peers.collect(), None, run_id, scenario, watch.clone());
+    let start = Instant::now();
+    // The handshake is a block of its own.
+    let passed = from.map_or(1, |origin| origin.checkpoint.log_blocks as usize);
+    let left = recording.ends.len().saturating_sub(passed);
+    let mut count = Count::new("replay of the coupler".into(), "windows", left);
+    let result = windows(&mut peers, scenario, &greeted, from, &mut count);
+    drop(count);
+    let wall_s = start.elapsed().as_secs_f64();
+    // A tape tells what is left of it when it goes.
+    drop(peers);
+    let seen = seen.lock();
+    let seen = seen.map_err(|_| Refusal::BrokenTape)?;
+    let replayed = Replayed {
+        equal: seen.equal,
+        last_window: seen.last_window,
+        mismatch: seen.mismatch.clone(),
+        wall_s,
+        ..Replayed::of(COUPLER)
+    };
+    match result {
+        // The lost peer is the tape: at its end, or where the coupler departed from it.
+        Err(Error::PeerLost { .. }) if seen.ended || seen.mismatch.is_some() => Ok(replayed),
+        Err(error) => Err(error),
+        Ok(()) => Ok(replayed),
+    }
+}
+
+fn greetings(
+    recording: &Recording,
+    launcher: &Launcher,
+    watch: &Watch,
+) -> Result<Vec<Greeted>, Error> {
+    let participants = &recording.loaded.scenario.participant;
+    let mut peers = launcher.start(participants, watch.clone())?;
+    handshake::greet(&mut peers, &recording.loaded, launcher.run_id)
+}
+
+/// The whole coupled exchange without outputs.
+fn windows(
+    peers: &mut Peers,
+    scenario: &Scenario,
+    greeted: &[Greeted],
+    from: Option<&RestartPoint>,
+    count: &mut Count,
+) -> Result<(), Error> {
+    if scenario.interface.is_empty() {
+        return Err(Refusal::NoCoupler.into());
+    }
+    let remote = &mut Remote::new(peers, greeted);
+    let mut groups = groups_at_start(scenario, greeted, join(remote, &scenario.interface)?)?;
+    match from {
+        Some(restart) => restart.place(&mut groups)?,
+        None => {
+            for group in &mut groups {
+                foresee(&mut group.coupling, remote)?;
+            }
+        }
+    }
+    let mut done = 0;
+    let go_on = |_: &mut _, _: &_, _: &_, _| {
+        done += 1;
+        count.at(done);
+        Ok(ControlFlow::Continue(()))
+    };
+    each_window(peers, greeted, &mut groups, go_on)
+}

@@ -1,0 +1,65 @@
+//! Drift of the answers of a solver with another parameter away from the logged ones.
+
+use std::collections::BTreeMap;
+
+use protocol::{Kind, larger};
+
+use super::Drift;
+use draw::plot::{Curve, Labels, plot};
+
+/// Kinds of answers that are drawn.
+const DRAWN: [(Kind, &str); 4] = [
+    (Kind::Motion, "motion"),
+    (Kind::Reaction, "reaction"),
+    (Kind::Force, "force"),
+    (Kind::Report, "report"),
+];
+
+/// The least drift that is drawn, in place of a smaller one: a logarithm has no zero.
+const FLOOR: f64 = 1e-17;
+
+/// The largest drift of each window.
+pub fn by_window(drift: &[Drift], kind: Kind) -> BTreeMap<u64, f64> {
+    let mut windows = BTreeMap::new();
+    for drift in drift.iter().filter(|drift| drift.kind == kind as u32) {
+        let largest: &mut f64 = windows.entry(drift.window).or_default();
+        *largest = larger(*largest, drift.rel);
+    }
+    windows
+}
+
+/// The drift at the last window and the largest of all, by kind.
+pub fn table(drift: &[Drift]) -> Vec<(&'static str, f64, f64)> {
+    let rows = DRAWN.iter().filter_map(|(kind, name)| {
+        let windows = by_window(drift, *kind);
+        let last = *windows.values().last()?;
+        Some((*name, last, windows.values().copied().fold(0.0, larger)))
+    });
+    rows.collect()
+}
+
+/// An SVG of the drift over the windows.
+pub fn picture(drift: &[Drift]) -> String {
+    let curves: Vec<Curve> = DRAWN
+        .iter()
+        .enumerate()
+        .map(|(style, (kind, label))| {
+            let windows = by_window(drift, *kind).into_iter();
+            let finite = windows.filter(|(_, rel)| rel.is_finite());
+            Curve {
+                label: label.to_string(),
+                points: finite
+                    .map(|(window, rel)| (window as f64, rel.max(FLOOR).log10()))
+                    .collect(),
+                style,
+            }
+        })
+        .filter(|curve| !curve.points.is_empty())
+        .collect();
+    let labels = Labels {
+        x: "window (open loop: the other side says what it said before)",
+        y: "largest deviation, relative",
+        log_y: true,
+    };
+    plot(labels, &curves)
+}

@@ -1,0 +1,179 @@
+//! One solver again, against what the coupler asked of it.
+
+use std::time::Instant;
+
+use protocol::{Frame, Header, Kind, Window};
+
+use super::judge::Ruler;
+use super::tape::{Turn, turns};
+use super::{Drift, Recording, Replayed};
+use coordinator::error::{Error, Refusal};
+use coordinator::output::Count;
+use coordinator::participants::farewell::read_farewell;
+use coordinator::participants::{Communicator, Launcher, Watch, handshake};
+use coordinator::run::checkpoint::RestartPoint;
+use coordinator::scenario::Scenario;
+use exchange_log::Mismatch;
+use exchange_log::mismatch::Difference;
+
+/// Conditions of a solver's replay.
+#[derive(Clone, Copy, Default)]
+pub struct How<'a> {
+    /// Begin after this checkpoint instead of at the start.
+    pub from: Option<&'a RestartPoint>,
+    /// Accept answers that deviate by so much, see [`Ruler`]; every bit counts when absent.
+    pub tolerance_rel: Option<f64>,
+    /// Go on after a departure, and tell how the answers drift: the other side still says what it said to the logged
+    /// solver, whatever this one answers.
+    pub open_loop: bool,
+}
+
+/// Starts the participant `name` alone, asks it everything that the log holds, and compares its answers.
+pub fn replay(
+    recording: &Recording,
+    launcher: &Launcher,
+    name: &str,
+    watch: &Watch,
+    how: &How,
+) -> Result<Replayed, Error> {
+    let scenario = &recording.loaded.scenario;
+    let index = index_of(scenario, name)?;
+    let alone = &scenario.participant[index..=index];
+    let mut peers = launcher.start(alone, watch.clone())?;
+    let communicator: &mut dyn Communicator = &mut peers;
+    handshake::greet(communicator, &recording.loaded, launcher.run_id)?;
+    let mut comparison = Comparison {
+        replayed: Replayed::of(name),
+        ruler: Ruler::default(),
+        how,
+    };
+    // A log in memory may be as long as the run, and is taken apart before the clock starts.
+    let past = recording.messages_before(how.from);
+    let later = turns(&recording.messages[past..], name);
+    let start = Instant::now();
+    if let Some(origin) = how.from {
+        for turn in handshake_turns(turns(&recording.messages[..past], name)) {
+            comparison.ask(communicator, &turn, None)?;
+        }
+        origin.restore_node(communicator, 0, index)?;
+    }
+    let mut asked = 0;
+    let mut count = Count::new(format!("replay of `{name}`"), "messages", later.len());
+    while let Some(turn) = later.get(asked)
+        && comparison.ask(communicator, turn, later.get(asked + 1))?
+    {
+        asked += 1;
+        count.at(asked);
+    }
+    drop(count);
+    let mut replayed = comparison.replayed;
+    replayed.wall_s = start.elapsed().as_secs_f64();
+    let left = later.len() - asked;
+    if left > recording.open_turns(name).min(1) && replayed.mismatch.is_none() {
+        let request = &later[asked].request;
+        let found = Mismatch::at(name, request, "no answer, and goes on", "its end");
+        replayed.mismatch = Some(found);
+    }
+    if left == 0 {
+        communicator.tell(0, Kind::Finish, &Window::default(), Vec::new())?;
+        let outcome = communicator.receive(0, Kind::Finished)?;
+        // What a foreign solver says of its time may be unreadable; the replay is none the worse.
+        if let Ok(farewell) = read_farewell(&outcome) {
+            replayed.solve_wall_s = Some(farewell.solve_wall_s);
+            replayed.state_hash = Some(farewell.outcome.state_hash);
+        }
+    }
+    Ok(replayed)
+}
+
+fn index_of(scenario: &Scenario, name: &str) -> Result<usize, Error> {
+    let mut participants = scenario.participant.iter();
+    let index = participants.position(|participant| participant.name == name);
+    index.ok_or_else(|| {
+        let names = scenario.participant.iter().map(|p| p.name.as_str());
+        Error::from(Refusal::NoParticipant {
+            name: name.into(),
+            known: names.collect::<Vec<_>>().join(", "),
+        })
+    })
+}
+
+/// The part of the past that a solver has to be told before its state is given back: what is coupled, and the last wall.
+fn handshake_turns(past: Vec<Turn>) -> Vec<Turn> {
+    let kind = |turn: &Turn| turn.request.kind();
+    let mut walls = past.iter();
+    let last = walls.rposition(|turn| kind(turn) == Ok(Kind::CompliantBoundary));
+    let told = past.into_iter().enumerate().filter(|(index, turn)| {
+        matches!(kind(turn), Ok(Kind::Couple | Kind::Select)) || Some(*index) == last
+    });
+    told.map(|(_, turn)| turn).collect()
+}
+
+struct Comparison<'a> {
+    replayed: Replayed,
+    ruler: Ruler,
+    how: &'a How<'a>,
+}
+
+impl Comparison<'_> {
+    /// Asks again and compares, the turn after it on its way already; false when nothing more is to be asked.
+    fn ask(
+        &mut self,
+        communicator: &mut dyn Communicator,
+        turn: &Turn,
+        next: Option<&Turn>,
+    ) -> Result<bool, Error> {
+        let Some(answer) = &turn.answer else {
+            return Ok(false);
+        };
+        let ours = ask_again(communicator, turn, answer, next)?;
+        let mismatch = self.compare(answer, &ours);
+        if mismatch.is_none() {
+            self.replayed.equal += 1;
+            self.replayed.last_window = answer.header.window;
+        } else if self.replayed.mismatch.is_none() {
+            self.replayed.mismatch = mismatch;
+        }
+        Ok(self.how.open_loop || self.replayed.mismatch.is_none())
+    }
+
+    fn compare(&mut self, logged: &Frame, ours: &Frame) -> Option<Mismatch> {
+        let exact = Mismatch::between(&self.replayed.who, logged, ours);
+        if logged.payload.len() != ours.payload.len() {
+            return exact;
+        }
+        let deviation = self.ruler.measure(logged, ours);
+        if self.how.open_loop {
+            self.replayed.drift.push(Drift {
+                window: logged.header.window,
+                kind: logged.header.kind,
+                rel: deviation.rel,
+            });
+        }
+        match (self.how.tolerance_rel, &exact.as_ref()?.difference) {
+            (None, _) | (_, Difference::Message { .. }) => exact,
+            (Some(tolerance), _) if deviation.rel <= tolerance => None,
+            _ => exact.map(|mismatch| mismatch.at_entry(logged, ours, deviation.entry)),
+        }
+    }
+}
+
+fn ask_again(
+    communicator: &mut dyn Communicator,
+    turn: &Turn,
+    answer: &Frame,
+    next: Option<&Turn>,
+) -> Result<Frame, Error> {
+    let run_id = communicator.peers().run_id;
+    let ours = |frame: &Frame| Header {
+        run_id,
+        ..frame.header
+    };
+    communicator.send(0, ours(&turn.request), turn.request.payload.clone())?;
+    if let Some(next) = next.filter(|next| next.answer.is_some()) {
+        let peers = communicator.peers_mut();
+        peers.send_early(0, ours(&next.request), next.request.payload.clone())?;
+    }
+    let kind = answer.kind().map_err(Refusal::from)?;
+    communicator.receive(0, kind)
+}

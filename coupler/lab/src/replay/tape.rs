@@ -1,0 +1,124 @@
+//! The logged conversation with one participant.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use protocol::{Frame, Link, LinkError};
+
+use exchange_log::{COUPLER, Exchange, Mismatch};
+
+/// A request and its answer.
+#[derive(Clone, Debug)]
+pub struct Turn {
+    /// The frame of the coupler.
+    pub request: Frame,
+    /// The frame of the participant; absent where the log ends in between.
+    pub answer: Option<Frame>,
+}
+
+/// The turns of one participant, in order.
+pub fn turns(messages: &[Exchange], participant: &str) -> Vec<Turn> {
+    let mut turns: Vec<Turn> = Vec::new();
+    for message in messages {
+        if message.sender == COUPLER && message.receiver == participant {
+            turns.push(Turn {
+                request: message.frame.clone(),
+                answer: None,
+            });
+        } else if message.sender == participant
+            && let Some(turn) = turns.last_mut()
+        {
+            turn.answer = Some(message.frame.clone());
+        }
+    }
+    turns
+}
+
+/// Requests that the tapes of a replay have seen so far; shared with whoever judges it.
+#[derive(Debug, Default)]
+pub struct Seen {
+    /// Requests that were equal to the logged ones.
+    pub equal: u64,
+    /// Window of the last of them.
+    pub last_window: u64,
+    /// The first request that was not.
+    pub mismatch: Option<Mismatch>,
+    /// True once a tape ran out.
+    pub ended: bool,
+}
+
+/// A participant that is played from the log. It closes the connection at the first request that the log does not
+/// hold, and at its end.
+pub struct TapeLink {
+    turns: VecDeque<Turn>,
+    /// Turns of its end that may be left when the coupler meets the end of a tape: those of a window that did not end.
+    open: usize,
+    pending: Option<Frame>,
+    /// Requests that were answered.
+    turn: u64,
+    seen: Arc<Mutex<Seen>>,
+}
+
+impl TapeLink {
+    /// A tape of these turns; so many of them are of a window that did not end.
+    pub fn new(turns: Vec<Turn>, open: usize, seen: Arc<Mutex<Seen>>) -> TapeLink {
+        TapeLink {
+            turns: turns.into(),
+            open,
+            pending: None,
+            turn: 0,
+            seen,
+        }
+    }
+
+    fn take(&mut self, request: &Frame) -> Result<Frame, LinkError> {
+        let mut seen = self.seen.lock().map_err(|_| LinkError::Closed)?;
+        let Some(Turn {
+            request: logged,
+            answer: Some(answer),
+        }) = self.turns.pop_front()
+        else {
+            seen.ended = true;
+            return Err(LinkError::Closed);
+        };
+        if let Some(mismatch) = Mismatch::between(COUPLER, &logged, request) {
+            seen.mismatch.get_or_insert(mismatch);
+            return Err(LinkError::Closed);
+        }
+        seen.equal += 1;
+        seen.last_window = seen.last_window.max(logged.header.window);
+        Ok(answer)
+    }
+}
+
+impl Drop for TapeLink {
+    /// A coupler that asks for less than the log holds departs from it.
+    fn drop(&mut self) {
+        let Ok(mut seen) = self.seen.lock() else {
+            return;
+        };
+        let may_be_left = if seen.ended { self.open } else { 0 };
+        if let Some(next) = self.turns.front()
+            && self.turns.len() > may_be_left
+        {
+            let left = Mismatch::at(COUPLER, &next.request, "this request", "its end");
+            seen.mismatch.get_or_insert(left);
+        }
+    }
+}
+
+impl Link for TapeLink {
+    fn send(&mut self, frame: &Frame, _patience: Duration) -> Result<(), LinkError> {
+        let mut answer = self.take(frame)?;
+        answer.header.run_id = frame.header.run_id;
+        answer.stamp(self.turn);
+        self.turn += 1;
+        self.pending = Some(answer);
+        Ok(())
+    }
+
+    fn receive(&mut self, _patience: Duration) -> Result<Option<Frame>, LinkError> {
+        Ok(self.pending.take())
+    }
+}

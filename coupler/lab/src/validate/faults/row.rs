@@ -1,0 +1,183 @@
+//! A row of the table of faults: many trials of one fault.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use coordinator::error::Error;
+
+/// A trial whose outcome was right.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// Its end in a word or two.
+    pub word: &'static str,
+    /// Time from the fault until everything of the run had ended, of a run that the fault ended (s).
+    pub detection_s: Option<f64>,
+    /// Windows that were done and had to be done again.
+    pub windows_lost: Option<u64>,
+}
+
+/// An outcome that was not right, or the reason why there is none.
+#[derive(Debug)]
+pub enum Wrong {
+    /// It does not follow the rule of its row.
+    Outcome(String),
+    /// The campaign itself cannot go on.
+    Campaign(Error),
+}
+
+impl From<Error> for Wrong {
+    fn from(error: Error) -> Wrong {
+        Wrong::Campaign(error)
+    }
+}
+
+impl From<String> for Wrong {
+    fn from(why: String) -> Wrong {
+        Wrong::Outcome(why)
+    }
+}
+
+/// The result of a trial.
+pub type Tried = Result<Outcome, Wrong>;
+
+/// One line of the table.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct FaultRow {
+    /// The fault.
+    pub name: String,
+    /// Seed of its instants.
+    pub seed: u64,
+    /// Trials, or schedules.
+    pub trials: u64,
+    /// Those that ended right.
+    pub right: u64,
+    /// Ends of those, and how often each came.
+    pub outcomes: BTreeMap<String, u64>,
+    /// Median of the times until the end (s).
+    pub detection_p50_s: Option<f64>,
+    /// 99th percentile of them (s).
+    pub detection_p99_s: Option<f64>,
+    /// Bound of that (s).
+    pub detection_bound_s: Option<f64>,
+    /// Mean of the windows that had to be done again.
+    pub windows_lost_mean: Option<f64>,
+    /// Largest number of them.
+    pub windows_lost_max: Option<u64>,
+    /// Processes and files in shared memory that were left.
+    pub leftovers: u64,
+    /// Schedules a minute, of a row of simulated ones.
+    pub per_minute: Option<f64>,
+    /// Faults of the first few trials that were not right.
+    pub wrong: Vec<String>,
+    /// True if all ended right and in time, and nothing was left.
+    pub holds: bool,
+    #[serde(skip)]
+    detections_s: Vec<f64>,
+    #[serde(skip)]
+    windows_lost: Vec<u64>,
+}
+
+/// Wrong trials that a row tells of.
+const TOLD: usize = 5;
+
+impl FaultRow {
+    /// A row without trials; a fault has to be found within `bound_s`, where there is something to find.
+    pub fn new(name: &str, seed: u64, bound_s: Option<f64>) -> FaultRow {
+        FaultRow {
+            name: name.into(),
+            seed,
+            detection_bound_s: bound_s,
+            ..FaultRow::default()
+        }
+    }
+
+    /// Counts trials that ended in this way.
+    pub fn ended(&mut self, word: &str, count: u64) {
+        if count > 0 {
+            self.trials += count;
+            self.right += count;
+            *self.outcomes.entry(word.into()).or_default() += count;
+        }
+    }
+
+    /// Counts a trial that did not end right.
+    pub fn failed(&mut self, why: String) {
+        self.trials += 1;
+        if self.wrong.len() < TOLD {
+            self.wrong.push(why);
+        }
+    }
+
+    /// Counts a trial; the error is one of the campaign.
+    pub fn add(&mut self, tried: Tried, leftovers: u64) -> Result<(), Error> {
+        self.leftovers += leftovers;
+        match tried {
+            Ok(outcome) => {
+                self.ended(outcome.word, 1);
+                self.detections_s.extend(outcome.detection_s);
+                self.windows_lost.extend(outcome.windows_lost);
+            }
+            Err(Wrong::Outcome(why)) => self.failed(why),
+            Err(Wrong::Campaign(error)) => return Err(error),
+        }
+        Ok(())
+    }
+
+    /// The row with its statistics and its verdict.
+    pub fn judged(mut self) -> FaultRow {
+        self.detections_s.sort_by(f64::total_cmp);
+        self.detection_p50_s = percentile(&self.detections_s, 0.5);
+        self.detection_p99_s = percentile(&self.detections_s, 0.99);
+        let lost = &self.windows_lost;
+        self.windows_lost_max = lost.iter().copied().max();
+        let mean = |_| lost.iter().sum::<u64>() as f64 / lost.len() as f64;
+        self.windows_lost_mean = self.windows_lost_max.map(mean);
+        let late = self.detection_p99_s.zip(self.detection_bound_s);
+        let in_time = late.is_none_or(|(found_s, bound_s)| found_s <= bound_s);
+        self.holds = self.trials > 0 && self.right == self.trials && self.leftovers == 0 && in_time;
+        self
+    }
+}
+
+/// The smallest value that this share of the sorted values does not exceed.
+fn percentile(sorted: &[f64], share: f64) -> Option<f64> {
+    let rank = (share * sorted.len() as f64).ceil() as usize;
+    sorted.get(rank.saturating_sub(1)).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(tried: impl IntoIterator<Item = (Tried, u64)>) -> FaultRow {
+        let mut row = FaultRow::new("fault", 1, Some(1.0));
+        for (tried, leftovers) in tried {
+            row.add(tried, leftovers).expect("the campaign goes on");
+        }
+        row.judged()
+    }
+
+    fn found(detection_s: f64, windows_lost: u64) -> Tried {
+        Ok(Outcome {
+            word: "lost",
+            detection_s: Some(detection_s),
+            windows_lost: Some(windows_lost),
+        })
+    }
+
+    #[test]
+    fn a_row_holds_if_all_is_right_in_time_and_nothing_left() {
+        let good = row([(found(0.1, 3), 0), (found(0.9, 6), 0), (found(0.2, 0), 0)]);
+        assert!(good.holds, "{good:?}");
+        assert_eq!((good.trials, good.right), (3, 3));
+        assert_eq!(good.detection_p50_s, Some(0.2));
+        assert_eq!(good.detection_p99_s, Some(0.9));
+        assert_eq!(good.windows_lost_mean, Some(3.0));
+        assert_eq!(good.windows_lost_max, Some(6));
+        assert!(!row([(found(0.1, 0), 0), (found(1.1, 0), 0)]).holds);
+        assert!(!row([(found(0.1, 0), 1)]).holds);
+        assert!(!row([(Err(String::from("hung").into()), 0)]).holds);
+        assert!(!row([]).holds);
+    }
+}

@@ -1,0 +1,319 @@
+//! The scenes of simulated schedules: two bodies so small that a run of them takes a millisecond.
+//!
+//! - `spring`: a mass of 1 kg on a spring of 1 N/m, velocity Verlet, for the force-driven side;
+//! - `block`: a mass of 1 kg for each coupled set, implicit Euler, for the side that stands on the wall:
+//!   v = a + W p with m (v_0 - v) = p.
+
+use kit::read_config;
+use nalgebra::{DMatrix, DVector};
+use protocol::{
+    BoundaryAnswer, BoundaryInertia, Capabilities, Description, Node, NodeError, Outcome, Surface,
+    Window,
+};
+use serde::{Deserialize, Serialize};
+
+use coordinator::error::Error;
+use coordinator::participants::{Registry, Solver};
+use coordinator::scenario::load::{Loaded, parse};
+use coordinator::scenario::source::Source;
+
+/// Longest wait of a simulated run (s).
+pub const DEADLINE_S: f64 = 2.0;
+
+/// A block between two springs, with checkpoints; one whose windows are halved; one by a fixed point.
+const SCENES: [(&str, &str); 3] = [
+    (
+        "exchange = true",
+        "scheme = \"dual-schur\"\nsubsteps = 3\ntolerance_rel = 1e-9",
+    ),
+    (
+        "exchange = false",
+        "scheme = \"dual-schur\"\nsubsteps = 8\ntolerance_rel = 1e-9\non_not_converged = \"halve\"",
+    ),
+    (
+        "exchange = false",
+        "scheme = \"fixed-point-serial\"\nsubsteps = 3\ntolerance_rel = 1e-6\nrepeats_max = 60",
+    ),
+];
+
+/// The scenes, each read once.
+pub fn scenes() -> Result<Vec<Loaded>, Error> {
+    let texts = SCENES.iter().map(|(output, scheme)| text(output, scheme));
+    let sources = texts.map(|text| Source {
+        name: "simulated.toml".into(),
+        text,
+        overrides: Vec::new(),
+    });
+    sources.map(parse).collect()
+}
+
+fn text(output: &str, scheme: &str) -> String {
+    let every = if output.ends_with("true") { 4 } else { 0 };
+    let mut text = format!(
+        "[run]\nname = \"simulated\"\nthickness_m = 1.0\ntransport = \"channel\"\ncheckpoint_every_windows = {every}\n\
+         deadlines = {{ setup_s = {DEADLINE_S}, answer_s = {DEADLINE_S} }}\n[run.output]\n{output}\n\
+         [[participant]]\nname = \"block\"\nkind = \"block\"\n"
+    );
+    for name in ["left", "right"] {
+        text += &format!(
+            "[[participant]]\nname = \"{name}\"\nkind = \"spring\"\n\
+             [[interface]]\nname = \"{name}-joint\"\nbetween = [\"{name}.end\", \"block.{name}\"]\n{scheme}\n"
+        );
+    }
+    text
+}
+
+/// The solvers of these scenes.
+pub fn registry() -> Registry {
+    let solver = |kind, build| Solver {
+        kind,
+        check: |config, _| read_config::<NoKeys>(config).map(|_| Vec::new()),
+        schema: None,
+        build,
+        bench: None,
+    };
+    Registry {
+        solvers: vec![
+            solver("spring", |_| Ok(Box::<Spring>::default())),
+            solver("block", |_| Ok(Box::<Block>::default())),
+        ],
+        ..Registry::default()
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoKeys {}
+
+/// Steps in a window that the spring cannot answer.
+const TOO_MANY: u32 = 8;
+
+const STEP_S: f64 = 0.2;
+
+/// Displacements and velocities of both components of each mass.
+#[derive(Clone, Default, Serialize, Deserialize)]
+struct State {
+    u: Vec<f64>,
+    v: Vec<f64>,
+}
+
+impl State {
+    fn at_rest(points: usize) -> State {
+        State {
+            u: vec![0.0; 2 * points],
+            v: vec![0.0; 2 * points],
+        }
+    }
+
+    fn outcome(&self) -> Outcome {
+        let mut hasher = blake3::Hasher::new();
+        for value in self.u.iter().chain(&self.v) {
+            hasher.update(&value.to_le_bytes());
+        }
+        Outcome {
+            state_hash: hasher.finalize().to_hex().to_string(),
+            ..Outcome::default()
+        }
+    }
+}
+
+/// A point of a set at a place of its own.
+fn point(x_m: f64, mass_kg: f64) -> Surface {
+    Surface {
+        x_m: vec![x_m],
+        y_m: vec![0.0],
+        mass_kg: vec![mass_kg],
+        radius_m: vec![0.0],
+        length_m: vec![1.0],
+    }
+}
+
+fn describe(kind: &str) -> Description {
+    Description {
+        kind: kind.into(),
+        software: format!("simulated {kind}"),
+        capabilities: Capabilities {
+            rollback: true,
+            resume: true,
+            ..Capabilities::default()
+        },
+        signals: vec!["u_m".into()],
+        end_s: Some(24.0 * STEP_S),
+        ..Description::default()
+    }
+}
+
+/// A mass on a spring.
+#[derive(Default)]
+struct Spring {
+    committed: State,
+    trial: State,
+}
+
+impl Spring {
+    fn run(state: &mut State, force: &[f64], substeps: u32) {
+        for (k, force) in force.iter().enumerate() {
+            for _ in 0..substeps {
+                let a = force - state.u[k];
+                state.u[k] += STEP_S * (state.v[k] + 0.5 * STEP_S * a);
+                state.v[k] += 0.5 * STEP_S * (a + force - state.u[k]);
+            }
+        }
+    }
+}
+
+impl Node for Spring {
+    fn describe(&self) -> Description {
+        let mut description = describe("spring");
+        description.capabilities.advance = true;
+        description.capabilities.columns = true;
+        Description {
+            step_s: Some(STEP_S),
+            step_limit_s: Some(2.0),
+            step_limit_name: "stability limit".into(),
+            sets: vec!["end".into()],
+            ..description
+        }
+    }
+
+    fn couple(&mut self, _set: &str) -> Result<Surface, NodeError> {
+        self.committed = State::at_rest(1);
+        Ok(point(0.0, 1.0))
+    }
+
+    fn select(&mut self, _points: &[usize]) -> Result<(), NodeError> {
+        Ok(())
+    }
+
+    fn columns(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        let substeps = window.substeps;
+        let column = |unit: [f64; 2]| {
+            let mut state = State::at_rest(1);
+            Spring::run(&mut state, &unit, substeps);
+            state.u
+        };
+        Ok([column([1.0, 0.0]), column([0.0, 1.0])].concat())
+    }
+
+    fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, NodeError> {
+        self.trial.clone_from(&self.committed);
+        Spring::run(&mut self.trial, force, window.substeps);
+        let pairs = self.trial.u.iter().zip(&self.committed.u);
+        let mut increment: Vec<f64> = pairs.map(|(new, old)| new - old).collect();
+        if window.substeps >= TOO_MANY {
+            increment[0] = f64::NAN;
+        }
+        Ok(increment)
+    }
+
+    fn commit(&mut self, _window: &Window, _displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
+        self.committed.clone_from(&self.trial);
+        Ok(vec![self.committed.u[0]])
+    }
+
+    fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
+        protocol::checkpoint::pack(&self.committed)
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
+        self.committed = protocol::checkpoint::unpack(state)?;
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<Outcome, NodeError> {
+        Ok(self.committed.outcome())
+    }
+}
+
+/// Masses on the wall.
+#[derive(Default)]
+struct Block {
+    committed: State,
+    trial: State,
+    window_s: f64,
+    wall: DMatrix<f64>,
+}
+
+impl Node for Block {
+    fn describe(&self) -> Description {
+        let mut description = describe("block");
+        description.capabilities.compliant_boundary = true;
+        Description {
+            boundary_inertia: Some(BoundaryInertia {
+                glued_mass_kg: 1.0,
+                mass_kg: 0.0,
+                stiffness_n_per_m: None,
+                theta: 1.0,
+                may_part: false,
+            }),
+            sets: vec!["left".into(), "right".into()],
+            ..description
+        }
+    }
+
+    fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
+        // The masses start with velocities of their own, so that an exchange of the two would show.
+        let velocity = if set == "left" { -1.0 } else { 0.5 };
+        self.committed.u.extend([0.0; 2]);
+        self.committed.v.extend([velocity, 0.25 * velocity]);
+        Ok(point(0.0, 0.0))
+    }
+
+    fn select(&mut self, _points: &[usize]) -> Result<(), NodeError> {
+        Ok(())
+    }
+
+    fn set_boundary(&mut self, window_s: f64, compliance: &[f64]) -> Result<(), NodeError> {
+        let size = self.committed.u.len();
+        if compliance.len() != size * size {
+            return Err(NodeError::protocol("a wall of another size"));
+        }
+        self.window_s = window_s;
+        self.wall = DMatrix::from_column_slice(size, size, compliance);
+        Ok(())
+    }
+
+    fn solve(
+        &mut self,
+        _window: &Window,
+        free_velocity: &[f64],
+    ) -> Result<BoundaryAnswer, NodeError> {
+        let size = self.committed.u.len();
+        let start = DVector::from_column_slice(&self.committed.v);
+        let right = DVector::from_column_slice(free_velocity) + &self.wall * &start;
+        let system = DMatrix::identity(size, size) + &self.wall;
+        let solved = system.lu().solve(&right);
+        let velocity = solved.ok_or_else(|| NodeError::diverged("the wall is singular"))?;
+        let moved = self.committed.u.iter().zip(velocity.iter());
+        self.trial = State {
+            u: moved.map(|(u, v)| u + self.window_s * v).collect(),
+            v: velocity.as_slice().to_vec(),
+        };
+        Ok(BoundaryAnswer {
+            force: ((start - &velocity) / self.window_s).as_slice().to_vec(),
+            velocity: self.trial.v.clone(),
+            iterations: 1,
+            residual: 0.0,
+            converged: true,
+        })
+    }
+
+    fn commit(&mut self, _window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
+        self.committed.clone_from(&self.trial);
+        self.committed.u.copy_from_slice(displacement);
+        Ok(vec![self.committed.u[0]])
+    }
+
+    fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
+        protocol::checkpoint::pack(&self.committed)
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
+        self.committed = protocol::checkpoint::unpack(state)?;
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<Outcome, NodeError> {
+        Ok(self.committed.outcome())
+    }
+}

@@ -1,0 +1,224 @@
+//! One schedule: a run among participants behind a simulated network, and the verdict on it.
+//!
+//! Right is
+//! - a run that completes with the hashes of exchange and state of the undisturbed one, which went over in-process channels;
+//! - a named end: a lost participant, a broken conversation or a missed deadline (exit codes 4 and 5; 2 where the flipped bit is
+//!   in the protocol's version) whose message names a participant, told when at most a deadline has passed since the coordinator
+//!   heard something. Where there is a checkpoint, the run then goes on from it, in fair weather, to the hashes of the
+//!   undisturbed one;
+//! - and nothing but the first where the faults only took time, less than a deadline in all.
+//!
+//! Everything else is wrong: another hash, another end, a run that goes round in a circle, a panic.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use protocol::Transport;
+
+use super::bodies::{DEADLINE_S, registry, scenes};
+use super::network::{Network, Traces, Wrap};
+use super::weather::{Fault, Weather};
+use coordinator::error::Error;
+use coordinator::participants::{Launcher, Life, Peer, Peers, Watch};
+use coordinator::run::checkpoint::find;
+use coordinator::run::session::{Ended, Options, fresh_run_id, go_on_among, run};
+use coordinator::scenario::load::Loaded;
+use kit::scratch::Scratch;
+
+/// Waits of the coordinator end a little after their deadline, by the length of one look at its connections.
+const SLACK_S: f64 = 0.1;
+
+/// The end of a schedule.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It completed, bit-equal.
+    Completed,
+    /// It ended early and said so.
+    Named,
+    /// It ended early, said so, and a run went on from its checkpoint, bit-equal.
+    Resumed,
+}
+
+/// A scene with what comes of it when nothing disturbs it.
+struct Reference {
+    loaded: Loaded,
+    end: (i32, String),
+    messages: u64,
+}
+
+/// Simulated runs of all scenes.
+pub struct Simulation {
+    references: Vec<Reference>,
+    wrap: Wrap,
+}
+
+impl Simulation {
+    /// Runs each scene undisturbed, over in-process channels and behind a network in fair weather: these must be equal.
+    pub fn new(wrap: Wrap) -> Result<Simulation, String> {
+        let loaded = scenes().map_err(|error| error.to_string())?;
+        let references = loaded.into_iter().map(|loaded| {
+            let out = Scratch::in_memory("undisturbed", fresh_run_id());
+            let ended = with_options(out.path(), |options| run(&loaded, options));
+            let end = hashes(&ended.map_err(|error| error.to_string())?)?;
+            let mut reference = Reference {
+                loaded,
+                end,
+                messages: 0,
+            };
+            let (ended, traces) = attempt(&reference.loaded, Weather::fair(), wrap, None);
+            reference.messages = traces.messages;
+            let simulated = hashes(&ended.map_err(|error| error.to_string())?)?;
+            if simulated != reference.end {
+                return Err("a simulated network in fair weather changes the bits".into());
+            }
+            Ok(reference)
+        });
+        Ok(Simulation {
+            references: references.collect::<Result<_, String>>()?,
+            wrap,
+        })
+    }
+
+    /// Runs the schedule of a seed; the error says what is wrong with its end.
+    pub fn schedule(&self, seed: u64) -> Result<Verdict, String> {
+        let reference = &self.references[(seed % self.references.len() as u64) as usize];
+        let weather = Weather::new(seed, reference.messages);
+        let out = Scratch::in_memory("schedule", fresh_run_id());
+        let (ended, traces) = attempt(&reference.loaded, weather, self.wrap, Some(out.path()));
+        let judged = self.judge(reference, ended, &traces, out.path());
+        judged.map_err(|why| format!("schedule {seed}, faults {:?}: {why}", traces.faults))
+    }
+
+    fn judge(
+        &self,
+        reference: &Reference,
+        ended: Result<Ended, Error>,
+        traces: &Traces,
+        out: &Path,
+    ) -> Result<Verdict, String> {
+        if let Some(broken) = &traces.broken {
+            return Err(broken.clone());
+        }
+        let error = match ended {
+            Err(error) => error,
+            Ok(Ended {
+                error: Some(error), ..
+            }) => error,
+            Ok(ended) if hashes(&ended)? == reference.end => return Ok(Verdict::Completed),
+            Ok(_) => return Err("it completed with other hashes".into()),
+        };
+        named(&error, traces)?;
+        self.resumed(reference, out)
+    }
+
+    /// Goes on from what an ended run left, if it left a checkpoint.
+    fn resumed(&self, reference: &Reference, left: &Path) -> Result<Verdict, String> {
+        let loaded = &reference.loaded;
+        let found = find(left, loaded, None).map_err(|error| error.to_string())?;
+        let Some(restart) = found.0 else {
+            return Ok(Verdict::Named);
+        };
+        let out = Scratch::in_memory("resumed", fresh_run_id());
+        let network = Network::new(Weather::fair());
+        let launch = |launcher: &Launcher| start(launcher, &network, self.wrap);
+        let ended = with_options(out.path(), |options| {
+            go_on_among(loaded, options, Some(&restart), &launch)
+        });
+        network.end();
+        let ended = ended.map_err(|error| error.to_string())?;
+        if hashes(&ended)? != reference.end {
+            return Err("it went on from a checkpoint to other hashes".into());
+        }
+        Ok(Verdict::Resumed)
+    }
+}
+
+/// Refuses an error that does not say what happened, or too late, or without cause.
+fn named(error: &Error, traces: &Traces) -> Result<(), String> {
+    let faults = || traces.faults.iter().map(|(_, fault)| *fault);
+    let flipped = faults().any(|fault| matches!(fault, Fault::Flipped(_)));
+    let code = error.exit_code();
+    let said = error.to_string();
+    let names = ["block", "left", "right"];
+    let named = names.iter().any(|name| said.contains(&format!("`{name}`")));
+    if !named || !(matches!(code, 4 | 5) || (flipped && code == 2)) {
+        return Err(format!("it ended with code {code}: {said}"));
+    }
+    if traces.unheard_s > DEADLINE_S + SLACK_S {
+        return Err(format!("{said}, but only after {} s", traces.unheard_s));
+    }
+    let takes = |fault| match fault {
+        Fault::Late(time_s) | Fault::Stall(time_s) => time_s,
+        _ => f64::INFINITY,
+    };
+    let lost_s: f64 = faults().map(takes).sum();
+    if lost_s < DEADLINE_S - SLACK_S {
+        return Err(format!("{said}, though {lost_s} s is all that was lost"));
+    }
+    Ok(())
+}
+
+/// A run behind a network, its directory at `out` or nowhere.
+fn attempt(
+    loaded: &Loaded,
+    weather: Weather,
+    wrap: Wrap,
+    out: Option<&Path>,
+) -> (Result<Ended, Error>, Traces) {
+    let network = Network::new(weather);
+    let scratch = Scratch::in_memory("fair", fresh_run_id());
+    let launch = |launcher: &Launcher| start(launcher, &network, wrap);
+    let tried = catch_unwind(AssertUnwindSafe(|| {
+        with_options(out.unwrap_or(scratch.path()), |options| {
+            go_on_among(loaded, options, None, &launch)
+        })
+    }));
+    let mut traces = network.end();
+    let ended = tried.unwrap_or_else(|_| {
+        traces.broken = Some("the coordinator panicked".into());
+        Err(Error::Diverged("the coordinator panicked".into()))
+    });
+    (ended, traces)
+}
+
+fn with_options<T>(out: &Path, go: impl FnOnce(&Options) -> T) -> T {
+    go(&Options {
+        out: Some(out),
+        threads: 1,
+        registry: &registry(),
+        program: "thirdbody".into(),
+        watch: Watch::default(),
+        progress: false,
+        strict: false,
+        rehearsal: false,
+        budget: None,
+    })
+}
+
+/// Starts the participants behind the network.
+fn start(launcher: &Launcher, network: &Network, wrap: Wrap) -> Result<Peers, Error> {
+    let scenario = &launcher.loaded.scenario;
+    let peers = scenario.participant.iter().map(|participant| {
+        let build = launcher.registry.find(participant)?.build;
+        let session = launcher.session(participant, Transport::Channel);
+        let (link, end) = network.join(session, build, wrap);
+        Ok(Peer::new(&participant.name, link, Life::Simulated(end)))
+    });
+    let peers = peers.collect::<Result<_, Error>>()?;
+    Ok(Peers::new(
+        peers,
+        None,
+        launcher.run_id,
+        scenario,
+        Watch::default(),
+    ))
+}
+
+/// Exit code and hashes of a run that came to its end.
+fn hashes(ended: &Ended) -> Result<(i32, String), String> {
+    if let Some(error) = &ended.error {
+        return Err(error.to_string());
+    }
+    let hashes = ended.summary.value()["hashes"].to_string();
+    Ok((ended.summary.exit_code(), hashes))
+}

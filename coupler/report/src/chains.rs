@@ -1,0 +1,219 @@
+//! Force chains: contacts and bonds of the grains as lines, as wide as their forces, and the adhesion of bonds.
+
+use super::units::with_unit;
+use super::view::{Panel, View, frames, maps, middle, places_mm};
+use coordinator::error::Error;
+use draw::colour::Scale;
+use draw::picture::Picture;
+use runs::fields::{Arrays, numbers, read_first};
+use runs::files::{Moment, RunFiles};
+
+/// More contacts than this are drawn by their strongest.
+const LINES_MAX: usize = 20_000;
+/// Width of the line of the largest force drawn (pixels), which 99 of 100 stay below.
+const WIDEST: f64 = 5.0;
+const SHOWN: f64 = 0.99;
+/// Classes of width: lines of one are one path of the file.
+const CLASSES: f64 = 16.0;
+
+/// A contact or bond.
+struct Link {
+    ends: [(f64, f64); 2],
+    /// Normal force, compression positive (N).
+    force: f64,
+    adhesion: Option<f64>,
+}
+
+impl Link {
+    fn draw(&self, panel: &mut Panel, style: &str) {
+        if self.ends.iter().any(|end| panel.shows(*end)) {
+            panel.line(&self.ends, false, style);
+        }
+    }
+}
+
+/// Forces, and adhesion where there are bonds, at the first of the moments that has grains in contact.
+pub fn chains(run: &RunFiles) -> Result<Vec<Picture>, Error> {
+    for Moment { name, words } in &run.moments {
+        let Some(arrays) = read_first(&run.path, &format!("{name}-contacts"), "vtp")? else {
+            continue;
+        };
+        let links = links(&arrays);
+        let Some(view) = around(&links) else {
+            continue;
+        };
+        let views: Vec<View> = [view].into_iter().chain(middle(&view)).collect();
+        let mut pictures = Vec::from_iter(forces(&links, &views, words));
+        pictures.extend(adhesion(&links, &views, words));
+        return Ok(pictures);
+    }
+    Ok(Vec::new())
+}
+
+/// The lines of a file of contacts.
+fn links(arrays: &Arrays) -> Vec<Link> {
+    let (ends, places) = (numbers(arrays, "connectivity"), places_mm(arrays));
+    let (forces, adhesion) = (numbers(arrays, "force_n"), numbers(arrays, "adhesion"));
+    let link = |(k, pair): (usize, &[f64])| {
+        let [a, b] = [pair[0], pair[1]].map(|point| places.get(point as usize).copied());
+        Some(Link {
+            ends: [a?, b?],
+            force: *forces.get(2 * k)?,
+            adhesion: adhesion.get(k).copied(),
+        })
+    };
+    let all = ends.chunks_exact(2).enumerate();
+    all.filter_map(link).collect()
+}
+
+fn around(links: &[Link]) -> Option<View> {
+    let ends = links
+        .iter()
+        .flat_map(|link| link.ends)
+        .map(|end| (end, 0.0));
+    let view = View::around(ends)?;
+    let margin = 0.01 * view.width_mm().max(view.height_mm());
+    (margin > 0.0).then(|| view.with_margin(margin, margin, margin))
+}
+
+/// Compression in dark lines, tension in light and dashed ones.
+fn forces(links: &[Link], views: &[View], words: &str) -> Option<Picture> {
+    let mut sizes: Vec<f64> = links
+        .iter()
+        .map(|link| link.force.abs())
+        .filter(|f| *f > 0.0)
+        .collect();
+    sizes.sort_by(f64::total_cmp);
+    let full = *sizes.get((SHOWN * (sizes.len().max(1) - 1) as f64) as usize)?;
+    let least = sizes[sizes.len().saturating_sub(LINES_MAX)];
+    let drawn: Vec<&Link> = links
+        .iter()
+        .filter(|link| link.force.abs() >= least)
+        .collect();
+    let svg = maps(&frames(views), None, |panel, _| {
+        for tension in [true, false] {
+            panel.layer();
+            for link in drawn.iter().filter(|link| (link.force < 0.0) == tension) {
+                stroke(panel, link, full);
+            }
+        }
+    });
+    let tension = links.iter().filter(|link| link.force < 0.0).count();
+    let mut caption = format!(
+        "Force chains at the {words}: lines between the centres of grains, as wide as the normal force; the widest stand for {} and more.",
+        with_unit(full, "N")
+    );
+    if tension > 0 {
+        caption += " Orange and dashed: tension in bonds.";
+    }
+    if drawn.len() < links.len() {
+        caption += &format!(
+            " The strongest {} of {} are drawn.",
+            drawn.len(),
+            links.len()
+        );
+    }
+    Some(Picture {
+        file: "chains.svg".into(),
+        caption,
+        alternative: format!("{} contacts and bonds, {tension} in tension.", links.len()),
+        svg,
+    })
+}
+
+fn stroke(panel: &mut Panel, link: &Link, full: f64) {
+    let share = (link.force.abs() / full).min(1.0);
+    let class = (share * CLASSES).ceil() / CLASSES;
+    let line = if link.force < 0.0 {
+        "stroke=\"#e27d1e\" stroke-dasharray=\"3 2\""
+    } else {
+        "stroke=\"#12355b\" stroke-linecap=\"round\""
+    };
+    let style = format!(
+        "fill=\"none\" {line} stroke-width=\"{:.2}\"",
+        WIDEST * class
+    );
+    link.draw(panel, &style);
+}
+
+/// Intensity of adhesion of the bonds.
+fn adhesion(links: &[Link], views: &[View], words: &str) -> Option<Picture> {
+    let bonds: Vec<(&Link, f64)> = links
+        .iter()
+        .filter_map(|link| Some((link, link.adhesion?)))
+        .collect();
+    let whole = bonds.iter().filter(|(_, adhesion)| *adhesion > 0.0).count();
+    if whole == 0 {
+        return None;
+    }
+    let scale = Scale {
+        quantity: "intensity of adhesion".into(),
+        end: 1.0,
+        below: None,
+    };
+    let stride = bonds.len().div_ceil(LINES_MAX).max(1);
+    let svg = maps(&frames(views), Some(&scale), |panel, _| {
+        for (link, adhesion) in bonds
+            .iter()
+            .filter(|(_, adhesion)| *adhesion > 0.0)
+            .step_by(stride)
+        {
+            let style = format!(
+                "fill=\"none\" stroke=\"{}\" stroke-width=\"1.6\"",
+                scale.colour(*adhesion)
+            );
+            link.draw(panel, &style);
+        }
+    });
+    let mean = bonds.iter().map(|(_, adhesion)| adhesion).sum::<f64>() / bonds.len() as f64;
+    let every = if stride > 1 {
+        format!(" Every {stride}th is drawn.")
+    } else {
+        String::new()
+    };
+    Some(Picture {
+        file: "adhesion.svg".into(),
+        caption: format!(
+            "Bonds at the {words} by their intensity of adhesion: 1 is whole, 0 is broken.{every}"
+        ),
+        alternative: format!(
+            "{whole} bonds with adhesion, mean over {} links {mean:.3}.",
+            bonds.len()
+        ),
+        svg,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_have_their_forces_and_adhesion() {
+        let mut arrays = Arrays::new();
+        let points = vec![0.0, 0.0, 0.0, 1e-3, 0.0, 0.0, 2e-3, 1e-3, 0.0];
+        arrays.insert("points".into(), points);
+        arrays.insert("connectivity".into(), vec![0.0, 1.0, 1.0, 2.0]);
+        arrays.insert("force_n".into(), vec![5.0, 1.0, -2.0, 0.5]);
+        arrays.insert("adhesion".into(), vec![0.0, 0.75]);
+        let links = links(&arrays);
+        let told: Vec<(f64, Option<f64>)> = links
+            .iter()
+            .map(|link| (link.force, link.adhesion))
+            .collect();
+        assert_eq!(told, [(5.0, Some(0.0)), (-2.0, Some(0.75))]);
+        assert_eq!(links[1].ends, [(1.0, 0.0), (2.0, 1.0)]);
+        let view = around(&links).expect("it has an extent");
+        let picture = forces_of(&links, view);
+        assert!(
+            picture
+                .alternative
+                .contains("2 contacts and bonds, 1 in tension")
+        );
+        assert!(picture.svg.contains("#e27d1e") && picture.svg.contains("#12355b"));
+    }
+
+    fn forces_of(links: &[Link], view: View) -> Picture {
+        forces(links, &[view], "end of the hold").expect("there are forces")
+    }
+}

@@ -1,0 +1,356 @@
+//! `movie.html`: a player of grains on the deforming mesh, at all moments at which a run wrote fields.
+//!
+//! - `setup`: what the run's scenario says of wheel and interfaces; `record`: the files and moments there are;
+//! - `mesh`: outline and sides of a mesh; `place`: its place beside grains; `scene`: all bodies at the first moment;
+//! - `fit`: the parts that fit into the page; `shots`: their frames; `range`: ranges of all numbers; `view`: parts of the scene;
+//! - `track`: signals; `encode`: numbers as text; `page`: the player with the data in it.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use coordinator::error::{Error, Refusal};
+use fit::{Content, FRAMES_MOST, LINES_MOST, evenly};
+use page::{Movie, PLAYER, Words, page};
+use range::{Ranges, round_up};
+use record::{Moment, Record};
+use runs::setup::Setup;
+use scene::Scene;
+use shots::Shots;
+use track::Track;
+use view::{largest_displacement, views};
+
+mod encode;
+mod fit;
+mod mesh;
+mod page;
+mod place;
+mod range;
+mod record;
+mod scene;
+mod shots;
+mod track;
+mod view;
+
+/// Name of the page in a run directory.
+const FILE: &str = "movie.html";
+/// Largest size of the page (bytes).
+const BYTES_MOST: usize = 5_000_000;
+/// Room for texts and signals (bytes).
+const TEXTS: usize = 150_000;
+/// Fewer moments than these are told how to become more.
+const FEW: usize = 12;
+
+/// Writes `movie.html` into a run directory; returns its name.
+///
+/// # Errors
+/// The run left no fields that can be shown.
+pub fn write(run: &Path) -> Result<String, Error> {
+    let html = make(run, BYTES_MOST)?;
+    let path = run.join(FILE);
+    std::fs::write(&path, html).map_err(Error::output(path.display()))?;
+    Ok(FILE.into())
+}
+
+/// The page of at most so many bytes. Its size is foreseen from above; what that leaves free is used in a second attempt.
+fn make(run: &Path, bytes: usize) -> Result<String, Error> {
+    let attempt = |room: usize| Material::of(run)?.page(run, room);
+    let mut room = bytes.saturating_sub(PLAYER.len() + TEXTS);
+    let mut made = attempt(room)?;
+    while made.html.len() > bytes && room > 0 {
+        room = if room > 10_000 { room / 10 * 9 } else { 0 };
+        made = attempt(room)?;
+    }
+    let used = made.html.len() as f64 / bytes as f64;
+    if made.whole || used > 0.9 {
+        return Ok(made.html);
+    }
+    let more = attempt((0.97 * room as f64 / used) as usize)?;
+    let fits = more.html.len() <= bytes;
+    Ok(if fits { more.html } else { made.html })
+}
+
+/// A page, and if everything is in it.
+struct Made {
+    html: String,
+    whole: bool,
+}
+
+/// Everything that a run left for a movie.
+struct Material {
+    setup: Setup,
+    record: Record,
+    scene: Scene,
+    focus: [f64; 2],
+}
+
+impl Material {
+    fn of(run: &Path) -> Result<Material, Error> {
+        let setup = Setup::of(run);
+        let record = Record::of(run, &setup)?;
+        let scene = Scene::of(&record, &setup);
+        if scene.meshes.is_empty() && scene.grains.is_empty() {
+            let problem = format!("no fields can be shown: {}", scene.notes.join("; "));
+            return Err(Refusal::file(run, problem).into());
+        }
+        let focus = scene.focus(&record);
+        Ok(Material {
+            setup,
+            record,
+            scene,
+            focus,
+        })
+    }
+
+    /// The page with as much as fits into so many bytes of data.
+    fn page(mut self, run: &Path, room: usize) -> Result<Made, Error> {
+        let whole = self.scene.content(self.record.moments.len());
+        let kept = whole.within(room, self.scene.outline());
+        let views = views(&self.scene, self.focus, self.setup.wheel_of.is_some());
+        self.scene.keep(&kept, self.focus);
+        let chosen = evenly(kept.frames, whole.frames);
+        let moments: Vec<&Moment> = chosen.iter().map(|k| &self.record.moments[*k]).collect();
+        let colours = kept.colours == whole.colours;
+        let shots = Shots::of(&self.record, &self.scene, &moments, colours);
+        let ranges = Ranges::of(&shots);
+        let track = Track::of(run, &self.setup);
+        let scale = views
+            .first()
+            .map(|view| view.scale(largest_displacement(&shots, &ranges)));
+        let words = self.words(run, &[whole, kept], &shots, &ranges);
+        let more = json!({
+            "frames": moments.iter().map(|moment| frame(moment, &track)).collect::<Vec<Value>>(),
+            "strip": track.strip(),
+            "wheel": self.setup.wheel.as_ref().map(|wheel| json!([wheel.participant, 1e3 * wheel.radius_m])),
+            "views": views.iter().map(|view| view.told()).collect::<Vec<Value>>(),
+            "scale": scale,
+        });
+        let html = page(&Movie {
+            scene: &self.scene,
+            shots: &shots,
+            ranges: &ranges,
+            words: &words,
+            more,
+        });
+        let whole = kept == whole;
+        Ok(Made { html, whole })
+    }
+
+    fn words(&self, run: &Path, content: &[Content; 2], shots: &Shots, ranges: &Ranges) -> Words {
+        let [whole, kept] = content;
+        let mut notes = self.scene.notes.clone();
+        notes.extend(shots.notes.iter().cloned());
+        notes.extend(dropped(whole, kept));
+        if self.record.moments.len() < FEW {
+            let times = self
+                .record
+                .moments
+                .iter()
+                .filter_map(|moment| moment.time_s);
+            let end = times.fold(0.0, f64::max);
+            let every = if end > 0.0 { 0.01 * end } else { 5e-5 };
+            notes.push(format!("Moments at which the run wrote fields: {}. For more, run it with --set run.output.fields_every_s={every:.0e}, or another interval.", whole.frames));
+        }
+        if self
+            .record
+            .moments
+            .iter()
+            .any(|moment| moment.time_s.is_none())
+        {
+            notes.push("The run did not record the times of its fields: frames are in the order in which their files were written.".into());
+        }
+        notes.push(accuracy(&self.scene, ranges));
+        let title = if self.setup.name.is_empty() {
+            run.display().to_string()
+        } else {
+            self.setup.name.clone()
+        };
+        Words {
+            title,
+            status: status(run),
+            description: self.description(kept, ranges),
+            notes,
+        }
+    }
+
+    /// The picture in words.
+    fn description(&self, kept: &Content, ranges: &Ranges) -> String {
+        let meshes = self.scene.meshes.iter().map(|body| {
+            let (name, elements) = (&body.source.participant, body.mesh.quads.len());
+            format!("`{name}`, a mesh of {elements} elements")
+        });
+        let grains = self.scene.grains.iter().map(|grains| {
+            let (name, count) = (&grains.source.participant, grains.centres().len());
+            format!("`{name}`, {count} grains")
+        });
+        let bodies: Vec<String> = meshes.chain(grains).collect();
+        let ends = [self.record.moments.first(), self.record.moments.last()];
+        let ends = ends.map(|moment| moment.and_then(|moment| moment.time_s));
+        let span = match ends {
+            [Some(from), Some(to)] => {
+                format!(" from t = {:.4} ms to {:.4} ms", 1e3 * from, 1e3 * to)
+            }
+            _ => String::new(),
+        };
+        let [low, high] = ranges.pressure_pa.map(|pressure| 1e-6 * pressure);
+        format!(
+            "Animation of {} frames{span}: {}, coloured by pressure from {low} to {high} MPa, with displacements drawn larger than they are.",
+            kept.frames,
+            bodies.join("; ")
+        )
+    }
+}
+
+/// A frame as the page takes it, without bodies.
+fn frame(moment: &Moment, track: &Track) -> Value {
+    let inside = moment.name.rsplit_once('-');
+    let inside = inside.filter(|(_, number)| number.bytes().all(|digit| digit.is_ascii_digit()));
+    json!({
+        "name": moment.name,
+        "phase": inside.map_or(moment.name.as_str(), |(phase, _)| phase),
+        "t_ms": moment.time_s.map(|time_s| 1e3 * time_s),
+        "signals": moment.time_s.map(|time_s| track.at(time_s)),
+    })
+}
+
+/// What the page leaves out because of its size.
+fn dropped(whole: &Content, kept: &Content) -> Vec<String> {
+    let size = BYTES_MOST / 1_000_000;
+    let because = format!("so that the page stays below {size} MB");
+    let mut notes = Vec::new();
+    let [frames, elements, grains] = [
+        (kept.frames, whole.frames),
+        (kept.elements, whole.elements),
+        (kept.grains, whole.grains),
+    ];
+    if frames.0 < frames.1 {
+        let few = if frames.1 > FRAMES_MOST {
+            " and goes through them in a minute"
+        } else {
+            ""
+        };
+        notes.push(format!(
+            "{} of {} moments are shown, evenly chosen, {because}{few}.",
+            frames.0, frames.1
+        ));
+    }
+    if kept.colours < whole.colours {
+        notes.push(format!("Grains have no colours but pressure, {because}."));
+    }
+    if elements.0 < elements.1 {
+        notes.push(format!("{} of {} elements are drawn, those nearest to the contact, and the outline, {because}.", elements.0, elements.1));
+    }
+    if grains.0 < grains.1 {
+        notes.push(format!(
+            "{} of {} grains are drawn, those nearest to the contact, {because}.",
+            grains.0, grains.1
+        ));
+    }
+    notes
+}
+
+/// Accuracy of what is shown.
+fn accuracy(scene: &Scene, ranges: &Ranges) -> String {
+    let half = |range: [f64; 2], codes: f64| 0.5 * (range[1] - range[0]) / codes;
+    let nm = |ranges: [[f64; 2]; 2]| {
+        let of = ranges.map(|range| half(range, 65_534.0));
+        1e9 * of[0].max(of[1])
+    };
+    let mut parts = Vec::new();
+    if !scene.meshes.is_empty() {
+        let nm = round_up(nm(ranges.displacement));
+        parts.push(format!("displacements of nodes by up to {nm} nm"));
+    }
+    if !scene.grains.is_empty() {
+        let nm = round_up(nm(ranges.place));
+        parts.push(format!("centres of grains by up to {nm} nm"));
+    }
+    let mpa = round_up(1e-6 * half(ranges.pressure_pa, 254.0));
+    parts.push(format!("pressures by up to {mpa} MPa"));
+    let mut text = format!(
+        "Numbers are rounded for the page: {}. Pressures beyond the scale have the colours of its ends.",
+        parts.join(", ")
+    );
+    if !scene.grains.is_empty() {
+        let lines = format!(
+            " Contact forces are the strongest {LINES_MOST} between grains of a frame, those below 1 % of its largest left out."
+        );
+        text.push_str(&lines);
+    }
+    text + " Nothing is interpolated between moments."
+}
+
+/// The end of the run in words.
+fn status(run: &Path) -> String {
+    let text = std::fs::read_to_string(run.join("summary.json")).unwrap_or_default();
+    let summary: Value = serde_json::from_str(&text).unwrap_or_default();
+    let part = |key: &str| summary[key].as_str().unwrap_or_default();
+    match part("status") {
+        "" => {
+            "The run left no summary.json that can be read: it was killed, or is not over.".into()
+        }
+        status => format!("Status of the run: {status}. {}", part("message")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kit::scratch::Scratch;
+
+    /// Fields of so many grains on a lattice at two moments, each pressed on its neighbour.
+    fn run(purpose: &str, count: usize) -> Scratch {
+        let scratch = Scratch::new(purpose, 1);
+        let fields = scratch.path().join("fields");
+        std::fs::create_dir_all(&fields).expect("a folder");
+        let all = |of: &dyn Fn(usize) -> String| (0..count).map(of).collect::<String>();
+        let array = |name: &str, values: String| {
+            format!(
+                "<DataArray type=\"Float64\" Name=\"{name}\" format=\"ascii\">{values}</DataArray>"
+            )
+        };
+        let lines = |of: &dyn Fn(usize) -> String| (0..count - 1).map(of).collect::<String>();
+        let text = [
+            array(
+                "points",
+                all(&|k| format!("{}e-4 {}e-4 0 ", k % 300, k / 300)),
+            ),
+            array("radius_m", all(&|_| "5e-5 ".into())),
+            array("velocity_m_per_s", all(&|_| "0 1 0 ".into())),
+            array("pressure_pa", all(&|k| format!("{k} "))),
+            "</VTKFile>".into(),
+        ];
+        let contacts = [
+            array("connectivity", lines(&|k| format!("{k} {} ", k + 1))),
+            array("force_n", lines(&|k| format!("{k} 0 "))),
+            "</VTKFile>".into(),
+        ];
+        let mut collection = String::new();
+        for (moment, time_s) in [("hold", 1), ("end", 2)] {
+            let file = format!("rail-{moment}.vtp");
+            std::fs::write(fields.join(&file), text.concat()).expect("a file");
+            let file_of_contacts = format!("rail-{moment}-contacts.vtp");
+            std::fs::write(fields.join(file_of_contacts), contacts.concat()).expect("a file");
+            collection += &format!("<DataSet timestep=\"{time_s}\" file=\"{file}\"/>");
+        }
+        std::fs::write(fields.join("rail.pvd"), collection).expect("a file");
+        scratch
+    }
+
+    #[test]
+    fn as_many_grains_as_the_largest_scene_has_fit() {
+        let run = run("movie-many", 73_823);
+        let html = make(run.path(), BYTES_MOST).expect("it has fields");
+        assert!(html.len() <= BYTES_MOST);
+        assert!(html.contains("73823 grains") && !html.contains("grains are drawn"));
+    }
+
+    #[test]
+    fn a_page_is_never_larger_and_tells_what_it_left_out() {
+        let run = run("movie-bound", 20_000);
+        let html = make(run.path(), 300_000).expect("it has fields");
+        assert!((200_000..=300_000).contains(&html.len()), "{}", html.len());
+        assert!(html.contains("of 20000 grains are drawn, those nearest to the contact"));
+        assert!(html.contains("no colours but pressure"));
+    }
+}

@@ -1,0 +1,164 @@
+//! The place of a mesh beside the grains that it is joined with.
+//!
+//! An interface carries displacements and forces, not places: a second continuum has a frame of its own, in which it lies where
+//! the first one does. Places along the interface are those of its nodes and glued grains in both frames; across it the mesh is
+//! moved to where its line of nodes meets the glued grains.
+
+use super::mesh::{Mesh, Side, height};
+use runs::setup::Joint;
+
+/// Grains at the first moment, as a mesh lies beside them (m).
+#[derive(Clone, Debug, Default)]
+pub struct Row {
+    /// Centres of the grains that are glued.
+    pub glued: Vec<[f64; 2]>,
+    /// Centres of those that are not.
+    pub free: Vec<[f64; 2]>,
+    /// Largest radius.
+    pub radius: f64,
+}
+
+/// A mesh in the picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// Distance that it is moved up (m).
+    pub up: f64,
+    /// The side along which it carries the grains, if it does.
+    pub carries: Option<Side>,
+    /// Remark for the page.
+    pub note: Option<String>,
+}
+
+/// The place of a mesh that is joined with these grains.
+///
+/// # Errors
+/// It cannot be known; the reason goes on from the name of the mesh.
+pub fn beside(mesh: &Mesh, joint: &Joint, row: &Row) -> Result<Place, String> {
+    let side = if joint.partner_set == "lid" {
+        Side::Bottom
+    } else {
+        Side::Top
+    };
+    let nodes = mesh.side(side);
+    let line: Vec<[f64; 2]> = nodes.iter().map(|n| mesh.nodes[*n as usize]).collect();
+    let gaps: Option<Vec<f64>> = row
+        .of(side)
+        .map(|grain| height(&line, grain[0]).map(|y| grain[1] - y))
+        .collect();
+    let gaps = gaps.filter(|gaps| !gaps.is_empty());
+    let gaps = gaps.ok_or("has no glued grains beside it that would tell its place")?;
+    let far = gaps.iter().fold(0.0, |far: f64, gap| far.max(gap.abs()));
+    let carries = Some(side);
+    if far <= 2.0 * row.radius {
+        return Ok(Place {
+            up: 0.0,
+            carries,
+            note: None,
+        });
+    }
+    if !["top", "bottom"].contains(&joint.set) {
+        let (set, far) = (joint.set, 1e3 * far);
+        return Err(format!(
+            "is up to {far:.3} mm away from the grains that are glued to its set `{set}`, in a frame that is not known"
+        ));
+    }
+    let up = gaps.iter().sum::<f64>() / gaps.len() as f64;
+    let note = format!(
+        "has a frame of its own: drawn {:.3} mm higher, where its {} meets the grains glued to it (`{}.{}`)",
+        1e3 * up,
+        joint.set,
+        joint.partner,
+        joint.partner_set
+    );
+    Ok(Place {
+        up,
+        carries,
+        note: Some(note),
+    })
+}
+
+impl Row {
+    /// The glued grains at the lower side of the layer, which lie on the top of a mesh, or those at its upper side.
+    fn of(&self, side: Side) -> impl Iterator<Item = &[f64; 2]> {
+        let mut free = self.free.clone();
+        free.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        self.glued.iter().filter(move |grain| {
+            let below = self
+                .middle(&free, grain[0])
+                .is_none_or(|middle| grain[1] < middle);
+            below == (side == Side::Top)
+        })
+    }
+
+    /// Mean height of the free grains near a place: of those within five radii, or of the nearest. They are in order.
+    fn middle(&self, free: &[[f64; 2]], x: f64) -> Option<f64> {
+        let place = |x: f64| free.partition_point(|grain| grain[0] < x);
+        let near = &free[place(x - 5.0 * self.radius)..place(x + 5.0 * self.radius)];
+        if near.is_empty() {
+            let last = free.len().checked_sub(1)?;
+            return free.get(place(x).min(last)).map(|grain| grain[1]);
+        }
+        Some(near.iter().map(|grain| grain[1]).sum::<f64>() / near.len() as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A unit square below y = 0, and grains glued at 0 and at 0.5 with a free one between.
+    fn scene() -> (Mesh, Row) {
+        let nodes = [[0.0, -1.0], [1.0, -1.0], [1.0, 0.0], [0.0, 0.0]];
+        let mesh = Mesh {
+            nodes: nodes.into(),
+            quads: vec![[0, 1, 2, 3]],
+        };
+        let row = Row {
+            glued: vec![[0.5, 0.01], [0.5, 0.51]],
+            free: vec![[0.5, 0.25]],
+            radius: 0.05,
+        };
+        (mesh, row)
+    }
+
+    fn joint(set: &'static str, partner_set: &'static str) -> Joint<'static> {
+        Joint {
+            set,
+            partner: "layer",
+            partner_set,
+        }
+    }
+
+    #[test]
+    fn a_mesh_that_meets_its_grains_stays() {
+        let (mesh, row) = scene();
+        let place = beside(&mesh, &joint("top", "base"), &row).expect("it is known");
+        let carries = Some(Side::Top);
+        assert_eq!(
+            place,
+            Place {
+                up: 0.0,
+                carries,
+                note: None
+            }
+        );
+    }
+
+    #[test]
+    fn a_second_continuum_is_moved_to_the_grains_of_the_lid() {
+        let (mesh, row) = scene();
+        let place = beside(&mesh, &joint("bottom", "lid"), &row).expect("it is known");
+        assert!((place.up - 1.51).abs() < 1e-12, "{}", place.up);
+        assert_eq!(place.carries, Some(Side::Bottom));
+        assert!(place.note.expect("it is told").contains("1510.000 mm"));
+    }
+
+    #[test]
+    fn a_place_that_cannot_be_known_is_refused() {
+        let (mesh, row) = scene();
+        let error = beside(&mesh, &joint("crown", "lid"), &row).expect_err("it is not known");
+        assert!(error.contains("`crown`"), "{error}");
+        let none = Row::default();
+        assert!(beside(&mesh, &joint("top", "base"), &none).is_err());
+    }
+}

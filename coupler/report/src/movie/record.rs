@@ -1,0 +1,270 @@
+//! The fields that a run left: whose they are, and of which moments.
+
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use coordinator::error::{Error, Refusal};
+use runs::fields::{Arrays, read};
+use runs::setup::Setup;
+
+/// Ends of the names of files that belong to those of grains, and of interfaces.
+const CONTACTS: &str = "-contacts";
+const INTERFACE: &str = "-interface";
+/// Arrays of the contacts: their ends, by the numbers of the grains, and data of each.
+const OF_CONTACTS: [&str; 3] = ["connectivity", "force_n", "adhesion"];
+
+/// A moment at which fields were written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moment {
+    /// Its name in the files.
+    pub name: String,
+    /// Simulated time (s), where the run recorded it.
+    pub time_s: Option<f64>,
+}
+
+/// The fields of a participant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Source {
+    /// Name of the participant.
+    pub participant: String,
+    /// True for grains, false for a mesh.
+    pub grains: bool,
+}
+
+/// All fields of a run.
+#[derive(Debug)]
+pub struct Record {
+    folder: PathBuf,
+    /// Those who wrote fields.
+    pub sources: Vec<Source>,
+    /// The moments in their order.
+    pub moments: Vec<Moment>,
+}
+
+/// Names of the files of a participant, with the time of each (s).
+type Files = Vec<(String, Option<f64>)>;
+
+impl Record {
+    /// The fields in a run directory.
+    ///
+    /// # Errors
+    /// There are none.
+    pub fn of(run: &Path, setup: &Setup) -> Result<Record, Error> {
+        let folder = run.join("fields");
+        let mut record = Record {
+            folder,
+            sources: Vec::new(),
+            moments: Vec::new(),
+        };
+        let present = record.present();
+        for participant in participants(&present, setup) {
+            let files = record.files(&participant, &present, setup);
+            record.add(&participant, files);
+        }
+        record.put_in_order();
+        if record.moments.is_empty() {
+            let problem = "holds no fields (*.vtu, *.vtp) to show. Run the scenario to the end of a phase of its load, or with --set run.output.fields_every_s=5e-5; a participant that is a program of its own may write none";
+            return Err(Refusal::file(&record.folder, problem).into());
+        }
+        Ok(record)
+    }
+
+    /// Reads the fields of a participant at a moment, if it wrote any.
+    ///
+    /// # Errors
+    /// The file cannot be read, or has no end: whoever wrote it was killed.
+    pub fn read(&self, source: &Source, moment: &Moment) -> Result<Option<Arrays>, Error> {
+        let stem = format!("{}-{}", source.participant, moment.name);
+        let there = |file: String| Some(self.folder.join(file)).filter(|path| path.is_file());
+        let extension = if source.grains { "vtp" } else { "vtu" };
+        let Some(path) = there(format!("{stem}.{extension}")) else {
+            return Ok(None);
+        };
+        let mut arrays = read_whole(&path)?;
+        if let Some(path) = there(format!("{stem}{CONTACTS}.vtp")).filter(|_| source.grains) {
+            let mut contacts = read_whole(&path)?;
+            for name in OF_CONTACTS {
+                arrays.remove(name);
+                arrays.extend(contacts.remove_entry(name));
+            }
+        }
+        Ok(Some(arrays))
+    }
+
+    /// Names of all files in the folder, in their order.
+    fn present(&self) -> BTreeSet<String> {
+        let entries = std::fs::read_dir(&self.folder).into_iter().flatten();
+        let names = entries.flatten().map(|entry| entry.file_name());
+        names.filter_map(|name| name.into_string().ok()).collect()
+    }
+
+    /// The files of a participant: those in its collection, or without one (a run that was killed) those that bear its name.
+    fn files(&self, participant: &str, present: &BTreeSet<String>, setup: &Setup) -> Files {
+        let collection = self.folder.join(format!("{participant}.pvd"));
+        if let Ok(text) = std::fs::read_to_string(collection) {
+            let listed = text.split("<DataSet ").skip(1).filter_map(entry);
+            return listed.filter(|(file, _)| present.contains(file)).collect();
+        }
+        let longer = |file: &str| {
+            let mut others = setup
+                .participants
+                .iter()
+                .filter(|p| p.len() > participant.len());
+            others.any(|other| file.starts_with(&format!("{other}-")))
+        };
+        let own = present.iter().filter(|file| !longer(file));
+        let mut files: Vec<&String> = own.collect();
+        files.sort_by_key(|file| {
+            self.folder
+                .join(file)
+                .metadata()
+                .and_then(|m| m.modified())
+                .ok()
+        });
+        files.into_iter().map(|file| (file.clone(), None)).collect()
+    }
+
+    fn add(&mut self, participant: &str, files: Files) {
+        for (file, time_s) in files {
+            let stem = file.strip_prefix(&format!("{participant}-"));
+            let Some((name, extension)) = stem.and_then(|stem| stem.rsplit_once('.')) else {
+                continue;
+            };
+            let other = [CONTACTS, INTERFACE].iter().any(|end| name.ends_with(end));
+            if other || !["vtu", "vtp"].contains(&extension) {
+                continue;
+            }
+            let source = Source {
+                participant: participant.into(),
+                grains: extension == "vtp",
+            };
+            if !self.sources.contains(&source) {
+                self.sources.push(source);
+            }
+            if !self.moments.iter().any(|moment| moment.name == name) {
+                let name = name.to_string();
+                self.moments.push(Moment { name, time_s });
+            }
+        }
+    }
+
+    /// By time, those without a time as they were found; of several at one time (the end of the last phase and of the run) the first.
+    fn put_in_order(&mut self) {
+        if self.moments.iter().all(|moment| moment.time_s.is_some()) {
+            let time = |moment: &Moment| moment.time_s.unwrap_or(f64::INFINITY);
+            self.moments.sort_by(|a, b| time(a).total_cmp(&time(b)));
+            self.moments.dedup_by_key(|moment| moment.time_s);
+        }
+    }
+}
+
+/// The arrays of a file that has an end.
+fn read_whole(path: &Path) -> Result<Arrays, Error> {
+    if !has_end(path).map_err(Error::input(path.display()))? {
+        let problem = "ends in the middle: its run was interrupted or the disk was full";
+        return Err(Refusal::file(path, problem).into());
+    }
+    read(path)
+}
+
+/// True for a file that the closing tag of VTK ends.
+fn has_end(path: &Path) -> std::io::Result<bool> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(64)))?;
+    let mut end = Vec::new();
+    file.read_to_end(&mut end)?;
+    Ok(end.trim_ascii_end().ends_with(b"</VTKFile>"))
+}
+
+/// The participants of the scenario, then others that have a collection.
+fn participants(present: &BTreeSet<String>, setup: &Setup) -> Vec<String> {
+    let mut all = setup.participants.clone();
+    let collections = present.iter().filter_map(|file| file.strip_suffix(".pvd"));
+    let parts = |name: &&str| [CONTACTS, INTERFACE].iter().any(|end| name.ends_with(end));
+    let others: Vec<String> = collections
+        .filter(|name| !parts(name))
+        .filter(|name| !setup.participants.iter().any(|known| known == name))
+        .map(String::from)
+        .collect();
+    all.extend(others);
+    all
+}
+
+/// File and time (s) of an entry of a collection.
+fn entry(text: &str) -> Option<(String, Option<f64>)> {
+    let value = |key: &str| Some(text.split_once(key)?.1.split_once('"')?.0);
+    let file = value("file=\"")?.to_string();
+    Some((file, value("timestep=\"")?.parse().ok()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kit::scratch::Scratch;
+
+    fn run(purpose: &str, files: &[(&str, &str)]) -> Scratch {
+        let scratch = Scratch::new(purpose, 1);
+        std::fs::create_dir_all(scratch.path().join("fields")).expect("a folder");
+        for (file, text) in files {
+            std::fs::write(scratch.path().join("fields").join(file), text).expect("a file");
+        }
+        scratch
+    }
+
+    fn names(record: &Record) -> Vec<(&str, Option<f64>)> {
+        let moments = record.moments.iter();
+        moments.map(|m| (m.name.as_str(), m.time_s)).collect()
+    }
+
+    #[test]
+    fn moments_come_from_the_collections_by_time_and_once() {
+        let set = |t: f64, file: &str| format!("<DataSet timestep=\"{t:e}\" file=\"{file}\"/>");
+        let rail = [
+            set(2e-3, "rail-hold.vtu"),
+            set(3e-3, "rail-end.vtu"),
+            set(1e-3, "rail-gone.vtu"),
+            set(1e-3, "../rail-secret.vtu"),
+        ];
+        let layer = set(1e-3, "a-layer-hold-1.vtp");
+        let run = run(
+            "movie-listed",
+            &[
+                ("rail.pvd", &rail.concat()),
+                ("a-layer.pvd", &layer),
+                ("rail-hold.vtu", ""),
+                ("rail-end.vtu", ""),
+                ("a-layer-hold-1.vtp", ""),
+            ],
+        );
+        let record = Record::of(run.path(), &Setup::default()).expect("it has fields");
+        let expected = [("hold-1", 1e-3), ("hold", 2e-3), ("end", 3e-3)];
+        assert_eq!(names(&record), expected.map(|(name, t)| (name, Some(t))));
+        assert_eq!(record.sources.len(), 2);
+    }
+
+    #[test]
+    fn a_killed_run_without_collections_has_what_there_is() {
+        let run = run(
+            "movie-killed",
+            &[("rail-ramp.vtu", ""), ("rail-b-ramp.vtu", "")],
+        );
+        let setup = Setup {
+            participants: vec!["rail".into(), "rail-b".into()],
+            ..Setup::default()
+        };
+        let record = Record::of(run.path(), &setup).expect("it has fields");
+        assert_eq!(names(&record), [("ramp", None)]);
+        let sources = record.sources.iter().map(|s| s.participant.as_str());
+        assert_eq!(Vec::from_iter(sources), ["rail", "rail-b"]);
+    }
+
+    #[test]
+    fn a_run_without_fields_is_told_what_to_do() {
+        let run = run("movie-none", &[("rail-profile.csv", "")]);
+        let error = Record::of(run.path(), &Setup::default()).expect_err("it has none");
+        assert!(error.to_string().contains("fields_every_s=5e-5"), "{error}");
+    }
+}

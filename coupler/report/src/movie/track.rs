@@ -1,0 +1,192 @@
+//! The signals of a run beside its frames: wheel and forces at their times, and over time for the strip below the picture.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use runs::columns::read_csv;
+use runs::setup::Setup;
+
+/// Pieces of time of the strip; each shows its least and its largest value.
+const PIECES: usize = 400;
+
+/// A signal over time.
+#[derive(Clone, Debug)]
+struct Signal {
+    label: String,
+    unit: &'static str,
+    values: Vec<f64>,
+}
+
+/// Signals over time.
+#[derive(Clone, Debug, Default)]
+pub struct Track {
+    times_s: Vec<f64>,
+    signals: Vec<Signal>,
+    /// Places of wheel_x_m and wheel_y_m (m), where there is a wheel.
+    wheel: Option<[Vec<f64>; 2]>,
+}
+
+impl Track {
+    /// The wheel's signals in a run directory; of a run without a wheel those of its interfaces.
+    pub fn of(run: &Path, setup: &Setup) -> Track {
+        let columns = read_csv(&run.join("signals.csv"));
+        let column = |name: &str| {
+            let owner = setup.wheel_of.as_ref()?;
+            columns
+                .get(&format!("{owner}.{name}"))
+                .or(columns.get(name))
+        };
+        let signal = |label: &str, name: &str, unit, factor: f64| {
+            let values = column(name)?.iter().map(|value| factor * value).collect();
+            let label = label.to_string();
+            Some(Signal {
+                label,
+                unit,
+                values,
+            })
+        };
+        let of_wheel = [
+            signal("F_T, friction force on the wheel", "wheel_ft_n", "N", 1.0),
+            signal("F_N, normal force on the wheel", "wheel_fn_n", "N", 1.0),
+            signal("x of the wheel", "wheel_x_m", "mm", 1e3),
+            signal("y of the wheel", "wheel_y_m", "mm", 1e3),
+        ];
+        let mut signals: Vec<Signal> = of_wheel.into_iter().flatten().collect();
+        if signals.is_empty() {
+            let force = |name: &String| {
+                ["interface_fx_n", "interface_fy_n"]
+                    .iter()
+                    .any(|end| name.ends_with(end))
+            };
+            let forces = columns.iter().filter(|(name, _)| force(name));
+            signals.extend(forces.map(|(name, values)| {
+                Signal {
+                    label: name
+                        .trim_end_matches("_n")
+                        .replace("interface_f", "interface force "),
+                    unit: "N",
+                    values: values.clone(),
+                }
+            }));
+        }
+        let wheel = ["wheel_x_m", "wheel_y_m"].map(|name| column(name).cloned());
+        let [x, y] = wheel;
+        Track {
+            times_s: columns.get("t_s").cloned().unwrap_or_default(),
+            signals,
+            wheel: x.zip(y).map(|(x, y)| [x, y]),
+        }
+    }
+
+    /// The row nearest to a time (s).
+    fn row(&self, time_s: f64) -> Option<usize> {
+        let next = self.times_s.partition_point(|t| *t < time_s);
+        let near = [next.checked_sub(1), Some(next)].into_iter().flatten();
+        let rows = near.filter(|row| *row < self.times_s.len());
+        rows.min_by(|a, b| {
+            let far = |row: usize| (self.times_s[row] - time_s).abs();
+            far(*a).total_cmp(&far(*b))
+        })
+    }
+
+    /// The numbers beside a frame at a time (s): of the nearest row, with the time of that row.
+    pub fn at(&self, time_s: f64) -> Value {
+        let Some(row) = self.row(time_s) else {
+            return Value::Null;
+        };
+        let value = |signal: &Signal| json!(signal.values.get(row));
+        let wheel = self
+            .wheel
+            .as_ref()
+            .and_then(|[x, y]| Some([1e3 * x.get(row)?, 1e3 * y.get(row)?]));
+        json!({
+            "t_ms": 1e3 * self.times_s[row],
+            "values": self.signals.iter().map(value).collect::<Vec<Value>>(),
+            "wheel": wheel,
+        })
+    }
+
+    /// The signals for the strip.
+    pub fn strip(&self) -> Value {
+        let told = |signal: &Signal| {
+            let rows = extremes(&signal.values);
+            let points = rows
+                .into_iter()
+                .filter_map(|row| Some([1e3 * self.times_s.get(row)?, *signal.values.get(row)?]));
+            json!({
+                "label": signal.label,
+                "unit": signal.unit,
+                "points": points.collect::<Vec<[f64; 2]>>(),
+            })
+        };
+        self.signals.iter().map(told).collect()
+    }
+}
+
+/// Rows with the least and the largest value of each piece, in their order.
+fn extremes(values: &[f64]) -> Vec<usize> {
+    let length = values.len().div_ceil(PIECES).max(1);
+    let mut rows = Vec::new();
+    for (piece, part) in values.chunks(length).enumerate() {
+        let by = |sign: f64| {
+            let numbers = part
+                .iter()
+                .enumerate()
+                .filter(|(_, value)| value.is_finite());
+            let found = numbers.max_by(|a, b| (sign * a.1).total_cmp(&(sign * b.1)));
+            found.map(|(place, _)| piece * length + place)
+        };
+        let mut two: Vec<usize> = [by(-1.0), by(1.0)].into_iter().flatten().collect();
+        two.sort_unstable();
+        two.dedup();
+        rows.extend(two);
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kit::scratch::Scratch;
+
+    fn track(purpose: &str, csv: &str, wheel_of: Option<&str>) -> Track {
+        let scratch = Scratch::new(purpose, 1);
+        std::fs::create_dir_all(scratch.path()).expect("a folder");
+        std::fs::write(scratch.path().join("signals.csv"), csv).expect("a file");
+        let setup = Setup {
+            wheel_of: wheel_of.map(String::from),
+            ..Setup::default()
+        };
+        Track::of(scratch.path(), &setup)
+    }
+
+    #[test]
+    fn a_frame_has_the_numbers_of_the_nearest_row() {
+        let csv = "t_s,a.wheel_x_m,a.wheel_y_m,a.wheel_fn_n\n0,0,1e-3,1\n1e-3,2e-3,3e-3,5\n";
+        let track = track("movie-rows", csv, Some("a"));
+        let near = track.at(0.8e-3);
+        assert_eq!(near["t_ms"], 1.0);
+        assert_eq!(near["values"], json!([5.0, 2.0, 3.0]));
+        assert_eq!(near["wheel"], json!([2.0, 3.0]));
+        assert_eq!(track.at(-1.0)["t_ms"], 0.0);
+    }
+
+    #[test]
+    fn a_run_without_a_wheel_shows_its_interfaces() {
+        let csv = "t_s,below.interface_fx_n,a.wheel_x_m\n0,7,0\n";
+        let told = track("movie-faces", csv, None).strip();
+        assert_eq!(told[0]["label"], "below.interface force x");
+        assert_eq!(told[0]["points"], json!([[0.0, 7.0]]));
+        assert_eq!(told.as_array().map(Vec::len), Some(1));
+    }
+
+    #[test]
+    fn a_peak_of_one_row_stays_in_the_strip() {
+        let mut values = vec![0.0; 10_000];
+        values[4_321] = 9.0;
+        values[4_322] = f64::NAN;
+        let rows = extremes(&values);
+        assert!(rows.contains(&4_321) && rows.len() <= 2 * PIECES);
+    }
+}

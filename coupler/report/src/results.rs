@@ -1,0 +1,107 @@
+//! Results with their units, in groups, a sentence each: those of RESULTS.md.
+
+use super::page::table;
+use super::units::{told, words};
+use draw::picture::escape;
+use runs::files::RunFiles;
+
+/// The page that names and explains all results.
+const PAGE: &str = include_str!("../../RESULTS.md");
+
+/// A result as the page explains it.
+struct Entry {
+    group: &'static str,
+    /// Its name, which may begin with `<set>`.
+    name: &'static str,
+    sentence: &'static str,
+}
+
+/// The entries of the page, in its order.
+fn entries() -> Vec<Entry> {
+    let mut group = "";
+    let mut all = Vec::new();
+    for line in PAGE.lines() {
+        if let Some(title) = line.strip_prefix("## ") {
+            group = title;
+        } else if let Some((name, sentence)) =
+            line.strip_prefix("- `").and_then(|l| l.split_once("`: "))
+        {
+            all.push(Entry {
+                group,
+                name,
+                sentence,
+            });
+        }
+    }
+    all
+}
+
+impl Entry {
+    fn explains(&self, name: &str) -> bool {
+        match self.name.strip_prefix("<set>") {
+            Some(ending) => name.len() > ending.len() && name.ends_with(ending),
+            None => name == self.name,
+        }
+    }
+}
+
+/// Place of the entry that explains a result; exact names come before patterns.
+fn place(entries: &[Entry], name: &str) -> Option<usize> {
+    let exact = entries.iter().position(|entry| entry.name == name);
+    exact.or_else(|| entries.iter().position(|entry| entry.explains(name)))
+}
+
+/// Group for results that the page does not know, which come from foreign solvers.
+const OTHERS: &str = "Others";
+
+/// Tables of the results of a run, a group each.
+pub(super) fn grouped(run: &RunFiles) -> String {
+    let entries = entries();
+    let mut known: Vec<(usize, &str, f64)> = run
+        .entries("results")
+        .filter_map(|(name, value)| Some((name.as_str(), value.as_f64()?)))
+        .map(|(name, value)| (place(&entries, name).unwrap_or(entries.len()), name, value))
+        .collect();
+    known.sort_by_key(|(place, name, _)| (*place, *name));
+    let group = |place: usize| entries.get(place).map_or(OTHERS, |entry| entry.group);
+    let mut html = String::new();
+    for of_group in known.chunk_by(|a, b| group(a.0) == group(b.0)) {
+        let rows = of_group.iter().map(|(place, name, value)| {
+            let sentence = entries.get(*place).map_or("", |entry| entry.sentence);
+            vec![
+                escape(&words(name)),
+                escape(&told(name, *value)),
+                escape(sentence),
+                format!("<code>{}</code>", escape(name)),
+            ]
+        });
+        let rows: Vec<Vec<String>> = rows.collect();
+        html += &format!("<h3>{}</h3>", escape(group(of_group[0].0)));
+        html += &table(&["result", "value", "", "name"], &[1], &rows);
+    }
+    html
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_stand_once_and_patterns_come_after_exact_names() {
+        let entries = entries();
+        assert!(entries.len() > 80, "{}", entries.len());
+        for entry in &entries {
+            let same = entries
+                .iter()
+                .filter(|other| other.name == entry.name)
+                .count();
+            assert_eq!(same, 1, "{}", entry.name);
+            assert!(entry.sentence.ends_with('.'), "{}", entry.name);
+        }
+        let name_of = |name: &str| place(&entries, name).map(|place| entries[place].name);
+        assert_eq!(name_of("interface_force_n"), Some("interface_force_n"));
+        assert_eq!(name_of("punch_reaction_y_n"), Some("<set>_reaction_y_n"));
+        assert_eq!(name_of("approach_m"), Some("approach_m"));
+        assert_eq!(name_of("temperature_k"), None);
+    }
+}

@@ -1,0 +1,167 @@
+//! Numbers over time, straight between their places, and the distances of two of them.
+
+use protocol::larger;
+
+/// Part of the span of the reference that a curve may leave out at either end: reports are some windows apart.
+const MISSED: f64 = 0.01;
+
+/// Numbers over ascending places.
+#[derive(Clone, Copy, Debug)]
+pub struct Curve<'a> {
+    /// The places.
+    pub x: &'a [f64],
+    /// The numbers, as many.
+    pub y: &'a [f64],
+}
+
+/// Distance of numbers from a reference. The relative ones are absent where the reference is 0 throughout.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Distance {
+    /// sqrt(int d^2 / X) over the common span X, in the unit of the numbers.
+    pub rms: f64,
+    /// The same over that of the reference.
+    pub l2_rel: Option<f64>,
+    /// Largest size of d.
+    pub max: f64,
+    /// The same over the largest size of the reference.
+    pub max_rel: Option<f64>,
+}
+
+impl Distance {
+    /// The distance of these sums over a length: of d^2 and of the squares of the reference, and the largest size of either.
+    pub fn new(length: f64, [of_d, of_reference]: [f64; 2], [max, whole]: [f64; 2]) -> Self {
+        Distance {
+            rms: part(of_d, length).map_or(0.0, f64::sqrt),
+            l2_rel: part(of_d, of_reference).map(f64::sqrt),
+            max,
+            max_rel: part(max, whole),
+        }
+    }
+}
+
+/// A part of something that is not 0.
+pub fn part(of: f64, whole: f64) -> Option<f64> {
+    (whole > 0.0).then_some(of / whole)
+}
+
+impl Curve<'_> {
+    /// The number at a place inside; of two numbers at one place the first. `None` outside.
+    pub fn at(&self, place: f64) -> Option<f64> {
+        let after = self.x.partition_point(|x| *x < place);
+        let right = *self.x.get(after)?;
+        if right == place {
+            return Some(self.y[after]);
+        }
+        let left = self.x[after.checked_sub(1)?];
+        let share = (place - left) / (right - left);
+        Some(self.y[after - 1] + share * (self.y[after] - self.y[after - 1]))
+    }
+
+    fn span(&self) -> Option<[f64; 2]> {
+        Some([*self.x.first()?, *self.x.last()?])
+    }
+
+    /// The distance from a reference, exact for curves that are straight between their places: d is integrated and maximised over
+    /// the pieces between the places of both.
+    ///
+    /// # Errors
+    /// This curve misses more than a hundredth of the reference's span at either end, or one of them has no span.
+    pub fn distance(&self, reference: &Curve) -> Result<Distance, String> {
+        let (Some(own), Some(whole)) = (self.span(), reference.span()) else {
+            return Err("there are no numbers".into());
+        };
+        let length = whole[1] - whole[0];
+        let missed = [own[0] - whole[0], whole[1] - own[1]];
+        if missed.iter().any(|missed| *missed > MISSED * length) {
+            return Err(format!(
+                "it spans {:.4e} to {:.4e}, and the reference {:.4e} to {:.4e}",
+                own[0], own[1], whole[0], whole[1]
+            ));
+        }
+        let [start, end] = [larger(own[0], whole[0]), -larger(-own[1], -whole[1])];
+        let inside = |x: &&f64| (start..=end).contains(*x);
+        let own_places = self.x.iter().filter(inside);
+        let mut places: Vec<f64> = own_places
+            .chain(reference.x.iter().filter(inside))
+            .copied()
+            .collect();
+        places.extend([start, end]);
+        places.sort_by(f64::total_cmp);
+        places.dedup();
+        let pairs: Option<Vec<[f64; 2]>> = places
+            .iter()
+            .map(|x| Some([self.at(*x)?, reference.at(*x)?]))
+            .collect();
+        let pairs = pairs.ok_or("its places are not in order")?;
+        let [mut of_d, mut of_reference] = [0.0; 2];
+        for (x, y) in places.windows(2).zip(pairs.windows(2)) {
+            let d = [0, 1].map(|k| y[k][0] - y[k][1]);
+            of_d += square(x[1] - x[0], d);
+            of_reference += square(x[1] - x[0], [y[0][1], y[1][1]]);
+        }
+        let largest =
+            |of: &dyn Fn(&[f64; 2]) -> f64| pairs.iter().map(of).map(f64::abs).fold(0.0, larger);
+        let sizes = [largest(&|[a, b]| a - b), largest(&|[_, b]| *b)];
+        Ok(Distance::new(end - start, [of_d, of_reference], sizes))
+    }
+}
+
+/// Integral of the square of what is straight between two numbers.
+fn square(length: f64, [a, b]: [f64; 2]) -> f64 {
+    length * (a * a + a * b + b * b) / 3.0
+}
+
+/// The middle one of some numbers, or the mean of the two in the middle; `None` of none.
+pub fn median(mut numbers: Vec<f64>) -> Option<f64> {
+    numbers.sort_by(f64::total_cmp);
+    let last = numbers.len().checked_sub(1)?;
+    Some(0.5 * (numbers[last / 2] + numbers[last.div_ceil(2)]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn distance(own: [&[f64]; 2], reference: [&[f64]; 2]) -> Result<Distance, String> {
+        let [own, reference] = [own, reference].map(|[x, y]| Curve { x, y });
+        own.distance(&reference)
+    }
+
+    /// d = x on [0, 1] against 2: int x^2 = 1/3 of int 4.
+    #[test]
+    fn the_distance_of_a_ramp_from_a_constant_is_that_of_its_integral() {
+        let found = distance([&[0.0, 1.0], &[2.0, 3.0]], [&[0.0, 0.25, 1.0], &[2.0; 3]]);
+        let found = found.expect("they share a span");
+        assert!((found.rms - (1f64 / 3.0).sqrt()).abs() < 1e-15);
+        assert!((found.l2_rel.expect("it is not 0") - (1f64 / 12.0).sqrt()).abs() < 1e-15);
+        assert_eq!((found.max, found.max_rel), (1.0, Some(0.5)));
+    }
+
+    /// A tent of height 1 whose tip the other curve does not know, over three quarters of its span, where both are alike.
+    #[test]
+    fn what_lies_between_the_places_of_one_curve_counts() {
+        let found = distance(
+            [&[0.0, 4.0], &[0.0, 0.0]],
+            [&[0.0, 1.0, 2.0, 4.0], &[0.0, 1.0, 0.0, 0.0]],
+        );
+        let found = found.expect("they share a span");
+        assert!((found.rms - (2f64 / 3.0 / 4.0).sqrt()).abs() < 1e-15);
+        assert_eq!((found.l2_rel, found.max_rel), (Some(1.0), Some(1.0)));
+    }
+
+    #[test]
+    fn a_reference_of_nothing_has_no_parts() {
+        let found = distance([&[0.0, 1.0], &[3.0, 3.0]], [&[0.0, 1.0], &[0.0, 0.0]]);
+        let found = found.expect("they share a span");
+        assert_eq!([found.l2_rel, found.max_rel], [None, None]);
+        assert_eq!([found.rms, found.max], [3.0, 3.0]);
+    }
+
+    #[test]
+    fn a_curve_that_ends_early_is_not_compared_over_what_is_left() {
+        let error = distance([&[0.0, 0.9], &[1.0, 1.0]], [&[0.0, 1.0], &[1.0, 1.0]]);
+        assert!(error.expect_err("a tenth is missing").contains("9.0000e-1"));
+        let fine = distance([&[0.001, 0.995], &[1.0, 1.0]], [&[0.0, 1.0], &[1.0, 1.0]]);
+        assert_eq!(fine.expect("next to nothing is missing").max, 0.0);
+    }
+}

@@ -1,0 +1,87 @@
+//! Tables of numbers: the comma-separated files that a run leaves.
+
+use std::path::Path;
+
+use coordinator::error::{Error, Refusal};
+
+/// Columns of numbers, in the order of the file. A column with a word in any row is none of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// Name and numbers of each, all of one length.
+    pub columns: Vec<(String, Vec<f64>)>,
+}
+
+impl Table {
+    /// Reads a file; `None` where there is none.
+    ///
+    /// # Errors
+    /// The file cannot be read, or a row has more or fewer cells than there are names.
+    pub fn read(path: &Path) -> Result<Option<Table>, Error> {
+        if !path.exists() {
+            return Ok(None);
+        }
+        let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
+        let table = Table::parse(&text).map_err(|problem| Refusal::file(path, problem))?;
+        Ok(Some(table))
+    }
+
+    /// The columns of a text; the error says what is wrong with it.
+    pub fn parse(text: &str) -> Result<Table, String> {
+        let mut lines = text.lines();
+        let names: Vec<&str> = lines.next().unwrap_or_default().split(',').collect();
+        let mut columns: Vec<Option<Vec<f64>>> = vec![Some(Vec::new()); names.len()];
+        for (row, line) in lines.enumerate() {
+            let cells: Vec<&str> = line.split(',').collect();
+            if cells.len() != names.len() {
+                return Err(format!(
+                    "line {} has {} cells, and the first line names {} columns",
+                    row + 2,
+                    cells.len(),
+                    names.len()
+                ));
+            }
+            for (column, cell) in columns.iter_mut().zip(cells) {
+                let number = cell.parse::<f64>().ok();
+                *column = column.take().zip(number).map(|(mut column, number)| {
+                    column.push(number);
+                    column
+                });
+            }
+        }
+        let named = names.into_iter().zip(columns);
+        let numbers = named.filter_map(|(name, column)| Some((name.to_string(), column?)));
+        Ok(Table {
+            columns: numbers.collect(),
+        })
+    }
+
+    /// The numbers of a column.
+    pub fn get(&self, name: &str) -> Option<&[f64]> {
+        let mut columns = self.columns.iter();
+        let found = columns.find(|(known, _)| known == name);
+        found.map(|(_, numbers)| numbers.as_slice())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_of_numbers_are_read_and_words_are_left_out() {
+        let table = Table::parse("x_m,status,p_pa\n-1e-3,open,0e0\n2e-3,tied,5e6\n");
+        let table = table.expect("it is one");
+        assert_eq!(table.get("x_m"), Some([-1e-3, 2e-3].as_slice()));
+        assert_eq!(table.get("p_pa"), Some([0.0, 5e6].as_slice()));
+        assert_eq!(table.get("status"), None);
+    }
+
+    #[test]
+    fn a_row_that_was_cut_off_is_an_error_with_its_line() {
+        let error = Table::parse("a,b\n1,2\n3").expect_err("a cell is missing");
+        assert!(
+            error.contains("line 3") && error.contains("1 cells"),
+            "{error}"
+        );
+    }
+}

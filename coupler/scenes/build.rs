@@ -1,0 +1,46 @@
+//! Lists the files of the shipped scenes.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Shipped scenes, from the folder of this crate.
+const SCENES: &str = "../../scenarios";
+
+/// Endings of the files that a scene or a study is run from; pictures and tables beside them are results.
+const NEEDED: [&str; 7] = ["toml", "msh", "json", "py", "rs", "lock", "md"];
+
+/// Folders that running and building leave there.
+const LEFT: [&str; 3] = ["runs", "target", "__pycache__"];
+
+/// Writes `shipped.rs`: the names of the files below [`SCENES`], in order, with their contents.
+fn main() {
+    println!("cargo::rerun-if-changed={SCENES}");
+    let folder = fs::canonicalize(SCENES).expect("the scenes lie beside this crate");
+    let needed = |path: &&PathBuf| {
+        let inside = path.strip_prefix(&folder).unwrap_or(path);
+        let mut above = inside.iter().filter_map(|part| part.to_str());
+        let ending = path.extension().and_then(|ending| ending.to_str());
+        ending.is_some_and(|ending| NEEDED.contains(&ending))
+            && !above.any(|part| LEFT.contains(&part) || part.starts_with('.'))
+    };
+    let files = paths(&folder);
+    let entries = files.iter().filter(needed).map(|path| {
+        let name = path.strip_prefix(&folder).unwrap_or(path);
+        format!("    ({name:?}, include_bytes!({path:?})),\n")
+    });
+    let text = format!("&[\n{}]\n", entries.collect::<String>());
+    let out = env::var_os("OUT_DIR").expect("cargo sets it");
+    fs::write(Path::new(&out).join("shipped.rs"), text).expect("cargo's folder is writable");
+}
+
+/// All files of a folder, or the file itself, by name.
+fn paths(path: &Path) -> Vec<PathBuf> {
+    if !path.is_dir() {
+        return vec![path.into()];
+    }
+    let entries = fs::read_dir(path).into_iter().flatten().flatten();
+    let mut below: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+    below.sort();
+    below.iter().flat_map(|path| paths(path)).collect()
+}

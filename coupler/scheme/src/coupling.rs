@@ -1,0 +1,299 @@
+//! The coupling of one group of interfaces: its scheme, its state, and the policy for windows that do not converge.
+
+use nalgebra::DMatrix;
+use protocol::{Window, larger};
+use serde::{Deserialize, Serialize};
+
+use super::acceleration::Accelerator;
+use super::compliance::{Compliance, ComplianceState};
+use super::criteria::{Motions, leaking};
+use super::fixed_point::FixedPoint;
+use super::group::Group;
+use super::ledger::{InterfaceLedger, PointMotion, total};
+use super::participants::Participants;
+use super::problem::Problem;
+use super::source::Source;
+use super::window::{AcceptedWindow, Attempt, InterfaceSignals, InterfaceState, SolvedWindow};
+use super::{dual_schur, fixed_point, neumann_dirichlet, staggered, velocity};
+use crate::error::{SchemeError, Unfit};
+use crate::keys::{Dirichlet, Policy, Scheme, SchemeWord};
+
+/// The coupler's own state of one group: it changes only when a window is accepted.
+#[derive(Clone, Debug)]
+pub struct Coupling {
+    name: String,
+    scheme: Scheme,
+    policy: Policy,
+    group: Group,
+    compliance: Compliance,
+    /// State of the interfaces after the last accepted window.
+    pub state: InterfaceState,
+    /// Ledger of each interface of the group.
+    pub ledgers: Vec<InterfaceLedger>,
+}
+
+/// The part of a coupling that windows have changed. The rest follows from scenario and handshake.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CouplingState {
+    compliance: ComplianceState,
+    state: InterfaceState,
+    ledgers: Vec<InterfaceLedger>,
+}
+
+impl Coupling {
+    /// All sides at rest and unloaded; messages speak of the interface `name`.
+    pub fn new(name: &str, scheme: Scheme, policy: Policy, group: Group) -> Coupling {
+        let cheap = scheme.word() == SchemeWord::DualSchurCheap;
+        let factor = if cheap { dual_schur::CHEAP_FACTOR } else { 1.0 };
+        Coupling {
+            name: name.to_string(),
+            scheme,
+            policy,
+            compliance: Compliance::new(Source::of(&scheme), factor),
+            state: InterfaceState::at_rest(group.nodes.len(), group.points.len()),
+            ledgers: vec![InterfaceLedger::default(); group.patches.len()],
+            group,
+        }
+    }
+
+    /// The agreement of the handshake.
+    pub fn group(&self) -> &Group {
+        &self.group
+    }
+
+    /// The scheme with its data.
+    pub fn scheme(&self) -> &Scheme {
+        &self.scheme
+    }
+
+    /// Tries a window until it is accepted, or the scenario's policy decides otherwise. `following` tells the window after
+    /// an accepted one.
+    pub fn window(
+        &mut self,
+        participants: &mut dyn Participants,
+        window: Window,
+        following: impl Fn(&Window) -> Option<Window>,
+    ) -> Result<Attempt, SchemeError> {
+        let mut solved = match self.solve(participants, window) {
+            Err(SchemeError::NotFinite(_)) if self.may_halve(&window) => return Ok(self.halve()),
+            solved => solved?,
+        };
+        let leaks = leaking(&self.group, &self.ledgers, &solved);
+        solved.faults.extend(leaks);
+        match (solved.faults.first(), self.policy) {
+            (None, _) => {}
+            (Some(_), Policy::Accept) => {
+                for fault in &solved.faults {
+                    self.ledgers[fault.patch].not_converged += 1;
+                }
+            }
+            (Some(_), Policy::Halve) if self.may_halve(&window) => return Ok(self.halve()),
+            (Some(fault), Policy::Halve) => {
+                let end = self.cannot_halve();
+                return Err(SchemeError::NotConverged(format!("{}; {end}", fault.why)));
+            }
+            (Some(fault), Policy::Stop) => {
+                return Err(SchemeError::NotConverged(fault.why.clone()));
+            }
+        }
+        let next = following(&solved.window);
+        self.accept(participants, solved, next)
+            .map(Attempt::Accepted)
+    }
+
+    /// One window by the scheme; nothing is accepted yet.
+    fn solve(
+        &mut self,
+        participants: &mut dyn Participants,
+        window: Window,
+    ) -> Result<SolvedWindow, SchemeError> {
+        let problem = &mut Problem {
+            group: &self.group,
+            start: &self.state,
+            compliance: &mut self.compliance,
+            ledgers: &mut self.ledgers,
+            participants,
+        };
+        match self.scheme {
+            Scheme::DualSchur {
+                update,
+                repeats_max,
+                ..
+            } => dual_schur::solve(problem, update, repeats_max, window),
+            Scheme::Velocity { repeats_max } => velocity::solve(problem, repeats_max, window),
+            Scheme::Staggered { order, dirichlet } => match dirichlet {
+                Dirichlet::Wall => staggered::solve(problem, order, window),
+                Dirichlet::Continuum => neumann_dirichlet::solve_staggered(problem, order, window),
+            },
+            Scheme::FixedPoint {
+                order,
+                dirichlet,
+                acceleration,
+                relaxation,
+                repeats_max,
+            } => {
+                let rules = FixedPoint {
+                    order,
+                    accelerator: Accelerator::new(acceleration, relaxation),
+                    repeats_max,
+                };
+                match dirichlet {
+                    Dirichlet::Wall => fixed_point::solve(problem, rules, window),
+                    Dirichlet::Continuum => {
+                        neumann_dirichlet::solve_fixed_point(problem, rules, relaxation, window)
+                    }
+                }
+            }
+        }
+    }
+
+    fn may_halve(&self, window: &Window) -> bool {
+        self.policy == Policy::Halve && window.substeps > 1
+    }
+
+    fn halve(&mut self) -> Attempt {
+        for ledger in &mut self.ledgers {
+            ledger.halved += 1;
+        }
+        Attempt::Halve
+    }
+
+    fn cannot_halve(&self) -> String {
+        if self.group.force_driven.iter().all(|side| side.steps == 1) {
+            "the window has one step left and cannot be halved".into()
+        } else {
+            "the connected continua have no shorter window that is a whole number of steps of each: give substeps that share more factors".into()
+        }
+    }
+
+    /// Makes a solved window the state of all sides, and enters it into the ledgers while they are at work.
+    fn accept(
+        &mut self,
+        participants: &mut dyn Participants,
+        solved: SolvedWindow,
+        next: Option<Window>,
+    ) -> Result<AcceptedWindow, SchemeError> {
+        for (total, increment) in self.state.displacement.iter_mut().zip(&solved.increment) {
+            *total += increment;
+        }
+        self.state.lambda.clone_from(&solved.lambda);
+        if let Some(velocity) = &solved.velocity {
+            self.state.velocity.clone_from(velocity);
+        }
+        self.tell_accepted(participants, &solved.window, next)?;
+        let motions = Motions::of(&self.group, &solved);
+        let signals = self.enter(&solved, &motions);
+        self.state.last_motion = motions.points;
+        let sides = self
+            .group
+            .force_driven
+            .iter()
+            .chain(&self.group.motion_driven);
+        let reports: Result<_, SchemeError> = sides
+            .map(|side| Ok((side.peer, participants.report(side.peer)?)))
+            .collect();
+        Ok(AcceptedWindow {
+            signals,
+            reports: reports?,
+        })
+    }
+
+    /// Tells all sides that the window is accepted and, where the scheme begins the next one with a run of the force-driven
+    /// sides under the force of this one, lets them begin it.
+    fn tell_accepted(
+        &self,
+        participants: &mut dyn Participants,
+        window: &Window,
+        next: Option<Window>,
+    ) -> Result<(), SchemeError> {
+        let next = next.filter(|_| matches!(self.scheme, Scheme::DualSchur { .. }));
+        for side in &self.group.force_driven {
+            participants.accept(side.peer, &side.window(window), &[])?;
+            if let Some(next) = &next {
+                let force = side.of(&self.state.lambda);
+                participants.begin_early(side.peer, &side.window(next), force)?;
+            }
+        }
+        let place = self.group.mapping.motion(&self.state.displacement);
+        self.group
+            .motion_driven
+            .iter()
+            .try_for_each(|side| participants.accept(side.peer, window, side.of(&place)))
+    }
+
+    /// Enters a window into the ledger of each interface.
+    fn enter(
+        &mut self,
+        solved: &SolvedWindow,
+        motions: &Motions,
+    ) -> Vec<(usize, InterfaceSignals)> {
+        let mut signals = Vec::new();
+        for (patch, ledger) in self.group.patches.iter().zip(&mut self.ledgers) {
+            let entry = motions.entry(patch, solved);
+            ledger.add(&entry);
+            if !solved.inertia.is_empty() {
+                ledger.carry(&PointMotion {
+                    mass_kg: &self.group.points.mass_kg[patch.points.clone()],
+                    velocity: patch.of_points(&solved.answer.velocity),
+                    inertia: patch.of_points(&solved.inertia),
+                    window_s: self.group.window_s(&solved.window),
+                });
+            }
+            ledger.repeats += u64::from(solved.window.iteration);
+            let residual = solved.answer.solves[patch.motion_driven].residual;
+            ledger.contact_residual_max = larger(ledger.contact_residual_max, residual);
+            let force_n = total(patch.of_nodes(&solved.lambda));
+            let seen = InterfaceSignals {
+                repeats: solved.window.iteration,
+                gap_rel: entry.gap(),
+                force_n,
+                pressing_n: -patch.outward_y * force_n[1],
+            };
+            signals.push((patch.index, seen));
+        }
+        signals
+    }
+
+    /// C (m/N) of each force-driven participant in a full window, where the scheme goes by their own columns.
+    pub fn columns(
+        &mut self,
+        participants: &mut dyn Participants,
+    ) -> Result<Option<Vec<DMatrix<f64>>>, SchemeError> {
+        self.compliance.columns(participants, &self.group)
+    }
+
+    /// The part of it that windows have changed.
+    pub fn state(&self) -> CouplingState {
+        CouplingState {
+            compliance: self.compliance.state(),
+            state: self.state.clone(),
+            ledgers: self.ledgers.clone(),
+        }
+    }
+
+    /// Takes up a state after the same handshake.
+    pub fn restore(&mut self, state: &CouplingState) -> Result<(), SchemeError> {
+        let lengths = |state: &InterfaceState, ledgers: &[InterfaceLedger]| {
+            [state.lengths().as_slice(), &[ledgers.len()]].concat()
+        };
+        let ours = lengths(&self.state, &self.ledgers);
+        let theirs = lengths(&state.state, &state.ledgers);
+        if theirs != ours || !state.compliance.is_of(&self.group) {
+            let problem = format!(
+                "the checkpoint is of other interfaces, with {theirs:?} instead of {ours:?} components"
+            );
+            return Err(Unfit::interface(&self.name, problem).into());
+        }
+        self.compliance.restore(state.compliance.clone());
+        (self.state, self.ledgers) = (state.state.clone(), state.ledgers.clone());
+        Ok(())
+    }
+
+    /// Tells the boundaries once more, after a restart.
+    pub fn repeat_boundaries(
+        &self,
+        participants: &mut dyn Participants,
+    ) -> Result<(), SchemeError> {
+        self.compliance.repeat_boundaries(participants, &self.group)
+    }
+}

@@ -1,0 +1,90 @@
+//! Dual Schur complement on displacement with a force that is constant in the window.
+//!
+//! The increment of the continuum is du = du_free + C lambda, exactly so if it is linear and C holds its own columns. One
+//! repeat k of a window of length H:
+//!
+//! ```text
+//! du_k       = advance(lambda_k)                          force-driven side, lambda constant in the window
+//! a_g        = N (du_k - C lambda_k) / H                  motion of the glued points without their own forces
+//! v_g        = a_g + W_g p,  W_g = N C N^T / H^2          boundary on which the contacts are solved, p = H F_g
+//! lambda_k+1 = N^T F_g
+//! |N du_k+1 - H v_g| <= tolerance                         decides, whatever C was
+//! ```
+//!
+//! Of several motion-driven participants each takes the forces of the others as they were in the run before: that is block
+//! Jacobi on a positive definite system of two blocks, which the same criterion ends. The secant update keeps C s = y with the
+//! last change of force s and of motion y (see [`Compliance::update`](super::compliance::Compliance::update)).
+//!
+//! Source: Renouf, Saulot and Berthier 2006 for the two scales; dual Schur complement with subcycling after Gravouil and
+//! Combescure 2001, here on displacements at the end of the window.
+
+use protocol::Window;
+
+use super::problem::Problem;
+use super::vectors::difference;
+use super::window::SolvedWindow;
+use crate::error::SchemeError;
+use crate::keys::Update;
+
+/// Softness of the first compliance of `dual-schur-cheap` over the true one: it never looks back, so that its compliance
+/// errs to the soft side, which is far safer than too stiff.
+pub const CHEAP_FACTOR: f64 = 1.2;
+
+/// Solves a window.
+pub fn solve(
+    problem: &mut Problem,
+    update: Update,
+    repeats_max: u32,
+    mut window: Window,
+) -> Result<SolvedWindow, SchemeError> {
+    let repeats_max = if update == Update::Cheap {
+        1
+    } else {
+        repeats_max
+    };
+    let mut lambda = problem.start.lambda.clone();
+    problem.prepare_boundaries(&window)?;
+    problem.begin_advance(&window, &lambda)?;
+    // Formed while the continua are at work.
+    let mut c_lambda = problem.carried(&window, &lambda);
+    let mut du = problem.finish_advance(&window)?;
+    loop {
+        let a_g = problem.free_velocity(&window, &du, &c_lambda);
+        let answer = problem.solve(&window, &a_g)?;
+        let lambda_next = problem.group.mapping.force(&answer.force);
+        window.iteration += 1;
+        let du_next = problem.advance(&window, &lambda_next)?;
+        if update != Update::None {
+            let s = difference(&lambda_next, &lambda);
+            let y = difference(&du_next, &du);
+            problem.compliance.update(window.substeps, &s, &y);
+        }
+        (lambda, du) = (lambda_next, du_next);
+        let mut verdict = problem.judge(&window, &du, &answer, advice(update));
+        if verdict.wants_repeat() && window.iteration < repeats_max {
+            problem.prepare_boundaries(&window)?;
+            c_lambda = problem.carried(&window, &lambda);
+            continue;
+        }
+        if update == Update::Cheap {
+            // One solve a window is the whole of this scheme; its gap is reported, not judged.
+            verdict.open.clear();
+        }
+        let acting = lambda.clone();
+        let faults = verdict.faults();
+        return Ok(SolvedWindow::under_constant_force(
+            window, &acting, du, lambda, answer, faults,
+        ));
+    }
+}
+
+fn advice(update: Update) -> &'static str {
+    match update {
+        Update::None => {
+            "the compliance does not fit the continuum, as of a plastic one, or of one that does not begin each repeat where the window began; take scheme = \"dual-schur-secant\", lower substeps, or accept with on_not_converged = \"accept\""
+        }
+        Update::Secant | Update::Cheap => {
+            "lower substeps, raise repeats_max, or let on_not_converged = \"halve\" the window"
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Everything that can end a window or keep interfaces from being joined.
+
+use std::error::Error as StdError;
+
+use thiserror::Error;
+
+/// Reasons for which a scheme cannot go on.
+#[derive(Debug, Error)]
+pub enum SchemeError {
+    /// Interfaces or participants that do not fit each other or the scheme.
+    #[error(transparent)]
+    Unfit(#[from] Unfit),
+    /// A window that did not converge, and what closes its gap.
+    #[error("{0}")]
+    NotConverged(String),
+    /// A participant answered something that is not a number and can be asked again.
+    #[error("{0}")]
+    NotFinite(String),
+    /// What kept a participant from answering, as whoever speaks to it says.
+    #[error("{0}")]
+    Participant(Box<dyn StdError + Send + Sync>),
+}
+
+/// Interfaces, participants and keys that do not go together.
+#[derive(Debug, Error)]
+#[allow(missing_docs)]
+pub enum Unfit {
+    #[error("participant `{participant}`: {problem}")]
+    SingularImpedance {
+        participant: String,
+        problem: String,
+    },
+    #[error("interface `{interface}` between {} and {}: {why}", between[0], between[1])]
+    Geometry {
+        interface: String,
+        between: [String; 2],
+        why: String,
+    },
+    #[error("the masses of the glued points on the surface nodes have no inverse")]
+    SingularMasses,
+    #[error("participant `{participant}` {problem}")]
+    Participant {
+        participant: String,
+        problem: String,
+    },
+    #[error("{key} {problem}")]
+    Key { key: String, problem: String },
+    #[error("interface `{interface}`: {problem}")]
+    Interface { interface: String, problem: String },
+    #[error(
+        "interface `{interface}`: participant `{participant}` has no set `{set}`: name one of its sets in interface.{interface}.between, {known}"
+    )]
+    UnknownSet {
+        interface: String,
+        participant: String,
+        set: String,
+        known: String,
+    },
+    #[error("interface `{interface}`: {problem}")]
+    WindowTooLong { interface: String, problem: String },
+    #[error(
+        "interface `{interface}` joins {} and {}: it takes one participant that advances under forces and one that stands on a compliant wall", between[0], between[1]
+    )]
+    Roles {
+        interface: String,
+        between: [String; 2],
+    },
+    #[error(
+        "interfaces `{}` and `{}` are connected but have windows of {:.9e} s ({} x {:.9e} s) and {:.9e} s ({} x {:.9e} s): give substeps and time.step_s with the same product",
+        .0.interface, .1.interface,
+        .0.window_s(), .0.substeps, .0.step_s,
+        .1.window_s(), .1.substeps, .1.step_s
+    )]
+    Windows(WindowOf, WindowOf),
+    #[error(
+        "interface `{interface}`: scheme {scheme} with {substeps} substeps is predicted to be unstable{bound}: a disturbance grows {growth:.3}-fold a window; take scheme = \"dual-schur\"{other_way} or fewer substeps, or set interface.{interface}.unsafe_window = true to see it fail"
+    )]
+    Unstable {
+        interface: String,
+        scheme: String,
+        substeps: u32,
+        /// The bound that is broken, if it has a name.
+        bound: String,
+        growth: f64,
+        /// Another remedy, if there is one.
+        other_way: &'static str,
+    },
+    #[error(
+        "the run would take {steps:.1e} steps of {step_s:.3e} s until it ends at {end_s:.3e} s, more than {most:.0e}: check run.end_s, time.step_s, and the load history (wheel.ramp_s, wheel.hold_s, wheel.cycles, wheel.frequency_hz, or time.end_s)"
+    )]
+    TooManySteps {
+        steps: f64,
+        step_s: f64,
+        end_s: f64,
+        most: f64,
+    },
+}
+
+/// The window of an interface.
+#[derive(Clone, Debug)]
+pub struct WindowOf {
+    /// The interface.
+    pub interface: String,
+    /// Steps in it.
+    pub substeps: u32,
+    /// Step of its continuum (s).
+    pub step_s: f64,
+}
+
+impl WindowOf {
+    fn window_s(&self) -> f64 {
+        self.step_s * f64::from(self.substeps)
+    }
+}
+
+impl Unfit {
+    /// A participant that cannot do its part; the problem goes on from its name.
+    pub fn participant(participant: &str, problem: impl Into<String>) -> Unfit {
+        Unfit::Participant {
+            participant: participant.into(),
+            problem: problem.into(),
+        }
+    }
+
+    /// An interface that cannot be built.
+    pub fn interface(interface: &str, problem: impl Into<String>) -> Unfit {
+        Unfit::Interface {
+            interface: interface.into(),
+            problem: problem.into(),
+        }
+    }
+
+    /// A key of the scenario that does not fit what the participants said; the problem goes on from it.
+    pub fn key(key: impl Into<String>, problem: impl Into<String>) -> Unfit {
+        Unfit::Key {
+            key: key.into(),
+            problem: problem.into(),
+        }
+    }
+}

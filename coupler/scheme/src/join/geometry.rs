@@ -1,0 +1,190 @@
+//! Geometry of two sets that are joined: the sides that they face, and the shape of their surfaces.
+
+use std::f64::consts::PI;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::super::group::Offset;
+use super::super::mapping::Mapping;
+
+/// The reason to refuse two sets with these outward normals: they must face each other.
+pub(super) fn same_side((continuum, wall): (&[f64; 2], &[f64; 2])) -> Option<String> {
+    let along = continuum[0] * wall[0] + continuum[1] * wall[1];
+    (along > 0.0).then(|| {
+        format!(
+            "both sets face the same way, with outward normals ({:.3}, {:.3}) and ({:.3}, {:.3}): they would lie inside each other; join the set on the other side, or exchange the sets of two interfaces",
+            continuum[0], continuum[1], wall[0], wall[1]
+        )
+    })
+}
+
+/// Standard errors of a fitted parabola that roughness may explain.
+const ROUGHNESS: f64 = 4.0;
+
+/// Largest difference of two lengths after which the sides of an interface repeat, over the larger: rounding of their ends.
+const SAME_PERIOD: f64 = 1e-9;
+
+/// The length (m) after which both sides repeat along x, from what each told; none where both have ends. `Err` is the reason to
+/// refuse sides that do not repeat alike.
+pub(super) fn common_period(sides: [(&str, Option<f64>); 2]) -> Result<Option<f64>, String> {
+    let same = match sides.map(|(_, period)| period) {
+        [None, None] => true,
+        [Some(a), Some(b)] => (a - b).abs() <= SAME_PERIOD * a.max(b),
+        _ => false,
+    };
+    if same {
+        return Ok(sides[0].1);
+    }
+    let says = sides.map(|(set, period)| match period {
+        Some(period) => format!("`{set}` repeats along x after {period:.9e} m"),
+        None => format!("`{set}` has ends"),
+    });
+    Err(format!(
+        "{} and {}: what leaves one side at an end comes back at its other one, and must do so on both; give both the same period (mesh.periodic_x = true and mesh.width_m of a body, sample.periodic_x_m of grains with as much between its ends), or none",
+        says[0], says[1]
+    ))
+}
+
+/// The difference between a row of points and the line through the nodes; none of less than four points.
+///
+/// A line that repeats has neither tilt nor curvature as a whole: there the longest waves that it can have, cos and sin of
+/// 2 pi x / period, stand for them.
+pub(super) fn offset(
+    linear: &Mapping,
+    nodes: &[[f64; 2]],
+    points: &[[f64; 2]],
+    period_m: Option<f64>,
+) -> Offset {
+    let on_line = linear.motion(&nodes.concat());
+    let [x, y] = [0, 1].map(|k| on_line[on_line.len() - 2 + k] - on_line[k]);
+    let (first, span, length) = match period_m {
+        None => ([on_line[0], on_line[1]], [x, y], x.hypot(y)),
+        Some(period) => (nodes[0], [period, 0.0], period),
+    };
+    if nodes.len() == 1 || points.len() < 4 || length == 0.0 {
+        return Offset::default();
+    }
+    // Along the line s goes from -1 to 1, with P_0 = 1, P_1 = s and P_2 = s^2 - 1/3; distances are along its normal.
+    let both = points.iter().zip(on_line.chunks_exact(2));
+    let (shapes, distances): (Vec<[f64; 3]>, Vec<f64>) = both
+        .map(|(point, line)| {
+            let along = (point[0] - first[0]) * span[0] + (point[1] - first[1]) * span[1];
+            let s = 2.0 * along / (length * length) - 1.0;
+            let off = [point[0] - line[0], point[1] - line[1]];
+            let distance = (off[1] * span[0] - off[0] * span[1]) / length;
+            let angle = PI * s;
+            let shape = match period_m {
+                None => [1.0, s, s * s - 1.0 / 3.0],
+                Some(_) => [1.0, angle.cos(), angle.sin()],
+            };
+            (shape, distance)
+        })
+        .unzip();
+    let rows = DMatrix::from_fn(points.len(), 3, |i, k| shapes[i][k]);
+    let distances = DVector::from_vec(distances);
+    let Some(inverse) = (rows.transpose() * &rows).try_inverse() else {
+        return Offset::default();
+    };
+    let fitted = &inverse * (rows.transpose() * &distances);
+    let rough = &distances - &rows * &fitted;
+    let variance = rough.norm_squared() / (points.len() - 3) as f64;
+    let departs = |k: usize, largest: f64| {
+        let error = (variance * inverse[(k, k)]).sqrt();
+        largest * (fitted[k].abs() - ROUGHNESS * error).max(0.0)
+    };
+    let (shape, gaps) = match period_m {
+        None => (departs(1, 1.0) + departs(2, 2.0 / 3.0), points.len() - 1),
+        Some(_) => (departs(1, 1.0).hypot(departs(2, 1.0)), points.len()),
+    };
+    let spacing = length / gaps as f64;
+    Offset {
+        shape_rel: shape / spacing,
+        distance_rel: fitted[0].abs() / length,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::keys::MappingKind;
+
+    /// Points 1 apart on y = c x^2 / 2 + b x for |x| <= 4, over nodes on y = 0, 3 below: at the ends the parabola is 8 c - 8 c / 3
+    /// above its mean, the tilt 4 b.
+    #[test]
+    fn a_crown_or_a_slope_on_a_flat_surface_is_found() {
+        let nodes: Vec<[f64; 2]> = (-5..=5).map(|x| [f64::from(x), -3.0]).collect();
+        let off = |c: f64, b: f64, rough: f64| {
+            let points = (-4..=4).map(|x| {
+                let y = if x % 2 == 0 { rough } else { -rough };
+                let x = f64::from(x);
+                [x, 0.5 * c * x * x + b * x + y]
+            });
+            let points: Vec<[f64; 2]> = points.collect();
+            let linear = Mapping::new(MappingKind::Linear, &nodes, &points).expect("it fits");
+            offset(&linear, &nodes, &points, None).shape_rel
+        };
+        assert!(off(0.0, 0.0, 0.0) < 1e-12);
+        assert!((off(0.3, 0.0, 0.0) - 1.6).abs() < 1e-12);
+        assert!((off(0.0, 0.1, 0.0) - 0.4).abs() < 1e-12);
+        assert_eq!(off(0.0, 0.0, 0.4), 0.0, "rough, but of the same shape");
+        assert!((0.5..1.6).contains(&off(0.3, 0.0, 0.1)));
+    }
+
+    /// Twelve points on y = c cos(2 pi x / 6) over nodes on y = 0, half of them a period away.
+    #[test]
+    fn a_wave_on_a_flat_surface_that_repeats_is_found() {
+        let nodes: Vec<[f64; 2]> = (0..9).map(|i| [f64::from(i) * 6.0 / 9.0, 0.0]).collect();
+        let off = |c: f64, shift: f64| {
+            let place = |i: i32| 0.5 * f64::from(i) + shift + 6.0 * f64::from(i % 2);
+            let points = (0..12).map(|i| [place(i), 2.0 + c * (PI * place(i) / 3.0).cos()]);
+            let points: Vec<[f64; 2]> = points.collect();
+            let linear = Mapping::repeating(MappingKind::Linear, &nodes, &points, 6.0);
+            offset(&linear.expect("it fits"), &nodes, &points, Some(6.0))
+        };
+        assert!(off(0.0, 0.0).shape_rel < 1e-12);
+        for shift in [0.0, 0.2, 1.9, -40.0] {
+            let found = off(0.1, shift);
+            assert!((found.shape_rel - 0.2).abs() < 1e-12, "{found:?}");
+            assert!((found.distance_rel - 2.0 / 6.0).abs() < 1e-12, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn both_sides_repeat_alike_or_neither_does() {
+        let told = |a, b| common_period([("rail.top", a), ("layer.base", b)]);
+        assert_eq!(told(None, None), Ok(None));
+        assert_eq!(told(Some(2.0), Some(2.0 + 1e-9)), Ok(Some(2.0)));
+        let cases = [
+            (
+                Some(2.0),
+                Some(2.0 + 1e-8),
+                "`layer.base` repeats along x after 2.000000010e0 m",
+            ),
+            (
+                Some(2.0),
+                None,
+                "`rail.top` repeats along x after 2.000000000e0 m and `layer.base` has ends",
+            ),
+            (
+                None,
+                Some(3.0),
+                "`rail.top` has ends and `layer.base` repeats along x after 3.000000000e0 m",
+            ),
+        ];
+        for (a, b, said) in cases {
+            let why = told(a, b).expect_err("they do not repeat alike");
+            for said in [said, "sample.periodic_x_m", "mesh.periodic_x"] {
+                assert!(why.contains(said), "no {said} in {why}");
+            }
+        }
+    }
+
+    #[test]
+    fn sets_must_face_each_other() {
+        let (up, down, aside) = ([0.0, 1.0], [0.0, -1.0], [1.0, 0.0]);
+        assert_eq!(same_side((&up, &down)), None);
+        assert_eq!(same_side((&up, &aside)), None);
+        let why = same_side((&up, &up)).expect("both face up");
+        assert!(why.contains("(0.000, 1.000)"), "{why}");
+    }
+}

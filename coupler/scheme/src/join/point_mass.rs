@@ -1,0 +1,102 @@
+//! Masses of the points on the wall, which the continuum needs to be the side that follows: one for each node to move by.
+
+use protocol::{Description, Surface};
+
+use crate::error::{SchemeError, Unfit};
+use crate::keys::Interface;
+use crate::mapping::Mapping;
+use crate::nodal_mass::{massless_node, nodal_mass};
+
+/// The masses (kg) that the solver on the wall told of the points of a set, all of them positive.
+pub(super) fn point_masses(
+    interface: &Interface,
+    participant: &str,
+    set: &str,
+    wall: &Description,
+    points: usize,
+) -> Result<Vec<f64>, SchemeError> {
+    let refuse = |why: String| {
+        let problem = format!(
+            "pushes the points of participant `{participant}` by forces and needs their masses, and {why}; take dirichlet = \"wall\", or scheme = \"velocity\""
+        );
+        Err(Unfit::key(key(interface), problem).into())
+    };
+    let Some(masses) = wall.point_mass_kg.get(set) else {
+        return refuse(format!("it tells of none for its set `{set}`"));
+    };
+    if masses.len() != points {
+        let told = masses.len();
+        return refuse(format!(
+            "it tells of {told} for the {points} points of `{set}`"
+        ));
+    }
+    let sound = |mass: &f64| *mass > 0.0 && mass.is_finite();
+    match masses.iter().position(|mass| !sound(mass)) {
+        None => Ok(masses.clone()),
+        Some(point) => refuse(format!(
+            "that of point {point} of `{set}` is {:e} kg",
+            masses[point]
+        )),
+    }
+}
+
+/// Each node needs a mass of its own to move by. `mapping` is that of one interface, to the nodes that are exchanged.
+pub(super) fn refuse_massless(
+    interface: &Interface,
+    mapping: &Mapping,
+    nodes: &Surface,
+    points: &Surface,
+) -> Result<(), SchemeError> {
+    let masses = nodal_mass(mapping, &points.mass_kg, &(0..nodes.len()));
+    match massless_node(&masses) {
+        None => Ok(()),
+        Some(node) => {
+            let problem = format!(
+                "moves each surface node by the masses of the points on it, and the node at ({:.6e}, {:.6e}) m has none that its neighbours have not: {} points hang on {} nodes; take a coarser mesh, smaller grains or another mapping, or dirichlet = \"wall\"",
+                nodes.x_m[node],
+                nodes.y_m[node],
+                points.len(),
+                nodes.len()
+            );
+            Err(Unfit::key(key(interface), problem).into())
+        }
+    }
+}
+
+/// The key and its value, as messages name them.
+fn key(interface: &Interface) -> String {
+    format!("interface.{}.dirichlet = \"continuum\"", interface.name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(masses: &[f64]) -> Description {
+        Description {
+            point_mass_kg: [("base".to_string(), masses.to_vec())].into(),
+            ..Description::default()
+        }
+    }
+
+    #[test]
+    fn masses_that_are_missing_or_nonsense_are_refused_by_name() {
+        let text = "name = \"glue\"\nbetween = [\"a.x\", \"b.base\"]\nscheme = \"fixed-point-serial\"\nsubsteps = 2\ntolerance_rel = 1e-5\ndirichlet = \"continuum\"";
+        let interface: Interface = toml::from_str(text).expect("the keys are valid");
+        let masses = |wall: &Description| point_masses(&interface, "layer", "base", wall, 2);
+        assert_eq!(masses(&told(&[1.0, 2.0])).expect("sound"), [1.0, 2.0]);
+        let cases = [
+            (Description::default(), "none for its set `base`"),
+            (told(&[1.0]), "1 for the 2 points"),
+            (told(&[1.0, 0.0]), "point 1 of `base` is 0e0 kg"),
+            (told(&[f64::NAN, 1.0]), "point 0"),
+            (told(&[1.0, -1.0]), "-1e0 kg"),
+        ];
+        for (wall, said) in cases {
+            let error = masses(&wall).expect_err("it must be refused").to_string();
+            for said in [said, "interface.glue.dirichlet", "`layer`"] {
+                assert!(error.contains(said), "no {said} in {error}");
+            }
+        }
+    }
+}

@@ -1,0 +1,475 @@
+//! An interface of a scenario: two named sets, the scheme that joins them, and what the scheme alone needs.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Two named sets that are joined.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "InterfaceKeys")]
+pub struct Interface {
+    /// Its name.
+    pub name: String,
+    /// The two sets, `participant.set`: one of a continuum that takes forces, one of a solver on a wall.
+    pub between: [String; 2],
+    /// The scheme with its own data.
+    pub scheme: Scheme,
+    /// Explicit steps in a window, at least 1.
+    pub substeps: u32,
+    /// Length of a window (s) where the continuum has no step of its own; `substeps` is then the number of equal parts that it may
+    /// be cut into.
+    pub window_s: Option<f64>,
+    /// Relation of nodes and glued disks.
+    pub mapping: MappingKind,
+    /// Largest gap that counts as closed, over the mean spacing of the surface nodes.
+    pub tolerance_rel: f64,
+    /// Largest part of the energy through the interface that may be lost or made there, summed up to and with each window;
+    /// not judged when absent.
+    pub energy_defect_max_rel: Option<f64>,
+    /// Treatment of a window that did not converge, whose contact solve was starved, or whose energy defect is above
+    /// its bound. A window with a number that is not finite may be halved, but never accepted.
+    pub on_not_converged: Policy,
+    /// Runs windows that are predicted to be unstable, to show how they fail.
+    pub unsafe_window: bool,
+    /// The keys of schemes as the scenario gives them.
+    pub given: SchemeKeys,
+}
+
+impl Interface {
+    /// The participants whose sets it joins.
+    pub fn participants(&self) -> [&str; 2] {
+        [0, 1].map(|side| {
+            let whole = self.between[side].as_str();
+            whole.split_once('.').map_or(whole, |(name, _)| name)
+        })
+    }
+
+    /// Prefix of the names of its results and signals: nothing for the only interface of a run.
+    pub fn prefix_among(&self, interfaces: usize) -> String {
+        if interfaces == 1 {
+            return String::new();
+        }
+        format!("{}.", self.name)
+    }
+
+    /// A participant that another interface joins too.
+    pub fn shared_with<'a>(&'a self, other: &Interface) -> Option<&'a str> {
+        let theirs = other.participants();
+        self.participants()
+            .into_iter()
+            .find(|name| theirs.contains(name))
+    }
+}
+
+/// Interfaces that are connected through a participant, by their index; they are solved together.
+pub fn connected(interfaces: &[Interface]) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (index, interface) in interfaces.iter().enumerate() {
+        let touches = |group: &Vec<usize>| {
+            let mut members = group.iter().map(|member| &interfaces[*member]);
+            members.any(|member| member.shared_with(interface).is_some())
+        };
+        let (touched, apart): (Vec<_>, Vec<_>) = groups.into_iter().partition(touches);
+        let mut joined: Vec<usize> = touched.concat();
+        joined.push(index);
+        joined.sort_unstable();
+        groups = apart;
+        groups.push(joined);
+        groups.sort();
+    }
+    groups
+}
+
+/// A coupling scheme with the data that it needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scheme {
+    /// One constant force a window, equal displacements at its end (the default choice).
+    DualSchur {
+        /// Treatment of the compliance from window to window.
+        update: Update,
+        /// Its origin.
+        compliance: CompliancePrior,
+        /// Repeats of a window before it counts as not converged.
+        repeats_max: u32,
+    },
+    /// One straight line of velocities a window, equal velocities at its end: dissipative, for slow and quasi-static
+    /// motion of a linear continuum.
+    Velocity {
+        /// Repeats of a window before it counts as not converged.
+        repeats_max: u32,
+    },
+    /// Motion one way, force the other, repeated until both agree: needs nothing but repeatable windows.
+    FixedPoint {
+        /// Order in which the sides run.
+        order: Order,
+        /// The side that takes motion.
+        dirichlet: Dirichlet,
+        /// Treatment of the last answers.
+        acceleration: Acceleration,
+        /// First, or constant, relaxation, above 0 and at most 1.
+        relaxation: f64,
+        /// Repeats of a window before it counts as not converged.
+        repeats_max: u32,
+    },
+    /// The same once a window, one window late: naive, shown to fail.
+    Staggered {
+        /// Order in which the sides run.
+        order: Order,
+        /// The side that takes motion.
+        dirichlet: Dirichlet,
+    },
+}
+
+impl Scheme {
+    /// The side that takes motion and answers force; the solver on the wall in schemes without that choice.
+    pub fn dirichlet(&self) -> Dirichlet {
+        match self {
+            Scheme::FixedPoint { dirichlet, .. } | Scheme::Staggered { dirichlet, .. } => {
+                *dirichlet
+            }
+            Scheme::DualSchur { .. } | Scheme::Velocity { .. } => Dirichlet::Wall,
+        }
+    }
+
+    /// Its word in a scenario.
+    pub fn word(&self) -> SchemeWord {
+        match self {
+            Scheme::DualSchur { update, .. } => match update {
+                Update::None => SchemeWord::DualSchur,
+                Update::Secant => SchemeWord::DualSchurSecant,
+                Update::Cheap => SchemeWord::DualSchurCheap,
+            },
+            Scheme::Velocity { .. } => SchemeWord::Velocity,
+            Scheme::FixedPoint { order, .. } => match order {
+                Order::Serial => SchemeWord::FixedPointSerial,
+                Order::Parallel => SchemeWord::FixedPointParallel,
+            },
+            Scheme::Staggered { order, .. } => match order {
+                Order::Serial => SchemeWord::StaggeredSerial,
+                Order::Parallel => SchemeWord::StaggeredParallel,
+            },
+        }
+    }
+}
+
+/// Treatment of the compliance that a dual Schur scheme goes by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Update {
+    /// It stays: exact for a linear continuum.
+    None,
+    /// It is updated by the answers of the continuum: for one that is not linear.
+    Secant,
+    /// It starts too soft, is updated, and serves one solve a window, whatever gap that leaves.
+    Cheap,
+}
+
+/// Order in which the two sides of an interface run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// One after the other.
+    Serial,
+    /// Both at once, each with the last answer of the other.
+    Parallel,
+}
+
+/// The word of a scheme in a scenario.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SchemeWord {
+    /// One constant force a window, equal displacements at its end; exact for a linear continuum.
+    #[default]
+    DualSchur,
+    /// The same with a compliance that follows the answers of the continuum: for one that is not linear.
+    DualSchurSecant,
+    /// One solve a window, whatever gap that leaves.
+    DualSchurCheap,
+    /// Each side once a window, one after the other: naive, shown to fail.
+    StaggeredSerial,
+    /// Each side once a window, both at once: naive, shown to fail.
+    StaggeredParallel,
+    /// Motion one way, force the other, repeated until both agree, one side after the other.
+    FixedPointSerial,
+    /// The same, both sides at once.
+    FixedPointParallel,
+    /// Equal velocities at the end of a window: dissipative, for slow motion of an elastic continuum.
+    Velocity,
+}
+
+/// The keys of an interface that belong to single schemes, as a scenario gives them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SchemeKeys {
+    /// `scheme`
+    pub scheme: SchemeWord,
+    /// `dirichlet`
+    pub dirichlet: Option<Dirichlet>,
+    /// `repeats_max`
+    pub repeats_max: Option<u32>,
+    /// `compliance`
+    pub compliance: Option<CompliancePrior>,
+    /// `acceleration`
+    pub acceleration: Option<Acceleration>,
+    /// `relaxation`
+    pub relaxation: Option<f64>,
+}
+
+impl SchemeKeys {
+    /// The keys of a scheme that is named without any of them.
+    pub fn of(scheme: SchemeWord) -> SchemeKeys {
+        SchemeKeys {
+            scheme,
+            ..SchemeKeys::default()
+        }
+    }
+
+    /// The scheme with the data that it needs.
+    pub fn scheme(&self) -> Scheme {
+        let (repeats_max, dirichlet) = (self.repeats_max(), self.dirichlet());
+        let dual_schur = |update| Scheme::DualSchur {
+            update,
+            compliance: self.compliance(),
+            repeats_max,
+        };
+        let fixed_point = |order| Scheme::FixedPoint {
+            order,
+            dirichlet,
+            acceleration: self.acceleration(),
+            relaxation: self.relaxation(),
+            repeats_max,
+        };
+        let staggered = |order| Scheme::Staggered { order, dirichlet };
+        match self.scheme {
+            SchemeWord::DualSchur => dual_schur(Update::None),
+            SchemeWord::DualSchurSecant => dual_schur(Update::Secant),
+            SchemeWord::DualSchurCheap => dual_schur(Update::Cheap),
+            SchemeWord::StaggeredSerial => staggered(Order::Serial),
+            SchemeWord::StaggeredParallel => staggered(Order::Parallel),
+            SchemeWord::FixedPointSerial => fixed_point(Order::Serial),
+            SchemeWord::FixedPointParallel => fixed_point(Order::Parallel),
+            SchemeWord::Velocity => Scheme::Velocity { repeats_max },
+        }
+    }
+
+    /// `dirichlet`, or its default.
+    pub fn dirichlet(&self) -> Dirichlet {
+        self.dirichlet.unwrap_or_default()
+    }
+
+    /// `repeats_max`, or its default.
+    pub fn repeats_max(&self) -> u32 {
+        self.repeats_max.unwrap_or(8)
+    }
+
+    /// `compliance`, or its default.
+    pub fn compliance(&self) -> CompliancePrior {
+        self.compliance.unwrap_or_default()
+    }
+
+    /// `acceleration`, or its default.
+    pub fn acceleration(&self) -> Acceleration {
+        self.acceleration.unwrap_or_default()
+    }
+
+    /// `relaxation`, or its default: half of the answer is where a first relaxed step neither overshoots much nor hardly moves.
+    pub fn relaxation(&self) -> f64 {
+        self.relaxation.unwrap_or(0.5)
+    }
+
+    /// The keys that are given and mean nothing for the scheme.
+    pub fn unused(&self) -> Vec<&'static str> {
+        let scheme = self.scheme();
+        let fixed_point = matches!(scheme, Scheme::FixedPoint { .. });
+        let staggered = matches!(scheme, Scheme::Staggered { .. });
+        let dual_schur = matches!(scheme, Scheme::DualSchur { .. });
+        let (swaps, cheap) = (fixed_point || staggered, SchemeWord::DualSchurCheap);
+        let repeats = !staggered && self.scheme != cheap;
+        let keys = [
+            ("dirichlet", self.dirichlet.is_some(), swaps),
+            ("repeats_max", self.repeats_max.is_some(), repeats),
+            ("compliance", self.compliance.is_some(), dual_schur),
+            ("acceleration", self.acceleration.is_some(), fixed_point),
+            ("relaxation", self.relaxation.is_some(), fixed_point),
+        ];
+        let unused = keys.into_iter().filter(|(_, given, used)| *given && !used);
+        unused.map(|(key, ..)| key).collect()
+    }
+}
+
+/// Two named sets that are joined.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("anyOf" = [{ "required": ["substeps"] }, { "required": ["window_s"] }]))]
+pub struct InterfaceKeys {
+    /// Its name.
+    name: String,
+    /// The two sets, `participant.set`: one of a continuum that takes forces, one of a solver on a wall.
+    between: [String; 2],
+    /// The scheme that joins them.
+    scheme: SchemeWord,
+    /// The side that takes motion and answers force, with `fixed-point-` and `staggered-` schemes; `wall` when absent.
+    dirichlet: Option<Dirichlet>,
+    /// Explicit steps in a window, at least 1; 1 where `window_s` is given and it is absent.
+    #[schemars(range(min = 1))]
+    substeps: Option<u32>,
+    /// Length of a window (s) where the continuum has no step of its own.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    window_s: Option<f64>,
+    /// Relation of nodes and glued disks.
+    #[serde(default)]
+    mapping: MappingKind,
+    /// Largest gap that counts as closed, over the mean spacing of the surface nodes.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    tolerance_rel: f64,
+    /// Repeats of a window before it counts as not converged; 8 when absent.
+    #[schemars(range(min = 1))]
+    repeats_max: Option<u32>,
+    /// Origin of the compliance of `dual-schur` schemes; `columns` when absent.
+    compliance: Option<CompliancePrior>,
+    /// Treatment of the last answers by `fixed-point-` schemes; `iqn-ils` when absent.
+    acceleration: Option<Acceleration>,
+    /// First, or constant, relaxation of `fixed-point-` schemes, above 0 and at most 1; 0.5 when absent.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = 1))]
+    relaxation: Option<f64>,
+    /// Largest part of the energy through the interface that may be lost or made there; not judged when absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    energy_defect_max_rel: Option<f64>,
+    /// Treatment of a window that did not converge.
+    #[serde(default)]
+    on_not_converged: Policy,
+    /// Runs windows that are predicted to be unstable, to show how they fail.
+    #[serde(default)]
+    unsafe_window: bool,
+}
+
+impl TryFrom<InterfaceKeys> for Interface {
+    type Error = &'static str;
+
+    fn try_from(keys: InterfaceKeys) -> Result<Interface, Self::Error> {
+        let whole = keys.window_s.map(|_| 1);
+        let substeps = keys.substeps.or(whole).ok_or("missing field `substeps`")?;
+        let given = SchemeKeys {
+            scheme: keys.scheme,
+            dirichlet: keys.dirichlet,
+            repeats_max: keys.repeats_max,
+            compliance: keys.compliance,
+            acceleration: keys.acceleration,
+            relaxation: keys.relaxation,
+        };
+        Ok(Interface {
+            name: keys.name,
+            between: keys.between,
+            scheme: given.scheme(),
+            substeps,
+            window_s: keys.window_s,
+            mapping: keys.mapping,
+            tolerance_rel: keys.tolerance_rel,
+            energy_defect_max_rel: keys.energy_defect_max_rel,
+            on_not_converged: keys.on_not_converged,
+            unsafe_window: keys.unsafe_window,
+            given,
+        })
+    }
+}
+
+/// The side that takes motion and answers force.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Dirichlet {
+    /// The solver on the wall follows the continuum.
+    #[default]
+    Wall,
+    /// The continuum follows the wall, whose points move by the forces on them and by masses of their own: for a wall that is
+    /// heavy beside what the continuum moves in a window.
+    Continuum,
+}
+
+/// Origin of the compliance of a dual Schur scheme.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CompliancePrior {
+    /// The continuum's own columns: exact for a linear one.
+    #[default]
+    Columns,
+    /// Surface masses alone: for a continuum that gives no columns. Slow contact solves; use with `dual-schur-secant`.
+    Mass,
+}
+
+/// Treatment of the last answers by a fixed-point iteration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Acceleration {
+    /// A constant share of the new answer.
+    Constant,
+    /// A share that follows the last two residuals.
+    Aitken,
+    /// Interface quasi-Newton by least squares over the window's answers.
+    #[default]
+    IqnIls,
+}
+
+/// Relation of nodes and glued disks. Motion goes by N and force by its transpose in each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MappingKind {
+    /// Mean of the node shape functions over each disk's segment, with affine correction.
+    #[default]
+    Mortar,
+    /// Interpolation between the two nodes beside each disk.
+    Linear,
+    /// The nearest node.
+    Nearest,
+}
+
+/// Treatment of a window that did not converge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Policy {
+    /// The run ends with exit code 3.
+    #[default]
+    Stop,
+    /// The window stands and is counted.
+    Accept,
+    /// The window is done again as two of half its length; the run ends when there is nothing left to halve.
+    Halve,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn interface(keys: &str) -> Interface {
+        let table = format!(
+            "name = \"base\"\nbetween = [\"a.x\", \"b.y\"]\nsubsteps = 2\ntolerance_rel = 1e-5\n{keys}"
+        );
+        toml::from_str(&table).expect("the keys are valid")
+    }
+
+    #[test]
+    fn a_scheme_carries_its_own_keys_and_tells_of_the_others() {
+        let dual =
+            interface("scheme = \"dual-schur\"\nrelaxation = 0.5\nacceleration = \"aitken\"");
+        assert_eq!(
+            dual.scheme,
+            Scheme::DualSchur {
+                update: Update::None,
+                compliance: CompliancePrior::Columns,
+                repeats_max: 8
+            }
+        );
+        assert_eq!(dual.given.unused(), ["acceleration", "relaxation"]);
+        let fixed =
+            interface("scheme = \"fixed-point-parallel\"\nrelaxation = 0.2\ncompliance = \"mass\"");
+        assert_eq!(fixed.given.unused(), ["compliance"]);
+        assert!(matches!(
+            fixed.scheme,
+            Scheme::FixedPoint {
+                order: Order::Parallel,
+                relaxation: 0.2,
+                ..
+            }
+        ));
+        let cheap = interface("scheme = \"dual-schur-cheap\"\nrepeats_max = 3");
+        assert_eq!(cheap.given.unused(), ["repeats_max"]);
+        for word in [SchemeWord::Velocity, SchemeWord::StaggeredSerial] {
+            assert_eq!(SchemeKeys::of(word).scheme().word(), word);
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Coupling schemes as algorithms: no process, no message, no file.
+//!
+//! # Problem
+//!
+//! A surface of a continuum carries a row of *glued* points that belong to another solver: grains that stand on a rail. In
+//! each window of length H the continuum makes m explicit steps under a force lambda on its surface nodes, the grains one implicit
+//! step on a boundary that moves. Wanted are forces and motions that agree: the same force on both sides, the same place at the
+//! window's end, and no energy from nowhere.
+//!
+//! ```text
+//! continuum   du  = du_free + C lambda    exact for a linear one
+//! grains      F_g = contacts(v_g)         set-valued, not smooth
+//! interface   lambda = N^T F_g,   N du = H v_g
+//! ```
+//!
+//! # Symbols
+//!
+//! Vectors hold two components a point, (x0, y0, x1, y1, ...), in SI.
+//!
+//! | symbol | meaning | unit | in the code |
+//! |---|---|---|---|
+//! | H, m | length of a window, explicit steps in it | s, - | [`Window`](protocol::Window), key `substeps` |
+//! | lambda | force on the surface nodes, constant in a window | N | [`InterfaceState::lambda`](window::InterfaceState::lambda) |
+//! | du | increment of the nodes' displacement in a window | m | [`SolvedWindow::increment`](window::SolvedWindow::increment) |
+//! | N | motion of nodes to motion of points (points x nodes); N^T takes forces back | - | [`Mapping`](mapping::Mapping) |
+//! | C, D | compliance of the nodes over a window; impedance | m/N, kg/s | [`Compliance`](compliance::Compliance), [`source`] |
+//! | W_g, a_g | compliance of the points; their velocity without contact forces | 1/kg, m/s | [`Problem`](problem::Problem) |
+//! | F_g, v_g, p | force of the grains on the points; velocity of these; impulse H F_g | N, m/s, N s | [`Answer`](window::Answer) |
+//! | S, omega | resistance -dF_g/du of the grains; relaxation of a fixed point | N/m, - | [`predict`], key `relaxation` |
+//! | rho | growth of a disturbance from window to window | - | [`growth`](predict::growth) |
+//!
+//! # The default: dual Schur complement on displacement
+//!
+//! What the continuum will answer to a force is known before it is asked, so the grains stand on a boundary that yields as the
+//! continuum would, and the contact problem takes both sides in at once:
+//!
+//! ```text
+//! du_k    = advance(lambda_k)
+//! a_g     = N (du_k - C lambda_k) / H
+//! v_g     = a_g + W_g p,   W_g = N C N^T / H^2
+//! lambda_k+1 = N^T F_g
+//! |N du_k+1 - H v_g| <= tolerance
+//! ```
+//!
+//! With exact columns C a linear continuum is run twice and the grains once a window, for any contacts. Both choices in it matter: the
+//! compliance under a *constant* force to the *displacement* at the end is sum phi phi^T (1 - cos(omega H))/omega^2 over the
+//! modes phi, never negative. The velocity at the end of a constant force has no such sign, nor has the displacement under a force that goes
+//! in a straight line, and a coupling on either can grow. For a continuum that is not linear the secant update learns C from window
+//! to window (Broyden, Fletcher, Goldfarb and Shanno 1970). The other schemes, what they are for and what they cost are below
+//! and in `scenarios/README.md`.
+//!
+//! # Checks
+//!
+//! - Gap: |N du - H v_g| at the end of each window, over the node spacing: `gap_max_rel`. It decides.
+//! - Contact solves by their true residual ([`starved`](criteria::starved)): one that was given too few iterations still has a gap
+//!   of zero.
+//! - Momentum: both sides of a window bear the same force, N^T conserves its sum and moment: `force_residual_rel`.
+//! - Energy of the interface: exactly F_g.(N du - H v_g), each window ([`InterfaceLedger`](ledger::InterfaceLedger)); what a
+//!   participant tells of it against what was exchanged; and work, stored and dissipated energy of all sides together.
+//! - Bits: the hashes of exchange and state are equal for equal scenarios, any number of threads and either transport.
+//! - Answers on paper: split bars, added masses, impacts, static patches, columns between strip and wheel (`tests/coupling`).
+//!
+//! # Limits
+//!
+//! One compliance matrix is kept in full: (2 n)^2 numbers for n exchanged nodes. Windows beyond a quarter of the
+//! continuum's first period lose accuracy, which `check` tells; those beyond the bounds of the grains are refused. The mapping is for a line of nodes and a row of points along it; points off the
+//! line are moved by what lies below them. A body between two layers feels the second one repeat late, which more repeats heal.
+//! The coupler knows the parts of the physics that cross the interface; wrong units inside a participant are beyond it.
+//!
+//! # Modules
+//!
+//! From the ground up, each naming only those before it:
+//! - [`clock`]: windows in integer steps; [`mapping`]: glued points as weighted means of surface nodes; [`nodal_mass`]: their
+//!   masses on these; [`ledger`]: work, momentum and gap of an interface, energies of both sides;
+//! - [`group`]: interfaces that are solved together;
+//! - [`participants`]: the port through which schemes speak to solvers;
+//! - [`join`](mod@join): the interfaces of a scenario made ready for their first window;
+//! - [`source`], [`compliance`]: C of the continua, and the boundary that it makes for the contacts;
+//! - [`window`]: the answers of all sides; [`criteria`]: their judgement; [`vectors`], [`problem`]: a window as a scheme sees it;
+//! - [`dual_schur`], [`velocity`], [`staggered`], [`fixed_point`] with [`acceleration`], [`neumann_dirichlet`]: one scheme a file;
+//! - [`coupling`]: a group with its scheme, its state and its policy;
+//! - [`predict`]: stability before the first window, by the scheme itself on linear participants.
+//!
+//! # Equations, functions, sources
+//!
+//! du is the increment of the continuum in a window of length H, lambda the force on it, v_g the velocity of the glued points and
+//! F_g the force of the grains there; N takes the motion of nodes to that of points, C is the condensed compliance of the
+//! continuum, D its impedance. RSB stands for Renouf, Saulot and Berthier (2006), who ran both scales separately: their equations
+//! are those of the solvers.
+//!
+//! | equation | function | source |
+//! |---|---|---|
+//! | lambda = N^T F_g, equal places at the end of the window | [`dual_schur::solve`] | dual Schur complement; subcycling after Gravouil and Combescure (2001) |
+//! | a_g = N (du - C lambda) / H | [`Problem::free_velocity`](problem::Problem::free_velocity) | derived in [`dual_schur`] |
+//! | v_g = a_g + W_g p, W_g = N C N^T / H^2 | [`Compliance::prepare`](compliance::Compliance::prepare), [`Mapping::condense`](mapping::Mapping::condense) | derived in [`dual_schur`] |
+//! | C += y y^T / (y.s) - (C s)(C s)^T / (s.C s) | [`Compliance::update`](compliance::Compliance::update) | Broyden (1970), Fletcher (1970), Goldfarb (1970), Shanno (1970) |
+//! | C = H^2 / (2 m sqrt(substeps)) | [`source::mass_only`] | stated there |
+//! | lambda = lambda_f + D v, equal velocities at the end | [`velocity::solve`] | Gravouil and Combescure (2001) |
+//! | lambda_k+1 = accelerated(lambda_k, N^T F_g), contraction \|1 - omega (1 + C S)\| | [`fixed_point::solve`] | Causin, Gerbeau and Nobile (2005); Kuettler and Wall (2008) |
+//! | the same with the roles exchanged, v' = v_0 + M_n^-1 (H N^T F_g - H lambda) | [`neumann_dirichlet::solve_fixed_point`] | derived in [`neumann_dirichlet`] |
+//! | one pass a window, one window late | [`staggered::solve`], [`neumann_dirichlet::solve_staggered`] | shown to fail: Causin, Gerbeau and Nobile (2005) |
+//! | omega <- -omega r_old.(r - r_old) / \|r - r_old\|^2; x = x~ + W c | [`Accelerator::next`](acceleration::Accelerator::next) | Irons and Tuck (1969); Degroote, Bathe and Vierendeels (2009) |
+//! | N: mean of the shape functions over a segment, affine correction | [`Mapping::mortar`](mapping::Mapping::mortar) | mortar; stated there |
+//! | M_n = N^T M_p N | [`nodal_mass`](nodal_mass::nodal_mass) | stated there |
+//! | \|N du - H v_g\| <= tolerance | [`criteria::open`] | stated there |
+//! | F_g.(N du - H v_g), the energy that the interface makes or loses | [`InterfaceLedger::add`](ledger::InterfaceLedger::add) | stated there |
+//! | W - dE - D of all sides | [`EnergySums::together`](ledger::EnergySums::together) | stated there |
+//! | rho = lim \|M^k\|^(1/k), M the map of a window | [`growth`](predict::growth::growth), [`spectral_radius`](predict::growth::spectral_radius) | Gelfand (1941) |
+//! | m_g (v_g - v_g0) = H k (q_1 - q_0) - p, m (v - v_0) = -H k (q_1 - q_0) | [`SprungMass::window`](predict::sprung_mass::SprungMass::window) | theta scheme: Moreau (1988), Jean (1999) |
+//!
+//! # Example
+//! A point on the middle of the first quarter of an element moves with both of its nodes:
+//!
+//! ```
+//! use scheme::mapping::Mapping;
+//! let nodes = [[0.0, 0.0], [1.0, 0.0]];
+//! let mapping = Mapping::mortar(&nodes, &[[0.25, 0.0]]).expect("the point lies on the line");
+//! assert_eq!(mapping.motion(&[0.0, 0.0, 4.0, 8.0]), [1.0, 2.0]);
+//! ```
+
+pub mod error;
+pub mod keys;
+
+pub mod acceleration;
+pub mod clock;
+pub mod compliance;
+pub mod coupling;
+pub mod criteria;
+pub mod dual_schur;
+pub mod fixed_point;
+pub mod group;
+pub mod join;
+pub mod ledger;
+pub mod mapping;
+pub mod neumann_dirichlet;
+pub mod nodal_mass;
+pub mod participants;
+pub mod predict;
+pub mod problem;
+pub mod source;
+pub mod staggered;
+pub mod vectors;
+pub mod velocity;
+pub mod window;

@@ -1,0 +1,191 @@
+//! Glued points as weighted means of surface nodes: motion goes by N, force by its transpose.
+
+mod error;
+mod line;
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+
+use nalgebra::DMatrix;
+
+use crate::keys::MappingKind;
+pub use error::MappingError;
+use line::Line;
+
+/// N (points x nodes), row by row; every row sums to one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mapping {
+    rows: Vec<Vec<(usize, f64)>>,
+    nodes: usize,
+}
+
+impl Mapping {
+    /// The relation that a scenario asks for.
+    pub fn new(
+        kind: MappingKind,
+        nodes: &[[f64; 2]],
+        points: &[[f64; 2]],
+    ) -> Result<Mapping, MappingError> {
+        Mapping::along(kind, nodes, points, None)
+    }
+
+    /// The same on a line that repeats after `period_m` along x, so that its nodes and points have images on both sides and
+    /// it has no ends. Each node is listed once, within one period; points may lie in any. Places are counted along x.
+    /// Constant fields are reproduced exactly, so that N^T conserves force; linear fields, which do not repeat, away from the
+    /// seam only, and the moment of forces that cross it has no meaning.
+    pub fn repeating(
+        kind: MappingKind,
+        nodes: &[[f64; 2]],
+        points: &[[f64; 2]],
+        period_m: f64,
+    ) -> Result<Mapping, MappingError> {
+        Mapping::along(kind, nodes, points, Some(period_m))
+    }
+
+    /// Mortar weights with affine correction on the line through `nodes` (m): row i is the mean of the nodes' shape
+    /// functions over the segment of point i (halfway to its neighbours, cut at the ends of the line), plus
+    /// (s_i - centre of the segment) times their mean slope there. Constant and linear fields are reproduced exactly,
+    /// so that N^T conserves force and moment; the mean keeps a uniform pressure nearly uniform.
+    ///
+    /// Places along the line are counted on its chord, so that linear fields stay linear on a curved line too.
+    pub fn mortar(nodes: &[[f64; 2]], points: &[[f64; 2]]) -> Result<Mapping, MappingError> {
+        Mapping::new(MappingKind::Mortar, nodes, points)
+    }
+
+    /// Rows made from each point's place and segment on the line through the nodes; a single node carries all.
+    fn along(
+        kind: MappingKind,
+        nodes: &[[f64; 2]],
+        points: &[[f64; 2]],
+        period_m: Option<f64>,
+    ) -> Result<Mapping, MappingError> {
+        if nodes.is_empty() || points.is_empty() {
+            return Err(MappingError::Empty);
+        }
+        if nodes.len() == 1 {
+            let rows = points.iter().map(|_| vec![(0, 1.0)]).collect();
+            return Ok(Mapping { rows, nodes: 1 });
+        }
+        let line = match period_m {
+            None => Line::through(nodes)?,
+            Some(period_m) => Line::repeating(nodes, period_m)?,
+        };
+        let places: Vec<f64> = points.iter().map(|point| line.place(*point)).collect();
+        line.check(points, &places)?;
+        let mut rows = vec![Vec::new(); points.len()];
+        for (point, low, high) in line.segments(points, &places)? {
+            let s = places[point];
+            rows[point] = match kind {
+                MappingKind::Mortar => line.row(s, [low, high]),
+                MappingKind::Linear => line.interpolation(s),
+                MappingKind::Nearest => line.nearest(s),
+            };
+        }
+        Ok(Mapping {
+            rows,
+            nodes: nodes.len(),
+        })
+    }
+
+    /// Nodes that carry any weight, in order.
+    pub fn active(&self) -> Vec<usize> {
+        let mut carries = vec![false; self.nodes];
+        for (node, weight) in self.rows.iter().flatten() {
+            carries[*node] |= *weight != 0.0;
+        }
+        (0..self.nodes).filter(|node| carries[*node]).collect()
+    }
+
+    /// The same mapping on `active` nodes only, which must hold all nodes with weight.
+    pub fn restricted(&self, active: &[usize]) -> Mapping {
+        let mut position = vec![usize::MAX; self.nodes];
+        for (index, node) in active.iter().enumerate() {
+            position[*node] = index;
+        }
+        let row = |row: &Vec<(usize, f64)>| {
+            let carries = row.iter().filter(|(_, weight)| *weight != 0.0);
+            let moved = carries.map(|(node, weight)| (position[*node], *weight));
+            moved.collect()
+        };
+        Mapping {
+            rows: self.rows.iter().map(row).collect(),
+            nodes: active.len(),
+        }
+    }
+
+    /// A mapping of so many points that carries nothing yet.
+    pub fn empty(nodes: usize, points: usize) -> Mapping {
+        Mapping {
+            rows: vec![Vec::new(); points],
+            nodes,
+        }
+    }
+
+    /// Puts another mapping in place, from the point `first_point` and the node `first_node` on.
+    pub fn put(&mut self, first_point: usize, first_node: usize, other: &Mapping) {
+        for (row, theirs) in self.rows[first_point..].iter_mut().zip(&other.rows) {
+            *row = theirs
+                .iter()
+                .map(|(node, weight)| (first_node + node, *weight))
+                .collect();
+        }
+    }
+
+    /// The part of it between some points and some nodes; all other nodes count as held.
+    pub fn block(&self, points: &Range<usize>, nodes: &Range<usize>) -> Mapping {
+        let rows = self.rows[points.clone()].iter();
+        let inside = |row: &Vec<(usize, f64)>| {
+            row.iter()
+                .filter(|(node, _)| nodes.contains(node))
+                .map(|(node, weight)| (node - nodes.start, *weight))
+                .collect()
+        };
+        Mapping {
+            rows: rows.map(inside).collect(),
+            nodes: nodes.len(),
+        }
+    }
+
+    /// N applied to both components: motion of the nodes to motion of the points.
+    pub fn motion(&self, nodal: &[f64]) -> Vec<f64> {
+        let mut result = Vec::with_capacity(2 * self.rows.len());
+        for row in &self.rows {
+            for component in 0..2 {
+                result.push(
+                    row.iter()
+                        .map(|(node, weight)| weight * nodal[2 * node + component])
+                        .sum(),
+                );
+            }
+        }
+        result
+    }
+
+    /// N^T applied to both components: forces on the points to forces on the nodes.
+    pub fn force(&self, point: &[f64]) -> Vec<f64> {
+        let mut result = vec![0.0; 2 * self.nodes];
+        for (i, row) in self.rows.iter().enumerate() {
+            for (node, weight) in row {
+                result[2 * node] += weight * point[2 * i];
+                result[2 * node + 1] += weight * point[2 * i + 1];
+            }
+        }
+        result
+    }
+
+    /// N C N^T for a nodal matrix C (2 nodes x 2 nodes): the compliance that the points feel.
+    pub fn condense(&self, nodal: &DMatrix<f64>) -> DMatrix<f64> {
+        self.motions(&self.motions(nodal))
+    }
+
+    /// The motions of the points by each column of nodal motions, row by row.
+    fn motions(&self, nodal: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut result = DMatrix::zeros(nodal.ncols(), 2 * self.rows.len());
+        for (column, motion) in nodal.column_iter().enumerate() {
+            let moved = self.motion(motion.as_slice());
+            result.row_mut(column).copy_from_slice(&moved);
+        }
+        result
+    }
+}

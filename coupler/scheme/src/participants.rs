@@ -1,0 +1,117 @@
+//! The port through which schemes speak to the participants of a run.
+//!
+//! A participant goes by its index in the scenario. The force-driven one takes forces and answers motion, the motion-driven
+//! one solves its contacts on a boundary whose motion it is told. Requests that begin and finish let several participants work
+//! at the same time: between the two a scheme may begin others. Vectors hold two components a point, `(x0, y0, x1, y1, ...)`.
+
+use nalgebra::DMatrix;
+use protocol::{BoundaryAnswer, Description, Reaction, Surface, Window};
+
+use crate::error::SchemeError;
+
+/// A window that a participant is asked for, by component.
+#[derive(Clone, Copy, Debug)]
+pub enum Request<'a> {
+    /// Under a constant force (N).
+    Advance(&'a [f64]),
+    /// Along a velocity that goes in a straight line to this one (m/s).
+    PrescribeVelocity(&'a [f64]),
+    /// A contact solve on the boundary with this free velocity a_g (m/s).
+    Solve(&'a [f64]),
+}
+
+/// The participants of a run, wherever they live.
+///
+/// Between two [`Participants::accept`] every request starts again from the last accepted state.
+pub trait Participants {
+    /// Participants of the run.
+    fn count(&self) -> usize;
+
+    /// Name in the scenario, for messages.
+    fn name(&self, peer: usize) -> &str;
+
+    /// Its description at the handshake.
+    fn description(&self, peer: usize) -> &Description;
+
+    /// Couples a named set and returns its points.
+    fn couple(&mut self, peer: usize, set: &str) -> Result<Surface, SchemeError>;
+
+    /// Restricts the exchange to these points of all coupled sets.
+    fn select(&mut self, peer: usize, points: &[usize]) -> Result<(), SchemeError>;
+
+    /// Condensed compliance C (m/N), n x n, of a first window like this one, in own steps, n being its exchanged components.
+    fn compliance(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<DMatrix<f64>, SchemeError>;
+
+    /// Impedance D (kg/s), n x n, of such a window.
+    fn impedance(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<DMatrix<f64>, SchemeError>;
+
+    /// Announces windows of the length H (s) of this one, and the compliance W_g (1/kg), n x n, of the boundary in it:
+    /// v_g = a_g + W_g p. Zero for a boundary that moves exactly as it is told.
+    fn set_boundary(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        window_s: f64,
+        compliance: &DMatrix<f64>,
+    ) -> Result<(), SchemeError>;
+
+    /// Begins a window.
+    fn begin(&mut self, peer: usize, window: &Window, request: Request) -> Result<(), SchemeError>;
+
+    /// Displacement increments (m) of the window begun under a force, `n` components.
+    fn finish_advance(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<Vec<f64>, SchemeError>;
+
+    /// Reaction of the window begun along a velocity, `n` components.
+    fn finish_prescribed_velocity(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<Reaction, SchemeError>;
+
+    /// Answer of the contact solve begun, `n` components.
+    fn finish_solve(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        n: usize,
+    ) -> Result<BoundaryAnswer, SchemeError>;
+
+    /// Makes the last answer for this window the state; `displacement` (m) is that of the boundary, empty for a force-driven
+    /// participant.
+    fn accept(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        displacement: &[f64],
+    ) -> Result<(), SchemeError>;
+
+    /// Lets the participant begin an advance that will be asked for next, as soon as it has accepted.
+    fn begin_early(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        force: &[f64],
+    ) -> Result<(), SchemeError> {
+        let _ = (peer, window, force);
+        Ok(())
+    }
+
+    /// The report of an accepted window: signals, then energies (J).
+    fn report(&mut self, peer: usize) -> Result<Vec<f64>, SchemeError>;
+}

@@ -1,0 +1,247 @@
+//! The prediction of stability: bounds, growth, and the verdict.
+
+use protocol::BoundaryInertia;
+use serde::Serialize;
+
+use super::growth::{growth, growth_of_repeats};
+use super::linear_pair::LinearModel;
+use super::response::{Bar, Response};
+use crate::error::{SchemeError, Unfit};
+use crate::keys::{Dirichlet, Interface, Scheme};
+
+/// Growth of a window beyond one that is not rounding: undamped schemes keep a disturbance for ever.
+pub const NEUTRAL: f64 = 1e-9;
+
+/// The numbers of the handshake that stability depends on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StabilityInputs {
+    /// The continuum's step (s).
+    pub step_s: f64,
+    /// Steps in a window.
+    pub substeps: u32,
+    /// The longest stable step (s), and its name.
+    pub step_limit: Option<(f64, String)>,
+    /// The continuum's first period (s).
+    pub first_period_s: Option<f64>,
+    /// The longest window that the wall's solver accepts (s), and its name.
+    pub window_limit: Option<(f64, String)>,
+    /// Compliance of the interface over a window (m/N): that of its softest motion or, where the continuum takes the motion,
+    /// H over the impedance of its stiffest one.
+    pub compliance: f64,
+    /// True if no motion of the interface has a negative compliance.
+    pub definite: bool,
+    /// The masses behind a point of the wall.
+    pub boundary_inertia: Option<BoundaryInertia>,
+    /// The point's own mass (kg), where the continuum takes the motion; zero otherwise.
+    pub point_mass_kg: f64,
+}
+
+/// A bound and the distance of the run from it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Bound {
+    /// Its name.
+    pub name: String,
+    /// Factor by which the bounded quantity could be larger; below one it is broken.
+    pub margin: f64,
+    /// True if breaking it costs stability; otherwise it costs accuracy.
+    pub stability: bool,
+}
+
+/// A prediction.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Prediction {
+    /// All bounds that apply.
+    pub bounds: Vec<Bound>,
+    /// Largest factor of a disturbance a window, or a repeat where the repeats of a window do not converge; absent
+    /// where the wall tells nothing of itself.
+    pub growth: Option<f64>,
+    /// C S, the wall's mass over the continuum's in a window.
+    pub added_mass: Option<f64>,
+}
+
+/// Predicts the stability of a scheme, and the factor by which more could stand on the wall.
+pub fn explain(inputs: &StabilityInputs, scheme: &Scheme) -> Result<Prediction, SchemeError> {
+    let mut prediction = predict(inputs, scheme)?;
+    if let Some(inertia) = inputs.boundary_inertia {
+        let response = inputs.equivalent(scheme);
+        let margin = added_mass_margin(scheme, inputs.model(&response, inertia))?;
+        prediction.bounds.extend(margin.map(|margin| Bound {
+            name: "added mass".into(),
+            margin,
+            stability: true,
+        }));
+    }
+    Ok(prediction)
+}
+
+/// Predicts the stability of a scheme.
+pub fn predict(inputs: &StabilityInputs, scheme: &Scheme) -> Result<Prediction, SchemeError> {
+    let window_s = inputs.window_s();
+    let mut prediction = Prediction::default();
+    let mut add = |name: &str, margin: f64, stability: bool| {
+        prediction.bounds.push(Bound {
+            name: name.into(),
+            margin,
+            stability,
+        });
+    };
+    if let Some((limit, name)) = &inputs.step_limit {
+        add(&format!("CFL ({name})"), limit / inputs.step_s, true);
+    }
+    if let Some(period) = inputs.first_period_s {
+        add("first period / 4", 0.25 * period / window_s, false);
+    }
+    if let Some((limit, name)) = &inputs.window_limit {
+        add(name, limit / window_s, true);
+    }
+    if !inputs.definite {
+        add("compliance that is nowhere negative", 0.0, true);
+    }
+    if let Some(inertia) = inputs.boundary_inertia {
+        let response = inputs.equivalent(scheme);
+        let model = inputs.model(&response, inertia);
+        let yields = compliance(scheme, &response, window_s);
+        prediction.growth = Some(growth(scheme, model)?);
+        prediction.added_mass = Some(yields * model.whole().stiffness());
+    }
+    Ok(prediction)
+}
+
+impl StabilityInputs {
+    fn window_s(&self) -> f64 {
+        self.step_s * f64::from(self.substeps)
+    }
+
+    /// A window of the bar that agrees with the handshake. An undamped step keeps what a damped one would lose: it errs to the
+    /// unstable side.
+    fn equivalent(&self, scheme: &Scheme) -> Response {
+        let limit = self.step_limit.as_ref();
+        let bar = Bar::equivalent(
+            self.step_s,
+            self.substeps,
+            limit.map_or(self.step_s, |(limit, _)| *limit),
+            self.first_period_s,
+            self.compliance,
+            |response| compliance(scheme, response, self.window_s()),
+        );
+        bar.response(self.step_s, self.substeps)
+    }
+
+    fn model<'a>(&self, response: &'a Response, inertia: BoundaryInertia) -> LinearModel<'a> {
+        LinearModel {
+            response,
+            inertia,
+            point_mass_kg: self.point_mass_kg,
+            window_s: self.window_s(),
+        }
+    }
+}
+
+impl Prediction {
+    /// Stability of the scheme; `None` where the wall tells too little for its scheme.
+    pub fn stable(&self) -> Option<bool> {
+        let kept = self.bounds.iter().all(|b| b.margin >= 1.0 || !b.stability);
+        let bounded = self.growth.map(|growth| growth <= 1.0 + NEUTRAL);
+        if kept { bounded } else { Some(false) }
+    }
+
+    /// The bound with the smallest margin.
+    pub fn decides(&self) -> Option<&Bound> {
+        self.bounds
+            .iter()
+            .min_by(|a, b| a.margin.total_cmp(&b.margin))
+    }
+
+    /// Refuses a choice that will not work, unless the scenario wants to see it.
+    pub fn refuse(&self, interface: &Interface) -> Result<(), SchemeError> {
+        if self.stable() != Some(false) || interface.unsafe_window {
+            return Ok(());
+        }
+        let (name, bound) = (&interface.name, self.decides());
+        let bound = bound.map_or(String::new(), |bound| {
+            format!(" ({}, margin {:.3})", bound.name, bound.margin)
+        });
+        let growth = self.growth.unwrap_or(1.0);
+        let other_way = match interface.scheme.dirichlet() {
+            Dirichlet::Wall => "",
+            Dirichlet::Continuum => ", dirichlet = \"wall\"",
+        };
+        Err(SchemeError::from(Unfit::Unstable {
+            interface: name.clone(),
+            scheme: format!("{:?}", interface.scheme.word()),
+            substeps: interface.substeps,
+            bound,
+            growth,
+            other_way,
+        }))
+    }
+
+    /// For the log of a run and for `check`: the verdict, then a line a bound.
+    pub fn lines(&self) -> Vec<String> {
+        let verdict = match self.stable() {
+            Some(true) => "stable",
+            Some(false) => "UNSTABLE",
+            None => "unknown: the solver on the wall tells nothing of its masses",
+        };
+        let mut first = format!("predicted: {verdict}");
+        if let Some(growth) = self.growth {
+            first += &format!(", growth at most {growth:.6} a window");
+        }
+        if let Some(bound) = self.decides() {
+            first += &format!(", {} decides", bound.name);
+        }
+        let mut lines = vec![first];
+        lines.extend(self.bounds.iter().map(|bound| {
+            let kind = if bound.stability {
+                "stability"
+            } else {
+                "accuracy"
+            };
+            format!("  margin {:>9.3}  {} ({kind})", bound.margin, bound.name)
+        }));
+        if let Some(ratio) = self.added_mass {
+            lines.push(format!(
+                "  the wall resists a window's motion {ratio:.3} times as much as the continuum"
+            ));
+        }
+        lines
+    }
+}
+
+/// Factor by which more could stand on the wall, or less where the continuum takes the motion; nothing where that does not
+/// matter.
+fn added_mass_margin(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>, SchemeError> {
+    let late = matches!(scheme, Scheme::Staggered { .. });
+    if growth_of_repeats(scheme, model)?.is_none() && !late {
+        return Ok(None);
+    }
+    let more = match scheme.dirichlet() {
+        Dirichlet::Wall => 1.0,
+        Dirichlet::Continuum => -1.0,
+    };
+    let stable = |exponent: f64| -> Result<bool, SchemeError> {
+        let times = model.times(10f64.powf(more * exponent));
+        Ok(growth(scheme, times)? <= 1.0 + NEUTRAL)
+    };
+    let (mut low, mut high) = (-9.0, 9.0);
+    if !stable(low)? {
+        return Ok(Some(0.0));
+    }
+    if stable(high)? {
+        return Ok(Some(f64::INFINITY));
+    }
+    while high - low > 1e-3 {
+        let middle = 0.5 * (low + high);
+        let end = if stable(middle)? { &mut low } else { &mut high };
+        *end = middle;
+    }
+    Ok(Some(10f64.powf(low)))
+}
+
+/// C (m/N) of the motion that the scheme sends: that under a constant force, or H over the impedance.
+pub fn compliance(scheme: &Scheme, response: &Response, window_s: f64) -> f64 {
+    match scheme.dirichlet() {
+        Dirichlet::Wall => response.compliance(),
+        Dirichlet::Continuum => response.prescribed_compliance(window_s),
+    }
+}

@@ -1,0 +1,193 @@
+//! One window of a group, as a scheme sees it: the state at its start, and all participants of the group at once.
+
+use protocol::{Reaction, Window};
+
+use super::compliance::Compliance;
+use super::criteria::{open, starved};
+use super::group::{Group, Side};
+use super::ledger::InterfaceLedger;
+use super::participants::{Participants, Request};
+use super::vectors::difference;
+use super::window::{Answer, InterfaceState, Solve, Verdict};
+use crate::error::SchemeError;
+
+/// A window to be solved. A scheme reads the group and the state at the start, asks the participants, and changes nothing but
+/// the compliance that it learns.
+pub struct Problem<'a> {
+    /// The interfaces and the participants that they join.
+    pub group: &'a Group,
+    /// State of the interfaces at the start of the window.
+    pub start: &'a InterfaceState,
+    /// C of the force-driven participants and the boundaries made of it.
+    pub compliance: &'a mut Compliance,
+    /// Contact iterations are counted here, whatever becomes of the window.
+    pub ledgers: &'a mut [InterfaceLedger],
+    /// The participants of the run.
+    pub participants: &'a mut dyn Participants,
+}
+
+impl Problem<'_> {
+    /// Sees that C is known for this window and that all boundaries yield by it.
+    pub fn prepare_boundaries(&mut self, window: &Window) -> Result<(), SchemeError> {
+        self.compliance
+            .prepare(self.participants, self.group, window)
+    }
+
+    /// Force-driven participants under a force (N) that is constant in the window: their increments du (m).
+    pub fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, SchemeError> {
+        self.begin_advance(window, force)?;
+        self.finish_advance(window)
+    }
+
+    /// The beginning of [`Problem::advance`]: all participants are at work after it.
+    pub fn begin_advance(&mut self, window: &Window, force: &[f64]) -> Result<(), SchemeError> {
+        self.begin(window, |side| Request::Advance(side.of(force)))
+    }
+
+    fn begin<'r>(
+        &mut self,
+        window: &Window,
+        request: impl Fn(&Side) -> Request<'r>,
+    ) -> Result<(), SchemeError> {
+        let mut sides = self.group.force_driven.iter();
+        sides.try_for_each(|side| {
+            let window = side.window(window);
+            self.participants.begin(side.peer, &window, request(side))
+        })
+    }
+
+    /// The increments du (m) of the window begun.
+    pub fn finish_advance(&mut self, window: &Window) -> Result<Vec<f64>, SchemeError> {
+        let increments = hear_all(&self.group.force_driven, |side, n| {
+            self.participants
+                .finish_advance(side.peer, &side.window(window), n)
+        })?;
+        Ok(increments.concat())
+    }
+
+    /// Force-driven participants whose velocity goes in a straight line to this one (m/s): their reaction.
+    pub fn prescribe_velocity(
+        &mut self,
+        window: &Window,
+        velocity: &[f64],
+    ) -> Result<Reaction, SchemeError> {
+        self.begin_prescribed_velocity(window, velocity)?;
+        self.finish_prescribed_velocity(window)
+    }
+
+    /// The beginning of [`Problem::prescribe_velocity`].
+    pub fn begin_prescribed_velocity(
+        &mut self,
+        window: &Window,
+        velocity: &[f64],
+    ) -> Result<(), SchemeError> {
+        self.begin(window, |side| Request::PrescribeVelocity(side.of(velocity)))
+    }
+
+    /// The reaction of the window begun.
+    pub fn finish_prescribed_velocity(&mut self, window: &Window) -> Result<Reaction, SchemeError> {
+        let reactions = hear_all(&self.group.force_driven, |side, n| {
+            self.participants
+                .finish_prescribed_velocity(side.peer, &side.window(window), n)
+        })?;
+        let mut all = Reaction::default();
+        for reaction in reactions {
+            all.force.extend(reaction.force);
+            all.increment.extend(reaction.increment);
+            all.work.extend(reaction.work);
+        }
+        Ok(all)
+    }
+
+    /// Contact solves of the motion-driven participants on boundaries v_g = a_g + W_g p with this a_g (m/s).
+    pub fn solve(&mut self, window: &Window, free_velocity: &[f64]) -> Result<Answer, SchemeError> {
+        for side in &self.group.motion_driven {
+            let request = Request::Solve(side.of(free_velocity));
+            self.participants.begin(side.peer, window, request)?;
+        }
+        let mut index = 0;
+        let answers = hear_all(&self.group.motion_driven, |side, n| {
+            let ledger = &mut self.ledgers[self.group.first_of(index)];
+            index += 1;
+            let answer = self.participants.finish_solve(side.peer, window, n)?;
+            ledger.contact_iterations += answer.iterations;
+            Ok(answer)
+        })?;
+        let mut all = Answer::default();
+        for answer in answers {
+            all.force.extend(answer.force);
+            all.velocity.extend(answer.velocity);
+            all.solves.push(Solve {
+                iterations: answer.iterations,
+                residual: answer.residual,
+                converged: answer.converged,
+            });
+        }
+        Ok(all)
+    }
+
+    /// Contact solves on boundaries that follow a motion (m) exactly.
+    pub fn solve_rigid(&mut self, window: &Window, motion: &[f64]) -> Result<Answer, SchemeError> {
+        let window_s = self.group.window_s(window);
+        let velocity: Vec<f64> = motion.iter().map(|du| du / window_s).collect();
+        self.solve(window, &velocity)
+    }
+
+    /// C lambda (m) of the forces (N) that each motion-driven participant bears, one vector a participant.
+    pub fn carried(&self, window: &Window, lambda: &[f64]) -> Vec<Vec<f64>> {
+        let of = |participant| {
+            let own = self.group.borne_by(participant, lambda);
+            self.compliance.times(window.substeps, &own)
+        };
+        (0..self.group.motion_driven.len()).map(of).collect()
+    }
+
+    /// a_g = N (du - C lambda) / H: the velocity of the glued points without the contact forces of their own participant
+    /// (m/s).
+    pub fn free_velocity(
+        &self,
+        window: &Window,
+        increment: &[f64],
+        carried: &[Vec<f64>],
+    ) -> Vec<f64> {
+        let window_s = self.group.window_s(window);
+        let mut velocity = Vec::with_capacity(2 * self.group.points.len());
+        for (side, carried) in self.group.motion_driven.iter().zip(carried) {
+            let motion = self.group.mapping.motion(&difference(increment, carried));
+            velocity.extend(side.of(&motion).iter().map(|v| v / window_s));
+        }
+        velocity
+    }
+
+    /// Judges contact solves and gap |N du - H v_g| of a repeat; `advice` tells the user what closes the gap.
+    pub fn judge(
+        &self,
+        window: &Window,
+        increment: &[f64],
+        answer: &Answer,
+        advice: &str,
+    ) -> Verdict {
+        Verdict {
+            starved: starved(self.group, window, answer),
+            open: open(self.group, window, increment, answer, advice),
+        }
+    }
+}
+
+/// The answers of all sides, `ask` being told the components of each. One that is not finite is an error after the others have
+/// answered too, so that the window may be tried again.
+fn hear_all<T>(
+    sides: &[Side],
+    mut ask: impl FnMut(&Side, usize) -> Result<T, SchemeError>,
+) -> Result<Vec<T>, SchemeError> {
+    let mut answers = Vec::with_capacity(sides.len());
+    let mut fault = None;
+    for side in sides {
+        match ask(side, 2 * side.range.len()) {
+            Ok(answer) => answers.push(answer),
+            Err(error @ SchemeError::NotFinite(_)) => fault = fault.or(Some(error)),
+            Err(error) => return Err(error),
+        }
+    }
+    fault.map_or(Ok(answers), Err)
+}

@@ -1,0 +1,136 @@
+//! Sources of the compliance of a force-driven participant.
+
+use nalgebra::{DMatrix, DVector};
+use protocol::Window;
+
+use super::group::{Group, Side};
+use super::nodal_mass::{both_components, nodal_mass};
+use super::participants::Participants;
+use crate::error::{SchemeError, Unfit};
+use crate::keys::{CompliancePrior, Dirichlet, Scheme};
+
+/// Source of a matrix that is not known yet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// The participant's own columns: the motion under a constant force.
+    Columns,
+    /// Surface masses alone.
+    Mass,
+    /// H D^-1 with the participant's own impedance D: the part of H v that a change of the force at the end of a window makes
+    /// when the velocity goes in a straight line.
+    Impedance,
+    /// H^2 M_n^-1 with the masses of the points on the nodes, for the components that can move: a line of nodes that moves
+    /// by them alone.
+    Points,
+    /// No matrix at all: the boundary moves exactly as it is told.
+    Rigid,
+}
+
+impl Source {
+    /// The source of the compliance that a scheme goes by.
+    pub fn of(scheme: &Scheme) -> Source {
+        match (scheme, scheme.dirichlet()) {
+            (Scheme::DualSchur { compliance, .. }, _) => match compliance {
+                CompliancePrior::Columns => Source::Columns,
+                CompliancePrior::Mass => Source::Mass,
+            },
+            (Scheme::Velocity { .. }, _) => Source::Impedance,
+            (_, Dirichlet::Wall) => Source::Rigid,
+            (_, Dirichlet::Continuum) => Source::Points,
+        }
+    }
+
+    /// The matrix (m/N), n x n, of one force-driven participant for windows of this length.
+    pub fn matrix(
+        self,
+        participants: &mut dyn Participants,
+        group: &Group,
+        side: &Side,
+        window: &Window,
+    ) -> Result<DMatrix<f64>, SchemeError> {
+        let first = &side.window(&group.clock.window(0, 0, window.substeps));
+        let (steps, n) = (first.substeps, 2 * side.range.len());
+        match self {
+            Source::Columns => participants.compliance(side.peer, first, n),
+            Source::Mass => Ok(mass_only(group, side, window)),
+            Source::Impedance => {
+                let resists = participants.impedance(side.peer, first, n)?;
+                let yields = inverse_of_what_moves(&resists).ok_or_else(|| {
+                    let name = participants.name(side.peer);
+                    SchemeError::from(Unfit::SingularImpedance {
+                        participant: name.to_string(),
+                        problem: format!("its impedance over {steps} steps has no inverse, as that of every explicit body below its stability limit has; lower its time.step_s, or take scheme = \"dual-schur\""),
+                    })
+                })?;
+                Ok(yields * group.window_s(window))
+            }
+            Source::Points => {
+                let resists = participants.impedance(side.peer, first, n)?;
+                points_only(group, side, window, &resists)
+            }
+            Source::Rigid => Ok(DMatrix::zeros(n, n)),
+        }
+    }
+}
+
+/// The inverse of a symmetric matrix on the components that move; zero for the others, which have zeros in their columns.
+/// `None` unless it is positive definite there.
+fn inverse_of_what_moves(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let moving: Vec<usize> = (0..matrix.nrows())
+        .filter(|i| matrix[(*i, *i)] != 0.0)
+        .collect();
+    let own = matrix.select_rows(&moving).select_columns(&moving);
+    let symmetric = 0.5 * (&own + own.transpose());
+    let inverse = symmetric.cholesky()?.inverse();
+    let mut whole = DMatrix::zeros(matrix.nrows(), matrix.ncols());
+    for (i, row) in moving.iter().enumerate() {
+        for (j, column) in moving.iter().enumerate() {
+            whole[(*row, *column)] = inverse[(i, j)];
+        }
+    }
+    Some(whole)
+}
+
+/// H^2 / (2 m sqrt(substeps)) (m/N) on the diagonal: a free node that drags along what a wave reaches in the window.
+pub fn mass_only(group: &Group, side: &Side, window: &Window) -> DMatrix<f64> {
+    let window_s = group.window_s(window);
+    let own_steps = f64::from(window.substeps * side.steps);
+    let scale = window_s * window_s / (2.0 * own_steps.sqrt());
+    let mass = &group.nodes.mass_kg[side.range.clone()];
+    DMatrix::from_diagonal(&DVector::from_fn(2 * mass.len(), |i, _| {
+        scale / mass[i / 2]
+    }))
+}
+
+/// H^2 M_n^-1 on the components that have an impedance; zero for the others.
+fn points_only(
+    group: &Group,
+    side: &Side,
+    window: &Window,
+    impedance: &DMatrix<f64>,
+) -> Result<DMatrix<f64>, SchemeError> {
+    let masses = nodal_mass(&group.mapping, &group.points.mass_kg, &side.range);
+    let mut resists = both_components(&masses);
+    for i in (0..resists.nrows()).filter(|i| impedance[(*i, *i)] == 0.0) {
+        resists.row_mut(i).fill(0.0);
+        resists.column_mut(i).fill(0.0);
+    }
+    let yields =
+        inverse_of_what_moves(&resists).ok_or_else(|| SchemeError::from(Unfit::SingularMasses))?;
+    Ok(yields * group.window_s(window).powi(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_move_yields_nothing_and_the_rest_as_its_inverse() {
+        let resists = DMatrix::from_row_slice(3, 3, &[2.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 2.0]);
+        let yields = inverse_of_what_moves(&resists).expect("it is definite");
+        let exact = [2.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 2.0].map(|part| part / 3.0);
+        assert!((yields - DMatrix::from_row_slice(3, 3, &exact)).amax() < 1e-15);
+        let indefinite = DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 1.0]);
+        assert!(inverse_of_what_moves(&indefinite).is_none());
+    }
+}

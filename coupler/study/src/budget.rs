@@ -1,0 +1,330 @@
+//! Budgets: the setting of a stored study that keeps within an error or a time.
+
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::knobs::percent;
+use super::statistics::Prediction;
+use super::stored::{StoredSetting, StoredStudy, known};
+use coordinator::error::{Error, Refusal};
+
+/// A bound of the cost of a run, or of its error.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Budget {
+    /// Wall-clock time (s).
+    Wall(f64),
+    /// Error by a measure, or by all of them.
+    Error {
+        /// Name of the measure; all when absent.
+        measure: Option<String>,
+        /// Relative error.
+        error: f64,
+    },
+}
+
+impl Budget {
+    /// Reads `error=2%`, `MEASURE=0.02`, `wall=60s`.
+    ///
+    /// # Errors
+    /// It is none of these; the text says what is wrong.
+    pub fn parse(text: &str) -> Result<Budget, String> {
+        let usage =
+            || format!("`{text}` is neither error=2%, MEASURE=2% nor wall=60s (or min, or h)");
+        let (name, value) = text.split_once('=').ok_or_else(usage)?;
+        let positive = |text: &str, factor: f64| {
+            let number = text.trim().parse::<f64>().ok().map(|x| x * factor);
+            number
+                .filter(|x| *x > 0.0 && x.is_finite())
+                .ok_or_else(usage)
+        };
+        if name == "wall" {
+            let units = [("min", 60.0), ("h", 3600.0), ("s", 1.0)];
+            let unit = units
+                .iter()
+                .find_map(|(unit, s)| Some((value.strip_suffix(unit)?, *s)));
+            let (number, factor) = unit.unwrap_or((value, 1.0));
+            return Ok(Budget::Wall(positive(number, factor)?));
+        }
+        let (number, factor) = value
+            .strip_suffix('%')
+            .map_or((value, 1.0), |number| (number, 0.01));
+        Ok(Budget::Error {
+            measure: (name != "error").then(|| name.to_string()),
+            error: positive(number, factor)?,
+        })
+    }
+}
+
+/// A setting of a study that a scene can be run with.
+#[derive(Clone, Debug)]
+pub struct Candidate<'a> {
+    /// The setting.
+    pub setting: &'a StoredSetting,
+    /// Its error by each measure.
+    pub predictions: Vec<Prediction>,
+}
+
+impl Candidate<'_> {
+    /// The largest bound of all measures.
+    fn worst(&self) -> f64 {
+        self.predictions.iter().map(|p| p.bound).fold(0.0, f64::max)
+    }
+}
+
+/// The settings of a study for a scene.
+#[derive(Clone, Debug)]
+pub struct Choice<'a> {
+    study: &'a StoredStudy,
+    candidates: Vec<Candidate<'a>>,
+}
+
+/// The first stored study that covers a scene, of this place or of those that are known.
+///
+/// # Errors
+/// None does; says of each why not.
+pub fn covering(place: Option<&Path>, resolved: &str) -> Result<(StoredStudy, Vec<f64>), Error> {
+    let own = place.map(|place| StoredStudy::read(place).map(|study| (place.to_path_buf(), study)));
+    let known = own.is_none().then(known).into_iter().flatten();
+    let mut why = Vec::new();
+    for study in own.into_iter().chain(known) {
+        let (path, study) = study?;
+        match study.place(resolved) {
+            Ok(at) => return Ok((study, at)),
+            Err(reason) => why.push(format!("{}: {reason}", path.display())),
+        }
+    }
+    let problem = format!(
+        "no study covers this scene, so that nothing is known about its errors: {}; run a study of it, or give one with --study",
+        why.join("; ")
+    );
+    Err(Refusal::argument("--budget", problem).into())
+}
+
+impl<'a> Choice<'a> {
+    /// The settings of a study for the scene at this place.
+    ///
+    /// # Errors
+    /// The study has too few scenes for a bound.
+    pub fn new(study: &'a StoredStudy, at: &[f64]) -> Result<Choice<'a>, Error> {
+        let candidate = |setting: &'a StoredSetting| {
+            let measures = 0..study.measures.len();
+            let predictions = measures.map(|measure| study.predict(setting, measure, at));
+            Some(Candidate {
+                setting,
+                predictions: predictions.collect::<Option<_>>()?,
+            })
+        };
+        let candidates: Vec<Candidate> = study.settings.iter().filter_map(candidate).collect();
+        if candidates.iter().all(|c| c.setting.set == study.reference) {
+            let problem = format!(
+                "the study `{}` has too few scenes to bound the error of another one: give its keys with `scene = true` more values",
+                study.study
+            );
+            return Err(Refusal::argument("--budget", problem).into());
+        }
+        Ok(Choice { study, candidates })
+    }
+
+    /// The cheapest setting whose errors stay below the budget.
+    ///
+    /// # Errors
+    /// The budget is below the floor of noise, or below what the reference of the study is known for; or there is no such measure.
+    pub fn within_error(&self, measure: Option<&str>, error: f64) -> Result<&Candidate<'a>, Error> {
+        let refuse = |problem: String| Refusal::argument("--budget", problem);
+        let names = || self.study.measures.iter().map(|m| m.name.as_str());
+        let places: Vec<usize> = match measure {
+            None => (0..self.study.measures.len()).collect(),
+            Some(name) => {
+                let place = names().position(|known| known == name);
+                vec![place.ok_or_else(|| {
+                    refuse(format!(
+                        "the study `{}` measures {}, and not `{name}`",
+                        self.study.study,
+                        names().collect::<Vec<_>>().join(", ")
+                    ))
+                })?]
+            }
+        };
+        for place in &places {
+            let floor = self.study.floor(*place);
+            if error < floor {
+                let name = &self.study.measures[*place].name;
+                let problem = format!(
+                    "{} % is below the floor of noise: references that differ by 1e-12 of a radius lie {} % apart by `{name}`, and less is no error",
+                    percent(error),
+                    percent(floor)
+                );
+                return Err(refuse(problem).into());
+            }
+        }
+        let fits = |c: &&Candidate| {
+            places
+                .iter()
+                .all(|place| c.predictions[*place].bound <= error)
+        };
+        let fitting = self.candidates.iter().filter(fits);
+        let cheapest = fitting.min_by(|a, b| a.setting.cpu_rel.total_cmp(&b.setting.cpu_rel));
+        Ok(cheapest.ok_or_else(|| {
+            refuse("no setting of the study is known to keep to it, its reference neither".into())
+        })?)
+    }
+
+    /// The settings by what they are known for, the most accurate first.
+    pub fn by_accuracy(&self) -> Vec<&Candidate<'a>> {
+        let mut all: Vec<&Candidate> = self.candidates.iter().collect();
+        all.sort_by(|a, b| {
+            let key = |c: &Candidate| (c.worst(), c.setting.cpu_rel);
+            key(a)
+                .partial_cmp(&key(b))
+                .unwrap_or(std::cmp::Ordering::Equal)
+        });
+        all
+    }
+
+    /// The choice, for summary.json.
+    pub fn told(&self, chosen: &Candidate, budget: &str, wall_s: Option<f64>) -> Value {
+        let measures = self
+            .study
+            .measures
+            .iter()
+            .zip(&chosen.predictions)
+            .enumerate();
+        let measures = measures.map(|(place, (measure, prediction))| {
+            let value = json!({
+                "of": measure.of, "expected": prediction.expected, "bound": prediction.bound, "floor": self.study.floor_median(place),
+            });
+            (measure.name.clone(), value)
+        });
+        json!({
+            "budget": budget,
+            "study": self.study.study,
+            "setting": chosen.setting.words,
+            "set": chosen.setting.set,
+            "reference": self.study.reference,
+            "errors": Value::Object(measures.collect()),
+            "cpu_over_reference": chosen.setting.cpu_rel,
+            "study_wall_s": chosen.setting.wall_s,
+            "foretold_wall_s": wall_s,
+        })
+    }
+
+    /// The same for a person.
+    pub fn words(&self, chosen: &Candidate) -> String {
+        let errors = self.study.measures.iter().zip(&chosen.predictions);
+        let errors = errors.map(|(measure, prediction)| {
+            format!(
+                "{} {} % (below {} % in 39 of 40 scenes)",
+                measure.name,
+                percent(prediction.expected),
+                percent(prediction.bound)
+            )
+        });
+        format!(
+            "budget: study `{}` has {} for it: {:.3} of the processor time of its reference; expected errors against a reference of this scene: {}",
+            self.study.study,
+            chosen.setting.words,
+            chosen.setting.cpu_rel,
+            errors.collect::<Vec<String>>().join(", ")
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn budgets_are_read_with_their_units() {
+        let error = |measure: Option<&str>, error: f64| Budget::Error {
+            measure: measure.map(String::from),
+            error,
+        };
+        assert_eq!(Budget::parse("error=2%"), Ok(error(None, 0.02)));
+        assert_eq!(
+            Budget::parse("traction=0.5"),
+            Ok(error(Some("traction"), 0.5))
+        );
+        assert_eq!(Budget::parse("wall=60s"), Ok(Budget::Wall(60.0)));
+        assert_eq!(Budget::parse("wall=2min"), Ok(Budget::Wall(120.0)));
+        assert_eq!(Budget::parse("wall=1.5"), Ok(Budget::Wall(1.5)));
+        for wrong in [
+            "error",
+            "error=",
+            "error=-1%",
+            "wall=0",
+            "wall=1d",
+            "error=nan",
+        ] {
+            assert!(Budget::parse(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    fn setting(words: &str, error: f64, cpu_rel: f64) -> Value {
+        json!({ "words": words, "set": [format!("a.b={words}")], "errors": [[error, 1.1 * error, error, 0.9 * error, error]],
+                "cpu_rel": cpu_rel, "wall_s": 10.0 * cpu_rel })
+    }
+
+    /// Five scenes without numbers of their own, a floor of 1e-4.
+    fn study() -> StoredStudy {
+        let study = json!({
+            "schema": "thirdbody.study/1", "study": "s", "build": "b", "scenario": "[x]\ny = 1\n", "reference": ["a.b=ref"],
+            "scene_keys": [{ "key": "run.seed", "any": true, "values": [1, 2, 3, 4, 5] }],
+            "measures": [{ "name": "m", "of": "results.x", "norm": "at" }],
+            "floors": [[1e-4, 5e-5, 1e-4, 1e-4, 1e-4]],
+            "settings": [setting("ref", 1e-4, 1.0), setting("fine", 0.002, 0.5), setting("fast", 0.02, 0.1), setting("odd", 0.05, 0.2)],
+        });
+        serde_json::from_value(study).expect("it is one")
+    }
+
+    #[test]
+    fn the_cheapest_setting_within_the_error_is_taken() {
+        let study = study();
+        let choice = Choice::new(&study, &[]).expect("five scenes will do");
+        let words = |error: f64| {
+            let chosen = choice.within_error(None, error);
+            chosen
+                .map(|c| c.setting.words.clone())
+                .map_err(|e| e.to_string())
+        };
+        assert_eq!(words(0.03), Ok("fast".into()));
+        assert_eq!(words(0.01), Ok("fine".into()));
+        // The bound of `fine` is some 1.3 times its error.
+        assert_eq!(words(0.0021), Ok("ref".into()));
+        let below = words(5e-5).expect_err("the floor is 1e-4");
+        assert!(
+            below.contains("0.0050 % is below the floor of noise") && below.contains("0.010 %"),
+            "{below}"
+        );
+        let unknown = choice
+            .within_error(Some("n"), 0.1)
+            .expect_err("it measures m")
+            .to_string();
+        assert!(unknown.contains("measures m, and not `n`"), "{unknown}");
+        let order: Vec<&str> = choice
+            .by_accuracy()
+            .iter()
+            .map(|c| c.setting.words.as_str())
+            .collect();
+        assert_eq!(order, ["ref", "fine", "fast", "odd"]);
+    }
+
+    #[test]
+    fn a_scene_that_differs_elsewhere_is_not_covered() {
+        let study = study();
+        assert_eq!(
+            study.place("[run]\nseed = 77\n[x]\ny = 1\n[a]\nb = 3\n"),
+            Ok(vec![])
+        );
+        let other = study
+            .place("[run]\nseed = 77\n[x]\ny = 2\n")
+            .expect_err("y differs");
+        assert_eq!(other, "it has x.y = 1, and this scene 2");
+        assert!(
+            study
+                .place("[x]\ny = 1\n")
+                .expect_err("it has no seed")
+                .contains("run.seed")
+        );
+    }
+}

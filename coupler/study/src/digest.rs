@@ -1,0 +1,201 @@
+//! The digest of a study: fronts, knees, a sentence for each knob, what fell, and what is not known.
+
+use std::fmt::Write as _;
+
+use super::collect::{Results, line};
+use super::front::{Trade, front, knee};
+use super::knobs::{Knob, knobs, percent};
+use super::picture::{self, FrontPanel};
+use super::settings::{Setting, settings};
+use coordinator::error::{Error, Refusal};
+
+/// A measure's settings, front and knee.
+#[derive(Clone, Debug)]
+struct MeasureFront {
+    measure: String,
+    trades: Vec<Trade>,
+    fallen: Vec<Trade>,
+    front: Vec<Trade>,
+    knee: Option<usize>,
+    floor: f64,
+}
+
+/// A study in words and pictures.
+#[derive(Clone, Debug)]
+pub struct Digest<'a> {
+    results: &'a Results,
+    settings: Vec<Setting<'a>>,
+    fronts: Vec<MeasureFront>,
+    knobs: Vec<Knob>,
+    measures: Vec<String>,
+}
+
+impl<'a> Digest<'a> {
+    /// Of these rows.
+    pub fn new(results: &'a Results) -> Digest<'a> {
+        let settings = settings(results);
+        let measures: Vec<String> = results
+            .file
+            .measure
+            .iter()
+            .map(|m| m.name.clone())
+            .collect();
+        let knobs = knobs(results, &settings);
+        let fronts = measures.iter().enumerate().map(|(place, name)| {
+            let trade = |(number, setting): (usize, &Setting)| {
+                Some(Trade {
+                    setting: number,
+                    cost: setting.price().filter(|cost| *cost > 0.0)?,
+                    error: setting.error(place)?,
+                })
+            };
+            // The reference has no error, whatever it is worth: it takes no part.
+            let others = settings.iter().enumerate();
+            let others = others.filter(|(_, setting)| !setting.is_reference(results));
+            let trades: Vec<Trade> = others.filter_map(trade).collect();
+            let fallen = |(number, setting): (usize, &Setting)| {
+                let errors: Option<Vec<f64>> =
+                    setting.rows.iter().map(|row| row.errors[place]).collect();
+                (!setting.stands()).then_some(Trade {
+                    setting: number,
+                    cost: setting.price().filter(|cost| *cost > 0.0)?,
+                    error: runs::curve::median(errors?)?,
+                })
+            };
+            let front = front(&trades);
+            MeasureFront {
+                measure: name.clone(),
+                fallen: settings.iter().enumerate().filter_map(fallen).collect(),
+                knee: knee(&front),
+                front,
+                trades,
+                floor: knobs.first().map_or(0.0, |knob| knob.floors[place]),
+            }
+        });
+        Digest {
+            results,
+            fronts: fronts.collect(),
+            settings,
+            knobs,
+            measures,
+        }
+    }
+
+    /// front.csv: the fronts of all measures, cheapest first.
+    pub fn front_csv(&self) -> String {
+        let head = ["measure", "setting", "cost", "error", "floor", "knee"].map(String::from);
+        let mut lines = line(&head);
+        for of in &self.fronts {
+            for (place, trade) in of.front.iter().enumerate() {
+                lines += &line(&[
+                    of.measure.clone(),
+                    self.settings[trade.setting].words(self.results),
+                    format!("{:e}", trade.cost),
+                    format!("{:e}", trade.error),
+                    format!("{:e}", of.floor),
+                    if of.knee == Some(place) {
+                        "knee".into()
+                    } else {
+                        String::new()
+                    },
+                ]);
+            }
+        }
+        lines
+    }
+
+    /// front.svg and knobs.svg.
+    ///
+    /// # Errors
+    /// They cannot be drawn.
+    pub fn pictures(&self) -> Result<[(&'static str, String); 2], Error> {
+        let panels = self.fronts.iter().map(|of| FrontPanel {
+            measure: &of.measure,
+            trades: &of.trades,
+            fallen: &of.fallen,
+            front: &of.front,
+            knee: of.knee,
+            floor: of.floor,
+        });
+        let panels: Vec<FrontPanel> = panels.collect();
+        Ok([
+            (
+                "front.svg",
+                picture::fronts(&panels, &self.settings, self.results).map_err(Refusal::Picture)?,
+            ),
+            (
+                "knobs.svg",
+                picture::knobs(&self.knobs, &self.measures).map_err(Refusal::Picture)?,
+            ),
+        ])
+    }
+
+    /// All of it in words.
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        for of in &self.fronts {
+            let floor = percent(of.floor);
+            let _ = writeln!(
+                text,
+                "\nfront of error_{} (floor of noise {floor} %)",
+                of.measure
+            );
+            let _ = writeln!(text, "  {:>10}  {:>10}  setting", "cost", "error %");
+            for (place, trade) in of.front.iter().enumerate() {
+                let words = self.settings[trade.setting].words(self.results);
+                let mark = if of.knee == Some(place) {
+                    "  <- knee"
+                } else {
+                    ""
+                };
+                let error = percent(trade.error);
+                let _ = writeln!(text, "  {:>10.4}  {error:>10}  {words}{mark}", trade.cost);
+            }
+        }
+        let _ = writeln!(
+            text,
+            "\ncost is processor time{}",
+            match self.results.reference(0) {
+                Some(_) => " over that of the reference",
+                None => " in seconds",
+            }
+        );
+        let _ = writeln!(text, "\nknobs");
+        for knob in &self.knobs {
+            for line in knob.lines(&self.measures) {
+                let _ = writeln!(text, "  {line}");
+            }
+            for line in knob.trends(&self.measures) {
+                let _ = writeln!(text, "    {line}");
+            }
+            if !knob.note.is_empty() {
+                let _ = writeln!(text, "    note: {}", knob.note);
+            }
+        }
+        let told: Vec<String> = self.fallen().collect();
+        if !told.is_empty() {
+            let _ = writeln!(text, "\noutside of the fronts");
+            text.extend(told.iter().map(|line| format!("  {line}\n")));
+        }
+        text.trim_end().to_string()
+    }
+
+    /// Runs that are done and do not stand, or miss something.
+    fn fallen(&self) -> impl Iterator<Item = String> + '_ {
+        let rows = self
+            .results
+            .rows
+            .iter()
+            .filter(|row| row.exit_code.is_some());
+        let told = rows.filter(|row| !row.stands() || !row.message.is_empty());
+        told.map(|row| {
+            format!(
+                "task {} ({}): {}: {}",
+                row.index,
+                row.role.word(),
+                row.status,
+                row.message
+            )
+        })
+    }
+}

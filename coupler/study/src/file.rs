@@ -1,0 +1,430 @@
+//! The study file: what is varied, what it is held against, and what is measured.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use kit::keys::config_error;
+use serde::Deserialize;
+
+use super::measure::{Measure, plain};
+use coordinator::error::{Error, Refusal};
+use scenes::STUDY;
+
+/// A study, as its file says it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StudyFile {
+    /// The scenario and how it is run.
+    pub study: Subject,
+    /// The study that `--small` makes of it.
+    #[serde(default)]
+    pub small: Small,
+    /// The reference of all runs.
+    pub reference: Reference,
+    /// The keys that are varied.
+    pub vary: Vec<Vary>,
+    /// The distances from the reference.
+    pub measure: Vec<Measure>,
+}
+
+/// The scene and the manner of the sweep.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Subject {
+    /// Name of the study, and of its folder.
+    pub name: String,
+    /// A scenario beside the study file, or as `run` finds it.
+    pub scenario: String,
+    /// Overrides of all runs, the reference included.
+    #[serde(default)]
+    pub set: Vec<String>,
+    /// Threads of each participant.
+    #[serde(default = "one")]
+    pub threads: u16,
+    /// All combinations, or each key by itself.
+    #[serde(default)]
+    pub mode: Mode,
+    /// Keep exchange logs and checkpoints of runs that are done: a fine reference has half a gigabyte of them.
+    #[serde(default)]
+    pub keep_logs: bool,
+}
+
+fn one() -> u16 {
+    1
+}
+
+/// Points of a sweep over several keys.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mode {
+    /// All combinations, the last key changing first.
+    #[default]
+    Grid,
+    /// The values of each key, the others as the reference has them.
+    OneAtATime,
+}
+
+/// A study that is over in minutes.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Small {
+    /// Further overrides of all runs.
+    #[serde(default)]
+    pub set: Vec<String>,
+    /// Most values of a key: the first, the last, and some between.
+    pub limit: Option<usize>,
+    /// Most values of a key of the scene, the first ones.
+    pub scenes: Option<usize>,
+}
+
+/// The reference: exactly one of `set`, `run` and `value`.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reference {
+    /// The scenario with these overrides.
+    pub set: Option<Vec<String>>,
+    /// A run directory, beside the study file unless absolute.
+    pub run: Option<PathBuf>,
+    /// The exact numbers of measures of results, by the measure's name.
+    pub value: Option<BTreeMap<String, f64>>,
+    /// Further references whose grains (nodes, where there are no grains) are displaced by 1e-12 of their size: what lies between them
+    /// and the reference is noise. By default three beside a `set`.
+    pub perturb: Option<u64>,
+}
+
+impl Reference {
+    /// Number of perturbed references.
+    pub fn perturbed(&self) -> u64 {
+        let own = if self.set.is_some() { PERTURBED } else { 0 };
+        self.perturb.unwrap_or(own)
+    }
+}
+
+/// Perturbed references of a reference.
+const PERTURBED: u64 = 3;
+
+/// A key and its values, in one of four ways.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Vary {
+    /// The key, as `--set` takes it; with `case` any name.
+    pub key: String,
+    /// True for a key of the scene, as its seed or its load: the reference is run anew for each of its values.
+    #[serde(default)]
+    pub scene: bool,
+    /// A note for the reader, told beside the result.
+    #[serde(default)]
+    pub note: String,
+    /// The values one by one.
+    values: Option<Vec<toml::Value>>,
+    /// Numbers in a constant ratio.
+    log: Option<LogRange>,
+    /// Seeds 1, 2, ... so many.
+    seeds: Option<u64>,
+    /// Values that stand for overrides, or for another scenario.
+    case: Option<Vec<Case>>,
+}
+
+/// Numbers in a constant ratio.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LogRange {
+    from: f64,
+    to: f64,
+    count: usize,
+}
+
+/// A value that stands for several overrides.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// The value, a number where there is an order.
+    value: toml::Value,
+    /// Its overrides.
+    #[serde(default)]
+    set: Vec<String>,
+    /// Another scenario, found as that of the study; `study.set`, `small.set` and the reference's overrides do not go with it.
+    scenario: Option<String>,
+}
+
+/// One value of a key.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// The value, as results.csv tells it.
+    pub text: String,
+    /// Its overrides.
+    pub set: Vec<String>,
+    /// The scenario that it stands for.
+    pub scenario: Option<String>,
+}
+
+impl StudyFile {
+    /// The file of a study: itself, `study.toml` in its folder, or that of a name under `scenarios/studies/`. A name that is neither may
+    /// be that of a shipped one.
+    pub fn place(path: &Path) -> PathBuf {
+        let named = Path::new("scenarios/studies").join(path);
+        if path.is_dir() {
+            path.join(STUDY)
+        } else if !path.exists() && named.join(STUDY).is_file() {
+            named.join(STUDY)
+        } else {
+            path.to_path_buf()
+        }
+    }
+
+    /// Reads a study, from its file, from `study.toml` in its folder, or a shipped one by its name.
+    ///
+    /// # Errors
+    /// The file cannot be read, or a key of it is unknown, missing or makes no sense.
+    pub fn read(path: &Path) -> Result<StudyFile, Error> {
+        let path = &StudyFile::place(path);
+        let name = path.to_str().filter(|_| !path.exists());
+        let shipped = name.and_then(scenes::study_folder);
+        let text = match shipped.and_then(|folder| scenes::text(&format!("{folder}/{STUDY}"))) {
+            Some(text) => text.into(),
+            None => std::fs::read_to_string(path).map_err(|error| no_study(path, error))?,
+        };
+        StudyFile::parse(&text).map_err(|problem| Refusal::file(path, problem).into())
+    }
+
+    pub(super) fn parse(text: &str) -> Result<StudyFile, String> {
+        let table: toml::Table = text
+            .parse()
+            .map_err(|error: toml::de::Error| error.to_string())?;
+        let study: StudyFile = serde_path_to_error::deserialize(table).map_err(|error| {
+            config_error(&error.path().to_string(), &error.inner().to_string()).to_string()
+        })?;
+        study.check()?;
+        Ok(study)
+    }
+
+    fn check(&self) -> Result<(), String> {
+        plain("study.name", &self.study.name)?;
+        if self.vary.is_empty() || self.measure.is_empty() {
+            return Err("at least one [[vary]] and one [[measure]] are needed".into());
+        }
+        for (place, vary) in self.vary.iter().enumerate() {
+            let choices = vary.choices();
+            let choices = choices.map_err(|why| format!("vary.{place} (`{}`): {why}", vary.key))?;
+            if choices.is_empty() {
+                return Err(format!("vary.{place} (`{}`): has no values", vary.key));
+            }
+        }
+        twice("vary", self.vary.iter().map(|vary| vary.key.as_str()))?;
+        twice("measure", self.measure.iter().map(|m| m.name.as_str()))?;
+        self.check_reference()?;
+        for measure in &self.measure {
+            measure
+                .check(self.reference.value.as_ref())
+                .map_err(|problem| format!("measure `{}`: {problem}", measure.name))?;
+        }
+        Ok(())
+    }
+
+    fn check_reference(&self) -> Result<(), String> {
+        let Reference {
+            set, run, value, ..
+        } = &self.reference;
+        let given = [set.is_some(), run.is_some(), value.is_some()];
+        if given.iter().filter(|given| **given).count() != 1 {
+            return Err(
+                "reference: give one of `set` (overrides of the scenario), `run` (a run directory) and `value` (exact numbers)"
+                    .into(),
+            );
+        }
+        if set.is_none() && self.reference.perturbed() > 0 {
+            return Err("reference.perturb: perturbs a reference of the study's own; remove it beside `run` and `value`".into());
+        }
+        if set.is_none() && self.vary.iter().any(|vary| vary.scene) {
+            return Err("vary.scene: the reference is run anew for each value of such a key, so it must be a `set`".into());
+        }
+        Ok(())
+    }
+}
+
+/// The error of a study that cannot be read; a name that is not there may be mistyped.
+fn no_study(path: &Path, error: io::Error) -> Error {
+    let missing = error.kind() == io::ErrorKind::NotFound;
+    let meant = path.to_str().filter(|_| missing);
+    match meant.and_then(|name| scenes::meant(name, true)) {
+        Some(near) => Refusal::file(
+            path,
+            format!("there is no such study; did you mean `{near}`?"),
+        )
+        .into(),
+        None => Error::input(path.display())(error),
+    }
+}
+
+/// Refuses a name that stands twice.
+fn twice<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Result<(), String> {
+    let mut names: Vec<&str> = names.collect();
+    names.sort_unstable();
+    match names.windows(2).find(|pair| pair[0] == pair[1]) {
+        Some(pair) => Err(format!("{what}: `{}` stands twice", pair[0])),
+        None => Ok(()),
+    }
+}
+
+impl Vary {
+    /// True for a key that a scenario has, and not a name for cases.
+    pub fn is_key(&self) -> bool {
+        self.case.is_none()
+    }
+
+    /// True where any value will do for a scene that is like those of the study: seeds.
+    pub fn any_value(&self) -> bool {
+        self.seeds.is_some()
+    }
+
+    /// The values; the error says what is wrong with them.
+    pub fn choices(&self) -> Result<Vec<Choice>, String> {
+        let choice = |value: &toml::Value| Choice {
+            text: told(value),
+            set: vec![format!("{}={value}", self.key)],
+            scenario: None,
+        };
+        match (&self.values, &self.log, self.seeds, &self.case) {
+            (Some(values), None, None, None) => Ok(values.iter().map(choice).collect()),
+            (None, Some(log), None, None) => {
+                let numbers = log.numbers()?;
+                Ok(numbers.iter().map(|x| choice(&(*x).into())).collect())
+            }
+            (None, None, Some(count), None) => {
+                let seeds = (1..=count as i64).map(|seed| choice(&seed.into()));
+                Ok(seeds.collect())
+            }
+            (None, None, None, Some(cases)) => {
+                let choices = cases.iter().map(|case| Choice {
+                    text: told(&case.value),
+                    set: case.set.clone(),
+                    scenario: case.scenario.clone(),
+                });
+                Ok(choices.collect())
+            }
+            _ => Err("needs exactly one of `values`, `log`, `seeds` and `case`".into()),
+        }
+    }
+}
+
+/// A value as a cell of a table tells it.
+pub fn told(value: &toml::Value) -> String {
+    match value {
+        toml::Value::String(text) => text.clone(),
+        toml::Value::Float(number) => {
+            if *number == 0.0 || (1e-3..1e6).contains(&number.abs()) {
+                format!("{number}")
+            } else {
+                format!("{number:e}")
+            }
+        }
+        other => other.to_string(),
+    }
+}
+
+impl LogRange {
+    fn numbers(&self) -> Result<Vec<f64>, String> {
+        let LogRange { from, to, count } = *self;
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        if !(positive(from) && positive(to) && count >= 2) {
+            return Err(format!(
+                "`log` needs positive ends and a count of 2 or more, got {from}, {to} and {count}"
+            ));
+        }
+        let last = (count - 1) as f64;
+        let number = |k: usize| match k {
+            0 => from,
+            k if k + 1 == count => to,
+            k => from * (to / from).powf(k as f64 / last),
+        };
+        Ok((0..count).map(number).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STUDY: &str = r#"
+[study]
+name = "steps"
+scenario = "quick"
+[reference]
+set = ["run.seed=2"]
+[[vary]]
+key = "a"
+log = { from = 1e-6, to = 1e-4, count = 3 }
+[[measure]]
+name = "height"
+of = "signals.wheel_y_m"
+norm = "at"
+at_s = 1e-3
+"#;
+
+    fn choices(vary: &str) -> Vec<Choice> {
+        let vary: Vary = toml::from_str(vary).expect("it is one");
+        vary.choices().expect("it has values")
+    }
+
+    #[test]
+    fn a_range_in_a_constant_ratio_keeps_its_ends() {
+        let study = StudyFile::parse(STUDY).expect("a study");
+        let values = study.vary[0].choices().expect("a range");
+        assert_eq!([&values[0].text, &values[2].text], ["1e-6", "1e-4"]);
+        let middle: f64 = values[1].text.parse().expect("a number");
+        assert!((middle - 1e-5).abs() < 1e-19);
+        assert_eq!(study.reference.perturbed(), 3);
+    }
+
+    #[test]
+    fn values_seeds_and_cases_say_what_they_override() {
+        let words = choices("key = \"a.kind\"\nvalues = [\"pcg\", 1, 2.5e-9]");
+        let told = words.iter().map(|c| (c.text.as_str(), c.set[0].as_str()));
+        let expected = [
+            ("pcg", "a.kind=\"pcg\""),
+            ("1", "a.kind=1"),
+            ("2.5e-9", "a.kind=0.0000000025"),
+        ];
+        assert!(told.eq(expected), "{words:?}");
+        let seeds = choices("key = \"run.seed\"\nseeds = 2");
+        assert_eq!(seeds[1].set, ["run.seed=2"]);
+        let cases = choices("key = \"mesh\"\ncase = [{ value = 4e-4, set = [\"b=1\", \"c=2\"] }]");
+        assert_eq!(
+            (cases[0].text.as_str(), &cases[0].set[..]),
+            ("4e-4", &["b=1".into(), "c=2".into()][..])
+        );
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_named() {
+        let refused = |from: &str, to: &str| {
+            StudyFile::parse(&STUDY.replace(from, to)).expect_err("it makes no sense")
+        };
+        assert!(refused("scenario =", "scene =").contains("scene"));
+        assert!(refused("count = 3", "count = 1").contains("vary.0 (`a`)"));
+        assert!(refused("at_s = 1e-3", "").contains("measure `height`"));
+        assert!(refused("signals.", "signal.").contains("signal.wheel_y_m"));
+        assert!(refused("\"steps\"", "\"a/b\"").contains("a/b"));
+        let exact = refused("set = [\"run.seed=2\"]", "value = { height = 1.0 }");
+        assert!(exact.contains("results only"), "{exact}");
+        assert!(refused("log = {", "values = [1]\nlog = {").contains("exactly one"));
+        assert!(refused("[reference]", "[reference]\nrun = \"a\"").contains("one of `set`"));
+        let perturbed = refused("set = [\"run.seed=2\"]", "run = \"a\"\nperturb = 1");
+        assert!(perturbed.contains("reference.perturb"), "{perturbed}");
+        let scene = refused(
+            "set = [\"run.seed=2\"]\n[[vary]]",
+            "run = \"a\"\n[[vary]]\nscene = true",
+        );
+        assert!(scene.contains("vary.scene"), "{scene}");
+        let again = STUDY.replace(
+            "[[measure]]",
+            "[[vary]]\nkey = \"a\"\nvalues = [1]\n[[measure]]",
+        );
+        assert!(
+            StudyFile::parse(&again)
+                .expect_err("twice")
+                .contains("`a` stands twice")
+        );
+    }
+}

@@ -1,0 +1,83 @@
+//! Forecast of the cost of the tasks of a study, from the first windows of one.
+
+use std::fs;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::plan::Task;
+use super::slurm::Ask;
+use coordinator::error::Error;
+use coordinator::run::session::{Options, fresh_run_id, run};
+use coordinator::rundir::BUILD;
+use kit::scratch::Scratch;
+
+/// Factors on what is foretold: other tasks cost more than the one that was looked at, and nodes of a cluster are slower than this
+/// machine. A task that runs into its limit is given twice as much.
+const WALL_FACTOR: f64 = 4.0;
+const MEMORY_FACTOR: u64 = 2;
+/// The least that is asked for.
+const WALL_LEAST_S: f64 = 600.0;
+const MEMORY_LEAST: u64 = 512 << 20;
+
+/// Cost of the reference, or of the first task, as its first second foretold it: `cost.json` in the study's folder.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Forecast {
+    /// Build that was looked at.
+    build: String,
+    /// Wall-clock time (s), if all windows go as the slowest of those seen.
+    pub wall_s: f64,
+    /// Peak memory of all processes together (bytes).
+    pub memory_bytes: u64,
+}
+
+impl Forecast {
+    /// The one that the folder keeps, if it is this build's; else that of this task, which the folder then keeps.
+    ///
+    /// # Errors
+    /// The folder cannot be written, or a signal came. A task whose run ends early foretells nothing: then the least is asked for.
+    pub fn of(task: &Task, folder: &Path, options: &Options) -> Result<Forecast, Error> {
+        let path = folder.join("cost.json");
+        let kept = fs::read_to_string(&path).ok();
+        let kept = kept.and_then(|text| serde_json::from_str::<Forecast>(&text).ok());
+        if let Some(kept) = kept.filter(|kept| kept.build == BUILD) {
+            return Ok(kept);
+        }
+        let scratch = Scratch::new("study", fresh_run_id());
+        let ended = run(
+            &task.loaded,
+            &Options {
+                out: Some(scratch.path()),
+                rehearsal: true,
+                ..options.clone()
+            },
+        )?;
+        if let Some(error @ Error::Interrupted { .. }) = ended.error {
+            return Err(error);
+        }
+        let told = ended.summary.spent.as_ref().and_then(|spent| spent.told);
+        let forecast = Forecast {
+            build: BUILD.into(),
+            wall_s: told.map_or(0.0, |told| told.wall_high_s),
+            memory_bytes: told.map_or(0, |told| told.memory_bytes),
+        };
+        fs::create_dir_all(folder)
+            .and_then(|()| {
+                fs::write(
+                    &path,
+                    serde_json::to_string_pretty(&forecast).unwrap_or_default(),
+                )
+            })
+            .map_err(Error::output(path.display()))?;
+        Ok(forecast)
+    }
+
+    /// Resources asked of Slurm for a task.
+    pub fn ask(&self, threads: u16) -> Ask {
+        Ask {
+            wall_s: (WALL_FACTOR * self.wall_s).max(WALL_LEAST_S),
+            memory_bytes: (MEMORY_FACTOR * self.memory_bytes).max(MEMORY_LEAST),
+            cores: threads.max(1),
+        }
+    }
+}

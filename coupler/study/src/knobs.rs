@@ -1,0 +1,399 @@
+//! Knobs: what a single key costs and loses, and whether the error falls towards the reference along it.
+
+use runs::curve::median;
+use std::collections::BTreeMap;
+
+use super::collect::Results;
+use super::measure::Norm;
+use super::settings::{Setting, short};
+
+/// A value of a knob: the middle over all combinations of the others and over all scenes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Position {
+    /// The value.
+    pub value: String,
+    /// Its cost.
+    pub cost: Option<f64>,
+    /// Its error by each measure, noise included: one below the floor is told as it is.
+    pub errors: Vec<Option<f64>>,
+    /// Deviations with their signs, where the measure is a single number.
+    pub deviations: Vec<Option<f64>>,
+    /// Work: element-steps and contact-iterations.
+    pub work: [Option<f64>; 2],
+    /// True where a run with it does not stand.
+    pub fell: bool,
+    /// True where its run is the reference itself.
+    pub reference: bool,
+    /// ln(value / value of the reference), where the values have such an order.
+    pub distance: Option<f64>,
+}
+
+/// A key that is varied, and its values from the one that is farthest from the reference's to the nearest.
+#[derive(Clone, Debug)]
+pub struct Knob {
+    /// The key.
+    pub key: String,
+    /// Note of the study about it.
+    pub note: String,
+    /// The values. Those without an order are in that of the study.
+    pub positions: Vec<Position>,
+    /// True where the values are positive numbers.
+    pub numeric: bool,
+    /// Floor of noise by each measure: the middle over the scenes.
+    pub floors: Vec<f64>,
+}
+
+/// A word on the errors along a knob by one measure.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Trend {
+    /// They fall towards the reference; rises below the floor of noise do not count.
+    Falls,
+    /// All of them are noise.
+    Noise,
+    /// They rise between these two positions, by more than the noise.
+    Rises(usize, usize),
+    /// There is no order, or fewer than two errors.
+    None,
+}
+
+/// Part by which the work of runs differs that do the same.
+const SAME_WORK: f64 = 0.02;
+
+impl Knob {
+    /// True where the values are ordered by their distance from the reference's.
+    pub fn is_ordered(&self) -> bool {
+        self.positions
+            .iter()
+            .all(|position| position.distance.is_some())
+    }
+
+    /// The trend by a measure, on either side of the reference.
+    pub fn trend(&self, measure: usize) -> Trend {
+        let floor = self.floors[measure];
+        let errors: Vec<(usize, f64, f64)> = (self.positions.iter().enumerate())
+            .filter_map(|(place, p)| Some((place, p.errors[measure]?, p.distance?)))
+            .collect();
+        if !self.is_ordered() || errors.len() < 2 {
+            return Trend::None;
+        }
+        if errors.iter().all(|(_, error, _)| *error <= floor) {
+            return Trend::Noise;
+        }
+        for side in [1.0, -1.0] {
+            let of_side = errors
+                .iter()
+                .filter(|(_, _, distance)| side * distance >= 0.0);
+            let of_side: Vec<&(usize, f64, f64)> = of_side.collect();
+            let rises = of_side
+                .windows(2)
+                .find(|pair| pair[1].1 > pair[0].1 + floor);
+            if let Some(pair) = rises {
+                return Trend::Rises(pair[0].0, pair[1].0);
+            }
+        }
+        Trend::Falls
+    }
+
+    /// The trend in words.
+    pub fn trend_words(&self, measure: usize) -> String {
+        let at = |place: usize| {
+            let position = &self.positions[place];
+            let error = position.errors[measure].map_or("-".into(), percent);
+            format!("{} ({error} %)", position.value)
+        };
+        match self.trend(measure) {
+            Trend::Falls => "falls towards the reference".into(),
+            Trend::Noise => format!("is noise (floor {} %)", percent(self.floors[measure])),
+            Trend::Rises(a, b) => {
+                let why = self.why(measure, a, b);
+                format!("does not fall from {} to {}{why}", at(a), at(b))
+            }
+            Trend::None => "has too few values to fall".into(),
+        }
+    }
+
+    /// A line on the trend by each measure; none where the values have no order.
+    pub fn trends(&self, measures: &[String]) -> Vec<String> {
+        if !self.is_ordered() {
+            return Vec::new();
+        }
+        let line =
+            |(place, name): (usize, &String)| format!("error_{name} {}", self.trend_words(place));
+        measures.iter().enumerate().map(line).collect()
+    }
+
+    /// The reason for a rise between two positions, as far as numbers tell it.
+    fn why(&self, measure: usize, a: usize, b: usize) -> &'static str {
+        let [a, b] = [a, b].map(|place| &self.positions[place]);
+        let signs = a.deviations[measure].zip(b.deviations[measure]);
+        if signs.is_some_and(|(a, b)| a * b < 0.0) {
+            return ": the deviation changes its sign in between";
+        }
+        let same = |(a, b): (Option<f64>, Option<f64>)| match (a, b) {
+            (Some(a), Some(b)) => (a - b).abs() <= SAME_WORK * a.max(b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        let alike =
+            |a: &Position, b: &Position| a.work.iter().zip(&b.work).all(|(a, b)| same((*a, *b)));
+        // Of a knob that never changes the work that is no reason.
+        if alike(a, b) && self.positions.iter().any(|other| !alike(a, other)) {
+            return ": both do the same work within 2 %";
+        }
+        ""
+    }
+
+    /// The trade it makes: in a sentence from the nearest value to the farthest, or in a line for each value where there is no order.
+    pub fn lines(&self, measures: &[String]) -> Vec<String> {
+        if self.is_ordered() {
+            return vec![self.sentence(measures)];
+        }
+        let head = format!("{}:", short(&self.key));
+        let line = |position: &Position| {
+            if position.fell {
+                return format!("  {}: not completed without suspicion", position.value);
+            }
+            let cost = position.cost.map(|cost| format!("cost {cost:.3}"));
+            let error = |(name, error): (&String, &Option<f64>)| {
+                error.map(|error| format!("{} % {name} error", percent(error)))
+            };
+            let errors = measures.iter().zip(&position.errors).filter_map(error);
+            let told: Vec<String> = cost.into_iter().chain(errors).collect();
+            format!("  {}: {}", position.value, told.join(", "))
+        };
+        std::iter::once(head)
+            .chain(self.positions.iter().map(line))
+            .collect()
+    }
+
+    /// Ratio of the costs of the nearest value and the farthest, and the errors of both.
+    fn sentence(&self, measures: &[String]) -> String {
+        let stand = self.positions.iter().filter(|position| !position.fell);
+        let stand: Vec<&Position> = stand.collect();
+        let (Some(far), Some(near)) = (stand.first(), stand.last()) else {
+            return format!("{}: no run with it completed", short(&self.key));
+        };
+        let mut text = format!("{} {} -> {}", short(&self.key), near.value, far.value);
+        if let Some((near, far)) = near.cost.zip(far.cost) {
+            let ratio = near / far;
+            let word = if ratio >= 1.0 { "cheaper" } else { "dearer" };
+            text += &format!(": {:.1}x {word}", ratio.max(1.0 / ratio));
+        }
+        for (place, name) in measures.iter().enumerate() {
+            if let Some((near, far)) = near.errors[place].zip(far.errors[place]) {
+                text += &format!(", {} -> {} % {name} error", percent(near), percent(far));
+            }
+        }
+        let fell: Vec<&str> = (self.positions.iter().filter(|position| position.fell))
+            .map(|position| position.value.as_str())
+            .collect();
+        if !fell.is_empty() {
+            text += &format!("; not completed without suspicion at {}", fell.join(", "));
+        }
+        text
+    }
+}
+
+/// A part of the reference in per cent, two digits.
+pub fn percent(part: f64) -> String {
+    let percent = 100.0 * part;
+    if percent == 0.0 {
+        return "0".into();
+    }
+    let digits = 1 - percent.abs().log10().floor() as i32;
+    if (0..=4).contains(&digits) {
+        return format!("{percent:.0$}", digits as usize);
+    }
+    if digits < 0 {
+        return format!("{percent:.0}");
+    }
+    format!("{percent:.1e}")
+}
+
+/// The knobs of a study in its order.
+pub fn knobs(results: &Results, settings: &[Setting]) -> Vec<Knob> {
+    let keys = results.file.vary.iter().enumerate();
+    let knobs = keys.filter(|(_, vary)| !vary.scene);
+    knobs
+        .map(|(place, _)| knob(results, settings, place))
+        .collect()
+}
+
+fn knob(results: &Results, settings: &[Setting], place: usize) -> Knob {
+    let vary = &results.file.vary[place];
+    let count = results.file.measure.len();
+    let mut values: Vec<String> = Vec::new();
+    let mut with: BTreeMap<String, Vec<&Setting>> = BTreeMap::new();
+    for setting in settings {
+        let Some((_, value)) = setting.chosen.iter().find(|(at, _)| *at == place) else {
+            continue;
+        };
+        if !values.contains(value) {
+            values.push(value.clone());
+        }
+        with.entry(value.clone()).or_default().push(setting);
+    }
+    let order = order(results, &with, &values, place);
+    if let Some(order) = &order {
+        let far = |value: &String| -order[value].abs();
+        values.sort_by(|a, b| far(a).total_cmp(&far(b)));
+    }
+    let position = |value: &String| {
+        let same = &with[value];
+        let each = |of: &dyn Fn(&Setting) -> Option<f64>| {
+            median(same.iter().filter_map(|setting| of(setting)).collect())
+        };
+        let raw = |measure: usize, setting: &Setting| {
+            let errors = setting.rows.iter().map(|row| row.error(measure));
+            errors.collect::<Option<Vec<f64>>>().and_then(median)
+        };
+        let signed = |measure: usize, setting: &Setting| {
+            let of = &results.file.measure[measure];
+            let deviations = setting.rows.iter().map(|row| row.deviations[measure]);
+            let deviations = deviations.collect::<Option<Vec<f64>>>().and_then(median);
+            deviations.filter(|_| of.norm == Norm::At)
+        };
+        Position {
+            value: value.clone(),
+            cost: each(&|setting| setting.price()),
+            errors: (0..count)
+                .map(|k| each(&|setting| raw(k, setting)))
+                .collect(),
+            deviations: (0..count)
+                .map(|k| each(&|setting| signed(k, setting)))
+                .collect(),
+            work: ["element_steps", "contact_iterations"]
+                .map(|name| each(&|setting| setting.cost(name))),
+            distance: order.as_ref().map(|order| order[value]),
+            reference: same.iter().all(|setting| setting.is_reference(results)),
+            fell: !same.iter().any(|setting| setting.stands()),
+        }
+    };
+    let floor = |measure: usize| {
+        let floors = results.rows.iter().filter_map(|row| row.floors[measure]);
+        median(floors.collect()).unwrap_or(0.0)
+    };
+    Knob {
+        key: vary.key.clone(),
+        note: vary.note.clone(),
+        numeric: values.iter().all(|value| number(value).is_some()),
+        positions: values.iter().map(position).collect(),
+        floors: (0..count).map(floor).collect(),
+    }
+}
+
+fn number(value: &str) -> Option<f64> {
+    value
+        .parse::<f64>()
+        .ok()
+        .filter(|x| *x > 0.0 && x.is_finite())
+}
+
+/// Distance of each value from the reference's, ln(value / reference); `None` where there is no such order. The reference's value is
+/// the one that it has for the key, or the one with which a point is the same run as the reference.
+fn order(
+    results: &Results,
+    with: &BTreeMap<String, Vec<&Setting>>,
+    values: &[String],
+    place: usize,
+) -> Option<BTreeMap<String, f64>> {
+    let reference = results.reference(0)?;
+    let own = number(&reference.values[place]);
+    let same = || {
+        let mut of = with.iter();
+        let found = of.find(|(_, settings)| {
+            let mut rows = settings.iter().flat_map(|setting| &setting.rows);
+            rows.any(|row| row.id == reference.id)
+        });
+        found.and_then(|(value, _)| number(value))
+    };
+    let zero = own.or_else(same)?;
+    let distance = |value: &String| Some((value.clone(), (number(value)? / zero).ln()));
+    values.iter().map(distance).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn knob(errors: &[f64], floor: f64) -> Knob {
+        let position = |(k, error): (usize, &f64)| Position {
+            value: format!("{k}"),
+            cost: Some(1.0 + k as f64),
+            errors: vec![Some(*error)],
+            deviations: vec![None],
+            work: [Some(1.0 + k as f64), None],
+            fell: false,
+            reference: false,
+            distance: Some((errors.len() - k) as f64),
+        };
+        Knob {
+            key: "interface.a.substeps".into(),
+            note: String::new(),
+            positions: errors.iter().enumerate().map(position).collect(),
+            numeric: true,
+            floors: vec![floor],
+        }
+    }
+
+    #[test]
+    fn trends_are_judged_beyond_the_noise() {
+        assert_eq!(knob(&[0.3, 0.1, 0.0], 0.0).trend(0), Trend::Falls);
+        assert_eq!(knob(&[0.3, 0.1, 0.12], 0.05).trend(0), Trend::Falls);
+        assert_eq!(knob(&[0.3, 0.1, 0.2], 0.05).trend(0), Trend::Rises(1, 2));
+        assert_eq!(knob(&[0.03, 0.01, 0.02], 0.05).trend(0), Trend::Noise);
+        let mut loose = knob(&[0.3, 0.1], 0.0);
+        loose.positions[0].distance = None;
+        assert_eq!(loose.trend(0), Trend::None);
+        // 0.2 lies on one side of the reference, and 0.3 and 0.1 on the other.
+        let mut sides = knob(&[0.3, 0.2, 0.25, 0.1], 0.0);
+        assert_eq!(sides.trend(0), Trend::Rises(1, 2));
+        sides.positions[1].distance = Some(-3.0);
+        assert_eq!(sides.trend(0), Trend::Falls);
+    }
+
+    #[test]
+    fn a_rise_has_a_reason_where_numbers_tell_one() {
+        let mut rising = knob(&[0.1, 0.3], 0.0);
+        assert_eq!(
+            rising.trend_words(0),
+            "does not fall from 0 (10 %) to 1 (30 %)"
+        );
+        rising.positions[1].work = [Some(1.01), None];
+        assert_eq!(
+            rising.trend_words(0),
+            "does not fall from 0 (10 %) to 1 (30 %)"
+        );
+        rising.positions.push(Position {
+            work: [Some(3.0), None],
+            errors: vec![None],
+            ..rising.positions[0].clone()
+        });
+        assert!(
+            rising
+                .trend_words(0)
+                .ends_with("both do the same work within 2 %")
+        );
+        rising.positions[0].deviations = vec![Some(-0.1)];
+        rising.positions[1].deviations = vec![Some(0.3)];
+        assert!(
+            rising
+                .trend_words(0)
+                .ends_with("changes its sign in between")
+        );
+    }
+
+    #[test]
+    fn a_sentence_tells_cost_and_error_from_the_nearest_to_the_farthest() {
+        let sentence = knob(&[0.047, 0.022], 0.0).sentence(&["traction".into()]);
+        assert_eq!(
+            sentence,
+            "substeps 1 -> 0: 2.0x cheaper, 2.2 -> 4.7 % traction error"
+        );
+    }
+
+    #[test]
+    fn parts_are_told_with_two_digits() {
+        let told = [0.0, 0.5, 0.0123, 1e-6, 3e-9, 2.5].map(percent);
+        assert_eq!(told, ["0", "50", "1.2", "1.0e-4", "3.0e-7", "250"]);
+    }
+}

@@ -1,0 +1,248 @@
+//! Measures: the distance of a run from the reference in one number.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use runs::curve::{Curve, Distance};
+use runs::finished::Finished;
+use runs::steps::Steps;
+use runs::table::Table;
+
+/// A distance from the reference.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Measure {
+    /// Its column is `error_<name>`.
+    pub name: String,
+    /// `signals.NAME`, `profile.NAME` or `results.NAME`.
+    pub of: String,
+    /// The norm.
+    pub norm: Norm,
+    /// Instant of `at` for a signal (s).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_s: Option<f64>,
+    /// Width of the bins over which a traction is a mean (m).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bin_m: Option<f64>,
+}
+
+/// Norm of a distance; all are relative to that of the reference.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Norm {
+    /// Root of the mean square.
+    L2,
+    /// Largest.
+    Max,
+    /// At an instant, or of a result.
+    At,
+}
+
+/// Numbers that a run is held against.
+#[derive(Clone, Copy, Debug)]
+pub enum Held<'a> {
+    /// Those of another run.
+    Run(&'a Finished),
+    /// Exact ones, by the measure's name.
+    Values(&'a BTreeMap<String, f64>),
+    /// The reference is not there.
+    Nothing,
+}
+
+/// Refuses a name that is no plain file name and no name of a column.
+pub fn plain(key: &str, name: &str) -> Result<(), String> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    if name.is_empty() || name.starts_with('.') || !name.chars().all(plain) {
+        return Err(format!(
+            "{key}: must be letters, digits, `-`, `_` and `.`, got `{name}`"
+        ));
+    }
+    Ok(())
+}
+
+impl Measure {
+    /// The table, and the name in it.
+    pub fn table(&self) -> Option<(&str, &str)> {
+        let (table, name) = self.of.split_once('.')?;
+        let known = ["signals", "profile", "results"].contains(&table);
+        (known && !name.is_empty()).then_some((table, name))
+    }
+
+    /// Refuses a norm that does not fit, and a result without an exact value where those are the reference.
+    pub(super) fn check(&self, exact: Option<&BTreeMap<String, f64>>) -> Result<(), String> {
+        plain("name", &self.name)?;
+        let Some((table, _)) = self.table() else {
+            return Err(format!(
+                "`of` must be signals.NAME, profile.NAME or results.NAME, got `{}`",
+                self.of
+            ));
+        };
+        let fits = match table {
+            "results" => self.norm == Norm::At && self.at_s.is_none(),
+            "signals" => (self.norm == Norm::At) == self.at_s.is_some(),
+            _ => self.norm != Norm::At && self.at_s.is_none(),
+        };
+        if !fits {
+            return Err(
+                "a result has the norm `at`, a signal `l2`, `max` or `at` with `at_s`, a traction `l2` or `max`"
+                    .into(),
+            );
+        }
+        if self
+            .bin_m
+            .is_some_and(|bin| !(bin > 0.0 && bin.is_finite()))
+            || (self.bin_m.is_some() && table != "profile")
+        {
+            return Err("`bin_m` is the positive width of the bins of a traction".into());
+        }
+        match exact {
+            Some(_) if table != "results" => {
+                Err("a reference by value is one of results only".into())
+            }
+            Some(exact) if !exact.contains_key(&self.name) => {
+                Err("reference.value has no number of this name".into())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The distance of a run from the reference, relative to the reference; or why there is none. With the norm `at` it has the sign of
+    /// the deviation.
+    pub fn deviation(&self, run: &Finished, held: Held) -> Result<f64, String> {
+        let (table, name) = self.table().ok_or("`of` names no table")?;
+        let reference = match held {
+            Held::Nothing => return Err("the reference has not completed".into()),
+            Held::Values(values) => {
+                let exact = *values.get(&self.name).ok_or("no exact value")?;
+                return relative(result(run, name)?, exact);
+            }
+            Held::Run(reference) => reference,
+        };
+        let found = match table {
+            "results" => return relative(result(run, name)?, result(reference, name)?),
+            "signals" => {
+                let own = column(&run.signals, "t_s", name)?;
+                let other = column(&reference.signals, "t_s", name)?;
+                if let Some(at) = self.at_s {
+                    let at = |curve: &Curve| curve.at(at).ok_or(format!("nothing at {at:e} s"));
+                    return relative(at(&own)?, at(&other)?);
+                }
+                own.distance(&other)?
+            }
+            _ => traction([run, reference], name, self.bin_m)?,
+        };
+        let relative = match self.norm {
+            Norm::Max => found.max_rel,
+            Norm::L2 | Norm::At => found.l2_rel,
+        };
+        relative.ok_or("the reference is 0 throughout".into())
+    }
+}
+
+fn traction(runs: [&Finished; 2], name: &str, bin: Option<f64>) -> Result<Distance, String> {
+    let steps = |run: &Finished| -> Result<Steps, String> {
+        let table = run.profile.as_ref().ok_or("there is no profile.csv")?;
+        let curve = column(table, "x_m", name)?;
+        Steps::around(curve.x, curve.y).ok_or("there are no numbers".into())
+    };
+    let [own, other] = runs.map(steps);
+    Ok(own?.distance(&other?, bin))
+}
+
+/// A column over the one of its places. A signal is known by its whole name, or by what follows the participant's name where only one
+/// participant has it: a run of one solver has no names before its signals.
+fn column<'a>(table: &'a Table, place: &str, name: &str) -> Result<Curve<'a>, String> {
+    let missing = || format!("no column `{name}`");
+    let end = format!(".{name}");
+    let get = |name: &str| table.get(name);
+    let ending = || {
+        let mut same = table
+            .columns
+            .iter()
+            .filter(|(known, _)| known.ends_with(&end));
+        same.next().filter(|_| same.next().is_none())
+    };
+    let of_participant = || ending().map(|(_, numbers)| numbers.as_slice());
+    Ok(Curve {
+        x: get(place).ok_or_else(missing)?,
+        y: get(name).or_else(of_participant).ok_or_else(missing)?,
+    })
+}
+
+fn result(run: &Finished, name: &str) -> Result<f64, String> {
+    let results = run.results();
+    let found = results.get(name).copied();
+    found.ok_or(format!("no result `{name}`"))
+}
+
+/// (a - b) / |b|.
+fn relative(number: f64, reference: f64) -> Result<f64, String> {
+    let error = (number - reference) / reference.abs();
+    if error.is_finite() {
+        return Ok(error);
+    }
+    Err(format!(
+        "{number:e} has no relative distance from {reference:e}"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn finished(signals: &str, result: f64) -> Finished {
+        Finished {
+            summary: serde_json::json!({ "results": { "depth_m": result } }),
+            signals: Table::parse(signals).expect("a table"),
+            profile: Some(Table::parse("x_m,p_pa\n0,1\n1,1\n").expect("a table")),
+        }
+    }
+
+    fn measure(of: &str, norm: &str, more: &str) -> Measure {
+        let text = format!("name = \"m\"\nof = \"{of}\"\nnorm = \"{norm}\"\n{more}");
+        toml::from_str(&text).expect("a measure")
+    }
+
+    #[test]
+    fn a_signal_is_known_without_its_participant_where_only_one_has_it() {
+        let of = |text: &str, name: &str| {
+            let table = Table::parse(text).expect("a table");
+            column(&table, "t_s", name).map(|curve| curve.y[0])
+        };
+        assert_eq!(
+            of("t_s,wheel_y_m,a.wheel_y_m\n0,1,2\n", "wheel_y_m"),
+            Ok(1.0)
+        );
+        assert_eq!(of("t_s,a.wheel_y_m\n0,2\n", "wheel_y_m"), Ok(2.0));
+        assert_eq!(
+            of("t_s,a.y_m,b.y_m\n0,1,2\n", "y_m"),
+            Err("no column `y_m`".into())
+        );
+        assert_eq!(
+            of("t_s,a.xy_m\n0,1\n", "y_m"),
+            Err("no column `y_m`".into())
+        );
+    }
+
+    /// y = 1 + t against 2 on [0, 1]: d^2 integrates to 1/3, the reference to 4.
+    #[test]
+    fn errors_are_those_of_their_norms() {
+        let run = finished("t_s,y\n0,1\n1,2\n", 1.5);
+        let reference = finished("t_s,y\n0,2\n1,2\n", 1.0);
+        let of = |measure: &Measure| measure.deviation(&run, Held::Run(&reference));
+        let l2 = of(&measure("signals.y", "l2", "")).expect("it has one");
+        assert!((l2 - (1f64 / 12.0).sqrt()).abs() < 1e-15);
+        assert_eq!(of(&measure("signals.y", "max", "")), Ok(0.5));
+        assert_eq!(of(&measure("signals.y", "at", "at_s = 0.5")), Ok(-0.25));
+        assert_eq!(of(&measure("results.depth_m", "at", "")), Ok(0.5));
+        assert_eq!(of(&measure("profile.p_pa", "l2", "")), Ok(0.0));
+        let missing = of(&measure("signals.z", "l2", ""));
+        assert_eq!(missing, Err("no column `z`".into()));
+        let exact = BTreeMap::from([("m".to_string(), 3.0)]);
+        let closed = measure("results.depth_m", "at", "").deviation(&run, Held::Values(&exact));
+        assert_eq!(closed, Ok(-0.5));
+        let none = measure("results.depth_m", "at", "").deviation(&run, Held::Nothing);
+        assert!(none.is_err());
+    }
+}

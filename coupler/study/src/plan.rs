@@ -1,0 +1,388 @@
+//! The plan of a study: its tasks, each a scenario of its own.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::file::{Choice, Mode, StudyFile, Vary, told};
+use coordinator::error::{Error, Refusal};
+use coordinator::rundir::BUILD;
+use coordinator::scenario::Scenario;
+use coordinator::scenario::load::{Loaded, load};
+use coordinator::scenario::overrides::value_at;
+
+/// Part of a task in its study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// The others are held against it.
+    Reference,
+    /// The same with grains, or nodes, that are displaced by next to nothing; the number is the seed of that.
+    Perturbed(u64),
+    /// One of the runs that are measured.
+    Point,
+}
+
+impl Role {
+    /// In a word.
+    pub fn word(self) -> String {
+        match self {
+            Role::Reference => "reference".into(),
+            Role::Perturbed(seed) => format!("perturbed-{seed}"),
+            Role::Point => "point".into(),
+        }
+    }
+}
+
+/// A run of the study, before its scenario is read.
+#[derive(Clone, Debug, PartialEq)]
+struct Entry {
+    role: Role,
+    /// Number of its combination of scene keys.
+    scene: usize,
+    /// The chosen value of each key, in the order of the study.
+    choices: Vec<Option<Choice>>,
+    scenario: String,
+    set: Vec<String>,
+    /// The part of `set` that is no scene's and not all runs'; `None` with a scenario of its own.
+    fidelity: Option<Vec<String>>,
+}
+
+/// A run of the study.
+#[derive(Clone, Debug)]
+pub struct Task {
+    /// Row of results.csv.
+    pub index: usize,
+    /// Its part.
+    pub role: Role,
+    /// Number of its combination of scene keys.
+    pub scene: usize,
+    /// Value of each key, in the order of the study, those that are not varied here as the scenario has them; empty for a name of cases
+    /// of which none is chosen, and for a key that the scenario does not give.
+    pub values: Vec<String>,
+    /// True for the keys that are varied in it.
+    pub varied: Vec<bool>,
+    /// Overrides that make the scenario of the study this setting, whatever the scene; `None` for another scenario.
+    pub fidelity: Option<Vec<String>>,
+    /// The scenario.
+    pub loaded: Loaded,
+    /// True where exchange log and checkpoints outlast the run.
+    pub keep_logs: bool,
+    /// Hash of scenario and build: tasks with the same one are the same run.
+    pub id: String,
+}
+
+/// All runs of a study.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The study.
+    pub file: StudyFile,
+    /// Folder of the study file.
+    pub beside: PathBuf,
+    entries: Vec<Entry>,
+}
+
+impl Plan {
+    /// Plans a study; a small one, if asked; with further overrides of all runs. No scenario is read but that of the reference.
+    ///
+    /// # Errors
+    /// The study or the scenario of its reference is refused.
+    pub fn read(path: &Path, small: bool, set: &[String]) -> Result<Plan, Error> {
+        let path = &StudyFile::place(path);
+        let file = StudyFile::read(path)?;
+        let beside = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let reduced = if small {
+            file.small.clone()
+        } else {
+            Default::default()
+        };
+        let common = [&file.study.set[..], &reduced.set, set].concat();
+        let mut axes = Vec::new();
+        for vary in &file.vary {
+            let choices = vary.choices();
+            let choices = choices.map_err(|why| Refusal::file(path, why))?;
+            axes.push(match (vary.scene, reduced.scenes) {
+                (true, Some(most)) => choices.into_iter().take(most.max(1)).collect(),
+                (true, None) => choices,
+                (false, _) => thinned(choices, reduced.limit),
+            });
+        }
+        let scenario = found(&beside, &file.study.scenario);
+        let mut entries = Vec::new();
+        let reference = file.reference.set.clone();
+        let perturbations = match (&reference, file.reference.perturbed()) {
+            (Some(set), count) if count > 0 => {
+                let loaded = load(&scenario, &[&common[..], set].concat())?;
+                let names = perturbed_participants(&loaded.scenario);
+                if names.is_empty() {
+                    let why = "reference.perturb: no participant of the scenario is a shipped solver, so none can be perturbed; write perturb = 0, and no floor of noise is told";
+                    return Err(Refusal::file(path, why).into());
+                }
+                (1..=count).map(|seed| perturbation(&names, seed)).collect()
+            }
+            _ => Vec::new(),
+        };
+        for (scene, of_scene) in scenes(&file.vary, &axes).into_iter().enumerate() {
+            let entry = |role: Role, own: &[String], choices: &[Option<Choice>]| {
+                let mut chosen = choices.iter().flatten();
+                let other = chosen.find_map(|choice| choice.scenario.as_deref());
+                let sets = |scene: bool| -> Vec<String> {
+                    let chosen = file.vary.iter().zip(choices);
+                    let chosen = chosen.filter(|(vary, _)| vary.scene == scene);
+                    let chosen = chosen.filter_map(|(_, choice)| choice.as_ref());
+                    chosen.flat_map(|choice| choice.set.clone()).collect()
+                };
+                let (base, own) = match other {
+                    Some(_) => (&[][..], &[][..]),
+                    None => (&common[..], own),
+                };
+                let fidelity = [own, &sets(false)].concat();
+                Entry {
+                    role,
+                    scene,
+                    choices: choices.to_vec(),
+                    scenario: other.map_or(scenario.clone(), |name| found(&beside, name)),
+                    set: [base, &sets(true), &fidelity].concat(),
+                    fidelity: other.is_none().then_some(fidelity),
+                }
+            };
+            if let Some(set) = &reference {
+                entries.push(entry(Role::Reference, set, &of_scene));
+                for (seed, perturbed) in (1..).zip(&perturbations) {
+                    let set = [&set[..], perturbed].concat();
+                    entries.push(entry(Role::Perturbed(seed), &set, &of_scene));
+                }
+            }
+            let base = match file.study.mode {
+                Mode::Grid => Vec::new(),
+                Mode::OneAtATime => reference.clone().unwrap_or_default(),
+            };
+            for choices in points(&file.vary, &axes, &of_scene, file.study.mode) {
+                entries.push(entry(Role::Point, &base, &choices));
+            }
+        }
+        Ok(Plan {
+            file,
+            beside,
+            entries,
+        })
+    }
+
+    /// Number of its tasks.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// True for a study without tasks, which no file can ask for.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// A task; `None` where there are not as many.
+    ///
+    /// # Errors
+    /// Its scenario is refused.
+    pub fn task(&self, index: usize) -> Result<Option<Task>, Error> {
+        let Some(entry) = self.entries.get(index) else {
+            return Ok(None);
+        };
+        let loaded = load(&entry.scenario, &entry.set)?;
+        let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
+        let own = |vary: &Vary| value_at(&table, &vary.key).map(told);
+        let value = |(vary, choice): (&Vary, &Option<Choice>)| match choice {
+            Some(choice) => choice.text.clone(),
+            None if vary.is_key() => own(vary).unwrap_or_default(),
+            None => String::new(),
+        };
+        let hash = blake3::hash(format!("{} {BUILD} {}", loaded.hash, files(&table)).as_bytes());
+        Ok(Some(Task {
+            index,
+            role: entry.role,
+            scene: entry.scene,
+            values: self
+                .file
+                .vary
+                .iter()
+                .zip(&entry.choices)
+                .map(value)
+                .collect(),
+            varied: entry.choices.iter().map(Option::is_some).collect(),
+            fidelity: entry.fidelity.clone(),
+            keep_logs: self.file.study.keep_logs,
+            id: hash.to_hex()[..16].to_string(),
+            loaded,
+        }))
+    }
+
+    /// All tasks: for each combination of scene keys the reference, where it is a run of this study, its perturbed ones, and the
+    /// points.
+    ///
+    /// # Errors
+    /// A scenario is refused.
+    pub fn tasks(&self) -> Result<Vec<Task>, Error> {
+        let tasks: Result<Vec<Option<Task>>, Error> =
+            (0..self.len()).map(|index| self.task(index)).collect();
+        Ok(tasks?.into_iter().flatten().collect())
+    }
+}
+
+/// The first task of each run: what is to be done.
+pub fn runs(tasks: &[Task]) -> Vec<&Task> {
+    let mut seen = std::collections::BTreeSet::new();
+    tasks.iter().filter(|task| seen.insert(&task.id)).collect()
+}
+
+/// A scenario beside the study or up to two folders above, as shipped studies lie below the scenes; or as `run` finds it.
+fn found(beside: &Path, scenario: &str) -> String {
+    let above = beside
+        .ancestors()
+        .take(3)
+        .map(|folder| folder.join(scenario));
+    let mut own = above.filter(|path| path.is_file() || path.join("scenario.toml").is_file());
+    own.next()
+        .map_or(scenario.to_string(), |path| path.display().to_string())
+}
+
+/// Contents of the files that solvers' keys name, which the scenario's hash knows by their names alone.
+fn files(table: &toml::Table) -> String {
+    let mut hasher = blake3::Hasher::new();
+    let mut values: Vec<&toml::Value> = table.values().collect();
+    while let Some(value) = values.pop() {
+        match value {
+            toml::Value::String(text) if Path::new(text).is_absolute() => {
+                if let Ok(bytes) = std::fs::read(text) {
+                    hasher.update(&bytes);
+                }
+            }
+            toml::Value::Array(inner) => values.extend(inner),
+            toml::Value::Table(inner) => values.extend(inner.values()),
+            _ => {}
+        }
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
+/// Kinds of shipped solvers that know `perturb_seed`, grains before nodes.
+const PERTURBED_KINDS: [&str; 2] = ["dem", "fem"];
+
+/// The participants that perturbed references perturb: those with grains, or else those with nodes.
+fn perturbed_participants(scenario: &Scenario) -> Vec<&str> {
+    let of_kind = |kind: &str| -> Vec<&str> {
+        let shipped = scenario.participant.iter().filter(|p| p.command.is_none());
+        let same = shipped.filter(|p| p.kind == kind);
+        same.map(|p| p.name.as_str()).collect()
+    };
+    let all = PERTURBED_KINDS.map(of_kind);
+    let mut all = all.into_iter().filter(|names| !names.is_empty());
+    all.next().unwrap_or_default()
+}
+
+fn perturbation(names: &[&str], seed: u64) -> Vec<String> {
+    let key = |name: &&str| format!("participant.{name}.config.perturb_seed={seed}");
+    names.iter().map(key).collect()
+}
+
+/// At most so many values: the first, the last, and some between.
+fn thinned<T: Clone>(axis: Vec<T>, limit: Option<usize>) -> Vec<T> {
+    match limit {
+        Some(limit) if limit < axis.len() => {
+            let last = axis.len() - 1;
+            let steps = limit.saturating_sub(1).max(1);
+            let kept = (0..limit.max(1)).map(|k| (k * last + steps / 2) / steps);
+            kept.map(|place| axis[place].clone()).collect()
+        }
+        _ => axis,
+    }
+}
+
+/// All combinations of the keys that this takes, the last changing first; the others stay as they are in `start`.
+fn combined(
+    axes: &[Vec<Choice>],
+    start: &[Option<Choice>],
+    takes: impl Fn(usize) -> bool,
+) -> Vec<Vec<Option<Choice>>> {
+    let mut points = vec![start.to_vec()];
+    for (place, axis) in axes.iter().enumerate().filter(|(place, _)| takes(*place)) {
+        let longer = points.iter().flat_map(|point| {
+            axis.iter().map(move |choice| {
+                let mut point = point.clone();
+                point[place] = Some(choice.clone());
+                point
+            })
+        });
+        points = longer.collect();
+    }
+    points
+}
+
+/// The combinations of scene keys.
+fn scenes(vary: &[Vary], axes: &[Vec<Choice>]) -> Vec<Vec<Option<Choice>>> {
+    combined(axes, &vec![None; axes.len()], |place| vary[place].scene)
+}
+
+/// The points of a scene.
+fn points(
+    vary: &[Vary],
+    axes: &[Vec<Choice>],
+    scene: &[Option<Choice>],
+    mode: Mode,
+) -> Vec<Vec<Option<Choice>>> {
+    match mode {
+        Mode::Grid => combined(axes, scene, |place| !vary[place].scene),
+        Mode::OneAtATime => {
+            let knobs = (0..axes.len()).filter(|place| !vary[*place].scene);
+            knobs
+                .flat_map(|knob| combined(axes, scene, |place| place == knob))
+                .collect()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEAD: &str = "[study]\nname = \"s\"\nscenario = \"quick\"\n[reference]\nset = []\n[[measure]]\nname = \"m\"\nof = \"results.approach_m\"\nnorm = \"at\"\n";
+
+    /// Values of the points of a study with these keys, as words.
+    fn told_points(mode: Mode) -> Vec<String> {
+        let keys = "[[vary]]\nkey = \"run.seed\"\nscene = true\nseeds = 2\n[[vary]]\nkey = \"a\"\nvalues = [1, 2]\n[[vary]]\nkey = \"b\"\nvalues = [\"x\", \"y\"]\n";
+        let file = StudyFile::parse(&format!("{HEAD}{keys}")).expect("a study");
+        let axes: Vec<Vec<Choice>> = file
+            .vary
+            .iter()
+            .map(|vary| vary.choices().expect("values"))
+            .collect();
+        let scenes = scenes(&file.vary, &axes);
+        let points = scenes
+            .iter()
+            .flat_map(|scene| points(&file.vary, &axes, scene, mode));
+        let told = points.map(|point| {
+            let words = point.iter().map(|c| c.as_ref().map_or("-", |c| &c.text));
+            words.collect::<Vec<&str>>().join(" ")
+        });
+        told.collect()
+    }
+
+    #[test]
+    fn a_grid_has_all_combinations_and_the_other_mode_each_value() {
+        let grid = told_points(Mode::Grid);
+        let first = ["1 1 x", "1 1 y", "1 2 x", "1 2 y", "2 1 x"];
+        assert_eq!((&grid[..5], grid.len()), (&first.map(String::from)[..], 8));
+        let single = told_points(Mode::OneAtATime);
+        let first = ["1 1 -", "1 2 -", "1 - x", "1 - y", "2 1 -"];
+        assert_eq!(
+            (&single[..5], single.len()),
+            (&first.map(String::from)[..], 8)
+        );
+    }
+
+    #[test]
+    fn a_thinned_axis_keeps_its_ends() {
+        let all = vec![1, 2, 3, 4, 5];
+        assert_eq!(thinned(all.clone(), Some(3)), [1, 3, 5]);
+        assert_eq!(thinned(all.clone(), Some(2)), [1, 5]);
+        assert_eq!(thinned(all.clone(), Some(1)), [1]);
+        assert_eq!(thinned(all.clone(), None), all);
+    }
+}

@@ -1,0 +1,124 @@
+//! The local engine: a pool of processes, one a task.
+
+use std::collections::VecDeque;
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+
+use super::patience::Patience;
+use super::plan::Task;
+use super::progress::StudyProgress;
+use super::task::{SILENT, Stage};
+use coordinator::error::Error;
+
+/// Time between two looks at the processes.
+const LOOK: Duration = Duration::from_millis(20);
+/// Time between two looks at heartbeats, and at tasks that other processes do.
+const LOOK_ELSEWHERE: Duration = Duration::from_secs(1);
+
+/// The command that does one task of a study: `study exec` but for the index.
+#[derive(Clone, Debug)]
+pub struct Exec {
+    /// This program.
+    pub program: PathBuf,
+    /// Its arguments; the index follows them.
+    pub arguments: Vec<OsString>,
+}
+
+impl Exec {
+    /// Starts the process of a task, which ends when this one does.
+    fn start(&self, task: &Task) -> Result<Child, Error> {
+        Command::new(&self.program)
+            .args(&self.arguments)
+            .arg(task.index.to_string())
+            .args(["--parent", &std::process::id().to_string()])
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .map_err(Error::input("starting a task's process"))
+    }
+}
+
+/// Does all runs that are not done, `jobs` at a time. Those that other processes do are waited for as long as their hearts beat.
+/// `stopped` ends it in order.
+///
+/// # Errors
+/// A process cannot be started, or a folder cannot be read. A run that fails is a row.
+pub fn run(
+    progress: &mut StudyProgress,
+    exec: &Exec,
+    jobs: usize,
+    stopped: impl Fn() -> bool,
+) -> Result<(), Error> {
+    let mut waiting: VecDeque<&Task> = progress.left()?.into();
+    let mut running: Vec<(&Task, Child)> = Vec::new();
+    let mut elsewhere: Vec<&Task> = Vec::new();
+    let mut patience = Patience::new(SILENT);
+    let (mut looked, mut told_to_stop) = (Instant::now(), false);
+    while !running.is_empty() || !(stopped() || (waiting.is_empty() && elsewhere.is_empty())) {
+        while running.len() < jobs.max(1) && !stopped() {
+            let Some(task) = waiting.pop_front() else {
+                break;
+            };
+            match progress.folder(task).stage()? {
+                Stage::Done(_) => progress.ended(task)?,
+                Stage::Running => elsewhere.push(task),
+                Stage::Waiting => running.push((task, exec.start(task)?)),
+            }
+        }
+        std::thread::sleep(LOOK);
+        progress.show();
+        let look = looked.elapsed() > LOOK_ELSEWHERE;
+        if look {
+            looked = Instant::now();
+        }
+        let mut still = Vec::new();
+        for (task, mut child) in running {
+            let ended = child.try_wait().map_err(Error::input("a task's process"))?;
+            if ended.is_none() {
+                // One that has stopped, and not ended, would be waited for without end.
+                if look && patience.is_over(&task.id, progress.folder(task).heartbeat()) {
+                    let _ = child.kill();
+                    patience.forget(&task.id);
+                }
+                still.push((task, child));
+                continue;
+            }
+            match progress.folder(task).stage()? {
+                Stage::Running => elsewhere.push(task),
+                Stage::Waiting if stopped() => {}
+                Stage::Waiting if progress.gives_up(task)? => {}
+                Stage::Waiting => waiting.push_back(task),
+                Stage::Done(_) => progress.ended(task)?,
+            }
+        }
+        running = still;
+        if look {
+            let mut still = Vec::new();
+            for task in elsewhere {
+                let silent = patience.is_over(&task.id, progress.folder(task).heartbeat());
+                match progress.folder(task).stage()? {
+                    Stage::Done(_) => progress.ended(task)?,
+                    Stage::Waiting => waiting.push_back(task),
+                    Stage::Running if silent => {
+                        progress.lost(task, "a process holds it and does nothing")
+                    }
+                    Stage::Running => still.push(task),
+                }
+            }
+            elsewhere = still;
+        }
+        if stopped() && !told_to_stop {
+            told_to_stop = true;
+            for (_, child) in &running {
+                let _ = kill(Pid::from_raw(child.id() as i32), Signal::SIGTERM);
+            }
+        }
+    }
+    Ok(())
+}

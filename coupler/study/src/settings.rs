@@ -1,0 +1,131 @@
+//! Settings: the same values of the keys that trade speed for accuracy, in all scenes of a study.
+
+use runs::curve::median;
+use std::collections::BTreeMap;
+
+use super::collect::{Results, Row};
+use super::plan::Role;
+
+/// A setting and what came of it, scene by scene.
+#[derive(Clone, Debug)]
+pub struct Setting<'a> {
+    /// Its values, by the place of the key; those that are not varied are not named.
+    pub chosen: Vec<(usize, String)>,
+    /// Its rows, one a scene.
+    pub rows: Vec<&'a Row>,
+}
+
+impl Setting<'_> {
+    /// True where the results of all scenes are to be trusted.
+    pub fn stands(&self) -> bool {
+        self.rows.iter().all(|row| row.stands())
+    }
+
+    /// True where its runs are the references themselves, or the same as they bit for bit.
+    pub fn is_reference(&self, results: &Results) -> bool {
+        let same = |row: &&Row| {
+            let bits = |of: &Row| !row.hashes[1].is_empty() && of.hashes == row.hashes;
+            let reference = results.reference(row.scene);
+            reference.is_some_and(|of| of.id == row.id || bits(of))
+        };
+        self.rows.iter().all(same)
+    }
+
+    /// Its values in words, keys by the last parts of their names.
+    pub fn words(&self, results: &Results) -> String {
+        if self.chosen.is_empty() {
+            return "reference".into();
+        }
+        let word = |(place, value): &(usize, String)| {
+            format!("{} = {value}", short(&results.file.vary[*place].key))
+        };
+        let words = self.chosen.iter().map(word);
+        words.collect::<Vec<String>>().join(", ")
+    }
+
+    /// Errors by a measure, one a scene; `None` where one is missing. One below the floor of noise is no error: it is the floor.
+    pub fn errors(&self, measure: usize) -> Option<Vec<f64>> {
+        let error = |row: &&Row| Some(row.error(measure)?.max(row.floor(measure)));
+        self.rows.iter().map(error).collect()
+    }
+
+    /// The middle of the errors by a measure.
+    pub fn error(&self, measure: usize) -> Option<f64> {
+        self.errors(measure).and_then(median)
+    }
+
+    /// The middle of a cost over that of the reference.
+    pub fn cost_rel(&self, name: &str) -> Option<f64> {
+        let costs = self.rows.iter().map(|row| row.cost_rel.get(name).copied());
+        costs.collect::<Option<Vec<f64>>>().and_then(median)
+    }
+
+    /// The middle of a cost.
+    pub fn cost(&self, name: &str) -> Option<f64> {
+        let costs = self.rows.iter().map(|row| row.cost.get(name).copied());
+        costs.collect::<Option<Vec<f64>>>().and_then(median)
+    }
+
+    /// Its price: processor time over that of the reference, or in seconds where the reference is no run of the study.
+    pub fn price(&self) -> Option<f64> {
+        self.cost_rel("cpu_s").or_else(|| self.cost("cpu_s"))
+    }
+}
+
+/// The last parts of a key that say what it is: `mass_scale`, `solver.tolerance`.
+pub fn short(key: &str) -> &str {
+    let mut dots = key.rmatch_indices('.').map(|(at, _)| at);
+    let (last, before) = (dots.next(), dots.next());
+    let name = last.map_or(key, |at| &key[at + 1..]);
+    // A word that several solvers' tables have says too little by itself.
+    if ["tolerance", "kind", "step_s", "value"].contains(&name) {
+        return before.map_or(key, |at| &key[at + 1..]);
+    }
+    name
+}
+
+/// The settings of a study: the reference, where it is a run of it, then the points in their order.
+pub fn settings(results: &Results) -> Vec<Setting<'_>> {
+    let mut all: Vec<Setting> = Vec::new();
+    let mut places: BTreeMap<Vec<(usize, String)>, usize> = BTreeMap::new();
+    let rows = results.rows.iter();
+    for row in rows.filter(|row| !matches!(row.role, Role::Perturbed(_))) {
+        let knobs = results.file.vary.iter().enumerate();
+        let chosen = knobs.filter(|(place, vary)| row.varied[*place] && !vary.scene);
+        let chosen: Vec<(usize, String)> = chosen
+            .map(|(place, _)| (place, row.values[place].clone()))
+            .collect();
+        let next = all.len();
+        let place = *places.entry(chosen.clone()).or_insert(next);
+        if place == next {
+            all.push(Setting {
+                chosen,
+                rows: Vec::new(),
+            });
+        }
+        all[place].rows.push(row);
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_told_by_what_says_what_they_are() {
+        assert_eq!(short("interface.layer-base.substeps"), "substeps");
+        assert_eq!(
+            short("participant.third-body.config.solver.tolerance"),
+            "solver.tolerance"
+        );
+        assert_eq!(short("mesh"), "mesh");
+    }
+
+    #[test]
+    fn the_median_of_two_is_their_mean() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(vec![3.0, 1.0]), Some(2.0));
+        assert_eq!(median(vec![]), None);
+    }
+}

@@ -1,0 +1,451 @@
+//! The engine for a cluster: one job array of Slurm, whose tasks share nothing but the folder.
+//!
+//! Slurm is asked what it has queued; who works and who has died is told by the tasks' own files, since a node that was lost stays
+//! RUNNING in Slurm's view for minutes. What is neither queued nor alive is submitted again.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use super::patience::Patience;
+use super::plan::Task;
+use super::pool::Exec;
+use super::progress::{MOST_ATTEMPTS, StudyProgress};
+use super::task::Stage;
+use coordinator::error::{Error, Refusal};
+use coordinator::output::tell;
+
+/// Time between two looks at the tasks' files, and between two at Slurm's queue.
+const LOOK: Duration = Duration::from_millis(500);
+const LOOK_QUEUE: Duration = Duration::from_secs(3);
+/// Time for which Slurm may not answer.
+const UNANSWERED: Duration = Duration::from_secs(600);
+/// Time after which a job that was submitted is missed if the queue does not show it.
+const SHOWN: Duration = Duration::from_secs(6);
+
+/// Resources asked for a task.
+#[derive(Clone, Copy, Debug)]
+pub struct Ask {
+    /// Wall-clock time (s).
+    pub wall_s: f64,
+    /// Memory (bytes).
+    pub memory_bytes: u64,
+    /// Cores.
+    pub cores: u16,
+}
+
+/// The arrays of one study.
+#[derive(Clone, Debug)]
+pub struct Slurm {
+    /// The command of a task.
+    pub exec: Exec,
+    /// The folder of the study.
+    pub folder: PathBuf,
+    /// Name that its arrays begin with.
+    pub name: String,
+    /// Tasks at a time; no limit when absent.
+    pub throttle: Option<u16>,
+    /// Resources asked for a task.
+    pub ask: Ask,
+    /// Further arguments of `sbatch`.
+    pub extra: Vec<String>,
+    /// Longest silence of a task that Slurm has running.
+    pub silent: Duration,
+}
+
+/// A task in Slurm's queue.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Queued {
+    /// `ARRAY_INDEX`, as `scancel` takes it.
+    pub job: String,
+    /// Slurm's state in a word: `PENDING`, `RUNNING`, ...
+    pub state: String,
+}
+
+/// Times that a task was submitted from here.
+#[derive(Clone, Debug, Default)]
+struct Submitted {
+    times: usize,
+    last: Option<Instant>,
+    /// Job of the last time, once it was seen.
+    job: Option<String>,
+    /// Factor on what is asked, after a task that ran out of time or memory.
+    factor: u32,
+}
+
+impl Slurm {
+    /// One that only looks at arrays of this name.
+    pub fn looking(name: String) -> Slurm {
+        Slurm {
+            exec: Exec {
+                program: PathBuf::new(),
+                arguments: Vec::new(),
+            },
+            folder: PathBuf::new(),
+            name,
+            throttle: None,
+            ask: Ask {
+                wall_s: 0.0,
+                memory_bytes: 0,
+                cores: 1,
+            },
+            extra: Vec::new(),
+            silent: Duration::ZERO,
+        }
+    }
+
+    /// Submits all runs that are not done, and sees to it that they are; `stopped` leaves the rest to Slurm.
+    ///
+    /// # Errors
+    /// Slurm refuses, or does not answer for ten minutes; a folder cannot be read. A run that fails is a row.
+    pub fn run(
+        &self,
+        progress: &mut StudyProgress,
+        stopped: impl Fn() -> bool,
+    ) -> Result<(), Error> {
+        let mut left = progress.left()?;
+        let mut submitted: BTreeMap<usize, Submitted> = BTreeMap::new();
+        let mut patience = Patience::new(self.silent);
+        let (mut answered, mut looked) = (Instant::now(), None::<Instant>);
+        loop {
+            let mut still = Vec::new();
+            for task in left {
+                match progress.folder(task).stage()? {
+                    Stage::Done(_) => progress.ended(task)?,
+                    _ => still.push(task),
+                }
+            }
+            left = still;
+            if left.is_empty() {
+                return Ok(());
+            }
+            if stopped() {
+                tell(&format!(
+                    "{} runs are left to Slurm; the same command goes on with them, `scancel --name={}` ends them",
+                    left.len(),
+                    self.names(&left).join(",")
+                ));
+                return Ok(());
+            }
+            if looked.is_none_or(|looked| looked.elapsed() > LOOK_QUEUE) {
+                let first = looked.replace(Instant::now()).is_none();
+                match self.queue(&left) {
+                    // One that never answered is not there.
+                    Err(why) if first || answered.elapsed() > UNANSWERED => return Err(why),
+                    Err(_) => {}
+                    Ok(queue) => {
+                        answered = Instant::now();
+                        self.mend(progress, &mut left, &queue, &mut submitted, &mut patience)?;
+                    }
+                }
+            }
+            std::thread::sleep(LOOK);
+            progress.show();
+        }
+    }
+
+    /// Submits what is neither queued nor alive, ends what Slurm has running and is not alive, and gives up what was begun too often.
+    fn mend(
+        &self,
+        progress: &mut StudyProgress,
+        left: &mut Vec<&Task>,
+        queue: &BTreeMap<usize, Queued>,
+        submitted: &mut BTreeMap<usize, Submitted>,
+        patience: &mut Patience,
+    ) -> Result<(), Error> {
+        let mut again: Vec<&Task> = Vec::new();
+        let mut given_up = Vec::new();
+        for task in left.iter() {
+            let known = submitted.entry(task.index).or_default();
+            let folder = progress.folder(task);
+            if let Some(queued) = queue.get(&task.index) {
+                known.job = Some(queued.job.clone());
+                if queued.state == "PENDING" {
+                    patience.forget(&task.id);
+                    continue;
+                }
+                if !patience.is_over(&task.id, folder.heartbeat()) {
+                    continue;
+                }
+                let _ = self.slurm("scancel", &["--signal=KILL", &queued.job]);
+                let _ = self.slurm("scancel", &[&queued.job]);
+                tell(&format!(
+                    "task {}: {} is {} and shows no sign of life",
+                    task.index, queued.job, queued.state
+                ));
+            } else {
+                let fresh = known.last.is_some_and(|last| last.elapsed() < SHOWN);
+                let works = folder.stage()? != Stage::Waiting
+                    && !patience.is_over(&task.id, folder.heartbeat());
+                if fresh || works {
+                    continue;
+                }
+            }
+            patience.forget(&task.id);
+            let times = known.times.max(folder.attempts());
+            if times >= MOST_ATTEMPTS {
+                progress.lost(task, &format!("it was begun {times} times and did not end"));
+                given_up.push(task.index);
+                continue;
+            }
+            if let Some(job) = known.job.take() {
+                let state = self.ended(&job);
+                known.factor *= if ["TIMEOUT", "OUT_OF_MEMORY"].contains(&state.as_str()) {
+                    2
+                } else {
+                    1
+                };
+                tell(&format!(
+                    "task {}: {job} ended as {state}, and is submitted again",
+                    task.index
+                ));
+            }
+            known.factor = known.factor.max(1);
+            known.times += 1;
+            known.last = Some(Instant::now());
+            again.push(task);
+        }
+        left.retain(|task| !given_up.contains(&task.index));
+        let factors: std::collections::BTreeSet<u32> = again
+            .iter()
+            .map(|task| submitted[&task.index].factor)
+            .collect();
+        for factor in factors {
+            let same = again
+                .iter()
+                .filter(|task| submitted[&task.index].factor == factor);
+            let indices: Vec<usize> = same.map(|task| task.index).collect();
+            self.submit(&indices, factor)?;
+        }
+        Ok(())
+    }
+
+    /// Submits tasks, as one array as far as Slurm allows indices.
+    fn submit(&self, indices: &[usize], factor: u32) -> Result<(), Error> {
+        let start = Instant::now();
+        let most = self.indices_most();
+        let mut rest = indices;
+        while let Some(first) = rest.first() {
+            let offset = first / most * most;
+            let count = rest.partition_point(|index| *index < offset + most);
+            let (array, others) = rest.split_at(count);
+            let local: Vec<usize> = array.iter().map(|index| index - offset).collect();
+            let job = self.submit_array(&local, offset, factor)?;
+            let (count, wall) = (array.len(), start.elapsed().as_secs_f64());
+            tell(&format!(
+                "submitted {count} tasks as job array {job} ({wall:.2} s)"
+            ));
+            rest = others;
+        }
+        Ok(())
+    }
+
+    fn submit_array(&self, local: &[usize], offset: usize, factor: u32) -> Result<String, Error> {
+        let logs = self.folder.join("slurm");
+        std::fs::create_dir_all(&logs).map_err(Error::output(logs.display()))?;
+        let throttle = self
+            .throttle
+            .map_or(String::new(), |most| format!("%{most}"));
+        let minutes = (self.ask.wall_s * f64::from(factor) / 60.0).ceil().max(1.0);
+        let megabytes = (self.ask.memory_bytes * u64::from(factor)).div_ceil(1 << 20);
+        let mut arguments = vec![
+            "--parsable".to_string(),
+            format!("--job-name={}-{offset}", self.name),
+            format!("--array={}{throttle}", ranges(local)),
+            format!("--cpus-per-task={}", self.ask.cores),
+            format!("--mem={megabytes}M"),
+            format!("--time={minutes:.0}"),
+            format!("--output={}/%A_%a.log", logs.display()),
+        ];
+        arguments.extend(self.extra.iter().cloned());
+        let script = self.script(offset);
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let answer = self.with_input("sbatch", &arguments, &script)?;
+        // JOB or JOB;CLUSTER.
+        let job = answer.trim().split(';').next().unwrap_or_default();
+        Ok(job.to_string())
+    }
+
+    /// The script of an array: each of its tasks becomes the process that does one.
+    fn script(&self, offset: usize) -> String {
+        let words = std::iter::once(self.exec.program.as_os_str())
+            .chain(self.exec.arguments.iter().map(|word| word.as_os_str()));
+        let words: Vec<String> = words.map(|word| quoted(&word.to_string_lossy())).collect();
+        format!(
+            "#!/bin/sh\nexec {} $((SLURM_ARRAY_TASK_ID + {offset}))\n",
+            words.join(" ")
+        )
+    }
+
+    /// Number of indices that an array may have.
+    fn indices_most(&self) -> usize {
+        let config = self
+            .slurm("scontrol", &["show", "config"])
+            .unwrap_or_default();
+        let line = config.lines().find(|line| line.starts_with("MaxArraySize"));
+        let number = line.and_then(|line| line.split('=').nth(1)?.trim().parse().ok());
+        // Slurm's own default.
+        number.unwrap_or(1001).max(1)
+    }
+
+    /// Names that arrays of these tasks can have.
+    fn names(&self, tasks: &[&Task]) -> Vec<String> {
+        let most = self.indices_most();
+        let offsets = tasks.iter().map(|task| task.index / most * most);
+        let offsets: std::collections::BTreeSet<usize> = offsets.collect();
+        offsets
+            .iter()
+            .map(|offset| format!("{}-{offset}", self.name))
+            .collect()
+    }
+
+    /// States of these tasks in Slurm's queue, by index.
+    ///
+    /// # Errors
+    /// Slurm does not answer.
+    pub fn queue(&self, tasks: &[&Task]) -> Result<BTreeMap<usize, Queued>, Error> {
+        let names = format!("--name={}", self.names(tasks).join(","));
+        let arguments = ["--noheader", "--array", "--format=%i|%T|%j", &names];
+        Ok(parse_queue(&self.slurm("squeue", &arguments)?))
+    }
+
+    /// State of a job that has ended: from Slurm's memory of the last minutes, else from its accounts where it keeps some.
+    pub fn ended(&self, job: &str) -> String {
+        let shown = self.slurm("scontrol", &["--oneliner", "show", "job", job]);
+        let shown = shown.unwrap_or_default();
+        let state = shown
+            .split_whitespace()
+            .find_map(|word| word.strip_prefix("JobState="));
+        if let Some(state) = state {
+            return state.to_string();
+        }
+        let accounts = [
+            "--noheader",
+            "--allocations",
+            "--format=State",
+            "--jobs",
+            job,
+        ];
+        let accounts = self.slurm("sacct", &accounts).unwrap_or_default();
+        let state = accounts.split_whitespace().next();
+        state.unwrap_or("no longer known to Slurm").to_string()
+    }
+
+    fn slurm(&self, program: &str, arguments: &[&str]) -> Result<String, Error> {
+        self.with_input(program, arguments, "")
+    }
+
+    /// Runs one of Slurm's programs; its words are the reason where it fails.
+    fn with_input(&self, program: &str, arguments: &[&str], input: &str) -> Result<String, Error> {
+        let mut child = Command::new(program)
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .map_err(Error::input(format!("`{program}` of Slurm")))?;
+        if let Some(mut stdin) = child.stdin.take() {
+            // Whoever does not read it says so by its exit.
+            let _ = stdin.write_all(input.as_bytes());
+        }
+        let output = child.wait_with_output();
+        let output = output.map_err(Error::input(format!("`{program}` of Slurm")))?;
+        if output.status.success() {
+            return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
+        }
+        let words = String::from_utf8_lossy(&output.stderr);
+        let command = format!("{program} {}", arguments.join(" "));
+        Err(Refusal::argument(command, words.trim().replace('\n', "; ")).into())
+    }
+}
+
+/// The queue as `squeue --array --format=%i|%T|%j` tells it. The last part of a name is the offset of the array's indices.
+fn parse_queue(text: &str) -> BTreeMap<usize, Queued> {
+    let entry = |line: &str| {
+        let mut cells = line.trim().split('|');
+        let (job, state, name) = (cells.next()?, cells.next()?, cells.next()?);
+        let index: usize = job.rsplit_once('_')?.1.parse().ok()?;
+        let offset: usize = name.rsplit_once('-')?.1.parse().ok()?;
+        // A job that is on its way out is no longer a task's.
+        let over = [
+            "COMPLETED",
+            "CANCELLED",
+            "FAILED",
+            "TIMEOUT",
+            "NODE_FAIL",
+            "OUT_OF_MEMORY",
+            "COMPLETING",
+        ];
+        let queued = Queued {
+            job: job.to_string(),
+            state: state.to_string(),
+        };
+        (!over.contains(&state)).then_some((index + offset, queued))
+    };
+    text.lines().filter_map(entry).collect()
+}
+
+/// Ascending indices as Slurm lists them: `0-3,7`.
+fn ranges(indices: &[usize]) -> String {
+    let mut text = String::new();
+    let mut rest = indices;
+    while let Some(first) = rest.first() {
+        let run = rest
+            .iter()
+            .zip(*first..)
+            .take_while(|(a, b)| *a == b)
+            .count();
+        let comma = if text.is_empty() { "" } else { "," };
+        let _ = match run {
+            1 => write!(text, "{comma}{first}"),
+            _ => write!(text, "{comma}{first}-{}", first + run - 1),
+        };
+        rest = &rest[run..];
+    }
+    text
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
+
+/// The name of the arrays of a study in this folder with these runs.
+pub fn array_name(study: &str, folder: &Path, tasks: &[Task]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(folder.as_os_str().as_encoded_bytes());
+    for task in tasks {
+        hasher.update(task.id.as_bytes());
+    }
+    format!("thirdbody-{study}-{}", &hasher.finalize().to_hex()[..12])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn indices_are_listed_in_ranges() {
+        assert_eq!(ranges(&[0, 1, 2, 3, 7, 9, 10]), "0-3,7,9-10");
+        assert_eq!(ranges(&[5]), "5");
+        assert_eq!(ranges(&[]), "");
+    }
+
+    #[test]
+    fn the_queue_is_read_by_index_and_offset() {
+        let text = "12_0|RUNNING|thirdbody-a-b-0\n12_17|PENDING|thirdbody-a-b-0\n13_4|RUNNING|thirdbody-a-b-1001\n12_3|COMPLETING|thirdbody-a-b-0\nnonsense\n";
+        let queue = parse_queue(text);
+        let states: Vec<(usize, &str)> =
+            queue.iter().map(|(k, q)| (*k, q.state.as_str())).collect();
+        assert_eq!(states, [(0, "RUNNING"), (17, "PENDING"), (1005, "RUNNING")]);
+        assert_eq!(queue[&1005].job, "13_4");
+    }
+
+    #[test]
+    fn words_reach_the_shell_as_they_are() {
+        assert_eq!(quoted("a b'c$(d)"), "'a b'\\''c$(d)'");
+    }
+}

@@ -1,0 +1,400 @@
+//! A study as it is kept for choosing by it: `study.json`.
+
+use runs::curve::median;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::collect::Results;
+use super::file::told;
+use super::measure::Measure;
+use super::plan::{Plan, Task};
+use super::settings::{Setting, settings};
+use super::statistics::{Prediction, predict};
+use coordinator::error::{Error, Refusal};
+use coordinator::rundir::BUILD;
+use coordinator::scenario::overrides::{remove_at, value_at};
+
+/// Name of the format, with its version.
+const SCHEMA: &str = "thirdbody.study/1";
+
+/// Its file in the folder of a study.
+const STORED: &str = "study.json";
+
+/// Keys that change no result.
+const NO_RESULT: [&str; 7] = [
+    "run.name",
+    "run.output",
+    "run.deadlines",
+    "run.transport",
+    "run.checkpoint_every_windows",
+    "run.checkpoints_kept",
+    "run.plausible",
+];
+
+/// A study whose runs are done.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct StoredStudy {
+    schema: String,
+    /// Its name.
+    pub study: String,
+    /// Build that ran it.
+    pub build: String,
+    /// The scenario, resolved, without what is varied.
+    scenario: String,
+    /// Overrides that make it the reference.
+    pub reference: Vec<String>,
+    /// The keys of the scene and their values, scene by scene.
+    pub scene_keys: Vec<SceneKey>,
+    /// The measures.
+    pub measures: Vec<Measure>,
+    /// Floors of noise by measure, scene by scene.
+    pub floors: Vec<Vec<f64>>,
+    /// The settings that stand in all scenes, the reference first.
+    pub settings: Vec<StoredSetting>,
+}
+
+/// A key of the scene.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct SceneKey {
+    /// The key.
+    pub key: String,
+    /// True for seeds: any will do.
+    pub any: bool,
+    /// Its value in each scene.
+    pub values: Vec<toml::Value>,
+}
+
+/// A setting and what came of it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct StoredSetting {
+    /// Its values in words.
+    pub words: String,
+    /// Overrides that make the scenario it.
+    pub set: Vec<String>,
+    /// Errors by measure, scene by scene, the floor of noise at least.
+    pub errors: Vec<Vec<f64>>,
+    /// The middle of the processor times over that of the reference.
+    pub cpu_rel: f64,
+    /// The middle of the wall-clock times (s), on the machine of the study.
+    pub wall_s: f64,
+}
+
+impl StoredStudy {
+    /// Of a study whose reference is a run of it, with all runs done; else why it is not one to choose by.
+    pub fn of(plan: &Plan, tasks: &[Task], results: &Results) -> Result<StoredStudy, String> {
+        if plan.file.reference.set.is_none() {
+            return Err("its reference is no run of its own".into());
+        }
+        if let Some(row) = results.rows.iter().find(|row| row.exit_code.is_none()) {
+            return Err(format!("task {} is not done", row.index));
+        }
+        let all = settings(results);
+        let reference = all
+            .first()
+            .filter(|first| first.chosen.is_empty() && first.stands());
+        let reference = reference.ok_or("a reference did not complete")?;
+        let first = &tasks[reference.rows[0].index];
+        let table: toml::Table = first.loaded.resolved.parse().unwrap_or_default();
+        let scenes: Vec<toml::Table> = reference
+            .rows
+            .iter()
+            .map(|row| tasks[row.index].loaded.resolved.parse().unwrap_or_default())
+            .collect();
+        let keys = plan.file.vary.iter().filter(|vary| vary.scene);
+        let scene_keys: Option<Vec<SceneKey>> = keys
+            .map(|vary| {
+                let values = scenes
+                    .iter()
+                    .map(|scene| value_at(scene, &vary.key).cloned());
+                Some(SceneKey {
+                    key: vary.key.clone(),
+                    any: vary.any_value(),
+                    values: values.collect::<Option<_>>()?,
+                })
+            })
+            .collect();
+        let count = results.file.measure.len();
+        let floors = |measure: usize| -> Option<Vec<f64>> {
+            let rows = reference.rows.iter();
+            rows.map(|row| row.floors[measure]).collect()
+        };
+        let floors: Option<Vec<Vec<f64>>> = (0..count).map(floors).collect();
+        let floors = floors.ok_or(
+            "its floor of noise is not known, below which no budget can be kept: `reference.perturb` must be at least 1, and all of those runs must complete",
+        )?;
+        let stored = |setting: &Setting| {
+            let task = &tasks[setting.rows[0].index];
+            let own = task.fidelity.clone()?;
+            let errors = (0..count).map(|measure| setting.errors(measure));
+            Some(StoredSetting {
+                words: setting.words(results),
+                set: last_of_each(own),
+                errors: errors.collect::<Option<_>>()?,
+                cpu_rel: setting.cost_rel("cpu_s")?,
+                wall_s: setting.cost("wall_s")?,
+            })
+        };
+        let stand = all.iter().filter(|setting| setting.stands());
+        let stand: Vec<StoredSetting> = stand.filter_map(stored).collect();
+        let sets = stand
+            .iter()
+            .flat_map(|setting| &setting.set)
+            .chain(first.fidelity.iter().flatten());
+        let mut tables = sets.filter(|set| {
+            set.split_once('=')
+                .is_some_and(|(_, value)| value.trim_start().starts_with('{'))
+        });
+        if let Some(set) = tables.next() {
+            return Err(format!(
+                "`{set}` replaces a whole table, and with it what belongs to the scene: give its keys one by one"
+            ));
+        }
+        let scene_keys = scene_keys.ok_or("a key of the scene is a name of cases")?;
+        let mut study = StoredStudy {
+            schema: SCHEMA.into(),
+            study: plan.file.study.name.clone(),
+            build: BUILD.into(),
+            scenario: String::new(),
+            reference: last_of_each(first.fidelity.clone().unwrap_or_default()),
+            scene_keys,
+            measures: results.file.measure.clone(),
+            floors,
+            settings: stand,
+        };
+        study.scenario = toml::to_string(&study.without_varied(table)).unwrap_or_default();
+        Ok(study)
+    }
+
+    /// Reads `study.json`, that of a folder, or that of a shipped study by its name.
+    ///
+    /// # Errors
+    /// It cannot be read, or is none.
+    pub fn read(path: &Path) -> Result<StoredStudy, Error> {
+        let inside = path.join(STORED);
+        let path = if path.is_dir() { &inside } else { path };
+        let name = path.to_str().filter(|_| !path.exists());
+        let shipped = name.and_then(scenes::study_folder);
+        match shipped.and_then(|folder| scenes::text(&format!("{folder}/{STORED}"))) {
+            Some(text) => StoredStudy::parse(path, text),
+            None => {
+                let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
+                StoredStudy::parse(path, &text)
+            }
+        }
+    }
+
+    /// Reads the text of `study.json`, which came from this path.
+    fn parse(path: &Path, text: &str) -> Result<StoredStudy, Error> {
+        let refuse = |problem: String| Refusal::file(path, problem);
+        let study: StoredStudy =
+            serde_json::from_str(text).map_err(|error| refuse(error.to_string()))?;
+        if study.schema != SCHEMA {
+            return Err(refuse(format!("is a {}, not a {SCHEMA}", study.schema)).into());
+        }
+        let scenes = study.scenes();
+        let whole = |rows: &[Vec<f64>]| {
+            rows.len() == study.measures.len() && rows.iter().all(|row| row.len() == scenes)
+        };
+        let keys = study
+            .scene_keys
+            .iter()
+            .all(|key| key.values.len() == scenes);
+        if !(whole(&study.floors) && keys && study.settings.iter().all(|s| whole(&s.errors))) {
+            return Err(refuse("has tables that do not fit its scenes and measures".into()).into());
+        }
+        Ok(study)
+    }
+
+    /// Number of its scenes.
+    fn scenes(&self) -> usize {
+        self.floors.first().map_or(0, Vec::len)
+    }
+
+    /// The text of study.json.
+    pub fn json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("plain data always serialises")
+    }
+
+    /// A scenario without the keys that a setting or a scene may change, and those that change no result.
+    fn without_varied(&self, mut table: toml::Table) -> toml::Table {
+        let of_settings = self.settings.iter().flat_map(|setting| &setting.set);
+        let set = of_settings
+            .chain(&self.reference)
+            .filter_map(|set| Some(set.split_once('=')?.0.trim()));
+        let scene = self.scene_keys.iter().map(|key| key.key.as_str());
+        for key in set.chain(scene).chain(NO_RESULT) {
+            remove_at(&mut table, key);
+        }
+        table
+    }
+
+    /// The place of a scenario among the scenes of the study: the logarithms of its numbers.
+    ///
+    /// # Errors
+    /// The study does not cover it; says in which key it differs.
+    pub fn place(&self, resolved: &str) -> Result<Vec<f64>, String> {
+        let table: toml::Table = resolved.parse().unwrap_or_default();
+        let known: toml::Table = self.scenario.parse().unwrap_or_default();
+        let own = leaves(&self.without_varied(table.clone()));
+        let known = leaves(&known);
+        let keys = own.keys().chain(known.keys());
+        if let Some(key) = keys
+            .into_iter()
+            .find(|key| own.get(*key) != known.get(*key))
+        {
+            let told =
+                |of: &BTreeMap<String, String>| of.get(key).cloned().unwrap_or("nothing".into());
+            return Err(format!(
+                "it has {key} = {}, and this scene {}",
+                told(&known),
+                told(&own)
+            ));
+        }
+        let mut place = Vec::new();
+        for key in &self.scene_keys {
+            let own = value_at(&table, &key.key);
+            let own = own.ok_or_else(|| format!("this scene has no {}", key.key))?;
+            if key.any {
+                continue;
+            }
+            let numbers: Option<Vec<f64>> = key.values.iter().map(number).collect();
+            match (number(own), numbers) {
+                (Some(own), Some(known)) => {
+                    let least = known.iter().copied().fold(f64::INFINITY, f64::min);
+                    let most = known.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                    if !(least..=most).contains(&own) {
+                        return Err(format!(
+                            "it knows {} from {least} to {most}, and this scene has {own}",
+                            key.key
+                        ));
+                    }
+                    place.push(own.ln());
+                }
+                _ if key.values.contains(own) => {}
+                _ => return Err(format!("it does not know {} = {own}", key.key)),
+            }
+        }
+        Ok(place)
+    }
+
+    /// The prediction of an error by a measure (its place) with a setting, at a place; the reference is the floor of noise.
+    pub fn predict(
+        &self,
+        setting: &StoredSetting,
+        measure: usize,
+        place: &[f64],
+    ) -> Option<Prediction> {
+        let floor = self.floor(measure);
+        if setting.set == self.reference {
+            return Some(Prediction {
+                expected: 0.0,
+                bound: floor,
+            });
+        }
+        let varied = self.scene_keys.iter().filter(|key| !key.any);
+        let numbers: Vec<Vec<f64>> = varied
+            .filter_map(|key| key.values.iter().map(number).collect::<Option<Vec<f64>>>())
+            .collect();
+        let places =
+            (0..self.scenes()).map(|scene| numbers.iter().map(|of| of[scene].ln()).collect());
+        let places: Vec<Vec<f64>> = places.collect();
+        let found = predict(&places, &setting.errors[measure], place)?;
+        Some(Prediction {
+            expected: found.expected,
+            bound: found.bound.max(floor),
+        })
+    }
+
+    /// The floor of noise of a measure: the largest of its scenes.
+    pub fn floor(&self, measure: usize) -> f64 {
+        self.floors[measure].iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The middle of the floors of a measure.
+    pub fn floor_median(&self, measure: usize) -> f64 {
+        median(self.floors[measure].clone()).unwrap_or(0.0)
+    }
+}
+
+/// Overrides without those that a later one of the same key overrides.
+fn last_of_each(set: Vec<String>) -> Vec<String> {
+    let key = |text: &str| {
+        text.split('=')
+            .next()
+            .unwrap_or_default()
+            .trim()
+            .to_string()
+    };
+    let later = |place: usize| {
+        set[place + 1..]
+            .iter()
+            .any(|other| key(other) == key(&set[place]))
+    };
+    let kept = (0..set.len()).filter(|place| !later(*place));
+    kept.map(|place| set[place].clone()).collect()
+}
+
+/// A positive number.
+fn number(value: &toml::Value) -> Option<f64> {
+    let number = value.as_float().or(value.as_integer().map(|n| n as f64))?;
+    (number > 0.0).then_some(number)
+}
+
+/// All values of a table by their keys, entries of lists by their names.
+fn leaves(table: &toml::Table) -> BTreeMap<String, String> {
+    fn walk(key: String, value: &toml::Value, found: &mut BTreeMap<String, String>) {
+        let below = |name: &str| {
+            if key.is_empty() {
+                name.to_string()
+            } else {
+                format!("{key}.{name}")
+            }
+        };
+        match value {
+            toml::Value::Table(inner) => {
+                for (name, value) in inner {
+                    walk(below(name), value, found);
+                }
+            }
+            toml::Value::Array(entries) => {
+                for (index, entry) in entries.iter().enumerate() {
+                    let name = entry.get("name").and_then(toml::Value::as_str);
+                    let name = name.map_or(index.to_string(), String::from);
+                    walk(below(&name), entry, found);
+                }
+            }
+            value => {
+                found.insert(key, told(value));
+            }
+        }
+    }
+    let mut found = BTreeMap::new();
+    walk(
+        String::new(),
+        &toml::Value::Table(table.clone()),
+        &mut found,
+    );
+    found
+}
+
+/// Stored studies that were run here, `runs/study-*`, and those that ship, each as it is in `scenarios/studies` where there is such a
+/// folder; with the names of their files. One is read when it is asked for.
+pub fn known() -> impl Iterator<Item = Result<(PathBuf, StoredStudy), Error>> {
+    let folders = ["runs", "scenarios/studies"];
+    let entries = folders.iter().flat_map(std::fs::read_dir).flatten();
+    let files = entries.flatten().map(|entry| entry.path().join(STORED));
+    let mut files: Vec<PathBuf> = files.filter(|file| file.is_file()).collect();
+    files.sort();
+    let here = files.clone();
+    let shipped = scenes::of_studies(STORED);
+    let shipped =
+        shipped.filter(move |(path, _)| !here.contains(&Path::new("scenarios").join(path)));
+    let shipped = shipped.map(|(path, text)| {
+        let path = PathBuf::from(format!("{path} (built in)"));
+        StoredStudy::parse(&path, text).map(|study| (path, study))
+    });
+    let read = |file: PathBuf| StoredStudy::read(&file).map(|study| (file, study));
+    files.into_iter().map(read).chain(shipped)
+}

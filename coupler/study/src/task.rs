@@ -1,0 +1,324 @@
+//! A task in its folder: what anyone who does it, or looks at it, finds there.
+//!
+//! `tasks/ID/` holds `attempts`, a line each; `attempt-K/`, the run directory of the one under way; `heartbeat`, written anew every two
+//! seconds by the process that does it; `lock`, held by it for as long as it lives; and when all is done `run/`, the run directory, and
+//! `task.json`, what came of it. So a task is done, is being done, or is to be done anew, whoever was killed. Nothing else is shared:
+//! tasks may run on any machines that see the folder. On the machine that does a task the lock tells whether it lives, on others its
+//! heartbeat.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, SystemTime};
+
+use nix::errno::Errno;
+use nix::fcntl::{Flock, FlockArg};
+use serde::{Deserialize, Serialize};
+
+use super::plan::Task;
+use coordinator::error::Error;
+use coordinator::run::session::{Options, run};
+use coordinator::rundir::write_whole;
+use exchange_log::timing::TIMING;
+
+/// Time between two heartbeats.
+const BEAT: Duration = Duration::from_secs(2);
+
+/// A task whose heartbeat stands still for so long is not done by anyone any more. A machine that is so busy that a thread which sleeps
+/// does not wake up for a minute has not been seen.
+pub const SILENT: Duration = Duration::from_secs(60);
+
+/// Ends of a run that may have nothing to do with it. A second attempt that ends so is its outcome.
+const CIRCUMSTANCES: [&str; 3] = ["peer_lost", "deadline", "output_failed"];
+
+/// Time in which the signal that ended a participant reaches the coordinator as well.
+const SIGNAL_COMES: Duration = Duration::from_secs(1);
+
+/// Outcome of a task.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Status of the run; `refused` where nothing was started.
+    pub status: String,
+    /// Its exit code.
+    pub exit_code: i32,
+    /// Why it ended early, with the code of the error; empty otherwise.
+    pub message: String,
+}
+
+/// Stage of a task.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Stage {
+    /// Nobody does it.
+    Waiting,
+    /// A process does it.
+    Running,
+    /// It is done.
+    Done(Outcome),
+}
+
+/// The folder of a task.
+#[derive(Clone, Debug)]
+pub struct TaskFolder {
+    path: PathBuf,
+}
+
+impl TaskFolder {
+    /// The folder of a task of the study in this one.
+    pub fn new(study: &Path, id: &str) -> TaskFolder {
+        TaskFolder {
+            path: study.join("tasks").join(id),
+        }
+    }
+
+    /// The run directory, once the task is done.
+    pub fn run(&self) -> PathBuf {
+        self.path.join("run")
+    }
+
+    /// Number of times it was begun.
+    pub fn attempts(&self) -> usize {
+        let lines = fs::read_to_string(self.path.join("attempts"));
+        lines.map_or(0, |lines| lines.lines().count())
+    }
+
+    /// The job of Slurm that began it last, if that was one.
+    pub fn last_job(&self) -> Option<String> {
+        let lines = fs::read_to_string(self.path.join("attempts")).ok()?;
+        let job = lines.lines().last()?.split_whitespace().nth(2)?;
+        Some(job.to_string())
+    }
+
+    /// The latest heartbeat, another text each time; empty while there was none.
+    pub fn heartbeat(&self) -> String {
+        fs::read_to_string(self.path.join("heartbeat")).unwrap_or_default()
+    }
+
+    /// Its stage.
+    ///
+    /// # Errors
+    /// Its files cannot be read.
+    pub fn stage(&self) -> Result<Stage, Error> {
+        if let Some(outcome) = self.outcome() {
+            return Ok(Stage::Done(outcome));
+        }
+        if !self.path.join("lock").exists() {
+            return Ok(Stage::Waiting);
+        }
+        let free = self.lock()?.is_some() && !self.lives_elsewhere();
+        // It may have ended between the two looks.
+        Ok(match self.outcome() {
+            Some(outcome) => Stage::Done(outcome),
+            None if free => Stage::Waiting,
+            None => Stage::Running,
+        })
+    }
+
+    /// Its outcome. A damaged file is none: the task is done anew.
+    fn outcome(&self) -> Option<Outcome> {
+        let text = fs::read_to_string(self.path.join("task.json")).ok()?;
+        serde_json::from_str(&text).ok()
+    }
+
+    /// Forgets what came of it, so that it is done anew.
+    ///
+    /// # Errors
+    /// Its files cannot be removed.
+    pub fn forget(&self) -> Result<(), Error> {
+        let path = self.path.join("task.json");
+        fs::remove_file(&path).map_err(Error::output(path.display()))
+    }
+
+    /// True where another machine does it: its heart has beaten lately, by the clock of the disk.
+    fn lives_elsewhere(&self) -> bool {
+        let host = self.heartbeat();
+        let host = host.split_whitespace().next().unwrap_or_default();
+        if host.is_empty() || host == own_host() {
+            return false;
+        }
+        let beaten = modified(&self.path.join("heartbeat"));
+        let probe = self.path.join(format!(".now-{}", std::process::id()));
+        let now = fs::write(&probe, "").ok().and_then(|()| modified(&probe));
+        let _ = fs::remove_file(&probe);
+        let age = beaten
+            .zip(now)
+            .map(|(beaten, now)| now.duration_since(beaten).unwrap_or_default());
+        age.is_some_and(|age| age < SILENT)
+    }
+
+    /// The lock; `None` while another process holds it.
+    fn lock(&self) -> Result<Option<Flock<File>>, Error> {
+        let path = self.path.join("lock");
+        let file = OpenOptions::new()
+            .create(true)
+            .truncate(false)
+            .write(true)
+            .open(&path)
+            .map_err(Error::output(path.display()))?;
+        match Flock::lock(file, FlockArg::LockExclusiveNonblock) {
+            Ok(lock) => Ok(Some(lock)),
+            Err((_, Errno::EWOULDBLOCK)) => Ok(None),
+            Err((_, errno)) => Err(Error::output(path.display())(errno.into())),
+        }
+    }
+
+    /// Does the task, unless it is done already or another process does it.
+    ///
+    /// # Errors
+    /// Its folder cannot be written. A run that fails is an outcome.
+    pub fn execute(&self, task: &Task, options: &Options) -> Result<Stage, Error> {
+        fs::create_dir_all(&self.path).map_err(Error::output(self.path.display()))?;
+        let Some(_lock) = self.lock()? else {
+            return Ok(Stage::Running);
+        };
+        if let Some(outcome) = self.outcome() {
+            return Ok(Stage::Done(outcome));
+        }
+        if self.lives_elsewhere() {
+            return Ok(Stage::Running);
+        }
+        let attempt = self.begin()?;
+        let heart = Heart::start(self.path.join("heartbeat"));
+        let out = self.path.join(format!("attempt-{attempt}"));
+        let ended = run(
+            &task.loaded,
+            &Options {
+                out: Some(&out),
+                ..options.clone()
+            },
+        );
+        drop(heart);
+        let outcome = match ended {
+            Err(error) => Outcome {
+                status: "refused".into(),
+                exit_code: error.exit_code(),
+                message: error.line(),
+            },
+            Ok(ended) => Outcome {
+                status: ended.summary.status().into(),
+                exit_code: ended.summary.exit_code(),
+                message: ended.error.map_or(String::new(), |error| error.line()),
+            },
+        };
+        if self.blames_circumstances(&outcome, attempt, options) {
+            let _ = fs::remove_dir_all(&out);
+            return Ok(Stage::Waiting);
+        }
+        // One that was told to stop is to be done anew, and one that was taken for dead is being done anew.
+        if outcome.status == "interrupted" || self.attempts() != attempt {
+            let _ = fs::remove_dir_all(&out);
+            return self
+                .outcome()
+                .map_or(Ok(Stage::Waiting), |o| Ok(Stage::Done(o)));
+        }
+        if !task.keep_logs {
+            // They are not measured, and many of them fill a disk. One that cannot be removed is only too large.
+            for log in ["exchange.mcap", TIMING] {
+                let _ = fs::remove_file(out.join(log));
+            }
+            let _ = fs::remove_dir_all(out.join("checkpoints"));
+        }
+        self.finish(&out, &outcome)?;
+        Ok(Stage::Done(outcome))
+    }
+
+    /// True where a run that lost a participant, waited in vain or could not write is to be done once more: a cluster that ends a task
+    /// ends its participants too, some before the coordinator.
+    fn blames_circumstances(&self, outcome: &Outcome, attempt: usize, options: &Options) -> bool {
+        if !CIRCUMSTANCES.contains(&outcome.status.as_str()) {
+            return false;
+        }
+        std::thread::sleep(SIGNAL_COMES);
+        options.watch.interrupted().is_some() || attempt == 1
+    }
+
+    /// Counts the attempt, and removes what killed ones have left. Returns its number.
+    fn begin(&self) -> Result<usize, Error> {
+        for attempt in 1..=self.attempts() {
+            let left = self.path.join(format!("attempt-{attempt}"));
+            if left.exists() {
+                fs::remove_dir_all(&left).map_err(Error::output(left.display()))?;
+            }
+        }
+        let attempts = self.path.join("attempts");
+        let mut file = OpenOptions::new()
+            .create(true)
+            .append(true)
+            .open(&attempts)
+            .map_err(Error::output(attempts.display()))?;
+        let job = own_job().map_or(String::new(), |job| format!(" {job}"));
+        writeln!(file, "{} {}{job}", own_host(), std::process::id())
+            .map_err(Error::output(attempts.display()))?;
+        Ok(self.attempts())
+    }
+
+    /// Gives the run directory its name, if a run directory came about, and writes down what came of it.
+    fn finish(&self, out: &Path, outcome: &Outcome) -> Result<(), Error> {
+        let run = self.run();
+        if run.exists() {
+            fs::remove_dir_all(&run).map_err(Error::output(run.display()))?;
+        }
+        if out.exists() {
+            fs::rename(out, &run).map_err(Error::output(run.display()))?;
+        }
+        let text = serde_json::to_string_pretty(outcome).unwrap_or_default();
+        write_whole(&self.path.join("task.json"), text.as_bytes())
+    }
+}
+
+fn modified(path: &Path) -> Option<SystemTime> {
+    fs::metadata(path).and_then(|file| file.modified()).ok()
+}
+
+/// The job of Slurm that this process is part of, as `scancel` takes it.
+fn own_job() -> Option<String> {
+    let variable = |name: &str| std::env::var(name).ok();
+    let (array, index) = (
+        variable("SLURM_ARRAY_JOB_ID")?,
+        variable("SLURM_ARRAY_TASK_ID")?,
+    );
+    Some(format!("{array}_{index}"))
+}
+
+fn own_host() -> String {
+    let name = nix::unistd::gethostname().ok();
+    let name = name.and_then(|name| name.into_string().ok());
+    name.filter(|name| !name.contains(char::is_whitespace))
+        .unwrap_or("unknown".into())
+}
+
+/// Writes heartbeats until it is dropped.
+struct Heart {
+    stop: Option<Sender<()>>,
+    beating: Option<JoinHandle<()>>,
+}
+
+impl Heart {
+    fn start(path: PathBuf) -> Heart {
+        let (stop, stopped) = channel();
+        let prefix = format!("{} {}", own_host(), std::process::id());
+        let beat = move || {
+            for count in 0.. {
+                // A disk that takes no heartbeat takes no results either, which the run will say.
+                let _ = fs::write(&path, format!("{prefix} {count}\n"));
+                if stopped.recv_timeout(BEAT) != Err(RecvTimeoutError::Timeout) {
+                    break;
+                }
+            }
+        };
+        Heart {
+            stop: Some(stop),
+            beating: Some(std::thread::spawn(beat)),
+        }
+    }
+}
+
+impl Drop for Heart {
+    fn drop(&mut self) {
+        self.stop.take();
+        if let Some(beating) = self.beating.take() {
+            let _ = beating.join();
+        }
+    }
+}
