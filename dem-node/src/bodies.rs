@@ -1,11 +1,28 @@
 //! The bodies, which do not change while the grains move: radii, masses, walls, law and scheme.
+//!
+//! In reading order:
+//! - [`geometry`]: normals and gaps of two bodies;
+//! - [`faces`]: rigid walls;
+//! - [`levers`], [`drive`], [`cluster`]: grains that move together, and what moves them;
+//! - [`feed`]: grains that are fed in;
+//! - [`pairs`]: laws by pair;
+//! - [`positions`]: the positions of all bodies at a moment.
 
-use crate::cluster::Clusters;
-use crate::faces::{Face, RigidWall};
-use crate::feed::Injection;
-use crate::geometry::{Period, height_on, over_disk};
+pub mod cluster;
+pub mod drive;
+pub mod faces;
+pub mod feed;
+pub mod geometry;
+pub mod levers;
+pub mod pairs;
+pub mod positions;
+
+use crate::bodies::cluster::Clusters;
+use crate::bodies::faces::{Face, RigidWall};
+use crate::bodies::feed::Injection;
+use crate::bodies::geometry::{Period, height_on, over_disk};
+use crate::bodies::pairs::Pairs;
 use crate::law::Law;
-use crate::pairs::Pairs;
 
 /// The bodies in their numbering: free grains, glued disks, disks of the wheel's face, wheel (if any), walls.
 #[derive(Clone, Debug, Default)]

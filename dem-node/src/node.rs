@@ -1,8 +1,14 @@
 //! The solver as a participant of a run.
+//!
+//! In reading order:
+//! - [`interface`]: the glued rows that a coupler moves;
+//! - [`dem`]: the participant's data, and a step of them;
+//! - `driven`, `maps`, `report`, `request`, `checkpoint`: what it reports, writes, answers and keeps.
 
 mod checkpoint;
-mod dem;
+pub mod dem;
 mod driven;
+pub mod interface;
 mod maps;
 mod report;
 mod request;
@@ -15,16 +21,13 @@ use protocol::{
     Window,
 };
 
-use crate::boundary::CompliantBoundary;
-use crate::bounds::Bounds;
-use crate::interface;
-use crate::snapshot;
-use crate::solver::OnNotConverged;
+use crate::config::solver::OnNotConverged;
+use crate::contact::boundary::CompliantBoundary;
+use crate::measure::snapshot;
+use crate::setup::bounds::Bounds;
 use crate::step::StepSummary;
-use dem::Pending;
+use dem::{Dem, Pending};
 use request::{request, require_numbers};
-
-pub use dem::Dem;
 
 /// Steps times disks that take some seconds.
 const DISK_STEPS: usize = 2_000_000;

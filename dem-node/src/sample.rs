@@ -1,21 +1,33 @@
 //! Samples: grains listed one by one, a pressed layer, or a rail of grains.
+//!
+//! In reading order:
+//! - [`types`], [`random`]: a sample, and the random numbers of it;
+//! - `fill`: grains listed one by one, and those that fill a region;
+//! - [`relax`], [`bed`], [`layer`], [`rail`]: grains that are pressed and cut;
+//! - [`wheel_face`]: the disks of a rough wheel;
+//! - [`prepared`]: samples that are kept for later runs.
 
 pub mod bed;
-mod fill;
+pub(crate) mod fill;
 pub mod layer;
+pub mod prepared;
 pub mod rail;
 pub mod random;
 pub mod relax;
-mod types;
+pub mod types;
+pub mod wheel_face;
 
-pub use types::{Disk, Sample};
-
-use crate::cluster::ClusterMembers;
-use crate::config::{ClusterDriveConfig, Config, DisksConfig, LawKind, SampleConfig, WallConfig};
-use crate::drive::Drive;
+use crate::bodies::cluster::ClusterMembers;
+use crate::bodies::drive::Drive;
+use crate::bodies::faces::{Face, RigidWall, polyline};
+use crate::config::Config;
+use crate::config::disks::{DisksConfig, WallConfig};
+use crate::config::drive::ClusterDriveConfig;
+use crate::config::law::LawKind;
+use crate::config::sample::SampleConfig;
 use crate::error::DemError;
-use crate::faces::{Face, RigidWall, polyline};
 use random::RandomNumbers;
+use types::{Disk, Sample};
 
 /// Prepares the sample of a scenario. `seed` is the run's, which `sample.seed` overrides.
 pub fn prepare(config: &Config, seed: u64) -> Result<Sample, DemError> {

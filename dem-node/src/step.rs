@@ -2,23 +2,38 @@
 //!
 //! q_m = q + h (1 - theta) v; contacts are detected there; v' = v + h F/m + M^-1 H r with the contact laws;
 //! q' = q_m + h theta v' (Moreau 1988; Jean 1999).
-
-use protocol::larger;
-use serde::{Deserialize, Serialize};
+//!
+//! In reading order:
+//! - [`ledger`], [`state`]: the energy balance, and the state that is committed;
+//! - [`injection`]: grains that are fed in;
+//! - [`repair`]: overlaps of rigid grains, repaired without velocity;
+//! - `assembly`, `update`, `balance`, `driven`: the contact problem of a step, what its solution changes, and checks of it;
+//! - [`threads`]: a step by several threads.
 
 mod assembly;
 mod balance;
 mod driven;
+pub mod injection;
+pub mod ledger;
+pub mod repair;
+pub mod state;
+pub mod threads;
 mod update;
 
+use protocol::larger;
+use serde::{Deserialize, Serialize};
+
 use crate::bodies::Bodies;
-use crate::cohesion::Cohesion;
-use crate::drive::Moment;
+use crate::bodies::drive::Moment;
+use crate::config::solver::{Algorithm, Criteria};
 use crate::error::DemError;
-use crate::injection;
-use crate::repair::{self, Repair, Stepped};
-use crate::solver::{Algorithm, Convergence, Criteria, Partition, Problem, Solver, in_pieces};
-use crate::state::State;
+use crate::law::cohesion::Cohesion;
+use crate::solver::Solver;
+use crate::solver::partition::{Partition, in_pieces};
+use crate::solver::problem::Problem;
+use crate::solver::residual::Convergence;
+use crate::step::repair::{Repair, Stepped};
+use crate::step::state::State;
 
 /// Input of a step: the bodies, and everything that moves them.
 #[derive(Clone, Copy, Debug)]

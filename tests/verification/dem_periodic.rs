@@ -9,8 +9,9 @@
 //! step, which a heap multiplies by its condition (below 1e3).
 
 use dem_node::Dem;
-use dem_node::config::{Config, SampleConfig};
-use dem_node::detect::Slot;
+use dem_node::config::Config;
+use dem_node::config::sample::SampleConfig;
+use dem_node::contact::detect::Slot;
 use dem_node::sample::bed;
 use protocol::Node;
 use serde_json::{Value, json};

@@ -4,16 +4,17 @@ use std::f64::consts::PI;
 
 use super::machine::quietest;
 use crate::bodies::Bodies;
-use crate::boundary::CompliantBoundary;
-use crate::config::{Radii, RadiusLaw};
-use crate::faces::{Face, RigidWall};
+use crate::bodies::faces::{Face, RigidWall};
+use crate::config::radii::{Radii, RadiusLaw};
+use crate::contact::boundary::CompliantBoundary;
 use crate::law::Law;
+use crate::sample::layer;
 use crate::sample::random::RandomNumbers;
 use crate::sample::relax::Pile;
-use crate::sample::{Disk, layer};
+use crate::sample::types::Disk;
 use crate::setup::{ALERT, SKIN};
-use crate::solver::Problem;
-use crate::state::State;
+use crate::solver::problem::Problem;
+use crate::step::state::State;
 use crate::step::{StepInput, Stepper};
 
 const STEP: f64 = 1e-6;

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::limits::{at_least, positive, refuse_if};
 use super::radii::{Radii, RadiusLaw};
-use crate::geometry::drop_at;
+use crate::bodies::geometry::drop_at;
 
 /// More grains than this are taken for a mistyped unit: they would relax for hours.
 const GRAINS_MAX: f64 = 5e5;

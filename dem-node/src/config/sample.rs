@@ -12,7 +12,7 @@ use super::layer::LayerConfig;
 use super::limits::{PERIOD, finite, refuse_if};
 use super::radii::Radii;
 use super::rail::RailConfig;
-use crate::geometry::Period;
+use crate::bodies::geometry::Period;
 
 /// Diameters of the widest disk that a strip must hold: a grain and its neighbours must not meet around it.
 const DIAMETERS: f64 = 4.0;

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use protocol::{BoundaryInertia, Role, Term};
 
 use super::dem::Dem;
-use crate::bond;
-use crate::flow::Flow;
-use crate::plausible::Judged;
-use crate::report;
+use crate::contact::bond;
+use crate::measure::flow::Flow;
+use crate::measure::plausible::Judged;
+use crate::measure::report;
 use crate::step::StepSummary;
 
 impl Dem {

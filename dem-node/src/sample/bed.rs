@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use crate::config::LayerConfig;
+use crate::bodies::geometry::Period;
+use crate::config::layer::LayerConfig;
 use crate::error::DemError;
-use crate::geometry::Period;
 use crate::sample::random::RandomNumbers;
 use crate::sample::relax::Pile;
 

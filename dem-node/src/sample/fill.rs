@@ -1,7 +1,8 @@
 //! The disks of rectangles and rows.
 
 use super::random::RandomNumbers;
-use crate::config::{DiskConfig, DisksConfig, FillConfig, RowConfig};
+use crate::config::disks::{DiskConfig, DisksConfig};
+use crate::config::fill::{FillConfig, RowConfig};
 
 /// The sample with the disks of its rows and rectangles listed behind the others. Their random numbers are those of their own
 /// seed, or follow each other from this one.
@@ -57,7 +58,7 @@ fn row(config: &RowConfig, numbers: &mut RandomNumbers) -> Vec<DiskConfig> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::RadiusLaw;
+    use crate::config::radii::RadiusLaw;
 
     #[test]
     fn a_rectangle_holds_as_many_of_the_widest_disks_as_fit_and_none_overlap() {

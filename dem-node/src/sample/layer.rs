@@ -4,9 +4,9 @@
 //! a thin layer pressed on a ready glued row 9 to 40 % by seed; cut from the top 45 to 57 %, because the wheel then
 //! meets a rough face. A flat top would touch over its whole width, hence the shift by the crown's drop.
 
-use crate::config::LayerConfig;
+use crate::bodies::geometry::{drop_at, range};
+use crate::config::layer::LayerConfig;
 use crate::error::DemError;
-use crate::geometry::{drop_at, range};
 use crate::sample::bed::{self, Bed};
 use crate::sample::relax::Pile;
 use crate::sample::types::{Disk, Sample};

@@ -6,10 +6,10 @@
 
 use std::f64::consts::PI;
 
-use crate::config::RailConfig;
-use crate::detect::NearPairs;
+use crate::bodies::geometry::drop_at;
+use crate::config::rail::RailConfig;
+use crate::contact::cells::NearPairs;
 use crate::error::DemError;
-use crate::geometry::drop_at;
 use crate::sample::layer::in_columns;
 use crate::sample::random::RandomNumbers;
 use crate::sample::relax::{Pile, PileForces};

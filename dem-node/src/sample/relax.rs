@@ -3,8 +3,8 @@
 //! Lengths are in metres and forces are divided by the contact stiffness, so that a force is an overlap (m); with
 //! unit masses the fastest oscillation of a packing is then about 3.5 per unit of time whatever the material.
 
-use crate::detect::NearPairs;
-use crate::geometry::{Period, between_points, range, squared_displacements};
+use crate::bodies::geometry::{Period, between_points, range, squared_displacements};
+use crate::contact::cells::NearPairs;
 use crate::sample::types::Disk;
 
 /// Direction in which the floor pushes.

@@ -1,7 +1,7 @@
 //! The grains of a sample.
 
-use crate::cluster::ClusterMembers;
-use crate::faces::RigidWall;
+use crate::bodies::cluster::ClusterMembers;
+use crate::bodies::faces::RigidWall;
 
 /// A disk of a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -114,8 +114,8 @@ fn numbers(problem: &mut Problem) -> impl Iterator<Item = &mut f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::boundary::CompliantBoundary;
-    use crate::solver::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
+    use crate::contact::boundary::CompliantBoundary;
+    use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
 
     /// A grain with 1/m = 2 falls at 1 m/s on a glued disk whose boundary yields by 1: a whole sweep gives it 1/3.
     fn falling() -> Problem {

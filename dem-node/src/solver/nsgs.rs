@@ -4,11 +4,12 @@
 //! velocities of its two bodies at once. The matrix W is never formed: stored rows cost four times as much.
 
 use super::acceleration::{Accelerator, FIRST_TURNS};
-use super::criteria::{Convergence, Criteria};
 use super::groups::Sweeper;
-use super::homotopy;
 use super::problem::Problem;
 use super::residual::{Defect, convergence, measured, quad};
+use crate::config::solver::Criteria;
+use crate::solver::lemke;
+use crate::solver::residual::Convergence;
 
 /// Sweeps between two looks at the true residual while the sweeps are accelerated, whatever their increments.
 const CHECK_EVERY: usize = 20;
@@ -28,7 +29,7 @@ const NOTHING_FOUND: f64 = 0.9;
 /// It is watched because a sweep has it for nothing, but it alone lies: in a layer under its wheel two of five sweeps that it
 /// accepts are above the tolerance. Only when it passes is the true residual computed ([`super::residual`]), which
 /// decides: within the tolerance the sweeps end, else the bound becomes increment x max(0.1, tolerance / residual), as
-/// Siconos tightens its own, and sweeping goes on. The whole criterion of LMGC90 (see [`super::Quad`]) of the answer is
+/// Siconos tightens its own, and sweeping goes on. The whole criterion of LMGC90 (see [`crate::solver::residual::Quad`]) of the answer is
 /// reported beside the residual and decides nothing: asking for it as well made every sixth accepted answer do more sweeps.
 pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) -> Convergence {
     sweeper.load(problem);
@@ -75,7 +76,7 @@ pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) 
 
 /// Takes over the solution that pivoting finds, if it is one; else nothing changes.
 fn pivot(problem: &mut Problem, criteria: &Criteria) -> Option<Defect> {
-    let solved = homotopy::solve(problem, criteria.tolerance)?;
+    let solved = lemke::solve(problem, criteria.tolerance)?;
     let defect = Defect::new(&solved);
     let holds = defect.residual(&solved) <= criteria.tolerance;
     holds.then(|| {

@@ -38,15 +38,15 @@ mod constrained;
 mod group;
 #[cfg(test)]
 mod tests;
-mod workspace;
+pub mod workspace;
 
-pub use workspace::Workspace;
-
-use super::criteria::{Convergence, Criteria};
 use super::problem::Problem;
 use super::residual::{convergence, measured};
+use crate::config::solver::Criteria;
+use crate::solver::residual::Convergence;
 use batch::Pass;
 use group::{Has, Kind, Sums};
+use workspace::Workspace;
 
 /// Part of the true residual below which the box problem is solved well enough to take its thresholds anew. At 10 000
 /// disks 0.1 costs a fifth more iterations, and 1, anew in every iteration, five times as many.

@@ -2,7 +2,7 @@
 
 use super::contact::{Contact, NO_BOND};
 use super::partition::Cut;
-use crate::bond::BondContact;
+use crate::contact::bond::BondContact;
 
 /// Consecutive contacts and their bonds, which come in the order of the contacts.
 pub struct WithBonds<'a> {

@@ -1,10 +1,27 @@
 //! Distance of a guess from the solution: the true residual, and LMGC90's incremental criterion beside it.
 
+use serde::{Deserialize, Serialize};
+
 use super::contact::{Contact, NO_BOND};
-use super::criteria::{Convergence, Criteria};
 use super::partition::in_pieces;
 use super::problem::Problem;
+use crate::config::solver::Criteria;
 use crate::law::local::coulomb_projection;
+
+/// State of convergence in which a solver ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Convergence {
+    /// Iterations done.
+    pub iterations: usize,
+    /// True natural-map residual, relative.
+    pub residual: f64,
+    /// LMGC90's incremental criterion, the largest of its three norms.
+    pub quad: f64,
+    /// True if the residual is within the tolerance.
+    pub converged: bool,
+    /// True if the residual is within the tolerance only because it is measured against rounding, not against the impulses.
+    pub rounding: bool,
+}
 
 /// LMGC90's criterion "Quad" (Core/kernel/mod_nlgs.f90, solve_nlgs with i_check; theory in Jean 1999): all contacts are
 /// offered the impulse r' that their own law wants while all others are held. With W the bodies' part of the local block,
@@ -203,7 +220,7 @@ fn add_defect([defect, size]: &mut [f64; 2], problem: &Problem, contact: &Contac
 mod tests {
     use super::*;
     use crate::law::local::{DelassusBlock, LocalLaw};
-    use crate::solver::BodyRecord;
+    use crate::solver::contact::BodyRecord;
 
     /// A grain of mass 1/2 on a wall, falling at 1.4 m/s under an impulse of 0.2 that has made -1 m/s of it.
     fn resting(contacts: usize) -> Problem {

@@ -2,12 +2,12 @@
 
 use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
-use crate::bond::{Bond, BondContact, BondCursor};
-use crate::detect::Slot;
-use crate::geometry::{Proximity, extent};
-use crate::positions::{Positions, proximity};
-use crate::solver::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
-use crate::state::State;
+use crate::bodies::geometry::{Proximity, extent};
+use crate::bodies::positions::{Positions, proximity};
+use crate::contact::bond::{Bond, BondContact, BondCursor};
+use crate::contact::detect::Slot;
+use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
+use crate::step::state::State;
 
 impl Stepper {
     /// Free velocities and contacts.

@@ -4,9 +4,9 @@ use protocol::larger;
 
 use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
-use crate::cluster::Cluster;
-use crate::solver::Contact;
-use crate::state::State;
+use crate::bodies::cluster::Cluster;
+use crate::solver::contact::Contact;
+use crate::step::state::State;
 
 /// Momentum of the free grains in a step.
 pub(super) struct MomentumBalance {

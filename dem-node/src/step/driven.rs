@@ -2,7 +2,7 @@
 
 use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
-use crate::state::State;
+use crate::step::state::State;
 
 impl Stepper {
     /// Takes note of the forces on driven clusters and books the work of their drives, before their velocities are taken over.

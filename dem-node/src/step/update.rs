@@ -4,11 +4,15 @@ use protocol::larger;
 
 use super::{StepInput, StepSummary, Stepper};
 use crate::bodies::Bodies;
-use crate::bond::{self, Bond, BondContact};
-use crate::detect::Slot;
-use crate::ledger::{Accounts, ContactStep, contact_loss};
-use crate::solver::{Contact, Cut, first_bond, in_pieces};
-use crate::state::State;
+use crate::contact::bond;
+use crate::contact::bond::{Bond, BondContact};
+use crate::contact::detect::Slot;
+use crate::contact::loss::{ContactStep, contact_loss};
+use crate::solver::contact::Contact;
+use crate::solver::partition::{Cut, in_pieces};
+use crate::solver::pieces::first_bond;
+use crate::step::ledger::Accounts;
+use crate::step::state::State;
 
 /// Contacts with all that a step changes of them: their slots, and the bonds of the state.
 struct Touched<'a> {

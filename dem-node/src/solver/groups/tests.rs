@@ -1,11 +1,11 @@
 //! Sweeps in groups against sweeps one by one.
 
 use super::*;
-use crate::bond::BondContact;
-use crate::boundary::CompliantBoundary;
+use crate::contact::bond::BondContact;
+use crate::contact::boundary::CompliantBoundary;
 use crate::law::local::BondLaw;
 use crate::sample::random::RandomNumbers;
-use crate::solver::NO_BOND;
+use crate::solver::contact::NO_BOND;
 
 const GRAINS: usize = 60;
 const GLUED: usize = 6;

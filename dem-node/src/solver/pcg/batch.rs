@@ -5,7 +5,8 @@ use super::branches::Branches;
 use super::group::{ContactFrames, Iterate, LANES, Lanes, Preconditioner, Sums, Tangential};
 use super::group::{Kind, bias, compliance, threshold};
 use crate::law::vector::{normal_defect, tangential_impulse};
-use crate::solver::{Contact, Problem};
+use crate::solver::contact::Contact;
+use crate::solver::problem::Problem;
 
 /// The work of one pass over the contacts.
 #[derive(Clone, Copy, Debug)]

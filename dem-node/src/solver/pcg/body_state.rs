@@ -1,6 +1,6 @@
 //! The bodies' part of the directions, and of the products with W.
 
-use crate::solver::BodyRecord;
+use crate::solver::contact::BodyRecord;
 
 /// A body as the contacts meet it, in one line of the cache.
 #[derive(Clone, Copy, Debug, Default)]

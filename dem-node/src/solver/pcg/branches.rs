@@ -1,9 +1,9 @@
 //! The two branches of a bond's normal law: tension, and compression.
 
 use super::group::{LANES, Lanes, ShortLanes, inverse};
-use crate::bond::BondContact;
+use crate::contact::bond::BondContact;
 use crate::law::local::in_tension;
-use crate::solver::Contact;
+use crate::solver::contact::Contact;
 
 /// The branches on which four contacts are.
 #[derive(Clone, Copy, Debug)]

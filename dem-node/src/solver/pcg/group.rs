@@ -1,10 +1,10 @@
 //! Four contacts side by side, as the passes over them load them.
 
 use super::body_state::{BodyState, Products};
-use crate::bond::BondContact;
-use crate::lanes;
+use crate::contact::bond::BondContact;
+use crate::law::lanes;
 use crate::law::vector::feasible;
-use crate::solver::Contact;
+use crate::solver::contact::Contact;
 
 /// Contacts in a group.
 pub const LANES: usize = 4;

@@ -7,10 +7,10 @@ use super::batch::{ContactBatch, Pass};
 use super::body_state::{BodyState, Momentum, Products};
 use super::constrained::ConstrainedBodies;
 use super::group::{Kind, Sums};
-use crate::lanes::widest;
-use crate::solver::Problem;
+use crate::law::lanes::widest;
 use crate::solver::partition::{Partition, Subdomain, for_each_subdomain};
 use crate::solver::pieces::ByCandidate;
+use crate::solver::problem::Problem;
 
 /// Buffers of the solver.
 #[derive(Clone, Debug, Default)]
