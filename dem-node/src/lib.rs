@@ -22,7 +22,7 @@
 //!
 //! | symbol | meaning | unit | in the code |
 //! |---|---|---|---|
-//! | q, v | place; velocity (v_x, v_y, spin times radius) | m, m/s | [`State::centres`](step::state::State::centres), [`State::velocities`](step::state::State::velocities) |
+//! | q, v | position; velocity (v_x, v_y, spin times radius) | m, m/s | [`State::centres`](step::state::State::centres), [`State::velocities`](step::state::State::velocities) |
 //! | M, F | masses, `mass_scale` included; weight, loads | kg, N | [`Bodies::masses`](bodies::Bodies::masses), [`StepInput`](step::StepInput) |
 //! | h, theta | step, which is the window of a coupled run; weight of the end velocity | s, - | [`StepInput::step`](step::StepInput::step), [`StepInput::theta`](step::StepInput::theta) |
 //! | g | gap, below 0 where bodies overlap | m | [`Contact::gap`](solver::contact::Contact::gap) |
@@ -78,7 +78,7 @@
 //! Glued disks have neither mass nor spin. They lie on a body that another solver moves, and know of it one linear relation only:
 //!
 //! ```text
-//! v_g = a_g + W_g p    a_g, W_g: told by the coupler for this window
+//! v_g = a_g + W_g p    a_g, W_g: given by the coupler for this window
 //! ```
 //!
 //! It enters the sweeps like any other velocity ([`contact::boundary`]). v_g is the mean velocity of the window and the end velocity of
@@ -92,7 +92,7 @@
 //!    [`law::vector`]), from the impulses of the step before. Without friction [`solver::pcg`] needs fewer iterations.
 //! 3. [`solver::residual`] decides, not the change of a sweep: `|W (r - P(r - U/W))| / |W r| <= tolerance`. Sweeps that creep or circle are
 //!    extrapolated, averaged, and at last replaced by pivoting.
-//! 4. [`contact::bond::end_step`] and [`contact::loss::contact_loss`] book what contacts stored and lost; the bodies move to q'; [`step::repair`] takes overlaps
+//! 4. [`contact::bond::end_step`] and [`contact::loss::contact_loss`] record what contacts stored and lost; the bodies move to q'; [`step::repair`] takes overlaps
 //!    of rigid grains away, if asked.
 //! 5. [`node`] answers F_g = p/h, v_g, iterations and residual. Nothing is committed before the coupler says so.
 //!
@@ -171,7 +171,7 @@
 //! | mass scaling: inertial number, inertial pressure | [`setup::mass_scaling::MassScaling::new`] | GDR MiDi 2004 |
 //! | fed grains, Qe of the circuit | [`step::injection::feed`] | RSB, figure 1; this project |
 //! | radii, p ~ r^-2 and others | [`sample::random::RandomNumbers::radius`] | LMGC90 (granulometry) |
-//! | relaxation of a bed (FIRE) | [`sample::relax::Pile::relax`] | Bitzek et al. 2006 |
+//! | relaxation of a bed (FIRE) | [`sample::relax::Packing::relax`] | Bitzek et al. 2006 |
 //!
 //! # Example
 //! A disk that falls on a floor and stays there:

@@ -161,7 +161,7 @@ impl Node for Dem {
             ))?);
         }
         require_numbers("a displacement of a glued disk", window, displacement)?;
-        let drive_before = self.progress.state.accounts.drive;
+        let drive_before = self.progress.state.ledger.drive;
         std::mem::swap(&mut self.progress.state, &mut self.trial);
         let displacement = self.interface.scatter(displacement, self.bodies.glued());
         let glued = self.progress.state.centres[self.bodies.free..].iter_mut();
@@ -189,7 +189,7 @@ impl Node for Dem {
         for index in window.step..window.step + u64::from(window.substeps) {
             // Times are multiples of the step: no rounding builds up.
             let (start, end) = (index as f64 * step, (index + 1) as f64 * step);
-            let drive_before = self.progress.state.accounts.drive;
+            let drive_before = self.progress.state.ledger.drive;
             summary = self.advance([start, end], step, &fixed, false)?;
             let stops = self.solver.criteria.on_not_converged == OnNotConverged::Stop;
             if stops && !summary.convergence.converged {
@@ -210,7 +210,7 @@ impl Node for Dem {
 
     fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {
         if let Some(folder) = &self.setting.fields {
-            let moment = snapshot::parts::Moment {
+            let scene = snapshot::parts::FieldScene {
                 bodies: &self.bodies,
                 state: &self.progress.state,
                 flow: self.progress.flow.as_ref(),
@@ -218,7 +218,7 @@ impl Node for Dem {
                 thickness: self.setting.thickness_m,
             };
             let stem = format!("{}-{name}", self.setting.participant);
-            snapshot::write(folder, &stem, &moment)?;
+            snapshot::write(folder, &stem, &scene)?;
         }
         self.write_maps()?;
         Ok(())
@@ -226,7 +226,7 @@ impl Node for Dem {
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
         self.write_maps()?;
-        let judged = self.judged();
+        let run = self.finished_run();
         Ok(Outcome {
             steps: self.progress.steps,
             work: BTreeMap::from([(
@@ -236,8 +236,8 @@ impl Node for Dem {
             results: self.results(),
             state_hash: self.progress.hash(),
             warnings: self.stress_advice().into_iter().collect(),
-            findings: judged.findings(),
-            held_load: judged.held_load(),
+            findings: run.findings(),
+            held_load: run.held_load(),
         })
     }
 }

@@ -294,10 +294,10 @@ fn the_bed_of_a_strip_has_no_walls() {
         "{}",
         bed.solid_fraction
     );
-    let (pairs, _) = bed.pile.contacts();
-    let x = |disk: u32| bed.pile.centres[disk as usize][0];
+    let (pairs, _) = bed.packing.contacts();
+    let x = |disk: u32| bed.packing.centres[disk as usize][0];
     assert!(
-        bed.pile
+        bed.packing
             .centres
             .iter()
             .all(|c| (-2e-3..2e-3).contains(&c[0]))

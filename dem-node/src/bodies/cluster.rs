@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::bodies::drive::{Drive, Moment};
+use crate::bodies::drive::{Drive, StepTime};
 use crate::bodies::geometry::Proximity;
 use crate::bodies::levers::Levers;
 
@@ -27,7 +27,7 @@ const SINGLE: u32 = u32::MAX;
 pub struct Cluster {
     /// Numbers of its disks.
     pub disks: Vec<usize>,
-    /// Their places about the centre of mass at the start (m).
+    /// Their positions about the centre of mass at the start (m).
     offsets: Vec<[f64; 2]>,
     /// Scaled mass (kg).
     pub mass: f64,
@@ -116,18 +116,18 @@ impl Cluster {
     }
 
     /// Change by a unit impulse of (v_x, v_y, spin times radius) (1/kg). Damping is implicit: it acts on this change too.
-    pub fn inverse_mass(&self, at: &Moment) -> [f64; 3] {
+    pub fn inverse_mass(&self, at: &StepTime) -> [f64; 3] {
         let [x, y, turn] = self.free;
         let damped = self.mass + at.theta * self.drag(at);
         [x / damped, y / damped, 2.0 * turn / self.mass]
     }
 
-    fn drag(&self, at: &Moment) -> f64 {
+    fn drag(&self, at: &StepTime) -> f64 {
         self.drive.as_ref().map_or(0.0, |drive| drive.drag(at))
     }
 
     /// Velocity at the end of a step without contacts: v with weight and loads, the weight giving `gravity` (m/s2).
-    pub fn free_velocity(&self, v: [f64; 3], gravity: [f64; 2], at: &Moment) -> [f64; 3] {
+    pub fn free_velocity(&self, v: [f64; 3], gravity: [f64; 2], at: &StepTime) -> [f64; 3] {
         let Some(drive) = &self.drive else {
             let kick = |k: usize| v[k] + self.free[k] * at.step * gravity[k];
             return [kick(0), kick(1), v[2]];
@@ -141,7 +141,7 @@ impl Cluster {
     }
 
     /// Impulse of loads and damping in a step in the free directions (N s), for the velocities at its start and its end.
-    pub fn driving_impulse(&self, start: [f64; 3], end: [f64; 3], at: &Moment) -> [f64; 2] {
+    pub fn driving_impulse(&self, start: [f64; 3], end: [f64; 3], at: &StepTime) -> [f64; 2] {
         let Some(drive) = &self.drive else {
             return [0.0; 2];
         };
@@ -241,7 +241,7 @@ impl Clusters {
         at: &Proximity,
         disk: impl Fn(usize) -> ([f64; 2], f64),
         inverse: impl Fn(usize) -> [f64; 3],
-        moment: &Moment,
+        time: &StepTime,
     ) -> Option<Levers> {
         let clusters = pair.map(|body| self.of(body));
         if clusters.iter().all(Option::is_none) {
@@ -254,7 +254,7 @@ impl Clusters {
                     let (centre, radius) = disk(pair[i]);
                     (
                         cluster.lever(&poses[index], at.normal, centre, side * radius),
-                        cluster.inverse_mass(moment),
+                        cluster.inverse_mass(time),
                     )
                 }
                 None => ([0.0, side], inverse(pair[i])),

@@ -17,9 +17,9 @@ pub struct Drive {
     pub damping: f64,
 }
 
-/// The moment of a step at which loads are taken.
+/// The time at which the loads of a step are taken, and its length.
 #[derive(Clone, Copy, Debug)]
-pub struct Moment {
+pub struct StepTime {
     /// Time (s).
     pub time: f64,
     /// Length of the step (s).
@@ -30,12 +30,12 @@ pub struct Moment {
 
 impl Drive {
     /// Impulse of the loads along x and y in a step (N s), without the damping.
-    pub fn push(&self, at: &Moment) -> [f64; 2] {
+    pub fn push(&self, at: &StepTime) -> [f64; 2] {
         [0, 1].map(|k| at.step * load_at(&self.forces[k], at.time))
     }
 
     /// h c, by which a velocity of 1 m/s loses momentum in a step (kg).
-    pub fn drag(&self, at: &Moment) -> f64 {
+    pub fn drag(&self, at: &StepTime) -> f64 {
         at.step * self.damping
     }
 }

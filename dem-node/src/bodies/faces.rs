@@ -50,7 +50,7 @@ pub struct Segment {
 /// Another segment at an end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Joint {
-    /// Its place in the list of walls.
+    /// Its index in the list of walls.
     wall: usize,
     direction: [f64; 2],
 }

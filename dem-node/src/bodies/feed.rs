@@ -37,7 +37,7 @@ pub struct Feed {
     pub waiting: u32,
     /// Scaled masses that were due so far, and that came out (kg).
     due: f64,
-    came: f64,
+    delivered: f64,
     growing: Vec<Growing>,
 }
 
@@ -74,13 +74,13 @@ impl Feed {
 
     /// True if a grain of a mass (kg) is in store, and due.
     pub fn is_due(&self, mass: f64) -> bool {
-        self.waiting > 0 && self.came + mass <= self.due
+        self.waiting > 0 && self.delivered + mass <= self.due
     }
 
     /// Takes the next grain, of a mass (kg), out of the store at a time (s); this part of its radius is missing (m).
     pub fn take_out(&mut self, grain: u32, mass: f64, missing: f64, time: f64) {
         self.waiting -= 1;
-        self.came += mass;
+        self.delivered += mass;
         if missing > 0.0 {
             self.growing.push(Growing {
                 grain,
@@ -91,9 +91,9 @@ impl Feed {
         }
     }
 
-    /// Part of the mass due that found no place; `next` is the mass of the next grain (kg), which is due as a whole only.
+    /// Part of the mass due that found no gap; `next` is the mass of the next grain (kg), which is due as a whole only.
     pub fn missed(&self, next: f64) -> f64 {
-        let owed = self.due - self.came - next;
+        let owed = self.due - self.delivered - next;
         if owed > 0.0 { owed / self.due } else { 0.0 }
     }
 
@@ -114,7 +114,7 @@ impl Feed {
 
     /// All numbers that can change a later bit.
     pub fn numbers(&self) -> impl Iterator<Item = f64> {
-        let first = [f64::from(self.waiting), self.due, self.came];
+        let first = [f64::from(self.waiting), self.due, self.delivered];
         let growing = self.growing.iter();
         let growing = growing.flat_map(|g| [f64::from(g.grain), g.start, g.first, g.missing]);
         first.into_iter().chain(growing)

@@ -16,7 +16,7 @@ pub struct Pairs {
     groups: Vec<u16>,
     /// Number of groups.
     count: usize,
-    /// Law of a pair of groups, its place in `laws` plus one; 0 for the law of all others.
+    /// Law of a pair of groups, its index in `laws` plus one; 0 for the law of all others.
     table: Vec<u16>,
     laws: Vec<Law>,
 }
@@ -33,10 +33,10 @@ impl Pairs {
         let count = known.len();
         let number = |name: &String| known.binary_search(&name).ok();
         let mut table = vec![0; count * count];
-        for (place, (between, _)) in laws.iter().enumerate() {
+        for (index, (between, _)) in laws.iter().enumerate() {
             // A group without bodies has no contacts.
             if let [Some(a), Some(b)] = [0, 1].map(|side| number(&between[side])) {
-                (table[a * count + b], table[b * count + a]) = (place as u16 + 1, place as u16 + 1);
+                (table[a * count + b], table[b * count + a]) = (index as u16 + 1, index as u16 + 1);
             }
         }
         Pairs {
@@ -51,18 +51,18 @@ impl Pairs {
         }
     }
 
-    /// The law at a place of its own, which is counted from one.
+    /// The law at an index of its own, which is counted from one.
     #[inline]
-    pub fn law(&self, place: u32) -> Option<&Law> {
-        self.laws.get((place as usize).wrapping_sub(1))
+    pub fn law(&self, index: u32) -> Option<&Law> {
+        self.laws.get((index as usize).wrapping_sub(1))
     }
 
-    /// The law between two bodies with its place, if it is one of their own.
+    /// The law between two bodies with its index, if it is one of their own.
     #[inline]
     pub fn of(&self, a: usize, b: usize) -> Option<(u32, &Law)> {
         let (a, b) = (*self.groups.get(a)?, *self.groups.get(b)?);
-        let place = u32::from(self.table[a as usize * self.count + b as usize]);
-        self.law(place).map(|law| (place, law))
+        let index = u32::from(self.table[a as usize * self.count + b as usize]);
+        self.law(index).map(|law| (index, law))
     }
 
     /// True if any of these laws has springs.
@@ -70,7 +70,7 @@ impl Pairs {
         self.laws.iter().any(|law| law.springs.is_some())
     }
 
-    /// Coefficients of friction in the order of their places.
+    /// Coefficients of friction in the order of their indices.
     pub fn frictions(&self) -> impl Iterator<Item = f64> {
         self.laws.iter().map(|law| law.friction)
     }

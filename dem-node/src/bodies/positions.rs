@@ -15,7 +15,7 @@ pub struct Positions<'a> {
     /// Lowest point of the wheel's face (m). A flat face has no x: it is 0.
     pub wheel: [f64; 2],
     /// Time for which moving walls have moved (s).
-    pub wall_time: f64,
+    pub wall_motion_time: f64,
 }
 
 impl Positions<'_> {
@@ -35,7 +35,7 @@ pub fn proximity(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> 
     }
     match bodies.wall_of(b) {
         None => under_wheel(positions.wheel, bodies.wheel_radius, centre, radius),
-        Some(wall) => wall.proximity(wall.frame(centre, positions.wall_time), radius),
+        Some(wall) => wall.proximity(wall.frame(centre, positions.wall_motion_time), radius),
     }
 }
 
@@ -44,7 +44,7 @@ pub fn distance(bodies: &Bodies, positions: &Positions, a: usize, b: usize) -> f
     match bodies.wall_of(b) {
         None => proximity(bodies, positions, a, b).gap,
         Some(wall) => {
-            let centre = wall.frame(positions.centres[a], positions.wall_time);
+            let centre = wall.frame(positions.centres[a], positions.wall_motion_time);
             wall.distance(centre) - bodies.radii[a]
         }
     }

@@ -32,7 +32,7 @@ pub enum SampleConfig {
 
 /// Disks of the sample's radii side by side.
 #[derive(Clone, Copy, Debug)]
-pub struct Row {
+pub struct WheelRow {
     /// The radii.
     pub radii: Radii,
     /// Width of the sample (m).
@@ -189,14 +189,14 @@ impl SampleConfig {
     }
 
     /// The row of disks that a wheel as wide as the sample has; `None` for listed disks.
-    pub fn row(&self) -> Option<Row> {
+    pub fn row(&self) -> Option<WheelRow> {
         match self {
-            SampleConfig::Layer(layer) => Some(Row {
+            SampleConfig::Layer(layer) => Some(WheelRow {
                 radii: layer.radii(),
                 width: 2.0 * layer.half_width_m,
                 seed: layer.seed,
             }),
-            SampleConfig::Rail(rail) => Some(Row {
+            SampleConfig::Rail(rail) => Some(WheelRow {
                 radii: rail.radii(),
                 width: rail.width_m,
                 seed: rail.seed,

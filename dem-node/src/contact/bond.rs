@@ -195,7 +195,7 @@ pub fn end_step(
     };
     let behind = (1.0 - contact.theta) * (r_n * contact.change[0] + r_t * contact.change[1]);
     let turned = law.springs.map_or(0.0, |s| contact.turned(s.normal))
-        + stored(before, contact.left, bond.slip)
+        + stored(before, contact.last_gap, bond.slip)
         - stored(before, contact.gap, bond.slip);
     let mut loss = Loss {
         detection: turned,
@@ -209,7 +209,7 @@ pub fn end_step(
             - stored(after, opening, slip),
     };
     (bond.opening, bond.slip, bond.adhesion) = (opening, slip, after);
-    (slot.force, slot.left) = ([r_n / h, r_t / h], opening);
+    (slot.force, slot.last_gap) = ([r_n / h, r_t / h], opening);
     if after < BROKEN {
         loss.cohesion += break_bond(law, cohesion, bond, slot, before);
     }
@@ -250,7 +250,7 @@ fn break_bond(
         return left;
     };
     let gap = bond.opening + bond.reference;
-    slot.left = gap;
+    slot.last_gap = gap;
     let [_, k_t] = cohesion.stiffness(bond.area, before);
     let press = springs.normal * (-gap).max(0.0);
     let limit = mu * press / springs.tangential;
@@ -374,7 +374,7 @@ mod tests {
                 step: STEP,
                 theta: 1.0,
                 gap: 0.1 * sign,
-                left: 0.3 * sign,
+                last_gap: 0.3 * sign,
                 spring: [0.0; 2],
                 impulse: [0.0; 2],
                 velocity: [0.0; 2],
@@ -402,7 +402,7 @@ mod tests {
                 step: STEP,
                 theta: 1.0,
                 gap: -0.3,
-                left: -0.3,
+                last_gap: -0.3,
                 spring: [0.0; 2],
                 impulse: [0.0; 2],
                 velocity: [0.0; 2],

@@ -22,8 +22,8 @@ pub struct Slot {
     pub force: [f64; 2],
     /// Elongation of the tangential spring (m).
     pub spring: f64,
-    /// Gap, or opening of the bond, that the last step left along its normal (m); 0 without contact.
-    pub left: f64,
+    /// Gap, or opening of the bond, along its normal at the end of the last step (m); 0 without contact.
+    pub last_gap: f64,
 }
 
 /// The Verlet list: all pairs that were closer than `reach` when it was built.
@@ -38,7 +38,7 @@ pub struct VerletList {
     /// Position of the wheel when the list was built (m).
     wheel: [f64; 2],
     /// Time for which walls had moved when the list was built (s).
-    wall_time: f64,
+    wall_motion_time: f64,
 }
 
 impl VerletList {
@@ -62,7 +62,7 @@ impl VerletList {
         self.centres.clear();
         self.centres.extend_from_slice(positions.centres);
         self.wheel = positions.wheel;
-        self.wall_time = positions.wall_time;
+        self.wall_motion_time = positions.wall_motion_time;
         let mut listed = list_pairs(bodies, positions, self.reach);
         add_bonded(&mut listed, bonded);
         carry_over(&self.slots, &mut listed);
@@ -82,7 +82,10 @@ impl VerletList {
             let Some(wall) = bodies.wall_of(slot.b as usize).filter(|_| loaded) else {
                 continue;
             };
-            let centre = wall.frame(positions.centres[slot.a as usize], positions.wall_time);
+            let centre = wall.frame(
+                positions.centres[slot.a as usize],
+                positions.wall_motion_time,
+            );
             let successor = match &wall.face {
                 Face::HalfPlane { .. } => None,
                 Face::Segment(segment) => segment.successor(centre),
@@ -103,7 +106,7 @@ impl VerletList {
         let new = &mut self.slots[target];
         // One that is loaded already is a contact of its own: the other side of a concave corner.
         if new.force == [0.0; 2] {
-            (new.force, new.spring, new.left) = (old.force, old.spring, old.left);
+            (new.force, new.spring, new.last_gap) = (old.force, old.spring, old.last_gap);
         }
     }
 
@@ -112,7 +115,7 @@ impl VerletList {
         let squared = squared_displacements(positions.centres, &self.centres);
         let [x, y] = [0, 1].map(|k| positions.wheel[k] - self.wheel[k]);
         let farthest = squared.fold(0.0, f64::max).sqrt().max(x.hypot(y));
-        match positions.wall_time - self.wall_time {
+        match positions.wall_motion_time - self.wall_motion_time {
             0.0 => farthest,
             time => farthest.max(time * bodies.wall_speed()),
         }
@@ -126,8 +129,8 @@ impl VerletList {
         if self.wheel[0] != 0.0 {
             visit(self.wheel[0]);
         }
-        if self.wall_time != 0.0 {
-            visit(self.wall_time);
+        if self.wall_motion_time != 0.0 {
+            visit(self.wall_motion_time);
         }
         self.centres.iter().flatten().for_each(|x| visit(*x));
         for slot in &self.slots {
@@ -136,7 +139,7 @@ impl VerletList {
             visit(slot.force[0]);
             visit(slot.force[1]);
             visit(slot.spring);
-            visit(slot.left);
+            visit(slot.last_gap);
         }
     }
 }

@@ -11,8 +11,8 @@ pub struct ContactStep {
     pub theta: f64,
     /// Gap at detection (m).
     pub gap: f64,
-    /// Gap that the last step left along its normal (m).
-    pub left: f64,
+    /// Gap along its normal at the end of the last step (m).
+    pub last_gap: f64,
     /// Elongation of the tangential spring before and after (m).
     pub spring: [f64; 2],
     /// Impulse (N s).
@@ -27,10 +27,10 @@ impl ContactStep {
     /// Energy that a spring k (N/m) lost since the last step without any work (J), negative for one that gained.
     ///
     /// The work of a step goes along its normal, and disks that pass each other by s turn it: the gap that is then detected
-    /// is about s^2/(2 (r_1 + r_2)) wider than the one that the last step left. A loss of the scheme, of first order
+    /// is about s^2/(2 (r_1 + r_2)) wider than the one at the end of the last step. A loss of the scheme, of first order
     /// over a run: 1.8 % of the energy of a wheel that falls on a layer at 10 m/s in steps of 2e-7 s.
     pub fn turned(&self, k: f64) -> f64 {
-        0.5 * k * (self.left.min(0.0).powi(2) - self.gap.min(0.0).powi(2))
+        0.5 * k * (self.last_gap.min(0.0).powi(2) - self.gap.min(0.0).powi(2))
     }
 }
 
@@ -103,7 +103,7 @@ mod tests {
             step: 0.5,
             theta: 0.75,
             gap,
-            left: -0.5,
+            last_gap: -0.5,
             spring: [0.1, 0.3],
             impulse: [2.0, -0.3],
             velocity: [-0.4, 1.0],

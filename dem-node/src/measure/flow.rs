@@ -2,20 +2,20 @@
 //!
 //! A bond is one of more than 0.01 of adhesion. A grain is *first body* while bonds connect it with an anchor, else *third body*;
 //! those that none connects at the start are the initial stock, which is third body and no source. A grain is in the contact
-//! zone ([`zone::Zone`]) when its centre is. A step is booked in this order:
+//! zone ([`zone::Zone`]) when its centre is. A step is recorded in this order:
 //!
 //! 1. by their own motion, grains cross the ends of the zone as it was, and the section x = 0;
-//! 2. the zone moves, over grains at their new places;
+//! 2. the zone moves, over grains at their new positions;
 //! 3. grains change from first to third body and back where they are then;
 //! 4. third body that has been outside for `wear_s` since it left is worn, once for each time that it left.
 //!
 //! Crossings are those of third body by the state before the step: a grain that is detached in the step in which it leaves is
 //! detached outside. Then, at each step and to rounding, third body in the zone = detached - re-attached + fed + entered - left.
-//! Grains that are fed in are third body from then on, at the place where they begin, before anything else of the step is booked; those
+//! Grains that are fed in are third body from then on, where they begin, before anything else of the step is recorded; those
 //! in store are nowhere.
 
-pub mod books;
 pub mod graph;
+pub mod ledger;
 pub mod zone;
 
 use protocol::larger;
@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 use crate::bodies::Bodies;
 use crate::config::flow::FlowConfig;
 use crate::step::state::State;
-use books::Books;
+use ledger::MassLedger;
 use zone::{Loads, Zone};
 
 /// Part of a step by which rounding may miss the time of wear.
@@ -56,7 +56,7 @@ pub enum Body {
     Fed = 3,
 }
 
-/// A grain as the books know it.
+/// A grain as the ledger knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Grain {
     body: Body,
@@ -65,11 +65,11 @@ struct Grain {
     /// True for a centre in the zone.
     inside: bool,
     /// True for one that has been in the zone as third body.
-    known: bool,
+    has_entered: bool,
     /// True for a centre at x >= 0.
     right: bool,
     /// Time at which it left the zone (s), while it is outside.
-    left: Option<f64>,
+    left_at: Option<f64>,
     /// True for one that has been outside for so long that it is worn.
     worn: bool,
 }
@@ -87,14 +87,14 @@ pub struct Flow {
     grains: Vec<Grain>,
     /// Those of them that are not in store: the first ones.
     present: usize,
-    /// Bonds that held when the graph was last looked at.
+    /// Bonds that held when the graph was last searched.
     bonds: Vec<(u32, u32)>,
     loads: Loads,
     zone: Option<Zone>,
-    books: Books,
+    ledger: MassLedger,
     /// Third body in the zone, summed up anew (kg).
     held: f64,
-    /// Largest distance of that from the books (kg).
+    /// Largest difference of that from the ledger (kg).
     defect: f64,
 }
 
@@ -115,9 +115,9 @@ impl Grain {
             body,
             detached: NEVER,
             inside: false,
-            known: false,
+            has_entered: false,
             right: x >= 0.0,
-            left: None,
+            left_at: None,
             worn: false,
         }
     }
@@ -126,28 +126,35 @@ impl Grain {
         self.body != Body::First
     }
 
-    /// Takes note that the grain is fed in, in the zone or outside.
-    fn come(&mut self, x: f64, inside: bool, mass: f64, books: &mut Books) {
+    /// The grain is fed in, in the zone or outside.
+    fn feed_in(&mut self, x: f64, inside: bool, mass: f64, ledger: &mut MassLedger) {
         *self = Grain {
             inside,
-            known: inside,
+            has_entered: inside,
             ..Grain::at_start(Body::Fed, x)
         };
-        books.injected += mass;
-        books.external += if inside { mass } else { 0.0 };
+        ledger.injected += mass;
+        ledger.external += if inside { mass } else { 0.0 };
     }
 
-    fn cross_section(&mut self, x: f64, mass: f64, books: &mut Books) {
+    fn cross_section(&mut self, x: f64, mass: f64, ledger: &mut MassLedger) {
         let right = x >= 0.0;
         if self.is_third() && right != self.right {
-            books.internal_net += if right { mass } else { -mass };
-            books.internal_abs += mass;
+            ledger.internal_net += if right { mass } else { -mass };
+            ledger.internal_abs += mass;
         }
         self.right = right;
     }
 
-    /// Takes note that the grain is inside, or outside, from this time on (s).
-    fn cross_end(&mut self, inside: bool, by: Crossing, time: f64, mass: f64, books: &mut Books) {
+    /// The grain is inside, or outside, from this time on (s).
+    fn cross_end(
+        &mut self,
+        inside: bool,
+        by: Crossing,
+        time: f64,
+        mass: f64,
+        ledger: &mut MassLedger,
+    ) {
         if inside == self.inside {
             return;
         }
@@ -156,42 +163,42 @@ impl Grain {
             return;
         }
         let account = match (inside, by) {
-            (false, Crossing::OwnMotion) => &mut books.ejected,
-            (false, Crossing::ZoneMotion) => &mut books.uncovered,
-            (true, Crossing::ZoneMotion) => &mut books.covered,
-            (true, Crossing::OwnMotion) if self.known => &mut books.recirculated,
-            (true, Crossing::OwnMotion) => &mut books.entered,
+            (false, Crossing::OwnMotion) => &mut ledger.ejected,
+            (false, Crossing::ZoneMotion) => &mut ledger.uncovered,
+            (true, Crossing::ZoneMotion) => &mut ledger.covered,
+            (true, Crossing::OwnMotion) if self.has_entered => &mut ledger.recirculated,
+            (true, Crossing::OwnMotion) => &mut ledger.entered,
         };
         *account += mass;
         if inside && self.worn {
-            books.wear_returned += mass;
+            ledger.wear_returned += mass;
         }
-        self.known = true;
+        self.has_entered = true;
         self.worn = false;
-        self.left = (!inside).then_some(time);
+        self.left_at = (!inside).then_some(time);
     }
 
-    fn change_body(&mut self, first: bool, time: f64, mass: f64, books: &mut Books) {
+    fn change_body(&mut self, first: bool, time: f64, mass: f64, ledger: &mut MassLedger) {
         if first != self.is_third() {
             return;
         }
         if first {
-            books.reattached += if self.inside { mass } else { 0.0 };
+            ledger.reattached += if self.inside { mass } else { 0.0 };
             self.body = Body::First;
         } else {
-            books.source += if self.inside { mass } else { 0.0 };
-            books.detached += mass;
+            ledger.source += if self.inside { mass } else { 0.0 };
+            ledger.detached += mass;
             self.body = Body::Third;
             self.detached = time;
         }
-        self.known = self.inside && !first;
+        self.has_entered = self.inside && !first;
         self.worn = false;
-        self.left = None;
+        self.left_at = None;
     }
 
-    fn wear(&mut self, until: f64, mass: f64, books: &mut Books) {
-        if !self.worn && self.left.is_some_and(|left| left <= until) {
-            books.wear += mass;
+    fn wear(&mut self, until: f64, mass: f64, ledger: &mut MassLedger) {
+        if !self.worn && self.left_at.is_some_and(|left| left <= until) {
+            ledger.wear += mass;
             self.worn = true;
         }
     }
@@ -222,7 +229,7 @@ impl Flow {
         }
     }
 
-    /// Books a step of the length `step` that ended at a time `end` (s) in this state.
+    /// Records a step of the length `step` that ended at a time `end` (s) in this state.
     pub fn record(
         &mut self,
         scene: &FlowScene,
@@ -235,28 +242,34 @@ impl Flow {
         let inside = |zone: Option<Zone>, x: f64| zone.is_some_and(|zone| zone.holds(x));
         let first = self.changed_bodies(bodies, state);
         let worn = end - scene.config.wear_s + ROUNDING * step;
-        let books = &mut self.books;
+        let ledger = &mut self.ledger;
         self.held = 0.0;
         let come = self.present..state.present(bodies);
         self.present = come.end;
         for (i, grain) in self.grains[..come.end].iter_mut().enumerate() {
             let (x, mass) = (state.centres[i][0], scene.masses[i]);
             if come.contains(&i) {
-                grain.come(x, inside(before, x), mass, books);
+                grain.feed_in(x, inside(before, x), mass, ledger);
             }
-            grain.cross_section(x, mass, books);
-            grain.cross_end(inside(before, x), Crossing::OwnMotion, end, mass, books);
-            grain.cross_end(inside(self.zone, x), Crossing::ZoneMotion, end, mass, books);
+            grain.cross_section(x, mass, ledger);
+            grain.cross_end(inside(before, x), Crossing::OwnMotion, end, mass, ledger);
+            grain.cross_end(
+                inside(self.zone, x),
+                Crossing::ZoneMotion,
+                end,
+                mass,
+                ledger,
+            );
             if let Some(first) = &first {
-                grain.change_body(first[i], end, mass, books);
+                grain.change_body(first[i], end, mass, ledger);
             }
-            grain.wear(worn, mass, books);
-            // Not by what was noted of the grain: this is what the books are held against.
+            grain.wear(worn, mass, ledger);
+            // Not by what was noted of the grain: this is what the ledger is checked against.
             if grain.is_third() && inside(self.zone, x) {
                 self.held += mass;
             }
         }
-        self.defect = larger(self.defect, (self.held - books.zone()).abs());
+        self.defect = larger(self.defect, (self.held - ledger.zone()).abs());
     }
 
     /// Moves the zone. It stays while the wheel bears nothing.
@@ -296,25 +309,25 @@ impl Flow {
         self.grains.iter().map(|grain| grain.detached)
     }
 
-    /// The accounts, the third body in the zone and the ends of the zone, 0 before the wheel bears anything.
+    /// The masses of the ledger, the third body in the zone and the ends of the zone, 0 before the wheel bears anything.
     pub fn signals(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let [left, right] = self.zone.map_or([0.0; 2], |zone| zone.ends);
-        self.books.named().into_iter().chain([
+        self.ledger.named().into_iter().chain([
             ("third_body_zone_kg", self.held),
             ("zone_left_m", left),
             ("zone_right_m", right),
         ])
     }
 
-    /// The accounts, the third body in the zone, and the largest distance of that from the books over all that came and went.
+    /// The masses of the ledger, the third body in the zone, and the largest difference of that from the ledger over all that came and went.
     pub fn results(&self) -> impl Iterator<Item = (&'static str, f64)> {
-        let turnover = self.books.turnover();
+        let turnover = self.ledger.turnover();
         let defect = if turnover > 0.0 {
             self.defect / turnover
         } else {
             self.defect
         };
-        self.books.named().into_iter().chain([
+        self.ledger.named().into_iter().chain([
             ("third_body_zone_kg", self.held),
             ("flow_balance_rel", defect),
         ])
@@ -333,16 +346,16 @@ impl Flow {
     /// All numbers that can change a later bit; the bonds are those of the state.
     fn for_each_number(&self, mut visit: impl FnMut(f64)) {
         for grain in &self.grains {
-            let flags = [grain.inside, grain.known, grain.right, grain.worn];
+            let flags = [grain.inside, grain.has_entered, grain.right, grain.worn];
             visit(f64::from(grain.body as u8));
             flags.iter().for_each(|flag| visit(f64::from(*flag)));
             visit(grain.detached);
-            visit(grain.left.unwrap_or(NEVER));
+            visit(grain.left_at.unwrap_or(NEVER));
         }
         self.loads.numbers().for_each(&mut visit);
         let ends = self.zone.map(|zone| zone.ends);
         ends.iter().flatten().for_each(|end| visit(*end));
-        self.books.named().iter().for_each(|(_, x)| visit(*x));
+        self.ledger.named().iter().for_each(|(_, x)| visit(*x));
         visit(self.held);
         visit(self.defect);
     }

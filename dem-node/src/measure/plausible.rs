@@ -11,8 +11,8 @@ use crate::step::state::State;
 /// Settling of the grains that counts as rest whatever the approach is, over the mean radius.
 const SETTLING: f64 = 0.01;
 
-/// A run that is judged.
-pub struct Judged<'a> {
+/// A run at its end.
+pub struct FinishedRun<'a> {
     /// The bounds.
     pub bounds: PlausibleConfig,
     /// The bodies.
@@ -31,7 +31,7 @@ pub struct Judged<'a> {
     pub half_width: Option<f64>,
 }
 
-impl Judged<'_> {
+impl FinishedRun<'_> {
     /// All checks that the scene has a value for.
     pub fn findings(&self) -> Vec<Finding> {
         let all = [
@@ -161,11 +161,11 @@ impl Judged<'_> {
 
     /// Springs must be found as they were left.
     fn detection(&self) -> Option<Finding> {
-        let accounts = &self.state.accounts;
-        let lost = [accounts.impact, accounts.friction, accounts.cohesion];
+        let ledger = &self.state.ledger;
+        let lost = [ledger.impact, ledger.friction, ledger.cohesion];
         let kept = self.stored.iter().chain(&lost);
         let kept: f64 = kept.map(|energy| energy.abs()).sum();
-        let jumps = accounts.detection_size;
+        let jumps = ledger.detection_size;
         // No springs, no jumps.
         let value = if jumps == 0.0 { 0.0 } else { jumps / kept };
         self.bounds.detection_rel.judge("detection", value, || {
@@ -253,7 +253,7 @@ mod tests {
         let step = StepSummary {
             on_wheel: [0.0, LOAD],
             on_boundary: [0.0, -LOAD - WEIGHT],
-            through: LOAD,
+            transmitted: LOAD,
             convergence: Convergence {
                 converged: true,
                 ..Convergence::default()
@@ -264,8 +264,8 @@ mod tests {
             centres: vec![[0.0, 1.0]; GRAINS],
             ..State::default()
         };
-        let accounts = &mut state.accounts;
-        [accounts.impact, accounts.friction, accounts.cohesion] = [1.0, 5.0, -1.0];
+        let ledger = &mut state.ledger;
+        [ledger.impact, ledger.friction, ledger.cohesion] = [1.0, 5.0, -1.0];
         Scene {
             bodies: Bodies {
                 free: GRAINS,
@@ -327,7 +327,7 @@ mod tests {
         /// Codes of what is found, and if it makes the run suspect.
         fn found(&self) -> Vec<(String, bool)> {
             let program = WheelProgram(self.program.clone());
-            let judged = Judged {
+            let judged = FinishedRun {
                 bounds: PlausibleConfig::default(),
                 bodies: &self.bodies,
                 state: &self.state,
@@ -488,11 +488,11 @@ mod tests {
     fn jumps_of_detection_are_judged_over_all_energies() {
         judges("detection", [5e-3, 3e-2], |value| {
             let mut scene = sound();
-            scene.state.accounts.detection_size = 10.0 * value;
+            scene.state.ledger.detection_size = 10.0 * value;
             scene
         });
         let mut rigid = sound();
-        rigid.state.accounts = Default::default();
+        rigid.state.ledger = Default::default();
         rigid.stored = [0.0; 4];
         assert_eq!(rigid.found(), [], "no springs, no jumps");
     }
@@ -504,7 +504,7 @@ mod tests {
             b: b as u32,
             force: [force, 0.0],
             spring: 0.0,
-            left: 0.0,
+            last_gap: 0.0,
         };
         let scene = |value: f64| {
             let mut scene = sound();

@@ -18,7 +18,7 @@ use crate::step::state::State;
 
 /// Sums over the steps of an interval in a slice.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct Sums {
+struct SliceSums {
     /// Area of grains (m2).
     area: f64,
     /// Area times velocity (m3/s).
@@ -33,7 +33,7 @@ struct Slice {
     /// Start and end of the interval (s).
     times: [f64; 2],
     /// Middle of the slice (m).
-    place: f64,
+    position: f64,
     /// Velocity (m/s), NaN where there is no grain.
     velocity: [f64; 2],
     solid_fraction: f64,
@@ -54,7 +54,7 @@ struct Interval {
     /// Time of its steps so far (s), from the start of the first to the end of the last.
     times: [f64; 2],
     steps: u64,
-    sums: Vec<Sums>,
+    sums: Vec<SliceSums>,
 }
 
 /// A profile with what it has seen.
@@ -109,7 +109,7 @@ impl Profile {
             config.axis.letter()
         );
         for slice in self.all(config.axis, thickness) {
-            let numbers = (slice.times.into_iter().chain([slice.place]))
+            let numbers = (slice.times.into_iter().chain([slice.position]))
                 .chain(slice.velocity)
                 .chain([slice.solid_fraction])
                 .chain(slice.stress)
@@ -180,7 +180,7 @@ impl Interval {
             width: high[1] - high[0],
             times: [start; 2],
             steps: 0,
-            sums: vec![Sums::default(); config.bins as usize],
+            sums: vec![SliceSums::default(); config.bins as usize],
         }
     }
 
@@ -231,9 +231,9 @@ impl Interval {
         (self.ends[1] - self.ends[0]) / self.sums.len() as f64
     }
 
-    /// The slice of a place; those beyond the ends belong to the outermost.
-    fn bin_of(&self, place: f64) -> usize {
-        let bin = (place - self.ends[0]) / self.thickness();
+    /// The slice of a position; those beyond the ends belong to the outermost.
+    fn bin_of(&self, position: f64) -> usize {
+        let bin = (position - self.ends[0]) / self.thickness();
         (bin.max(0.0) as usize).min(self.sums.len() - 1)
     }
 
@@ -254,7 +254,7 @@ impl Interval {
         let volume = pitch * self.width;
         let means = self.sums.iter().enumerate().map(|(bin, sums)| Slice {
             times: self.times,
-            place: self.ends[0] + (bin as f64 + 0.5) * pitch,
+            position: self.ends[0] + (bin as f64 + 0.5) * pitch,
             velocity: sums.flow.map(|flow| flow / sums.area),
             solid_fraction: sums.area / (steps * volume),
             stress: sums
@@ -273,7 +273,7 @@ impl Interval {
     }
 }
 
-fn add(sums: &mut Sums, moment: [f64; 4], part: f64) {
+fn add(sums: &mut SliceSums, moment: [f64; 4], part: f64) {
     for (sum, moment) in sums.moment.iter_mut().zip(moment) {
         *sum += part * moment;
     }

@@ -156,7 +156,7 @@ pub struct RunStatistics {
 }
 
 impl RunStatistics {
-    /// A journal that begins with the wheel at this height (m).
+    /// Statistics of a run that begins with the wheel at this height (m).
     pub fn new(wheel_height: f64) -> RunStatistics {
         RunStatistics {
             first_height: wheel_height,
@@ -164,26 +164,26 @@ impl RunStatistics {
         }
     }
 
-    /// Takes note of a committed step.
+    /// Records a committed step.
     pub fn record(
         &mut self,
         program: Option<&WheelProgram>,
         state: &State,
         step: &StepSummary,
-        moment: &StepSpan,
+        span: &StepSpan,
     ) {
         self.residual_max = larger(self.residual_max, step.convergence.residual);
         self.quad_max = larger(self.quad_max, step.convergence.quad);
         self.defect_max = larger(self.defect_max, step.momentum_defect);
         self.overlap_mean_max = larger(self.overlap_mean_max, step.overlap[0]);
         self.overlap_max = larger(self.overlap_max, step.overlap[1]);
-        let h = moment.end - moment.start;
-        let loading = program.is_some_and(|program| moment.start < program.0.ramp_s);
+        let h = span.end - span.start;
+        let loading = program.is_some_and(|program| span.start < program.0.ramp_s);
         if !loading {
             self.added_inertia
-                .add(step.added_inertia * h, step.through * h);
+                .add(step.added_inertia * h, step.transmitted * h);
         }
-        if step.through > 0.0 {
+        if step.transmitted > 0.0 {
             self.loaded_steps += 1;
             self.rounding_steps += u64::from(step.convergence.rounding);
         }
@@ -191,7 +191,7 @@ impl RunStatistics {
         self.accepted_steps += u64::from(!step.convergence.converged);
         self.last = *step;
         if let Some(program) = program {
-            self.record_wheel(program, state.wheel, step, moment);
+            self.record_wheel(program, state.wheel, step, span);
         }
     }
 
@@ -200,11 +200,11 @@ impl RunStatistics {
         program: &WheelProgram,
         wheel: WheelState,
         step: &StepSummary,
-        moment: &StepSpan,
+        span: &StepSpan,
     ) {
         let force = step.on_wheel;
         let height = wheel.position[1];
-        let middle = 0.5 * (moment.start + moment.end);
+        let middle = 0.5 * (span.start + span.end);
         let motion = program.motion_start();
         if middle <= motion {
             self.height_at_motion_start = Some(height);
@@ -215,7 +215,7 @@ impl RunStatistics {
                 self.held_boundary.add(-step.on_boundary[1]);
                 self.held_range = Some(wider(self.held_range, force[1]));
             }
-            if 2.0 * moment.end - middle >= motion {
+            if 2.0 * span.end - middle >= motion {
                 self.before_motion = Some(force[1]);
             }
             self.held_velocity = wheel.velocity[1];
@@ -227,8 +227,8 @@ impl RunStatistics {
             self.friction.add(force[0].abs() / force[1]);
         }
         if let Some((start, end)) = program.last_full_cycle() {
-            let shared = moment.end.min(end) - moment.start.max(start);
-            self.loop_work += moment.drive_work * shared.max(0.0) / (moment.end - moment.start);
+            let shared = span.end.min(end) - span.start.max(start);
+            self.loop_work += span.drive_work * shared.max(0.0) / (span.end - span.start);
         }
     }
 

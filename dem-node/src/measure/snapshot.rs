@@ -14,21 +14,19 @@ use crate::bodies::Bodies;
 use crate::error::DemError;
 use crate::measure::flow::{Body, Flow, NEVER};
 use crate::step::state::State;
-use parts::{Moment, cells, points, poly_data};
+use parts::{FieldScene, cells, points, poly_data};
 
 /// Writes `<stem>.vtp`, the disks as vertices, and `<stem>-contacts.vtp`, the contacts between them.
 ///
 /// Data of the disks: radius_m (0 of fed grains in store, less than their own of those that grow), displacement_since_start_m
-/// (0 of fed grains, which had no place then; points have moved by it, as those of a mesh have not by its displacement_m),
+/// (0 of fed grains, which were nowhere then; points have moved by it, as those of a mesh have not by its displacement_m),
 /// velocity_m_per_s, spin_rad_per_s, glued, pressure_pa, coordination (contacts that press); of a wheel of disks also wheel, 1 for
 /// these; of a sample with clusters also cluster, -1 for single disks; where flows are followed also body (0 first body, 1 third
 /// body, 2 initial stock, 3 fed in) and detached_s, -1 for grains that never were.
-pub fn write(folder: &Path, stem: &str, moment: &Moment) -> Result<(), DemError> {
+pub fn write(folder: &Path, stem: &str, scene: &FieldScene) -> Result<(), DemError> {
     let path = |suffix: &str| folder.join(format!("{stem}{suffix}.vtp"));
-    written(&path(""), |path| grains(moment).write(path))?;
-    written(&path("-contacts"), |path| {
-        contacts::file(moment).write(path)
-    })
+    written(&path(""), |path| grains(scene).write(path))?;
+    written(&path("-contacts"), |path| contacts::file(scene).write(path))
 }
 
 /// Writes a text file.
@@ -43,30 +41,30 @@ fn written(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> Result<(
     })
 }
 
-fn grains(moment: &Moment) -> VtkFile {
-    let disks = moment.bodies.disks();
+fn grains(scene: &FieldScene) -> VtkFile {
+    let disks = scene.bodies.disks();
     let mut file = poly_data([disks, disks, 0]);
-    file.section("Points", |file| points(file, moment, empty()));
+    file.section("Points", |file| points(file, scene, empty()));
     file.section("Verts", |file| {
         cells(file, 1, (0..disks).map(|disk| disk as f64));
     });
     file.section("PointData", |file| {
-        state_data(file, moment);
-        kind_data(file, moment);
-        if let Some(flow) = moment.flow {
-            flow_data(file, moment.bodies, flow);
+        state_data(file, scene);
+        kind_data(file, scene);
+        if let Some(flow) = scene.flow {
+            flow_data(file, scene.bodies, flow);
         }
     });
     file
 }
 
-fn state_data(file: &mut VtkFile, moment: &Moment) {
-    let Moment { bodies, state, .. } = *moment;
+fn state_data(file: &mut VtkFile, scene: &FieldScene) {
+    let FieldScene { bodies, state, .. } = *scene;
     let radii = (0..bodies.disks()).map(|disk| [state.radius(bodies, disk)]);
     file.array(Kind::Float64, "radius_m", radii);
     let fed = bodies.injection.as_ref().map_or(0, |feed| feed.grains);
     let fed = bodies.free - fed..bodies.free;
-    let both = state.centres.iter().zip(moment.start).enumerate();
+    let both = state.centres.iter().zip(scene.start).enumerate();
     let moved = both.map(|(disk, (centre, start))| {
         if fed.contains(&disk) {
             return [0.0; 3];
@@ -81,7 +79,7 @@ fn state_data(file: &mut VtkFile, moment: &Moment) {
     file.array(Kind::Float64, "velocity_m_per_s", linear);
     let spins = velocities.iter().map(|v| [v[2]]);
     file.array(Kind::Float64, "spin_rad_per_s", spins);
-    let pressures = pressures(bodies, state, moment.thickness);
+    let pressures = pressures(bodies, state, scene.thickness);
     let pressures = pressures.into_iter().take(bodies.disks());
     file.array(Kind::Float64, "pressure_pa", pressures.map(|p| [p]));
     let coordination = coordination(bodies, state);
@@ -92,8 +90,8 @@ fn state_data(file: &mut VtkFile, moment: &Moment) {
     );
 }
 
-fn kind_data(file: &mut VtkFile, moment: &Moment) {
-    let bodies = moment.bodies;
+fn kind_data(file: &mut VtkFile, scene: &FieldScene) {
+    let bodies = scene.bodies;
     let disks = || 0..bodies.disks();
     let glued = disks().map(|disk| [f64::from(bodies.glued_index(disk).is_some())]);
     file.array(Kind::UInt8, "glued", glued);

@@ -23,7 +23,7 @@ const FILLED: f64 = 0.5;
 
 /// Sums over the grains of a cell, or of the sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Sums {
+pub struct StressSums {
     /// -sum f_i l_j (N m): xx, xy, yx, yy.
     pub moment: [f64; 4],
     /// Area of the grains (m2).
@@ -32,8 +32,8 @@ pub struct Sums {
     pub grains: u32,
 }
 
-impl Sums {
-    fn add(&mut self, other: &Sums) {
+impl StressSums {
+    fn add(&mut self, other: &StressSums) {
         for (sum, moment) in self.moment.iter_mut().zip(other.moment) {
             *sum += moment;
         }
@@ -54,13 +54,13 @@ pub struct StressMap {
     /// Sides of the region along x and y (m).
     pub sides: [[f64; 2]; 2],
     /// Grains whose centre lies in the region.
-    pub whole: Sums,
+    pub whole: StressSums,
     /// Lower left corner of the first cell (m): the cells lie in the middle of the region.
     pub corner: [f64; 2],
     /// Cells of a row.
     pub columns: usize,
     /// All cells, row by row from below.
-    pub cells: Vec<Sums>,
+    pub cells: Vec<StressSums>,
     /// Side of a cell, and thickness (m).
     side: f64,
     thickness: f64,
@@ -84,7 +84,7 @@ impl StressMap {
             sides,
             corner,
             columns: columns.max(1.0) as usize,
-            cells: vec![Sums::default(); columns as usize * rows as usize],
+            cells: vec![StressSums::default(); columns as usize * rows as usize],
             side: config.cell_m,
             thickness,
             ..StressMap::default()
@@ -95,7 +95,7 @@ impl StressMap {
         Some(map)
     }
 
-    fn add(&mut self, centre: [f64; 2], sums: &Sums) {
+    fn add(&mut self, centre: [f64; 2], sums: &StressSums) {
         if (0..2).all(|k| (self.sides[k][0]..=self.sides[k][1]).contains(&centre[k])) {
             self.whole.add(sums);
         }
@@ -146,8 +146,8 @@ impl StressMap {
         let mut text =
             "x_m,y_m,sxx_pa,syy_pa,sxy_pa,p_tr3_pa,p_mean_pa,solid_fraction,grains\n".to_string();
         for (index, cell) in self.cells.iter().enumerate() {
-            let place = [index % self.columns, index / self.columns];
-            let [x, y] = [0, 1].map(|k| self.corner[k] + (place[k] as f64 + 0.5) * self.side);
+            let cell_index = [index % self.columns, index / self.columns];
+            let [x, y] = [0, 1].map(|k| self.corner[k] + (cell_index[k] as f64 + 0.5) * self.side);
             let [xx, yy, xy] = cell.stress(self.cell_volume());
             let solid = cell.solid / (self.side * self.side);
             let trace = xx + yy;
@@ -176,8 +176,8 @@ pub fn refuse_misfit(
 }
 
 /// Sums of each grain, a cluster's at its first disk.
-fn sums_by_grain(bodies: &Bodies, state: &State) -> Vec<Sums> {
-    let mut sums = vec![Sums::default(); bodies.free];
+fn sums_by_grain(bodies: &Bodies, state: &State) -> Vec<StressSums> {
+    let mut sums = vec![StressSums::default(); bodies.free];
     for disk in grains(bodies, state) {
         let leader = bodies.clusters.leader_of(disk);
         sums[leader].solid += std::f64::consts::PI * bodies.radii[disk].powi(2);

@@ -246,7 +246,7 @@ impl Dem {
             iterations,
             ..
         } = summary.convergence;
-        if summary.starved_repair {
+        if summary.repair_failed {
             return DemError::NotRepaired {
                 window: window.index,
                 residual,
@@ -303,7 +303,7 @@ impl Dem {
         let span = StepSpan {
             start,
             end,
-            drive_work: state.accounts.drive - drive_before,
+            drive_work: state.ledger.drive - drive_before,
         };
         statistics.record(self.program.as_ref(), state, summary, &span);
     }

@@ -49,13 +49,13 @@ pub fn periods(bodies: &Bodies) -> BTreeMap<String, f64> {
     named.collect()
 }
 
-/// Places on the line under or over each disk of the sets (m): a sample is cut along it, through disks at random.
+/// Points on the line under or over each disk of the sets (m): a sample is cut along it, through disks at random.
 pub fn smooth(bodies: &Bodies, line: BaseLine) -> BTreeMap<String, Vec<[f64; 2]>> {
     let below = |x: f64| drop_at(x, line.crown_radius) + line.depth;
-    let place = |centre: &[f64; 2]| [centre[0], -below(centre[0])];
-    let places = |disks: Range<usize>| bodies.reference[disks].iter().map(place).collect();
+    let point = |centre: &[f64; 2]| [centre[0], -below(centre[0])];
+    let points = |disks: Range<usize>| bodies.reference[disks].iter().map(point).collect();
     rows(bodies)
-        .map(|(name, disks)| (name.to_string(), places(disks)))
+        .map(|(name, disks)| (name.to_string(), points(disks)))
         .collect()
 }
 

@@ -7,7 +7,7 @@ use protocol::{BoundaryInertia, Role, Term};
 use super::dem::Dem;
 use crate::contact::bond;
 use crate::measure::flow::Flow;
-use crate::measure::plausible::Judged;
+use crate::measure::plausible::FinishedRun;
 use crate::measure::report;
 use crate::step::StepSummary;
 
@@ -42,17 +42,17 @@ impl Dem {
 
     /// The energy balance: names, roles and values of its terms, with the energies stored since the start (J).
     fn ledger(&self, stored: [f64; 4]) -> impl Iterator<Item = (&'static str, Role, f64)> {
-        let accounts = &self.progress.state.accounts;
+        let ledger = &self.progress.state.ledger;
         let clusters = &self.bodies.clusters;
         let moved = self.bodies.wall_speed() > 0.0 || clusters.driven().next().is_some();
-        let walls = moved.then_some(("walls", Role::Work, accounts.walls));
+        let walls = moved.then_some(("walls", Role::Work, ledger.walls));
         let fed = self.bodies.injection.is_some();
-        let injection = fed.then_some(("injection", Role::Work, accounts.injection));
+        let injection = fed.then_some(("injection", Role::Work, ledger.injection));
         let damped = clusters.driven().any(|(_, _, drive)| drive.damping > 0.0);
-        let damping = damped.then_some(("damping", Role::Dissipated, accounts.damping));
+        let damping = damped.then_some(("damping", Role::Dissipated, ledger.damping));
         let repairs = self.bodies.law.penetration.repairs();
-        let repair = repairs.then_some(("repair", Role::Dissipated, accounts.repair));
-        accounts
+        let repair = repairs.then_some(("repair", Role::Dissipated, ledger.repair));
+        ledger
             .terms(stored)
             .into_iter()
             .chain(walls)
@@ -140,9 +140,9 @@ impl Dem {
             .collect()
     }
 
-    /// The run as it is judged at its end.
-    pub(super) fn judged(&self) -> Judged<'_> {
-        Judged {
+    /// The run at its end, for the checks of plausibility.
+    pub(super) fn finished_run(&self) -> FinishedRun<'_> {
+        FinishedRun {
             bounds: self.plausible,
             bodies: &self.bodies,
             state: &self.progress.state,

@@ -208,14 +208,14 @@ fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 impl Stored {
     fn new(recipe: String, sample: &Sample) -> Stored {
-        let places = |disks: &[Disk]| {
-            let place = |disk: &Disk| [disk.centre[0], disk.centre[1], disk.radius];
-            disks.iter().map(place).collect()
+        let records = |disks: &[Disk]| {
+            let record = |disk: &Disk| [disk.centre[0], disk.centre[1], disk.radius];
+            disks.iter().map(record).collect()
         };
         Stored {
             recipe,
-            free: places(&sample.free),
-            glued: places(&sample.glued),
+            free: records(&sample.free),
+            glued: records(&sample.glued),
             lid: sample.lid as u64,
             solid_fraction: sample.solid_fraction,
             radii_shrunk: sample.radii_shrunk,
@@ -223,13 +223,13 @@ impl Stored {
     }
 
     fn sample(self) -> Sample {
-        let disks = |places: Vec<[f64; 3]>| {
+        let disks = |records: Vec<[f64; 3]>| {
             let disk = |[x, y, radius]: [f64; 3]| Disk {
                 centre: [x, y],
                 radius,
                 ..Disk::default()
             };
-            places.into_iter().map(disk).collect()
+            records.into_iter().map(disk).collect()
         };
         Sample {
             free: disks(self.free),

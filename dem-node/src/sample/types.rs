@@ -14,7 +14,7 @@ pub struct Disk {
     pub velocity: [f64; 3],
 }
 
-/// Grains at rest in their places, ready to be loaded.
+/// Grains at rest, ready to be loaded.
 #[derive(Clone, Debug, Default)]
 pub struct Sample {
     /// Grains that move by themselves.

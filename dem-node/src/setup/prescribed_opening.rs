@@ -67,7 +67,7 @@ impl PrescribedOpening {
         let force = state.list.slots.first().map_or(0.0, |slot| slot.force[0]);
         let stress = -force / self.area;
         let adhesion = state.bonds.first().map_or(0.0, |bond| bond.adhesion);
-        let work = state.accounts.drive / self.area - 0.5 * self.velocity * self.step() * stress;
+        let work = state.ledger.drive / self.area - 0.5 * self.velocity * self.step() * stress;
         [
             ("opening_m", distance(state) - self.distance),
             ("adhesion", adhesion),

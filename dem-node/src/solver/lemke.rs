@@ -28,7 +28,7 @@ use super::contact::{Contact, NO_BOND};
 use super::problem::Problem;
 use super::residual::residual;
 use delassus::Delassus;
-use system::{Line, System};
+use system::{Linear, System};
 
 /// eps, over the tolerance, and its bounds.
 const SOFTENING: f64 = 0.1;
@@ -126,15 +126,15 @@ struct Path<'a> {
     /// Coefficient of friction of each contact.
     friction: Vec<f64>,
     /// b and d of each contact, (normal, tangential).
-    free: Vec<[Line; 2]>,
+    free: Vec<[Linear; 2]>,
     /// U.
-    velocity: Vec<[Line; 2]>,
+    velocity: Vec<[Linear; 2]>,
     status: Vec<Status>,
     system: System,
     /// Contact and axis of each unknown, and of the equation of the same index.
     labels: Vec<(usize, usize)>,
     /// Indices of the unknowns of each contact, as far as its status has them.
-    places: Vec<[usize; 2]>,
+    unknowns: Vec<[usize; 2]>,
     t: f64,
 }
 
@@ -157,8 +157,8 @@ impl<'a> Path<'a> {
                 ],
             ]
         };
-        let free: Vec<[Line; 2]> = problem.contacts.iter().enumerate().map(line).collect();
-        let closing = |[[b, d], _]: &[Line; 2]| -b / d;
+        let free: Vec<[Linear; 2]> = problem.contacts.iter().enumerate().map(line).collect();
+        let closing = |[[b, d], _]: &[Linear; 2]| -b / d;
         let first = free.iter().map(closing).fold(0.0, f64::max);
         Path {
             w,
@@ -169,7 +169,7 @@ impl<'a> Path<'a> {
                 .collect(),
             velocity: free.clone(),
             status: vec![Status::Open; free.len()],
-            places: vec![[usize::MAX; 2]; free.len()],
+            unknowns: vec![[usize::MAX; 2]; free.len()],
             free,
             system: System::default(),
             labels: Vec::new(),
@@ -223,9 +223,9 @@ impl<'a> Path<'a> {
     }
 
     /// What must stay positive at a contact, with what happens where it does not.
-    fn margins(&self, contact: usize) -> [(Event, Line); 2] {
+    fn margins(&self, contact: usize) -> [(Event, Linear); 2] {
         let [u_n, u_t] = self.velocity[contact];
-        let unknown = |axis: usize| self.system.solution[self.places[contact][axis]];
+        let unknown = |axis: usize| self.system.solution[self.unknowns[contact][axis]];
         match self.status[contact] {
             Status::Open => [(Event::Closes, u_n); 2],
             Status::Slipping(side) => [
@@ -248,7 +248,7 @@ impl<'a> Path<'a> {
 
     /// Lets an event happen. Returns the event of the margin that it releases from zero; none if the equations become singular.
     fn change(&mut self, contact: usize, event: Event) -> Option<Event> {
-        let places = self.places[contact];
+        let unknowns = self.unknowns[contact];
         match (event, self.status[contact]) {
             (Event::Closes, _) => {
                 let [_, [value, slope]] = self.velocity[contact];
@@ -263,7 +263,7 @@ impl<'a> Path<'a> {
             }
             (Event::Opens, _) => {
                 self.status[contact] = Status::Open;
-                self.remove(places[0])?;
+                self.remove(unknowns[0])?;
                 Some(Event::Closes)
             }
             (Event::Sticks, Status::Slipping(side)) => {
@@ -273,14 +273,14 @@ impl<'a> Path<'a> {
             }
             (Event::Slips, Status::Sticking(side)) => {
                 self.status[contact] = Status::Slipping(side);
-                self.remove(places[1])?;
+                self.remove(unknowns[1])?;
                 Some(Event::Sticks)
             }
             (Event::SlipsBack, Status::Sticking(side)) => {
                 self.system
-                    .mirror(places[1], places[0], 2.0 * self.friction[contact]);
+                    .mirror(unknowns[1], unknowns[0], 2.0 * self.friction[contact]);
                 self.status[contact] = Status::Slipping(-side);
-                self.remove(places[1])?;
+                self.remove(unknowns[1])?;
                 Some(Event::Sticks)
             }
             _ => None,
@@ -288,8 +288,8 @@ impl<'a> Path<'a> {
     }
 
     /// r of a contact, given the unknowns.
-    fn impulse(&self, contact: usize) -> [Line; 2] {
-        let unknown = |axis: usize| self.system.solution[self.places[contact][axis]];
+    fn impulse(&self, contact: usize) -> [Linear; 2] {
+        let unknown = |axis: usize| self.system.solution[self.unknowns[contact][axis]];
         match self.status[contact] {
             Status::Open => [[0.0; 2]; 2],
             Status::Slipping(side) => {
@@ -323,27 +323,27 @@ impl<'a> Path<'a> {
                 let Some(theirs) = theirs.filter(|_| *other != contact || k < axis) else {
                     continue;
                 };
-                let place = self.places[*other][k];
+                let unknown = self.unknowns[*other][k];
                 let mirrored = self.w.block(*other, contact);
-                column.push((place, times(mirrored, k, direction)));
-                row.push((place, times(*block, axis, theirs)));
+                column.push((unknown, times(mirrored, k, direction)));
+                row.push((unknown, times(*block, axis, theirs)));
             }
         }
         let corner = times(self.w.block(contact, contact), axis, direction);
         let right = self.free[contact][axis].map(|free| -free);
-        self.places[contact][axis] = self.system.len();
+        self.unknowns[contact][axis] = self.system.len();
         self.labels.push((contact, axis));
         self.system
             .border(&column, &row, corner, right)
             .then_some(())
     }
 
-    fn remove(&mut self, place: usize) -> Option<()> {
-        self.labels.swap_remove(place);
-        if let Some((contact, axis)) = self.labels.get(place) {
-            self.places[*contact][*axis] = place;
+    fn remove(&mut self, unknown: usize) -> Option<()> {
+        self.labels.swap_remove(unknown);
+        if let Some((contact, axis)) = self.labels.get(unknown) {
+            self.unknowns[*contact][*axis] = unknown;
         }
-        self.system.remove(place).then_some(())
+        self.system.remove(unknown).then_some(())
     }
 
     /// The r that a unit of each unknown of a contact makes.
@@ -372,8 +372,8 @@ impl<'a> Path<'a> {
     }
 
     /// Computes U and returns the largest size of W r and of the free velocity, by value and slope.
-    fn compute_velocity(&mut self) -> Line {
-        let impulses: Vec<[Line; 2]> = (0..self.status.len()).map(|c| self.impulse(c)).collect();
+    fn compute_velocity(&mut self) -> Linear {
+        let impulses: Vec<[Linear; 2]> = (0..self.status.len()).map(|c| self.impulse(c)).collect();
         let mut size = [0.0f64; 2];
         for ((row, free), velocity) in self.w.rows.iter().zip(&self.free).zip(&mut self.velocity) {
             *velocity = *free;
@@ -391,13 +391,13 @@ impl<'a> Path<'a> {
         size
     }
 
-    fn left(&self) -> Vec<Line> {
+    fn left(&self) -> Vec<Linear> {
         let of = |(contact, axis): &(usize, usize)| self.velocity[*contact][*axis];
         self.labels.iter().map(of).collect()
     }
 
     /// Largest error of an equation over the size of its terms.
-    fn error(&self, size: Line) -> f64 {
+    fn error(&self, size: Linear) -> f64 {
         let mut error: f64 = 0.0;
         for left in self.left() {
             for k in 0..2 {

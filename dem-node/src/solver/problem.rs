@@ -226,7 +226,7 @@ impl Problem {
     /// Coefficient of friction of a contact.
     #[inline(always)]
     pub(crate) fn friction_of(&self, contact: &Contact) -> f64 {
-        match contact.own {
+        match contact.pair_law {
             0 => self.friction,
             own => self.frictions[own as usize - 1],
         }

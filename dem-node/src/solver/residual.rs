@@ -51,7 +51,7 @@ impl Quad {
 
 /// Sums of [`Quad`].
 #[derive(Clone, Copy, Debug, Default)]
-struct Sums {
+struct QuadSums {
     active: f64,
     dv_dv: f64,
     wr_wr: f64,
@@ -60,8 +60,8 @@ struct Sums {
     dv_r: f64,
 }
 
-impl Sums {
-    fn join(&mut self, other: &Sums) {
+impl QuadSums {
+    fn join(&mut self, other: &QuadSums) {
         self.active += other.active;
         self.dv_dv += other.dv_dv;
         self.wr_wr += other.wr_wr;
@@ -120,10 +120,10 @@ pub(super) fn convergence(
 
 /// Defect and LMGC90's incremental criterion of the impulses and velocities of the moment, in one sweep.
 pub(super) fn measured(problem: &Problem, parallel: bool) -> (Defect, Quad) {
-    let (mut squares, mut sums) = ([0.0; 2], Sums::default());
+    let (mut squares, mut sums) = ([0.0; 2], QuadSums::default());
     let contacts = &problem.contacts[..];
     let pieces = in_pieces(contacts.len(), contacts, parallel, |_, contacts| {
-        let (mut squares, mut sums) = ([0.0; 2], Sums::default());
+        let (mut squares, mut sums) = ([0.0; 2], QuadSums::default());
         for contact in contacts {
             let velocity = problem.relative_velocity(contact);
             let wanted = problem.local_solution(contact, velocity);
@@ -141,7 +141,7 @@ pub(super) fn measured(problem: &Problem, parallel: bool) -> (Defect, Quad) {
 
 /// LMGC90's incremental criterion. Like the residual, it is relative to no less than what rounding makes of it.
 pub fn quad(problem: &Problem) -> Quad {
-    let mut sums = Sums::default();
+    let mut sums = QuadSums::default();
     for contact in &problem.contacts {
         let velocity = problem.relative_velocity(contact);
         sums.add(contact, problem.local_solution(contact, velocity));

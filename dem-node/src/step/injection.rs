@@ -23,7 +23,7 @@ use crate::step::state::State;
 
 /// Sets the random numbers of the fed grains apart from those of the sample.
 const STREAM: u64 = 0x5165;
-/// Distance from the point within which a gap is looked for, and between the places tried, over the mean radius.
+/// Distance from the point within which a gap is looked for, and between the positions tried, over the mean radius.
 const REACH: f64 = 2.0;
 const SPACING: f64 = 0.125;
 /// Least radius to begin with, over the own one: three equal disks that touch leave 0.155.
@@ -68,17 +68,17 @@ pub fn feed(state: &mut State, bodies: &Bodies, time: f64) {
     while let Some((grain, mass)) = next(state) {
         let radius = bodies.radii[grain];
         let widest = widest_gap(state, bodies, injection.point);
-        let Some((place, gap)) = widest.filter(|(_, gap)| *gap > LEAST * radius) else {
+        let Some((position, gap)) = widest.filter(|(_, gap)| *gap > LEAST * radius) else {
             return;
         };
-        state.centres[grain] = place;
+        state.centres[grain] = position;
         let missing = radius - FILLED * gap;
         state.feed.take_out(grain as u32, mass, missing, time);
         state.list.invalidate();
     }
 }
 
-/// Presses the contacts of grains that have grown by these lengths (m), and books the work on their springs.
+/// Presses the contacts of grains that have grown by these lengths (m), and records the work on their springs.
 fn press_all(state: &mut State, bodies: &Bodies, grown: &[(u32, f64)]) {
     if grown.is_empty() {
         return;
@@ -88,7 +88,7 @@ fn press_all(state: &mut State, bodies: &Bodies, grown: &[(u32, f64)]) {
         grown.find(|(grain, _)| *grain == body).map_or(0.0, |g| g.1)
     };
     for slot in state.list.slots.iter_mut().filter(|s| s.force[0] > 0.0) {
-        state.accounts.injection += press(bodies, slot, of(slot.a) + of(slot.b));
+        state.ledger.injection += press(bodies, slot, of(slot.a) + of(slot.b));
     }
 }
 
@@ -99,33 +99,33 @@ fn press(bodies: &Bodies, slot: &mut Slot, length: f64) -> f64 {
         return 0.0;
     };
     let energy = |gap: f64| 0.5 * springs.normal * gap.min(0.0).powi(2);
-    let before = energy(slot.left);
-    slot.left -= length;
-    energy(slot.left) - before
+    let before = energy(slot.last_gap);
+    slot.last_gap -= length;
+    energy(slot.last_gap) - before
 }
 
-/// The place around a point with the most room to all bodies, and its distance from them (m). Of places with the same room the
+/// The position around a point with the most room to all bodies, and its distance from them (m). Of positions with the same room the
 /// first one counts, row by row from below.
 fn widest_gap(state: &State, bodies: &Bodies, point: [f64; 2]) -> Option<([f64; 2], f64)> {
     let reach = REACH * bodies.mean_radius();
-    let near = Neighbours::new(state, bodies, point, reach);
+    let near = Surroundings::new(state, bodies, point, reach);
     let count = (REACH / SPACING) as i32;
     let steps = || (-count..=count).map(|k| f64::from(k) * reach / f64::from(count));
-    let places = steps().flat_map(|y| steps().map(move |x| [x, y]));
-    let places = places.filter(|[x, y]| x.hypot(*y) <= reach);
+    let points = steps().flat_map(|y| steps().map(move |x| [x, y]));
+    let points = points.filter(|[x, y]| x.hypot(*y) <= reach);
     let mut widest: Option<([f64; 2], f64)> = None;
-    let places = places.map(|[x, y]| [point[0] + x, point[1] + y]);
-    for place in places.filter(|place| near.is_between(*place)) {
-        let gap = near.gap(place);
+    let points = points.map(|[x, y]| [point[0] + x, point[1] + y]);
+    for position in points.filter(|position| near.is_between(*position)) {
+        let gap = near.gap(position);
         if widest.is_none_or(|(_, most)| gap > most) {
-            widest = Some((place, gap));
+            widest = Some((position, gap));
         }
     }
     widest
 }
 
 /// Bodies near a point.
-struct Neighbours<'a> {
+struct Surroundings<'a> {
     bodies: &'a Bodies,
     positions: Positions<'a>,
     /// Centres and radii of disks (m).
@@ -134,14 +134,14 @@ struct Neighbours<'a> {
     rows: [Vec<[f64; 2]>; 2],
 }
 
-impl Neighbours<'_> {
-    /// Disks that leave less than `reach` (m) of room at some place not further than that from a point, and all faces.
+impl Surroundings<'_> {
+    /// Disks that leave less than `reach` (m) of room at some position not further than that from a point, and all faces.
     fn new<'a>(
         state: &'a State,
         bodies: &'a Bodies,
         point: [f64; 2],
         reach: f64,
-    ) -> Neighbours<'a> {
+    ) -> Surroundings<'a> {
         let there = (0..bodies.disks()).filter(|disk| !state.waits(bodies, *disk));
         let disks = there.map(|disk| (state.centres[disk], state.radius(bodies, disk)));
         let near = |&(centre, radius): &([f64; 2], f64)| {
@@ -153,7 +153,7 @@ impl Neighbours<'_> {
             near.copied().collect()
         };
         let base = bodies.free..bodies.free + bodies.base;
-        Neighbours {
+        Surroundings {
             bodies,
             positions: state.positions(bodies),
             disks: disks.filter(near).collect(),
@@ -161,7 +161,7 @@ impl Neighbours<'_> {
         }
     }
 
-    /// True for a place above the base and below a wheel of disks, by the disk of each that is nearest along x: there is room behind
+    /// True for a position above the base and below a wheel of disks, by the disk of each that is nearest along x: there is room behind
     /// them too.
     fn is_between(&self, [x, y]: [f64; 2]) -> bool {
         let height = |row: &[[f64; 2]]| {
@@ -173,24 +173,25 @@ impl Neighbours<'_> {
         height(base).is_none_or(|base| base < y) && height(face).is_none_or(|face| y < face)
     }
 
-    /// Room around a place (m).
-    fn gap(&self, place: [f64; 2]) -> f64 {
+    /// Room around a position (m).
+    fn gap(&self, position: [f64; 2]) -> f64 {
         let disks = self.disks.iter();
         let to_disks =
-            disks.map(|(centre, r)| (centre[0] - place[0]).hypot(centre[1] - place[1]) - r);
+            disks.map(|(centre, r)| (centre[0] - position[0]).hypot(centre[1] - position[1]) - r);
         to_disks
-            .chain(self.to_faces(place))
+            .chain(self.to_faces(position))
             .fold(f64::INFINITY, f64::min)
     }
 
     /// Distances to the wheel, where its face is smooth, and to the walls (m).
-    fn to_faces(&self, place: [f64; 2]) -> impl Iterator<Item = f64> {
+    fn to_faces(&self, position: [f64; 2]) -> impl Iterator<Item = f64> {
         let (bodies, positions) = (self.bodies, self.positions);
         let smooth = bodies.wheel().filter(|_| bodies.face.is_empty());
-        let wheel =
-            smooth.map(move |_| under_wheel(positions.wheel, bodies.wheel_radius, place, 0.0).gap);
+        let wheel = smooth
+            .map(move |_| under_wheel(positions.wheel, bodies.wheel_radius, position, 0.0).gap);
         let walls = bodies.walls.iter();
-        let walls = walls.map(move |wall| wall.distance(wall.frame(place, positions.wall_time)));
+        let walls =
+            walls.map(move |wall| wall.distance(wall.frame(position, positions.wall_motion_time)));
         wheel.into_iter().chain(walls)
     }
 }

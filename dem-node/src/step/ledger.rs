@@ -14,7 +14,7 @@ use crate::contact::loss::Loss;
 
 /// Work and losses since the start (J).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Accounts {
+pub struct EnergyLedger {
     /// Work of the boundary on the glued disks, -F_g.v_g h.
     pub interface: f64,
     /// Work of the vertical load on the wheel.
@@ -43,7 +43,7 @@ pub struct Accounts {
     pub repair: f64,
 }
 
-impl Accounts {
+impl EnergyLedger {
     /// Names, roles and values of the terms of the balance; `stored` are kinetic, spring and bond energies since the start.
     pub fn terms(&self, stored: [f64; 4]) -> [(&'static str, Role, f64); 12] {
         let [kinetic, normal, tangential, bonds] = stored;
@@ -63,7 +63,7 @@ impl Accounts {
         ]
     }
 
-    /// Books the loss of a contact.
+    /// Adds the loss of a contact.
     pub fn lose(&mut self, loss: &Loss) {
         self.impact += loss.impact;
         self.friction += loss.friction;
@@ -72,8 +72,8 @@ impl Accounts {
         self.detection_size += loss.detection.abs();
     }
 
-    /// Books the losses of other contacts.
-    pub fn join(&mut self, losses: &Accounts) {
+    /// Adds the losses of other contacts.
+    pub fn join(&mut self, losses: &EnergyLedger) {
         self.impact += losses.impact;
         self.friction += losses.friction;
         self.cohesion += losses.cohesion;
@@ -81,7 +81,7 @@ impl Accounts {
         self.detection_size += losses.detection_size;
     }
 
-    /// All accounts but that of walls, which rarely move, in order.
+    /// All terms but that of walls, which rarely move, in order.
     pub fn numbers(&self) -> [f64; 10] {
         [
             self.interface,
@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn what_can_come_back_is_stored_and_what_cannot_is_dissipated() {
         let of = |wanted: Role| {
-            let terms = Accounts::default().terms([0.0; 4]).into_iter();
+            let terms = EnergyLedger::default().terms([0.0; 4]).into_iter();
             let names = terms.filter(|(_, role, _)| *role == wanted);
             names.map(|(name, ..)| name).collect::<Vec<_>>()
         };
@@ -123,23 +123,23 @@ mod tests {
 
     #[test]
     fn losses_add_up_and_jumps_of_both_signs_do_not_cancel_in_size() {
-        let mut accounts = Accounts::default();
+        let mut ledger = EnergyLedger::default();
         for detection in [0.5, -2.0] {
-            accounts.lose(&Loss {
+            ledger.lose(&Loss {
                 impact: 1.0,
                 friction: 2.0,
                 cohesion: 3.0,
                 detection,
             });
         }
-        let expected = Accounts {
+        let expected = EnergyLedger {
             impact: 2.0,
             friction: 4.0,
             cohesion: 6.0,
             detection: -1.5,
             detection_size: 2.5,
-            ..Accounts::default()
+            ..EnergyLedger::default()
         };
-        assert_eq!(accounts, expected);
+        assert_eq!(ledger, expected);
     }
 }

@@ -1,9 +1,9 @@
 //! Repair of overlaps between rigid grains, by position and not by velocity.
 //!
 //! Of all displacements w that leave no overlap, the bodies make the one with the least w.M w / 2: w = M^-1 H s, and at each
-//! contact g + n.w >= 0 is complementary to s >= 0. That is the contact problem without friction, displacements in place
+//! contact g + n.w >= 0 is complementary to s >= 0. That is the contact problem without friction, with displacements instead
 //! of velocities. Momentum and kinetic energy stay as they are, and so does the centre of mass of a free group. Load and weight
-//! do work on the displacement all the same: it is booked with theirs, and against it as `repair`, since nothing stores it.
+//! do work on the displacement all the same: it is added to theirs, and balanced as `repair`, since nothing stores it.
 //! A repair that did not converge counts as a step that did not: what it left is no displacement of least w.M w / 2, and no
 //! other number of the run would tell.
 
@@ -37,7 +37,7 @@ pub struct Repair {
 }
 
 /// A step whose bodies are moved apart at its end.
-pub struct Stepped<'a> {
+pub struct RepairInput<'a> {
     /// The bodies.
     pub bodies: &'a Bodies,
     /// The contact problem of the step.
@@ -55,9 +55,9 @@ impl Repair {
     pub fn make(
         &mut self,
         state: &mut State,
-        step: &Stepped,
+        step: &RepairInput,
     ) -> Result<Option<Convergence>, DemError> {
-        let Stepped { bodies, solved, .. } = *step;
+        let RepairInput { bodies, solved, .. } = *step;
         match bodies.law.penetration {
             Penetration::Gap | Penetration::Iqs => Ok(None),
             Penetration::Split => {
@@ -82,7 +82,7 @@ impl Repair {
         }
     }
 
-    /// The contacts of the state as it stands; returns the largest overlap (m).
+    /// The contacts of the state as it is; returns the largest overlap (m).
     fn detect(&mut self, bodies: &Bodies, state: &State) -> f64 {
         let mut largest = 0.0f64;
         self.problem.contacts.clear();
@@ -111,9 +111,9 @@ impl Repair {
     fn displace(
         &mut self,
         state: &mut State,
-        step: &Stepped,
+        step: &RepairInput,
     ) -> Result<Option<Convergence>, DemError> {
-        let Stepped { bodies, solved, .. } = *step;
+        let RepairInput { bodies, solved, .. } = *step;
         let problem = &mut self.problem;
         if problem.contacts.iter().all(|c| c.bias[0] >= 0.0) {
             return Ok(None);
@@ -139,8 +139,8 @@ impl Repair {
     }
 }
 
-/// Makes the displacements w (m) that stand in the place of velocities, and books the work of weight, m g.w, and load, -F w_y.
-fn move_bodies(state: &mut State, step: &Stepped, displaced: &[BodyRecord]) {
+/// Makes the displacements w (m) that replace velocities, and adds up the work of weight, m g.w, and load, -F w_y.
+fn move_bodies(state: &mut State, step: &RepairInput, displaced: &[BodyRecord]) {
     let bodies = step.bodies;
     let (mut weight, mut load) = (0.0, 0.0);
     let free = &mut state.centres[..bodies.free];
@@ -157,16 +157,16 @@ fn move_bodies(state: &mut State, step: &Stepped, displaced: &[BodyRecord]) {
         state.place_face(bodies, state.wheel.position[0]);
         load -= step.load * lifted;
     }
-    state.accounts.weight += weight;
-    state.accounts.load += load;
-    state.accounts.repair += weight + load;
+    state.ledger.weight += weight;
+    state.ledger.load += load;
+    state.ledger.repair += weight + load;
 }
 
 /// A contact whose bodies shall be moved until the gap (m) is no overlap.
 fn moved_apart(contact: &Contact, gap: f64, bodies: &Bodies) -> Contact {
     Contact {
         bias: [gap + left(bodies), 0.0],
-        own: 0,
+        pair_law: 0,
         compliance: [0.0; 2],
         impulse: [0.0; 2],
         ..*contact

@@ -10,7 +10,7 @@ use crate::contact::bond::{Bond, BondCursor};
 use crate::contact::detect::VerletList;
 use crate::contact::initial_bonds::initial_bonds;
 use crate::sample::types::Disk;
-use crate::step::ledger::Accounts;
+use crate::step::ledger::EnergyLedger;
 
 /// Everything that can change a later bit. A window is solved on a copy; committing it swaps the two.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -22,7 +22,7 @@ pub struct State {
     /// Poses of the clusters.
     pub clusters: Vec<Pose>,
     /// Time for which moving walls have moved (s); 0 where there are none.
-    pub wall_time: f64,
+    pub wall_motion_time: f64,
     /// Velocities of the glued disks, two components a disk (m/s).
     pub glued_velocity: Vec<f64>,
     /// The wheel.
@@ -33,8 +33,8 @@ pub struct State {
     pub bonds: Vec<Bond>,
     /// Grains that are fed in.
     pub feed: Feed,
-    /// Energy accounts since the start.
-    pub accounts: Accounts,
+    /// Energy since the start, term by term.
+    pub ledger: EnergyLedger,
 }
 
 /// Position and velocity of the wheel.
@@ -58,13 +58,13 @@ impl Clone for State {
         self.centres.clone_from(&other.centres);
         self.velocities.clone_from(&other.velocities);
         self.clusters.clone_from(&other.clusters);
-        self.wall_time = other.wall_time;
+        self.wall_motion_time = other.wall_motion_time;
         self.glued_velocity.clone_from(&other.glued_velocity);
         self.wheel = other.wheel;
         self.list.clone_from(&other.list);
         self.bonds.clone_from(&other.bonds);
         self.feed.clone_from(&other.feed);
-        self.accounts = other.accounts;
+        self.ledger = other.ledger;
     }
 }
 
@@ -112,7 +112,7 @@ impl State {
             let law = bodies.law_of(slot.a as usize, slot.b as usize);
             if let (Some(springs), true) = (law.springs, gap < 0.0) {
                 slot.force[0] = -gap * springs.normal;
-                slot.left = gap;
+                slot.last_gap = gap;
             }
         }
         state.list = list;
@@ -126,7 +126,7 @@ impl State {
             centres: &self.centres,
             present: self.present(bodies),
             wheel: [if bodies.wheel_radius > 0.0 { x } else { 0.0 }, y],
-            wall_time: self.wall_time,
+            wall_motion_time: self.wall_motion_time,
         }
     }
 
@@ -153,7 +153,7 @@ impl State {
         self.centres.truncate(bodies.first_face());
         let y = self.wheel.position[1];
         self.centres
-            .extend(bodies.face.iter().map(|place| [place[0] + x, place[1] + y]));
+            .extend(bodies.face.iter().map(|[dx, dy]| [dx + x, dy + y]));
     }
 
     /// Moves grains, wheel and walls with their velocities for a time t (s), q += t v; glued disks are moved by their boundary.
@@ -168,7 +168,7 @@ impl State {
         }
         self.wheel.position[1] += time * self.wheel.velocity[1];
         if bodies.wall_speed() > 0.0 {
-            self.wall_time += time;
+            self.wall_motion_time += time;
         }
     }
 
@@ -203,7 +203,7 @@ impl State {
         grains + 0.5 * bodies.wheel_mass.unwrap_or(0.0) * self.wheel.velocity[1].powi(2)
     }
 
-    /// Places x (m) and normal forces (N) of the contacts that press on the wheel, whatever its face.
+    /// Positions x (m) and normal forces (N) of the contacts that press on the wheel, whatever its face.
     pub fn on_wheel(&self, bodies: &Bodies) -> impl Iterator<Item = [f64; 2]> {
         let slots = self.list.slots.iter();
         let pressing = slots.filter(|slot| slot.force[0] > 0.0 && bodies.is_wheel(slot.b as usize));
@@ -264,23 +264,23 @@ impl State {
                 .into_iter()
                 .for_each(&mut add);
         }
-        if self.wall_time != 0.0 || self.accounts.walls != 0.0 {
-            add(self.wall_time);
-            add(self.accounts.walls);
+        if self.wall_motion_time != 0.0 || self.ledger.walls != 0.0 {
+            add(self.wall_motion_time);
+            add(self.ledger.walls);
         }
-        if self.accounts.damping != 0.0 {
-            add(self.accounts.damping);
+        if self.ledger.damping != 0.0 {
+            add(self.ledger.damping);
         }
         if self.feed != Feed::default() {
             self.feed.numbers().for_each(&mut add);
-            add(self.accounts.injection);
+            add(self.ledger.injection);
         }
         self.glued_velocity.iter().for_each(|x| add(*x));
         self.wheel.position.iter().for_each(|x| add(*x));
         self.wheel.velocity.iter().for_each(|x| add(*x));
         self.list.for_each_number(&mut add);
         self.bonds.iter().flat_map(Bond::numbers).for_each(&mut add);
-        self.accounts.numbers().into_iter().for_each(add);
+        self.ledger.numbers().into_iter().for_each(add);
         hasher.finalize().to_hex().to_string()
     }
 }

@@ -68,16 +68,21 @@ impl Trial {
     }
 
     /// A step of one second, to the end of which these grains move; the balance must be exact.
-    fn step(&mut self, moves: &[(usize, f64)]) -> Books {
+    fn step(&mut self, moves: &[(usize, f64)]) -> MassLedger {
         for (grain, x) in moves {
             self.state.centres[*grain][0] = *x;
         }
         self.time += 1.0;
         let now = (&self.bodies, &self.state);
         self.flow.record(&self.scene, now, self.time, 1.0);
-        assert_eq!(self.flow.held, self.flow.books.zone(), "at {} s", self.time);
+        assert_eq!(
+            self.flow.held,
+            self.flow.ledger.zone(),
+            "at {} s",
+            self.time
+        );
         assert_eq!(self.flow.defect, 0.0);
-        self.flow.books
+        self.flow.ledger
     }
 
     fn set_adhesion(&mut self, pair: (u32, u32), adhesion: f64) {
@@ -106,16 +111,16 @@ fn a_grain_that_is_detached_ejected_brought_back_and_worn_is_counted_exactly() {
     use Body::{First, Stock, Third};
     assert_eq!(bodies, [First, First, First, Stock, First]);
     // 1 s: the zone comes to be, over the initial stock, which is no source.
-    let stock = Books {
+    let stock = MassLedger {
         covered: 8.0,
-        ..Books::default()
+        ..MassLedger::default()
     };
     assert_eq!(trial.step(&[]), stock);
     assert_eq!(trial.ends(), [-3.0, 3.0]);
     // 2 s: grain 2 comes off in the zone, grain 4 outside.
     trial.detach();
     trial.set_adhesion((4, 5), 0.005);
-    let detached = Books {
+    let detached = MassLedger {
         source: 4.0,
         detached: 20.0,
         ..stock
@@ -125,18 +130,18 @@ fn a_grain_that_is_detached_ejected_brought_back_and_worn_is_counted_exactly() {
     let times: Vec<f64> = trial.flow.detached().collect();
     assert_eq!(times, [-1.0, -1.0, 2.0, -1.0, 2.0]);
     // 3 and 4 s: out and in again before it is worn.
-    let out = Books {
+    let out = MassLedger {
         ejected: 4.0,
         ..detached
     };
     assert_eq!(trial.step(&[(2, 3.5)]), out);
-    let back = Books {
+    let back = MassLedger {
         recirculated: 4.0,
         ..out
     };
     assert_eq!(trial.step(&[(2, 2.0)]), back);
     // 5 s: out on the other side, through x = 0.
-    let through = Books {
+    let through = MassLedger {
         ejected: 8.0,
         internal_net: -4.0,
         internal_abs: 4.0,
@@ -145,21 +150,21 @@ fn a_grain_that_is_detached_ejected_brought_back_and_worn_is_counted_exactly() {
     assert_eq!(trial.step(&[(2, -3.5)]), through);
     // 6, 7 and 8 s: worn 2 s after it left, once.
     assert_eq!(trial.step(&[]), through);
-    let worn = Books {
+    let worn = MassLedger {
         wear: 4.0,
         ..through
     };
     assert_eq!(trial.step(&[]), worn);
     assert_eq!(trial.step(&[]), worn);
     // 9 s: it comes back all the same, and 10 s: holds on to grain 1.
-    let returned = Books {
+    let returned = MassLedger {
         recirculated: 8.0,
         wear_returned: 4.0,
         ..worn
     };
     assert_eq!(
         trial.step(&[(2, 1.5)]),
-        Books {
+        MassLedger {
             internal_net: 0.0,
             internal_abs: 8.0,
             ..returned
@@ -316,24 +321,24 @@ fn fed_grains_are_external_in_the_zone_and_enter_it_from_outside() {
     trial.state.bonds.retain(|bond| bond.a != 4);
     trial.state.feed.waiting = 2;
     trial.flow = Flow::new(&trial.bodies, &trial.state);
-    assert_eq!(trial.step(&[]), Books::default());
+    assert_eq!(trial.step(&[]), MassLedger::default());
     trial.state.feed.waiting = 1;
-    let inside = Books {
+    let inside = MassLedger {
         external: 8.0,
         injected: 8.0,
-        ..Books::default()
+        ..MassLedger::default()
     };
     assert_eq!(trial.step(&[]), inside);
     assert_eq!(trial.step(&[]), inside);
     trial.state.feed.waiting = 0;
-    let outside = Books {
+    let outside = MassLedger {
         injected: 24.0,
         ..inside
     };
     assert_eq!(trial.step(&[]), outside);
     assert_eq!([trial.body(3), trial.body(4)], [Body::Fed; 2]);
     // Both cross an end of the zone by their own motion; grain 4 does for the first time.
-    let crossed = Books {
+    let crossed = MassLedger {
         ejected: 8.0,
         entered: 16.0,
         ..outside

@@ -46,7 +46,7 @@ impl Zone {
         }
     }
 
-    /// True for a place in the zone (m).
+    /// True for an x in the zone (m).
     pub fn holds(&self, x: f64) -> bool {
         (self.ends[0]..=self.ends[1]).contains(&x)
     }
@@ -56,7 +56,7 @@ impl Zone {
 /// after the next step.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Loads {
-    /// Force (N) and its mean place (m) in cells of a mean diameter each, by ascending place.
+    /// Force (N) and its mean x (m) in cells of a mean diameter each, by ascending x.
     cells: BTreeMap<i64, [f64; 2]>,
 }
 
@@ -68,22 +68,25 @@ impl Loads {
             *force *= 1.0 - share;
             *force > 0.0
         });
-        for [x, pressing] in state.on_wheel(bodies) {
+        for [at, pressing] in state.on_wheel(bodies) {
             let added = share * pressing;
-            let [force, place] = self.cells.entry((x / diameter).floor() as i64).or_default();
+            let [force, x] = self
+                .cells
+                .entry((at / diameter).floor() as i64)
+                .or_default();
             *force += added;
-            *place += (x - *place) * (added / *force);
+            *x += (at - *x) * (added / *force);
         }
     }
 
     /// All its numbers.
     pub fn numbers(&self) -> impl Iterator<Item = f64> {
         let cells = self.cells.iter();
-        cells.flat_map(|(cell, [force, place])| [*cell as f64, *force, *place])
+        cells.flat_map(|(cell, [force, x])| [*cell as f64, *force, *x])
     }
 }
 
-/// Place of the first of these loads, (N, m) each, with which their sum exceeds a force.
+/// The x of the first of these loads, (N, m) each, with which their sum exceeds a force.
 fn end<'a>(loads: impl Iterator<Item = &'a [f64; 2]>, dropped: f64) -> Option<f64> {
     let mut sum = 0.0;
     for [force, x] in loads {

@@ -2,7 +2,7 @@
 
 use kit::vtk::{Kind, VtkFile};
 
-use super::parts::{Moment, cells, points, poly_data};
+use super::parts::{FieldScene, cells, points, poly_data};
 use crate::bodies::positions::proximity;
 use crate::contact::bond::BondCursor;
 use crate::contact::detect::Slot;
@@ -25,12 +25,12 @@ struct Line {
 /// Contacts as lines between the centres of two disks, or from a centre to the point of a wall or a smooth wheel that it touches.
 /// In a strip that repeats those across its seam are left out. Data: force_n (normal, compression positive, and tangential), gap_m
 /// (negative where they overlap), status (1 stick, 2 slip, 3 bonded), of a cohesive law also adhesion.
-pub(super) fn file(moment: &Moment) -> VtkFile {
-    let lines = lines(moment);
-    let disks = moment.bodies.disks();
+pub(super) fn file(scene: &FieldScene) -> VtkFile {
+    let lines = lines(scene);
+    let disks = scene.bodies.disks();
     let faces: Vec<[f64; 2]> = lines.iter().filter_map(|line| line.face).collect();
     let mut file = poly_data([disks + faces.len(), 0, lines.len()]);
-    file.section("Points", |file| points(file, moment, faces.into_iter()));
+    file.section("Points", |file| points(file, scene, faces.into_iter()));
     file.section("Lines", |file| {
         let ends = ends(&lines, disks);
         cells(file, 2, ends.into_iter());
@@ -40,9 +40,9 @@ pub(super) fn file(moment: &Moment) -> VtkFile {
         file.array(Kind::Float64, "force_n", forces);
         let gaps = lines.iter().map(|line| [line.gap]);
         file.array(Kind::Float64, "gap_m", gaps);
-        let statuses = lines.iter().map(|line| [status(moment, line)]);
+        let statuses = lines.iter().map(|line| [status(scene, line)]);
         file.array(Kind::UInt8, "status", statuses);
-        if moment.bodies.law.cohesion.is_some() {
+        if scene.bodies.law.cohesion.is_some() {
             let adhesion = lines.iter().map(|line| [line.adhesion]);
             file.array(Kind::Float64, "adhesion", adhesion);
         }
@@ -50,8 +50,8 @@ pub(super) fn file(moment: &Moment) -> VtkFile {
     file
 }
 
-fn lines(moment: &Moment) -> Vec<Line> {
-    let Moment { bodies, state, .. } = *moment;
+fn lines(scene: &FieldScene) -> Vec<Line> {
+    let FieldScene { bodies, state, .. } = *scene;
     let positions = state.positions(bodies);
     let mut bonds = BondCursor::new(&state.bonds);
     let slots = state.list.slots.iter().map(|slot| {
@@ -59,7 +59,7 @@ fn lines(moment: &Moment) -> Vec<Line> {
         (slot, bond.map_or(0.0, |(_, bond)| bond.adhesion))
     });
     let held = slots.filter(|(slot, adhesion)| slot.force[0] > 0.0 || *adhesion > 0.0);
-    let seen = held.filter(|(slot, _)| !across_the_seam(moment, slot));
+    let seen = held.filter(|(slot, _)| !across_the_seam(scene, slot));
     let line = |(slot, adhesion): (&Slot, f64)| {
         let [a, b] = [slot.a, slot.b].map(|body| body as usize);
         let at = proximity(bodies, &positions, a, b);
@@ -77,15 +77,15 @@ fn lines(moment: &Moment) -> Vec<Line> {
 }
 
 /// A line from one end of the strip to the other would be no contact.
-fn across_the_seam(moment: &Moment, slot: &Slot) -> bool {
-    let Some(period) = moment.bodies.period else {
+fn across_the_seam(scene: &FieldScene, slot: &Slot) -> bool {
+    let Some(period) = scene.bodies.period else {
         return false;
     };
-    let centres = [slot.a, slot.b].map(|body| moment.state.centres.get(body as usize));
+    let centres = [slot.a, slot.b].map(|body| scene.state.centres.get(body as usize));
     let [Some(a), Some(b)] = centres else {
         return false;
     };
-    let [a, b] = [a, b].map(|centre| shown(moment.bodies, *centre)[0]);
+    let [a, b] = [a, b].map(|centre| shown(scene.bodies, *centre)[0]);
     (a - b).abs() > 0.5 * period.length
 }
 
@@ -102,12 +102,12 @@ fn ends(lines: &[Line], disks: usize) -> Vec<f64> {
     ends.collect()
 }
 
-fn status(moment: &Moment, line: &Line) -> f64 {
+fn status(scene: &FieldScene, line: &Line) -> f64 {
     let Slot { a, b, force, .. } = line.slot;
     if line.adhesion > 0.0 {
         return 3.0;
     }
-    let law = moment.bodies.law_of(a as usize, b as usize);
+    let law = scene.bodies.law_of(a as usize, b as usize);
     let slips = force[1].abs() >= (1.0 - ON_THE_LIMIT) * law.friction * force[0];
     if slips { 2.0 } else { 1.0 }
 }

@@ -7,9 +7,9 @@ use crate::measure::flow::Flow;
 use crate::measure::loads::shown;
 use crate::step::state::State;
 
-/// Everything that the fields of a moment are made of.
+/// Everything that the fields of a moment show.
 #[derive(Clone, Copy)]
-pub struct Moment<'a> {
+pub struct FieldScene<'a> {
     /// The bodies.
     pub bodies: &'a Bodies,
     /// Their state.
@@ -35,10 +35,10 @@ pub(super) fn poly_data([points, vertices, lines]: [usize; 3]) -> VtkFile {
 }
 
 /// Centres of all disks, a strip that repeats being drawn once, and more points.
-pub(super) fn points(file: &mut VtkFile, moment: &Moment, more: impl Iterator<Item = [f64; 2]>) {
-    let centres = moment.state.centres.iter().copied();
+pub(super) fn points(file: &mut VtkFile, scene: &FieldScene, more: impl Iterator<Item = [f64; 2]>) {
+    let centres = scene.state.centres.iter().copied();
     let points = centres.chain(more).map(|point| {
-        let [x, y] = shown(moment.bodies, point);
+        let [x, y] = shown(scene.bodies, point);
         [x, y, 0.0]
     });
     file.array(Kind::Float64, "points", points);

@@ -197,13 +197,13 @@ fn the_shear_of_a_disk_that_is_turned_is_the_symmetric_part() {
 
 #[test]
 fn a_cell_that_is_less_than_half_as_full_as_the_mean_does_not_count() {
-    let cell = |solid: f64, pressure: f64| Sums {
+    let cell = |solid: f64, pressure: f64| StressSums {
         moment: [pressure, 0.0, 0.0, pressure],
         solid,
         grains: 1,
     };
     let map = |part: f64| StressMap {
-        cells: vec![cell(0.8, 10.0), cell(part, 50.0), Sums::default()],
+        cells: vec![cell(0.8, 10.0), cell(part, 50.0), StressSums::default()],
         columns: 3,
         side: 1.0,
         thickness: 1.0,

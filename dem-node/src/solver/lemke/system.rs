@@ -3,7 +3,7 @@
 use crate::law::lanes::widest;
 
 /// Number that is linear in the parameter of a path: its value at 0 and its slope.
-pub(super) type Line = [f64; 2];
+pub(super) type Linear = [f64; 2];
 
 /// A y = c with A^-1, kept up to date by bordering (Frobenius and Schur's inverse of a matrix with one more row and column).
 #[derive(Clone, Debug, Default)]
@@ -11,7 +11,7 @@ pub(super) struct System {
     /// Columns of A^-1.
     columns: Vec<Vec<f64>>,
     /// y.
-    pub solution: Vec<Line>,
+    pub solution: Vec<Linear>,
 }
 
 impl System {
@@ -27,7 +27,7 @@ impl System {
         column: &[(usize, f64)],
         row: &[(usize, f64)],
         corner: f64,
-        right: Line,
+        right: Linear,
     ) -> bool {
         let mut p = vec![0.0; self.len()];
         for (equation, entry) in column {
@@ -89,7 +89,7 @@ impl System {
     }
 
     /// Takes A^-1 e from the solution, e what the equations have left.
-    pub(super) fn correct(&mut self, error: &[Line]) {
+    pub(super) fn correct(&mut self, error: &[Linear]) {
         for k in 0..2 {
             let mut change = vec![0.0; self.len()];
             for (inverse, error) in self.columns.iter().zip(error) {

@@ -157,7 +157,7 @@ fn contacts_with_a_friction_of_their_own_are_solved() {
         let mut problem = heap(seed, 0.0);
         problem.frictions = vec![0.2, 1.5];
         for (index, contact) in problem.contacts.iter_mut().enumerate() {
-            contact.own = index as u32 % 3;
+            contact.pair_law = index as u32 % 3;
         }
         problem.prepare(1e-10, false).expect("it is well posed");
         let solved = solve(&problem, 1e-10).expect("the path is followed");

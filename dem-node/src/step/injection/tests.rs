@@ -113,9 +113,9 @@ fn a_grain_that_grows_is_pressed_by_what_it_overlaps_and_its_work_is_in_the_spri
     let springs = K * 0.01;
     assert!((state.springs(&bodies)[0] - springs).abs() < 1e-9);
     let a_step = K * (0.11 * STEP / GROWTH).powi(2);
-    let work = state.accounts.injection;
+    let work = state.ledger.injection;
     assert!((work - springs).abs() < a_step, "{work} {springs}");
-    let booked = work - state.accounts.impact - state.accounts.detection;
+    let booked = work - state.ledger.impact - state.ledger.detection;
     assert!((booked - springs).abs() < 1e-12, "{booked} {springs}");
 }
 

@@ -1,10 +1,10 @@
-//! The books of the third body: masses that were detached, entered, left, and were worn.
+//! The ledger of the third body: masses that were detached, entered, left, and were worn.
 
 use serde::{Deserialize, Serialize};
 
 /// Real masses since the start (kg), each of which only grows but `internal_net`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Books {
+pub struct MassLedger {
     /// Qs: turned from first to third body in the zone.
     pub source: f64,
     /// Turned from first to third body anywhere.
@@ -35,7 +35,7 @@ pub struct Books {
     pub internal_abs: f64,
 }
 
-impl Books {
+impl MassLedger {
     /// Masses that brought third body into the zone, and those that took it away (kg).
     fn sides(&self) -> [f64; 2] {
         [
@@ -44,7 +44,7 @@ impl Books {
         ]
     }
 
-    /// Third body in the zone by the books (kg): detached - re-attached + fed + entered - left.
+    /// Third body in the zone by the ledger (kg): detached - re-attached + fed + entered - left.
     pub fn zone(&self) -> f64 {
         let [came, went] = self.sides();
         came - went
@@ -56,7 +56,7 @@ impl Books {
         came + went
     }
 
-    /// The accounts under their names in signals and results.
+    /// The masses under their names in signals and results.
     pub fn named(&self) -> [(&'static str, f64); 14] {
         [
             ("q_source_kg", self.source),
