@@ -11,7 +11,6 @@ use std::time::{Duration, Instant};
 
 use protocol::PreparedSample;
 use protocol::checkpoint::{pack, unpack};
-use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::config::Config;
@@ -20,7 +19,7 @@ use crate::config::rail::RailConfig;
 use crate::config::sample::SampleConfig;
 use crate::error::DemError;
 use crate::sample;
-use crate::sample::types::{Disk, Sample};
+use crate::sample::types::Sample;
 
 /// Version of the preparation: to be raised with every change of the code that changes a bit of a sample.
 const PREPARATION: u32 = 1;
@@ -44,18 +43,6 @@ pub struct Prepared {
     pub origin: Option<PreparedSample>,
     /// Faults of its file, which cost time only.
     pub warnings: Vec<String>,
-}
-
-/// Content of a file behind its checksum.
-#[derive(Serialize, Deserialize)]
-struct Stored {
-    recipe: String,
-    /// Centres and radii (m).
-    free: Vec<[f64; 3]>,
-    glued: Vec<[f64; 3]>,
-    lid: u64,
-    solid_fraction: f64,
-    radii_shrunk: Option<f64>,
 }
 
 impl SampleStore {
@@ -101,7 +88,7 @@ impl SampleStore {
                 let keep = start.elapsed() >= self.worth || !warnings.is_empty();
                 warnings.extend(
                     file.filter(|_| keep)
-                        .and_then(|path| write(&path, recipe, &sample).err()),
+                        .and_then(|path| write(&path, &recipe, &sample).err()),
                 );
                 sample
             }
@@ -166,23 +153,23 @@ fn read(path: &Path, recipe: &str) -> Result<Option<Sample>, String> {
     let whole = bytes.split_at_checked(CHECKSUM);
     let whole = whole.filter(|(sum, content)| blake3::hash(content).as_bytes() == sum);
     let (_, content) = whole.ok_or_else(|| fault("is damaged (its checksum is another)"))?;
-    let stored: Stored =
+    let (own, sample): (String, Sample) =
         unpack(content).map_err(|_| fault("is damaged (its content is another)"))?;
-    if stored.recipe != recipe {
+    if own != recipe {
         return Err(fault("is that of another recipe"));
     }
-    Ok(Some(stored.sample()))
+    Ok(Some(sample))
 }
 
 /// Writes a file whole, or leaves the one that is there. The error says why it could not.
-fn write(path: &Path, recipe: String, sample: &Sample) -> Result<(), String> {
+fn write(path: &Path, recipe: &str, sample: &Sample) -> Result<(), String> {
     let failed = |why: &dyn std::fmt::Display| {
         format!(
             "the prepared sample {} cannot be kept: {why}; --cache DIR chooses another folder, --cache none none",
             path.display()
         )
     };
-    let content = pack(&Stored::new(recipe, sample)).map_err(|error| failed(&error.message))?;
+    let content = pack(&(recipe, sample)).map_err(|error| failed(&error.message))?;
     let mut bytes = blake3::hash(&content).as_bytes().to_vec();
     bytes.extend(content);
     replace(path, &bytes).map_err(|error| failed(&error))
@@ -206,38 +193,33 @@ fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     written
 }
 
-impl Stored {
-    fn new(recipe: String, sample: &Sample) -> Stored {
-        let records = |disks: &[Disk]| {
-            let record = |disk: &Disk| [disk.centre[0], disk.centre[1], disk.radius];
-            disks.iter().map(record).collect()
-        };
-        Stored {
-            recipe,
-            free: records(&sample.free),
-            glued: records(&sample.glued),
-            lid: sample.lid as u64,
-            solid_fraction: sample.solid_fraction,
-            radii_shrunk: sample.radii_shrunk,
-        }
-    }
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::types::Disk;
 
-    fn sample(self) -> Sample {
-        let disks = |records: Vec<[f64; 3]>| {
-            let disk = |[x, y, radius]: [f64; 3]| Disk {
-                centre: [x, y],
-                radius,
-                ..Disk::default()
-            };
-            records.into_iter().map(disk).collect()
+    /// A file holds recipe, (x, y, radius) of the free and the glued disks, the number of those of the lid, and two numbers.
+    #[test]
+    fn a_file_holds_no_more_than_its_recipe_makes() {
+        let disk = |x: f64| Disk {
+            centre: [x, -2.0],
+            radius: 0.5,
+            velocity: [7.0; 3],
         };
-        Sample {
-            free: disks(self.free),
-            glued: disks(self.glued),
-            lid: self.lid as usize,
-            solid_fraction: self.solid_fraction,
-            radii_shrunk: self.radii_shrunk,
+        let sample = Sample {
+            free: vec![disk(1.0), disk(300.0)],
+            glued: vec![disk(-4.0)],
+            lid: 300,
+            face: vec![disk(9.0)],
+            wall_names: vec!["wall".into()],
+            solid_fraction: 0.8,
+            radii_shrunk: Some(1e-3),
             ..Sample::default()
-        }
+        };
+        let numbers = |x: f64| [x, -2.0, 0.5];
+        let free = vec![numbers(1.0), numbers(300.0)];
+        let plain = ("recipe", free, vec![numbers(-4.0)], 300u64, 0.8, Some(1e-3));
+        let packed = pack(&("recipe".to_string(), &sample)).expect("it can be packed");
+        assert_eq!(packed, pack(&plain).expect("it can be packed"));
     }
 }
