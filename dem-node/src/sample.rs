@@ -145,19 +145,13 @@ fn clusters(config: &DisksConfig) -> Vec<ClusterMembers> {
 }
 
 fn members(config: &DisksConfig, name: &str, first: usize) -> ClusterMembers {
-    let disks = vec![first];
-    let Some(cluster) = config.clusters.iter().find(|c| c.name == name) else {
-        return ClusterMembers {
-            name: name.to_string(),
-            disks,
-            ..ClusterMembers::default()
-        };
-    };
+    let listed = config.clusters.iter().find(|c| c.name == name);
+    let cluster = listed.cloned().unwrap_or_default();
     let drive = cluster.drive.as_ref();
     let prescribed = drive.map_or([None; 2], ClusterDriveConfig::velocity);
     ClusterMembers {
         name: name.to_string(),
-        disks,
+        disks: vec![first],
         locked: cluster.holds(),
         mass: cluster.mass(),
         inertia: cluster.inertia_kg_m2,
@@ -166,7 +160,7 @@ fn members(config: &DisksConfig, name: &str, first: usize) -> ClusterMembers {
             prescribed[1].unwrap_or(cluster.vy_m_per_s),
             cluster.spin_rad_per_s,
         ],
-        drive: cluster.drive.as_ref().map(|drive| Drive {
+        drive: drive.map(|drive| Drive {
             name: name.to_string(),
             forces: drive.forces(),
             damping: drive.damping_n_s_per_m,

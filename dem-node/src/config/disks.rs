@@ -86,7 +86,7 @@ pub struct WallConfig {
 }
 
 /// Mass, motion and locks of the disks with `cluster = name`.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ClusterConfig {
     /// The name that its disks give.

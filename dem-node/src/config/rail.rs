@@ -60,11 +60,7 @@ pub enum HeightAt {
 impl RailConfig {
     /// The radii.
     pub fn radii(&self) -> Radii {
-        Radii {
-            law: self.law,
-            power: self.power,
-            ends: [self.radius_min_m, self.radius_max_m],
-        }
+        Radii::new(self.law, self.power, self.radius_min_m, self.radius_max_m)
     }
 
     /// Height of the base (m), below the top of the crown.

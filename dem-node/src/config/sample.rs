@@ -30,17 +30,6 @@ pub enum SampleConfig {
     Disks(DisksConfig),
 }
 
-/// Disks of the sample's radii side by side.
-#[derive(Clone, Copy, Debug)]
-pub struct WheelRow {
-    /// The radii.
-    pub radii: Radii,
-    /// Width of the sample (m).
-    pub width: f64,
-    /// Seed of the packing; the run's seed when absent.
-    pub seed: Option<u64>,
-}
-
 /// The words for `sample.kind`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -188,19 +177,13 @@ impl SampleConfig {
         )
     }
 
-    /// The row of disks that a wheel as wide as the sample has; `None` for listed disks.
-    pub fn row(&self) -> Option<WheelRow> {
+    /// The row of disks that a wheel as wide as the sample has: radii, width (m) and seed; `None` for listed disks.
+    pub fn wheel_row(&self) -> Option<(Radii, f64, Option<u64>)> {
         match self {
-            SampleConfig::Layer(layer) => Some(WheelRow {
-                radii: layer.radii(),
-                width: 2.0 * layer.half_width_m,
-                seed: layer.seed,
-            }),
-            SampleConfig::Rail(rail) => Some(WheelRow {
-                radii: rail.radii(),
-                width: rail.width_m,
-                seed: rail.seed,
-            }),
+            SampleConfig::Layer(layer) => {
+                Some((layer.radii(), 2.0 * layer.half_width_m, layer.seed))
+            }
+            SampleConfig::Rail(rail) => Some((rail.radii(), rail.width_m, rail.seed)),
             SampleConfig::Disks(_) => None,
         }
     }

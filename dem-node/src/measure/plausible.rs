@@ -4,8 +4,8 @@ use protocol::{Finding, HeldLoad, larger};
 
 use crate::bodies::Bodies;
 use crate::config::plausible::PlausibleConfig;
+use crate::config::wheel::WheelConfig;
 use crate::measure::report::{RunStatistics, lost_grains};
-use crate::setup::wheel::WheelProgram;
 use crate::step::state::State;
 
 /// Settling of the grains that counts as rest whatever the approach is, over the mean radius.
@@ -24,7 +24,7 @@ pub struct FinishedRun<'a> {
     /// Statistics over its steps.
     pub statistics: &'a RunStatistics,
     /// The wheel, where there is one.
-    pub program: Option<&'a WheelProgram>,
+    pub program: Option<&'a WheelConfig>,
     /// True for a run without coupler.
     pub alone: bool,
     /// Ends of a layer that does not repeat, in |x| (m).
@@ -52,8 +52,8 @@ impl FinishedRun<'_> {
 
     /// The load that the boundary must carry in the second half of the hold: the wheel's, and the weight of the grains.
     pub fn held_load(&self) -> Option<HeldLoad> {
-        let wanted = self.program?.0.load_n;
-        let mean = self.statistics.held_force()?;
+        let wanted = self.program?.load_n;
+        let mean = self.statistics.held_force.value()?;
         let masses = self.bodies.masses.iter().sum::<f64>();
         let weight = -masses * self.bodies.gravity[1];
         Some(HeldLoad {
@@ -63,15 +63,14 @@ impl FinishedRun<'_> {
     }
 
     fn overlap(&self) -> Option<Finding> {
-        let [largest, largest_mean] = self.statistics.overlaps();
         let radius = self.bodies.mean_radius();
         if self.bodies.law.springs.is_some() {
-            let value = largest / radius;
+            let value = self.statistics.overlap_max / radius;
             return self.bounds.overlap_rel.judge("overlap", value, || {
                 format!("two bodies overlapped by {value:.3} of the mean radius, where a contact law between disks means nothing: lower the load, or raise law.contact_stiffness_pa")
             });
         }
-        let value = largest_mean / radius;
+        let value = self.statistics.overlap_mean_max / radius;
         let bounds = self.bounds.overlap_rigid_rel;
         bounds.judge("overlap_rigid", value, || {
             format!("the mean overlap of rigid contacts reached {value:.2e} of the mean radius: lower time.step_s or solver.tolerance, or write law.penetration = \"split\"")
@@ -91,22 +90,22 @@ impl FinishedRun<'_> {
 
     /// The wheel must be at rest when its results are taken.
     fn wheel_at_rest(&self) -> Option<Finding> {
-        let program = self.program.filter(|program| program.0.load_n > 0.0)?;
+        let program = self.program.filter(|program| program.load_n > 0.0)?;
         let [low, high] = self.statistics.held_range()?;
-        let load = program.0.load_n;
+        let load = program.load_n;
         let value = larger(high - load, load - low) / load;
         let bounds = self.bounds.wheel_force_rel;
         bounds.judge("wheel_at_rest", value, || {
             format!(
                 "the wheel is not at rest before its motion: it moves at {:.2e} m/s, and over the second half of the hold (without one, at its end) the grains carried {low:.0} to {high:.0} N of its {load} N: make wheel.hold_s or wheel.ramp_s longer, or bring wheel.vy_m_per_s closer to 0",
-                self.statistics.held_velocity()
+                self.statistics.held_velocity
             )
         })
     }
 
     /// A wheel that bears its load may still sink with all that carries it.
     fn wheel_drift(&self) -> Option<Finding> {
-        self.program.filter(|program| program.0.load_n > 0.0)?;
+        self.program.filter(|program| program.load_n > 0.0)?;
         let [lost, approach] = self.statistics.held_drift()?;
         let value = lost.abs() / (approach.abs() + SETTLING * self.bodies.mean_radius());
         let bounds = self.bounds.wheel_drift_rel;
@@ -120,7 +119,7 @@ impl FinishedRun<'_> {
     /// Between wheel and boundary nothing must move then.
     fn layer_at_rest(&self) -> Option<Finding> {
         let load = self.held_load().filter(|load| load.wanted_n > 0.0)?;
-        let borne = self.statistics.held_boundary_force()?;
+        let borne = self.statistics.held_boundary.value()?;
         let value = (borne - load.mean_n).abs() / load.wanted_n;
         let bounds = self.bounds.boundary_force_rel;
         let judged = bounds.judge("layer_at_rest", value, || {
@@ -134,7 +133,7 @@ impl FinishedRun<'_> {
     }
 
     fn added_inertia(&self) -> Option<Finding> {
-        let value = self.statistics.added_inertia()?;
+        let value = self.statistics.added_inertia.value()?;
         let bounds = self.bounds.added_inertia_rel;
         bounds.judge("added_inertia", value, || {
             format!("moving the mass that mass_scale adds to the grains took {value:.3} of the force that goes through them: lower mass_scale, or load more slowly")
@@ -142,7 +141,7 @@ impl FinishedRun<'_> {
     }
 
     fn contact_residual(&self) -> Option<Finding> {
-        let value = self.statistics.largest_residual();
+        let value = self.statistics.residual_max;
         let bounds = self.bounds.contact_residual;
         bounds.judge("contact_residual", value, || {
             format!("the contact solve of a step was left with a residual of {value:.1e}, and friction is off by per cents: lower solver.tolerance")
@@ -151,8 +150,8 @@ impl FinishedRun<'_> {
 
     /// Steps of a run alone that stand although they did not converge; those of a coupled run are the coupler's.
     fn not_converged(&self) -> Option<Finding> {
-        let [accepted, steps] = self.statistics.accepted();
-        let accepted = accepted * u64::from(self.alone);
+        let steps = self.statistics.steps;
+        let accepted = self.statistics.accepted_steps * u64::from(self.alone);
         let value = accepted as f64 / steps.max(1) as f64;
         self.bounds.not_converged_rel.judge("not_converged", value, || {
             format!("{accepted} of {steps} steps were accepted without having converged, as solver.on_not_converged = \"accept\" asks")
@@ -303,7 +302,7 @@ mod tests {
     impl Scene {
         fn statistics(&self) -> RunStatistics {
             let mut statistics = RunStatistics::new(self.first_height);
-            let program = WheelProgram(self.program.clone());
+            let program = self.program.clone();
             let steps = self.steps.iter().zip(&self.heights);
             for (index, (step, height)) in steps.enumerate() {
                 let start = index as f64 * STEP;
@@ -326,7 +325,7 @@ mod tests {
 
         /// Codes of what is found, and if it makes the run suspect.
         fn found(&self) -> Vec<(String, bool)> {
-            let program = WheelProgram(self.program.clone());
+            let program = self.program.clone();
             let judged = FinishedRun {
                 bounds: PlausibleConfig::default(),
                 bodies: &self.bodies,

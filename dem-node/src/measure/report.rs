@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::bodies::geometry::range;
+use crate::config::wheel::WheelConfig;
 use crate::measure::structure;
 use crate::measure::trend::Trend;
-use crate::setup::wheel::WheelProgram;
 use crate::step::StepSummary;
 use crate::step::state::{State, WheelState};
 
@@ -66,7 +66,7 @@ pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
 
 /// A mean that is filled value by value.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct Mean {
+pub struct Mean {
     sum: f64,
     count: u64,
 }
@@ -77,14 +77,15 @@ impl Mean {
         self.count += 1;
     }
 
-    fn value(&self) -> Option<f64> {
+    /// The mean; `None` without values.
+    pub fn value(&self) -> Option<f64> {
         (self.count > 0).then(|| self.sum / self.count as f64)
     }
 }
 
 /// Ratio of two sums over the last half to three quarters of all steps: how a run begins says little of how it goes on.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct RecentRatio {
+pub struct RecentRatio {
     steps: u64,
     /// Sums since the last power of two of steps, and between that and the one before.
     recent: [f64; 2],
@@ -101,7 +102,8 @@ impl RecentRatio {
         self.recent[1] += under;
     }
 
-    fn value(&self) -> Option<f64> {
+    /// The ratio; `None` where the second sum is 0.
+    pub fn value(&self) -> Option<f64> {
         let [over, under] = [0, 1].map(|k| self.recent[k] + self.before[k]);
         (under > 0.0).then(|| over / under)
     }
@@ -125,33 +127,37 @@ pub struct RunStatistics {
     height_at_motion_start: Option<f64>,
     /// Force on the wheel and its height over the second half of the hold: it still rings on a layer on a rail, by 0.9 um of
     /// 53 at 4 kN, so that a moment says less than the mean.
-    held_force: Mean,
+    pub held_force: Mean,
     held_height: Mean,
     held_trend: Trend,
-    /// Force of the grains on the boundary, downwards.
-    held_boundary: Mean,
+    /// Force of the grains on the boundary in the second half of the hold (N), downwards.
+    pub held_boundary: Mean,
     /// Least and largest force on the wheel in the second half of the hold (N).
     held_range: Option<[f64; 2]>,
     /// Force on the wheel in the last step before the motion, 0 where there is none (N).
     before_motion: Option<f64>,
     /// Vertical velocity of the wheel before the motion (m/s).
-    held_velocity: f64,
+    pub held_velocity: f64,
     friction: Mean,
     height_range: Option<[f64; 2]>,
     loop_work: f64,
-    residual_max: f64,
+    /// Largest residual of a contact solve that was accepted.
+    pub residual_max: f64,
     quad_max: f64,
     defect_max: f64,
     /// Largest overlap, and largest mean overlap, of any step (m).
-    overlap_max: f64,
-    overlap_mean_max: f64,
-    added_inertia: RecentRatio,
+    pub overlap_max: f64,
+    /// See `overlap_max`.
+    pub overlap_mean_max: f64,
+    /// Impulse that moved the added mass of the grains over the impulse that went through them, after the ramp of a wheel.
+    pub added_inertia: RecentRatio,
     /// Steps with a load, and those of them whose residual was measured against rounding.
     loaded_steps: u64,
     rounding_steps: u64,
     /// All steps, and those of them that were accepted without having converged.
-    steps: u64,
-    accepted_steps: u64,
+    pub steps: u64,
+    /// See `steps`.
+    pub accepted_steps: u64,
     last: StepSummary,
 }
 
@@ -167,7 +173,7 @@ impl RunStatistics {
     /// Records a committed step.
     pub fn record(
         &mut self,
-        program: Option<&WheelProgram>,
+        program: Option<&WheelConfig>,
         state: &State,
         step: &StepSummary,
         span: &StepSpan,
@@ -178,7 +184,7 @@ impl RunStatistics {
         self.overlap_mean_max = larger(self.overlap_mean_max, step.overlap[0]);
         self.overlap_max = larger(self.overlap_max, step.overlap[1]);
         let h = span.end - span.start;
-        let loading = program.is_some_and(|program| span.start < program.0.ramp_s);
+        let loading = program.is_some_and(|program| span.start < program.ramp_s);
         if !loading {
             self.added_inertia
                 .add(step.added_inertia * h, step.transmitted * h);
@@ -197,7 +203,7 @@ impl RunStatistics {
 
     fn record_wheel(
         &mut self,
-        program: &WheelProgram,
+        program: &WheelConfig,
         wheel: WheelState,
         step: &StepSummary,
         span: &StepSpan,
@@ -208,7 +214,7 @@ impl RunStatistics {
         let motion = program.motion_start();
         if middle <= motion {
             self.height_at_motion_start = Some(height);
-            if middle > 0.5 * (program.0.ramp_s + motion) {
+            if middle > 0.5 * (program.ramp_s + motion) {
                 self.held_force.add(force[1]);
                 self.held_height.add(height);
                 self.held_trend.add(middle, height);
@@ -232,16 +238,6 @@ impl RunStatistics {
         }
     }
 
-    /// Largest overlap, and largest mean overlap, of any step (m).
-    pub fn overlaps(&self) -> [f64; 2] {
-        [self.overlap_max, self.overlap_mean_max]
-    }
-
-    /// Mean force of the grains on the wheel in the second half of the hold (N).
-    pub fn held_force(&self) -> Option<f64> {
-        self.held_force.value()
-    }
-
     /// Least and largest force on the wheel in the second half of the hold, or the last one before the motion where there is
     /// no hold (N).
     pub fn held_range(&self) -> Option<[f64; 2]> {
@@ -256,32 +252,6 @@ impl RunStatistics {
         Some([lost, self.first_height - height])
     }
 
-    /// Mean force of the grains on the boundary in the second half of the hold (N), downwards.
-    pub fn held_boundary_force(&self) -> Option<f64> {
-        self.held_boundary.value()
-    }
-
-    /// Vertical velocity of the wheel before the motion (m/s).
-    pub fn held_velocity(&self) -> f64 {
-        self.held_velocity
-    }
-
-    /// Impulse that moved the added mass of the grains over the impulse that went through them, after the ramp of a wheel, in
-    /// the last half of the steps or a little more.
-    pub fn added_inertia(&self) -> Option<f64> {
-        self.added_inertia.value()
-    }
-
-    /// Largest residual of a contact solve that was accepted.
-    pub fn largest_residual(&self) -> f64 {
-        self.residual_max
-    }
-
-    /// Steps that were accepted without having converged, and all steps.
-    pub fn accepted(&self) -> [u64; 2] {
-        [self.accepted_steps, self.steps]
-    }
-
     /// Share of the loaded steps in which rounding decided that the contact solve had converged.
     pub fn rounding_limited(&self) -> Option<f64> {
         (self.loaded_steps > 0).then(|| self.rounding_steps as f64 / self.loaded_steps as f64)
@@ -290,7 +260,7 @@ impl RunStatistics {
     /// The results so far.
     pub fn results(
         &self,
-        program: Option<&WheelProgram>,
+        program: Option<&WheelConfig>,
         bodies: &Bodies,
         state: &State,
     ) -> Vec<(&'static str, f64)> {
@@ -316,7 +286,7 @@ impl RunStatistics {
         let range = self.height_range.map(|[low, high]| (high - low) / radius);
         let loop_area = program.last_full_cycle().map(|_| self.loop_work);
         results.extend(given([
-            ("load_n", Some(program.0.load_n)),
+            ("load_n", Some(program.load_n)),
             ("approach_m", height.map(|y| self.first_height - y)),
             ("wheel_force_n", self.held_force.value()),
             ("friction_coefficient", self.friction.value()),

@@ -10,6 +10,7 @@ use crate::config::profile::ProfileConfig;
 use crate::config::sample::BaseLine;
 use crate::config::solver::Algorithm;
 use crate::config::stress::StressConfig;
+use crate::config::wheel::WheelConfig;
 use crate::contact::bond;
 use crate::contact::boundary::CompliantBoundary;
 use crate::error::DemError;
@@ -28,7 +29,6 @@ use crate::setup;
 use crate::setup::bounds::Bounds;
 use crate::setup::mass_scaling::MassScaling;
 use crate::setup::prescribed_opening::PrescribedOpening;
-use crate::setup::wheel::WheelProgram;
 use crate::solver::acceleration::FIRST_TURNS;
 use crate::solver::residual::Convergence;
 use crate::step::injection;
@@ -48,7 +48,7 @@ pub struct Dem {
     pub(super) bounds: Bounds,
     pub(super) solver: SolverThreads,
     pub(super) bodies: Bodies,
-    pub(super) program: Option<WheelProgram>,
+    pub(super) program: Option<WheelConfig>,
     pub(super) opening: Option<PrescribedOpening>,
     /// Number of bonds at the start.
     pub(super) initial_bond_count: usize,
@@ -141,7 +141,7 @@ impl Dem {
         sample.free.extend(&fed);
         let mut bodies = setup::bodies(config, setting.thickness_m, &sample, fed.len());
         let (state, opening) = start(config, &mut bodies, &sample)?;
-        let program = config.wheel.clone().map(WheelProgram);
+        let program = config.wheel.clone();
         let mut stepper = Stepper::default();
         stepper.problem.boundary = CompliantBoundary::fixed(bodies.glued());
         Ok(Dem {
@@ -289,7 +289,7 @@ impl Dem {
             let grains = (&self.bodies, &*state, self.setting.thickness_m);
             profile.record(config, grains, [start, end]);
         }
-        let holds = |program: &WheelProgram| program.ends_hold([start, end]);
+        let holds = |program: &WheelConfig| program.ends_hold([start, end]);
         if let Some(config) = &self.stress
             && self.program.as_ref().is_some_and(holds)
         {

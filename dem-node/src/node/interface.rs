@@ -19,6 +19,12 @@ fn rows(bodies: &Bodies) -> impl Iterator<Item = (&'static str, Range<usize>)> {
     rows.into_iter().filter(|(_, disks)| !disks.is_empty())
 }
 
+fn by_set<T>(bodies: &Bodies, of: impl Fn(&str, Range<usize>) -> T) -> BTreeMap<String, T> {
+    let rows = rows(bodies);
+    rows.map(|(name, disks)| (name.to_string(), of(name, disks)))
+        .collect()
+}
+
 /// The sets that can be coupled: rows that have disks.
 pub fn sets(bodies: &Bodies) -> Vec<String> {
     rows(bodies).map(|(name, _)| name.to_string()).collect()
@@ -27,17 +33,14 @@ pub fn sets(bodies: &Bodies) -> Vec<String> {
 /// Masses of the glued disks of each set (kg), pi r^2 times `mass_per_area` (kg/m2). No equation here holds them.
 pub fn masses(bodies: &Bodies, mass_per_area: f64) -> BTreeMap<String, Vec<f64>> {
     let mass = |r: &f64| mass_per_area * PI * r * r;
-    let of = |disks: Range<usize>| bodies.radii[bodies.free..][disks].iter().map(mass);
-    rows(bodies)
-        .map(|(name, disks)| (name.to_string(), of(disks).collect()))
-        .collect()
+    let radii = &bodies.radii[bodies.free..];
+    by_set(bodies, |_, disks| radii[disks].iter().map(mass).collect())
 }
 
 /// Outward normals of the sets: the base lies on a body below, the lid hangs on one above.
 pub fn outward(bodies: &Bodies) -> BTreeMap<String, [f64; 2]> {
     let side = |name: &str| if name == "base" { -1.0 } else { 1.0 };
-    let normals = rows(bodies).map(|(name, _)| (name.to_string(), [0.0, side(name)]));
-    normals.collect()
+    by_set(bodies, |name, _| [0.0, side(name)])
 }
 
 /// Lengths along x (m) after which the sets repeat: that of the strip, where the sample is one.
@@ -45,18 +48,17 @@ pub fn periods(bodies: &Bodies) -> BTreeMap<String, f64> {
     let Some(Period { length, .. }) = bodies.period else {
         return BTreeMap::new();
     };
-    let named = rows(bodies).map(|(name, _)| (name.to_string(), length));
-    named.collect()
+    by_set(bodies, |_, _| length)
 }
 
 /// Points on the line under or over each disk of the sets (m): a sample is cut along it, through disks at random.
 pub fn smooth(bodies: &Bodies, line: BaseLine) -> BTreeMap<String, Vec<[f64; 2]>> {
     let below = |x: f64| drop_at(x, line.crown_radius) + line.depth;
     let point = |centre: &[f64; 2]| [centre[0], -below(centre[0])];
-    let points = |disks: Range<usize>| bodies.reference[disks].iter().map(point).collect();
-    rows(bodies)
-        .map(|(name, disks)| (name.to_string(), points(disks)))
-        .collect()
+    let centres = &bodies.reference;
+    by_set(bodies, |_, disks| {
+        centres[disks].iter().map(point).collect()
+    })
 }
 
 /// Glued disks in the order in which a coupler knows them; a row that no interface couples stays where it is.

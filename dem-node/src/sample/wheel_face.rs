@@ -13,14 +13,15 @@ use crate::sample::types::Disk;
 /// They touch, their centres lie on a line, and the row is in the middle of the sample: as many disks of the sample's law as do not
 /// reach beyond it. `seed` is the run's, which the sample's overrides; the radii are other ones than those that it gives to the grains.
 pub fn row(wheel: &WheelConfig, sample: &SampleConfig, seed: u64) -> Vec<Disk> {
-    let Some(asked) = sample.row().filter(|_| wheel.face == FaceKind::Disks) else {
+    let rough = wheel.face == FaceKind::Disks;
+    let Some((radii, most, own_seed)) = sample.wheel_row().filter(|_| rough) else {
         return Vec::new();
     };
-    let mut random = RandomNumbers::new(!asked.seed.unwrap_or(seed));
+    let mut random = RandomNumbers::new(!own_seed.unwrap_or(seed));
     let (mut row, mut width) = (Vec::new(), 0.0);
     loop {
-        let radius = random.radius(&asked.radii);
-        if width + 2.0 * radius > asked.width {
+        let radius = random.radius(&radii);
+        if width + 2.0 * radius > most {
             break;
         }
         row.push((width + radius, radius));

@@ -4,8 +4,8 @@ use kit::ConfigError;
 use protocol::Cause;
 
 use crate::config::Config;
+use crate::config::wheel::WheelConfig;
 use crate::error::DemError;
-use crate::setup::wheel::WheelProgram;
 
 /// Part of t_i below which coupled trials were clean.
 const CLEAN: f64 = 0.05;
@@ -43,14 +43,12 @@ impl Bounds {
     pub fn new(config: &Config) -> Bounds {
         let (mean, smallest) = config.sample.radii();
         let density = config.density_kg_per_m3 * config.mass_scale;
-        let wheel = config.wheel.clone().map(WheelProgram);
+        let wheel = config.wheel.as_ref();
         Bounds {
             inertial_time: 2.0 * mean * (density / config.time.pressure_pa).sqrt(),
-            top_speed: wheel.map_or(0.0, |wheel| wheel.top_speed()),
+            top_speed: wheel.map_or(0.0, WheelConfig::top_speed),
             driven_speed: config.sample.driven_speed(),
-            frequency: config
-                .wheel
-                .as_ref()
+            frequency: wheel
                 .filter(|wheel| wheel.cycles > 0.0)
                 .map_or(0.0, |wheel| wheel.frequency_hz),
             smallest,

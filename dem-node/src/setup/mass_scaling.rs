@@ -5,7 +5,6 @@ use crate::config::Config;
 use crate::config::sample::SampleConfig;
 use crate::sample::types::{Disk, Sample};
 use crate::setup::bounds::Bounds;
-use crate::setup::wheel::WheelProgram;
 
 /// Two numbers that tell whether a scaled mass still lets the layer follow the wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +19,7 @@ pub struct MassScaling {
 impl MassScaling {
     /// The numbers of a scene whose wheel moves sideways.
     pub fn new(config: &Config, bounds: &Bounds, sample: &Sample) -> Option<MassScaling> {
-        let program = WheelProgram(config.wheel.clone()?);
+        let program = config.wheel.as_ref()?;
         let (speed, height) = (program.top_speed(), height(config, sample));
         if speed == 0.0 || height <= 0.0 {
             return None;

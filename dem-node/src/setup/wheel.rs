@@ -9,19 +9,16 @@ use crate::config::wheel::WheelConfig;
 
 /// Load and motion of the wheel over time: the load ramps up, is held, and from t_s = ramp + hold on the wheel is moved
 /// sideways by D(t) = A sin(2 pi f (t - t_s)), at once at its full speed.
-#[derive(Clone, Debug)]
-pub struct WheelProgram(pub WheelConfig);
-
-impl WheelProgram {
+impl WheelConfig {
     /// Load at a time (N), downwards.
     pub fn load_at(&self, t: f64) -> f64 {
-        if let Some(table) = &self.0.load_table {
+        if let Some(table) = &self.load_table {
             return load_at(table, t);
         }
-        if t >= self.0.ramp_s {
-            return self.0.load_n;
+        if t >= self.ramp_s {
+            return self.load_n;
         }
-        self.0.load_n * t / self.0.ramp_s
+        self.load_n * t / self.ramp_s
     }
 
     /// Sideways displacement D(t) = A sin(2 pi f (t - t_s)) at a time (m).
@@ -30,13 +27,13 @@ impl WheelProgram {
         if since <= 0.0 {
             return 0.0;
         }
-        self.0.amplitude_m * (TAU * self.0.frequency_hz * since).sin()
+        self.amplitude_m * (TAU * self.frequency_hz * since).sin()
     }
 
     /// Highest sideways speed (m/s).
     pub fn top_speed(&self) -> f64 {
-        if self.0.cycles > 0.0 {
-            self.angular_frequency() * self.0.amplitude_m
+        if self.cycles > 0.0 {
+            self.angular_frequency() * self.amplitude_m
         } else {
             0.0
         }
@@ -44,36 +41,31 @@ impl WheelProgram {
 
     /// 2 pi f of the sideways motion (1/s).
     pub fn angular_frequency(&self) -> f64 {
-        TAU * self.0.frequency_hz
+        TAU * self.frequency_hz
     }
 
     /// t_s (s).
     pub fn motion_start(&self) -> f64 {
-        self.0.ramp_s + self.0.hold_s
+        self.ramp_s + self.hold_s
     }
 
     /// True for the step, by its start and end (s), after which the hold is over; of two that share the end evenly, for both.
     pub fn ends_hold(&self, [start, end]: [f64; 2]) -> bool {
         let middle = 0.5 * (start + end);
         let next = 2.0 * end - middle;
-        self.0.hold_s > 0.0 && (middle..=next).contains(&self.motion_start())
-    }
-
-    /// End of the history (s).
-    pub fn end(&self) -> f64 {
-        self.0.end()
+        self.hold_s > 0.0 && (middle..=next).contains(&self.motion_start())
     }
 
     /// Start and end of the last full cycle (s).
     pub fn last_full_cycle(&self) -> Option<(f64, f64)> {
-        let full = self.0.cycles.floor();
-        let at = |cycle: f64| self.motion_start() + cycle / self.0.frequency_hz;
+        let full = self.cycles.floor();
+        let at = |cycle: f64| self.motion_start() + cycle / self.frequency_hz;
         (full >= 1.0).then(|| (at(full - 1.0), at(full)))
     }
 
     /// The named parts of the history; those without duration are left out.
     pub fn phases(&self) -> Vec<Phase> {
-        let limits = [0.0, self.0.ramp_s, self.motion_start(), self.end()];
+        let limits = [0.0, self.ramp_s, self.motion_start(), self.end()];
         let parts = ["ramp", "hold", "cycling"].iter().zip(limits.windows(2));
         parts
             .filter(|(_, t)| t[1] > t[0])
@@ -93,8 +85,8 @@ mod tests {
     use super::*;
     use crate::config::wheel::FaceKind;
 
-    fn program() -> WheelProgram {
-        WheelProgram(WheelConfig {
+    fn program() -> WheelConfig {
+        WheelConfig {
             load_n: 8000.0,
             load_table: None,
             mass_kg: 0.01,
@@ -107,7 +99,7 @@ mod tests {
             ramp_s: 5e-4,
             hold_s: 4e-4,
             cycles: 2.25,
-        })
+        }
     }
 
     #[test]
@@ -120,7 +112,7 @@ mod tests {
     fn a_table_is_the_load_in_place_of_the_ramp() {
         let mut program = program();
         let table = vec![[0.0, 1000.0], [4e-4, 5000.0], [9e-4, 8000.0], [1.9e-3, 0.0]];
-        program.0.load_table = Some(table);
+        program.load_table = Some(table);
         for (time, load) in [
             (0.0, 1000.0),
             (2e-4, 3000.0),
@@ -149,7 +141,7 @@ mod tests {
     #[test]
     fn a_ramp_of_no_duration_is_no_phase() {
         let mut program = program();
-        program.0.ramp_s = 0.0;
+        program.ramp_s = 0.0;
         let names: Vec<String> = program.phases().into_iter().map(|p| p.name).collect();
         assert_eq!(names, ["hold", "cycling"]);
     }
