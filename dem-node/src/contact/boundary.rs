@@ -29,11 +29,10 @@ impl CompliantBoundary {
     /// A fixed boundary of so many glued disks.
     pub fn fixed(glued: usize) -> CompliantBoundary {
         CompliantBoundary {
-            compliance: Vec::new(),
-            columns: Vec::new(),
             free_velocity: vec![0.0; 2 * glued],
             velocity: vec![0.0; 2 * glued],
             impulse: vec![0.0; 2 * glued],
+            ..CompliantBoundary::default()
         }
     }
 

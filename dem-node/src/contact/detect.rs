@@ -69,6 +69,11 @@ impl VerletList {
         self.slots = listed;
     }
 
+    /// The pairs that press on each other.
+    pub fn pressing(&self) -> impl Iterator<Item = &Slot> {
+        self.slots.iter().filter(|slot| slot.force[0] > 0.0)
+    }
+
     /// Makes the next refresh build a new list, as if a body had moved too far.
     pub(crate) fn invalidate(&mut self) {
         self.reach = 0.0;

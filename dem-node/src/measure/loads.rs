@@ -5,6 +5,7 @@
 //! forces on the faces, whatever the overlaps are.
 
 use crate::bodies::Bodies;
+use crate::bodies::geometry::range;
 use crate::bodies::positions::proximity;
 use crate::step::state::State;
 
@@ -27,6 +28,13 @@ impl Load {
         let [fx, fy] = self.force;
         let [lx, ly] = [0, 1].map(|k| self.point[k] - self.centre[k]);
         [fx * lx, fx * ly, fy * lx, fy * ly]
+    }
+}
+
+/// Adds a part of a moment to a sum of moments.
+pub fn add_moment(sum: &mut [f64; 4], part: f64, moment: [f64; 4]) {
+    for (sum, moment) in sum.iter_mut().zip(moment) {
+        *sum += part * moment;
     }
 }
 
@@ -71,6 +79,22 @@ pub fn grains(bodies: &Bodies, state: &State) -> impl Iterator<Item = usize> {
 fn is_driven(bodies: &Bodies, disk: usize) -> bool {
     let cluster = bodies.clusters.of(disk);
     cluster.is_some_and(|(_, cluster)| cluster.drive.is_some())
+}
+
+/// Lower and upper end of these disks along a coordinate, or of the strip that repeats along it (m).
+pub fn ends(
+    bodies: &Bodies,
+    state: &State,
+    axis: usize,
+    disks: impl Iterator<Item = usize>,
+) -> [f64; 2] {
+    if let (Some(period), 0) = (bodies.period, axis) {
+        return [period.left, period.left + period.length];
+    }
+    range(disks.flat_map(|disk| {
+        let (centre, radius) = (state.centres[disk][axis], bodies.radii[disk]);
+        [centre - radius, centre + radius]
+    }))
 }
 
 /// Centre of the grain of a disk (m), in a strip that repeats not folded back into it.

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::bodies::Bodies;
 use crate::bodies::geometry::range;
 use crate::config::profile::{Axis, ProfileConfig};
-use crate::measure::loads::{Load, for_each_load, grains, shown};
+use crate::measure::loads::{Load, add_moment, ends, for_each_load, grains, shown};
 use crate::measure::report::given;
 use crate::step::state::State;
 
@@ -173,7 +173,7 @@ impl Interval {
         start: f64,
     ) -> Interval {
         let axis = config.axis.index();
-        let [low, high] = [axis, 1 - axis].map(|k| extent(bodies, state, k));
+        let [low, high] = [axis, 1 - axis].map(|k| ends(bodies, state, k, grains(bodies, state)));
         Interval {
             number,
             ends: low,
@@ -219,11 +219,12 @@ impl Interval {
         let [low, high] = range(ends);
         if low == high {
             let bin = self.bin_of(low);
-            add(&mut self.sums[bin], moment, 1.0);
+            add_moment(&mut self.sums[bin].moment, 1.0, moment);
             return;
         }
         for (bin, [from, to]) in self.crossed([low, high]) {
-            add(&mut self.sums[bin], moment, (to - from) / (high - low));
+            let part = (to - from) / (high - low);
+            add_moment(&mut self.sums[bin].moment, part, moment);
         }
     }
 
@@ -271,24 +272,6 @@ impl Interval {
         }
         slices
     }
-}
-
-fn add(sums: &mut SliceSums, moment: [f64; 4], part: f64) {
-    for (sum, moment) in sums.moment.iter_mut().zip(moment) {
-        *sum += part * moment;
-    }
-}
-
-/// Ends of the grains along a coordinate, or of the strip that repeats along it (m).
-fn extent(bodies: &Bodies, state: &State, coordinate: usize) -> [f64; 2] {
-    if let (Some(period), 0) = (bodies.period, coordinate) {
-        return [period.left, period.left + period.length];
-    }
-    let edges = grains(bodies, state).flat_map(|disk| {
-        let (centre, radius) = (state.centres[disk][coordinate], bodies.radii[disk]);
-        [centre - radius, centre + radius]
-    });
-    range(edges)
 }
 
 /// Area of the unit disk below a height (Archimedes' segment): s sqrt(1 - s^2) + asin s + pi/2 for -1 <= s <= 1.

@@ -13,6 +13,7 @@ use kit::vtk::{Kind, VtkFile};
 use crate::bodies::Bodies;
 use crate::error::DemError;
 use crate::measure::flow::{Body, Flow, NEVER};
+use crate::measure::structure;
 use crate::step::state::State;
 use parts::{FieldScene, cells, points, poly_data};
 
@@ -82,12 +83,11 @@ fn state_data(file: &mut VtkFile, scene: &FieldScene) {
     let pressures = pressures(bodies, state, scene.thickness);
     let pressures = pressures.into_iter().take(bodies.disks());
     file.array(Kind::Float64, "pressure_pa", pressures.map(|p| [p]));
-    let coordination = coordination(bodies, state);
-    file.array(
-        Kind::Int32,
-        "coordination",
-        coordination.into_iter().map(|n| [n]),
-    );
+    let pressing = state.list.pressing();
+    let pairs = pressing.map(|slot| [slot.a as usize, slot.b as usize]);
+    let coordination = structure::degrees(bodies.disks(), pairs).into_iter();
+    let coordination = coordination.map(|n| [n as f64]);
+    file.array(Kind::Int32, "coordination", coordination);
 }
 
 fn kind_data(file: &mut VtkFile, scene: &FieldScene) {
@@ -126,17 +126,4 @@ pub fn pressures(bodies: &Bodies, state: &State, thickness: f64) -> Vec<f64> {
     per_disk
         .map(|(sum, r)| sum / (2.0 * PI * r * thickness))
         .collect()
-}
-
-/// Contacts of each disk that press.
-fn coordination(bodies: &Bodies, state: &State) -> Vec<f64> {
-    let mut counts = vec![0.0; bodies.disks()];
-    for slot in state.list.slots.iter().filter(|slot| slot.force[0] > 0.0) {
-        for body in [slot.a, slot.b] {
-            if let Some(count) = counts.get_mut(body as usize) {
-                *count += 1.0;
-            }
-        }
-    }
-    counts
 }

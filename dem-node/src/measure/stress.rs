@@ -12,9 +12,8 @@ use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
-use crate::bodies::geometry::range;
 use crate::config::stress::StressConfig;
-use crate::measure::loads::{centre_of, for_each_load, grains, shown};
+use crate::measure::loads::{add_moment, centre_of, ends, for_each_load, grains, shown};
 use crate::step::state::State;
 
 /// Part of the mean solid fraction of the cells with grains that a cell must have to count in the largest pressure: a cell
@@ -34,9 +33,7 @@ pub struct StressSums {
 
 impl StressSums {
     fn add(&mut self, other: &StressSums) {
-        for (sum, moment) in self.moment.iter_mut().zip(other.moment) {
-            *sum += moment;
-        }
+        add_moment(&mut self.moment, 1.0, other.moment);
         self.solid += other.solid;
         self.grains += other.grains;
     }
@@ -185,9 +182,7 @@ fn sums_by_grain(bodies: &Bodies, state: &State) -> Vec<StressSums> {
     }
     for_each_load(bodies, state, |load| {
         let grain = &mut sums[bodies.clusters.leader_of(load.disk)];
-        for (sum, moment) in grain.moment.iter_mut().zip(load.moment()) {
-            *sum -= moment;
-        }
+        add_moment(&mut grain.moment, -1.0, load.moment());
     });
     sums
 }
@@ -199,17 +194,10 @@ fn region(
     state: &State,
     chosen: impl Fn(&usize) -> bool,
 ) -> Option<[[f64; 2]; 2]> {
-    let strip = bodies.period.map(|p| [p.left, p.left + p.length]);
-    let disks: Vec<usize> = grains(bodies, state).filter(|disk| chosen(disk)).collect();
-    let edges = |axis: usize| {
-        range(disks.iter().flat_map(|disk| {
-            let (centre, radius) = (state.centres[*disk][axis], bodies.radii[*disk]);
-            [centre - radius, centre + radius]
-        }))
-    };
+    let ends = |axis: usize| ends(bodies, state, axis, grains(bodies, state).filter(&chosen));
     let sides = [
-        config.x_m.or(strip).unwrap_or_else(|| edges(0)),
-        config.y_m.unwrap_or_else(|| edges(1)),
+        config.x_m.unwrap_or_else(|| ends(0)),
+        config.y_m.unwrap_or_else(|| ends(1)),
     ];
     let finite = sides.iter().flatten().all(|side| side.is_finite());
     finite.then_some(sides)

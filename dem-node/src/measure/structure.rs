@@ -24,9 +24,12 @@ const HELD: usize = 2;
 ///   it, are taken away again and again; `backbone_contacts_per_body`: contacts of those, counted once and with walls, wheel
 ///   and glued disks, over their number: 2 in a packing without friction that is just rigid (Moukarzel 1998).
 pub fn results(bodies: &Bodies, state: &State) -> [(&'static str, f64); 11] {
-    let slots = || state.list.slots.iter().filter(|slot| slot.force[0] > 0.0);
+    let slots = || state.list.pressing();
     let forces: Vec<f64> = slots().map(|slot| slot.force[0]).collect();
-    let degrees = degrees(bodies, state);
+    let all = degrees(bodies.free, contacts(bodies, state));
+    let leads = |body: &usize| bodies.clusters.leader_of(*body) == *body;
+    let present = (0..state.present(bodies)).filter(leads);
+    let degrees: Vec<usize> = present.map(|body| all[body]).collect();
     let held: Vec<usize> = degrees.iter().copied().filter(|d| *d >= HELD).collect();
     let per = |sum: usize, count: usize| sum as f64 / count.max(1) as f64;
     let positions = state.positions(bodies);
@@ -73,38 +76,32 @@ pub fn results(bodies: &Bodies, state: &State) -> [(&'static str, f64); 11] {
 fn backbone(bodies: &Bodies, state: &State) -> [usize; 2] {
     let frictionless = bodies.law.friction == 0.0;
     let least = if frictionless { 3 } else { HELD };
-    let leader = |body: u32| bodies.clusters.leader_of(body as usize);
-    let slots = state.list.slots.iter().filter(|slot| slot.force[0] > 0.0);
-    let mut contacts: Vec<[usize; 2]> = slots.map(|s| [leader(s.a), leader(s.b)]).collect();
+    let mut contacts: Vec<[usize; 2]> = contacts(bodies, state).collect();
     loop {
-        let mut degree = vec![0usize; bodies.free];
-        for body in contacts.iter().flatten() {
-            if let Some(count) = degree.get_mut(*body) {
-                *count += 1;
-            }
-        }
-        let stays = |body: &usize| degree.get(*body).is_none_or(|count| *count >= least);
+        let degrees = degrees(bodies.free, contacts.iter().copied());
+        let stays = |body: &usize| degrees.get(*body).is_none_or(|count| *count >= least);
         let before = contacts.len();
         contacts.retain(|pair| pair.iter().all(stays));
         if contacts.len() == before {
-            return [degree.iter().filter(|count| **count > 0).count(), before];
+            return [degrees.iter().filter(|count| **count > 0).count(), before];
         }
     }
 }
 
-/// Contacts of each free body; clusters are counted once.
-fn degrees(bodies: &Bodies, state: &State) -> Vec<usize> {
-    let mut degree = vec![0usize; bodies.free];
-    for slot in state.list.slots.iter().filter(|slot| slot.force[0] > 0.0) {
-        for body in [slot.a as usize, slot.b as usize] {
-            if let Some(count) = degree.get_mut(bodies.clusters.leader_of(body)) {
-                *count += 1;
-            }
+/// The bodies of the contacts that press, clusters as one body.
+fn contacts(bodies: &Bodies, state: &State) -> impl Iterator<Item = [usize; 2]> {
+    let leader = |body: u32| bodies.clusters.leader_of(body as usize);
+    let pressing = state.list.pressing();
+    pressing.map(move |slot| [leader(slot.a), leader(slot.b)])
+}
+
+/// Contacts of each of the first `count` bodies.
+pub fn degrees(count: usize, contacts: impl Iterator<Item = [usize; 2]>) -> Vec<usize> {
+    let mut degrees = vec![0; count];
+    for body in contacts.flatten() {
+        if let Some(degree) = degrees.get_mut(body) {
+            *degree += 1;
         }
     }
-    let leads = |body: &usize| bodies.clusters.leader_of(*body) == *body;
-    (0..state.present(bodies))
-        .filter(leads)
-        .map(|i| degree[i])
-        .collect()
+    degrees
 }

@@ -18,24 +18,20 @@ use crate::measure::drive_means::DriveMeans;
 use crate::measure::flow::{Flow, FlowScene};
 use crate::measure::profile::Profile;
 use crate::measure::report::{RunStatistics, StepSpan};
-use crate::measure::stress;
-use crate::measure::stress::StressMap;
+use crate::measure::stress::{self, StressMap};
 use crate::node::interface::InterfaceDisks;
-use crate::sample::perturb;
 use crate::sample::prepared::SampleStore;
 use crate::sample::types::Sample;
-use crate::sample::wheel_face;
+use crate::sample::{perturb, wheel_face};
 use crate::setup;
 use crate::setup::bounds::Bounds;
 use crate::setup::mass_scaling::MassScaling;
 use crate::setup::prescribed_opening::PrescribedOpening;
 use crate::solver::acceleration::FIRST_TURNS;
 use crate::solver::residual::Convergence;
-use crate::step::injection;
-use crate::step::repair;
 use crate::step::state::State;
 use crate::step::threads::SolverThreads;
-use crate::step::{StepInput, StepSummary, Stepper};
+use crate::step::{StepInput, StepSummary, Stepper, injection, repair};
 
 /// A layer or heap of grains, with its wheel and walls, ready to step: the participant.
 pub struct Dem {
@@ -84,7 +80,7 @@ pub struct Dem {
 }
 
 /// Everything that committed windows change: the checkpoint. The rest follows from configuration and handshake.
-#[derive(Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize)]
 pub(super) struct Progress {
     /// The committed state.
     pub state: State,
@@ -167,13 +163,9 @@ impl Dem {
             trial: state.clone(),
             progress: Progress {
                 statistics: RunStatistics::new(state.wheel.position[1]),
-                driven: DriveMeans::default(),
-                profile: Profile::default(),
-                held_stress: None,
                 flow: config.flow.map(|_| Flow::new(&bodies, &state)),
                 state,
-                steps: 0,
-                contact_iterations: 0.0,
+                ..Progress::default()
             },
             flow: (config.flow).map(|flow| FlowScene::new(flow, &bodies, config.mass_scale)),
             bodies,

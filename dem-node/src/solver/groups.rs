@@ -12,8 +12,7 @@ mod tests;
 use super::contact::{BodyRecord, Contact, NO_BOND};
 use super::partition::{Partition, Subdomain, for_each_subdomain};
 use super::problem::Problem;
-use crate::law::lanes;
-use crate::law::lanes::widest;
+use crate::law::lanes::{self, widest};
 use crate::law::vector::{normal_impulse, tangential_impulse};
 use grouping::{EMPTY, Grouping, LANES};
 

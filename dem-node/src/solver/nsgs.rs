@@ -6,10 +6,9 @@
 use super::acceleration::{Accelerator, FIRST_TURNS};
 use super::groups::Sweeper;
 use super::problem::Problem;
-use super::residual::{Defect, convergence, measured, quad};
+use super::residual::{Convergence, Defect, convergence, measured, quad};
 use crate::config::solver::Criteria;
 use crate::solver::lemke;
-use crate::solver::residual::Convergence;
 
 /// Sweeps between two looks at the true residual while the sweeps are accelerated, whatever their increments.
 const CHECK_EVERY: usize = 20;

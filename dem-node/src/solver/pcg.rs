@@ -41,9 +41,8 @@ mod tests;
 pub mod workspace;
 
 use super::problem::Problem;
-use super::residual::{convergence, measured};
+use super::residual::{Convergence, convergence, measured};
 use crate::config::solver::Criteria;
-use crate::solver::residual::Convergence;
 use batch::Pass;
 use group::{Features, IterationSums, With};
 use workspace::Workspace;

@@ -182,7 +182,7 @@ fn left(bodies: &Bodies) -> f64 {
 pub fn overlaps(bodies: &Bodies, state: &State) -> [f64; 2] {
     let (mut sum, mut count, mut largest) = (0.0, 0, 0.0f64);
     let positions = state.positions(bodies);
-    for slot in state.list.slots.iter().filter(|s| s.force[0] > 0.0) {
+    for slot in state.list.pressing() {
         let at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
         let overlap = larger(0.0, -at.gap);
         sum += overlap;

@@ -205,9 +205,9 @@ impl State {
 
     /// Positions x (m) and normal forces (N) of the contacts that press on the wheel, whatever its face.
     pub fn on_wheel(&self, bodies: &Bodies) -> impl Iterator<Item = [f64; 2]> {
-        let slots = self.list.slots.iter();
-        let pressing = slots.filter(|slot| slot.force[0] > 0.0 && bodies.is_wheel(slot.b as usize));
-        pressing.map(|slot| [self.centres[slot.a as usize][0], slot.force[0]])
+        let pressing = self.list.pressing();
+        let on_wheel = pressing.filter(|slot| bodies.is_wheel(slot.b as usize));
+        on_wheel.map(|slot| [self.centres[slot.a as usize][0], slot.force[0]])
     }
 
     /// Energy in the normal and in the tangential springs, and in the bonds (J).

@@ -4,8 +4,7 @@ use protocol::larger;
 
 use super::{StepInput, StepSummary, Stepper};
 use crate::bodies::Bodies;
-use crate::contact::bond;
-use crate::contact::bond::{Bond, BondContact};
+use crate::contact::bond::{self, Bond, BondContact};
 use crate::contact::detect::Slot;
 use crate::contact::loss::{ContactStep, contact_loss};
 use crate::solver::contact::Contact;
