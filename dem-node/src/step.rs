@@ -86,7 +86,7 @@ pub struct StepSummary {
     pub momentum_defect: f64,
     /// Part of that change of momentum over h which belongs to mass that `mass_scale` adds (N).
     pub added_inertia: f64,
-    /// Half the sum of the forces between the free grains and everything else (N).
+    /// Half the sum of the forces that act between the free grains and everything else (N).
     pub transmitted: f64,
 }
 

@@ -1,4 +1,4 @@
-//! A feed of grains: its constants, and how far it has come. [`crate::step::injection`] moves it on.
+//! A feed of grains: its constants and its progress. [`crate::step::injection`] moves it on.
 
 use serde::{Deserialize, Serialize};
 
@@ -30,12 +30,12 @@ struct Growing {
     missing: f64,
 }
 
-/// The feed as far as it has come.
+/// Progress of a feed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Feed {
     /// Grains that are in store: the last of the free ones.
     pub waiting: u32,
-    /// Scaled masses that were due so far, and that came out (kg).
+    /// Scaled masses that were due so far, and that were delivered (kg).
     due: f64,
     delivered: f64,
     growing: Vec<Growing>,

@@ -169,7 +169,7 @@ fn list_pairs(bodies: &Bodies, positions: &Positions, reach: f64) -> Vec<Slot> {
         slots.extend(
             others
                 .map(|b| slot(a, b))
-                // A glued disk has no business with a fixed wall: neither of them can yield.
+                // A glued disk and a fixed wall make no contact: neither of them can yield.
                 .filter(|s| a < bodies.free || bodies.wall_of(s.b as usize).is_none())
                 .filter(|s| distance(bodies, positions, a, s.b as usize) < reach),
         );

@@ -26,7 +26,7 @@ pub fn normal_defect<const N: usize>(u: Lanes<N>, scaled: Lanes<N>) -> Lanes<N> 
 
 /// The part of a direction of r that the bounds leave: none where r is at a bound and the direction points outwards.
 ///
-/// Without short cuts: sliding contacts cannot be foretold, and a wrong guess costs as much as the arithmetic.
+/// Without short cuts: no processor predicts which contacts slide, and a wrong guess costs as much as the arithmetic.
 #[inline(always)]
 pub fn feasible<const N: usize>(
     direction: Lanes<N>,

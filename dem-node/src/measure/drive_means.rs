@@ -1,4 +1,4 @@
-//! Means of the forces of the grains on driven clusters.
+//! Mean forces of the grains on driven clusters.
 
 use serde::{Deserialize, Serialize};
 

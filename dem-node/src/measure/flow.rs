@@ -239,7 +239,6 @@ impl Flow {
     ) {
         let before = self.zone;
         self.follow_wheel(scene, (bodies, state), step);
-        let inside = |zone: Option<Zone>, x: f64| zone.is_some_and(|zone| zone.holds(x));
         let first = self.changed_bodies(bodies, state);
         let worn = end - scene.config.wear_s + ROUNDING * step;
         let ledger = &mut self.ledger;
@@ -248,24 +247,20 @@ impl Flow {
         self.present = come.end;
         for (i, grain) in self.grains[..come.end].iter_mut().enumerate() {
             let (x, mass) = (state.centres[i][0], scene.masses[i]);
+            let [was_inside, inside] =
+                [before, self.zone].map(|zone| zone.is_some_and(|zone| zone.holds(x)));
             if come.contains(&i) {
-                grain.feed_in(x, inside(before, x), mass, ledger);
+                grain.feed_in(x, was_inside, mass, ledger);
             }
             grain.cross_section(x, mass, ledger);
-            grain.cross_end(inside(before, x), Crossing::OwnMotion, end, mass, ledger);
-            grain.cross_end(
-                inside(self.zone, x),
-                Crossing::ZoneMotion,
-                end,
-                mass,
-                ledger,
-            );
+            grain.cross_end(was_inside, Crossing::OwnMotion, end, mass, ledger);
+            grain.cross_end(inside, Crossing::ZoneMotion, end, mass, ledger);
             if let Some(first) = &first {
                 grain.change_body(first[i], end, mass, ledger);
             }
             grain.wear(worn, mass, ledger);
             // Not by what was noted of the grain: this is what the ledger is checked against.
-            if grain.is_third() && inside(self.zone, x) {
+            if grain.is_third() && inside {
                 self.held += mass;
             }
         }

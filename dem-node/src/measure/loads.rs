@@ -105,7 +105,7 @@ pub fn centre_of(bodies: &Bodies, state: &State, disk: usize) -> [f64; 2] {
     }
 }
 
-/// A point inside a strip that repeats (m).
+/// The image of a point inside a strip that repeats (m).
 pub fn shown(bodies: &Bodies, [x, y]: [f64; 2]) -> [f64; 2] {
     [bodies.period.map_or(x, |period| period.inside(x)), y]
 }

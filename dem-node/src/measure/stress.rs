@@ -187,7 +187,7 @@ fn sums_by_grain(bodies: &Bodies, state: &State) -> Vec<StressSums> {
     sums
 }
 
-/// Sides of the region (m): those that are told, the ends of a strip that repeats, or the edges of the chosen grains.
+/// Sides of the region (m): those of the keys, the ends of a strip that repeats, or the edges of the chosen grains.
 fn region(
     config: &StressConfig,
     bodies: &Bodies,

@@ -42,23 +42,21 @@ impl Dem {
 
     /// The energy balance: names, roles and values of its terms, with the energies stored since the start (J).
     fn ledger(&self, stored: [f64; 4]) -> impl Iterator<Item = (&'static str, Role, f64)> {
-        let ledger = &self.progress.state.ledger;
-        let clusters = &self.bodies.clusters;
-        let moved = self.bodies.wall_speed() > 0.0 || clusters.driven().next().is_some();
-        let walls = moved.then_some(("walls", Role::Work, ledger.walls));
-        let fed = self.bodies.injection.is_some();
-        let injection = fed.then_some(("injection", Role::Work, ledger.injection));
+        let (ledger, bodies) = (&self.progress.state.ledger, &self.bodies);
+        let clusters = &bodies.clusters;
+        let moved = bodies.wall_speed() > 0.0 || clusters.driven().next().is_some();
+        let (fed, repairs) = (bodies.injection.is_some(), bodies.law.penetration.repairs());
         let damped = clusters.driven().any(|(_, _, drive)| drive.damping > 0.0);
-        let damping = damped.then_some(("damping", Role::Dissipated, ledger.damping));
-        let repairs = self.bodies.law.penetration.repairs();
-        let repair = repairs.then_some(("repair", Role::Dissipated, ledger.repair));
-        ledger
-            .terms(stored)
+        let some = [
+            (moved, ("walls", Role::Work, ledger.walls)),
+            (fed, ("injection", Role::Work, ledger.injection)),
+            (repairs, ("repair", Role::Dissipated, ledger.repair)),
+            (damped, ("damping", Role::Dissipated, ledger.damping)),
+        ];
+        let some = some
             .into_iter()
-            .chain(walls)
-            .chain(injection)
-            .chain(repair)
-            .chain(damping)
+            .filter_map(|(there, term)| there.then_some(term));
+        ledger.terms(stored).into_iter().chain(some)
     }
 
     pub(super) fn ledger_terms(&self) -> Vec<Term> {

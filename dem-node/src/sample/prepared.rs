@@ -35,11 +35,11 @@ pub struct SampleStore {
     worth: Duration,
 }
 
-/// A sample, and how it was come by.
+/// A sample, and where it comes from.
 pub struct Prepared {
     /// The sample.
     pub sample: Sample,
-    /// Its recipe, and the place it comes from; absent for disks that are listed.
+    /// Its recipe, and if it comes from a file; absent for disks that are listed.
     pub origin: Option<PreparedSample>,
     /// Faults of its file, which cost time only.
     pub warnings: Vec<String>,

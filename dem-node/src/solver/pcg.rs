@@ -44,7 +44,7 @@ use super::problem::Problem;
 use super::residual::{Convergence, convergence, measured};
 use crate::config::solver::Criteria;
 use batch::Pass;
-use group::{Features, IterationSums, With};
+use group::{Features, PassSums, With};
 use workspace::Workspace;
 
 /// Part of the true residual below which the box problem is solved well enough to take its thresholds anew. At 10 000
@@ -82,7 +82,7 @@ pub fn go_on(
 
 type Solve = fn(&mut Problem, &mut Workspace, &Criteria, Option<&[u32]>) -> Convergence;
 
-/// The solver without what this problem has not.
+/// The solver compiled for what this problem contains.
 fn compiled(problem: &Problem) -> Solve {
     let soft = || problem.contacts.iter().any(|c| c.compliance != [0.0; 2]);
     match (!problem.bonds.is_empty(), problem.friction > 0.0) {
@@ -173,7 +173,7 @@ struct Direction {
 
 impl Direction {
     /// The conjugate direction, or the steepest one where that has lost its way; none where nothing descends.
-    fn choose(sums: &IterationSums<f64>, beta: f64) -> Option<Direction> {
+    fn choose(sums: &PassSums<f64>, beta: f64) -> Option<Direction> {
         let conjugate = Direction::new(sums, beta);
         if conjugate.descent > 0.0 && conjugate.curvature > CANCELLED * sums.products.ww {
             return Some(conjugate);
@@ -182,7 +182,7 @@ impl Direction {
         (steepest.descent > 0.0 && steepest.curvature > 0.0).then_some(steepest)
     }
 
-    fn new(sums: &IterationSums<f64>, beta: f64) -> Direction {
+    fn new(sums: &PassSums<f64>, beta: f64) -> Direction {
         let products = &sums.products;
         Direction {
             beta,

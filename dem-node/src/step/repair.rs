@@ -5,7 +5,7 @@
 //! of velocities. Momentum and kinetic energy stay as they are, and so does the centre of mass of a free group. Load and weight
 //! do work on the displacement all the same: it is added to theirs, and balanced as `repair`, since nothing stores it.
 //! A repair that did not converge counts as a step that did not: what it left is no displacement of least w.M w / 2, and no
-//! other number of the run would tell.
+//! other number of the run would show it.
 
 use protocol::larger;
 

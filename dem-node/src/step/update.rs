@@ -164,7 +164,7 @@ impl Stepper {
         slot: &Slot,
     ) -> ContactStep {
         let velocity = self.problem.relative_velocity(contact);
-        // What it is for weighs 1 - theta.
+        // It only counts with the weight 1 - theta.
         let before = if input.theta == 1.0 {
             velocity
         } else {
@@ -173,7 +173,7 @@ impl Stepper {
         let law = input.bodies.law_at(contact.pair_law);
         let springs = law.springs;
         let stretched = springs.map_or(0.0, |s| -contact.impulse[1] / (input.step * s.tangential));
-        // A compliant boundary puts its disks where its own body says, which is not for this ledger to judge.
+        // A compliant boundary puts its disks where its own body says: this ledger has no account of that.
         let last_gap = if contact.glued && self.problem.boundary.is_compliant() {
             contact.gap
         } else {

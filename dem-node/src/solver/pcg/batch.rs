@@ -2,9 +2,7 @@
 
 use super::body_state::{BodyState, DirectionLoss};
 use super::branches::Branches;
-use super::group::{
-    ContactFrames, Doubles, Iterate, IterationSums, LANES, Preconditioner, Tangential,
-};
+use super::group::{ContactFrames, Doubles, Iterate, LANES, PassSums, Preconditioner, Tangential};
 use super::group::{Features, bias, compliance, threshold};
 use crate::law::vector::{normal_defect, tangential_impulse};
 use crate::solver::contact::Contact;
@@ -47,7 +45,7 @@ pub struct ContactBatch {
     /// Losses of p when the contacts were measured.
     pub losses: Vec<DirectionLoss>,
     /// Sums of the last measurement.
-    pub sums: IterationSums<Doubles>,
+    pub sums: PassSums<Doubles>,
 }
 
 impl ContactBatch {
@@ -212,7 +210,7 @@ impl ContactBatch {
     /// u, w and z at the impulses reached, H w and the sums. `friction` is the coefficient.
     #[inline(always)]
     pub fn measure<F: Features>(&mut self, friction: f64, bodies: &mut [BodyState]) {
-        let mut sums = IterationSums::default();
+        let mut sums = PassSums::default();
         for g in 0..self.frames.len() {
             let frame = self.frames[g];
             let lever = if F::FRICTION {
@@ -241,7 +239,7 @@ impl ContactBatch {
         g: usize,
         friction: f64,
         u: Doubles,
-        sums: &mut IterationSums<Doubles>,
+        sums: &mut PassSums<Doubles>,
     ) -> ([Doubles; 2], Doubles) {
         let r = self.iterates[0][g].impulse;
         let preconditioner = &self.preconditioners[0][g];
@@ -283,7 +281,7 @@ impl ContactBatch {
         g: usize,
         mut cone: Doubles,
         u: Doubles,
-        sums: &mut IterationSums<Doubles>,
+        sums: &mut PassSums<Doubles>,
     ) -> [Doubles; 2] {
         let r = self.iterates[1][g].impulse;
         let limit = self.tangentials[g].limit;

@@ -9,7 +9,7 @@ use crate::solver::contact::Contact;
 /// Contacts in a group.
 pub const LANES: usize = 4;
 
-/// Contents of a problem: iterations are compiled without the rest.
+/// What a problem contains: iterations are compiled without the rest.
 pub trait Features {
     /// Friction, which bonds need for their shear.
     const FRICTION: bool;
@@ -19,7 +19,7 @@ pub trait Features {
     const SOFT: bool;
 }
 
-/// FRICTION, BONDS and SOFT as they are written.
+/// A problem with these features.
 pub struct With<const FRICTION: bool, const BONDS: bool, const SOFT: bool>;
 
 impl<const FRICTION: bool, const BONDS: bool, const SOFT: bool> Features
@@ -79,7 +79,7 @@ pub struct Iterate {
 
 /// Sums over contacts, of numbers or lane by lane.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct IterationSums<T> {
+pub struct PassSums<T> {
     /// u.w and u.z.
     pub uw: T,
     /// See `uw`.
@@ -94,9 +94,9 @@ pub struct IterationSums<T> {
     pub size: T,
 }
 
-impl IterationSums<f64> {
+impl PassSums<f64> {
     /// Adds sums lane by lane.
-    pub fn add(&mut self, lanes: &IterationSums<Doubles>) {
+    pub fn add(&mut self, lanes: &PassSums<Doubles>) {
         self.uw += lanes.uw.sum();
         self.uz += lanes.uz.sum();
         self.products.wp += lanes.products.wp.sum();
@@ -171,7 +171,7 @@ impl Iterate {
         [u, back]: [Doubles; 2],
         [before, c]: [Doubles; 2],
         bounds: [Doubles; 2],
-        sums: &mut IterationSums<Doubles>,
+        sums: &mut PassSums<Doubles>,
     ) -> [Doubles; 2] {
         let (r, p) = (self.impulse, self.direction);
         let w = feasible(back, r, bounds);

@@ -6,7 +6,7 @@
 use super::batch::{ContactBatch, Pass};
 use super::body_state::{BodyState, Momentum, Products};
 use super::constrained::ConstrainedBodies;
-use super::group::{Features, IterationSums};
+use super::group::{Features, PassSums};
 use crate::law::lanes::widest;
 use crate::solver::partition::{Partition, Subdomain, for_each_subdomain};
 use crate::solver::pieces::ByCandidate;
@@ -177,7 +177,7 @@ impl Workspace {
         problem: &Problem,
         pass: Pass,
         parallel: bool,
-    ) -> IterationSums<f64> {
+    ) -> PassSums<f64> {
         let friction = problem.friction;
         widest(
             #[inline(always)]
@@ -215,10 +215,10 @@ impl Workspace {
     }
 
     #[inline(always)]
-    fn end<F: Features>(&mut self, problem: &Problem) -> IterationSums<f64> {
+    fn end<F: Features>(&mut self, problem: &Problem) -> PassSums<f64> {
         let outside = &mut self.outside;
         outside.measure::<F>(problem.friction, &mut self.bodies);
-        let mut sums = IterationSums::<f64>::default();
+        let mut sums = PassSums::<f64>::default();
         for subdomain in &self.subdomains {
             sums.products.join(&subdomain.work.products);
             sums.add(&subdomain.work.batch.sums);
