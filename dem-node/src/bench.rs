@@ -12,9 +12,11 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
+use crate::config::solver::{Algorithm, Criteria, OnNotConverged};
 use crate::error::DemError;
-use crate::solver::{Algorithm, Criteria, OnNotConverged, Problem, Solver};
-use crate::threads;
+use crate::solver::Solver;
+use crate::solver::problem::Problem;
+use crate::step::threads;
 use machine::{PASSES, byte_time, operation_time, peak_rss};
 use pack::Pack;
 

@@ -1,11 +1,28 @@
 //! The bodies, which do not change while the grains move: radii, masses, walls, law and scheme.
+//!
+//! In reading order:
+//! - [`geometry`]: normals and gaps of two bodies;
+//! - [`faces`]: rigid walls;
+//! - [`levers`], [`drive`], [`cluster`]: grains that move together, and what moves them;
+//! - [`feed`]: grains that are fed in;
+//! - [`pairs`]: laws by pair;
+//! - [`positions`]: the positions of all bodies at a moment.
 
-use crate::cluster::Clusters;
-use crate::faces::{Face, RigidWall};
-use crate::feed::Injection;
-use crate::geometry::{Period, height_on, over_disk};
+pub mod cluster;
+pub mod drive;
+pub mod faces;
+pub mod feed;
+pub mod geometry;
+pub mod levers;
+pub mod pairs;
+pub mod positions;
+
+use crate::bodies::cluster::Clusters;
+use crate::bodies::faces::{Face, RigidWall};
+use crate::bodies::feed::Injection;
+use crate::bodies::geometry::{Period, height_on, over_disk};
+use crate::bodies::pairs::Pairs;
 use crate::law::Law;
-use crate::pairs::Pairs;
 
 /// The bodies in their numbering: free grains, glued disks, disks of the wheel's face, wheel (if any), walls.
 #[derive(Clone, Debug, Default)]
@@ -32,7 +49,7 @@ pub struct Bodies {
     pub wheel_mass: Option<f64>,
     /// Radius of the wheel's face (m); 0 = flat.
     pub wheel_radius: f64,
-    /// Places of the disks of a rough face about its lowest point (m); none of a smooth one.
+    /// Positions of the disks of a rough face about its lowest point (m); none of a smooth one.
     pub face: Vec<[f64; 2]>,
     /// True if the disks of the face are bonded to the grains as the grains are to each other.
     pub face_bonded: bool,
@@ -71,10 +88,10 @@ impl Bodies {
         self.pairs.of(a, b).map_or(&self.law, |(_, law)| law)
     }
 
-    /// The law at a place of `pairs`, 0 being that of most contacts.
+    /// The law at an index of `pairs`, 0 being that of most contacts.
     #[inline]
-    pub fn law_at(&self, place: u32) -> &Law {
-        match place {
+    pub fn law_at(&self, index: u32) -> &Law {
+        match index {
             0 => &self.law,
             own => self.pairs.law(own).unwrap_or(&self.law),
         }
@@ -150,8 +167,8 @@ impl Bodies {
             return height_on(self.wheel_radius, centre, radius);
         }
         let disks = self.face.iter().zip(&self.radii[self.first_face()..]);
-        let heights = disks.filter_map(|(place, own)| {
-            Some(centre[1] + over_disk(centre[0] - place[0], radius + own)? - place[1])
+        let heights = disks.filter_map(|(offset, own)| {
+            Some(centre[1] + over_disk(centre[0] - offset[0], radius + own)? - offset[1])
         });
         heights.reduce(f64::max)
     }

@@ -1,22 +1,31 @@
 //! The keys of `[participant.config]` and their limits.
+//!
+//! In reading order:
+//! - `limits`: what refuses values;
+//! - [`law`], `pairs`: the keys `law` and `law.pairs`;
+//! - [`solver`]: the key `solver`;
+//! - [`radii`], [`fill`], [`drive`], [`disks`], [`mod@file`], [`layer`], [`rail`], [`sample`]: the key `sample` and its three kinds;
+//! - [`wheel`]: the key `wheel`;
+//! - [`flow`], [`injection`], [`profile`], [`stress`], [`plausible`]: what is fed, measured and checked.
 
-mod disks;
-mod drive;
-mod file;
-mod fill;
-mod flow;
-mod injection;
-mod law;
-mod layer;
+pub mod disks;
+pub mod drive;
+pub mod file;
+pub mod fill;
+pub mod flow;
+pub mod injection;
+pub mod law;
+pub mod layer;
 pub(crate) mod limits;
 mod pairs;
-mod plausible;
-mod profile;
-mod radii;
-mod rail;
-mod sample;
-mod stress;
-mod wheel;
+pub mod plausible;
+pub mod profile;
+pub mod radii;
+pub mod rail;
+pub mod sample;
+pub mod solver;
+pub mod stress;
+pub mod wheel;
 
 use std::f64::consts::PI;
 
@@ -24,28 +33,18 @@ use kit::ConfigError;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use crate::bodies::pairs::{GRAINS, ROWS, WHEEL};
 use crate::law::Penetration;
-use crate::pairs::{GRAINS, ROWS, WHEEL};
-use crate::solver::{Algorithm, Criteria};
+use flow::FlowConfig;
+use injection::InjectionConfig;
+use law::{LawConfig, LawKind};
 use limits::{PERIOD, at_least, finite, positive, refuse_given, refuse_if, within};
-
-pub use disks::{ClusterConfig, DiskConfig, DisksConfig, WallConfig};
-pub use drive::{ClusterDriveConfig, Component};
-pub use fill::{FillConfig, RowConfig};
-pub use flow::FlowConfig;
-pub use injection::InjectionConfig;
-pub use law::{LawConfig, LawKind};
-pub use layer::LayerConfig;
-pub use plausible::PlausibleConfig;
-pub use profile::{Axis, ProfileConfig};
-pub use radii::{Radii, RadiusLaw};
-pub use rail::{HeightAt, RailConfig};
-pub use sample::{BaseLine, Row, SampleConfig};
-pub use stress::StressConfig;
-pub use wheel::{FaceKind, WheelConfig};
-
-/// Residuals that mean something: one below is rounding, one above no solution.
-const TOLERANCES: [f64; 2] = [1e-14, 0.1];
+use plausible::PlausibleConfig;
+use profile::ProfileConfig;
+use sample::SampleConfig;
+use solver::{Algorithm, Criteria};
+use stress::StressConfig;
+use wheel::WheelConfig;
 
 /// Largest diameters that the radius of a round wheel on a layer must have, or it falls between the grains.
 const WHEEL_GRAINS: f64 = 2.0;
@@ -135,7 +134,7 @@ pub struct DriveConfig {
 }
 
 impl Config {
-    /// The configuration with a layer as wide as its wheel's load asks for (see [`LayerConfig::half_width_load_n`]).
+    /// The configuration with a layer as wide as its wheel's load asks for (see [`layer::LayerConfig::half_width_load_n`]).
     ///
     /// # Errors
     /// The rule has no load to follow.
@@ -165,7 +164,7 @@ impl Config {
     /// Refuses values out of range, naming the key, the value and what to do.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.law.validate()?;
-        validate_solver(&self.solver)?;
+        self.solver.validate()?;
         self.time.validate()?;
         positive("density_kg_per_m3", self.density_kg_per_m3, "kg/m3")?;
         at_least("mass_scale", self.mass_scale, 1.0, "")?;
@@ -372,19 +371,6 @@ impl Config {
             "remove the key",
         )
     }
-}
-
-fn validate_solver(solver: &Criteria) -> Result<(), ConfigError> {
-    within("solver.tolerance", solver.tolerance, TOLERANCES).map_err(|error| {
-        error.help("a residual is a relative number: doubles do not resolve a smaller one")
-    })?;
-    let (least, most) = (solver.min_iterations, solver.max_iterations);
-    if most == 0 || least > most {
-        let problem =
-            format!("must be at least 1 and at least solver.min_iterations = {least}, got {most}");
-        return Err(ConfigError::new("solver.max_iterations", problem));
-    }
-    Ok(())
 }
 
 impl TimeConfig {

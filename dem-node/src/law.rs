@@ -1,12 +1,19 @@
 //! Contact laws: unilateral contact, Coulomb friction and elastic compliance, solved in closed form.
+//!
+//! In reading order:
+//! - `lanes`: numbers side by side;
+//! - [`cohesion`]: the cohesive zone of a bond;
+//! - [`local`], [`vector`]: the local problem of a contact, and of several side by side.
 
+pub mod cohesion;
+pub(crate) mod lanes;
 pub mod local;
 pub mod vector;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::cohesion::Cohesion;
+use crate::law::cohesion::Cohesion;
 
 /// The law of every contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,7 +33,7 @@ pub struct Law {
 /// Treatment of the gap of a rigid contact, and of the overlap that is there already: the words for `law.penetration`.
 ///
 /// A repair within the velocities throws the grains apart that it separates (Baumgarte): what it moves in a step they keep
-/// as speed, and no heap comes to rest. The two repairs of positions leave the velocities alone (see [`crate::repair`]).
+/// as speed, and no heap comes to rest. The two repairs of positions leave the velocities alone (see [`crate::step::repair`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Penetration {

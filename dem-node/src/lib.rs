@@ -22,21 +22,21 @@
 //!
 //! | symbol | meaning | unit | in the code |
 //! |---|---|---|---|
-//! | q, v | place; velocity (v_x, v_y, spin times radius) | m, m/s | [`State::centres`](state::State::centres), [`State::velocities`](state::State::velocities) |
+//! | q, v | position; velocity (v_x, v_y, spin times radius) | m, m/s | [`State::centres`](step::state::State::centres), [`State::velocities`](step::state::State::velocities) |
 //! | M, F | masses, `mass_scale` included; weight, loads | kg, N | [`Bodies::masses`](bodies::Bodies::masses), [`StepInput`](step::StepInput) |
 //! | h, theta | step, which is the window of a coupled run; weight of the end velocity | s, - | [`StepInput::step`](step::StepInput::step), [`StepInput::theta`](step::StepInput::theta) |
-//! | g | gap, below 0 where bodies overlap | m | [`Contact::gap`](solver::Contact::gap) |
-//! | u, U | relative velocity, u_n > 0 when separating; the same with what gap and springs add | m/s | [`Problem::relative_velocity`](solver::Problem::relative_velocity) |
-//! | r | impulse of a contact, r_n > 0 in compression | N s | [`Contact::impulse`](solver::Contact::impulse) |
+//! | g | gap, below 0 where bodies overlap | m | [`Contact::gap`](solver::contact::Contact::gap) |
+//! | u, U | relative velocity, u_n > 0 when separating; the same with what gap and springs add | m/s | [`Problem::relative_velocity`](solver::problem::Problem::relative_velocity) |
+//! | r | impulse of a contact, r_n > 0 in compression | N s | [`Contact::impulse`](solver::contact::Contact::impulse) |
 //! | W | Delassus operator H^T M^-1 H; its block of a contact has W_nn, W_nt, W_tt | 1/kg | [`DelassusBlock`](law::local::DelassusBlock) |
 //! | mu, e | coefficients of friction and restitution | - | [`Law::friction`](law::Law::friction), [`Law::restitution`](law::Law::restitution) |
-//! | kn, kt, d_t | stiffness of compliant contacts; elongation of the tangential spring | N/m, m | [`Springs`](law::Springs), [`Slot::spring`](detect::Slot::spring) |
-//! | a | adhesion of a bond, 1 to 0 (the paper's beta) | - | [`Bond::adhesion`](bond::Bond::adhesion) |
-//! | Cn, Ct, w, b, p | stiffness, surface energy, viscosity and exponent of a bond | Pa/m, J/m2, Pa m s^p, - | [`Cohesion`](cohesion::Cohesion) |
-//! | l | area of a bond, r_1 r_2/(r_1 + r_2) t, with t the thickness | m2 | [`Bond::area`](bond::Bond::area) |
-//! | delta | opening of a bond since it was made | m | [`Bond::opening`](bond::Bond::opening) |
-//! | v_g, a_g, p, W_g | velocity of the glued disks, that without contact forces, impulse on them, compliance of what carries them | m/s, m/s, N s, 1/kg | [`CompliantBoundary`](boundary::CompliantBoundary) |
-//! | t_i | inertial time d sqrt(rho/P), d the mean diameter, P `time.pressure_pa` | s | [`Bounds::inertial_time`](bounds::Bounds::inertial_time) |
+//! | kn, kt, d_t | stiffness of compliant contacts; elongation of the tangential spring | N/m, m | [`Springs`](law::Springs), [`Slot::spring`](contact::detect::Slot::spring) |
+//! | a | adhesion of a bond, 1 to 0 (the paper's beta) | - | [`Bond::adhesion`](contact::bond::Bond::adhesion) |
+//! | Cn, Ct, w, b, p | stiffness, surface energy, viscosity and exponent of a bond | Pa/m, J/m2, Pa m s^p, - | [`Cohesion`](law::cohesion::Cohesion) |
+//! | l | area of a bond, r_1 r_2/(r_1 + r_2) t, with t the thickness | m2 | [`Bond::area`](contact::bond::Bond::area) |
+//! | delta | opening of a bond since it was made | m | [`Bond::opening`](contact::bond::Bond::opening) |
+//! | v_g, a_g, p, W_g | velocity of the glued disks, that without contact forces, impulse on them, compliance of what carries them | m/s, m/s, N s, 1/kg | [`CompliantBoundary`](contact::boundary::CompliantBoundary) |
+//! | t_i | inertial time d sqrt(rho/P), d the mean diameter, P `time.pressure_pa` | s | [`Bounds::inertial_time`](setup::bounds::Bounds::inertial_time) |
 //!
 //! # A step
 //!
@@ -71,45 +71,45 @@
 //!
 //! A bond opens from delta_0 = sqrt(w/Cn) on, under the stress sqrt(w Cn). Adhesion is held while the contact problem is
 //! solved, then lowered as far as that solution asks, and the problem solved anew until nothing falls any further; with
-//! h < 1/(sqrt(3) omega), omega = sqrt(l Cn/m), there is one solution only ([`bond::step_limit`]).
+//! h < 1/(sqrt(3) omega), omega = sqrt(l Cn/m), there is one solution only ([`contact::bond::step_limit`]).
 //!
 //! # The base that yields
 //!
 //! Glued disks have neither mass nor spin. They lie on a body that another solver moves, and know of it one linear relation only:
 //!
 //! ```text
-//! v_g = a_g + W_g p    a_g, W_g: told by the coupler for this window
+//! v_g = a_g + W_g p    a_g, W_g: given by the coupler for this window
 //! ```
 //!
-//! It enters the sweeps like any other velocity ([`boundary`]). v_g is the mean velocity of the window and the end velocity of
+//! It enters the sweeps like any other velocity ([`contact::boundary`]). v_g is the mean velocity of the window and the end velocity of
 //! the grains at once, which is consistent for theta = 1 only: a coupled run with another theta is refused.
 //!
 //! # One step, module by module
 //!
-//! 1. [`injection::feed`] puts in what is fed; [`State::drift`](state::State::drift) moves to q_m; [`detect`] lists pairs by linked
+//! 1. [`step::injection::feed`] puts in what is fed; [`State::drift`](step::state::State::drift) moves to q_m; [`contact::detect`] lists pairs by linked
 //!    cells and a Verlet list, whose slots remember forces and springs; [`law`] turns gaps into biases.
 //! 2. [`solver::nsgs`] sweeps over the contacts, each taking its impulse in closed form ([`law::local`], by packs
 //!    [`law::vector`]), from the impulses of the step before. Without friction [`solver::pcg`] needs fewer iterations.
 //! 3. [`solver::residual`] decides, not the change of a sweep: `|W (r - P(r - U/W))| / |W r| <= tolerance`. Sweeps that creep or circle are
 //!    extrapolated, averaged, and at last replaced by pivoting.
-//! 4. [`bond::end_step`] and [`ledger::contact_loss`] book what contacts stored and lost; the bodies move to q'; [`repair`] takes overlaps
+//! 4. [`contact::bond::end_step`] and [`contact::loss::contact_loss`] record what contacts stored and lost; the bodies move to q'; [`step::repair`] takes overlaps
 //!    of rigid grains away, if asked.
 //! 5. [`node`] answers F_g = p/h, v_g, iterations and residual. Nothing is committed before the coupler says so.
 //!
 //! # The step's length
 //!
 //! An unbalanced grain crosses its diameter in t_i. Up to 0.05 t_i forces are clean; above it the step is warned of, above t_i refused
-//! ([`bounds`]). At 1 GPa and the density of steel t_i is some 4e-7 s, which is why grains of the shipped scenes are a thousand times as
-//! heavy as real ones: [`mass_scaling`] tells what that costs. Loads and the wheel's mass are never scaled.
+//! ([`setup::bounds`]). At 1 GPa and the density of steel t_i is some 4e-7 s, which is why grains of the shipped scenes are a thousand times as
+//! heavy as real ones: [`setup::mass_scaling`] tells what that costs. Loads and the wheel's mass are never scaled.
 //!
 //! # Checks
 //!
 //! - The natural-map residual of each step, above `solver.tolerance` an error, never a silent pass: a solve of few sweeps gives
 //!   garbage while the interface still reads a gap of zero.
-//! - Energy ([`mod@ledger`]): work of loads, drives, weight and interface against kinetic energy, springs and bonds, and losses by
+//! - Energy ([`step::ledger`]): work of loads, drives, weight and interface against kinetic energy, springs and bonds, and losses by
 //!   impact, friction and decohesion, each by its own formula. What detection finds otherwise than the step left it is a term too.
 //! - Momentum: forces on the free grains against the change of their momentum, `momentum_defect_max_n`.
-//! - Masses of third body at each step: in the zone = detached - re-attached + fed + entered - left ([`flow`]).
+//! - Masses of third body at each step: in the zone = detached - re-attached + fed + entered - left ([`measure::flow`]).
 //! - Plausibility: overlaps, lost grains, wheel at rest, forces above against below, inertia that scaled masses add.
 //! - Exact answers: impacts, slopes, columns, pyramids, chains, bonds; published ones for packings and plane shear (`tests/verification/dem*.rs`).
 //!
@@ -123,27 +123,16 @@
 //!
 //! # Modules
 //!
-//! In reading order:
+//! In reading order, each with a list of its own:
+//! - [`law`]: the contact laws in closed form, bonds included;
+//! - [`bodies`]: the bodies, how far apart they are, and what moves them;
+//! - [`contact`]: pairs that may touch, bonds between grains, the compliant boundary of the glued disks;
 //! - [`config`]: the keys of a scenario and their limits;
-//! - [`geometry`]: normals and gaps of two bodies;
-//! - [`faces`], [`cluster`]: rigid walls, and grains that move together;
-//! - [`cohesion`], [`law`]: the contact laws, in closed form ([`law::local`]) and side by side ([`law::vector`]);
-//! - [`sample`]: grains listed one by one, a pressed layer cut to follow a crown, or a rail of grains;
-//! - [`prepared`]: samples that are kept for later runs;
-//! - [`bodies`], [`positions`]: the bodies, and their positions at a moment;
-//! - [`wheel`], [`bounds`], [`mass_scaling`]: the wheel's program, bounds on the step, and the price of scaled masses;
-//! - [`detect`], [`bond`], [`initial_bonds`]: pairs that may touch, and bonds between grains;
-//! - [`boundary`]: the compliant boundary of the glued disks;
 //! - [`solver`]: the contact problem and its solvers;
-//! - [`ledger`], [`state`]: the energy balance, and the state that is committed;
-//! - [`prescribed_opening`]: a pair that is pulled apart;
-//! - [`repair`]: overlaps of rigid grains, repaired without velocity;
-//! - [`mod@step`]: one step of the scheme;
-//! - [`loads`], [`stress`]: forces of the contacts grain by grain, and the stress that they make;
-//! - [`flow`]: flows of third body, from the graph of bonds;
-//! - [`structure`], [`report`], [`snapshot`]: arrangement of the contacts, signals and results, fields;
-//! - [`interface`]: the glued rows that a coupler moves;
-//! - [`setup`]: from the keys to the types of the steps;
+//! - [`sample`]: grains listed one by one, a pressed layer cut to follow a crown, or a rail of grains;
+//! - [`mod@step`]: one step of the scheme, the state that it moves on and the energy balance;
+//! - [`setup`]: from the keys to the types of the steps, the wheel's program, bounds on the step;
+//! - [`measure`]: stress, flows of third body, signals, results and fields;
 //! - [`node`]: all of it as a participant of a run;
 //! - [`mod@bench`]: the cost of a contact, beside the least that the machine allows.
 //!
@@ -154,35 +143,35 @@
 //!
 //! | equation | function | source |
 //! |---|---|---|
-//! | relative velocity u = H^T v, and v += M^-1 H r | [`solver::Problem::relative_velocity`], [`solver::Problem::apply`] | RSB (1)-(5); Jean 1999 |
-//! | theta scheme q_m = q + h (1 - theta) v, q' = q_m + h theta v' | [`step::Stepper::advance`], [`state::State::drift`] | RSB (7); Moreau 1988; Jean 1999 |
+//! | relative velocity u = H^T v, and v += M^-1 H r | [`solver::problem::Problem::relative_velocity`], [`solver::problem::Problem::apply`] | RSB (1)-(5); Jean 1999 |
+//! | theta scheme q_m = q + h (1 - theta) v, q' = q_m + h theta v' | [`step::Stepper::advance`], [`step::state::State::drift`] | RSB (7); Moreau 1988; Jean 1999 |
 //! | v_free = v + h M^-1 F | [`step::Stepper::free_records`] | RSB (7) |
-//! | Delassus operator W = H^T M^-1 H, block of a contact | [`solver::Problem::block`] | RSB (8); Jean 1999 |
-//! | local problem b = u + bias - W r, U = b + W r | [`solver::Problem::local_solution`] | RSB (8); Jean 1999 |
+//! | Delassus operator W = H^T M^-1 H, block of a contact | [`solver::problem::Problem::block`] | RSB (8); Jean 1999 |
+//! | local problem b = u + bias - W r, U = b + W r | [`solver::problem::Problem::local_solution`] | RSB (8); Jean 1999 |
 //! | Signorini and Coulomb: open, stick or slide | [`law::local::LocalLaw::impulse`] | Jean 1999 |
 //! | the same for several contacts, W_nt = 0 | [`law::vector::normal_impulse`], [`law::vector::tangential_impulse`] | Jean 1999 |
 //! | projection on the Coulomb sector | [`law::local::coulomb_projection`] | Alart and Curnier 1991 |
 //! | natural-map residual | [`solver::residual`] | Alart and Curnier 1991 |
-//! | block non-linear Gauss-Seidel, its criterion | [`solver::nsgs::solve`], [`solver::Quad`] | RSB (8); Jourdan, Alart and Jean 1998; Jean 1999 |
+//! | block non-linear Gauss-Seidel, its criterion | [`solver::nsgs::solve`], [`solver::residual::Quad`] | RSB (8); Jourdan, Alart and Jean 1998; Jean 1999 |
 //! | projected conjugate gradient (CPG) | [`solver::pcg::solve`] | Renouf and Alart 2005 |
 //! | springs: U += g/h, W += 1/(k h^2) | [`law::Law::compliance`], [`law::Law::bias`] | LMGC90 (elastic repel) |
 //! | gap and IQS, restitution U = u_n + e u_n(t_i) | [`law::Law::bias`] | Moreau 1988; LMGC90 |
-//! | split impulse and projection of positions | [`repair::Repair::make`] | [`repair`] |
-//! | cohesive zone: adhesion a' = -((w h' - a D)^- / b)^(1/p) | [`cohesion::Cohesion::adhesion_after`] | RSB (9)-(10), signs corrected; Raous, Cangemi and Cocou 1999 |
+//! | split impulse and projection of positions | [`step::repair::Repair::make`] | [`step::repair`] |
+//! | cohesive zone: adhesion a' = -((w h' - a D)^- / b)^(1/p) | [`law::cohesion::Cohesion::adhesion_after`] | RSB (9)-(10), signs corrected; Raous, Cangemi and Cocou 1999 |
 //! | cohesive force r_n = -kappa_n U, kappa = h^2 l C a^2 | [`law::local::BondLaw::impulse`] | RSB (9)-(10); Raous, Cangemi and Cocou 1999 |
-//! | unique end of a step with bonds, h < 1/(sqrt(3) omega) | [`bond::step_limit`] | [`bond`] |
-//! | compliant boundary v_g = a_g + W_g p | [`boundary::CompliantBoundary::evaluate`] | Gravouil and Combescure 2001 |
-//! | energy lost by a contact, by a bond | [`ledger::contact_loss`], [`bond::end_step`] | [`ledger`] |
-//! | energy stored: kinetic, springs, bonds | [`state::State::energies`] | [`ledger`] |
-//! | pressure in a grain, trace of sum f (x_c - x) / V | [`snapshot::pressures`] | Love 1927; Weber 1966 |
-//! | stress of cells, -(1/V) sum f (x_c - x) | [`stress::StressMap::measure`] | Love 1927; Weber 1966; Moreau 1997 |
-//! | fabric, mean of n (x) n | [`structure::results`] | Satake 1982 |
-//! | wheel D(t) = A sin(2 pi f (t - t_s)) | [`wheel::WheelProgram::displacement_at`] | RSB, section 6 |
-//! | inertial time t_i = d sqrt(rho/P), bounds on the window | [`bounds::Bounds::new`], [`bounds::Bounds::assess`] | GDR MiDi 2004 |
-//! | mass scaling: inertial number, inertial pressure | [`mass_scaling::MassScaling::new`] | GDR MiDi 2004 |
-//! | fed grains, Qe of the circuit | [`injection::feed`] | RSB, figure 1; this project |
+//! | unique end of a step with bonds, h < 1/(sqrt(3) omega) | [`contact::bond::step_limit`] | [`contact::bond`] |
+//! | compliant boundary v_g = a_g + W_g p | [`contact::boundary::CompliantBoundary::evaluate`] | Gravouil and Combescure 2001 |
+//! | energy lost by a contact, by a bond | [`contact::loss::contact_loss`], [`contact::bond::end_step`] | [`step::ledger`] |
+//! | energy stored: kinetic, springs, bonds | [`step::state::State::energies`] | [`step::ledger`] |
+//! | pressure in a grain, trace of sum f (x_c - x) / V | [`measure::snapshot::pressures`] | Love 1927; Weber 1966 |
+//! | stress of cells, -(1/V) sum f (x_c - x) | [`measure::stress::StressMap::measure`] | Love 1927; Weber 1966; Moreau 1997 |
+//! | fabric, mean of n (x) n | [`measure::structure::results`] | Satake 1982 |
+//! | wheel D(t) = A sin(2 pi f (t - t_s)) | [`config::wheel::WheelConfig::displacement_at`] | RSB, section 6 |
+//! | inertial time t_i = d sqrt(rho/P), bounds on the window | [`setup::bounds::Bounds::new`], [`setup::bounds::Bounds::assess`] | GDR MiDi 2004 |
+//! | mass scaling: inertial number, inertial pressure | [`setup::mass_scaling::MassScaling::new`] | GDR MiDi 2004 |
+//! | fed grains, Qe of the circuit | [`step::injection::feed`] | RSB, figure 1; this project |
 //! | radii, p ~ r^-2 and others | [`sample::random::RandomNumbers::radius`] | LMGC90 (granulometry) |
-//! | relaxation of a bed (FIRE) | [`sample::relax::Pile::relax`] | Bitzek et al. 2006 |
+//! | relaxation of a bed (FIRE) | [`sample::relax::Packing::relax`] | Bitzek et al. 2006 |
 //!
 //! # Example
 //! A disk that falls on a floor and stays there:
@@ -215,55 +204,27 @@
 
 pub mod bench;
 pub mod bodies;
-pub mod bond;
-pub mod boundary;
-pub mod bounds;
-pub mod cluster;
-pub mod cohesion;
 pub mod config;
-pub mod detect;
-mod drive;
+pub mod contact;
 pub mod error;
-pub mod faces;
-pub mod feed;
-pub mod flow;
-pub mod geometry;
-pub mod initial_bonds;
-pub mod injection;
-pub mod interface;
-mod lanes;
 pub mod law;
-pub mod ledger;
-pub mod loads;
-pub mod mass_scaling;
+pub mod measure;
 pub mod node;
-mod pairs;
-pub mod plausible;
-pub mod positions;
-pub mod prepared;
-pub mod prescribed_opening;
-mod profile;
-pub mod repair;
-pub mod report;
 pub mod sample;
 pub mod setup;
-pub mod snapshot;
 pub mod solver;
-pub mod state;
 pub mod step;
-pub mod stress;
-pub mod structure;
-mod threads;
-mod trend;
-pub mod wheel;
-pub mod wheel_face;
 
 use kit::ConfigError;
 use protocol::{Node, NodeError, Session, Setting};
 
+use config::sample::SampleConfig;
+use setup::bounds::Bounds;
+use setup::mass_scaling;
+
 pub use config::Config;
 pub use error::DemError;
-pub use node::Dem;
+pub use node::dem::Dem;
 
 /// Checks the participant's keys without preparing its sample. Returns what the user should know before a long run.
 pub fn check(config: &serde_json::Value, setting: &Setting) -> Result<Vec<String>, ConfigError> {
@@ -274,12 +235,12 @@ pub fn check(config: &serde_json::Value, setting: &Setting) -> Result<Vec<String
     config.validate_feed(setting.thickness_m)?;
     let mut advice = match config.time.step_s {
         None => Vec::new(),
-        Some(step) => bounds::Bounds::new(&config).assess(step).map_err(|error| {
+        Some(step) => Bounds::new(&config).assess(step).map_err(|error| {
             ConfigError::new("time.step_s", error.to_string()).because(error.cause())
         })?,
     };
     advice.extend(mass_scaling::advice(&config, setting.thickness_m));
-    if let config::SampleConfig::Layer(layer) = &config.sample {
+    if let SampleConfig::Layer(layer) = &config.sample {
         advice.extend(layer.advice(config.law.contact_stiffness_pa));
     }
     Ok(advice)

@@ -1,8 +1,14 @@
 //! The solver as a participant of a run.
+//!
+//! In reading order:
+//! - [`interface`]: the glued rows that a coupler moves;
+//! - [`dem`]: the participant's data, and a step of them;
+//! - `driven`, `maps`, `report`, `request`, `checkpoint`: what it reports, writes, answers and keeps.
 
 mod checkpoint;
-mod dem;
+pub mod dem;
 mod driven;
+pub mod interface;
 mod maps;
 mod report;
 mod request;
@@ -15,16 +21,13 @@ use protocol::{
     Window,
 };
 
-use crate::boundary::CompliantBoundary;
-use crate::bounds::Bounds;
-use crate::interface;
-use crate::snapshot;
-use crate::solver::OnNotConverged;
+use crate::config::solver::OnNotConverged;
+use crate::contact::boundary::CompliantBoundary;
+use crate::measure::snapshot;
+use crate::setup::bounds::Bounds;
 use crate::step::StepSummary;
-use dem::Pending;
+use dem::{Dem, Pending};
 use request::{request, require_numbers};
-
-pub use dem::Dem;
 
 /// Steps times disks that take some seconds.
 const DISK_STEPS: usize = 2_000_000;
@@ -158,7 +161,7 @@ impl Node for Dem {
             ))?);
         }
         require_numbers("a displacement of a glued disk", window, displacement)?;
-        let drive_before = self.progress.state.accounts.drive;
+        let drive_before = self.progress.state.ledger.drive;
         std::mem::swap(&mut self.progress.state, &mut self.trial);
         let displacement = self.interface.scatter(displacement, self.bodies.glued());
         let glued = self.progress.state.centres[self.bodies.free..].iter_mut();
@@ -186,7 +189,7 @@ impl Node for Dem {
         for index in window.step..window.step + u64::from(window.substeps) {
             // Times are multiples of the step: no rounding builds up.
             let (start, end) = (index as f64 * step, (index + 1) as f64 * step);
-            let drive_before = self.progress.state.accounts.drive;
+            let drive_before = self.progress.state.ledger.drive;
             summary = self.advance([start, end], step, &fixed, false)?;
             let stops = self.solver.criteria.on_not_converged == OnNotConverged::Stop;
             if stops && !summary.convergence.converged {
@@ -207,7 +210,7 @@ impl Node for Dem {
 
     fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {
         if let Some(folder) = &self.setting.fields {
-            let moment = snapshot::parts::Moment {
+            let scene = snapshot::parts::FieldScene {
                 bodies: &self.bodies,
                 state: &self.progress.state,
                 flow: self.progress.flow.as_ref(),
@@ -215,7 +218,7 @@ impl Node for Dem {
                 thickness: self.setting.thickness_m,
             };
             let stem = format!("{}-{name}", self.setting.participant);
-            snapshot::write(folder, &stem, &moment)?;
+            snapshot::write(folder, &stem, &scene)?;
         }
         self.write_maps()?;
         Ok(())
@@ -223,7 +226,7 @@ impl Node for Dem {
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
         self.write_maps()?;
-        let judged = self.judged();
+        let run = self.finished_run();
         Ok(Outcome {
             steps: self.progress.steps,
             work: BTreeMap::from([(
@@ -233,8 +236,8 @@ impl Node for Dem {
             results: self.results(),
             state_hash: self.progress.hash(),
             warnings: self.stress_advice().into_iter().collect(),
-            findings: judged.findings(),
-            held_load: judged.held_load(),
+            findings: run.findings(),
+            held_load: run.held_load(),
         })
     }
 }

@@ -1,21 +1,33 @@
 //! Samples: grains listed one by one, a pressed layer, or a rail of grains.
+//!
+//! In reading order:
+//! - [`types`], [`random`]: a sample, and the random numbers of it;
+//! - `fill`: grains listed one by one, and those that fill a region;
+//! - [`relax`], [`bed`], [`layer`], [`rail`]: grains that are pressed and cut;
+//! - [`wheel_face`]: the disks of a rough wheel;
+//! - [`prepared`]: samples that are kept for later runs.
 
 pub mod bed;
-mod fill;
+pub(crate) mod fill;
 pub mod layer;
+pub mod prepared;
 pub mod rail;
 pub mod random;
 pub mod relax;
-mod types;
+pub mod types;
+pub mod wheel_face;
 
-pub use types::{Disk, Sample};
-
-use crate::cluster::ClusterMembers;
-use crate::config::{ClusterDriveConfig, Config, DisksConfig, LawKind, SampleConfig, WallConfig};
-use crate::drive::Drive;
+use crate::bodies::cluster::ClusterMembers;
+use crate::bodies::drive::Drive;
+use crate::bodies::faces::{Face, RigidWall, polyline};
+use crate::config::Config;
+use crate::config::disks::{DisksConfig, WallConfig};
+use crate::config::drive::ClusterDriveConfig;
+use crate::config::law::LawKind;
+use crate::config::sample::SampleConfig;
 use crate::error::DemError;
-use crate::faces::{Face, RigidWall, polyline};
 use random::RandomNumbers;
+use types::{Disk, Sample};
 
 /// Prepares the sample of a scenario. `seed` is the run's, which `sample.seed` overrides.
 pub fn prepare(config: &Config, seed: u64) -> Result<Sample, DemError> {
@@ -133,19 +145,13 @@ fn clusters(config: &DisksConfig) -> Vec<ClusterMembers> {
 }
 
 fn members(config: &DisksConfig, name: &str, first: usize) -> ClusterMembers {
-    let disks = vec![first];
-    let Some(cluster) = config.clusters.iter().find(|c| c.name == name) else {
-        return ClusterMembers {
-            name: name.to_string(),
-            disks,
-            ..ClusterMembers::default()
-        };
-    };
+    let listed = config.clusters.iter().find(|c| c.name == name);
+    let cluster = listed.cloned().unwrap_or_default();
     let drive = cluster.drive.as_ref();
     let prescribed = drive.map_or([None; 2], ClusterDriveConfig::velocity);
     ClusterMembers {
         name: name.to_string(),
-        disks,
+        disks: vec![first],
         locked: cluster.holds(),
         mass: cluster.mass(),
         inertia: cluster.inertia_kg_m2,
@@ -154,7 +160,7 @@ fn members(config: &DisksConfig, name: &str, first: usize) -> ClusterMembers {
             prescribed[1].unwrap_or(cluster.vy_m_per_s),
             cluster.spin_rad_per_s,
         ],
-        drive: cluster.drive.as_ref().map(|drive| Drive {
+        drive: drive.map(|drive| Drive {
             name: name.to_string(),
             forces: drive.forces(),
             damping: drive.damping_n_s_per_m,

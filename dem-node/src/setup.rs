@@ -1,20 +1,32 @@
 //! From the keys of a scenario to the types that the steps work with.
+//!
+//! In reading order:
+//! - [`wheel`]: the wheel's program;
+//! - [`bounds`], [`mass_scaling`]: bounds on the step, and the price of scaled masses;
+//! - [`prescribed_opening`]: a pair that is pulled apart.
+
+pub mod bounds;
+pub mod mass_scaling;
+pub mod prescribed_opening;
+pub mod wheel;
 
 use kit::ConfigError;
 
 use crate::bodies::Bodies;
-use crate::cluster::{Cluster, Clusters};
-use crate::cohesion::Cohesion;
+use crate::bodies::cluster::{Cluster, Clusters};
+use crate::bodies::feed::Injection;
+use crate::bodies::geometry::range;
+use crate::bodies::pairs::{GRAINS, Pairs, ROWS, WHEEL};
+use crate::bodies::positions::proximity;
+use crate::config::Config;
+use crate::config::injection::InjectionConfig;
+use crate::config::law::LawConfig;
 use crate::config::limits::refuse_if;
-use crate::config::{Config, LawConfig};
 use crate::error::DemError;
-use crate::feed::Injection;
-use crate::geometry::range;
+use crate::law::cohesion::Cohesion;
 use crate::law::{Law, Springs};
-use crate::pairs::{GRAINS, Pairs, ROWS, WHEEL};
-use crate::positions::proximity;
-use crate::sample::Sample;
-use crate::state::State;
+use crate::sample::types::Sample;
+use crate::step::state::State;
 
 /// Overlap of two rigid disks over the smaller radius above which a sample is refused: its repair in one step would
 /// throw them apart.
@@ -37,7 +49,7 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample, fed: usize) -> B
     }
     let injection = config.injection.as_ref();
     Bodies {
-        injection: injection.map(|c| Injection::new(c, config.mass_scale, fed, &masses)),
+        injection: injection.map(|c| feed(c, config.mass_scale, fed, &masses)),
         free: sample.free.len(),
         radii: disks().map(|disk| disk.radius).collect(),
         masses,
@@ -59,6 +71,20 @@ pub fn bodies(config: &Config, thickness: f64, sample: &Sample, fed: usize) -> B
         alert: ALERT * smallest,
         // The first list must hold all pairs that are bonded.
         skin: (SKIN * smallest).max(config.law.alert_m.unwrap_or(0.0)),
+    }
+}
+
+/// The feed of so many grains at the end of these masses, which are scaled (kg).
+fn feed(config: &InjectionConfig, mass_scale: f64, grains: usize, masses: &[f64]) -> Injection {
+    let rate = config.rate_kg_per_s * mass_scale;
+    let mean = masses.iter().sum::<f64>() / masses.len() as f64;
+    Injection {
+        point: [config.x_m, config.y_m],
+        grains,
+        rate,
+        start: config.start_s,
+        end: config.end_s,
+        growth: config.growth_s.unwrap_or(mean / rate),
     }
 }
 

@@ -3,37 +3,36 @@
 //! Unknown are the contact impulses r (N s) and the velocities v after the step:
 //! v = v_free + M^-1 H r, u = H^T v, and at each contact U = u + (g/h, d_t/h) + r/(k h^2) obeys Signorini-Coulomb
 //! (equation 8 of Renouf, Saulot and Berthier 2006, with one law per contact).
+//!
+//! In reading order:
+//! - [`contact`], [`partition`], `pieces`: a contact, and problems in pieces;
+//! - [`problem`], [`residual`]: the contact problem, and the distance of a guess from its solution;
+//! - `groups`, `extrapolation`, `acceleration`: sweeps by packs of contacts, and what makes them need fewer;
+//! - `lemke`: pivoting, where sweeps fail;
+//! - [`nsgs`], [`pcg`]: the two solvers.
 
-mod acceleration;
-mod contact;
-mod criteria;
-mod extrapolation;
-mod groups;
-mod homotopy;
-mod levers;
+pub(crate) mod acceleration;
+pub mod contact;
+pub(crate) mod extrapolation;
+pub(crate) mod groups;
+pub(crate) mod lemke;
 pub mod nsgs;
-mod partition;
+pub mod partition;
 pub mod pcg;
-mod pieces;
-mod problem;
-mod residual;
+pub(crate) mod pieces;
+pub mod problem;
+pub mod residual;
 
-pub use acceleration::FIRST_TURNS;
-pub use contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
-pub use criteria::{Algorithm, Convergence, Criteria, OnNotConverged};
-pub use levers::Levers;
-pub use partition::{Cut, Partition, in_pieces};
-pub use pieces::first_bond;
-pub use problem::Problem;
-pub use residual::{Quad, quad, residual};
-
+use crate::config::solver::{Algorithm, Criteria};
 use crate::error::DemError;
+use problem::Problem;
+use residual::Convergence;
 
 /// The solvers with their buffers.
 #[derive(Clone, Debug, Default)]
 pub struct Solver {
     sweeper: groups::Sweeper,
-    workspace: pcg::Workspace,
+    workspace: pcg::workspace::Workspace,
 }
 
 impl Solver {

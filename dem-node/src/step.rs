@@ -2,23 +2,38 @@
 //!
 //! q_m = q + h (1 - theta) v; contacts are detected there; v' = v + h F/m + M^-1 H r with the contact laws;
 //! q' = q_m + h theta v' (Moreau 1988; Jean 1999).
-
-use protocol::larger;
-use serde::{Deserialize, Serialize};
+//!
+//! In reading order:
+//! - [`ledger`], [`state`]: the energy balance, and the state that is committed;
+//! - [`injection`]: grains that are fed in;
+//! - [`repair`]: overlaps of rigid grains, repaired without velocity;
+//! - `assembly`, `update`, `balance`, `driven`: the contact problem of a step, what its solution changes, and checks of it;
+//! - [`threads`]: a step by several threads.
 
 mod assembly;
 mod balance;
 mod driven;
+pub mod injection;
+pub mod ledger;
+pub mod repair;
+pub mod state;
+pub mod threads;
 mod update;
 
+use protocol::larger;
+use serde::{Deserialize, Serialize};
+
 use crate::bodies::Bodies;
-use crate::cohesion::Cohesion;
-use crate::drive::Moment;
+use crate::bodies::drive::StepTime;
+use crate::config::solver::{Algorithm, Criteria};
 use crate::error::DemError;
-use crate::injection;
-use crate::repair::{self, Repair, Stepped};
-use crate::solver::{Algorithm, Convergence, Criteria, Partition, Problem, Solver, in_pieces};
-use crate::state::State;
+use crate::law::cohesion::Cohesion;
+use crate::solver::Solver;
+use crate::solver::partition::{Partition, in_pieces};
+use crate::solver::problem::Problem;
+use crate::solver::residual::Convergence;
+use crate::step::repair::{Repair, RepairInput};
+use crate::step::state::State;
 
 /// Input of a step: the bodies, and everything that moves them.
 #[derive(Clone, Copy, Debug)]
@@ -40,9 +55,9 @@ pub struct StepInput<'a> {
 }
 
 impl StepInput<'_> {
-    /// The moment at which the loads of driven clusters are taken.
-    pub fn moment(&self) -> Moment {
-        Moment {
+    /// The time at which the loads of driven clusters are taken.
+    pub fn step_time(&self) -> StepTime {
+        StepTime {
             time: self.loaded,
             step: self.step,
             theta: self.theta,
@@ -55,8 +70,8 @@ impl StepInput<'_> {
 pub struct StepSummary {
     /// State of convergence in which the contact solver ended; of the repair of overlaps, if only that did not converge.
     pub convergence: Convergence,
-    /// True if that is of the repair.
-    pub starved_repair: bool,
+    /// True if the solve of the step converged, and only the repair did not.
+    pub repair_failed: bool,
     /// Contacts in the problem.
     pub listed: usize,
     /// Contacts that carry force.
@@ -71,8 +86,8 @@ pub struct StepSummary {
     pub momentum_defect: f64,
     /// Part of that change of momentum over h which belongs to mass that `mass_scale` adds (N).
     pub added_inertia: f64,
-    /// Half the sum of the forces between the free grains and everything else (N).
-    pub through: f64,
+    /// Half the sum of the forces that act between the free grains and everything else (N).
+    pub transmitted: f64,
 }
 
 impl StepSummary {
@@ -132,14 +147,14 @@ impl Stepper {
         let balance = self.momentum_balance(state, input);
         summary.momentum_defect = balance.defect;
         summary.added_inertia = balance.inertia * bodies.added_mass_rel;
-        summary.through = balance.through;
+        summary.transmitted = balance.transmitted;
         self.drive_clusters(state, input);
         self.update_bodies(state, input);
         let drift = input.step * input.theta;
         state.drift(bodies, drift);
         state.place_face(bodies, state.wheel.position[0]);
         if bodies.law.penetration.repairs() {
-            let done = Stepped {
+            let done = RepairInput {
                 bodies,
                 solved: &self.problem,
                 drift,
@@ -148,7 +163,7 @@ impl Stepper {
             };
             let verdict = self.repair.make(state, &done)?;
             if let Some(verdict) = verdict.filter(|verdict| !verdict.converged) {
-                summary.starved_repair = convergence.converged;
+                summary.repair_failed = convergence.converged;
                 summary.convergence = verdict;
             }
             summary.overlap = repair::overlaps(bodies, state);
@@ -206,9 +221,9 @@ impl Stepper {
             contacts.len(),
             contacts,
             criteria.parallel,
-            |place, contacts| {
+            |range, contacts| {
                 let (mut adhesions, mut softened) = (Vec::new(), Vec::new());
-                for (index, contact) in place.zip(contacts) {
+                for (index, contact) in range.zip(contacts) {
                     let Some(bond) = problem.bonds.get(contact.bond as usize) else {
                         continue;
                     };
@@ -235,11 +250,11 @@ impl Stepper {
             return false;
         }
         for index in &self.softened {
-            let place = problem.contacts[*index as usize].bond as usize;
-            let contact = &mut problem.bonds[place];
+            let number = problem.contacts[*index as usize].bond as usize;
+            let contact = &mut problem.bonds[number];
             let bond = &state.bonds[contact.index as usize];
             let [a, b] = [bond.a, bond.b].map(|body| body as usize);
-            contact.soften(bodies.law_of(a, b), bond, self.adhesion[place], h);
+            contact.soften(bodies.law_of(a, b), bond, self.adhesion[number], h);
         }
         true
     }

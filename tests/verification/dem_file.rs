@@ -4,7 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use dem_node::config::Config;
-use dem_node::sample::{self, Disk, Sample};
+use dem_node::sample;
+use dem_node::sample::types::{Disk, Sample};
 use serde_json::{Value, json};
 
 use crate::dem_support::{build, march, refusal, scene};

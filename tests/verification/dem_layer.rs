@@ -5,8 +5,13 @@
 //! beds 0.80 to 0.84. The tolerance of 15 % on the count is the scatter over seeds, the fraction's is its trend
 //! with the bed's height (walls pack looser).
 
-use dem_node::config::{Config, LayerConfig, RadiusLaw, SampleConfig};
-use dem_node::sample::{self, Sample, bed, layer};
+use dem_node::config::Config;
+use dem_node::config::layer::LayerConfig;
+use dem_node::config::radii::RadiusLaw;
+use dem_node::config::sample::SampleConfig;
+use dem_node::sample;
+use dem_node::sample::types::{Disk, Sample};
+use dem_node::sample::{bed, layer};
 use serde_json::{Value, json};
 
 use crate::dem_support::refusal;
@@ -82,7 +87,7 @@ fn the_pressed_bed_is_dense() {
 fn the_layer_follows_the_crown_with_constant_thickness() {
     let thickness = 0.3e-3;
     let sample = layer_of(thickness, 1);
-    let surface = |disk: &sample::Disk| disk.centre[1] + disk.radius + drop_at(disk.centre[0]);
+    let surface = |disk: &Disk| disk.centre[1] + disk.radius + drop_at(disk.centre[0]);
     for millimetre in -7..7 {
         let range = f64::from(millimetre) * 1e-3..f64::from(millimetre + 1) * 1e-3;
         let here = sample
@@ -126,7 +131,7 @@ fn the_glued_row_lies_within_a_radius_of_the_crowned_line() {
 #[test]
 fn rigid_grains_start_without_overlap() {
     let sample = layer::prepare(&recipe(0.15e-3), None, false, 1).expect("the recipe works");
-    let disks: Vec<&sample::Disk> = sample.free.iter().chain(&sample.glued).collect();
+    let disks: Vec<&Disk> = sample.free.iter().chain(&sample.glued).collect();
     for (i, a) in disks[..sample.free.len()].iter().enumerate() {
         for b in &disks[i + 1..] {
             let (dx, dy) = (a.centre[0] - b.centre[0], a.centre[1] - b.centre[1]);

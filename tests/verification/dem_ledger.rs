@@ -40,7 +40,7 @@ fn passing(speed: f64) -> Value {
 fn gaps(dem: &Dem) -> [f64; 2] {
     let [a, b] = [dem.state().centres[0], dem.state().centres[1]];
     let distance = (b[0] - a[0]).hypot(b[1] - a[1]);
-    [distance - 2.0 * R, dem.state().list.slots[0].left]
+    [distance - 2.0 * R, dem.state().list.slots[0].last_gap]
 }
 
 /// Detections of nine steps, in which the pair stays together: their sum and that of their sizes (J).

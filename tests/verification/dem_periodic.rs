@@ -9,8 +9,9 @@
 //! step, which a heap multiplies by its condition (below 1e3).
 
 use dem_node::Dem;
-use dem_node::config::{Config, SampleConfig};
-use dem_node::detect::Slot;
+use dem_node::config::Config;
+use dem_node::config::sample::SampleConfig;
+use dem_node::contact::detect::Slot;
 use dem_node::sample::bed;
 use protocol::Node;
 use serde_json::{Value, json};
@@ -293,10 +294,10 @@ fn the_bed_of_a_strip_has_no_walls() {
         "{}",
         bed.solid_fraction
     );
-    let (pairs, _) = bed.pile.contacts();
-    let x = |disk: u32| bed.pile.centres[disk as usize][0];
+    let (pairs, _) = bed.packing.contacts();
+    let x = |disk: u32| bed.packing.centres[disk as usize][0];
     assert!(
-        bed.pile
+        bed.packing
             .centres
             .iter()
             .all(|c| (-2e-3..2e-3).contains(&c[0]))

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use dem_node::Dem;
 use dem_node::config::Config;
-use dem_node::prepared::{Prepared, SampleStore};
-use dem_node::sample::{Disk, Sample};
+use dem_node::sample::prepared::{Prepared, SampleStore};
+use dem_node::sample::types::{Disk, Sample};
 use protocol::{Node, Setting};
 use serde_json::{Value, json};
 

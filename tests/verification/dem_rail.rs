@@ -6,9 +6,12 @@
 
 use std::f64::consts::PI;
 
-use dem_node::config::{Config, Radii, RadiusLaw, SampleConfig};
+use dem_node::config::Config;
+use dem_node::config::radii::{Radii, RadiusLaw};
+use dem_node::config::sample::SampleConfig;
+use dem_node::sample;
 use dem_node::sample::random::RandomNumbers;
-use dem_node::sample::{self, Disk, Sample};
+use dem_node::sample::types::{Disk, Sample};
 use protocol::{Node, Setting};
 use serde_json::{Value, json};
 

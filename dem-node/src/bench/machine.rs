@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use crate::lanes::{Lanes, widest};
+use crate::law::lanes::{Lanes, widest};
 
 /// Fewest passes of each timing; the quietest counts.
 pub const PASSES: usize = 5;

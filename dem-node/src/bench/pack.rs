@@ -4,16 +4,17 @@ use std::f64::consts::PI;
 
 use super::machine::quietest;
 use crate::bodies::Bodies;
-use crate::boundary::CompliantBoundary;
-use crate::config::{Radii, RadiusLaw};
-use crate::faces::{Face, RigidWall};
+use crate::bodies::faces::{Face, RigidWall};
+use crate::config::radii::{Radii, RadiusLaw};
+use crate::contact::boundary::CompliantBoundary;
 use crate::law::Law;
+use crate::sample::layer;
 use crate::sample::random::RandomNumbers;
-use crate::sample::relax::Pile;
-use crate::sample::{Disk, layer};
+use crate::sample::relax::Packing;
+use crate::sample::types::Disk;
 use crate::setup::{ALERT, SKIN};
-use crate::solver::Problem;
-use crate::state::State;
+use crate::solver::problem::Problem;
+use crate::step::state::State;
 use crate::step::{StepInput, Stepper};
 
 const STEP: f64 = 1e-6;
@@ -35,14 +36,14 @@ pub struct Pack {
 impl Pack {
     /// A pressed bed of about so many disks and its mirror images, `columns` by `lines`.
     pub fn new(disks: usize, columns: usize, lines: usize) -> Pack {
-        let pile = pressed(disks);
-        let (width, height) = (2.0 * pile.half_width, pile.ceiling - pile.floor);
+        let packing = pressed(disks);
+        let (width, height) = (2.0 * packing.half_width, packing.ceiling - packing.floor);
         let mut all = Vec::new();
         for column in 0..columns {
             for line in 0..lines {
-                for (centre, radius) in pile.centres.iter().zip(&pile.radii) {
-                    let x = mirrored(centre[0] + pile.half_width, width, column);
-                    let y = mirrored(centre[1] - pile.floor, height, line);
+                for (centre, radius) in packing.centres.iter().zip(&packing.radii) {
+                    let x = mirrored(centre[0] + packing.half_width, width, column);
+                    let y = mirrored(centre[1] - packing.floor, height, line);
                     all.push(Disk {
                         centre: [x, y],
                         radius: *radius,
@@ -141,7 +142,7 @@ fn mirrored(x: f64, length: f64, copy: usize) -> f64 {
 }
 
 /// A square bed between four fixed plates, relaxed until its forces are balanced to a percent.
-fn pressed(disks: usize) -> Pile {
+fn pressed(disks: usize) -> Packing {
     let mut random = RandomNumbers::new(1);
     let law = Radii {
         law: RadiusLaw::SurfaceUniform,
@@ -155,7 +156,7 @@ fn pressed(disks: usize) -> Pile {
         let mut place = || random.between(r - half_width, half_width - r);
         [place(), place()]
     });
-    let mut pile = Pile {
+    let mut packing = Packing {
         centres: centres.collect(),
         movable: disks,
         radii,
@@ -165,6 +166,6 @@ fn pressed(disks: usize) -> Pile {
         half_width,
         thrust: None,
     };
-    pile.relax(RELAXATIONS, |load| load.unbalanced() <= 1e-2 * load.mean());
-    pile
+    packing.relax(RELAXATIONS, |load| load.unbalanced() <= 1e-2 * load.mean());
+    packing
 }

@@ -7,8 +7,8 @@ use serde::Deserialize;
 use super::drive::ClusterDriveConfig;
 use super::fill::{FillConfig, RowConfig};
 use super::limits::{finite, positive, refuse_if};
-use crate::geometry::range;
-use crate::pairs::{GRAINS, ROWS, WHEEL};
+use crate::bodies::geometry::range;
+use crate::bodies::pairs::{GRAINS, ROWS, WHEEL};
 
 /// Disks and walls one by one, and areas and rows that are filled with disks.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
@@ -86,7 +86,7 @@ pub struct WallConfig {
 }
 
 /// Mass, motion and locks of the disks with `cluster = name`.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ClusterConfig {
     /// The name that its disks give.

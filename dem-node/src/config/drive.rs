@@ -44,13 +44,13 @@ pub enum Free {
     Free,
 }
 
-impl Component {
-    fn number(self) -> Option<f64> {
-        match self {
+fn numbers(given: Option<[Component; 2]>) -> [Option<f64>; 2] {
+    given.map_or([None; 2], |both| {
+        both.map(|component| match component {
             Component::Given(number) => Some(number),
             Component::Free(_) => None,
-        }
-    }
+        })
+    })
 }
 
 const DIRECTIONS: [&str; 2] = ["x", "y"];
@@ -58,14 +58,12 @@ const DIRECTIONS: [&str; 2] = ["x", "y"];
 impl ClusterDriveConfig {
     /// Velocity along x and y where one is prescribed (m/s).
     pub fn velocity(&self) -> [Option<f64>; 2] {
-        let given = self.velocity_m_per_s;
-        given.map_or([None; 2], |both| both.map(Component::number))
+        numbers(self.velocity_m_per_s)
     }
 
     /// Force over time along x and y (s, N); empty where none acts.
     pub fn forces(&self) -> [LoadTable; 2] {
-        let given = self.force_n;
-        let constant = given.map_or([None; 2], |both| both.map(Component::number));
+        let constant = numbers(self.force_n);
         let velocity = self.velocity();
         [0, 1].map(|k| match (&self.load_table, constant[k]) {
             (Some(table), _) if velocity[k].is_none() => table.clone(),
@@ -76,9 +74,7 @@ impl ClusterDriveConfig {
 
     pub(super) fn validate(&self, key: &str) -> Result<(), ConfigError> {
         let velocity = self.velocity();
-        let force = self
-            .force_n
-            .map_or([None; 2], |both| both.map(Component::number));
+        let force = numbers(self.force_n);
         for k in 0..2 {
             let name = DIRECTIONS[k];
             for (word, value) in [("velocity_m_per_s", velocity[k]), ("force_n", force[k])] {

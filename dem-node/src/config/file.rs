@@ -76,27 +76,27 @@ fn parse(text: &str) -> Result<Vec<DiskConfig>, ConfigError> {
     Ok(disks)
 }
 
-/// Place of each of [`COLUMNS`] in a line.
+/// Index of each of [`COLUMNS`] in a line.
 fn columns(header: &str) -> Result<[usize; 4], ConfigError> {
     let names: Vec<&str> = header.split(',').map(str::trim).collect();
     let fault = |problem: String| {
         ConfigError::new(KEY, format!("line 1: {problem}"))
             .help(format!("columns: {}", COLUMNS.join(", ")))
     };
-    for (place, name) in names.iter().enumerate() {
+    for (index, name) in names.iter().enumerate() {
         if !COLUMNS.contains(name) {
             return Err(fault(format!("{name:?} is no column of such a table")));
         }
-        if names[..place].contains(name) {
+        if names[..index].contains(name) {
             return Err(fault(format!("the column {name} is there twice")));
         }
     }
-    let mut places = [0; 4];
-    for (place, column) in places.iter_mut().zip(COLUMNS) {
+    let mut indices = [0; 4];
+    for (index, column) in indices.iter_mut().zip(COLUMNS) {
         let found = names.iter().position(|name| *name == column);
-        *place = found.ok_or_else(|| fault(format!("the column {column} is missing")))?;
+        *index = found.ok_or_else(|| fault(format!("the column {column} is missing")))?;
     }
-    Ok(places)
+    Ok(indices)
 }
 
 /// The disk of a line; errors name the column.

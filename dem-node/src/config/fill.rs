@@ -64,11 +64,7 @@ pub struct RowConfig {
 impl FillConfig {
     /// The radii.
     pub fn radii(&self) -> Radii {
-        Radii {
-            law: self.law,
-            power: self.power,
-            ends: [self.radius_min_m, self.radius_max_m],
-        }
+        Radii::new(self.law, self.power, self.radius_min_m, self.radius_max_m)
     }
 
     /// Columns and rows of the grid.
@@ -97,11 +93,7 @@ impl FillConfig {
 impl RowConfig {
     /// The radii.
     pub fn radii(&self) -> Radii {
-        Radii {
-            law: self.law,
-            power: self.power,
-            ends: [self.radius_min_m, self.radius_max_m],
-        }
+        Radii::new(self.law, self.power, self.radius_min_m, self.radius_max_m)
     }
 
     /// Number of its disks.

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::limits::{at_least, positive, refuse_given, refuse_if, required, within};
-use crate::cohesion::HPrime;
 use crate::law::Penetration;
+use crate::law::cohesion::HPrime;
 
 /// `law`: unilateral contact with optional friction and compliance.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]

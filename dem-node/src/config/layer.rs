@@ -69,11 +69,7 @@ fn press() -> Vec<f64> {
 impl LayerConfig {
     /// The radii.
     pub fn radii(&self) -> Radii {
-        Radii {
-            law: self.law,
-            power: self.power,
-            ends: [self.radius_min_m, self.radius_max_m],
-        }
+        Radii::new(self.law, self.power, self.radius_min_m, self.radius_max_m)
     }
 
     /// The layer with the half-width that belongs to a load (N), and no rule any more.

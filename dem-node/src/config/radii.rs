@@ -35,6 +35,12 @@ pub struct Radii {
 }
 
 impl Radii {
+    /// Radii between a smallest and a largest one (m).
+    pub(super) fn new(law: RadiusLaw, power: Option<f64>, smallest: f64, largest: f64) -> Radii {
+        let ends = [smallest, largest];
+        Radii { law, power, ends }
+    }
+
     /// The radius (m) below which the part u of all radii lies, 0 <= u < 1, by inverting the cumulative distribution: for
     /// p ~ r^-2 that is (1/a - 1/r) / (1/a - 1/b), for p ~ r^k with m = k + 1 it is (r^m - a^m) / (b^m - a^m).
     pub fn at(&self, u: f64) -> f64 {

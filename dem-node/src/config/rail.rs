@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::limits::{at_least, positive, refuse_if};
 use super::radii::{Radii, RadiusLaw};
-use crate::geometry::drop_at;
+use crate::bodies::geometry::drop_at;
 
 /// More grains than this are taken for a mistyped unit: they would relax for hours.
 const GRAINS_MAX: f64 = 5e5;
@@ -60,11 +60,7 @@ pub enum HeightAt {
 impl RailConfig {
     /// The radii.
     pub fn radii(&self) -> Radii {
-        Radii {
-            law: self.law,
-            power: self.power,
-            ends: [self.radius_min_m, self.radius_max_m],
-        }
+        Radii::new(self.law, self.power, self.radius_min_m, self.radius_max_m)
     }
 
     /// Height of the base (m), below the top of the crown.

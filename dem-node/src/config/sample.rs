@@ -12,7 +12,7 @@ use super::layer::LayerConfig;
 use super::limits::{PERIOD, finite, refuse_if};
 use super::radii::Radii;
 use super::rail::RailConfig;
-use crate::geometry::Period;
+use crate::bodies::geometry::Period;
 
 /// Diameters of the widest disk that a strip must hold: a grain and its neighbours must not meet around it.
 const DIAMETERS: f64 = 4.0;
@@ -28,17 +28,6 @@ pub enum SampleConfig {
     Rail(RailConfig),
     /// Disks and walls one by one, or the disks of a file.
     Disks(DisksConfig),
-}
-
-/// Disks of the sample's radii side by side.
-#[derive(Clone, Copy, Debug)]
-pub struct Row {
-    /// The radii.
-    pub radii: Radii,
-    /// Width of the sample (m).
-    pub width: f64,
-    /// Seed of the packing; the run's seed when absent.
-    pub seed: Option<u64>,
 }
 
 /// The words for `sample.kind`.
@@ -188,19 +177,13 @@ impl SampleConfig {
         )
     }
 
-    /// The row of disks that a wheel as wide as the sample has; `None` for listed disks.
-    pub fn row(&self) -> Option<Row> {
+    /// The row of disks that a wheel as wide as the sample has: radii, width (m) and seed; `None` for listed disks.
+    pub fn wheel_row(&self) -> Option<(Radii, f64, Option<u64>)> {
         match self {
-            SampleConfig::Layer(layer) => Some(Row {
-                radii: layer.radii(),
-                width: 2.0 * layer.half_width_m,
-                seed: layer.seed,
-            }),
-            SampleConfig::Rail(rail) => Some(Row {
-                radii: rail.radii(),
-                width: rail.width_m,
-                seed: rail.seed,
-            }),
+            SampleConfig::Layer(layer) => {
+                Some((layer.radii(), 2.0 * layer.half_width_m, layer.seed))
+            }
+            SampleConfig::Rail(rail) => Some((rail.radii(), rail.width_m, rail.seed)),
             SampleConfig::Disks(_) => None,
         }
     }

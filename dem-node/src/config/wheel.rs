@@ -103,7 +103,7 @@ impl WheelConfig {
     ) -> Result<(), ConfigError> {
         let rough = self.face == FaceKind::Disks;
         refuse_if(
-            rough && sample.row().is_none(),
+            rough && sample.wheel_row().is_none(),
             "wheel.face",
             "\"disks\" takes the radii of the sample, and listed disks have no law of radii",
             "write face = \"flat\", or choose another sample.kind",

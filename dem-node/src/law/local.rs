@@ -88,7 +88,7 @@ impl LocalLaw {
         if stick_t.abs() <= self.friction * stick_n {
             return [stick_n, stick_t];
         }
-        // Chosen without a branch: nobody foretells to which side the next contact slides.
+        // Chosen without a branch: no processor predicts to which side the next contact slides.
         let side = usize::from(stick_t <= 0.0);
         let r_n = -b[0] * self.slide[side];
         [r_n, [self.friction, -self.friction][side] * r_n]

@@ -4,7 +4,7 @@
 //! Coulomb sector, and the natural map that of r - U/D, with b = U - D r. A bond is on one branch of its normal law at a
 //! time ([`super::local::in_tension`]), where it has bounds on r_n and a compliance of its own.
 
-use crate::lanes::Lanes;
+use crate::law::lanes::Lanes;
 
 /// r_n = max(0, -b_n / D_n), lane by lane; `inverse` is 1/D_n. Written so that a NaN stays one.
 #[inline(always)]
@@ -26,7 +26,7 @@ pub fn normal_defect<const N: usize>(u: Lanes<N>, scaled: Lanes<N>) -> Lanes<N> 
 
 /// The part of a direction of r that the bounds leave: none where r is at a bound and the direction points outwards.
 ///
-/// Without short cuts: sliding contacts cannot be foretold, and a wrong guess costs as much as the arithmetic.
+/// Without short cuts: no processor predicts which contacts slide, and a wrong guess costs as much as the arithmetic.
 #[inline(always)]
 pub fn feasible<const N: usize>(
     direction: Lanes<N>,

@@ -4,8 +4,8 @@ use protocol::checkpoint::{pack, unpack};
 use protocol::{Cause, NodeError};
 
 use super::dem::{Dem, Progress};
-use crate::flow::Flow;
-use crate::state::State;
+use crate::measure::flow::Flow;
+use crate::step::state::State;
 
 impl Dem {
     /// Packs everything that windows have changed, with the hash of the state: fields that are read into others than they

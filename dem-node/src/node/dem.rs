@@ -4,30 +4,34 @@ use protocol::{PreparedSample, Setting, Window};
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
-use crate::bond;
-use crate::boundary::CompliantBoundary;
-use crate::bounds::Bounds;
-use crate::config::{BaseLine, Config, PlausibleConfig, ProfileConfig, StressConfig};
-use crate::drive::DriveMeans;
+use crate::config::Config;
+use crate::config::plausible::PlausibleConfig;
+use crate::config::profile::ProfileConfig;
+use crate::config::sample::BaseLine;
+use crate::config::solver::Algorithm;
+use crate::config::stress::StressConfig;
+use crate::config::wheel::WheelConfig;
+use crate::contact::bond;
+use crate::contact::boundary::CompliantBoundary;
 use crate::error::DemError;
-use crate::flow::{Flow, FlowScene};
-use crate::injection;
-use crate::interface::InterfaceDisks;
-use crate::mass_scaling::MassScaling;
-use crate::prepared::SampleStore;
-use crate::prescribed_opening::PrescribedOpening;
-use crate::profile::Profile;
-use crate::repair;
-use crate::report::{RunStatistics, StepSpan};
-use crate::sample::{Sample, perturb};
+use crate::measure::drive_means::DriveMeans;
+use crate::measure::flow::{Flow, FlowScene};
+use crate::measure::profile::Profile;
+use crate::measure::report::{RunStatistics, StepSpan};
+use crate::measure::stress::{self, StressMap};
+use crate::node::interface::InterfaceDisks;
+use crate::sample::prepared::SampleStore;
+use crate::sample::types::Sample;
+use crate::sample::{perturb, wheel_face};
 use crate::setup;
-use crate::solver::{Algorithm, Convergence, FIRST_TURNS};
-use crate::state::State;
-use crate::step::{StepInput, StepSummary, Stepper};
-use crate::stress::{self, StressMap};
-use crate::threads::SolverThreads;
-use crate::wheel::WheelProgram;
-use crate::wheel_face;
+use crate::setup::bounds::Bounds;
+use crate::setup::mass_scaling::MassScaling;
+use crate::setup::prescribed_opening::PrescribedOpening;
+use crate::solver::acceleration::FIRST_TURNS;
+use crate::solver::residual::Convergence;
+use crate::step::state::State;
+use crate::step::threads::SolverThreads;
+use crate::step::{StepInput, StepSummary, Stepper, injection, repair};
 
 /// A layer or heap of grains, with its wheel and walls, ready to step: the participant.
 pub struct Dem {
@@ -40,7 +44,7 @@ pub struct Dem {
     pub(super) bounds: Bounds,
     pub(super) solver: SolverThreads,
     pub(super) bodies: Bodies,
-    pub(super) program: Option<WheelProgram>,
+    pub(super) program: Option<WheelConfig>,
     pub(super) opening: Option<PrescribedOpening>,
     /// Number of bonds at the start.
     pub(super) initial_bond_count: usize,
@@ -76,7 +80,7 @@ pub struct Dem {
 }
 
 /// Everything that committed windows change: the checkpoint. The rest follows from configuration and handshake.
-#[derive(Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize)]
 pub(super) struct Progress {
     /// The committed state.
     pub state: State,
@@ -133,7 +137,7 @@ impl Dem {
         sample.free.extend(&fed);
         let mut bodies = setup::bodies(config, setting.thickness_m, &sample, fed.len());
         let (state, opening) = start(config, &mut bodies, &sample)?;
-        let program = config.wheel.clone().map(WheelProgram);
+        let program = config.wheel.clone();
         let mut stepper = Stepper::default();
         stepper.problem.boundary = CompliantBoundary::fixed(bodies.glued());
         Ok(Dem {
@@ -159,13 +163,9 @@ impl Dem {
             trial: state.clone(),
             progress: Progress {
                 statistics: RunStatistics::new(state.wheel.position[1]),
-                driven: DriveMeans::default(),
-                profile: Profile::default(),
-                held_stress: None,
                 flow: config.flow.map(|_| Flow::new(&bodies, &state)),
                 state,
-                steps: 0,
-                contact_iterations: 0.0,
+                ..Progress::default()
             },
             flow: (config.flow).map(|flow| FlowScene::new(flow, &bodies, config.mass_scale)),
             bodies,
@@ -238,7 +238,7 @@ impl Dem {
             iterations,
             ..
         } = summary.convergence;
-        if summary.starved_repair {
+        if summary.repair_failed {
             return DemError::NotRepaired {
                 window: window.index,
                 residual,
@@ -281,7 +281,7 @@ impl Dem {
             let grains = (&self.bodies, &*state, self.setting.thickness_m);
             profile.record(config, grains, [start, end]);
         }
-        let holds = |program: &WheelProgram| program.ends_hold([start, end]);
+        let holds = |program: &WheelConfig| program.ends_hold([start, end]);
         if let Some(config) = &self.stress
             && self.program.as_ref().is_some_and(holds)
         {
@@ -295,7 +295,7 @@ impl Dem {
         let span = StepSpan {
             start,
             end,
-            drive_work: state.accounts.drive - drive_before,
+            drive_work: state.ledger.drive - drive_before,
         };
         statistics.record(self.program.as_ref(), state, summary, &span);
     }

@@ -12,18 +12,18 @@ impl Dem {
         names.collect()
     }
 
-    /// Signals of driven clusters in that order: force of the grains in the last step (N), place of the centre of mass (m).
+    /// Signals of driven clusters in that order: force of the grains in the last step (N), position of the centre of mass (m).
     pub(super) fn driven_signals(&self) -> impl Iterator<Item = f64> {
         let driven = self.bodies.clusters.driven().enumerate();
-        driven.flat_map(|(place, (index, ..))| {
-            let forces = self.stepper.on_driven.get(place);
+        driven.flat_map(|(number, (index, ..))| {
+            let forces = self.stepper.on_driven.get(number);
             let [fx, fy] = forces.copied().unwrap_or_default();
             let [x, y] = self.progress.state.clusters[index].centre;
             [fx, fy, x, y]
         })
     }
 
-    /// Results of driven clusters: forces of the grains, means over the second half of a run, and places at its end.
+    /// Results of driven clusters: forces of the grains, means over the second half of a run, and positions at its end.
     pub(super) fn driven_results(&self) -> impl Iterator<Item = (String, f64)> {
         let driven = self.bodies.clusters.driven();
         let results = driven.zip(self.progress.driven.forces());

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::dem::Dem;
 use crate::error::DemError;
-use crate::snapshot;
-use crate::stress::StressMap;
+use crate::measure::snapshot;
+use crate::measure::stress::StressMap;
 
 impl Dem {
     /// Writes `<participant>-profile.csv` and `<participant>-stress.csv` beside the fields, where they are asked for.

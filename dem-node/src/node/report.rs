@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use protocol::{BoundaryInertia, Role, Term};
 
 use super::dem::Dem;
-use crate::bond;
-use crate::flow::Flow;
-use crate::plausible::Judged;
-use crate::report;
+use crate::contact::bond;
+use crate::measure::flow::Flow;
+use crate::measure::plausible::FinishedRun;
+use crate::measure::report;
 use crate::step::StepSummary;
 
 impl Dem {
@@ -42,23 +42,21 @@ impl Dem {
 
     /// The energy balance: names, roles and values of its terms, with the energies stored since the start (J).
     fn ledger(&self, stored: [f64; 4]) -> impl Iterator<Item = (&'static str, Role, f64)> {
-        let accounts = &self.progress.state.accounts;
-        let clusters = &self.bodies.clusters;
-        let moved = self.bodies.wall_speed() > 0.0 || clusters.driven().next().is_some();
-        let walls = moved.then_some(("walls", Role::Work, accounts.walls));
-        let fed = self.bodies.injection.is_some();
-        let injection = fed.then_some(("injection", Role::Work, accounts.injection));
+        let (ledger, bodies) = (&self.progress.state.ledger, &self.bodies);
+        let clusters = &bodies.clusters;
+        let moved = bodies.wall_speed() > 0.0 || clusters.driven().next().is_some();
+        let (fed, repairs) = (bodies.injection.is_some(), bodies.law.penetration.repairs());
         let damped = clusters.driven().any(|(_, _, drive)| drive.damping > 0.0);
-        let damping = damped.then_some(("damping", Role::Dissipated, accounts.damping));
-        let repairs = self.bodies.law.penetration.repairs();
-        let repair = repairs.then_some(("repair", Role::Dissipated, accounts.repair));
-        accounts
-            .terms(stored)
+        let some = [
+            (moved, ("walls", Role::Work, ledger.walls)),
+            (fed, ("injection", Role::Work, ledger.injection)),
+            (repairs, ("repair", Role::Dissipated, ledger.repair)),
+            (damped, ("damping", Role::Dissipated, ledger.damping)),
+        ];
+        let some = some
             .into_iter()
-            .chain(walls)
-            .chain(injection)
-            .chain(repair)
-            .chain(damping)
+            .filter_map(|(there, term)| there.then_some(term));
+        ledger.terms(stored).into_iter().chain(some)
     }
 
     pub(super) fn ledger_terms(&self) -> Vec<Term> {
@@ -140,9 +138,9 @@ impl Dem {
             .collect()
     }
 
-    /// The run as it is judged at its end.
-    pub(super) fn judged(&self) -> Judged<'_> {
-        Judged {
+    /// The run at its end, for the checks of plausibility.
+    pub(super) fn finished_run(&self) -> FinishedRun<'_> {
+        FinishedRun {
             bounds: self.plausible,
             bodies: &self.bodies,
             state: &self.progress.state,

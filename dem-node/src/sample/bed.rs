@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use crate::config::LayerConfig;
+use crate::bodies::geometry::Period;
+use crate::config::layer::LayerConfig;
 use crate::error::DemError;
-use crate::geometry::Period;
 use crate::sample::random::RandomNumbers;
-use crate::sample::relax::Pile;
+use crate::sample::relax::Packing;
 
 /// Solid fraction that a pressed bed of such disks reaches; it sets how many of them are drawn.
 const EXPECTED_FRACTION: f64 = 0.83;
@@ -22,7 +22,7 @@ const MAX_ITERATIONS: usize = 40_000;
 /// A pressed bed whose upper plate stands at y = thickness of the layer.
 pub struct Bed {
     /// The disks between their plates.
-    pub pile: Pile,
+    pub packing: Packing,
     /// Area of the disks over the area between the plates.
     pub solid_fraction: f64,
     /// Mean overlap of the contacts under the last pressure (m).
@@ -32,13 +32,13 @@ pub struct Bed {
 /// Draws the disks, drops them between the walls and presses them. `stiffness` is that of the contacts over the
 /// thickness (Pa).
 pub fn press(recipe: &LayerConfig, stiffness: f64, seed: u64) -> Result<Bed, DemError> {
-    let mut pile = drop_disks(recipe, &mut RandomNumbers::new(seed));
+    let mut packing = drop_disks(recipe, &mut RandomNumbers::new(seed));
     let tolerated = 0.05 * recipe.radius_min_m;
-    pile.relax(MAX_ITERATIONS, |load| load.largest() < tolerated);
+    packing.relax(MAX_ITERATIONS, |load| load.largest() < tolerated);
     let mut mean_overlap = 0.0;
     for pressure in &recipe.press_pa {
-        pile.thrust = Some(2.0 * pile.half_width * pressure / stiffness);
-        let (iterations, load) = pile.relax(MAX_ITERATIONS, |load| load.is_balanced(UNBALANCED));
+        packing.thrust = Some(2.0 * packing.half_width * pressure / stiffness);
+        let (iterations, load) = packing.relax(MAX_ITERATIONS, |load| load.is_balanced(UNBALANCED));
         mean_overlap = load.mean();
         if iterations == MAX_ITERATIONS {
             return Err(DemError::NotAtRest {
@@ -48,21 +48,23 @@ pub fn press(recipe: &LayerConfig, stiffness: f64, seed: u64) -> Result<Bed, Dem
             });
         }
     }
-    require_jammed(&pile)?;
-    if let Some(period) = pile.period {
-        pile.centres
+    require_jammed(&packing)?;
+    if let Some(period) = packing.period {
+        packing
+            .centres
             .iter_mut()
             .for_each(|c| c[0] = period.inside(c[0]));
     }
     Ok(Bed {
-        solid_fraction: area(&pile.radii) / (2.0 * pile.half_width * (pile.ceiling - pile.floor)),
-        pile,
+        solid_fraction: area(&packing.radii)
+            / (2.0 * packing.half_width * (packing.ceiling - packing.floor)),
+        packing,
         mean_overlap,
     })
 }
 
 /// Draws disks until they fill the bed and places their centres at random in a looser box under the plate.
-fn drop_disks(recipe: &LayerConfig, random: &mut RandomNumbers) -> Pile {
+fn drop_disks(recipe: &LayerConfig, random: &mut RandomNumbers) -> Packing {
     let width = 2.0 * recipe.half_width_m;
     let target = EXPECTED_FRACTION * width * (recipe.thickness_m + recipe.bed_extra_m);
     let mut radii = Vec::new();
@@ -81,7 +83,7 @@ fn drop_disks(recipe: &LayerConfig, random: &mut RandomNumbers) -> Pile {
         let x = random.between(margin - recipe.half_width_m, recipe.half_width_m - margin);
         [x, random.between(floor + r, ceiling - r)]
     });
-    Pile {
+    Packing {
         centres: centres.collect(),
         movable: radii.len(),
         radii,
@@ -97,8 +99,8 @@ fn area(radii: &[f64]) -> f64 {
     radii.iter().map(|r| PI * r * r).sum()
 }
 
-fn require_jammed(pile: &Pile) -> Result<(), DemError> {
-    let coordination = coordination(pile);
+fn require_jammed(packing: &Packing) -> Result<(), DemError> {
+    let coordination = coordination(packing);
     if coordination >= JAMMED {
         return Ok(());
     }
@@ -110,9 +112,9 @@ fn require_jammed(pile: &Pile) -> Result<(), DemError> {
 
 /// Contacts per grain that carries load, times two; a contact with a plate counts once like any other. Grains with
 /// fewer than three contacts carry none (rattlers), nor do those that only rattlers hold.
-fn coordination(pile: &Pile) -> f64 {
-    let (pairs, plates) = pile.contacts();
-    let mut carries = vec![true; pile.movable];
+fn coordination(packing: &Packing) -> f64 {
+    let (pairs, plates) = packing.contacts();
+    let mut carries = vec![true; packing.movable];
     loop {
         let mut degree = plates.clone();
         let mut inner = 0u32;
@@ -124,12 +126,12 @@ fn coordination(pile: &Pile) -> f64 {
                 inner += 1;
             }
         }
-        let rattlers: Vec<usize> = (0..pile.movable)
+        let rattlers: Vec<usize> = (0..packing.movable)
             .filter(|i| carries[*i] && degree[*i] < 3)
             .collect();
         if rattlers.is_empty() {
             let grains = carries.iter().filter(|c| **c).count().max(1);
-            let held: u32 = (0..pile.movable)
+            let held: u32 = (0..packing.movable)
                 .filter(|i| carries[*i])
                 .map(|i| plates[i])
                 .sum();
@@ -143,8 +145,8 @@ fn coordination(pile: &Pile) -> f64 {
 mod tests {
     use super::*;
 
-    fn pile(centres: Vec<[f64; 2]>) -> Pile {
-        Pile {
+    fn packing(centres: Vec<[f64; 2]>) -> Packing {
+        Packing {
             radii: vec![0.5; centres.len()],
             movable: centres.len(),
             centres,
@@ -158,7 +160,7 @@ mod tests {
 
     #[test]
     fn a_chain_in_equilibrium_is_no_packing() {
-        let chain = pile(
+        let chain = packing(
             (0..10)
                 .map(|i| [0.0, 0.499 + 0.998 * f64::from(i)])
                 .collect(),
@@ -171,6 +173,6 @@ mod tests {
     fn rattlers_and_what_only_they_hold_do_not_count() {
         // A 4 x 4 square block on the floor: its corners have 2 contacts or 3, and peel off one after the other.
         let block = (0..16).map(|i| [0.998 * f64::from(i % 4), 0.499 + 0.998 * f64::from(i / 4)]);
-        assert_eq!(coordination(&pile(block.collect())), 0.0);
+        assert_eq!(coordination(&packing(block.collect())), 0.0);
     }
 }

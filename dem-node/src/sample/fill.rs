@@ -1,7 +1,8 @@
 //! The disks of rectangles and rows.
 
 use super::random::RandomNumbers;
-use crate::config::{DiskConfig, DisksConfig, FillConfig, RowConfig};
+use crate::config::disks::{DiskConfig, DisksConfig};
+use crate::config::fill::{FillConfig, RowConfig};
 
 /// The sample with the disks of its rows and rectangles listed behind the others. Their random numbers are those of their own
 /// seed, or follow each other from this one.
@@ -27,7 +28,7 @@ fn fill(config: &FillConfig, numbers: &mut RandomNumbers) -> Vec<DiskConfig> {
     let pitch = (config.x_m[1] - config.x_m[0]) / columns;
     let side = 2.0 * config.radius_max_m;
     let radii = config.radii();
-    let places = (0..rows as usize).flat_map(|row| (0..columns as usize).map(move |c| [c, row]));
+    let squares = (0..rows as usize).flat_map(|row| (0..columns as usize).map(move |c| [c, row]));
     let disk = |[column, row]: [usize; 2]| DiskConfig {
         x_m: config.x_m[0] + (column as f64 + 0.5) * pitch,
         y_m: config.y_m[0] + (row as f64 + 0.5) * side,
@@ -36,7 +37,7 @@ fn fill(config: &FillConfig, numbers: &mut RandomNumbers) -> Vec<DiskConfig> {
         vy_m_per_s: config.speed_m_per_s * numbers.between(-1.0, 1.0),
         ..DiskConfig::default()
     };
-    places.map(disk).collect()
+    squares.map(disk).collect()
 }
 
 /// The disks of a row from left to right.
@@ -44,8 +45,8 @@ fn row(config: &RowConfig, numbers: &mut RandomNumbers) -> Vec<DiskConfig> {
     let count = config.count();
     let pitch = (config.x_m[1] - config.x_m[0]) / count;
     let radii = config.radii();
-    let disk = |place: usize| DiskConfig {
-        x_m: config.x_m[0] + (place as f64 + 0.5) * pitch,
+    let disk = |index: usize| DiskConfig {
+        x_m: config.x_m[0] + (index as f64 + 0.5) * pitch,
         y_m: config.y_m,
         radius_m: numbers.radius(&radii),
         cluster: Some(config.cluster.clone()),
@@ -57,7 +58,7 @@ fn row(config: &RowConfig, numbers: &mut RandomNumbers) -> Vec<DiskConfig> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::RadiusLaw;
+    use crate::config::radii::RadiusLaw;
 
     #[test]
     fn a_rectangle_holds_as_many_of_the_widest_disks_as_fit_and_none_overlap() {

@@ -4,11 +4,11 @@
 //! a thin layer pressed on a ready glued row 9 to 40 % by seed; cut from the top 45 to 57 %, because the wheel then
 //! meets a rough face. A flat top would touch over its whole width, hence the shift by the crown's drop.
 
-use crate::config::LayerConfig;
+use crate::bodies::geometry::{drop_at, range};
+use crate::config::layer::LayerConfig;
 use crate::error::DemError;
-use crate::geometry::{drop_at, range};
 use crate::sample::bed::{self, Bed};
-use crate::sample::relax::Pile;
+use crate::sample::relax::Packing;
 use crate::sample::types::{Disk, Sample};
 
 /// Mean diameters by which the bare row extends past each side, to catch grains that come loose.
@@ -34,7 +34,7 @@ pub fn prepare(
     let highest = recipe.press_pa.iter().copied().fold(0.0, f64::max);
     let bed_stiffness = stiffness.unwrap_or(RIGID_BED_STIFFNESS * highest);
     let bed = bed::press(&bed_of(recipe), bed_stiffness, seed)?;
-    let (mut free, base) = cut(&bed.pile);
+    let (mut free, base) = cut(&bed.packing);
     let (mut lid, mut ceiling) = (Vec::new(), recipe.thickness_m);
     if recipe.lid {
         let (below, above) = cut_above(free, recipe.thickness_m);
@@ -78,8 +78,9 @@ fn cut_above(free: Vec<Disk>, height: f64) -> (Vec<Disk>, Vec<Disk>) {
 }
 
 /// Cuts along y = 0: disks wholly below go, disks whose centre is less than r above it are glued.
-fn cut(pile: &Pile) -> (Vec<Disk>, Vec<Disk>) {
-    pile.disks()
+fn cut(packing: &Packing) -> (Vec<Disk>, Vec<Disk>) {
+    packing
+        .disks()
         .filter(|disk| disk.centre[1] > -disk.radius)
         .partition(|disk| disk.centre[1] >= disk.radius)
 }
@@ -95,7 +96,7 @@ fn extended(
     let disks = free.iter().chain(&row);
     let sum: f64 = disks.clone().map(|disk| disk.radius).sum();
     let radius = sum / disks.count().max(1) as f64;
-    let place = |side: f64, k: usize| {
+    let disk = |side: f64, k: usize| {
         let x = side * (recipe.half_width_m + (2 * k + 1) as f64 * radius);
         Disk {
             centre: [x, height(radius)],
@@ -105,7 +106,7 @@ fn extended(
     };
     if recipe.periodic_x_m.is_none() {
         let steps = 0..CATCH_DIAMETERS as usize;
-        row.extend(steps.flat_map(|k| [place(-1.0, k), place(1.0, k)]));
+        row.extend(steps.flat_map(|k| [disk(-1.0, k), disk(1.0, k)]));
     }
     row.sort_by(|a, b| a.centre[0].total_cmp(&b.centre[0]));
     row
@@ -126,19 +127,19 @@ fn follow(recipe: &LayerConfig, mut disks: Vec<Disk>) -> Vec<Disk> {
 /// Returns the grains and the largest overlap that is left (m).
 fn release(bed: &Bed, free: Vec<Disk>, glued: &[Disk], ceiling: f64) -> (Vec<Disk>, f64) {
     let all = || free.iter().chain(glued);
-    let mut pile = Pile {
+    let mut packing = Packing {
         centres: all().map(|disk| disk.centre).collect(),
         radii: all().map(|disk| disk.radius).collect(),
         movable: free.len(),
-        period: bed.pile.period,
+        period: bed.packing.period,
         ceiling,
         floor: f64::NEG_INFINITY,
         half_width: f64::INFINITY,
         thrust: None,
     };
     let tolerated = RELEASED * bed.mean_overlap;
-    let (_, load) = pile.relax(MAX_ITERATIONS, |load| load.unbalanced() <= tolerated);
-    let moved = free.iter().zip(pile.centres);
+    let (_, load) = packing.relax(MAX_ITERATIONS, |load| load.unbalanced() <= tolerated);
+    let moved = free.iter().zip(packing.centres);
     let moved = moved.map(|(disk, centre)| Disk { centre, ..*disk });
     (moved.collect(), load.largest())
 }

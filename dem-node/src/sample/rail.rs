@@ -6,13 +6,13 @@
 
 use std::f64::consts::PI;
 
-use crate::config::RailConfig;
-use crate::detect::NearPairs;
+use crate::bodies::geometry::drop_at;
+use crate::config::rail::RailConfig;
+use crate::contact::cells::NearPairs;
 use crate::error::DemError;
-use crate::geometry::drop_at;
 use crate::sample::layer::in_columns;
 use crate::sample::random::RandomNumbers;
-use crate::sample::relax::{Pile, PileForces};
+use crate::sample::relax::{Packing, PackingForces};
 use crate::sample::types::{Disk, Sample};
 
 /// Solid fraction of the box, just below that at which p ~ r^-2 jams (0.8426).
@@ -34,9 +34,9 @@ const OVERLAP: f64 = 1e-3;
 
 /// Prepares the rail. Its solid fraction is the area of the disks above the base over that inside base, sides and crown.
 pub fn prepare(recipe: &RailConfig, seed: u64) -> Result<Sample, DemError> {
-    let mut pile = drop_disks(recipe, &mut RandomNumbers::new(seed));
-    let slackened = settle(&mut pile, recipe.radius_min_m)?;
-    let (free, mut glued) = cut(recipe, &pile);
+    let mut packing = drop_disks(recipe, &mut RandomNumbers::new(seed));
+    let slackened = settle(&mut packing, recipe.radius_min_m)?;
+    let (free, mut glued) = cut(recipe, &packing);
     let mut free = in_columns(free);
     glued.sort_by(|a, b| a.centre[0].total_cmp(&b.centre[0]));
     let last = shrinkage(&free, &glued);
@@ -55,7 +55,7 @@ pub fn prepare(recipe: &RailConfig, seed: u64) -> Result<Sample, DemError> {
 
 /// Draws disks until they fill the box and places their centres at random in it, numbered so that neighbours lie close in
 /// memory.
-fn drop_disks(recipe: &RailConfig, random: &mut RandomNumbers) -> Pile {
+fn drop_disks(recipe: &RailConfig, random: &mut RandomNumbers) -> Packing {
     let (radii, half_width) = (recipe.radii(), 0.5 * recipe.width_m);
     let margin = MARGIN * 2.0 * radii.mean();
     let (floor, ceiling) = (recipe.base() - margin, margin);
@@ -73,7 +73,7 @@ fn drop_disks(recipe: &RailConfig, random: &mut RandomNumbers) -> Pile {
         });
     }
     let disks = in_columns(disks);
-    Pile {
+    Packing {
         centres: disks.iter().map(|disk| disk.centre).collect(),
         radii: disks.iter().map(|disk| disk.radius).collect(),
         movable: disks.len(),
@@ -88,14 +88,14 @@ fn drop_disks(recipe: &RailConfig, random: &mut RandomNumbers) -> Pile {
 /// Lets the packing relax until it is at rest, and slackens one that jams below [`FRACTION`], as those of few or of equal disks
 /// do: as long as its overlaps are too large, all radii lose the mean overlap and it relaxes again. To take the largest overlap
 /// off at once would leave it without contacts. Returns the part of the radii that is left.
-fn settle(pile: &mut Pile, smallest: f64) -> Result<f64, DemError> {
-    let at_rest = |load: &PileForces| {
+fn settle(packing: &mut Packing, smallest: f64) -> Result<f64, DemError> {
+    let at_rest = |load: &PackingForces| {
         load.rms() <= APART * smallest || load.unbalanced_rms() <= UNBALANCED * load.mean()
     };
-    let mean = pile.radii.iter().sum::<f64>() / pile.radii.len() as f64;
+    let mean = packing.radii.iter().sum::<f64>() / packing.radii.len() as f64;
     let (mut left, mut spent) = (1.0, 0);
     loop {
-        let (iterations, load) = pile.relax(MAX_ITERATIONS - spent, at_rest);
+        let (iterations, load) = packing.relax(MAX_ITERATIONS - spent, at_rest);
         spent += iterations;
         if !at_rest(&load) {
             return Err(DemError::RailNotAtRest {
@@ -108,16 +108,17 @@ fn settle(pile: &mut Pile, smallest: f64) -> Result<f64, DemError> {
             return Ok(left);
         }
         let part = 1.0 - (0.5 * load.mean() / mean).max(SLACKENED);
-        pile.radii.iter_mut().for_each(|r| *r *= part);
+        packing.radii.iter_mut().for_each(|r| *r *= part);
         left *= part;
     }
 }
 
 /// Cuts along the crown, above which no centre stays, so that grains make the surface rough; and along the base: disks wholly
 /// below go, disks that cross it are glued. Returns free and glued disks.
-fn cut(recipe: &RailConfig, pile: &Pile) -> (Vec<Disk>, Vec<Disk>) {
+fn cut(recipe: &RailConfig, packing: &Packing) -> (Vec<Disk>, Vec<Disk>) {
     let base = recipe.base();
-    pile.disks()
+    packing
+        .disks()
         .filter(|disk| disk.centre[1] <= -drop_at(disk.centre[0], recipe.crown_radius_m))
         .filter(|disk| disk.centre[1] > base - disk.radius)
         .partition(|disk| disk.centre[1] >= base + disk.radius)

@@ -3,7 +3,7 @@
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use crate::config::Radii;
+use crate::config::radii::Radii;
 
 /// The random numbers of a sample. The generator is part of the recipe: PCG64 of a seed gives the same sample
 /// on every machine.

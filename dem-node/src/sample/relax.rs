@@ -3,8 +3,8 @@
 //! Lengths are in metres and forces are divided by the contact stiffness, so that a force is an overlap (m); with
 //! unit masses the fastest oscillation of a packing is then about 3.5 per unit of time whatever the material.
 
-use crate::detect::NearPairs;
-use crate::geometry::{Period, between_points, range, squared_displacements};
+use crate::bodies::geometry::{Period, between_points, range, squared_displacements};
+use crate::contact::cells::NearPairs;
 use crate::sample::types::Disk;
 
 /// Direction in which the floor pushes.
@@ -12,7 +12,7 @@ const UPWARDS: [f64; 2] = [0.0, 1.0];
 
 /// Disks between rigid plates.
 #[derive(Clone, Debug)]
-pub struct Pile {
+pub struct Packing {
     /// Centres (m), the movable disks first.
     pub centres: Vec<[f64; 2]>,
     /// Radii (m).
@@ -31,7 +31,7 @@ pub struct Pile {
     pub thrust: Option<f64>,
 }
 
-/// Overlaps of a pile (m).
+/// Overlaps of a packing (m).
 #[derive(Clone, Copy, Debug, Default)]
 struct Overlaps {
     sum: f64,
@@ -51,7 +51,7 @@ impl Overlaps {
 
 /// Forces on the disks, in units of overlap (m).
 #[derive(Clone, Debug, Default)]
-pub struct PileForces {
+pub struct PackingForces {
     /// On each movable disk.
     on_disks: Vec<[f64; 2]>,
     /// On the floor, thrust included.
@@ -61,7 +61,7 @@ pub struct PileForces {
     overlaps: Overlaps,
 }
 
-impl PileForces {
+impl PackingForces {
     /// Mean overlap (m).
     pub fn mean(&self) -> f64 {
         self.overlaps.sum / self.overlaps.count.max(1) as f64
@@ -96,8 +96,8 @@ impl PileForces {
     }
 }
 
-/// Verlet list of the pile.
-struct Neighbours {
+/// Verlet list of the packing.
+struct NeighbourList {
     /// Disks near each movable one, of higher numbers than its own, with the distance at which they touch (m).
     near: Vec<(u32, f64)>,
     /// Ends of the movable disks' parts of `near`.
@@ -106,7 +106,7 @@ struct Neighbours {
     skin: f64,
 }
 
-impl Neighbours {
+impl NeighbourList {
     /// The disks near each movable one.
     fn of_each(&self) -> impl Iterator<Item = &[(u32, f64)]> {
         let starts = std::iter::once(&0).chain(&self.ends);
@@ -116,18 +116,18 @@ impl Neighbours {
     }
 }
 
-impl Pile {
+impl Packing {
     /// Lets the disks relax until `at_rest` says so: FIRE (Bitzek et al., PRL 97, 170201, 2006, with their
     /// parameters) with the semi-implicit Euler step. Returns the number of iterations, which is
     /// `limit` when they were not enough, and the forces at the final positions.
     pub fn relax(
         &mut self,
         limit: usize,
-        at_rest: impl Fn(&PileForces) -> bool,
-    ) -> (usize, PileForces) {
+        at_rest: impl Fn(&PackingForces) -> bool,
+    ) -> (usize, PackingForces) {
         let mut fire = Fire::new(self);
         let mut neighbours = self.neighbours();
-        let mut load = PileForces::default();
+        let mut load = PackingForces::default();
         let mut iteration = 0;
         loop {
             self.refresh(&mut neighbours);
@@ -150,7 +150,7 @@ impl Pile {
         })
     }
 
-    fn neighbours(&self) -> Neighbours {
+    fn neighbours(&self) -> NeighbourList {
         let skin = 0.3 * range(self.radii.iter().copied())[0];
         let mut near = NearPairs::new(&self.centres, &self.radii, self.movable, skin, self.period);
         let (mut listed, mut ends) = (Vec::new(), Vec::with_capacity(self.movable));
@@ -159,7 +159,7 @@ impl Pile {
             listed.extend(near.of(a).iter().map(|b| (*b, reach(b))));
             ends.push(listed.len());
         }
-        Neighbours {
+        NeighbourList {
             near: listed,
             ends,
             centres: self.centres.clone(),
@@ -167,7 +167,7 @@ impl Pile {
         }
     }
 
-    fn refresh(&self, neighbours: &mut Neighbours) {
+    fn refresh(&self, neighbours: &mut NeighbourList) {
         let limit = (0.5 * neighbours.skin).powi(2);
         if squared_displacements(&self.centres, &neighbours.centres).any(|squared| squared > limit)
         {
@@ -175,7 +175,7 @@ impl Pile {
         }
     }
 
-    fn forces(&self, neighbours: &Neighbours, load: &mut PileForces) {
+    fn forces(&self, neighbours: &NeighbourList, load: &mut PackingForces) {
         load.on_disks.clear();
         load.on_disks.resize(self.movable, [0.0; 2]);
         load.thrust = self.thrust.unwrap_or(0.0);
@@ -239,7 +239,7 @@ impl Pile {
         plates.into_iter().filter(|(overlap, _)| *overlap > 0.0)
     }
 
-    /// The contacts of the pile: pairs of disks, and how many plates each movable disk touches.
+    /// The contacts of the packing: pairs of disks, and how many plates each movable disk touches.
     pub fn contacts(&self) -> (Vec<(u32, u32)>, Vec<u32>) {
         let neighbours = self.neighbours();
         let mut pairs = Vec::new();
@@ -269,11 +269,11 @@ impl Fire {
     const LONGEST_STEP: f64 = 0.4;
     const MIXING: f64 = 0.1;
 
-    fn new(pile: &Pile) -> Fire {
-        let mean = pile.radii.iter().sum::<f64>() / pile.radii.len() as f64;
-        let row = pile.half_width / mean;
+    fn new(packing: &Packing) -> Fire {
+        let mean = packing.radii.iter().sum::<f64>() / packing.radii.len() as f64;
+        let row = packing.half_width / mean;
         Fire {
-            velocities: vec![[0.0; 2]; pile.movable],
+            velocities: vec![[0.0; 2]; packing.movable],
             floor_velocity: 0.0,
             floor_mass: if row.is_finite() { row.max(1.0) } else { 1.0 },
             step: 0.1,
@@ -282,23 +282,23 @@ impl Fire {
         }
     }
 
-    fn step(&mut self, pile: &mut Pile, load: &PileForces) {
-        let floor_force = pile.thrust.map_or(0.0, |_| load.on_floor);
+    fn step(&mut self, packing: &mut Packing, load: &PackingForces) {
+        let floor_force = packing.thrust.map_or(0.0, |_| load.on_floor);
         self.steer(load, floor_force);
         let dt = self.step;
         let moved = self.velocities.iter_mut().zip(&load.on_disks);
-        for ((v, f), x) in moved.zip(&mut pile.centres) {
+        for ((v, f), x) in moved.zip(&mut packing.centres) {
             v[0] += dt * f[0];
             v[1] += dt * f[1];
             x[0] += dt * v[0];
             x[1] += dt * v[1];
         }
         self.floor_velocity += dt * floor_force / self.floor_mass;
-        pile.floor += dt * self.floor_velocity;
+        packing.floor += dt * self.floor_velocity;
     }
 
     /// Turns the velocity towards the force while the power is positive, stops when it is not.
-    fn steer(&mut self, load: &PileForces, floor_force: f64) {
+    fn steer(&mut self, load: &PackingForces, floor_force: f64) {
         let dot = |a: &[f64; 2], b: &[f64; 2]| a[0] * b[0] + a[1] * b[1];
         let (mut power, mut speed, mut force) = (
             floor_force * self.floor_velocity,

@@ -1,21 +1,24 @@
 //! The grains of a sample.
 
-use crate::cluster::ClusterMembers;
-use crate::faces::RigidWall;
+use serde::{Deserialize, Serialize};
+
+use crate::bodies::cluster::ClusterMembers;
+use crate::bodies::faces::RigidWall;
 
 /// A disk of a sample.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Disk {
     /// Centre (m).
     pub centre: [f64; 2],
     /// Radius (m).
     pub radius: f64,
     /// Velocity and spin at the start (m/s, m/s, rad/s).
+    #[serde(skip)]
     pub velocity: [f64; 3],
 }
 
-/// Grains at rest in their places, ready to be loaded.
-#[derive(Clone, Debug, Default)]
+/// Grains at rest, ready to be loaded. Of a sample that is kept, a file holds what its recipe makes: no face, no walls, no clusters.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Sample {
     /// Grains that move by themselves.
     pub free: Vec<Disk>,
@@ -24,12 +27,16 @@ pub struct Sample {
     /// Number of those slaved to the body above.
     pub lid: usize,
     /// Disks of the wheel's face, about its lowest point.
+    #[serde(skip)]
     pub face: Vec<Disk>,
     /// Rigid walls, polylines segment by segment.
+    #[serde(skip)]
     pub walls: Vec<RigidWall>,
     /// Names of the walls, segment by segment; empty for one without.
+    #[serde(skip)]
     pub wall_names: Vec<String>,
     /// Free grains that move together.
+    #[serde(skip)]
     pub clusters: Vec<ClusterMembers>,
     /// Solid fraction of the packing (0 where it has no meaning).
     pub solid_fraction: f64,

@@ -1,4 +1,4 @@
-//! What is done when plain sweeps do not end: extrapolated sweeps and averaged ones by turns.
+//! Sweeps for problems in which plain ones do not end: extrapolated and averaged ones in turn.
 //!
 //! A solution exists, but sweeps creep along a mode of 0.9998 where rigid grains bear each other in more than one way, and with friction
 //! they may circle round it or flee from it. Extrapolation ([`super::extrapolation`]) takes such modes out as long as the contacts keep
@@ -22,7 +22,7 @@ const PLAIN: usize = 200;
 const EXTRAPOLATED: usize = 600;
 const AVERAGED: usize = 600;
 
-/// Sweeps after which each manner has been tried, and the solution is looked for by pivoting.
+/// Sweeps after which each kind of sweep has been tried, and the solution is looked for by pivoting.
 pub const FIRST_TURNS: usize = PLAIN + EXTRAPOLATED + AVERAGED;
 
 /// s of the averaged sweeps, turn by turn.
@@ -30,7 +30,7 @@ const WEIGHTS: [f64; 4] = [0.5, 0.8, 0.25, 0.1];
 
 /// The way in which a sweep is done.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Manner {
+enum SweepKind {
     Plain,
     Extrapolated,
     /// With the weight s.
@@ -54,16 +54,16 @@ impl Accelerator {
         parallel: bool,
     ) -> [f64; 2] {
         let friction = self.sweeps >= PLAIN && problem.has_friction();
-        let manner = manner(self.sweeps, friction);
+        let kind = sweep_kind(self.sweeps, friction);
         self.sweeps += 1;
-        if manner == Manner::Plain {
+        if kind == SweepKind::Plain {
             return sweeper.sweep(problem, parallel);
         }
         sweeper.store(problem);
         let before: Vec<f64> = numbers(problem).map(|number| *number).collect();
         let squares = sweeper.sweep(problem, parallel);
         sweeper.store(problem);
-        if let Manner::Averaged(s) = manner {
+        if let SweepKind::Averaged(s) = kind {
             self.extrapolation.forget();
             for (new, old) in numbers(problem).zip(&before) {
                 *new = (1.0 - s) * old + s * *new;
@@ -86,18 +86,18 @@ impl Accelerator {
     }
 }
 
-fn manner(sweeps: usize, friction: bool) -> Manner {
+fn sweep_kind(sweeps: usize, friction: bool) -> SweepKind {
     let Some(since) = sweeps.checked_sub(PLAIN).filter(|_| friction) else {
-        return Manner::Plain;
+        return SweepKind::Plain;
     };
     let (turn, within) = (
         since / (EXTRAPOLATED + AVERAGED),
         since % (EXTRAPOLATED + AVERAGED),
     );
     if within < EXTRAPOLATED {
-        Manner::Extrapolated
+        SweepKind::Extrapolated
     } else {
-        Manner::Averaged(WEIGHTS[turn % WEIGHTS.len()])
+        SweepKind::Averaged(WEIGHTS[turn % WEIGHTS.len()])
     }
 }
 
@@ -114,8 +114,8 @@ fn numbers(problem: &mut Problem) -> impl Iterator<Item = &mut f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::boundary::CompliantBoundary;
-    use crate::solver::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
+    use crate::contact::boundary::CompliantBoundary;
+    use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
 
     /// A grain with 1/m = 2 falls at 1 m/s on a glued disk whose boundary yields by 1: a whole sweep gives it 1/3.
     fn falling() -> Problem {
@@ -183,12 +183,18 @@ mod tests {
 
     #[test]
     fn turns_follow_the_plain_sweeps_and_only_with_friction() {
-        assert_eq!(manner(PLAIN - 1, true), Manner::Plain);
-        assert_eq!(manner(PLAIN, true), Manner::Extrapolated);
-        assert_eq!(manner(PLAIN + EXTRAPOLATED, true), Manner::Averaged(0.5));
+        assert_eq!(sweep_kind(PLAIN - 1, true), SweepKind::Plain);
+        assert_eq!(sweep_kind(PLAIN, true), SweepKind::Extrapolated);
+        assert_eq!(
+            sweep_kind(PLAIN + EXTRAPOLATED, true),
+            SweepKind::Averaged(0.5)
+        );
         let second = PLAIN + EXTRAPOLATED + AVERAGED;
-        assert_eq!(manner(second, true), Manner::Extrapolated);
-        assert_eq!(manner(second + EXTRAPOLATED, true), Manner::Averaged(0.8));
-        assert_eq!(manner(second, false), Manner::Plain);
+        assert_eq!(sweep_kind(second, true), SweepKind::Extrapolated);
+        assert_eq!(
+            sweep_kind(second + EXTRAPOLATED, true),
+            SweepKind::Averaged(0.8)
+        );
+        assert_eq!(sweep_kind(second, false), SweepKind::Plain);
     }
 }

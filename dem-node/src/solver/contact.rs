@@ -50,15 +50,16 @@ pub struct Contact {
     pub relative_gap: f64,
     /// The law's own term of U beside u, for instance g/h and d_t/h (m/s).
     pub bias: [f64; 2],
-    /// Place of its friction in [`super::Problem::frictions`] plus one; 0 for that of most contacts. A contact is three cache lines.
-    pub own: u32,
+    /// Index of the law of its pair plus one, as in [`crate::solver::problem::Problem::frictions`]; 0 for the law of most contacts. A contact
+    /// is three cache lines.
+    pub pair_law: u32,
     /// Springs on the diagonal, 1/(k h^2) (1/kg).
     pub compliance: [f64; 2],
     /// Impulse, normal and tangential (N s).
     pub impulse: [f64; 2],
-    /// Index of its bond in [`super::Problem::bonds`], or [`NO_BOND`].
+    /// Index of its bond in [`crate::solver::problem::Problem::bonds`], or [`NO_BOND`].
     pub bond: u32,
-    /// Index of its levers in [`super::Problem::levers`], or [`NO_LEVERS`].
+    /// Index of its levers in [`crate::solver::problem::Problem::levers`], or [`NO_LEVERS`].
     pub levers: u32,
     /// Block of W, without springs; filled in by the solver, as is the law.
     pub(crate) block: DelassusBlock,

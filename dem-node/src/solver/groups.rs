@@ -12,7 +12,7 @@ mod tests;
 use super::contact::{BodyRecord, Contact, NO_BOND};
 use super::partition::{Partition, Subdomain, for_each_subdomain};
 use super::problem::Problem;
-use crate::lanes::{self, widest};
+use crate::law::lanes::{self, widest};
 use crate::law::vector::{normal_impulse, tangential_impulse};
 use grouping::{EMPTY, Grouping, LANES};
 
@@ -20,7 +20,7 @@ use grouping::{EMPTY, Grouping, LANES};
 const INTERLEAVED: usize = 256;
 
 /// A number of each contact of a group.
-type Lanes = lanes::Lanes<LANES>;
+type Doubles = lanes::Lanes<LANES>;
 
 /// Eight contacts side by side.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,17 +29,17 @@ struct Group {
     /// Bodies, counted from the first of the subdomain.
     a: [u32; LANES],
     b: [u32; LANES],
-    normal: [Lanes; 2],
-    bias: [Lanes; 2],
+    normal: [Doubles; 2],
+    bias: [Doubles; 2],
     /// Lever of spin over the radius.
-    lever: Lanes,
+    lever: Doubles,
     /// 1/(W_nn + c_n) and 1/(W_tt + c_t); 0 in a lane without contact.
-    inverse: [Lanes; 2],
-    impulse: [Lanes; 2],
+    inverse: [Doubles; 2],
+    impulse: [Doubles; 2],
 }
 
 /// Squares of a sweep, lane by lane: ||W dr||^2 and ||W r||^2.
-type Squares = [Lanes; 2];
+type Squares = [Doubles; 2];
 
 impl Group {
     /// A lane without contact gets no impulse: it adds zeros to the first body of the subdomain.
@@ -86,20 +86,20 @@ impl Group {
         let b_n = nx * dx + ny * dy + self.bias[0] - w * old_n;
         let r_n = normal_impulse(b_n, self.inverse[0]);
         let step_n = r_n - old_n;
-        let (mut px, mut py, mut turn) = (step_n * nx, step_n * ny, Lanes::default());
-        note(squares, w, [step_n, r_n]);
+        let (mut px, mut py, mut turn) = (step_n * nx, step_n * ny, Doubles::default());
+        add_squares(squares, w, [step_n, r_n]);
         self.impulse[0] = r_n;
         if FRICTION {
-            let (one, two) = (Lanes::splat(1.0), Lanes::splat(2.0));
+            let (one, two) = (Doubles::splat(1.0), Doubles::splat(2.0));
             let lever = self.lever;
             let w_t = (one + two * lever * lever) * w;
             let b_t = nx * dy - ny * dx - lever * ds + self.bias[1] - w_t * old_t;
-            let r_t = tangential_impulse(-b_t * self.inverse[1], Lanes::splat(friction) * r_n);
+            let r_t = tangential_impulse(-b_t * self.inverse[1], Doubles::splat(friction) * r_n);
             let step_t = r_t - old_t;
             px = px - step_t * ny;
             py = py + step_t * nx;
             turn = two * lever * step_t;
-            note(squares, w_t, [step_t, r_t]);
+            add_squares(squares, w_t, [step_t, r_t]);
             self.impulse[1] = r_t;
         }
         for k in 0..LANES {
@@ -118,7 +118,7 @@ impl Group {
 
 /// Adds the squares of W dr and W r.
 #[inline(always)]
-fn note(squares: &mut Squares, w: Lanes, [step, r]: [Lanes; 2]) {
+fn add_squares(squares: &mut Squares, w: Doubles, [step, r]: [Doubles; 2]) {
     let [change, size] = [w * step, w * r];
     squares[0] = squares[0] + change * change;
     squares[1] = squares[1] + size * size;
@@ -206,7 +206,7 @@ pub struct Sweeper {
     grouping: Grouping,
     /// Next stage of each body.
     stages: Vec<u32>,
-    places: Places,
+    sorting: CountingSort,
 }
 
 impl Sweeper {
@@ -224,7 +224,7 @@ impl Sweeper {
         self.clustered.clear();
         for (index, contact) in problem.contacts.iter().enumerate() {
             let plain = contact.glued || contact.bond != NO_BOND;
-            let apart = contact.own > 0 && !plain;
+            let apart = contact.pair_law > 0 && !plain;
             let chosen = if apart || problem.levers.get(contact.levers as usize).is_some() {
                 &mut self.clustered
             } else if problem.wheel == Some(contact.b as usize) {
@@ -242,11 +242,11 @@ impl Sweeper {
             };
             chosen.push(index as u32);
         }
-        self.places.sort(&mut self.glued);
+        self.sorting.sort(&mut self.glued);
         self.stages.resize(problem.records.len(), 0);
         for part in self.bonded.chunks_mut(INTERLEAVED) {
             interleave(part, &problem.contacts, &mut self.stages);
-            self.places.sort(part);
+            self.sorting.sort(part);
         }
         let inside = self
             .subdomains
@@ -314,13 +314,13 @@ impl Sweeper {
 
 /// Buffers of a sort.
 #[derive(Clone, Debug, Default)]
-struct Places {
-    /// Place of the next pair of each first number.
+struct CountingSort {
+    /// Where the next pair of each first number goes.
     next: Vec<u32>,
     before: Vec<(u32, u32)>,
 }
 
-impl Places {
+impl CountingSort {
     /// Sorts by the first numbers, which lie near each other, and keeps the order of pairs with the same one.
     fn sort(&mut self, pairs: &mut [(u32, u32)]) {
         let Some(least) = pairs.iter().map(|pair| pair.0).min() else {
@@ -332,15 +332,15 @@ impl Places {
             self.next.resize(self.next.len().max(after + 1), 0);
             self.next[after] += 1;
         }
-        for place in 1..self.next.len() {
-            self.next[place] += self.next[place - 1];
+        for key in 1..self.next.len() {
+            self.next[key] += self.next[key - 1];
         }
         self.before.clear();
         self.before.extend_from_slice(pairs);
         for pair in &self.before {
-            let place = &mut self.next[(pair.0 - least) as usize];
-            pairs[*place as usize] = *pair;
-            *place += 1;
+            let next = &mut self.next[(pair.0 - least) as usize];
+            pairs[*next as usize] = *pair;
+            *next += 1;
         }
     }
 }

@@ -4,17 +4,17 @@
 //! velocities of its two bodies at once. The matrix W is never formed: stored rows cost four times as much.
 
 use super::acceleration::{Accelerator, FIRST_TURNS};
-use super::criteria::{Convergence, Criteria};
 use super::groups::Sweeper;
-use super::homotopy;
 use super::problem::Problem;
-use super::residual::{Defect, convergence, measured, quad};
+use super::residual::{Convergence, Defect, convergence, measured, quad};
+use crate::config::solver::Criteria;
+use crate::solver::lemke;
 
 /// Sweeps between two looks at the true residual while the sweeps are accelerated, whatever their increments.
 const CHECK_EVERY: usize = 20;
 
 /// Residual above which sweeps have found next to nothing: 1 is that of no impulses. It is so where a run has blown up, and the path to
-/// the solution of what is no state of anything is long.
+/// a solution is long.
 const NOTHING_FOUND: f64 = 0.9;
 
 /// Sweeps until the true residual is within the tolerance.
@@ -25,10 +25,10 @@ const NOTHING_FOUND: f64 = 0.9;
 /// ```
 /// LMGC90's QuadDV but for two things: r is that after the sweep, where LMGC90 takes the mean of the squares before and
 /// after, and dr is what the sweep did contact after contact, where LMGC90 offers all contacts their impulse at once.
-/// It is watched because a sweep has it for nothing, but it alone lies: in a layer under its wheel two of five sweeps that it
+/// It is watched because it costs a sweep nothing, but alone it misleads: in a layer under its wheel two of five sweeps that it
 /// accepts are above the tolerance. Only when it passes is the true residual computed ([`super::residual`]), which
 /// decides: within the tolerance the sweeps end, else the bound becomes increment x max(0.1, tolerance / residual), as
-/// Siconos tightens its own, and sweeping goes on. The whole criterion of LMGC90 (see [`super::Quad`]) of the answer is
+/// Siconos tightens its own, and sweeping goes on. The whole criterion of LMGC90 (see [`crate::solver::residual::Quad`]) of the answer is
 /// reported beside the residual and decides nothing: asking for it as well made every sixth accepted answer do more sweeps.
 pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) -> Convergence {
     sweeper.load(problem);
@@ -75,7 +75,7 @@ pub fn solve(problem: &mut Problem, sweeper: &mut Sweeper, criteria: &Criteria) 
 
 /// Takes over the solution that pivoting finds, if it is one; else nothing changes.
 fn pivot(problem: &mut Problem, criteria: &Criteria) -> Option<Defect> {
-    let solved = homotopy::solve(problem, criteria.tolerance)?;
+    let solved = lemke::solve(problem, criteria.tolerance)?;
     let defect = Defect::new(&solved);
     let holds = defect.residual(&solved) <= criteria.tolerance;
     holds.then(|| {

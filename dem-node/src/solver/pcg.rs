@@ -38,15 +38,14 @@ mod constrained;
 mod group;
 #[cfg(test)]
 mod tests;
-mod workspace;
+pub mod workspace;
 
-pub use workspace::Workspace;
-
-use super::criteria::{Convergence, Criteria};
 use super::problem::Problem;
-use super::residual::{convergence, measured};
+use super::residual::{Convergence, convergence, measured};
+use crate::config::solver::Criteria;
 use batch::Pass;
-use group::{Has, Kind, Sums};
+use group::{Features, PassSums, With};
+use workspace::Workspace;
 
 /// Part of the true residual below which the box problem is solved well enough to take its thresholds anew. At 10 000
 /// disks 0.1 costs a fifth more iterations, and 1, anew in every iteration, five times as many.
@@ -83,26 +82,26 @@ pub fn go_on(
 
 type Solve = fn(&mut Problem, &mut Workspace, &Criteria, Option<&[u32]>) -> Convergence;
 
-/// The solver without what this problem has not.
+/// The solver compiled for what this problem contains.
 fn compiled(problem: &Problem) -> Solve {
     let soft = || problem.contacts.iter().any(|c| c.compliance != [0.0; 2]);
     match (!problem.bonds.is_empty(), problem.friction > 0.0) {
-        (true, _) => solve_as::<Has<true, true, true>>,
-        (false, true) => solve_as::<Has<true, false, true>>,
-        (false, false) if soft() => solve_as::<Has<false, false, true>>,
-        (false, false) => solve_as::<Has<false, false, false>>,
+        (true, _) => solve_as::<With<true, true, true>>,
+        (false, true) => solve_as::<With<true, false, true>>,
+        (false, false) if soft() => solve_as::<With<false, false, true>>,
+        (false, false) => solve_as::<With<false, false, false>>,
     }
 }
 
 /// Solves a problem anew, or goes on where bonds have softened.
-fn solve_as<K: Kind>(
+fn solve_as<F: Features>(
     problem: &mut Problem,
     workspace: &mut Workspace,
     criteria: &Criteria,
     softened: Option<&[u32]>,
 ) -> Convergence {
     match softened {
-        None => workspace.load::<K>(problem, criteria.parallel),
+        None => workspace.load::<F>(problem, criteria.parallel),
         Some(softened) => {
             workspace.soften(problem, softened);
             workspace.restart(criteria.parallel);
@@ -111,7 +110,7 @@ fn solve_as<K: Kind>(
     let mut asked = *criteria;
     let mut iterations = 0;
     loop {
-        let inner = iterate::<K>(workspace, problem, &asked);
+        let inner = iterate::<F>(workspace, problem, &asked);
         workspace.store(problem, criteria.parallel);
         iterations += inner.iterations;
         let left = measured(problem, criteria.parallel);
@@ -128,12 +127,12 @@ fn solve_as<K: Kind>(
 }
 
 /// Iterations from where the workspace is.
-fn iterate<K: Kind>(
+fn iterate<F: Features>(
     workspace: &mut Workspace,
     problem: &Problem,
     criteria: &Criteria,
 ) -> InnerSolve {
-    let mut run = |pass| workspace.run::<K>(problem, pass, criteria.parallel);
+    let mut run = |pass| workspace.run::<F>(problem, pass, criteria.parallel);
     let ended = |iterations: usize, reached: bool| InnerSolve {
         iterations,
         reached,
@@ -147,7 +146,7 @@ fn iterate<K: Kind>(
             return ended(iteration, true);
         }
         let mut beta = -sums.products.wp / curvature;
-        if K::FRICTION && sums.held.sqrt() <= INNER * sums.defect.sqrt() {
+        if F::FRICTION && sums.held.sqrt() <= INNER * sums.defect.sqrt() {
             sums = run(Pass::RenewThresholds);
             beta = 0.0;
         }
@@ -174,7 +173,7 @@ struct Direction {
 
 impl Direction {
     /// The conjugate direction, or the steepest one where that has lost its way; none where nothing descends.
-    fn choose(sums: &Sums<f64>, beta: f64) -> Option<Direction> {
+    fn choose(sums: &PassSums<f64>, beta: f64) -> Option<Direction> {
         let conjugate = Direction::new(sums, beta);
         if conjugate.descent > 0.0 && conjugate.curvature > CANCELLED * sums.products.ww {
             return Some(conjugate);
@@ -183,7 +182,7 @@ impl Direction {
         (steepest.descent > 0.0 && steepest.curvature > 0.0).then_some(steepest)
     }
 
-    fn new(sums: &Sums<f64>, beta: f64) -> Direction {
+    fn new(sums: &PassSums<f64>, beta: f64) -> Direction {
         let products = &sums.products;
         Direction {
             beta,

@@ -2,7 +2,7 @@
 
 use super::contact::{Contact, NO_BOND};
 use super::partition::Cut;
-use crate::bond::BondContact;
+use crate::contact::bond::BondContact;
 
 /// Consecutive contacts and their bonds, which come in the order of the contacts.
 pub struct WithBonds<'a> {
@@ -51,30 +51,12 @@ pub struct ByCandidate<'a, B, C> {
     pub passed: usize,
 }
 
-/// Slices of contacts that are lent or borrowed.
-pub trait Contacts: Cut {
-    /// The contacts.
-    fn all(&self) -> &[Contact];
-}
-
-impl Contacts for &[Contact] {
-    fn all(&self) -> &[Contact] {
-        self
-    }
-}
-
-impl Contacts for &mut [Contact] {
-    fn all(&self) -> &[Contact] {
-        self
-    }
-}
-
-impl<B: Send, C: Contacts> Cut for ByCandidate<'_, B, C> {
+impl<B: Send, C: Cut + AsRef<[Contact]>> Cut for ByCandidate<'_, B, C> {
     fn cut(self, count: usize) -> (Self, Self) {
         let next = self.first + count;
         let passed = self
             .contacts
-            .all()
+            .as_ref()
             .partition_point(|contact| (contact.a as usize) < next);
         let (contacts, rest) = self.contacts.cut(passed);
         let (bodies, bodies_of_rest) = self.bodies.split_at_mut(count);

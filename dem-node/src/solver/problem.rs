@@ -1,11 +1,11 @@
 //! The contact problem of one step: its contacts and bodies, the Delassus blocks, and what impulses do to velocities.
 
 use super::contact::{BodyRecord, Contact};
-use super::levers::Levers;
 use super::partition::{Partition, Subdomain, for_each_subdomain, in_pieces};
 use super::pieces::{ByCandidate, WithBonds};
-use crate::bond::BondContact;
-use crate::boundary::CompliantBoundary;
+use crate::bodies::levers::Levers;
+use crate::contact::bond::BondContact;
+use crate::contact::boundary::CompliantBoundary;
 use crate::error::DemError;
 use crate::law::local::{DelassusBlock, LocalLaw};
 
@@ -226,7 +226,7 @@ impl Problem {
     /// Coefficient of friction of a contact.
     #[inline(always)]
     pub(crate) fn friction_of(&self, contact: &Contact) -> f64 {
-        match contact.own {
+        match contact.pair_law {
             0 => self.friction,
             own => self.frictions[own as usize - 1],
         }

@@ -1,10 +1,27 @@
 //! Distance of a guess from the solution: the true residual, and LMGC90's incremental criterion beside it.
 
+use serde::{Deserialize, Serialize};
+
 use super::contact::{Contact, NO_BOND};
-use super::criteria::{Convergence, Criteria};
 use super::partition::in_pieces;
 use super::problem::Problem;
+use crate::config::solver::Criteria;
 use crate::law::local::coulomb_projection;
+
+/// State of convergence in which a solver ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Convergence {
+    /// Iterations done.
+    pub iterations: usize,
+    /// True natural-map residual, relative.
+    pub residual: f64,
+    /// LMGC90's incremental criterion, the largest of its three norms.
+    pub quad: f64,
+    /// True if the residual is within the tolerance.
+    pub converged: bool,
+    /// True if the residual is within the tolerance only because it is measured against rounding, not against the impulses.
+    pub rounding: bool,
+}
 
 /// LMGC90's criterion "Quad" (Core/kernel/mod_nlgs.f90, solve_nlgs with i_check; theory in Jean 1999): all contacts are
 /// offered the impulse r' that their own law wants while all others are held. With W the bodies' part of the local block,
@@ -34,7 +51,7 @@ impl Quad {
 
 /// Sums of [`Quad`].
 #[derive(Clone, Copy, Debug, Default)]
-struct Sums {
+struct QuadSums {
     active: f64,
     dv_dv: f64,
     wr_wr: f64,
@@ -43,8 +60,8 @@ struct Sums {
     dv_r: f64,
 }
 
-impl Sums {
-    fn join(&mut self, other: &Sums) {
+impl QuadSums {
+    fn join(&mut self, other: &QuadSums) {
         self.active += other.active;
         self.dv_dv += other.dv_dv;
         self.wr_wr += other.wr_wr;
@@ -103,10 +120,10 @@ pub(super) fn convergence(
 
 /// Defect and LMGC90's incremental criterion of the impulses and velocities of the moment, in one sweep.
 pub(super) fn measured(problem: &Problem, parallel: bool) -> (Defect, Quad) {
-    let (mut squares, mut sums) = ([0.0; 2], Sums::default());
+    let (mut squares, mut sums) = ([0.0; 2], QuadSums::default());
     let contacts = &problem.contacts[..];
     let pieces = in_pieces(contacts.len(), contacts, parallel, |_, contacts| {
-        let (mut squares, mut sums) = ([0.0; 2], Sums::default());
+        let (mut squares, mut sums) = ([0.0; 2], QuadSums::default());
         for contact in contacts {
             let velocity = problem.relative_velocity(contact);
             let wanted = problem.local_solution(contact, velocity);
@@ -124,7 +141,7 @@ pub(super) fn measured(problem: &Problem, parallel: bool) -> (Defect, Quad) {
 
 /// LMGC90's incremental criterion. Like the residual, it is relative to no less than what rounding makes of it.
 pub fn quad(problem: &Problem) -> Quad {
-    let mut sums = Sums::default();
+    let mut sums = QuadSums::default();
     for contact in &problem.contacts {
         let velocity = problem.relative_velocity(contact);
         sums.add(contact, problem.local_solution(contact, velocity));
@@ -203,7 +220,7 @@ fn add_defect([defect, size]: &mut [f64; 2], problem: &Problem, contact: &Contac
 mod tests {
     use super::*;
     use crate::law::local::{DelassusBlock, LocalLaw};
-    use crate::solver::BodyRecord;
+    use crate::solver::contact::BodyRecord;
 
     /// A grain of mass 1/2 on a wall, falling at 1.4 m/s under an impulse of 0.2 that has made -1 m/s of it.
     fn resting(contacts: usize) -> Problem {

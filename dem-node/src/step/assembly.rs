@@ -2,12 +2,12 @@
 
 use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
-use crate::bond::{Bond, BondContact, BondCursor};
-use crate::detect::Slot;
-use crate::geometry::{Proximity, extent};
-use crate::positions::{Positions, proximity};
-use crate::solver::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
-use crate::state::State;
+use crate::bodies::geometry::{Proximity, extent};
+use crate::bodies::positions::{Positions, proximity};
+use crate::contact::bond::{Bond, BondContact, BondCursor};
+use crate::contact::detect::Slot;
+use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
+use crate::step::state::State;
 
 impl Stepper {
     /// Free velocities and contacts.
@@ -39,7 +39,7 @@ impl Stepper {
         self.slots.clear();
         let mut bonds = BondCursor::new(&state.bonds);
         let compliance = bodies.law.compliance(input.step);
-        for (place, slot) in list.slots.iter_mut().enumerate() {
+        for (index, slot) in list.slots.iter_mut().enumerate() {
             let mut at = proximity(bodies, &positions, slot.a as usize, slot.b as usize);
             if state.feed.grows() {
                 at.gap += state.feed.missing(slot.a) + state.feed.missing(slot.b);
@@ -48,7 +48,7 @@ impl Stepper {
             let mut contact = self.candidate(state, input, slot, at, compliance);
             if bond.is_none() && !self.accept(state, input, &mut contact) {
                 // A contact that a rebound has opened leaves the problem: it must not keep its force.
-                (slot.force, slot.left) = ([0.0; 2], 0.0);
+                (slot.force, slot.last_gap) = ([0.0; 2], 0.0);
                 continue;
             }
             if let Some((index, bond)) = bond {
@@ -61,7 +61,7 @@ impl Stepper {
                 self.problem.bonds.push(bonded);
             }
             self.problem.contacts.push(contact);
-            self.slots.push(place as u32);
+            self.slots.push(index as u32);
         }
         state.list = list;
     }
@@ -86,7 +86,7 @@ impl Stepper {
             }
             let start = state.velocities[cluster.leader()];
             records[cluster.leader()] = BodyRecord {
-                velocity: cluster.free_velocity(start, bodies.gravity, &input.moment()),
+                velocity: cluster.free_velocity(start, bodies.gravity, &input.step_time()),
                 inverse_mass: 1.0 / cluster.mass,
             };
         }
@@ -156,7 +156,7 @@ impl Stepper {
             ..Contact::default()
         };
         if let Some((own, law)) = bodies.pairs.of(pair[0], pair[1]) {
-            (contact.own, contact.compliance) = (own, law.compliance(h));
+            (contact.pair_law, contact.compliance) = (own, law.compliance(h));
         }
         if !bodies.face.is_empty() {
             contact.b = bodies.pushed(pair[1]) as u32;
@@ -164,10 +164,14 @@ impl Stepper {
         if !bodies.clusters.list.is_empty() {
             let disk = |body: usize| (state.centres[body], bodies.radii[body]);
             let inverse = |body: usize| self.problem.inverse_mass(body);
-            let levers =
-                bodies
-                    .clusters
-                    .levers(&state.clusters, pair, &at, disk, inverse, &input.moment());
+            let levers = bodies.clusters.levers(
+                &state.clusters,
+                pair,
+                &at,
+                disk,
+                inverse,
+                &input.step_time(),
+            );
             if let Some(levers) = levers {
                 contact.levers = self.problem.levers.len() as u32;
                 self.problem.levers.push(levers);
@@ -182,7 +186,7 @@ impl Stepper {
         let (bodies, h) = (input.bodies, input.step);
         let approach = self.problem.relative_velocity(contact)[0].min(0.0);
         let touches = contact.impulse[0] > 0.0 || contact.gap + h * approach < bodies.alert;
-        let law = bodies.law_at(contact.own);
+        let law = bodies.law_at(contact.pair_law);
         let before = match law.restitution {
             Some(_) if touches => self.relative_before(bodies, state, contact)[0],
             _ => 0.0,

@@ -4,9 +4,9 @@ use protocol::larger;
 
 use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
-use crate::cluster::Cluster;
-use crate::solver::Contact;
-use crate::state::State;
+use crate::bodies::cluster::Cluster;
+use crate::solver::contact::Contact;
+use crate::step::state::State;
 
 /// Momentum of the free grains in a step.
 pub(super) struct MomentumBalance {
@@ -15,19 +15,19 @@ pub(super) struct MomentumBalance {
     /// Change of their momentum / h (N).
     pub inertia: f64,
     /// Half the sum of the contact forces between them and everything else (N).
-    pub through: f64,
+    pub transmitted: f64,
 }
 
 impl Stepper {
     /// Balance of the free grains: impulses from wheel, boundary and weight against the change of momentum.
     pub(super) fn momentum_balance(&self, state: &State, input: &StepInput) -> MomentumBalance {
         let (bodies, h) = (input.bodies, input.step);
-        let (mut defect, mut change, mut through) = ([0.0; 2], [0.0; 2], 0.0);
+        let (mut defect, mut change, mut transmitted) = ([0.0; 2], [0.0; 2], 0.0);
         let outer = |c: &&Contact| (c.a as usize) < bodies.free && c.b as usize >= bodies.free;
         for contact in self.problem.contacts.iter().filter(outer) {
             let push = contact.in_xy(contact.impulse);
             defect = [defect[0] + push[0], defect[1] + push[1]];
-            through += 0.5 * push[0].hypot(push[1]);
+            transmitted += 0.5 * push[0].hypot(push[1]);
         }
         for (i, mass) in bodies.masses.iter().enumerate() {
             let (new, old) = (self.problem.records[i].velocity, state.velocities[i]);
@@ -47,7 +47,7 @@ impl Stepper {
         MomentumBalance {
             defect: larger(defect[0].abs(), defect[1].abs()) / h,
             inertia: change[0].hypot(change[1]) / h,
-            through: through / h,
+            transmitted: transmitted / h,
         }
     }
 
@@ -61,7 +61,7 @@ impl Stepper {
                 state.velocities[leader],
                 self.problem.records[leader].velocity,
             );
-            let push = cluster.driving_impulse(start, end, &input.moment());
+            let push = cluster.driving_impulse(start, end, &input.step_time());
             held = [held[0] + push[0], held[1] + push[1]];
         }
         let mut hold = |cluster: &Cluster, impulse: [f64; 2]| {
@@ -83,7 +83,7 @@ impl Stepper {
         held
     }
 
-    /// Takes over the velocities and books the work of loads, drive, weight and boundary, and the loss of the scheme.
+    /// Takes over the velocities and adds up the work of loads, drive, weight and boundary, and the loss of the scheme.
     pub(super) fn update_bodies(&self, state: &mut State, input: &StepInput) {
         let StepInput {
             bodies,
@@ -99,7 +99,7 @@ impl Stepper {
             squared_change += mass
                 * (change[0] * change[0] + change[1] * change[1] + 0.5 * change[2] * change[2]);
             for k in 0..2 {
-                state.accounts.weight += mass * bodies.gravity[k] * h * at_theta(new[k], old[k]);
+                state.ledger.weight += mass * bodies.gravity[k] * h * at_theta(new[k], old[k]);
             }
             state.velocities[i] = new;
         }
@@ -107,26 +107,26 @@ impl Stepper {
             let new = self.problem.records[index].velocity;
             let old = state.wheel.velocity;
             squared_change += mass * (new[1] - old[1]).powi(2);
-            state.accounts.load -= input.load * h * at_theta(new[1], old[1]);
-            state.accounts.drive -= self.sideways_impulse(index) * at_theta(new[0], old[0]);
+            state.ledger.load -= input.load * h * at_theta(new[1], old[1]);
+            state.ledger.drive -= self.sideways_impulse(index) * at_theta(new[0], old[0]);
             state.wheel.velocity = [new[0], new[1]];
             state.wheel.position[0] = input.wheel_x;
         }
         if bodies.wall_speed() > 0.0 {
-            state.accounts.walls += self.work_of_walls(bodies);
+            state.ledger.walls += self.work_of_walls(bodies);
         }
         if let Some(velocity) = bodies.prescribed_velocity {
             let pushes = self.problem.contacts.iter().map(|c| c.in_xy(c.impulse));
             let works = pushes.map(|push| push[0] * velocity[0] + push[1] * velocity[1]);
-            state.accounts.drive -= works.sum::<f64>();
+            state.ledger.drive -= works.sum::<f64>();
         }
         let boundary = &self.problem.boundary;
         let speeds = boundary.velocity.iter().zip(&state.glued_velocity);
         for (p, (new, old)) in boundary.impulse.iter().zip(speeds) {
-            state.accounts.interface -= p * at_theta(*new, *old);
+            state.ledger.interface -= p * at_theta(*new, *old);
         }
         state.glued_velocity.copy_from_slice(&boundary.velocity);
-        state.accounts.impact += (theta - 0.5) * squared_change;
+        state.ledger.impact += (theta - 0.5) * squared_change;
     }
 
     /// Work of moving walls on the grains in a step (J).

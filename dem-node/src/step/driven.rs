@@ -2,10 +2,10 @@
 
 use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
-use crate::state::State;
+use crate::step::state::State;
 
 impl Stepper {
-    /// Takes note of the forces on driven clusters and books the work of their drives, before their velocities are taken over.
+    /// Keeps the forces on driven clusters and adds up the work of their drives, before their velocities are taken over.
     ///
     /// In a prescribed direction the drive bears contacts and weight and does -(p + m h g) v; in a free one it does F h v_theta, and
     /// its damping takes c h v_theta^2 (J).
@@ -16,7 +16,7 @@ impl Stepper {
             return;
         }
         let impulses = self.impulses_on_clusters(bodies);
-        let at = input.moment();
+        let at = input.step_time();
         for (index, cluster, drive) in bodies.clusters.driven() {
             let (push, drag, impulse) = (drive.push(&at), drive.drag(&at), impulses[index]);
             let leader = cluster.leader();
@@ -32,8 +32,8 @@ impl Stepper {
                 } else {
                     -borne
                 };
-                state.accounts.walls += work * v;
-                state.accounts.damping += cluster.free[k] * drag * v * v;
+                state.ledger.walls += work * v;
+                state.ledger.damping += cluster.free[k] * drag * v * v;
             }
             self.on_driven.push(impulse.map(|p| p / input.step));
         }

@@ -4,17 +4,20 @@ use protocol::larger;
 
 use super::{StepInput, StepSummary, Stepper};
 use crate::bodies::Bodies;
-use crate::bond::{self, Bond, BondContact};
-use crate::detect::Slot;
-use crate::ledger::{Accounts, ContactStep, contact_loss};
-use crate::solver::{Contact, Cut, first_bond, in_pieces};
-use crate::state::State;
+use crate::contact::bond::{self, Bond, BondContact};
+use crate::contact::detect::Slot;
+use crate::contact::loss::{ContactStep, contact_loss};
+use crate::solver::contact::Contact;
+use crate::solver::partition::{Cut, in_pieces};
+use crate::solver::pieces::first_bond;
+use crate::step::ledger::EnergyLedger;
+use crate::step::state::State;
 
 /// Contacts with all that a step changes of them: their slots, and the bonds of the state.
-struct Touched<'a> {
+struct UpdatePiece<'a> {
     contacts: &'a [Contact],
     /// Slot of each contact.
-    places: &'a [u32],
+    slot_indices: &'a [u32],
     slots: &'a mut [Slot],
     first_slot: usize,
     bonds: &'a mut [Bond],
@@ -23,28 +26,28 @@ struct Touched<'a> {
     bonded: &'a [BondContact],
 }
 
-impl Cut for Touched<'_> {
+impl Cut for UpdatePiece<'_> {
     fn cut(self, count: usize) -> (Self, Self) {
         let (contacts, right_contacts) = self.contacts.split_at(count);
-        let (places, right_places) = self.places.split_at(count);
-        let slot = right_places.first().map(|slot| *slot as usize);
+        let (slot_indices, right_indices) = self.slot_indices.split_at(count);
+        let slot = right_indices.first().map(|slot| *slot as usize);
         let slot = slot.unwrap_or(self.first_slot + self.slots.len());
         let bond = first_bond(right_contacts).map(|bond| self.bonded[bond].index as usize);
         let bond = bond.unwrap_or(self.first_bond + self.bonds.len());
         let (slots, right_slots) = self.slots.split_at_mut(slot - self.first_slot);
         let (bonds, right_bonds) = self.bonds.split_at_mut(bond - self.first_bond);
-        let right = Touched {
+        let right = UpdatePiece {
             contacts: right_contacts,
-            places: right_places,
+            slot_indices: right_indices,
             slots: right_slots,
             first_slot: slot,
             bonds: right_bonds,
             first_bond: bond,
             bonded: self.bonded,
         };
-        let left = Touched {
+        let left = UpdatePiece {
             contacts,
-            places,
+            slot_indices,
             slots,
             bonds,
             ..self
@@ -54,7 +57,7 @@ impl Cut for Touched<'_> {
 }
 
 impl Stepper {
-    /// Stores forces and springs, books the losses, sums forces and overlaps; in pieces, where there are many contacts.
+    /// Stores forces and springs, adds up the losses, sums forces and overlaps; in pieces, where there are many contacts.
     pub(super) fn update_contacts(
         &self,
         state: &mut State,
@@ -64,38 +67,38 @@ impl Stepper {
         let h = input.step;
         let mut slots = std::mem::take(&mut state.list.slots);
         let mut bonds = std::mem::take(&mut state.bonds);
-        let all = Touched {
+        let all = UpdatePiece {
             contacts: &self.problem.contacts,
-            places: &self.slots,
+            slot_indices: &self.slots,
             slots: &mut slots,
             first_slot: 0,
             bonds: &mut bonds,
             first_bond: 0,
             bonded: &self.problem.bonds,
         };
-        let accounts = state.accounts;
+        let ledger = state.ledger;
         let mut summary = StepSummary {
             listed: self.problem.contacts.len(),
             ..StepSummary::default()
         };
         let rest = &*state;
-        // The first piece books where the last step ended, so that few contacts are booked one by one.
-        let opened = |place: usize| {
-            if place == 0 {
-                accounts
+        // The first piece adds to the ledger of the last step, so that few contacts are added one by one.
+        let opened = |first: usize| {
+            if first == 0 {
+                ledger
             } else {
-                Accounts::default()
+                EnergyLedger::default()
             }
         };
-        let pieces = in_pieces(summary.listed, all, parallel, |place, piece| {
-            self.update_piece(rest, input, piece, opened(place.start))
+        let pieces = in_pieces(summary.listed, all, parallel, |range, piece| {
+            self.update_piece(rest, input, piece, opened(range.start))
         });
         for (index, (of_piece, booked)) in pieces.into_iter().enumerate() {
             summary.join(&of_piece);
             if index == 0 {
-                state.accounts = booked;
+                state.ledger = booked;
             } else {
-                state.accounts.join(&booked);
+                state.ledger.join(&booked);
             }
         }
         bonds.retain(|bond| bond.adhesion > 0.0);
@@ -112,21 +115,21 @@ impl Stepper {
         &self,
         state: &State,
         input: &StepInput,
-        piece: Touched,
-        mut accounts: Accounts,
-    ) -> (StepSummary, Accounts) {
+        piece: UpdatePiece,
+        mut ledger: EnergyLedger,
+    ) -> (StepSummary, EnergyLedger) {
         let (bodies, h) = (input.bodies, input.step);
         let mut summary = StepSummary::default();
-        for (contact, place) in piece.contacts.iter().zip(piece.places) {
-            let slot = &mut piece.slots[*place as usize - piece.first_slot];
+        for (contact, slot) in piece.contacts.iter().zip(piece.slot_indices) {
+            let slot = &mut piece.slots[*slot as usize - piece.first_slot];
             let done = self.contact_step(state, input, contact, slot);
             match self.problem.bonds.get(contact.bond as usize) {
                 None => {
-                    let law = bodies.law_at(contact.own);
-                    accounts.lose(&contact_loss(law, &done));
+                    let law = bodies.law_at(contact.pair_law);
+                    ledger.lose(&contact_loss(law, &done));
                     slot.force = [done.impulse[0] / h, done.impulse[1] / h];
                     slot.spring = done.spring[1];
-                    slot.left = done.gap + h * done.velocity[0];
+                    slot.last_gap = done.gap + h * done.velocity[0];
                 }
                 Some(solved) => {
                     let bond = &mut piece.bonds[solved.index as usize - piece.first_bond];
@@ -134,7 +137,7 @@ impl Stepper {
                     let [before, during] = solved.adhesion;
                     let law = bodies.law_of(slot.a as usize, slot.b as usize);
                     let adhesion = [before, during, after];
-                    accounts.lose(&bond::end_step(law, bond, slot, &done, adhesion));
+                    ledger.lose(&bond::end_step(law, bond, slot, &done, adhesion));
                 }
             }
             if done.impulse[0] > 0.0 {
@@ -149,7 +152,7 @@ impl Stepper {
                 summary.on_wheel[1] -= force[1] / h;
             }
         }
-        (summary, accounts)
+        (summary, ledger)
     }
 
     #[inline(always)]
@@ -161,26 +164,26 @@ impl Stepper {
         slot: &Slot,
     ) -> ContactStep {
         let velocity = self.problem.relative_velocity(contact);
-        // What it is for weighs 1 - theta.
+        // It only counts with the weight 1 - theta.
         let before = if input.theta == 1.0 {
             velocity
         } else {
             self.relative_before(input.bodies, state, contact)
         };
-        let law = input.bodies.law_at(contact.own);
+        let law = input.bodies.law_at(contact.pair_law);
         let springs = law.springs;
         let stretched = springs.map_or(0.0, |s| -contact.impulse[1] / (input.step * s.tangential));
-        // A compliant boundary puts its disks where its own body says, which is not for this ledger to judge.
-        let left = if contact.glued && self.problem.boundary.is_compliant() {
+        // A compliant boundary puts its disks where its own body says: this ledger has no account of that.
+        let last_gap = if contact.glued && self.problem.boundary.is_compliant() {
             contact.gap
         } else {
-            slot.left
+            slot.last_gap
         };
         ContactStep {
             step: input.step,
             theta: input.theta,
             gap: contact.gap,
-            left,
+            last_gap,
             spring: [slot.spring, stretched],
             impulse: contact.impulse,
             velocity,

@@ -1,6 +1,6 @@
 //! Grouping of contacts: eight that share no body go together.
 
-use crate::solver::{BodyRecord, Contact};
+use crate::solver::contact::{BodyRecord, Contact};
 
 /// Contacts in a group.
 pub const LANES: usize = 8;

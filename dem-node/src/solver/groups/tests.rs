@@ -1,11 +1,11 @@
 //! Sweeps in groups against sweeps one by one.
 
 use super::*;
-use crate::bond::BondContact;
-use crate::boundary::CompliantBoundary;
+use crate::contact::bond::BondContact;
+use crate::contact::boundary::CompliantBoundary;
 use crate::law::local::BondLaw;
 use crate::sample::random::RandomNumbers;
-use crate::solver::NO_BOND;
+use crate::solver::contact::NO_BOND;
 
 const GRAINS: usize = 60;
 const GLUED: usize = 6;
@@ -126,12 +126,12 @@ fn every_contact_is_swept_once_and_groups_share_no_body() {
 #[test]
 fn pairs_are_sorted_by_their_first_numbers_and_else_keep_their_order() {
     let pairs = [(7, 0), (5, 1), (7, 2), (9, 3), (5, 4), (5, 5)];
-    let mut places = Places::default();
+    let mut sorting = CountingSort::default();
     for _ in 0..2 {
         let mut sorted = pairs;
-        places.sort(&mut sorted);
+        sorting.sort(&mut sorted);
         assert_eq!(sorted, [(5, 1), (5, 4), (5, 5), (7, 0), (7, 2), (9, 3)]);
-        places.sort(&mut []);
+        sorting.sort(&mut []);
     }
 }
 

@@ -1,11 +1,12 @@
 //! Contacts that are treated one after the other, and the passes over them.
 
-use super::body_state::{BodyState, Loss};
+use super::body_state::{BodyState, DirectionLoss};
 use super::branches::Branches;
-use super::group::{ContactFrames, Iterate, LANES, Lanes, Preconditioner, Sums, Tangential};
-use super::group::{Kind, bias, compliance, threshold};
+use super::group::{ContactFrames, Doubles, Iterate, LANES, PassSums, Preconditioner, Tangential};
+use super::group::{Features, bias, compliance, threshold};
 use crate::law::vector::{normal_defect, tangential_impulse};
-use crate::solver::{Contact, Problem};
+use crate::solver::contact::Contact;
+use crate::solver::problem::Problem;
 
 /// The work of one pass over the contacts.
 #[derive(Clone, Copy, Debug)]
@@ -35,16 +36,16 @@ pub struct ContactBatch {
     tangentials: Vec<Tangential>,
     preconditioners: [Vec<Preconditioner>; 2],
     /// b without the velocities of the bodies (m/s); none along the tangent where all of it is 0.
-    biases: [Vec<Lanes>; 2],
+    biases: [Vec<Doubles>; 2],
     iterates: [Vec<Iterate>; 2],
     /// C (1/kg), that of compression for a bond; none along an axis where all of it is 0.
-    springs: [Vec<Lanes>; 2],
+    springs: [Vec<Doubles>; 2],
     /// Branches of bonds, one a group or none at all.
     branches: Vec<Branches>,
     /// Losses of p when the contacts were measured.
-    pub losses: Vec<Loss>,
+    pub losses: Vec<DirectionLoss>,
     /// Sums of the last measurement.
-    pub sums: Sums<Lanes>,
+    pub sums: PassSums<Doubles>,
 }
 
 impl ContactBatch {
@@ -56,19 +57,19 @@ impl ContactBatch {
     }
 
     /// Takes over its members.
-    pub fn load<K: Kind>(&mut self, problem: &Problem) {
+    pub fn load<F: Features>(&mut self, problem: &Problem) {
         let groups = self.members.len().div_ceil(LANES);
         let some = |wanted: bool| if wanted { groups } else { 0 };
-        let axes = if K::FRICTION { 2 } else { 1 };
+        let axes = if F::FRICTION { 2 } else { 1 };
         renew(&mut self.frames, groups);
-        renew(&mut self.tangentials, some(K::FRICTION));
+        renew(&mut self.tangentials, some(F::FRICTION));
         for axis in 0..2 {
             renew(&mut self.preconditioners[axis], some(axis < axes));
             renew(&mut self.biases[axis], some(axis < axes));
             renew(&mut self.iterates[axis], some(axis < axes));
-            renew(&mut self.springs[axis], some(K::SOFT && axis < axes));
+            renew(&mut self.springs[axis], some(F::SOFT && axis < axes));
         }
-        renew(&mut self.branches, some(K::BONDS));
+        renew(&mut self.branches, some(F::BONDS));
         for (i, member) in self.members.iter().enumerate() {
             let (g, k) = (i / LANES, i % LANES);
             let contact = &problem.contacts[*member as usize];
@@ -82,15 +83,15 @@ impl ContactBatch {
                 self.preconditioners[axis][g].set(k, contact, bond, axis);
                 self.biases[axis][g].0[k] = bias(contact, bond, axis);
                 self.iterates[axis][g].impulse.0[k] = contact.impulse[axis];
-                if K::SOFT {
+                if F::SOFT {
                     self.springs[axis][g].0[k] = compliance(contact, bond, axis);
                 }
             }
-            if K::FRICTION {
+            if F::FRICTION {
                 self.tangentials[g].lever.0[k] = contact.lever();
                 self.tangentials[g].limit.0[k] = threshold(contact, bond, problem.friction);
             }
-            if K::BONDS {
+            if F::BONDS {
                 self.branches[g].set(k, contact, bond);
             }
         }
@@ -103,10 +104,10 @@ impl ContactBatch {
 
     /// Takes over the bond of a contact that has become softer; false if the contact is in another batch.
     pub fn soften(&mut self, problem: &Problem, index: u32) -> bool {
-        let Ok(place) = self.members.binary_search(&index) else {
+        let Ok(member) = self.members.binary_search(&index) else {
             return false;
         };
-        let (g, k) = (place / LANES, place % LANES);
+        let (g, k) = (member / LANES, member % LANES);
         let contact = &problem.contacts[index as usize];
         let bond = problem.bonds.get(contact.bond as usize);
         for axis in 0..2 {
@@ -129,8 +130,8 @@ impl ContactBatch {
     /// Forgets p and w.
     pub fn restart(&mut self) {
         for iterate in self.iterates.iter_mut().flatten() {
-            iterate.direction = Lanes::default();
-            iterate.gradient = Lanes::default();
+            iterate.direction = Doubles::default();
+            iterate.gradient = Doubles::default();
         }
     }
 
@@ -145,7 +146,7 @@ impl ContactBatch {
 
     /// The part of a pass before measuring; `give` gets the impulses that a projection adds, body by body.
     #[inline(always)]
-    pub fn advance<K: Kind>(
+    pub fn advance<F: Features>(
         &mut self,
         pass: Pass,
         friction: f64,
@@ -154,20 +155,25 @@ impl ContactBatch {
         for g in 0..self.frames.len() {
             match pass {
                 Pass::Measure => {}
-                Pass::RenewThresholds => self.renew_thresholds::<K>(g, friction, &mut give),
-                Pass::Step { alpha, beta } => self.step::<K>(g, [alpha, beta], &mut give),
+                Pass::RenewThresholds => self.renew_thresholds::<F>(g, friction, &mut give),
+                Pass::Step { alpha, beta } => self.step::<F>(g, [alpha, beta], &mut give),
             }
         }
     }
 
     /// p = w + beta z and r' = P(r + alpha p).
     #[inline(always)]
-    fn step<K: Kind>(&mut self, g: usize, factors: [f64; 2], give: impl FnMut(usize, [f64; 3])) {
-        let factors = factors.map(Lanes::splat);
-        let bounds = self.bounds::<K>(g);
+    fn step<F: Features>(
+        &mut self,
+        g: usize,
+        factors: [f64; 2],
+        give: impl FnMut(usize, [f64; 3]),
+    ) {
+        let factors = factors.map(Doubles::splat);
+        let bounds = self.bounds::<F>(g);
         let surplus_n = self.iterates[0][g].advance(factors, bounds);
-        let mut surplus_t = Lanes::default();
-        if K::FRICTION {
+        let mut surplus_t = Doubles::default();
+        if F::FRICTION {
             let limit = self.tangentials[g].limit;
             surplus_t = self.iterates[1][g].advance(factors, [-limit, limit]);
         }
@@ -178,17 +184,17 @@ impl ContactBatch {
 
     /// Takes the thresholds anew, s = mu r_n, and brings r_t within them.
     #[inline(always)]
-    fn renew_thresholds<K: Kind>(
+    fn renew_thresholds<F: Features>(
         &mut self,
         g: usize,
         friction: f64,
         give: impl FnMut(usize, [f64; 3]),
     ) {
-        if !K::FRICTION {
+        if !F::FRICTION {
             return;
         }
-        let mut limit = Lanes::splat(friction) * self.iterates[0][g].impulse;
-        if K::BONDS {
+        let mut limit = Doubles::splat(friction) * self.iterates[0][g].impulse;
+        if F::BONDS {
             limit = self.branches[g].select(self.tangentials[g].limit, limit);
         }
         self.tangentials[g].limit = limit;
@@ -197,28 +203,28 @@ impl ContactBatch {
         let surplus = allowed - *tangent;
         *tangent = allowed;
         if surplus.any() {
-            self.spread(g, [Lanes::default(), surplus], give);
+            self.spread(g, [Doubles::default(), surplus], give);
         }
     }
 
     /// u, w and z at the impulses reached, H w and the sums. `friction` is the coefficient.
     #[inline(always)]
-    pub fn measure<K: Kind>(&mut self, friction: f64, bodies: &mut [BodyState]) {
-        let mut sums = Sums::default();
+    pub fn measure<F: Features>(&mut self, friction: f64, bodies: &mut [BodyState]) {
+        let mut sums = PassSums::default();
         for g in 0..self.frames.len() {
             let frame = self.frames[g];
-            let lever = if K::FRICTION {
+            let lever = if F::FRICTION {
                 self.tangentials[g].lever
             } else {
-                Lanes::default()
+                Doubles::default()
             };
-            let [u_n, u_t] = frame.relative::<K>(lever, bodies);
-            let ([w_n, lost_n], cone) = self.measure_normal::<K>(g, friction, u_n, &mut sums);
-            let [mut w_t, mut lost_t] = [Lanes::default(); 2];
-            if K::FRICTION {
-                [w_t, lost_t] = self.measure_tangent::<K>(g, cone, u_t, &mut sums);
+            let [u_n, u_t] = frame.relative::<F>(lever, bodies);
+            let ([w_n, lost_n], cone) = self.measure_normal::<F>(g, friction, u_n, &mut sums);
+            let [mut w_t, mut lost_t] = [Doubles::default(); 2];
+            if F::FRICTION {
+                [w_t, lost_t] = self.measure_tangent::<F>(g, cone, u_t, &mut sums);
             }
-            frame.scatter::<K>(lever, [w_n, w_t], bodies);
+            frame.scatter::<F>(lever, [w_n, w_t], bodies);
             if lost_n.any() || lost_t.any() {
                 self.lose(g, [lost_n, lost_t]);
             }
@@ -228,22 +234,22 @@ impl ContactBatch {
 
     /// Normal part of the measurement; also returns the thresholds of friction that belong to P(r - u/D).
     #[inline(always)]
-    fn measure_normal<K: Kind>(
+    fn measure_normal<F: Features>(
         &mut self,
         g: usize,
         friction: f64,
-        u: Lanes,
-        sums: &mut Sums<Lanes>,
-    ) -> ([Lanes; 2], Lanes) {
+        u: Doubles,
+        sums: &mut PassSums<Doubles>,
+    ) -> ([Doubles; 2], Doubles) {
         let r = self.iterates[0][g].impulse;
         let preconditioner = &self.preconditioners[0][g];
         let mut inverse = preconditioner.inverse.wide();
         let mut u = u + self.biases[0][g];
-        let (mut before, mut c) = (Lanes::default(), Lanes::default());
-        if K::SOFT {
+        let (mut before, mut c) = (Doubles::default(), Doubles::default());
+        if F::SOFT {
             c = self.springs[0].get(g).copied().unwrap_or_default();
             before = c;
-            if K::BONDS {
+            if F::BONDS {
                 let branches = &mut self.branches[g];
                 before = branches.compliance(c);
                 branches.take(r, u);
@@ -253,12 +259,12 @@ impl ContactBatch {
             u = u + c * r;
         }
         let diagonal = preconditioner.diagonal.wide();
-        let bounds = self.bounds::<K>(g);
+        let bounds = self.bounds::<F>(g);
         let back = -u * inverse;
-        let found = self.iterates[0][g].measure::<K>([u, back], [before, c], bounds, sums);
+        let found = self.iterates[0][g].measure::<F>([u, back], [before, c], bounds, sums);
         let scaled = diagonal * r;
         let mut off = normal_defect(u, scaled);
-        if K::BONDS {
+        if F::BONDS {
             let bonded = diagonal * (r - (r + back).clamp(bounds[0], bounds[1]));
             off = self.branches[g].select(bonded, off);
         }
@@ -266,33 +272,33 @@ impl ContactBatch {
         sums.held = sums.held + square;
         sums.defect = sums.defect + square;
         sums.size = sums.size + scaled * scaled;
-        (found, Lanes::splat(friction) * (r - off * inverse))
+        (found, Doubles::splat(friction) * (r - off * inverse))
     }
 
     #[inline(always)]
-    fn measure_tangent<K: Kind>(
+    fn measure_tangent<F: Features>(
         &mut self,
         g: usize,
-        mut cone: Lanes,
-        u: Lanes,
-        sums: &mut Sums<Lanes>,
-    ) -> [Lanes; 2] {
+        mut cone: Doubles,
+        u: Doubles,
+        sums: &mut PassSums<Doubles>,
+    ) -> [Doubles; 2] {
         let r = self.iterates[1][g].impulse;
         let limit = self.tangentials[g].limit;
         let preconditioner = &self.preconditioners[1][g];
         let diagonal = preconditioner.diagonal.wide();
         let bias = self.biases[1].get(g);
         let mut u = bias.map_or(u, |bias| u + *bias);
-        let mut c = Lanes::default();
-        if K::SOFT {
+        let mut c = Doubles::default();
+        if F::SOFT {
             c = self.springs[1].get(g).copied().unwrap_or_default();
             u = u + c * r;
         }
-        if K::BONDS {
+        if F::BONDS {
             cone = self.branches[g].select(limit, cone);
         }
         let back = -u * preconditioner.inverse.wide();
-        let found = self.iterates[1][g].measure::<K>([u, back], [c, c], [-limit, limit], sums);
+        let found = self.iterates[1][g].measure::<F>([u, back], [c, c], [-limit, limit], sums);
         let held = diagonal * (r - tangential_impulse(r + back, limit));
         let defect = diagonal * (r - tangential_impulse(r + back, cone));
         let scaled = diagonal * r;
@@ -304,17 +310,17 @@ impl ContactBatch {
 
     /// Bounds of r_n; both are 0 on one branch of a bond.
     #[inline(always)]
-    fn bounds<K: Kind>(&self, g: usize) -> [Lanes; 2] {
-        if K::BONDS {
+    fn bounds<F: Features>(&self, g: usize) -> [Doubles; 2] {
+        if F::BONDS {
             self.branches[g].bounds()
         } else {
-            [Lanes::splat(0.0), Lanes::splat(f64::INFINITY)]
+            [Doubles::splat(0.0), Doubles::splat(f64::INFINITY)]
         }
     }
 
     /// Gives both bodies their part of impulses (r_n, r_t), of the lanes that have any.
     #[inline(never)]
-    fn spread(&self, g: usize, impulses: [Lanes; 2], mut give: impl FnMut(usize, [f64; 3])) {
+    fn spread(&self, g: usize, impulses: [Doubles; 2], mut give: impl FnMut(usize, [f64; 3])) {
         let frame = &self.frames[g];
         let [nx, ny] = frame.normal;
         let tangential = self.tangentials.get(g).copied().unwrap_or_default();
@@ -332,7 +338,7 @@ impl ContactBatch {
 
     /// Leaves z of p, and notes what the bodies lose.
     #[inline(never)]
-    fn lose(&mut self, g: usize, lost: [Lanes; 2]) {
+    fn lose(&mut self, g: usize, lost: [Doubles; 2]) {
         for (iterates, lost) in self.iterates.iter_mut().zip(lost) {
             if let Some(iterate) = iterates.get_mut(g) {
                 iterate.direction = iterate.direction - lost;
@@ -340,7 +346,7 @@ impl ContactBatch {
         }
         let mut losses = std::mem::take(&mut self.losses);
         self.spread(g, lost, |body, impulse| {
-            losses.push(Loss {
+            losses.push(DirectionLoss {
                 body: body as u32,
                 impulse,
             });

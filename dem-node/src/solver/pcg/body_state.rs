@@ -1,6 +1,6 @@
 //! The bodies' part of the directions, and of the products with W.
 
-use crate::solver::BodyRecord;
+use crate::solver::contact::BodyRecord;
 
 /// A body as the contacts meet it, in one line of the cache.
 #[derive(Clone, Copy, Debug, Default)]
@@ -54,7 +54,7 @@ pub type Momentum = [f64; 3];
 
 /// Loss of p on one of the bodies, where its contact has come to a bound.
 #[derive(Clone, Copy, Debug)]
-pub struct Loss {
+pub struct DirectionLoss {
     /// Counted from the first of the batch.
     pub body: u32,
     /// Part of H (p - z) (N s).

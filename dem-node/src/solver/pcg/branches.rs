@@ -1,18 +1,18 @@
 //! The two branches of a bond's normal law: tension, and compression.
 
-use super::group::{LANES, Lanes, ShortLanes, inverse};
-use crate::bond::BondContact;
+use super::group::{Doubles, LANES, Singles, inverse};
+use crate::contact::bond::BondContact;
 use crate::law::local::in_tension;
-use crate::solver::Contact;
+use crate::solver::contact::Contact;
 
 /// The branches on which four contacts are.
 #[derive(Clone, Copy, Debug)]
 pub struct Branches {
     /// Upper bound of r_n (N s): 0 in tension, none in compression.
-    high: Lanes,
+    high: Doubles,
     /// Compliance of tension (1/kg), infinite for a contact that cannot pull, and 1/D with it.
-    tension: Lanes,
-    inverse: ShortLanes,
+    tension: Doubles,
+    inverse: Singles,
     /// True for a contact with a bond.
     bonded: [bool; LANES],
 }
@@ -20,9 +20,9 @@ pub struct Branches {
 impl Default for Branches {
     fn default() -> Branches {
         Branches {
-            high: Lanes::splat(f64::INFINITY),
-            tension: Lanes::splat(f64::INFINITY),
-            inverse: ShortLanes::default(),
+            high: Doubles::splat(f64::INFINITY),
+            tension: Doubles::splat(f64::INFINITY),
+            inverse: Singles::default(),
             bonded: [false; LANES],
         }
     }
@@ -39,7 +39,7 @@ impl Branches {
 
     /// Takes the branches of impulses r under u without its compliance.
     #[inline(always)]
-    pub fn take(&mut self, impulse: Lanes, velocity: Lanes) {
+    pub fn take(&mut self, impulse: Doubles, velocity: Doubles) {
         for k in 0..LANES {
             let pulls =
                 in_tension(impulse.0[k], velocity.0[k]) & (self.tension.0[k] < f64::INFINITY);
@@ -49,25 +49,25 @@ impl Branches {
 
     /// Bounds of r_n on the branches (N s).
     #[inline(always)]
-    pub fn bounds(&self) -> [Lanes; 2] {
-        let low = self.either(Lanes::splat(f64::NEG_INFINITY), Lanes::splat(0.0));
+    pub fn bounds(&self) -> [Doubles; 2] {
+        let low = self.either(Doubles::splat(f64::NEG_INFINITY), Doubles::splat(0.0));
         [low, self.high]
     }
 
     /// Compliances on the branches (1/kg), `spring` being that of compression.
     #[inline(always)]
-    pub fn compliance(&self, spring: Lanes) -> Lanes {
+    pub fn compliance(&self, spring: Doubles) -> Doubles {
         self.either(self.tension, spring)
     }
 
     /// 1/D on the branches (kg), `spring` being that of compression.
     #[inline(always)]
-    pub fn inverse(&self, spring: ShortLanes) -> Lanes {
+    pub fn inverse(&self, spring: Singles) -> Doubles {
         self.either(self.inverse.wide(), spring.wide())
     }
 
     #[inline(always)]
-    fn either(&self, tension: Lanes, compression: Lanes) -> Lanes {
+    fn either(&self, tension: Doubles, compression: Doubles) -> Doubles {
         let mut lanes = compression;
         for k in 0..LANES {
             lanes.0[k] = if self.high.0[k] == 0.0 {
@@ -81,7 +81,7 @@ impl Branches {
 
     /// Numbers of bonds where there are any, the others elsewhere.
     #[inline(always)]
-    pub fn select(&self, bonded: Lanes, others: Lanes) -> Lanes {
+    pub fn select(&self, bonded: Doubles, others: Doubles) -> Doubles {
         let mut lanes = others;
         for k in 0..LANES {
             lanes.0[k] = if self.bonded[k] {

@@ -6,8 +6,8 @@
 use std::ops::Range;
 
 use super::body_state::{BodyState, Momentum, Products};
-use crate::boundary::CompliantBoundary;
-use crate::solver::Problem;
+use crate::contact::boundary::CompliantBoundary;
+use crate::solver::problem::Problem;
 
 /// Vectors hold two components a glued disk and then y of the wheel.
 #[derive(Clone, Debug, Default)]

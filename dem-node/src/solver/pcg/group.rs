@@ -1,16 +1,16 @@
 //! Four contacts side by side, as the passes over them load them.
 
 use super::body_state::{BodyState, Products};
-use crate::bond::BondContact;
-use crate::lanes;
+use crate::contact::bond::BondContact;
+use crate::law::lanes;
 use crate::law::vector::feasible;
-use crate::solver::Contact;
+use crate::solver::contact::Contact;
 
 /// Contacts in a group.
 pub const LANES: usize = 4;
 
-/// Contents of a problem: iterations are compiled without the rest.
-pub trait Kind {
+/// What a problem contains: iterations are compiled without the rest.
+pub trait Features {
     /// Friction, which bonds need for their shear.
     const FRICTION: bool;
     /// Bonds.
@@ -19,11 +19,11 @@ pub trait Kind {
     const SOFT: bool;
 }
 
-/// FRICTION, BONDS and SOFT as they are written.
-pub struct Has<const FRICTION: bool, const BONDS: bool, const SOFT: bool>;
+/// A problem with these features.
+pub struct With<const FRICTION: bool, const BONDS: bool, const SOFT: bool>;
 
-impl<const FRICTION: bool, const BONDS: bool, const SOFT: bool> Kind
-    for Has<FRICTION, BONDS, SOFT>
+impl<const FRICTION: bool, const BONDS: bool, const SOFT: bool> Features
+    for With<FRICTION, BONDS, SOFT>
 {
     const FRICTION: bool = FRICTION;
     const BONDS: bool = BONDS;
@@ -31,10 +31,10 @@ impl<const FRICTION: bool, const BONDS: bool, const SOFT: bool> Kind
 }
 
 /// A number of each contact of a group.
-pub type Lanes = lanes::Lanes<LANES>;
+pub type Doubles = lanes::Lanes<LANES>;
 
 /// The same to seven digits.
-pub type ShortLanes = lanes::ShortLanes<LANES>;
+pub type Singles = lanes::ShortLanes<LANES>;
 
 /// Bodies and normals of the contacts. A lane without contact has no normal: it adds zeros to the first body.
 #[derive(Clone, Copy, Debug, Default)]
@@ -45,41 +45,41 @@ pub struct ContactFrames {
     /// See `a`.
     pub b: [u32; LANES],
     /// n_x and n_y.
-    pub normal: [Lanes; 2],
+    pub normal: [Doubles; 2],
 }
 
 /// Lever and threshold, for friction.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tangential {
     /// Levers of spin over the radius.
-    pub lever: Lanes,
+    pub lever: Doubles,
     /// Threshold s (N s): none on the shear of a bond.
-    pub limit: Lanes,
+    pub limit: Doubles,
 }
 
 /// Preconditioner D of one component. Any positive number would do in its place, and seven digits of it do.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Preconditioner {
     /// Diagonal of W with springs (1/kg), by which residuals are scaled.
-    pub diagonal: ShortLanes,
+    pub diagonal: Singles,
     /// 1/D (kg), 0 where nothing moves along this axis.
-    pub inverse: ShortLanes,
+    pub inverse: Singles,
 }
 
 /// The vectors r, p and w of one component.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Iterate {
     /// r (N s).
-    pub impulse: Lanes,
+    pub impulse: Doubles,
     /// p while the contacts advance, z once they are measured.
-    pub direction: Lanes,
+    pub direction: Doubles,
     /// w.
-    pub gradient: Lanes,
+    pub gradient: Doubles,
 }
 
 /// Sums over contacts, of numbers or lane by lane.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Sums<T> {
+pub struct PassSums<T> {
     /// u.w and u.z.
     pub uw: T,
     /// See `uw`.
@@ -94,9 +94,9 @@ pub struct Sums<T> {
     pub size: T,
 }
 
-impl Sums<f64> {
+impl PassSums<f64> {
     /// Adds sums lane by lane.
-    pub fn add(&mut self, lanes: &Sums<Lanes>) {
+    pub fn add(&mut self, lanes: &PassSums<Doubles>) {
         self.uw += lanes.uw.sum();
         self.uz += lanes.uz.sum();
         self.products.wp += lanes.products.wp.sum();
@@ -155,7 +155,7 @@ impl Preconditioner {
 impl Iterate {
     /// p = w + beta z and r' = P(r + alpha p) between the bounds; returns what the projection adds.
     #[inline(always)]
-    pub fn advance(&mut self, [alpha, beta]: [Lanes; 2], [low, high]: [Lanes; 2]) -> Lanes {
+    pub fn advance(&mut self, [alpha, beta]: [Doubles; 2], [low, high]: [Doubles; 2]) -> Doubles {
         let p = self.gradient + beta * self.direction;
         let wanted = self.impulse + alpha * p;
         let allowed = wanted.clamp(low, high);
@@ -166,20 +166,20 @@ impl Iterate {
 
     /// w from -u/D and what p loses, and the sums that they enter; the compliances are that along p and the one now.
     #[inline(always)]
-    pub fn measure<K: Kind>(
+    pub fn measure<F: Features>(
         &mut self,
-        [u, back]: [Lanes; 2],
-        [before, c]: [Lanes; 2],
-        bounds: [Lanes; 2],
-        sums: &mut Sums<Lanes>,
-    ) -> [Lanes; 2] {
+        [u, back]: [Doubles; 2],
+        [before, c]: [Doubles; 2],
+        bounds: [Doubles; 2],
+        sums: &mut PassSums<Doubles>,
+    ) -> [Doubles; 2] {
         let (r, p) = (self.impulse, self.direction);
         let w = feasible(back, r, bounds);
         let z = feasible(p, r, bounds);
         self.gradient = w;
         sums.uw = sums.uw + u * w;
         sums.uz = sums.uz + u * z;
-        if K::SOFT {
+        if F::SOFT {
             let cw = c * w;
             let products = &mut sums.products;
             products.wp = products.wp + before * w * p;
@@ -194,7 +194,7 @@ impl Iterate {
 impl ContactFrames {
     /// (u_n, u_t) of the contact points, a against b.
     #[inline(always)]
-    pub fn relative<K: Kind>(&self, lever: Lanes, bodies: &[BodyState]) -> [Lanes; 2] {
+    pub fn relative<F: Features>(&self, lever: Doubles, bodies: &[BodyState]) -> [Doubles; 2] {
         let (mut dx, mut dy, mut ds) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         for k in 0..LANES {
             let a = &bodies[self.a[k] as usize].velocity;
@@ -204,21 +204,26 @@ impl ContactFrames {
             ds[k] = a[2] + b[2];
         }
         let ([nx, ny], dx, dy) = (self.normal, lanes::Lanes(dx), lanes::Lanes(dy));
-        let tangential = if K::FRICTION {
+        let tangential = if F::FRICTION {
             nx * dy - ny * dx - lever * lanes::Lanes(ds)
         } else {
-            Lanes::default()
+            Doubles::default()
         };
         [nx * dx + ny * dy, tangential]
     }
 
     /// Adds w of the contacts, (w_n, w_t), to H w.
     #[inline(always)]
-    pub fn scatter<K: Kind>(&self, lever: Lanes, [n, t]: [Lanes; 2], bodies: &mut [BodyState]) {
+    pub fn scatter<F: Features>(
+        &self,
+        lever: Doubles,
+        [n, t]: [Doubles; 2],
+        bodies: &mut [BodyState],
+    ) {
         let [nx, ny] = self.normal;
         let (mut px, mut py) = (n * nx, n * ny);
-        let mut turn = Lanes::default();
-        if K::FRICTION {
+        let mut turn = Doubles::default();
+        if F::FRICTION {
             px = px - t * ny;
             py = py + t * nx;
             turn = lever * t;

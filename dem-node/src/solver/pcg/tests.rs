@@ -2,16 +2,16 @@
 
 mod textbook;
 
-use super::Workspace;
-use crate::bond::{Bond, BondContact};
-use crate::boundary::CompliantBoundary;
-use crate::cohesion::{Cohesion, HPrime};
+use crate::config::solver::{Algorithm, Criteria, OnNotConverged};
+use crate::contact::bond::{Bond, BondContact};
+use crate::contact::boundary::CompliantBoundary;
+use crate::law::cohesion::{Cohesion, HPrime};
 use crate::law::{Law, Penetration};
 use crate::sample::random::RandomNumbers;
+use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
 use crate::solver::partition::Partition;
-use crate::solver::{
-    Algorithm, BodyRecord, Contact, Criteria, NO_BOND, NO_LEVERS, OnNotConverged, Problem,
-};
+use crate::solver::pcg::workspace::Workspace;
+use crate::solver::problem::Problem;
 use textbook::Textbook;
 
 const GLUED: usize = 6;

@@ -6,11 +6,11 @@
 use super::batch::{ContactBatch, Pass};
 use super::body_state::{BodyState, Momentum, Products};
 use super::constrained::ConstrainedBodies;
-use super::group::{Kind, Sums};
-use crate::lanes::widest;
-use crate::solver::Problem;
+use super::group::{Features, PassSums};
+use crate::law::lanes::widest;
 use crate::solver::partition::{Partition, Subdomain, for_each_subdomain};
 use crate::solver::pieces::ByCandidate;
+use crate::solver::problem::Problem;
 
 /// Buffers of the solver.
 #[derive(Clone, Debug, Default)]
@@ -36,7 +36,7 @@ struct Interior {
 impl Interior {
     /// A pass over the subdomain; bodies and momenta are its own.
     #[inline(always)]
-    fn run<K: Kind>(
+    fn run<F: Features>(
         &mut self,
         pass: Pass,
         friction: f64,
@@ -53,8 +53,8 @@ impl Interior {
             }
         }
         let batch = &mut self.batch;
-        batch.advance::<K>(pass, friction, |body, impulse| bodies[body].kick(impulse));
-        batch.measure::<K>(friction, bodies);
+        batch.advance::<F>(pass, friction, |body, impulse| bodies[body].kick(impulse));
+        batch.measure::<F>(friction, bodies);
         self.products = Products::default();
         for (body, momentum) in bodies.iter().zip(&*momenta) {
             self.products.add(body.inner, &body.h_w, momentum);
@@ -79,7 +79,7 @@ impl Interior {
 
 impl Workspace {
     /// Takes over a prepared problem.
-    pub fn load<K: Kind>(&mut self, problem: &Problem, parallel: bool) {
+    pub fn load<F: Features>(&mut self, problem: &Problem, parallel: bool) {
         self.bodies.clear();
         self.bodies
             .extend(problem.records.iter().map(BodyState::new));
@@ -87,9 +87,9 @@ impl Workspace {
         self.momenta.resize(self.bodies.len(), [0.0; 3]);
         self.constrained.load(problem, &mut self.bodies);
         self.share_out(problem);
-        self.outside.load::<K>(problem);
+        self.outside.load::<F>(problem);
         for_each_subdomain(&mut self.subdomains, (), parallel, &|subdomain, ()| {
-            subdomain.work.batch.load::<K>(problem);
+            subdomain.work.batch.load::<F>(problem);
         });
     }
 
@@ -172,30 +172,35 @@ impl Workspace {
     }
 
     /// One pass over all contacts.
-    pub fn run<K: Kind>(&mut self, problem: &Problem, pass: Pass, parallel: bool) -> Sums<f64> {
+    pub fn run<F: Features>(
+        &mut self,
+        problem: &Problem,
+        pass: Pass,
+        parallel: bool,
+    ) -> PassSums<f64> {
         let friction = problem.friction;
         widest(
             #[inline(always)]
-            || self.begin::<K>(problem, pass),
+            || self.begin::<F>(problem, pass),
         );
         let work = |subdomain: &mut Subdomain<Interior>,
                     (bodies, momenta): (&mut [BodyState], &mut [Momentum])| {
             let interior = &mut subdomain.work;
             widest(
                 #[inline(always)]
-                || interior.run::<K>(pass, friction, bodies, momenta),
+                || interior.run::<F>(pass, friction, bodies, momenta),
             );
         };
         let items = (&mut self.bodies[..], &mut self.momenta[..]);
         for_each_subdomain(&mut self.subdomains, items, parallel, &work);
         widest(
             #[inline(always)]
-            || self.end::<K>(problem),
+            || self.end::<F>(problem),
         )
     }
 
     #[inline(always)]
-    fn begin<K: Kind>(&mut self, problem: &Problem, pass: Pass) {
+    fn begin<F: Features>(&mut self, problem: &Problem, pass: Pass) {
         if let Pass::Step { alpha, beta } = pass {
             self.constrained.follow(&mut self.bodies, alpha, beta);
         }
@@ -205,15 +210,15 @@ impl Workspace {
             constrained.gather(body, impulse);
         };
         let outside = &mut self.outside;
-        outside.advance::<K>(pass, problem.friction, give);
+        outside.advance::<F>(pass, problem.friction, give);
         constrained.settle(&problem.boundary, bodies);
     }
 
     #[inline(always)]
-    fn end<K: Kind>(&mut self, problem: &Problem) -> Sums<f64> {
+    fn end<F: Features>(&mut self, problem: &Problem) -> PassSums<f64> {
         let outside = &mut self.outside;
-        outside.measure::<K>(problem.friction, &mut self.bodies);
-        let mut sums = Sums::<f64>::default();
+        outside.measure::<F>(problem.friction, &mut self.bodies);
+        let mut sums = PassSums::<f64>::default();
         for subdomain in &self.subdomains {
             sums.products.join(&subdomain.work.products);
             sums.add(&subdomain.work.batch.sums);

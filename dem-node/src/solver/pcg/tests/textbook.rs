@@ -3,9 +3,9 @@
 //! with it.
 
 use crate::law::local::in_tension;
-use crate::solver::Problem;
 use crate::solver::pcg::INNER;
 use crate::solver::pcg::group::{compliance, inverse, threshold};
+use crate::solver::problem::Problem;
 
 /// A number of each component of all contacts.
 type Field = Vec<[f64; 2]>;

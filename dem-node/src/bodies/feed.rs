@@ -1,0 +1,122 @@
+//! A feed of grains: its constants and its progress. [`crate::step::injection`] moves it on.
+
+use serde::{Deserialize, Serialize};
+
+/// Constants of a feed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Injection {
+    /// The point (m).
+    pub point: [f64; 2],
+    /// Number of fed grains: the last of the free ones.
+    pub grains: usize,
+    /// Scaled mass that comes out in a second (kg/s).
+    pub rate: f64,
+    /// Time at which the first mass comes out (s).
+    pub start: f64,
+    /// Time from which none does (s).
+    pub end: f64,
+    /// Time in which a grain grows (s).
+    pub growth: f64,
+}
+
+/// A grain that has not its full radius yet.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Growing {
+    grain: u32,
+    /// Time at which it began (s).
+    start: f64,
+    /// Part of its radius that was missing then, and that is missing (m).
+    first: f64,
+    missing: f64,
+}
+
+/// Progress of a feed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Feed {
+    /// Grains that are in store: the last of the free ones.
+    pub waiting: u32,
+    /// Scaled masses that were due so far, and that were delivered (kg).
+    due: f64,
+    delivered: f64,
+    growing: Vec<Growing>,
+}
+
+impl Injection {
+    /// Mass that should have come out until a time (kg).
+    fn due(&self, time: f64) -> f64 {
+        self.rate * (time.min(self.end) - self.start).max(0.0)
+    }
+}
+
+impl Feed {
+    /// A feed whose grains are all in store.
+    pub fn new(injection: Option<&Injection>) -> Feed {
+        Feed {
+            waiting: injection.map_or(0, |injection| injection.grains as u32),
+            ..Feed::default()
+        }
+    }
+
+    /// Goes on to a time (s): what is due then, and the lengths (m) by which grains grow until then.
+    pub fn advance(&mut self, injection: &Injection, time: f64) -> Vec<(u32, f64)> {
+        self.due = injection.due(time);
+        let growing = self.growing.iter_mut();
+        let grown = growing.map(|growing| {
+            let rest = 1.0 - (time - growing.start) / injection.growth;
+            let before = growing.missing;
+            growing.missing = growing.first * rest.max(0.0);
+            (growing.grain, before - growing.missing)
+        });
+        let grown = grown.collect();
+        self.growing.retain(|growing| growing.missing > 0.0);
+        grown
+    }
+
+    /// True if a grain of a mass (kg) is in store, and due.
+    pub fn is_due(&self, mass: f64) -> bool {
+        self.waiting > 0 && self.delivered + mass <= self.due
+    }
+
+    /// Takes the next grain, of a mass (kg), out of the store at a time (s); this part of its radius is missing (m).
+    pub fn take_out(&mut self, grain: u32, mass: f64, missing: f64, time: f64) {
+        self.waiting -= 1;
+        self.delivered += mass;
+        if missing > 0.0 {
+            self.growing.push(Growing {
+                grain,
+                start: time,
+                first: missing,
+                missing,
+            });
+        }
+    }
+
+    /// Part of the mass due that found no gap; `next` is the mass of the next grain (kg), which is due as a whole only.
+    pub fn missed(&self, next: f64) -> f64 {
+        let owed = self.due - self.delivered - next;
+        if owed > 0.0 { owed / self.due } else { 0.0 }
+    }
+
+    /// Part of a disk's radius that it has not grown yet (m).
+    #[inline]
+    pub fn missing(&self, disk: u32) -> f64 {
+        let mut growing = self.growing.iter();
+        growing
+            .find(|growing| growing.grain == disk)
+            .map_or(0.0, |growing| growing.missing)
+    }
+
+    /// True while a grain grows.
+    #[inline]
+    pub fn grows(&self) -> bool {
+        !self.growing.is_empty()
+    }
+
+    /// All numbers that can change a later bit.
+    pub fn numbers(&self) -> impl Iterator<Item = f64> {
+        let first = [f64::from(self.waiting), self.due, self.delivered];
+        let growing = self.growing.iter();
+        let growing = growing.flat_map(|g| [f64::from(g.grain), g.start, g.first, g.missing]);
+        first.into_iter().chain(growing)
+    }
+}

@@ -1,0 +1,71 @@
+//! `solver`: the choice of a solver and its stopping criteria.
+
+use kit::ConfigError;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::config::limits::within;
+
+/// Residuals that mean something: one below is rounding, one above no solution.
+const TOLERANCES: [f64; 2] = [1e-14, 0.1];
+
+/// The algorithm that solves the problem: the words for `solver.kind`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Algorithm {
+    /// Block non-linear Gauss-Seidel.
+    Nsgs,
+    /// Projected conjugate gradient: fewer iterations where there is no friction and many grains.
+    Pcg,
+}
+
+/// What becomes of a step that did not converge: the words for `solver.on_not_converged`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OnNotConverged {
+    /// The run ends with exit code 3.
+    #[default]
+    Stop,
+    /// The step stands and is counted.
+    Accept,
+}
+
+/// `solver`: the solver of the contact problem and its stopping criteria.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Criteria {
+    /// The algorithm.
+    #[serde(rename = "kind")]
+    pub algorithm: Algorithm,
+    /// Bound on the true natural-map residual, relative.
+    #[schemars(range(min = 1e-14, max = 0.1))]
+    pub tolerance: f64,
+    /// Iterations after which a window counts as not converged.
+    #[schemars(range(min = 1))]
+    pub max_iterations: usize,
+    /// Iterations that are always done.
+    pub min_iterations: usize,
+    /// What becomes of a step of a run alone whose iterations end above the tolerance; stopped when absent. In a coupled run
+    /// the key of the interface decides.
+    #[serde(default)]
+    pub on_not_converged: OnNotConverged,
+    /// True if the rayon pool of the caller may be used, which no key says. The answer has the same bits either way.
+    #[serde(skip)]
+    pub parallel: bool,
+}
+
+impl Criteria {
+    pub(super) fn validate(&self) -> Result<(), ConfigError> {
+        within("solver.tolerance", self.tolerance, TOLERANCES).map_err(|error| {
+            error.help("a residual is a relative number: doubles do not resolve a smaller one")
+        })?;
+        let (least, most) = (self.min_iterations, self.max_iterations);
+        if most == 0 || least > most {
+            let problem = format!(
+                "must be at least 1 and at least solver.min_iterations = {least}, got {most}"
+            );
+            return Err(ConfigError::new("solver.max_iterations", problem));
+        }
+        Ok(())
+    }
+}

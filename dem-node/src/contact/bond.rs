@@ -1,0 +1,428 @@
+//! Bonds: the memory of a cohesive contact, its part in the contact problem, and the energy that opening it takes.
+
+use serde::{Deserialize, Serialize};
+
+use crate::bodies::Bodies;
+use crate::contact::detect::Slot;
+use crate::contact::loss::{ContactStep, Loss};
+use crate::law::Law;
+use crate::law::cohesion::Cohesion;
+use crate::law::local::BondLaw;
+
+/// A bond below this adhesion is broken. With h' = 1 and b = 0 that is an opening of 100 delta_0, where 1e-6 of the
+/// strength and 5e-5 of w are left.
+const BROKEN: f64 = 1e-4;
+/// Bonds above this adhesion are counted as bonds: the rest holds nothing that matters.
+const COUNTED: f64 = 0.01;
+
+/// A bond between two grains, or a grain and a glued disk.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Bond {
+    /// The candidate; `a < b`.
+    pub a: u32,
+    /// The antagonist.
+    pub b: u32,
+    /// l, thickness included (m2).
+    pub area: f64,
+    /// Gap when the bond was made (m): delta = gap - reference, so that no bond is stretched at the start.
+    pub reference: f64,
+    /// a, above 0.
+    pub adhesion: f64,
+    /// delta at the end of the last step, negative in compression (m).
+    pub opening: f64,
+    /// delta_t in the contact frame (m).
+    pub slip: f64,
+}
+
+impl Bond {
+    /// A bond at rest between two disks, the first of them with the lower number.
+    pub fn new(bodies: &Bodies, law: &Cohesion, [a, b]: [u32; 2], gap: f64) -> Bond {
+        Bond {
+            a,
+            b,
+            area: law.area([a, b].map(|disk| bodies.radii[disk as usize])),
+            reference: gap,
+            adhesion: 1.0,
+            ..Bond::default()
+        }
+    }
+
+    /// Its elastic energy (J).
+    pub fn stored(&self, bodies: &Bodies) -> f64 {
+        let law = bodies.law.cohesion.as_ref();
+        law.map_or(0.0, |law| {
+            law.stored(self.area, self.adhesion, self.opening, self.slip)
+        })
+    }
+
+    /// True for one that holds enough to count as a bond.
+    pub fn holds(&self) -> bool {
+        self.adhesion > COUNTED
+    }
+
+    /// Its candidate and its antagonist.
+    pub fn pair(&self) -> (u32, u32) {
+        (self.a, self.b)
+    }
+
+    /// All numbers that can change a later bit.
+    pub fn numbers(&self) -> [f64; 7] {
+        [
+            f64::from(self.a),
+            f64::from(self.b),
+            self.area,
+            self.reference,
+            self.adhesion,
+            self.opening,
+            self.slip,
+        ]
+    }
+}
+
+/// Bonds that hold.
+pub fn count(bonds: &[Bond]) -> usize {
+    bonds.iter().filter(|bond| bond.holds()).count()
+}
+
+/// Walks along bonds while pairs come in ascending order; both are sorted by (a, b).
+pub struct BondCursor<'a> {
+    bonds: &'a [Bond],
+    next: usize,
+}
+
+impl<'a> BondCursor<'a> {
+    /// A walk from the first bond on.
+    pub fn new(bonds: &'a [Bond]) -> BondCursor<'a> {
+        BondCursor { bonds, next: 0 }
+    }
+
+    /// The bond of a pair and its index.
+    #[inline]
+    pub fn find(&mut self, pair: (u32, u32)) -> Option<(usize, &'a Bond)> {
+        loop {
+            let bond = self.bonds.get(self.next)?;
+            if bond.pair() >= pair {
+                return (bond.pair() == pair).then_some((self.next, bond));
+            }
+            self.next += 1;
+        }
+    }
+}
+
+/// The longest step in which the end of a step is unique whatever fails in it, h < 1/(sqrt(3) omega) with
+/// omega = sqrt(l Cn / m_eff) (s); the smallest over all bonds.
+pub fn step_limit(bodies: &Bodies, bonds: &[Bond]) -> Option<f64> {
+    let law = bodies.law.cohesion?;
+    let inverse_mass = |body: u32| bodies.masses.get(body as usize).map_or(0.0, |m| 1.0 / m);
+    let squares = bonds
+        .iter()
+        .map(|bond| bond.area * law.normal * (inverse_mass(bond.a) + inverse_mass(bond.b)));
+    let fastest = squares.fold(0.0, f64::max).sqrt();
+    (fastest > 0.0).then(|| 1.0 / (3f64.sqrt() * fastest))
+}
+
+/// A bonded contact in the contact problem of a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BondContact {
+    /// Index of the bond.
+    pub index: u32,
+    /// Adhesion at the start of the step, and the one under which the problem is solved.
+    pub adhesion: [f64; 2],
+    /// The law under that adhesion.
+    pub law: BondLaw,
+}
+
+impl BondContact {
+    /// The bond at the start of a step h (s).
+    ///
+    /// A rigid contact has friction beside the bond. The tangential spring of a compliant one belongs to the bond and
+    /// becomes a stick-slip spring when the bond breaks (see [`end_step`]).
+    pub fn new(law: &Law, bond: &Bond, index: usize, h: f64) -> BondContact {
+        let friction = match law.springs {
+            None => law.friction,
+            Some(_) => 0.0,
+        };
+        let mut contact = BondContact {
+            index: index as u32,
+            adhesion: [bond.adhesion; 2],
+            law: BondLaw::new(bond.slip / h, friction),
+        };
+        contact.soften(law, bond, bond.adhesion, h);
+        contact
+    }
+
+    /// Takes over a lower adhesion.
+    pub fn soften(&mut self, law: &Law, bond: &Bond, adhesion: f64, h: f64) {
+        self.adhesion[1] = adhesion;
+        let stiffness = law
+            .cohesion
+            .map_or([0.0; 2], |law| law.stiffness(bond.area, adhesion));
+        self.law.set_stiffness(stiffness, h);
+    }
+
+    /// The adhesion that the end of the step allows, the gap opening at u_n and sliding at u_t; `bias` is delta/h (m/s).
+    pub fn fall(&self, law: &Cohesion, velocity: [f64; 2], bias: f64, h: f64) -> f64 {
+        let drive = law.drive(h * (bias + velocity[0]), h * (self.law.slip + velocity[1]));
+        let adhesion = law.adhesion_after(self.adhesion[0], drive, h);
+        adhesion.min(self.adhesion[1])
+    }
+}
+
+/// Moves a bond to the end of a step: its opening, slip and adhesion, and the forces of its slot. Returns the losses.
+///
+/// `contact` is its impulse and motion, its gap delta at detection; adhesion is a_0 at the start, a_1 in the solution and a_2 at
+/// the end. Adhesion falls from a_0 to a_1 at the opening before the step, and from a_1 to a_2 at the one after it:
+/// l D (a_0^2 - a_1^2)/2. Springs driven implicitly lose k (e - e_0)^2 / 2; one that closes or opens in the step is
+/// pushed over the rest of the path as well. A rigid contact loses -r_n u_n in compression and -r_f u_t in slip.
+/// The change of the opening between two steps, by the turning of the normal, is that of detection, see [`ContactStep::turned`].
+pub fn end_step(
+    law: &Law,
+    bond: &mut Bond,
+    slot: &mut Slot,
+    contact: &ContactStep,
+    [before, solved, after]: [f64; 3],
+) -> Loss {
+    let Some(cohesion) = &law.cohesion else {
+        return Loss::default();
+    };
+    let ([r_n, r_t], [u_n, u_t], h) = (contact.impulse, contact.velocity, contact.step);
+    let [k_n, k_t] = cohesion.stiffness(bond.area, solved);
+    let stored = |adhesion, opening, slip| cohesion.stored(bond.area, adhesion, opening, slip);
+    let (opening, slip) = (contact.gap + h * u_n, bond.slip + h * u_t);
+    let r_f = match law.springs {
+        None => r_t + h * k_t * slip,
+        Some(_) => 0.0,
+    };
+    let behind = (1.0 - contact.theta) * (r_n * contact.change[0] + r_t * contact.change[1]);
+    let turned = law.springs.map_or(0.0, |s| contact.turned(s.normal))
+        + stored(before, contact.last_gap, bond.slip)
+        - stored(before, contact.gap, bond.slip);
+    let mut loss = Loss {
+        detection: turned,
+        impact: stretched(k_n, contact.gap, r_n.min(0.0), h)
+            + pressed(law, contact.gap, r_n.max(0.0), h, u_n)
+            + 0.5 * k_t * (h * u_t).powi(2)
+            + behind,
+        friction: -r_f * u_t,
+        cohesion: stored(before, contact.gap, bond.slip) - stored(solved, contact.gap, bond.slip)
+            + stored(solved, opening, slip)
+            - stored(after, opening, slip),
+    };
+    (bond.opening, bond.slip, bond.adhesion) = (opening, slip, after);
+    (slot.force, slot.last_gap) = ([r_n / h, r_t / h], opening);
+    if after < BROKEN {
+        loss.cohesion += break_bond(law, cohesion, bond, slot, before);
+    }
+    loss
+}
+
+/// Loss of the tensile spring k under the impulse r_n <= 0.
+fn stretched(k: f64, before: f64, r_n: f64, h: f64) -> f64 {
+    let reached = if k > 0.0 { -r_n / (h * k) } else { 0.0 };
+    0.5 * k * (reached - before.max(0.0)).powi(2) - k * reached * before.min(0.0)
+}
+
+/// Loss of the compressive part under the impulse r_n >= 0.
+fn pressed(law: &Law, before: f64, r_n: f64, h: f64, u_n: f64) -> f64 {
+    let Some(springs) = law.springs else {
+        return -r_n * u_n;
+    };
+    let (k, reached) = (springs.normal, -r_n / (h * springs.normal));
+    0.5 * k * (reached - before.min(0.0)).powi(2) - k * reached * before.max(0.0)
+}
+
+/// Returns the contact to its gap. The bond's tangential spring becomes the stick-slip one, never with more force or energy
+/// than the bond had when it broke. Returns the energy set free (J).
+fn break_bond(
+    law: &Law,
+    cohesion: &Cohesion,
+    bond: &mut Bond,
+    slot: &mut Slot,
+    before: f64,
+) -> f64 {
+    let left = cohesion.stored(bond.area, bond.adhesion, bond.opening, bond.slip);
+    bond.adhesion = 0.0;
+    let mu = law.friction;
+    let Some(springs) = law.springs else {
+        let r_n = slot.force[0].max(0.0);
+        slot.force = [r_n, slot.force[1].clamp(-mu * r_n, mu * r_n)];
+        slot.spring = 0.0;
+        return left;
+    };
+    let gap = bond.opening + bond.reference;
+    slot.last_gap = gap;
+    let [_, k_t] = cohesion.stiffness(bond.area, before);
+    let press = springs.normal * (-gap).max(0.0);
+    let limit = mu * press / springs.tangential;
+    slot.spring = (bond.slip * (k_t / springs.tangential).min(1.0)).clamp(-limit, limit);
+    let locked = 0.5 * springs.normal * bond.opening.min(0.0).powi(2);
+    slot.force = [press, -springs.tangential * slot.spring];
+    let [normal, tangential] = law.stored(slot.force);
+    left + locked - normal - tangential
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::Springs;
+    use crate::law::cohesion::HPrime;
+    use crate::law::local::DelassusBlock;
+
+    const STEP: f64 = 0.5;
+    const BLOCK: DelassusBlock = DelassusBlock {
+        nn: 2.0,
+        nt: 0.6,
+        tt: 3.0,
+    };
+
+    fn law(springs: Option<Springs>) -> Law {
+        Law {
+            friction: 0.4,
+            springs,
+            cohesion: Some(Cohesion {
+                normal: 4.0,
+                tangential: 2.0,
+                energy: 1.0,
+                viscosity: 0.0,
+                power: 1.0,
+                h_prime: HPrime::Adhesion,
+                thickness: 1.0,
+                alert: 0.1,
+                bonds_min: 0,
+            }),
+            ..Law::default()
+        }
+    }
+
+    fn bond() -> Bond {
+        Bond {
+            area: 0.5,
+            adhesion: 0.8,
+            slip: 0.3,
+            ..Bond::default()
+        }
+    }
+
+    /// U_n = u_n + delta/h, u_t, and the impulse for these free velocities.
+    fn solved(law: &Law, compliance: f64, b: [f64; 2]) -> ([f64; 2], [f64; 2]) {
+        let mut contact = BondContact::new(law, &bond(), 0, STEP);
+        let law = &mut contact.law;
+        law.prepare(BLOCK, compliance, (0, 1))
+            .expect("it is well posed");
+        let [r_n, r_t] = law.impulse(b);
+        let u_n = b[0] + BLOCK.nn * r_n + BLOCK.nt * r_t;
+        let u_t = b[1] + BLOCK.nt * r_n + BLOCK.tt * r_t;
+        ([u_n, u_t], [r_n, r_t])
+    }
+
+    fn close(a: f64, b: f64) {
+        assert!((a - b).abs() < 1e-14, "{a} {b}");
+    }
+
+    /// Hand values: kappa_n = h^2 l Cn a^2 = 0.25 x 0.5 x 4 x 0.64 = 0.32, kappa_t = 0.16.
+    #[test]
+    fn a_stretched_bond_pulls_in_both_directions() {
+        for b in [[1.0, 2.0], [0.7, -5.0], [2.0, 0.0]] {
+            let ([u_n, u_t], [r_n, r_t]) = solved(&law(None), 0.0, b);
+            assert!(u_n > 0.0);
+            close(r_n, -0.32 * u_n);
+            close(r_t, -0.16 * (u_t + 0.3 / STEP));
+        }
+    }
+
+    #[test]
+    fn a_rigid_pressed_bond_has_coulomb_friction_beside_its_shear() {
+        let mut slid = 0;
+        for b in [[-3.0, 0.1], [-1.0, 6.0], [-1.0, -6.0]] {
+            let ([u_n, u_t], [r_n, r_t]) = solved(&law(None), 0.0, b);
+            let friction = r_t + 0.16 * (u_t + 0.3 / STEP);
+            close(u_n, 0.0);
+            if u_t.abs() > 1e-12 {
+                close(friction, -u_t.signum() * 0.4 * r_n);
+                slid += 1;
+            } else {
+                assert!(friction.abs() <= 0.4 * r_n);
+            }
+        }
+        assert_eq!(slid, 2);
+    }
+
+    const SPRINGS: Springs = Springs {
+        normal: 8.0,
+        tangential: 1.0,
+    };
+
+    #[test]
+    fn a_compliant_pressed_bond_keeps_its_spring_and_does_not_slip() {
+        let compliance = 1.0 / (SPRINGS.normal * STEP * STEP);
+        let ([u_n, u_t], [r_n, r_t]) = solved(&law(Some(SPRINGS)), compliance, [-1.0, 6.0]);
+        close(u_n, -compliance * r_n);
+        close(r_t, -0.16 * (u_t + 0.3 / STEP));
+        assert!(r_t.abs() > 0.4 * r_n);
+    }
+
+    /// From an opening of 0.3 found as 0.1, l Cn a^2 = 1.28, and with springs from an overlap of 0.3 found as 0.1.
+    #[test]
+    fn what_detection_changes_in_a_bond_is_no_impact() {
+        for (springs, sign, expected) in [
+            (None, 1.0, 0.5 * 1.28 * (0.09 - 0.01)),
+            (Some(SPRINGS), 1.0, 0.5 * 1.28 * (0.09 - 0.01)),
+            (None, -1.0, 0.0),
+            (Some(SPRINGS), -1.0, 0.5 * 8.0 * (0.09 - 0.01)),
+        ] {
+            let contact = ContactStep {
+                step: STEP,
+                theta: 1.0,
+                gap: 0.1 * sign,
+                last_gap: 0.3 * sign,
+                spring: [0.0; 2],
+                impulse: [0.0; 2],
+                velocity: [0.0; 2],
+                change: [0.0; 2],
+            };
+            let (law, mut slot) = (law(springs), Slot::default());
+            let loss = end_step(&law, &mut bond(), &mut slot, &contact, [0.8; 3]);
+            close(loss.detection, expected);
+            close(loss.cohesion, 0.0);
+        }
+    }
+
+    /// The bond's tangential spring l Ct = 1 = kt: pressed by kn 0.2 = 1.6 it may keep mu 1.6 = 0.64 of its force.
+    #[test]
+    fn the_spring_of_a_broken_bond_sticks_and_slips() {
+        for (slip, expected) in [(0.5, 0.5), (-0.5, -0.5), (5.0, 0.64), (-5.0, -0.64)] {
+            let mut bond = Bond {
+                adhesion: 1.0,
+                reference: 0.1,
+                slip,
+                ..bond()
+            };
+            let mut slot = Slot::default();
+            let contact = ContactStep {
+                step: STEP,
+                theta: 1.0,
+                gap: -0.3,
+                last_gap: -0.3,
+                spring: [0.0; 2],
+                impulse: [0.0; 2],
+                velocity: [0.0; 2],
+                change: [0.0; 2],
+            };
+            let adhesion = [1.0, 1.0, 0.0];
+            let loss = end_step(
+                &law(Some(SPRINGS)),
+                &mut bond,
+                &mut slot,
+                &contact,
+                adhesion,
+            );
+            assert_eq!(bond.adhesion, 0.0);
+            close(slot.spring, expected);
+            close(slot.force[0], 1.6);
+            close(slot.force[1], -expected);
+            // Bond and reference gap let go of what the spring and the overlap do not keep.
+            let kept = 0.5 * 8.0 * 0.04 + 0.5 * expected * expected;
+            close(loss.cohesion, 0.5 * slip * slip + 0.5 * 8.0 * 0.09 - kept);
+        }
+    }
+}

@@ -1,0 +1,243 @@
+//! Detection of pairs that may touch: a Verlet list with a skin, and contact slots that persist.
+
+use serde::{Deserialize, Serialize};
+
+use crate::bodies::Bodies;
+use crate::bodies::faces::Face;
+use crate::bodies::geometry::squared_displacements;
+use crate::bodies::positions::{Positions, distance};
+use crate::contact::cells::NearPairs;
+
+/// A pair of bodies that may touch, with its memory from step to step.
+///
+/// Bodies are numbered free grains first, then glued disks, then the wheel, then the walls; `a < b` always,
+/// and the normal points from `b` to `a`. Forces, not impulses, are kept: they stay right when the step changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Slot {
+    /// The candidate.
+    pub a: u32,
+    /// The antagonist.
+    pub b: u32,
+    /// Normal and tangential force of the last step (N), compression positive.
+    pub force: [f64; 2],
+    /// Elongation of the tangential spring (m).
+    pub spring: f64,
+    /// Gap, or opening of the bond, along its normal at the end of the last step (m); 0 without contact.
+    pub last_gap: f64,
+}
+
+/// The Verlet list: all pairs that were closer than `reach` when it was built.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct VerletList {
+    /// Sorted by (a, b).
+    pub slots: Vec<Slot>,
+    /// Gap up to which pairs were listed (m).
+    reach: f64,
+    /// Centres when the list was built (m).
+    centres: Vec<[f64; 2]>,
+    /// Position of the wheel when the list was built (m).
+    wheel: [f64; 2],
+    /// Time for which walls had moved when the list was built (s).
+    wall_motion_time: f64,
+}
+
+impl VerletList {
+    /// Rebuilds the list when a pair outside of it may come closer than `alert` in a step in which no body
+    /// moves further than `travel` (m); forces and springs of pairs that stay are carried over. Bonded pairs stay
+    /// listed, however far apart.
+    pub fn refresh(
+        &mut self,
+        bodies: &Bodies,
+        positions: &Positions,
+        travel: f64,
+        bonded: impl Iterator<Item = (u32, u32)>,
+    ) {
+        let needed = bodies.alert + 2.0 * travel;
+        if self.centres.len() == positions.centres.len()
+            && needed + 2.0 * self.drift(bodies, positions) <= self.reach
+        {
+            return;
+        }
+        self.reach = needed + bodies.skin;
+        self.centres.clear();
+        self.centres.extend_from_slice(positions.centres);
+        self.wheel = positions.wheel;
+        self.wall_motion_time = positions.wall_motion_time;
+        let mut listed = list_pairs(bodies, positions, self.reach);
+        add_bonded(&mut listed, bonded);
+        carry_over(&self.slots, &mut listed);
+        self.slots = listed;
+    }
+
+    /// The pairs that press on each other.
+    pub fn pressing(&self) -> impl Iterator<Item = &Slot> {
+        self.slots.iter().filter(|slot| slot.force[0] > 0.0)
+    }
+
+    /// Makes the next refresh build a new list, as if a body had moved too far.
+    pub(crate) fn invalidate(&mut self) {
+        self.reach = 0.0;
+    }
+
+    /// Force and spring of a disk that has passed from one segment of a polyline to the next go along.
+    pub fn hand_over(&mut self, bodies: &Bodies, positions: &Positions) {
+        for index in 0..self.slots.len() {
+            let slot = self.slots[index];
+            let loaded = slot.force != [0.0; 2] || slot.spring != 0.0;
+            let Some(wall) = bodies.wall_of(slot.b as usize).filter(|_| loaded) else {
+                continue;
+            };
+            let centre = wall.frame(
+                positions.centres[slot.a as usize],
+                positions.wall_motion_time,
+            );
+            let successor = match &wall.face {
+                Face::HalfPlane { .. } => None,
+                Face::Segment(segment) => segment.successor(centre),
+            };
+            if let Some(next) = successor {
+                self.move_slot(index, bodies.first_wall() + next);
+            }
+        }
+    }
+
+    fn move_slot(&mut self, index: usize, body: usize) {
+        let old = self.slots[index];
+        self.slots[index] = slot(old.a as usize, old.b as usize);
+        let pair = (old.a, body as u32);
+        let Ok(target) = self.slots.binary_search_by_key(&pair, |s| (s.a, s.b)) else {
+            return;
+        };
+        let new = &mut self.slots[target];
+        // One that is loaded already is a contact of its own: the other side of a concave corner.
+        if new.force == [0.0; 2] {
+            (new.force, new.spring, new.last_gap) = (old.force, old.spring, old.last_gap);
+        }
+    }
+
+    /// Largest displacement of a body since the list was built (m).
+    fn drift(&self, bodies: &Bodies, positions: &Positions) -> f64 {
+        let squared = squared_displacements(positions.centres, &self.centres);
+        let [x, y] = [0, 1].map(|k| positions.wheel[k] - self.wheel[k]);
+        let farthest = squared.fold(0.0, f64::max).sqrt().max(x.hypot(y));
+        match positions.wall_motion_time - self.wall_motion_time {
+            0.0 => farthest,
+            time => farthest.max(time * bodies.wall_speed()),
+        }
+    }
+
+    /// All numbers that can change a later bit.
+    pub fn for_each_number(&self, mut visit: impl FnMut(f64)) {
+        visit(self.reach);
+        visit(self.wheel[1]);
+        // The x of a flat wheel is nowhere used, and 0.
+        if self.wheel[0] != 0.0 {
+            visit(self.wheel[0]);
+        }
+        if self.wall_motion_time != 0.0 {
+            visit(self.wall_motion_time);
+        }
+        self.centres.iter().flatten().for_each(|x| visit(*x));
+        for slot in &self.slots {
+            visit(f64::from(slot.a));
+            visit(f64::from(slot.b));
+            visit(slot.force[0]);
+            visit(slot.force[1]);
+            visit(slot.spring);
+            visit(slot.last_gap);
+        }
+    }
+}
+
+fn list_pairs(bodies: &Bodies, positions: &Positions, reach: f64) -> Vec<Slot> {
+    let mut slots = Vec::new();
+    let mut near = NearPairs::new(
+        positions.centres,
+        &bodies.radii,
+        bodies.free,
+        reach,
+        bodies.period,
+    );
+    let store = positions.store(bodies);
+    for a in (0..store.start).chain(store.end..bodies.disks()) {
+        let near = near.of(a).iter().map(|b| *b as usize);
+        let near = near.filter(|b| !store.contains(b));
+        let apart = near.filter(|b| !bodies.clusters.share(a, *b));
+        slots.extend(apart.map(|b| slot(a, b)));
+        // A rough face is met in its disks.
+        let others = bodies.disks() + usize::from(!bodies.face.is_empty())..bodies.count();
+        slots.extend(
+            others
+                .map(|b| slot(a, b))
+                // A glued disk and a fixed wall make no contact: neither of them can yield.
+                .filter(|s| a < bodies.free || bodies.wall_of(s.b as usize).is_none())
+                .filter(|s| distance(bodies, positions, a, s.b as usize) < reach),
+        );
+    }
+    slots
+}
+
+fn slot(a: usize, b: usize) -> Slot {
+    Slot {
+        a: a as u32,
+        b: b as u32,
+        ..Slot::default()
+    }
+}
+
+/// Adds the bonded pairs that are missing in a list sorted by (a, b).
+fn add_bonded(slots: &mut Vec<Slot>, bonded: impl Iterator<Item = (u32, u32)>) {
+    let listed = slots.len();
+    for pair in bonded {
+        let found = slots[..listed].binary_search_by_key(&pair, |s| (s.a, s.b));
+        if found.is_err() {
+            slots.push(slot(pair.0 as usize, pair.1 as usize));
+        }
+    }
+    if slots.len() > listed {
+        slots.sort_unstable_by_key(|s| (s.a, s.b));
+    }
+}
+
+/// Copies forces and springs between two lists that are both sorted by (a, b).
+fn carry_over(old: &[Slot], new: &mut [Slot]) {
+    let mut rest = old.iter().peekable();
+    for slot in new {
+        while rest.next_if(|o| (o.a, o.b) < (slot.a, slot.b)).is_some() {}
+        if let Some(same) = rest.next_if(|o| (o.a, o.b) == (slot.a, slot.b)) {
+            *slot = *same;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bonded_pairs_are_listed_however_far_apart() {
+        let mut slots = vec![slot(0, 2), slot(1, 2), slot(3, 4)];
+        add_bonded(&mut slots, [(0, 4), (1, 2), (2, 3)].into_iter());
+        let pairs: Vec<(u32, u32)> = slots.iter().map(|s| (s.a, s.b)).collect();
+        assert_eq!(pairs, [(0, 2), (0, 4), (1, 2), (2, 3), (3, 4)]);
+    }
+
+    #[test]
+    fn forces_survive_a_new_list() {
+        let old = [
+            Slot {
+                force: [5.0, 1.0],
+                spring: 2.0,
+                ..slot(0, 3)
+            },
+            Slot {
+                force: [7.0, 0.0],
+                ..slot(2, 4)
+            },
+        ];
+        let mut new = [slot(0, 2), slot(0, 3), slot(1, 2), slot(2, 4), slot(2, 5)];
+        carry_over(&old, &mut new);
+        assert_eq!(new.map(|s| s.force[0]), [0.0, 5.0, 0.0, 7.0, 0.0]);
+        assert_eq!(new[1].spring, 2.0);
+    }
+}

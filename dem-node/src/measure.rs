@@ -1,0 +1,20 @@
+//! What a run measures, and what it writes.
+//!
+//! In reading order:
+//! - [`loads`]: forces of the contacts grain by grain;
+//! - [`stress`], [`structure`], [`profile`]: stress in cells, arrangement of the contacts, means over slices and intervals;
+//! - [`flow`]: flows of third body, from the graph of bonds;
+//! - `trend`, [`drive_means`], [`report`]: signals and results;
+//! - [`plausible`]: checks of plausibility;
+//! - [`snapshot`]: the fields that are written.
+
+pub mod drive_means;
+pub mod flow;
+pub mod loads;
+pub mod plausible;
+pub mod profile;
+pub mod report;
+pub mod snapshot;
+pub mod stress;
+pub mod structure;
+pub(crate) mod trend;

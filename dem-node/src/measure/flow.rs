@@ -1,0 +1,366 @@
+//! Flows of third body, from the graph of bonds: source, recirculation, wear and the flow through a section.
+//!
+//! A bond is one of more than 0.01 of adhesion. A grain is *first body* while bonds connect it with an anchor, else *third body*;
+//! those that none connects at the start are the initial stock, which is third body and no source. A grain is in the contact
+//! zone ([`zone::Zone`]) when its centre is. A step is recorded in this order:
+//!
+//! 1. by their own motion, grains cross the ends of the zone as it was, and the section x = 0;
+//! 2. the zone moves, over grains at their new positions;
+//! 3. grains change from first to third body and back where they are then;
+//! 4. third body that has been outside for `wear_s` since it left is worn, once for each time that it left.
+//!
+//! Crossings are those of third body by the state before the step: a grain that is detached in the step in which it leaves is
+//! detached outside. Then, at each step and to rounding, third body in the zone = detached - re-attached + fed + entered - left.
+//! Grains that are fed in are third body from then on, where they begin, before anything else of the step is recorded; those
+//! in store are nowhere.
+
+pub mod graph;
+pub mod ledger;
+pub mod zone;
+
+use protocol::larger;
+use serde::{Deserialize, Serialize};
+
+use crate::bodies::Bodies;
+use crate::config::flow::FlowConfig;
+use crate::step::state::State;
+use ledger::MassLedger;
+use zone::{Loads, Zone};
+
+/// Part of a step by which rounding may miss the time of wear.
+const ROUNDING: f64 = 1e-6;
+/// Time of detachment of a grain that never was.
+pub const NEVER: f64 = -1.0;
+
+/// Constants of a scene.
+#[derive(Clone, Debug)]
+pub struct FlowScene {
+    /// The keys.
+    pub config: FlowConfig,
+    /// Real masses of the free grains (kg).
+    pub masses: Vec<f64>,
+    /// Their mean diameter (m).
+    pub diameter: f64,
+}
+
+/// Membership of a grain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Body {
+    /// Connected with an anchor.
+    First = 0,
+    /// Detached.
+    Third = 1,
+    /// Third body that no bond held at the start.
+    Stock = 2,
+    /// Third body that was fed in, or that will be.
+    Fed = 3,
+}
+
+/// A grain as the ledger knows it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Grain {
+    body: Body,
+    /// Time at which it was detached last (s).
+    detached: f64,
+    /// True for a centre in the zone.
+    inside: bool,
+    /// True for one that has been in the zone as third body.
+    has_entered: bool,
+    /// True for a centre at x >= 0.
+    right: bool,
+    /// Time at which it left the zone (s), while it is outside.
+    left_at: Option<f64>,
+    /// True for one that has been outside for so long that it is worn.
+    worn: bool,
+}
+
+/// Ways in and out of the zone.
+#[derive(Clone, Copy)]
+enum Crossing {
+    OwnMotion,
+    ZoneMotion,
+}
+
+/// The flows since the start.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Flow {
+    grains: Vec<Grain>,
+    /// Those of them that are not in store: the first ones.
+    present: usize,
+    /// Bonds that held when the graph was last searched.
+    bonds: Vec<(u32, u32)>,
+    loads: Loads,
+    zone: Option<Zone>,
+    ledger: MassLedger,
+    /// Third body in the zone, summed up anew (kg).
+    held: f64,
+    /// Largest difference of that from the ledger (kg).
+    defect: f64,
+}
+
+impl FlowScene {
+    /// The constants of these bodies, whose masses are `mass_scale` times the real ones.
+    pub fn new(config: FlowConfig, bodies: &Bodies, mass_scale: f64) -> FlowScene {
+        FlowScene {
+            config,
+            masses: bodies.masses.iter().map(|m| m / mass_scale).collect(),
+            diameter: 2.0 * bodies.mean_radius(),
+        }
+    }
+}
+
+impl Grain {
+    fn at_start(body: Body, x: f64) -> Grain {
+        Grain {
+            body,
+            detached: NEVER,
+            inside: false,
+            has_entered: false,
+            right: x >= 0.0,
+            left_at: None,
+            worn: false,
+        }
+    }
+
+    fn is_third(&self) -> bool {
+        self.body != Body::First
+    }
+
+    /// The grain is fed in, in the zone or outside.
+    fn feed_in(&mut self, x: f64, inside: bool, mass: f64, ledger: &mut MassLedger) {
+        *self = Grain {
+            inside,
+            has_entered: inside,
+            ..Grain::at_start(Body::Fed, x)
+        };
+        ledger.injected += mass;
+        ledger.external += if inside { mass } else { 0.0 };
+    }
+
+    fn cross_section(&mut self, x: f64, mass: f64, ledger: &mut MassLedger) {
+        let right = x >= 0.0;
+        if self.is_third() && right != self.right {
+            ledger.internal_net += if right { mass } else { -mass };
+            ledger.internal_abs += mass;
+        }
+        self.right = right;
+    }
+
+    /// The grain is inside, or outside, from this time on (s).
+    fn cross_end(
+        &mut self,
+        inside: bool,
+        by: Crossing,
+        time: f64,
+        mass: f64,
+        ledger: &mut MassLedger,
+    ) {
+        if inside == self.inside {
+            return;
+        }
+        self.inside = inside;
+        if !self.is_third() {
+            return;
+        }
+        let account = match (inside, by) {
+            (false, Crossing::OwnMotion) => &mut ledger.ejected,
+            (false, Crossing::ZoneMotion) => &mut ledger.uncovered,
+            (true, Crossing::ZoneMotion) => &mut ledger.covered,
+            (true, Crossing::OwnMotion) if self.has_entered => &mut ledger.recirculated,
+            (true, Crossing::OwnMotion) => &mut ledger.entered,
+        };
+        *account += mass;
+        if inside && self.worn {
+            ledger.wear_returned += mass;
+        }
+        self.has_entered = true;
+        self.worn = false;
+        self.left_at = (!inside).then_some(time);
+    }
+
+    fn change_body(&mut self, first: bool, time: f64, mass: f64, ledger: &mut MassLedger) {
+        if first != self.is_third() {
+            return;
+        }
+        if first {
+            ledger.reattached += if self.inside { mass } else { 0.0 };
+            self.body = Body::First;
+        } else {
+            ledger.source += if self.inside { mass } else { 0.0 };
+            ledger.detached += mass;
+            self.body = Body::Third;
+            self.detached = time;
+        }
+        self.has_entered = self.inside && !first;
+        self.worn = false;
+        self.left_at = None;
+    }
+
+    fn wear(&mut self, until: f64, mass: f64, ledger: &mut MassLedger) {
+        if !self.worn && self.left_at.is_some_and(|left| left <= until) {
+            ledger.wear += mass;
+            self.worn = true;
+        }
+    }
+}
+
+impl Flow {
+    /// The flows at the start: there is no zone yet, and third body is initial stock.
+    pub fn new(bodies: &Bodies, state: &State) -> Flow {
+        let bonds: Vec<(u32, u32)> = holding(state).collect();
+        let first = graph::first_bodies(bodies.free, &bonds);
+        let present = state.present(bodies);
+        let body = |grain: usize| {
+            if first[grain] {
+                Body::First
+            } else if grain < present {
+                Body::Stock
+            } else {
+                Body::Fed
+            }
+        };
+        let grains = state.centres[..bodies.free].iter().enumerate();
+        let grains = grains.map(|(grain, centre)| Grain::at_start(body(grain), centre[0]));
+        Flow {
+            grains: grains.collect(),
+            present,
+            bonds,
+            ..Flow::default()
+        }
+    }
+
+    /// Records a step of the length `step` that ended at a time `end` (s) in this state.
+    pub fn record(
+        &mut self,
+        scene: &FlowScene,
+        (bodies, state): (&Bodies, &State),
+        end: f64,
+        step: f64,
+    ) {
+        let before = self.zone;
+        self.follow_wheel(scene, (bodies, state), step);
+        let first = self.changed_bodies(bodies, state);
+        let worn = end - scene.config.wear_s + ROUNDING * step;
+        let ledger = &mut self.ledger;
+        self.held = 0.0;
+        let come = self.present..state.present(bodies);
+        self.present = come.end;
+        for (i, grain) in self.grains[..come.end].iter_mut().enumerate() {
+            let (x, mass) = (state.centres[i][0], scene.masses[i]);
+            let [was_inside, inside] =
+                [before, self.zone].map(|zone| zone.is_some_and(|zone| zone.holds(x)));
+            if come.contains(&i) {
+                grain.feed_in(x, was_inside, mass, ledger);
+            }
+            grain.cross_section(x, mass, ledger);
+            grain.cross_end(was_inside, Crossing::OwnMotion, end, mass, ledger);
+            grain.cross_end(inside, Crossing::ZoneMotion, end, mass, ledger);
+            if let Some(first) = &first {
+                grain.change_body(first[i], end, mass, ledger);
+            }
+            grain.wear(worn, mass, ledger);
+            // Not by what was noted of the grain: this is what the ledger is checked against.
+            if grain.is_third() && inside {
+                self.held += mass;
+            }
+        }
+        self.defect = larger(self.defect, (self.held - ledger.zone()).abs());
+    }
+
+    /// Moves the zone. It stays while the wheel bears nothing.
+    fn follow_wheel(&mut self, scene: &FlowScene, (bodies, state): (&Bodies, &State), step: f64) {
+        let (config, diameter) = (&scene.config, scene.diameter);
+        let share = -(-step / config.mean_s()).exp_m1();
+        self.loads.update(bodies, state, diameter, share);
+        let Some(found) = Zone::find(config, &self.loads, diameter) else {
+            return;
+        };
+        let slack = scene.config.hysteresis_diameters * scene.diameter;
+        self.zone = Some(self.zone.map_or(found, |zone| zone.moved_to(found, slack)));
+    }
+
+    /// True for each grain that is first body now; `None` while the same bonds hold.
+    fn changed_bodies(&mut self, bodies: &Bodies, state: &State) -> Option<Vec<bool>> {
+        if holding(state).eq(self.bonds.iter().copied()) {
+            return None;
+        }
+        self.bonds.clear();
+        self.bonds.extend(holding(state));
+        Some(graph::first_bodies(bodies.free, &self.bonds))
+    }
+
+    /// Number of grains.
+    pub fn count(&self) -> usize {
+        self.grains.len()
+    }
+
+    /// Membership of each grain.
+    pub fn bodies(&self) -> impl Iterator<Item = Body> {
+        self.grains.iter().map(|grain| grain.body)
+    }
+
+    /// Time at which each grain was detached last (s); -1 for one that never was.
+    pub fn detached(&self) -> impl Iterator<Item = f64> {
+        self.grains.iter().map(|grain| grain.detached)
+    }
+
+    /// The masses of the ledger, the third body in the zone and the ends of the zone, 0 before the wheel bears anything.
+    pub fn signals(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let [left, right] = self.zone.map_or([0.0; 2], |zone| zone.ends);
+        self.ledger.named().into_iter().chain([
+            ("third_body_zone_kg", self.held),
+            ("zone_left_m", left),
+            ("zone_right_m", right),
+        ])
+    }
+
+    /// The masses of the ledger, the third body in the zone, and the largest difference of that from the ledger over all that came and went.
+    pub fn results(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let turnover = self.ledger.turnover();
+        let defect = if turnover > 0.0 {
+            self.defect / turnover
+        } else {
+            self.defect
+        };
+        self.ledger.named().into_iter().chain([
+            ("third_body_zone_kg", self.held),
+            ("flow_balance_rel", defect),
+        ])
+    }
+
+    /// blake3 over another hash and every number, in hexadecimal.
+    pub fn hash(&self, before: &str) -> String {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(before.as_bytes());
+        self.for_each_number(|x| {
+            hasher.update(&x.to_bits().to_le_bytes());
+        });
+        hasher.finalize().to_hex().to_string()
+    }
+
+    /// All numbers that can change a later bit; the bonds are those of the state.
+    fn for_each_number(&self, mut visit: impl FnMut(f64)) {
+        for grain in &self.grains {
+            let flags = [grain.inside, grain.has_entered, grain.right, grain.worn];
+            visit(f64::from(grain.body as u8));
+            flags.iter().for_each(|flag| visit(f64::from(*flag)));
+            visit(grain.detached);
+            visit(grain.left_at.unwrap_or(NEVER));
+        }
+        self.loads.numbers().for_each(&mut visit);
+        let ends = self.zone.map(|zone| zone.ends);
+        ends.iter().flatten().for_each(|end| visit(*end));
+        self.ledger.named().iter().for_each(|(_, x)| visit(*x));
+        visit(self.held);
+        visit(self.defect);
+    }
+}
+
+/// Pairs of the bonds that hold, in order.
+fn holding(state: &State) -> impl Iterator<Item = (u32, u32)> {
+    let bonds = state.bonds.iter().filter(|bond| bond.holds());
+    bonds.map(|bond| bond.pair())
+}
+
+#[cfg(test)]
+mod tests;

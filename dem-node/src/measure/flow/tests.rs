@@ -1,0 +1,349 @@
+//! A scene by hand: two grains under the wheel, one that is detached, one of the initial stock, one far away.
+//!
+//! Masses are powers of two, so that sums are exact.
+
+use super::*;
+use crate::contact::bond::Bond;
+use crate::contact::detect::Slot;
+
+/// Diameter (m).
+const D: f64 = 1.0;
+const MASSES: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
+const WEAR: f64 = 2.0;
+
+/// Grains 0 and 1 carry the wheel at -2 and 2; 2 hangs on 0, 3 is loose, 4 stands far away. Body 5 is glued, 6 the wheel.
+struct Trial {
+    bodies: Bodies,
+    state: State,
+    scene: FlowScene,
+    flow: Flow,
+    time: f64,
+}
+
+impl Trial {
+    fn new() -> Trial {
+        let bodies = Bodies {
+            free: 5,
+            radii: vec![0.5 * D; 6],
+            masses: MASSES.map(|m| 100.0 * m).to_vec(),
+            reference: vec![[0.0; 2]],
+            base: 1,
+            wheel_mass: Some(1.0),
+            ..Bodies::default()
+        };
+        let x = [-2.0, 2.0, 0.5, -1.0, 10.0, 0.0];
+        let mut state = State {
+            centres: x.iter().map(|x| [*x, 0.0]).collect(),
+            ..State::default()
+        };
+        let bond = |(a, b): (u32, u32)| Bond {
+            a,
+            b,
+            adhesion: 1.0,
+            ..Bond::default()
+        };
+        state.bonds = [(0, 2), (0, 5), (1, 5), (4, 5)].map(bond).to_vec();
+        state.list.slots = [(0, 100.0), (1, 100.0)]
+            .map(|(a, force)| Slot {
+                a,
+                b: 6,
+                force: [force, 0.0],
+                ..Slot::default()
+            })
+            .to_vec();
+        let config = FlowConfig {
+            zone_share: 0.99,
+            margin_diameters: 1.0,
+            hysteresis_diameters: 1.0,
+            zone_mean_s: Some(0.0),
+            wear_s: WEAR,
+        };
+        Trial {
+            scene: FlowScene::new(config, &bodies, 100.0),
+            flow: Flow::new(&bodies, &state),
+            bodies,
+            state,
+            time: 0.0,
+        }
+    }
+
+    /// A step of one second, to the end of which these grains move; the balance must be exact.
+    fn step(&mut self, moves: &[(usize, f64)]) -> MassLedger {
+        for (grain, x) in moves {
+            self.state.centres[*grain][0] = *x;
+        }
+        self.time += 1.0;
+        let now = (&self.bodies, &self.state);
+        self.flow.record(&self.scene, now, self.time, 1.0);
+        assert_eq!(
+            self.flow.held,
+            self.flow.ledger.zone(),
+            "at {} s",
+            self.time
+        );
+        assert_eq!(self.flow.defect, 0.0);
+        self.flow.ledger
+    }
+
+    fn set_adhesion(&mut self, pair: (u32, u32), adhesion: f64) {
+        let bond = self.state.bonds.iter_mut().find(|b| b.pair() == pair);
+        bond.expect("it is there").adhesion = adhesion;
+    }
+
+    /// Breaks the bond of grain 2.
+    fn detach(&mut self) {
+        self.set_adhesion((0, 2), 0.01);
+    }
+
+    fn ends(&self) -> [f64; 2] {
+        self.flow.zone.expect("the wheel is loaded").ends
+    }
+
+    fn body(&self, grain: usize) -> Body {
+        self.flow.grains[grain].body
+    }
+}
+
+#[test]
+fn a_grain_that_is_detached_ejected_brought_back_and_worn_is_counted_exactly() {
+    let mut trial = Trial::new();
+    let bodies: Vec<Body> = trial.flow.bodies().collect();
+    use Body::{First, Stock, Third};
+    assert_eq!(bodies, [First, First, First, Stock, First]);
+    // 1 s: the zone comes to be, over the initial stock, which is no source.
+    let stock = MassLedger {
+        covered: 8.0,
+        ..MassLedger::default()
+    };
+    assert_eq!(trial.step(&[]), stock);
+    assert_eq!(trial.ends(), [-3.0, 3.0]);
+    // 2 s: grain 2 comes off in the zone, grain 4 outside.
+    trial.detach();
+    trial.set_adhesion((4, 5), 0.005);
+    let detached = MassLedger {
+        source: 4.0,
+        detached: 20.0,
+        ..stock
+    };
+    assert_eq!(trial.step(&[]), detached);
+    assert_eq!([trial.body(2), trial.body(4)], [Third; 2]);
+    let times: Vec<f64> = trial.flow.detached().collect();
+    assert_eq!(times, [-1.0, -1.0, 2.0, -1.0, 2.0]);
+    // 3 and 4 s: out and in again before it is worn.
+    let out = MassLedger {
+        ejected: 4.0,
+        ..detached
+    };
+    assert_eq!(trial.step(&[(2, 3.5)]), out);
+    let back = MassLedger {
+        recirculated: 4.0,
+        ..out
+    };
+    assert_eq!(trial.step(&[(2, 2.0)]), back);
+    // 5 s: out on the other side, through x = 0.
+    let through = MassLedger {
+        ejected: 8.0,
+        internal_net: -4.0,
+        internal_abs: 4.0,
+        ..back
+    };
+    assert_eq!(trial.step(&[(2, -3.5)]), through);
+    // 6, 7 and 8 s: worn 2 s after it left, once.
+    assert_eq!(trial.step(&[]), through);
+    let worn = MassLedger {
+        wear: 4.0,
+        ..through
+    };
+    assert_eq!(trial.step(&[]), worn);
+    assert_eq!(trial.step(&[]), worn);
+    // 9 s: it comes back all the same, and 10 s: holds on to grain 1.
+    let returned = MassLedger {
+        recirculated: 8.0,
+        wear_returned: 4.0,
+        ..worn
+    };
+    assert_eq!(
+        trial.step(&[(2, 1.5)]),
+        MassLedger {
+            internal_net: 0.0,
+            internal_abs: 8.0,
+            ..returned
+        }
+    );
+    trial.state.bonds.push(Bond {
+        a: 1,
+        b: 2,
+        adhesion: 1.0,
+        ..Bond::default()
+    });
+    trial.state.bonds.sort_by_key(Bond::pair);
+    let held = trial.step(&[]);
+    assert_eq!((held.reattached, trial.flow.held), (4.0, 8.0));
+    assert_eq!(trial.body(2), First);
+    // 11 s: grain 4 walks in for the first time; it does not come back, and it was no source.
+    let walked = trial.step(&[(4, 2.5)]);
+    assert_eq!(
+        [walked.entered, walked.recirculated, walked.source],
+        [16.0, 8.0, 4.0]
+    );
+    let results: Vec<_> = trial.flow.results().collect();
+    assert!(
+        results.contains(&("flow_balance_rel", 0.0))
+            && results.contains(&("third_body_zone_kg", 24.0))
+    );
+}
+
+#[test]
+fn what_crosses_and_changes_in_one_step_is_counted_once() {
+    // Detached where it is at the end of the step: outside, and it did not leave as third body.
+    let mut trial = Trial::new();
+    trial.step(&[]);
+    trial.detach();
+    let out = trial.step(&[(2, 3.5)]);
+    assert_eq!([out.source, out.detached, out.ejected], [0.0, 4.0, 0.0]);
+    // It comes in for the first time and is held in the same step.
+    trial.set_adhesion((0, 2), 1.0);
+    let held = trial.step(&[(2, 0.5)]);
+    assert_eq!(
+        [held.entered, held.recirculated, held.reattached],
+        [4.0, 0.0, 4.0]
+    );
+    // A new life: what it was before makes neither recirculation nor wear.
+    trial.detach();
+    assert_eq!(trial.step(&[]).source, 4.0);
+    trial.step(&[(2, 4.0)]);
+    trial.set_adhesion((0, 2), 1.0);
+    for _ in 0..4 {
+        assert_eq!(trial.step(&[]).wear, 0.0);
+    }
+}
+
+#[test]
+fn a_grain_that_is_back_when_it_would_be_worn_is_not() {
+    let mut trial = Trial::new();
+    trial.step(&[]);
+    trial.step(&[(3, -3.5)]);
+    trial.step(&[]);
+    let back = trial.step(&[(3, -1.0)]);
+    assert_eq!(
+        [back.ejected, back.wear, back.recirculated],
+        [8.0, 0.0, 8.0]
+    );
+    // Its time starts anew when it leaves again, 5 s, and is over at 7 s.
+    let waits = [-3.5, -3.6, -3.7].map(|x| trial.step(&[(3, x)]).wear);
+    assert_eq!(waits, [0.0, 0.0, 8.0]);
+}
+
+#[test]
+fn the_zone_moves_when_an_end_is_off_by_more_than_the_hysteresis() {
+    let mut trial = Trial::new();
+    trial.step(&[]);
+    trial.step(&[(0, -2.9), (1, 2.9)]);
+    assert_eq!(trial.ends(), [-3.0, 3.0]);
+    // One end at a time: the loose grain at -1 is left behind, and taken in again.
+    let gone = trial.step(&[(0, 0.5)]);
+    assert_eq!(trial.ends(), [-0.5, 3.0]);
+    assert_eq!([gone.uncovered, gone.ejected, gone.wear], [8.0, 0.0, 0.0]);
+    trial.step(&[]);
+    assert_eq!(trial.step(&[]).wear, 8.0);
+    let taken = trial.step(&[(0, -2.0)]);
+    assert_eq!(
+        [taken.covered, taken.recirculated, taken.wear_returned],
+        [16.0, 0.0, 8.0]
+    );
+    // A wheel that bears nothing leaves the zone where it was.
+    trial.state.list.slots.clear();
+    trial.step(&[]);
+    assert_eq!(trial.ends(), [-3.0, 3.0]);
+}
+
+#[test]
+fn the_zone_leaves_out_what_carries_less_than_its_share() {
+    let mut trial = Trial::new();
+    let wheel = |a: u32, force: f64| Slot {
+        a,
+        b: 6,
+        force: [force, 0.0],
+        ..Slot::default()
+    };
+    // Half a per cent of 201 N is 1.005 N: grain 4 at 10 bears less, then more.
+    trial.state.list.slots.push(wheel(4, 1.0));
+    trial.step(&[]);
+    assert_eq!(trial.ends(), [-3.0, 3.0]);
+    trial.state.list.slots[2] = wheel(4, 1.1);
+    trial.step(&[]);
+    assert_eq!(trial.ends(), [-3.0, 11.0]);
+}
+
+/// The disks of its face are the wheel.
+#[test]
+fn a_wheel_of_disks_has_a_zone_as_a_flat_one() {
+    let mut trial = Trial::new();
+    trial.bodies.face.push([0.0, 0.0]);
+    trial.bodies.radii.push(0.5);
+    assert_eq!(trial.bodies.wheel(), Some(7));
+    trial.step(&[]);
+    assert_eq!(trial.ends(), [-3.0, 3.0]);
+}
+
+/// Over ten seconds a step of one second has the share 1 - exp(-1/10) of the mean: a grain that has carried half of the wheel for
+/// so long counts until what is left of it is less than half a per cent of all, exp(-t/10)/2 < 0.005.
+#[test]
+fn the_zone_follows_the_mean_force_over_its_time() {
+    let mut trial = Trial::new();
+    trial.scene.config.zone_mean_s = Some(10.0);
+    (0..1000).for_each(|_| {
+        trial.step(&[]);
+    });
+    trial.state.list.slots[0].a = 5;
+    let last = 10.0 * f64::ln(100.0);
+    for after in 1..60 {
+        trial.step(&[]);
+        let left = if f64::from(after) < last { -3.0 } else { -1.0 };
+        assert_eq!(trial.ends(), [left, 3.0], "{after} s");
+    }
+}
+
+#[test]
+fn a_cluster_that_loses_its_last_anchor_is_third_body_as_a_whole() {
+    let mut trial = Trial::new();
+    trial.step(&[]);
+    trial.set_adhesion((0, 5), 0.0);
+    let gone = trial.step(&[]);
+    assert_eq!([gone.source, gone.detached], [5.0, 5.0]);
+    assert_eq!([trial.body(0), trial.body(2)], [Body::Third; 2]);
+}
+
+/// Grain 3 is fed into the zone, grain 4 outside: in store they are nowhere, and neither is a source or comes back.
+#[test]
+fn fed_grains_are_external_in_the_zone_and_enter_it_from_outside() {
+    let mut trial = Trial::new();
+    trial.state.bonds.retain(|bond| bond.a != 4);
+    trial.state.feed.waiting = 2;
+    trial.flow = Flow::new(&trial.bodies, &trial.state);
+    assert_eq!(trial.step(&[]), MassLedger::default());
+    trial.state.feed.waiting = 1;
+    let inside = MassLedger {
+        external: 8.0,
+        injected: 8.0,
+        ..MassLedger::default()
+    };
+    assert_eq!(trial.step(&[]), inside);
+    assert_eq!(trial.step(&[]), inside);
+    trial.state.feed.waiting = 0;
+    let outside = MassLedger {
+        injected: 24.0,
+        ..inside
+    };
+    assert_eq!(trial.step(&[]), outside);
+    assert_eq!([trial.body(3), trial.body(4)], [Body::Fed; 2]);
+    // Both cross an end of the zone by their own motion; grain 4 does for the first time.
+    let crossed = MassLedger {
+        ejected: 8.0,
+        entered: 16.0,
+        ..outside
+    };
+    assert_eq!(trial.step(&[(3, -3.5), (4, 2.5)]), crossed);
+    let back = trial.step(&[(3, -1.0)]);
+    assert_eq!([back.recirculated, trial.flow.held], [8.0, 24.0]);
+}

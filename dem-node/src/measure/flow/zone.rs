@@ -1,0 +1,99 @@
+//! The contact zone: the part of the x axis that carries the wheel.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::bodies::Bodies;
+use crate::config::flow::FlowConfig;
+use crate::step::state::State;
+
+/// The zone, from one end to the other (m).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Zone {
+    /// Its ends.
+    pub ends: [f64; 2],
+}
+
+impl Zone {
+    /// The interval that carries the wheel, widened by the margin; `diameter` is the mean one (m). `None` where the wheel bore
+    /// nothing so far.
+    ///
+    /// By ascending x of the loads, the end is the first with which the sum of the normal forces exceeds half of what `zone_share`
+    /// leaves; the other end likewise from the other side.
+    pub fn find(config: &FlowConfig, loads: &Loads, diameter: f64) -> Option<Zone> {
+        let total: f64 = loads.cells.values().map(|[force, _]| force).sum();
+        let dropped = 0.5 * (1.0 - config.zone_share) * total;
+        let margin = config.margin_diameters * diameter;
+        let left = end(loads.cells.values(), dropped)?;
+        let right = end(loads.cells.values().rev(), dropped)?;
+        Some(Zone {
+            ends: [left - margin, right + margin],
+        })
+    }
+
+    /// The zone with each end where it was, unless the new one is further off than `slack` (m).
+    pub fn moved_to(self, new: Zone, slack: f64) -> Zone {
+        let follow = |k: usize| {
+            if (new.ends[k] - self.ends[k]).abs() > slack {
+                new.ends[k]
+            } else {
+                self.ends[k]
+            }
+        };
+        Zone {
+            ends: [0, 1].map(follow),
+        }
+    }
+
+    /// True for an x in the zone (m).
+    pub fn holds(&self, x: f64) -> bool {
+        (self.ends[0]..=self.ends[1]).contains(&x)
+    }
+}
+
+/// The normal force on the wheel over x, averaged over some time: a loose layer carries it by few grains at a time, and by others
+/// after the next step.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Loads {
+    /// Force (N) and its mean x (m) in cells of a mean diameter each, by ascending x.
+    cells: BTreeMap<i64, [f64; 2]>,
+}
+
+impl Loads {
+    /// Takes the forces of a state into the exponential mean, whose older part loses this `share`; `diameter` is the mean
+    /// one (m).
+    pub fn update(&mut self, bodies: &Bodies, state: &State, diameter: f64, share: f64) {
+        self.cells.retain(|_, [force, _]| {
+            *force *= 1.0 - share;
+            *force > 0.0
+        });
+        for [at, pressing] in state.on_wheel(bodies) {
+            let added = share * pressing;
+            let [force, x] = self
+                .cells
+                .entry((at / diameter).floor() as i64)
+                .or_default();
+            *force += added;
+            *x += (at - *x) * (added / *force);
+        }
+    }
+
+    /// All its numbers.
+    pub fn numbers(&self) -> impl Iterator<Item = f64> {
+        let cells = self.cells.iter();
+        cells.flat_map(|(cell, [force, x])| [*cell as f64, *force, *x])
+    }
+}
+
+/// The x of the first of these loads, (N, m) each, with which their sum exceeds a force.
+fn end<'a>(loads: impl Iterator<Item = &'a [f64; 2]>, dropped: f64) -> Option<f64> {
+    let mut sum = 0.0;
+    for [force, x] in loads {
+        sum += force;
+        if sum > dropped {
+            return Some(*x);
+        }
+    }
+    None
+}

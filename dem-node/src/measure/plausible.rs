@@ -1,0 +1,534 @@
+//! Plausibility of the grains' results: values of a run beyond the bounds of its scenario.
+
+use protocol::{Finding, HeldLoad, larger};
+
+use crate::bodies::Bodies;
+use crate::config::plausible::PlausibleConfig;
+use crate::config::wheel::WheelConfig;
+use crate::measure::report::{RunStatistics, lost_grains};
+use crate::step::state::State;
+
+/// Settling of the grains that counts as rest whatever the approach is, over the mean radius.
+const SETTLING: f64 = 0.01;
+
+/// A run at its end.
+pub struct FinishedRun<'a> {
+    /// The bounds.
+    pub bounds: PlausibleConfig,
+    /// The bodies.
+    pub bodies: &'a Bodies,
+    /// The last state.
+    pub state: &'a State,
+    /// Energies stored since its start (J).
+    pub stored: [f64; 4],
+    /// Statistics over its steps.
+    pub statistics: &'a RunStatistics,
+    /// The wheel, where there is one.
+    pub program: Option<&'a WheelConfig>,
+    /// True for a run without coupler.
+    pub alone: bool,
+    /// Ends of a layer that does not repeat, in |x| (m).
+    pub half_width: Option<f64>,
+}
+
+impl FinishedRun<'_> {
+    /// All checks that the scene has a value for.
+    pub fn findings(&self) -> Vec<Finding> {
+        let all = [
+            self.overlap(),
+            self.ejected(),
+            self.wheel_at_rest(),
+            self.layer_at_rest(),
+            self.wheel_drift(),
+            self.added_inertia(),
+            self.detection(),
+            self.injection(),
+            self.contact_width(),
+            self.contact_residual(),
+            self.not_converged(),
+        ];
+        all.into_iter().flatten().collect()
+    }
+
+    /// The load that the boundary must carry in the second half of the hold: the wheel's, and the weight of the grains.
+    pub fn held_load(&self) -> Option<HeldLoad> {
+        let wanted = self.program?.load_n;
+        let mean = self.statistics.held_force.value()?;
+        let masses = self.bodies.masses.iter().sum::<f64>();
+        let weight = -masses * self.bodies.gravity[1];
+        Some(HeldLoad {
+            wanted_n: wanted + weight,
+            mean_n: mean + weight,
+        })
+    }
+
+    fn overlap(&self) -> Option<Finding> {
+        let radius = self.bodies.mean_radius();
+        if self.bodies.law.springs.is_some() {
+            let value = self.statistics.overlap_max / radius;
+            return self.bounds.overlap_rel.judge("overlap", value, || {
+                format!("two bodies overlapped by {value:.3} of the mean radius, where a contact law between disks means nothing: lower the load, or raise law.contact_stiffness_pa")
+            });
+        }
+        let value = self.statistics.overlap_mean_max / radius;
+        let bounds = self.bounds.overlap_rigid_rel;
+        bounds.judge("overlap_rigid", value, || {
+            format!("the mean overlap of rigid contacts reached {value:.2e} of the mean radius: lower time.step_s or solver.tolerance, or write law.penetration = \"split\"")
+        })
+    }
+
+    fn ejected(&self) -> Option<Finding> {
+        let lost = lost_grains(self.bodies, self.state);
+        let grains = self.state.present(self.bodies);
+        let value = lost as f64 / grains as f64;
+        self.bounds.ejected_rel.judge("ejected", value, || {
+            format!(
+                "{lost} of {grains} grains have left the layer: it is not the one that the scenario describes; lower the load, the amplitude or the step, or make sample.half_width_m larger"
+            )
+        })
+    }
+
+    /// The wheel must be at rest when its results are taken.
+    fn wheel_at_rest(&self) -> Option<Finding> {
+        let program = self.program.filter(|program| program.load_n > 0.0)?;
+        let [low, high] = self.statistics.held_range()?;
+        let load = program.load_n;
+        let value = larger(high - load, load - low) / load;
+        let bounds = self.bounds.wheel_force_rel;
+        bounds.judge("wheel_at_rest", value, || {
+            format!(
+                "the wheel is not at rest before its motion: it moves at {:.2e} m/s, and over the second half of the hold (without one, at its end) the grains carried {low:.0} to {high:.0} N of its {load} N: make wheel.hold_s or wheel.ramp_s longer, or bring wheel.vy_m_per_s closer to 0",
+                self.statistics.held_velocity
+            )
+        })
+    }
+
+    /// A wheel that bears its load may still sink with all that carries it.
+    fn wheel_drift(&self) -> Option<Finding> {
+        self.program.filter(|program| program.load_n > 0.0)?;
+        let [lost, approach] = self.statistics.held_drift()?;
+        let value = lost.abs() / (approach.abs() + SETTLING * self.bodies.mean_radius());
+        let bounds = self.bounds.wheel_drift_rel;
+        bounds.judge("wheel_drift", value, || {
+            format!(
+                "over the second half of the hold the wheel sank by {lost:.2e} m, of {approach:.2e} m in all: what carries it is not at rest; make wheel.hold_s or wheel.ramp_s longer, or lower densities and masses"
+            )
+        })
+    }
+
+    /// Between wheel and boundary nothing must move then.
+    fn layer_at_rest(&self) -> Option<Finding> {
+        let load = self.held_load().filter(|load| load.wanted_n > 0.0)?;
+        let borne = self.statistics.held_boundary.value()?;
+        let value = (borne - load.mean_n).abs() / load.wanted_n;
+        let bounds = self.bounds.boundary_force_rel;
+        let judged = bounds.judge("layer_at_rest", value, || {
+            format!(
+                "over the second half of the hold the wheel pressed with {:.5e} N and {borne:.5e} N came out below: the grains were not at rest; lower mass_scale, or make wheel.hold_s or wheel.ramp_s longer",
+                load.mean_n
+            )
+        });
+        // Rigid walls and a wheel without glued disks bear what they bear.
+        judged.filter(|_| self.bodies.walls.is_empty() && self.bodies.glued() > 0)
+    }
+
+    fn added_inertia(&self) -> Option<Finding> {
+        let value = self.statistics.added_inertia.value()?;
+        let bounds = self.bounds.added_inertia_rel;
+        bounds.judge("added_inertia", value, || {
+            format!("moving the mass that mass_scale adds to the grains took {value:.3} of the force that goes through them: lower mass_scale, or load more slowly")
+        })
+    }
+
+    fn contact_residual(&self) -> Option<Finding> {
+        let value = self.statistics.residual_max;
+        let bounds = self.bounds.contact_residual;
+        bounds.judge("contact_residual", value, || {
+            format!("the contact solve of a step was left with a residual of {value:.1e}, and friction is off by per cents: lower solver.tolerance")
+        })
+    }
+
+    /// Steps of a run alone that stand although they did not converge; those of a coupled run are the coupler's.
+    fn not_converged(&self) -> Option<Finding> {
+        let steps = self.statistics.steps;
+        let accepted = self.statistics.accepted_steps * u64::from(self.alone);
+        let value = accepted as f64 / steps.max(1) as f64;
+        self.bounds.not_converged_rel.judge("not_converged", value, || {
+            format!("{accepted} of {steps} steps were accepted without having converged, as solver.on_not_converged = \"accept\" asks")
+        })
+    }
+
+    /// Springs must be found as they were left.
+    fn detection(&self) -> Option<Finding> {
+        let ledger = &self.state.ledger;
+        let lost = [ledger.impact, ledger.friction, ledger.cohesion];
+        let kept = self.stored.iter().chain(&lost);
+        let kept: f64 = kept.map(|energy| energy.abs()).sum();
+        let jumps = ledger.detection_size;
+        // No springs, no jumps.
+        let value = if jumps == 0.0 { 0.0 } else { jumps / kept };
+        self.bounds.detection_rel.judge("detection", value, || {
+            format!("detection found the springs between the grains otherwise than the steps had left them, by {value:.3e} of what the grains stored and lost: they pass each other too far in a step; lower time.step_s or, where there are windows, substeps")
+        })
+    }
+
+    /// Judges the mass that was due to be fed in and found no place.
+    fn injection(&self) -> Option<Finding> {
+        let bodies = self.bodies;
+        let injection = bodies.injection.as_ref()?;
+        let next = bodies.masses.get(self.state.present(bodies));
+        let value = self.state.feed.missed(next.copied().unwrap_or(0.0));
+        let [x, y] = injection.point;
+        self.bounds.injection_rel.judge("injection", value, || {
+            format!("{value:.3} of the mass that was to be fed in found no gap to begin in around ({x:e}, {y:e}) m: lower injection.rate_kg_per_s, raise injection.growth_s, or move the point")
+        })
+    }
+
+    fn contact_width(&self) -> Option<Finding> {
+        let half_width = self.half_width?;
+        let pressed = pressed_half_width(self.bodies, self.state)?;
+        let bounds = self.bounds.contact_width_rel;
+        bounds.judge("contact_width", pressed / half_width, || {
+            format!(
+                "98 % of the wheel's force lies within {:.2} mm of the middle and the layer ends at {:.2} mm, where it gives way sideways: results of slip are off by several per cent; make sample.half_width_m at least {:.2e}",
+                1e3 * pressed,
+                1e3 * half_width,
+                pressed / bounds.warn
+            )
+        })
+    }
+}
+
+/// Half-width of 98 % of the force on the wheel (m), `None` where nothing touches it.
+fn pressed_half_width(bodies: &Bodies, state: &State) -> Option<f64> {
+    let on_wheel = state.on_wheel(bodies);
+    let mut forces: Vec<(f64, f64)> = on_wheel.map(|[x, force]| (x.abs(), force)).collect();
+    forces.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = forces.iter().map(|(_, force)| force).sum();
+    let mut sum = 0.0;
+    let within = forces.iter().find(|(_, force)| {
+        sum += force;
+        sum >= 0.98 * total
+    });
+    within.map(|(x, _)| *x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bodies::faces::{Face, RigidWall};
+    use crate::config::wheel::FaceKind;
+    use crate::config::wheel::WheelConfig;
+    use crate::contact::detect::Slot;
+    use crate::law::Springs;
+    use crate::measure::report::StepSpan;
+    use crate::solver::residual::Convergence;
+    use crate::step::StepSummary;
+    use crate::step::state::WheelState;
+
+    const LOAD: f64 = 1000.0;
+    const WEIGHT: f64 = 100.0;
+    const RADIUS: f64 = 0.5;
+    const GRAINS: usize = 2000;
+    const STEPS: usize = 24;
+    const STEP: f64 = 0.125;
+    /// First step of the second half of the hold.
+    const REST: usize = 20;
+
+    /// A run of 24 steps: a ramp of 2 s and a hold of 1 s, in which the wheel has come down by 1 m.
+    struct Scene {
+        bodies: Bodies,
+        state: State,
+        stored: [f64; 4],
+        program: WheelConfig,
+        half_width: Option<f64>,
+        steps: Vec<StepSummary>,
+        heights: Vec<f64>,
+        first_height: f64,
+    }
+
+    /// Nothing to find, each value being at hand for every check.
+    fn sound() -> Scene {
+        let step = StepSummary {
+            on_wheel: [0.0, LOAD],
+            on_boundary: [0.0, -LOAD - WEIGHT],
+            transmitted: LOAD,
+            convergence: Convergence {
+                converged: true,
+                ..Convergence::default()
+            },
+            ..StepSummary::default()
+        };
+        let mut state = State {
+            centres: vec![[0.0, 1.0]; GRAINS],
+            ..State::default()
+        };
+        let ledger = &mut state.ledger;
+        [ledger.impact, ledger.friction, ledger.cohesion] = [1.0, 5.0, -1.0];
+        Scene {
+            bodies: Bodies {
+                free: GRAINS,
+                radii: vec![RADIUS; GRAINS],
+                masses: vec![WEIGHT / 10.0 / GRAINS as f64; GRAINS],
+                gravity: [0.0, -10.0],
+                reference: vec![[-10.0, 0.0], [10.0, 0.0]],
+                base: 2,
+                wheel_mass: Some(1.0),
+                ..Bodies::default()
+            },
+            state,
+            stored: [1.0, -1.0, 0.5, -0.5],
+            program: WheelConfig {
+                load_n: LOAD,
+                load_table: None,
+                mass_kg: 1.0,
+                radius_m: 0.0,
+                face: FaceKind::Flat,
+                bonded: false,
+                vy_m_per_s: 0.0,
+                amplitude_m: 0.0,
+                frequency_hz: 1.0,
+                ramp_s: 2.0,
+                hold_s: 1.0,
+                cycles: 0.0,
+            },
+            half_width: Some(4.0),
+            steps: vec![step; STEPS],
+            heights: vec![0.0; STEPS],
+            first_height: 1.0,
+        }
+    }
+
+    impl Scene {
+        fn statistics(&self) -> RunStatistics {
+            let mut statistics = RunStatistics::new(self.first_height);
+            let program = self.program.clone();
+            let steps = self.steps.iter().zip(&self.heights);
+            for (index, (step, height)) in steps.enumerate() {
+                let start = index as f64 * STEP;
+                let state = State {
+                    wheel: WheelState {
+                        position: [0.0, *height],
+                        velocity: [0.0; 2],
+                    },
+                    ..State::default()
+                };
+                let span = StepSpan {
+                    start,
+                    end: start + STEP,
+                    drive_work: 0.0,
+                };
+                statistics.record(Some(&program), &state, step, &span);
+            }
+            statistics
+        }
+
+        /// Codes of what is found, and if it makes the run suspect.
+        fn found(&self) -> Vec<(String, bool)> {
+            let program = self.program.clone();
+            let judged = FinishedRun {
+                bounds: PlausibleConfig::default(),
+                bodies: &self.bodies,
+                state: &self.state,
+                stored: self.stored,
+                statistics: &self.statistics(),
+                program: Some(&program),
+                alone: true,
+                half_width: self.half_width,
+            };
+            let findings = judged.findings().into_iter();
+            findings.map(|f| (f.code, f.suspect)).collect()
+        }
+    }
+
+    /// Expects nothing of the first value, a warning of the next two and a suspect run of the last.
+    fn judges_values(code: &str, values: [f64; 4], scene: impl Fn(f64) -> Scene) {
+        let expected = [None, Some(false), Some(false), Some(true)];
+        for (value, expected) in values.into_iter().zip(expected) {
+            let expected: Vec<_> = expected
+                .map(|s| (code.to_string(), s))
+                .into_iter()
+                .collect();
+            assert_eq!(scene(value).found(), expected, "{code} of {value}");
+        }
+        let found = scene(f64::NAN).found();
+        assert!(
+            found.contains(&(code.into(), true)),
+            "{code} of no number: {found:?}"
+        );
+    }
+
+    /// The same with values just inside and just outside both bounds.
+    fn judges(code: &str, [warn, suspect]: [f64; 2], scene: impl Fn(f64) -> Scene) {
+        let [below, above] = [0.999, 1.001];
+        let values = [below * warn, above * warn, below * suspect, above * suspect];
+        judges_values(code, values, scene);
+    }
+
+    /// A sound scene with this step changed.
+    fn with_step(index: usize, change: impl Fn(&mut StepSummary)) -> Scene {
+        let mut scene = sound();
+        change(&mut scene.steps[index]);
+        scene
+    }
+
+    #[test]
+    fn a_sound_run_has_no_findings() {
+        assert_eq!(sound().found(), []);
+    }
+
+    #[test]
+    fn overlaps_of_any_step_are_judged_by_the_law_of_the_contacts() {
+        judges("overlap", [0.3, 1.0], |value| {
+            let mut scene = with_step(0, |step| step.overlap = [0.0, value * RADIUS]);
+            scene.bodies.law.springs = Some(Springs {
+                normal: 1.0,
+                tangential: 1.0,
+            });
+            scene
+        });
+        judges("overlap_rigid", [2e-3, 0.1], |value| {
+            with_step(0, |step| step.overlap = [value * RADIUS, RADIUS])
+        });
+    }
+
+    #[test]
+    fn each_grain_that_left_is_counted() {
+        let scene = |lost: f64| {
+            let mut scene = sound();
+            let lost = if lost.is_nan() { GRAINS } else { lost as usize };
+            scene.state.centres[..lost].fill([11.0, 1.0]);
+            scene
+        };
+        judges_values("ejected", [0.0, 1.0, 200.0, 201.0], scene);
+    }
+
+    #[test]
+    fn the_wheel_is_judged_above_and_below_its_load() {
+        for side in [1.0, -1.0] {
+            judges("wheel_at_rest", [0.05, 0.2], |value| {
+                let mut scene = with_step(REST, |step| step.on_wheel[1] += side * value * LOAD);
+                // What comes in below is what the wheel exerts.
+                scene.steps[REST].on_boundary[1] -= side * value * LOAD;
+                scene
+            });
+        }
+    }
+
+    #[test]
+    fn without_a_hold_the_last_force_before_the_motion_counts() {
+        let mut scene = sound();
+        (scene.program.ramp_s, scene.program.hold_s) = (3.0, 0.0);
+        assert_eq!(scene.found(), []);
+        scene.steps[STEPS - 1].on_wheel[1] = 0.9 * LOAD;
+        assert_eq!(scene.found(), [("wheel_at_rest".to_string(), false)]);
+        scene.program.ramp_s = 0.0;
+        assert_eq!(scene.found(), [("wheel_at_rest".to_string(), true)]);
+    }
+
+    #[test]
+    fn the_drift_is_judged_over_the_approach_and_what_counts_as_rest() {
+        let drifting = |lost: f64, first_height: f64| {
+            let mut scene = sound();
+            scene.first_height = first_height;
+            for (index, height) in scene.heights[REST..].iter_mut().enumerate() {
+                *height = lost * (0.5 - index as f64 / 3.0);
+            }
+            scene
+        };
+        let settling = SETTLING * RADIUS;
+        for side in [1.0, -1.0] {
+            judges("wheel_drift", [0.03, 0.3], |value| {
+                drifting(side * value * (1.0 + settling), 1.0)
+            });
+        }
+        assert_eq!(drifting(0.029 * settling, 0.0).found(), []);
+    }
+
+    #[test]
+    fn what_the_wheel_presses_with_must_come_out_below() {
+        for side in [1.0, -1.0] {
+            let scene = |value: f64| {
+                let mut scene = sound();
+                for step in &mut scene.steps {
+                    step.on_boundary[1] *= 1.0 + side * value;
+                }
+                scene
+            };
+            judges("layer_at_rest", [0.02, 0.1], scene);
+            let mut loose = scene(1.0);
+            loose.bodies.reference.clear();
+            loose.bodies.base = 0;
+            assert_eq!(loose.found(), [], "nothing is glued");
+            let mut walled = scene(1.0);
+            walled.bodies.walls = vec![RigidWall {
+                face: Face::HalfPlane {
+                    point: [0.0; 2],
+                    normal: [1.0, 0.0],
+                },
+                velocity: [0.0; 2],
+            }];
+            assert_eq!(walled.found(), [], "a wall bears a part");
+        }
+    }
+
+    #[test]
+    fn added_inertia_is_judged_after_the_ramp() {
+        judges("added_inertia", [0.1, 0.4], |value| {
+            let mut scene = sound();
+            for (index, step) in scene.steps.iter_mut().enumerate() {
+                step.added_inertia = if index < 16 { LOAD } else { value * LOAD };
+            }
+            scene
+        });
+    }
+
+    #[test]
+    fn jumps_of_detection_are_judged_over_all_energies() {
+        judges("detection", [5e-3, 3e-2], |value| {
+            let mut scene = sound();
+            scene.state.ledger.detection_size = 10.0 * value;
+            scene
+        });
+        let mut rigid = sound();
+        rigid.state.ledger = Default::default();
+        rigid.stored = [0.0; 4];
+        assert_eq!(rigid.found(), [], "no springs, no jumps");
+    }
+
+    #[test]
+    fn nearly_all_of_the_force_must_lie_within_the_layer() {
+        let slot = |a: usize, b: usize, force: f64| Slot {
+            a: a as u32,
+            b: b as u32,
+            force: [force, 0.0],
+            spring: 0.0,
+            last_gap: 0.0,
+        };
+        let scene = |value: f64| {
+            let mut scene = sound();
+            let centres = &mut scene.state.centres;
+            (centres[1][0], centres[2][0]) = (-4.0 * value, 8.0);
+            let forces = [(0, 97.0), (1, 1.5), (2, 1.5)];
+            let on_wheel = forces.map(|(grain, force)| slot(grain, GRAINS, force));
+            scene.state.list.slots = on_wheel.to_vec();
+            scene.state.list.slots.push(slot(2, 3, 1e6));
+            scene
+        };
+        judges("contact_width", [0.71, 0.95], scene);
+    }
+
+    #[test]
+    fn steps_that_are_accepted_without_having_converged_are_counted() {
+        let mut scene = sound();
+        scene.steps[3].convergence.converged = false;
+        assert_eq!(scene.found(), [("not_converged".to_string(), true)]);
+    }
+
+    #[test]
+    fn the_residual_of_any_step_is_judged() {
+        judges("contact_residual", [2e-3, 0.3], |value| {
+            with_step(0, |step| step.convergence.residual = value)
+        });
+    }
+}

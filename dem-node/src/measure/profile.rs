@@ -1,0 +1,281 @@
+//! Profiles: velocity, solid fraction, stress and shear rate of the grains in slices, means over intervals of time.
+//!
+//! Grains are the free disks and the clusters that nothing drives. A disk counts in each slice with the part of its area
+//! that lies there; velocities are means over areas. The stress is that of the contacts, compression positive,
+//! sigma_ij = -(1/V) sum f_i l_j, f being the force on a grain and l from its centre to the contact (Love 1927; Weber 1966),
+//! each l shared out among the slices that it crosses. The part of the velocity fluctuations is not in it.
+
+use std::fmt::Write as _;
+
+use serde::{Deserialize, Serialize};
+
+use crate::bodies::Bodies;
+use crate::bodies::geometry::range;
+use crate::config::profile::{Axis, ProfileConfig};
+use crate::measure::loads::{Load, add_moment, ends, for_each_load, grains, shown};
+use crate::measure::report::given;
+use crate::step::state::State;
+
+/// Sums over the steps of an interval in a slice.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct SliceSums {
+    /// Area of grains (m2).
+    area: f64,
+    /// Area times velocity (m3/s).
+    flow: [f64; 2],
+    /// f_i l_j (N m): xx, xy, yx, yy.
+    moment: [f64; 4],
+}
+
+/// Means of a slice.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct Slice {
+    /// Start and end of the interval (s).
+    times: [f64; 2],
+    /// Middle of the slice (m).
+    position: f64,
+    /// Velocity (m/s), NaN where there is no grain.
+    velocity: [f64; 2],
+    solid_fraction: f64,
+    /// Stress (Pa): xx, xy, yx, yy.
+    stress: [f64; 4],
+    /// Derivative of the velocity across the axis along it (1/s).
+    shear_rate: f64,
+}
+
+/// The interval that is being filled.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Interval {
+    number: u64,
+    /// Ends along the axis (m).
+    ends: [f64; 2],
+    /// Width across it (m).
+    width: f64,
+    /// Time of its steps so far (s), from the start of the first to the end of the last.
+    times: [f64; 2],
+    steps: u64,
+    sums: Vec<SliceSums>,
+}
+
+/// A profile with what it has seen.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Profile {
+    interval: Option<Interval>,
+    /// Slices of the intervals that are over.
+    slices: Vec<Slice>,
+}
+
+impl Profile {
+    /// Adds the state at the end of a step that lasted from `start` to `end` (s); `thickness` in m.
+    pub fn record(
+        &mut self,
+        config: &ProfileConfig,
+        (bodies, state, thickness): (&Bodies, &State, f64),
+        [start, end]: [f64; 2],
+    ) {
+        let since = 0.5 * (start + end) - config.start_s;
+        if since < 0.0 {
+            return;
+        }
+        let number = (since / config.every_s) as u64;
+        if self.interval.as_ref().is_some_and(|i| i.number != number) {
+            self.close(config.axis, thickness);
+        }
+        let interval = self
+            .interval
+            .get_or_insert_with(|| Interval::new(config, bodies, state, number, start));
+        interval.add(config.axis, bodies, state);
+        interval.times[1] = end;
+    }
+
+    /// Ends the interval that is being filled.
+    fn close(&mut self, axis: Axis, thickness: f64) {
+        if let Some(interval) = self.interval.take() {
+            self.slices.extend(interval.slices(axis, thickness));
+        }
+    }
+
+    /// All slices, those of the interval that is being filled too.
+    fn all(&self, axis: Axis, thickness: f64) -> Vec<Slice> {
+        let open = self.interval.iter();
+        let open = open.flat_map(|interval| interval.slices(axis, thickness));
+        self.slices.iter().copied().chain(open).collect()
+    }
+
+    /// The slices as CSV, a line each.
+    pub fn csv(&self, config: &ProfileConfig, thickness: f64) -> String {
+        let mut text = format!(
+            "t0_s,t1_s,{}_m,vx_m_per_s,vy_m_per_s,solid_fraction,stress_xx_pa,stress_xy_pa,stress_yx_pa,stress_yy_pa,shear_rate_per_s\n",
+            config.axis.letter()
+        );
+        for slice in self.all(config.axis, thickness) {
+            let numbers = (slice.times.into_iter().chain([slice.position]))
+                .chain(slice.velocity)
+                .chain([slice.solid_fraction])
+                .chain(slice.stress)
+                .chain([slice.shear_rate]);
+            let words: Vec<String> = numbers.map(|x| format!("{x:e}")).collect();
+            let _ = writeln!(text, "{}", words.join(","));
+        }
+        text
+    }
+
+    /// Means over the middle half of the slices in the last interval.
+    ///
+    /// - `profile_solid_fraction`, `profile_shear_rate_per_s`;
+    /// - `profile_normal_stress_pa` along the axis, and `profile_shear_over_normal`, the size of the shear stress over it: the
+    ///   effective friction of a plane shear flow;
+    /// - `profile_inertial_number`: I = shear rate x sqrt(m/P), m being the mean mass of a grain over the thickness and P the
+    ///   normal stress (da Cruz, Emam, Prochnow, Roux and Chevoir 2005).
+    pub fn results(
+        &self,
+        config: &ProfileConfig,
+        (bodies, state, thickness): (&Bodies, &State, f64),
+    ) -> Vec<(&'static str, f64)> {
+        let all = self.all(config.axis, thickness);
+        let bins = config.bins as usize;
+        let Some(last) = all.len().checked_sub(bins).map(|first| &all[first..]) else {
+            return Vec::new();
+        };
+        let middle = &last[bins / 4..bins - bins / 4];
+        let mean =
+            |of: &dyn Fn(&Slice) -> f64| middle.iter().map(of).sum::<f64>() / middle.len() as f64;
+        let (along, across) = (config.axis.index(), 1 - config.axis.index());
+        let normal = mean(&|slice| slice.stress[3 * along]);
+        let shear = mean(&|slice| slice.stress[2 * across + along]);
+        let rate = mean(&|slice| slice.shear_rate);
+        let masses = grains(bodies, state).map(|disk| bodies.masses[disk]);
+        let masses: Vec<f64> = masses.filter(|mass| *mass > 0.0).collect();
+        let mass = masses.iter().sum::<f64>() / masses.len() as f64 / thickness;
+        let named = [
+            (
+                "profile_solid_fraction",
+                mean(&|slice| slice.solid_fraction),
+            ),
+            ("profile_shear_rate_per_s", rate),
+            ("profile_normal_stress_pa", normal),
+            ("profile_shear_over_normal", shear.abs() / normal),
+            (
+                "profile_inertial_number",
+                rate.abs() * (mass / normal).sqrt(),
+            ),
+        ];
+        given(named.map(|(name, x)| (name, Some(x).filter(|x| x.is_finite())))).collect()
+    }
+}
+
+impl Interval {
+    fn new(
+        config: &ProfileConfig,
+        bodies: &Bodies,
+        state: &State,
+        number: u64,
+        start: f64,
+    ) -> Interval {
+        let axis = config.axis.index();
+        let [low, high] = [axis, 1 - axis].map(|k| ends(bodies, state, k, grains(bodies, state)));
+        Interval {
+            number,
+            ends: low,
+            width: high[1] - high[0],
+            times: [start; 2],
+            steps: 0,
+            sums: vec![SliceSums::default(); config.bins as usize],
+        }
+    }
+
+    fn add(&mut self, axis: Axis, bodies: &Bodies, state: &State) {
+        self.steps += 1;
+        for disk in grains(bodies, state) {
+            self.add_disk(axis, bodies, state, disk);
+        }
+        for_each_load(bodies, state, |load| {
+            self.add_load(axis, bodies, state, load)
+        });
+    }
+
+    fn add_disk(&mut self, axis: Axis, bodies: &Bodies, state: &State, disk: usize) {
+        let (radius, centre) = (bodies.radii[disk], shown(bodies, state.centres[disk]));
+        let [vx, vy, _] = state.velocity_of(bodies, disk);
+        let middle = centre[axis.index()];
+        let edges = [middle - radius, middle + radius];
+        for (bin, [low, high]) in self.crossed(edges) {
+            let area =
+                radius * radius * (cap((high - middle) / radius) - cap((low - middle) / radius));
+            let sums = &mut self.sums[bin];
+            sums.area += area;
+            sums.flow[0] += area * vx;
+            sums.flow[1] += area * vy;
+        }
+    }
+
+    /// Shares the moment of a load out among the slices that its lever crosses.
+    fn add_load(&mut self, axis: Axis, bodies: &Bodies, state: &State, load: &Load) {
+        let moment = load.moment();
+        let along = axis.index();
+        let own = state.centres[load.disk];
+        let offset = shown(bodies, own)[along] - own[along];
+        let ends = [load.centre[along] + offset, load.point[along] + offset];
+        let [low, high] = range(ends);
+        if low == high {
+            let bin = self.bin_of(low);
+            add_moment(&mut self.sums[bin].moment, 1.0, moment);
+            return;
+        }
+        for (bin, [from, to]) in self.crossed([low, high]) {
+            let part = (to - from) / (high - low);
+            add_moment(&mut self.sums[bin].moment, part, moment);
+        }
+    }
+
+    fn thickness(&self) -> f64 {
+        (self.ends[1] - self.ends[0]) / self.sums.len() as f64
+    }
+
+    /// The slice of a position; those beyond the ends belong to the outermost.
+    fn bin_of(&self, position: f64) -> usize {
+        let bin = (position - self.ends[0]) / self.thickness();
+        (bin.max(0.0) as usize).min(self.sums.len() - 1)
+    }
+
+    /// The slices that a piece of the axis crosses, with the part of the piece in each; the outermost ones go on to infinity.
+    fn crossed(&self, [low, high]: [f64; 2]) -> impl Iterator<Item = (usize, [f64; 2])> + use<> {
+        let (first, last) = (self.bin_of(low), self.bin_of(high));
+        let (start, thickness) = (self.ends[0], self.thickness());
+        let edge = move |bin: usize| start + bin as f64 * thickness;
+        (first..=last).map(move |bin| {
+            let from = if bin == first { low } else { edge(bin) };
+            let to = if bin == last { high } else { edge(bin + 1) };
+            (bin, [from, to])
+        })
+    }
+
+    fn slices(&self, axis: Axis, thickness: f64) -> Vec<Slice> {
+        let (pitch, steps) = (self.thickness(), self.steps as f64);
+        let volume = pitch * self.width;
+        let means = self.sums.iter().enumerate().map(|(bin, sums)| Slice {
+            times: self.times,
+            position: self.ends[0] + (bin as f64 + 0.5) * pitch,
+            velocity: sums.flow.map(|flow| flow / sums.area),
+            solid_fraction: sums.area / (steps * volume),
+            stress: sums
+                .moment
+                .map(|moment| -moment / (steps * volume * thickness)),
+            shear_rate: 0.0,
+        });
+        let mut slices: Vec<Slice> = means.collect();
+        let across = 1 - axis.index();
+        let speeds: Vec<f64> = slices.iter().map(|slice| slice.velocity[across]).collect();
+        for (bin, slice) in slices.iter_mut().enumerate() {
+            let (below, above) = (bin.saturating_sub(1), (bin + 1).min(speeds.len() - 1));
+            slice.shear_rate = (speeds[above] - speeds[below]) / ((above - below) as f64 * pitch);
+        }
+        slices
+    }
+}
+
+/// Area of the unit disk below a height (Archimedes' segment): s sqrt(1 - s^2) + asin s + pi/2 for -1 <= s <= 1.
+fn cap(height: f64) -> f64 {
+    let s = height.clamp(-1.0, 1.0);
+    s * (1.0 - s * s).sqrt() + s.asin() + std::f64::consts::FRAC_PI_2
+}

@@ -1,0 +1,311 @@
+//! Reports: signals of each report, results of the run.
+
+use protocol::larger;
+use serde::{Deserialize, Serialize};
+
+use crate::bodies::Bodies;
+use crate::bodies::geometry::range;
+use crate::config::wheel::WheelConfig;
+use crate::measure::structure;
+use crate::measure::trend::Trend;
+use crate::step::StepSummary;
+use crate::step::state::{State, WheelState};
+
+/// The signals of a step under their names. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
+/// towards +x); `glued_f*_n` their force on the compliant boundary; overlaps are over the mean radius.
+pub fn signals(bodies: &Bodies, state: &State, step: &StepSummary) -> [(&'static str, f64); 16] {
+    let radius = bodies.mean_radius();
+    let momentum = state.momentum(bodies);
+    [
+        ("wheel_x_m", state.wheel.position[0]),
+        ("wheel_y_m", state.wheel.position[1]),
+        ("wheel_fn_n", step.on_wheel[1]),
+        ("wheel_ft_n", step.on_wheel[0]),
+        ("glued_fx_n", step.on_boundary[0]),
+        ("glued_fy_n", step.on_boundary[1]),
+        ("momentum_x_kg_m_per_s", momentum[0]),
+        ("momentum_y_kg_m_per_s", momentum[1]),
+        ("momentum_defect_n", step.momentum_defect),
+        ("contacts", step.closed as f64),
+        ("iterations", step.convergence.iterations as f64),
+        ("true_residual", step.convergence.residual),
+        ("overlap_mean_rel", step.overlap[0] / radius),
+        ("overlap_max_rel", step.overlap[1] / radius),
+        ("speed_max_m_per_s", top_speed(state)),
+        ("lost_grains", lost_grains(bodies, state) as f64),
+    ]
+}
+
+fn top_speed(state: &State) -> f64 {
+    let squares = state.velocities.iter().map(|v| v[0] * v[0] + v[1] * v[1]);
+    squares.fold(0.0, larger).sqrt()
+}
+
+/// Free grains that left the glued rows: more than a radius of the widest disk and the apron beside the base unless it repeats,
+/// or more than its diameter below it or above the lid.
+pub fn lost_grains(bodies: &Bodies, state: &State) -> usize {
+    let (base, lid) = bodies.reference.split_at(bodies.base);
+    let (Some(first), Some(last)) = (base.first(), base.last()) else {
+        return 0;
+    };
+    let widest = bodies.radii.iter().copied().fold(0.0, f64::max);
+    let heights = |row: &[[f64; 2]]| range(row.iter().map(|c| c[1]));
+    let lowest = heights(base)[0] - 2.0 * widest;
+    let highest = if lid.is_empty() {
+        f64::INFINITY
+    } else {
+        heights(lid)[1] + 2.0 * widest
+    };
+    let reach = widest + bodies.apron;
+    let beside =
+        |x: f64| bodies.period.is_none() && !(first[0] - reach..=last[0] + reach).contains(&x);
+    let inside = |c: &&[f64; 2]| !beside(c[0]) && (lowest..=highest).contains(&c[1]);
+    let present = state.present(bodies);
+    present - state.centres[..present].iter().filter(inside).count()
+}
+
+/// A mean that is filled value by value.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Mean {
+    sum: f64,
+    count: u64,
+}
+
+impl Mean {
+    fn add(&mut self, value: f64) {
+        self.sum += value;
+        self.count += 1;
+    }
+
+    /// The mean; `None` without values.
+    pub fn value(&self) -> Option<f64> {
+        (self.count > 0).then(|| self.sum / self.count as f64)
+    }
+}
+
+/// Ratio of two sums over the last half to three quarters of all steps: how a run begins says little of how it goes on.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct RecentRatio {
+    steps: u64,
+    /// Sums since the last power of two of steps, and between that and the one before.
+    recent: [f64; 2],
+    before: [f64; 2],
+}
+
+impl RecentRatio {
+    fn add(&mut self, over: f64, under: f64) {
+        if self.steps.is_power_of_two() {
+            self.before = std::mem::take(&mut self.recent);
+        }
+        self.steps += 1;
+        self.recent[0] += over;
+        self.recent[1] += under;
+    }
+
+    /// The ratio; `None` where the second sum is 0.
+    pub fn value(&self) -> Option<f64> {
+        let [over, under] = [0, 1].map(|k| self.recent[k] + self.before[k]);
+        (under > 0.0).then(|| over / under)
+    }
+}
+
+/// Times and work of a committed step.
+#[derive(Clone, Copy, Debug)]
+pub struct StepSpan {
+    /// Start of the step (s).
+    pub start: f64,
+    /// End of the step (s).
+    pub end: f64,
+    /// Work of the sideways drive in the step (J).
+    pub drive_work: f64,
+}
+
+/// Gathers results over the committed steps.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct RunStatistics {
+    first_height: f64,
+    height_at_motion_start: Option<f64>,
+    /// Force on the wheel and its height over the second half of the hold: it still rings on a layer on a rail, by 0.9 um of
+    /// 53 at 4 kN, so that a moment says less than the mean.
+    pub held_force: Mean,
+    held_height: Mean,
+    held_trend: Trend,
+    /// Force of the grains on the boundary in the second half of the hold (N), downwards.
+    pub held_boundary: Mean,
+    /// Least and largest force on the wheel in the second half of the hold (N).
+    held_range: Option<[f64; 2]>,
+    /// Force on the wheel in the last step before the motion, 0 where there is none (N).
+    before_motion: Option<f64>,
+    /// Vertical velocity of the wheel before the motion (m/s).
+    pub held_velocity: f64,
+    friction: Mean,
+    height_range: Option<[f64; 2]>,
+    loop_work: f64,
+    /// Largest residual of a contact solve that was accepted.
+    pub residual_max: f64,
+    quad_max: f64,
+    defect_max: f64,
+    /// Largest overlap, and largest mean overlap, of any step (m).
+    pub overlap_max: f64,
+    /// See `overlap_max`.
+    pub overlap_mean_max: f64,
+    /// Impulse that moved the added mass of the grains over the impulse that went through them, after the ramp of a wheel.
+    pub added_inertia: RecentRatio,
+    /// Steps with a load, and those of them whose residual was measured against rounding.
+    loaded_steps: u64,
+    rounding_steps: u64,
+    /// All steps, and those of them that were accepted without having converged.
+    pub steps: u64,
+    /// See `steps`.
+    pub accepted_steps: u64,
+    last: StepSummary,
+}
+
+impl RunStatistics {
+    /// Statistics of a run that begins with the wheel at this height (m).
+    pub fn new(wheel_height: f64) -> RunStatistics {
+        RunStatistics {
+            first_height: wheel_height,
+            ..RunStatistics::default()
+        }
+    }
+
+    /// Records a committed step.
+    pub fn record(
+        &mut self,
+        program: Option<&WheelConfig>,
+        state: &State,
+        step: &StepSummary,
+        span: &StepSpan,
+    ) {
+        self.residual_max = larger(self.residual_max, step.convergence.residual);
+        self.quad_max = larger(self.quad_max, step.convergence.quad);
+        self.defect_max = larger(self.defect_max, step.momentum_defect);
+        self.overlap_mean_max = larger(self.overlap_mean_max, step.overlap[0]);
+        self.overlap_max = larger(self.overlap_max, step.overlap[1]);
+        let h = span.end - span.start;
+        let loading = program.is_some_and(|program| span.start < program.ramp_s);
+        if !loading {
+            self.added_inertia
+                .add(step.added_inertia * h, step.transmitted * h);
+        }
+        if step.transmitted > 0.0 {
+            self.loaded_steps += 1;
+            self.rounding_steps += u64::from(step.convergence.rounding);
+        }
+        self.steps += 1;
+        self.accepted_steps += u64::from(!step.convergence.converged);
+        self.last = *step;
+        if let Some(program) = program {
+            self.record_wheel(program, state.wheel, step, span);
+        }
+    }
+
+    fn record_wheel(
+        &mut self,
+        program: &WheelConfig,
+        wheel: WheelState,
+        step: &StepSummary,
+        span: &StepSpan,
+    ) {
+        let force = step.on_wheel;
+        let height = wheel.position[1];
+        let middle = 0.5 * (span.start + span.end);
+        let motion = program.motion_start();
+        if middle <= motion {
+            self.height_at_motion_start = Some(height);
+            if middle > 0.5 * (program.ramp_s + motion) {
+                self.held_force.add(force[1]);
+                self.held_height.add(height);
+                self.held_trend.add(middle, height);
+                self.held_boundary.add(-step.on_boundary[1]);
+                self.held_range = Some(wider(self.held_range, force[1]));
+            }
+            if 2.0 * span.end - middle >= motion {
+                self.before_motion = Some(force[1]);
+            }
+            self.held_velocity = wheel.velocity[1];
+            return;
+        }
+        self.before_motion.get_or_insert(0.0);
+        self.height_range = Some(wider(self.height_range, height));
+        if force[1] > 0.0 {
+            self.friction.add(force[0].abs() / force[1]);
+        }
+        if let Some((start, end)) = program.last_full_cycle() {
+            let shared = span.end.min(end) - span.start.max(start);
+            self.loop_work += span.drive_work * shared.max(0.0) / (span.end - span.start);
+        }
+    }
+
+    /// Least and largest force on the wheel in the second half of the hold, or the last one before the motion where there is
+    /// no hold (N).
+    pub fn held_range(&self) -> Option<[f64; 2]> {
+        self.held_range
+            .or(self.before_motion.map(|force| [force; 2]))
+    }
+
+    /// Height that the wheel lost in the second half of the hold, by its trend, and before (m).
+    pub fn held_drift(&self) -> Option<[f64; 2]> {
+        let lost = -self.held_trend.change()?;
+        let height = self.held_height.value()?;
+        Some([lost, self.first_height - height])
+    }
+
+    /// Share of the loaded steps in which rounding decided that the contact solve had converged.
+    pub fn rounding_limited(&self) -> Option<f64> {
+        (self.loaded_steps > 0).then(|| self.rounding_steps as f64 / self.loaded_steps as f64)
+    }
+
+    /// The results so far.
+    pub fn results(
+        &self,
+        program: Option<&WheelConfig>,
+        bodies: &Bodies,
+        state: &State,
+    ) -> Vec<(&'static str, f64)> {
+        let radius = bodies.mean_radius();
+        let mut results = structure::results(bodies, state).to_vec();
+        results.extend([
+            ("disks", state.present(bodies) as f64),
+            ("glued_disks", bodies.glued() as f64),
+            ("contacts", self.last.closed as f64),
+            ("true_residual_max", self.residual_max),
+            ("quad_max", self.quad_max),
+            ("momentum_defect_max_n", self.defect_max),
+            ("overlap_mean_rel", self.last.overlap[0] / radius),
+            ("overlap_max_rel", self.overlap_max / radius),
+            ("ejected_grains", lost_grains(bodies, state) as f64),
+        ]);
+        let rounding = self.rounding_limited().filter(|share| *share > 0.0);
+        results.extend(given([("rounding_limited_rel", rounding)]));
+        let Some(program) = program else {
+            return results;
+        };
+        let height = self.held_height.value().or(self.height_at_motion_start);
+        let range = self.height_range.map(|[low, high]| (high - low) / radius);
+        let loop_area = program.last_full_cycle().map(|_| self.loop_work);
+        results.extend(given([
+            ("load_n", Some(program.load_n)),
+            ("approach_m", height.map(|y| self.first_height - y)),
+            ("wheel_force_n", self.held_force.value()),
+            ("friction_coefficient", self.friction.value()),
+            ("wheel_y_range_over_r", range),
+            ("loop_area_j", loop_area),
+        ]));
+        results
+    }
+}
+
+/// The numbers that there are, under their names.
+pub fn given<const N: usize>(
+    named: [(&'static str, Option<f64>); N],
+) -> impl Iterator<Item = (&'static str, f64)> {
+    let named = named.into_iter();
+    named.filter_map(|(name, value)| Some((name, value?)))
+}
+
+fn wider(range: Option<[f64; 2]>, value: f64) -> [f64; 2] {
+    let [low, high] = range.unwrap_or([value; 2]);
+    [-larger(-low, -value), larger(high, value)]
+}

@@ -1,0 +1,129 @@
+//! Fields of the grains and of their contacts as VTK XML PolyData, for ParaView.
+
+mod contacts;
+pub mod parts;
+
+use std::f64::consts::PI;
+use std::io;
+use std::iter::{empty, repeat_n};
+use std::path::Path;
+
+use kit::vtk::{Kind, VtkFile};
+
+use crate::bodies::Bodies;
+use crate::error::DemError;
+use crate::measure::flow::{Body, Flow, NEVER};
+use crate::measure::structure;
+use crate::step::state::State;
+use parts::{FieldScene, cells, points, poly_data};
+
+/// Writes `<stem>.vtp`, the disks as vertices, and `<stem>-contacts.vtp`, the contacts between them.
+///
+/// Data of the disks: radius_m (0 of fed grains in store, less than their own of those that grow), displacement_since_start_m
+/// (0 of fed grains, which were nowhere then; points have moved by it, as those of a mesh have not by its displacement_m),
+/// velocity_m_per_s, spin_rad_per_s, glued, pressure_pa, coordination (contacts that press); of a wheel of disks also wheel, 1 for
+/// these; of a sample with clusters also cluster, -1 for single disks; where flows are followed also body (0 first body, 1 third
+/// body, 2 initial stock, 3 fed in) and detached_s, -1 for grains that never were.
+pub fn write(folder: &Path, stem: &str, scene: &FieldScene) -> Result<(), DemError> {
+    let path = |suffix: &str| folder.join(format!("{stem}{suffix}.vtp"));
+    written(&path(""), |path| grains(scene).write(path))?;
+    written(&path("-contacts"), |path| contacts::file(scene).write(path))
+}
+
+/// Writes a text file.
+pub fn write_text(path: &Path, text: &str) -> Result<(), DemError> {
+    written(path, |path| std::fs::write(path, text))
+}
+
+fn written(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> Result<(), DemError> {
+    write(path).map_err(|source| DemError::Write {
+        path: path.display().to_string(),
+        source,
+    })
+}
+
+fn grains(scene: &FieldScene) -> VtkFile {
+    let disks = scene.bodies.disks();
+    let mut file = poly_data([disks, disks, 0]);
+    file.section("Points", |file| points(file, scene, empty()));
+    file.section("Verts", |file| {
+        cells(file, 1, (0..disks).map(|disk| disk as f64));
+    });
+    file.section("PointData", |file| {
+        state_data(file, scene);
+        kind_data(file, scene);
+        if let Some(flow) = scene.flow {
+            flow_data(file, scene.bodies, flow);
+        }
+    });
+    file
+}
+
+fn state_data(file: &mut VtkFile, scene: &FieldScene) {
+    let FieldScene { bodies, state, .. } = *scene;
+    let radii = (0..bodies.disks()).map(|disk| [state.radius(bodies, disk)]);
+    file.array(Kind::Float64, "radius_m", radii);
+    let fed = bodies.injection.as_ref().map_or(0, |feed| feed.grains);
+    let fed = bodies.free - fed..bodies.free;
+    let both = state.centres.iter().zip(scene.start).enumerate();
+    let moved = both.map(|(disk, (centre, start))| {
+        if fed.contains(&disk) {
+            return [0.0; 3];
+        }
+        [centre[0] - start[0], centre[1] - start[1], 0.0]
+    });
+    file.array(Kind::Float64, "displacement_since_start_m", moved);
+    let velocities: Vec<[f64; 3]> = (0..bodies.disks())
+        .map(|disk| state.velocity_of(bodies, disk))
+        .collect();
+    let linear = velocities.iter().map(|v| [v[0], v[1], 0.0]);
+    file.array(Kind::Float64, "velocity_m_per_s", linear);
+    let spins = velocities.iter().map(|v| [v[2]]);
+    file.array(Kind::Float64, "spin_rad_per_s", spins);
+    let pressures = pressures(bodies, state, scene.thickness);
+    let pressures = pressures.into_iter().take(bodies.disks());
+    file.array(Kind::Float64, "pressure_pa", pressures.map(|p| [p]));
+    let pressing = state.list.pressing();
+    let pairs = pressing.map(|slot| [slot.a as usize, slot.b as usize]);
+    let coordination = structure::degrees(bodies.disks(), pairs).into_iter();
+    let coordination = coordination.map(|n| [n as f64]);
+    file.array(Kind::Int32, "coordination", coordination);
+}
+
+fn kind_data(file: &mut VtkFile, scene: &FieldScene) {
+    let bodies = scene.bodies;
+    let disks = || 0..bodies.disks();
+    let glued = disks().map(|disk| [f64::from(bodies.glued_index(disk).is_some())]);
+    file.array(Kind::UInt8, "glued", glued);
+    if !bodies.face.is_empty() {
+        let wheel = disks().map(|disk| [f64::from(disk >= bodies.first_face())]);
+        file.array(Kind::UInt8, "wheel", wheel);
+    }
+    if !bodies.clusters.list.is_empty() {
+        let index = |disk| bodies.clusters.of(disk).map_or(-1.0, |(i, _)| i as f64);
+        file.array(Kind::Int32, "cluster", disks().map(|disk| [index(disk)]));
+    }
+}
+
+fn flow_data(file: &mut VtkFile, bodies: &Bodies, flow: &Flow) {
+    let others = bodies.disks() - bodies.free;
+    let kinds = flow.bodies().chain(repeat_n(Body::First, others));
+    let kinds = kinds.map(|body| [f64::from(body as u8)]);
+    file.array(Kind::UInt8, "body", kinds);
+    let times = flow.detached().chain(repeat_n(NEVER, others));
+    file.array(Kind::Float64, "detached_s", times.map(|time| [time]));
+}
+
+/// Mean in-plane pressure in each disk (Pa): half the trace of its stress (1/V) sum f (x_c - x) (Love 1927; Weber 1966), that
+/// is sum f_n / (2 pi r thickness).
+pub fn pressures(bodies: &Bodies, state: &State, thickness: f64) -> Vec<f64> {
+    let mut sums = vec![0.0; bodies.count()];
+    for slot in &state.list.slots {
+        sums[slot.a as usize] += slot.force[0];
+        sums[slot.b as usize] += slot.force[0];
+    }
+    let per_disk = sums.iter().zip(&bodies.radii);
+    per_disk
+        .map(|(sum, r)| sum / (2.0 * PI * r * thickness))
+        .collect()
+}

@@ -1,0 +1,207 @@
+//! Stress of the grains: a map of square cells, and the whole sample.
+//!
+//! sigma_ij = -(1/V) sum f_i l_j over the grains whose centre lies in V and over the contacts of each, f being the force on the
+//! grain and l from its centre to the contact: the internal moments of the grains (Moreau 1997), which is Love's stress (Love
+//! 1927; Weber 1966) counted grain by grain. V is the area times the thickness, compression is positive. Bonds, walls, wheel and
+//! glued disks are contacts like any other; glued disks and driven clusters are no grains.
+
+use std::fmt::Write as _;
+
+use kit::ConfigError;
+use protocol::larger;
+use serde::{Deserialize, Serialize};
+
+use crate::bodies::Bodies;
+use crate::config::stress::StressConfig;
+use crate::measure::loads::{add_moment, centre_of, ends, for_each_load, grains, shown};
+use crate::step::state::State;
+
+/// Part of the mean solid fraction of the cells with grains that a cell must have to count in the largest pressure: a cell
+/// across a free surface has a stress of its own area only in part.
+const FILLED: f64 = 0.5;
+
+/// Sums over the grains of a cell, or of the sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StressSums {
+    /// -sum f_i l_j (N m): xx, xy, yx, yy.
+    pub moment: [f64; 4],
+    /// Area of the grains (m2).
+    pub solid: f64,
+    /// Number of the grains.
+    pub grains: u32,
+}
+
+impl StressSums {
+    fn add(&mut self, other: &StressSums) {
+        add_moment(&mut self.moment, 1.0, other.moment);
+        self.solid += other.solid;
+        self.grains += other.grains;
+    }
+
+    /// sigma_xx, sigma_yy and the symmetric part of sigma_xy (Pa), of a volume (m3).
+    fn stress(&self, volume: f64) -> [f64; 3] {
+        let [xx, xy, yx, yy] = self.moment.map(|moment| moment / volume);
+        [xx, yy, 0.5 * (xy + yx)]
+    }
+}
+
+/// Stress of a state.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StressMap {
+    /// Sides of the region along x and y (m).
+    pub sides: [[f64; 2]; 2],
+    /// Grains whose centre lies in the region.
+    pub whole: StressSums,
+    /// Lower left corner of the first cell (m): the cells lie in the middle of the region.
+    pub corner: [f64; 2],
+    /// Cells of a row.
+    pub columns: usize,
+    /// All cells, row by row from below.
+    pub cells: Vec<StressSums>,
+    /// Side of a cell, and thickness (m).
+    side: f64,
+    thickness: f64,
+}
+
+impl StressMap {
+    /// The stress under the forces of the last step; `None` where no grain bears any.
+    pub fn measure(
+        config: &StressConfig,
+        bodies: &Bodies,
+        state: &State,
+        thickness: f64,
+    ) -> Option<StressMap> {
+        let grains = sums_by_grain(bodies, state);
+        let loaded = |disk: &usize| grains[bodies.clusters.leader_of(*disk)].moment != [0.0; 4];
+        let sides = region(config, bodies, state, loaded)?;
+        let [columns, rows] = config.grid(sides);
+        let corner = [(0, columns), (1, rows)]
+            .map(|(axis, count)| 0.5 * (sides[axis][0] + sides[axis][1] - count * config.cell_m));
+        let mut map = StressMap {
+            sides,
+            corner,
+            columns: columns.max(1.0) as usize,
+            cells: vec![StressSums::default(); columns as usize * rows as usize],
+            side: config.cell_m,
+            thickness,
+            ..StressMap::default()
+        };
+        for (disk, sums) in grains.iter().enumerate().filter(|(_, g)| g.grains > 0) {
+            map.add(shown(bodies, centre_of(bodies, state, disk)), sums);
+        }
+        Some(map)
+    }
+
+    fn add(&mut self, centre: [f64; 2], sums: &StressSums) {
+        if (0..2).all(|k| (self.sides[k][0]..=self.sides[k][1]).contains(&centre[k])) {
+            self.whole.add(sums);
+        }
+        let [column, row] = [0, 1].map(|k| ((centre[k] - self.corner[k]) / self.side).floor());
+        let rows = self.cells.len() / self.columns;
+        if (0.0..self.columns as f64).contains(&column) && (0.0..rows as f64).contains(&row) {
+            self.cells[row as usize * self.columns + column as usize].add(sums);
+        }
+    }
+
+    /// Volume of a cell (m3).
+    fn cell_volume(&self) -> f64 {
+        self.side * self.side * self.thickness
+    }
+
+    /// Largest in-plane trace sigma_xx + sigma_yy of the cells that count (Pa): those with at least half the mean solid fraction of
+    /// the cells that hold grains.
+    fn largest_trace(&self) -> Option<f64> {
+        let held = self.cells.iter().filter(|cell| cell.grains > 0);
+        let solid: Vec<f64> = held.clone().map(|cell| cell.solid).collect();
+        let least = FILLED * solid.iter().sum::<f64>() / solid.len() as f64;
+        let traces = held.filter(|cell| cell.solid >= least).map(|cell| {
+            let [xx, yy, _] = cell.stress(self.cell_volume());
+            xx + yy
+        });
+        traces.reduce(larger)
+    }
+
+    /// `stress_xx_pa`, `stress_yy_pa`, `stress_xy_pa` of the region, and the largest pressure of a cell: `dem_p_max_tr3_pa` is a
+    /// third of the in-plane trace, the convention of Renouf, Saulot and Berthier (2006), `dem_p_max_mean_pa` half of it.
+    pub fn results(&self) -> Vec<(&'static str, f64)> {
+        let [width, height] = self.sides.map(|[low, high]| high - low);
+        let [xx, yy, xy] = self.whole.stress(width * height * self.thickness);
+        let mut results = vec![
+            ("stress_xx_pa", xx),
+            ("stress_yy_pa", yy),
+            ("stress_xy_pa", xy),
+        ];
+        if let Some(trace) = self.largest_trace() {
+            results.push(("dem_p_max_tr3_pa", trace / 3.0));
+            results.push(("dem_p_max_mean_pa", trace / 2.0));
+        }
+        results
+    }
+
+    /// The cells as CSV, a line each: middle, stress, the two pressures, solid fraction and number of grains.
+    pub fn csv(&self) -> String {
+        let mut text =
+            "x_m,y_m,sxx_pa,syy_pa,sxy_pa,p_tr3_pa,p_mean_pa,solid_fraction,grains\n".to_string();
+        for (index, cell) in self.cells.iter().enumerate() {
+            let cell_index = [index % self.columns, index / self.columns];
+            let [x, y] = [0, 1].map(|k| self.corner[k] + (cell_index[k] as f64 + 0.5) * self.side);
+            let [xx, yy, xy] = cell.stress(self.cell_volume());
+            let solid = cell.solid / (self.side * self.side);
+            let trace = xx + yy;
+            let _ = writeln!(
+                text,
+                "{x:e},{y:e},{xx:e},{yy:e},{xy:e},{:e},{:e},{solid:e},{}",
+                trace / 3.0,
+                trace / 2.0,
+                cell.grains
+            );
+        }
+        text
+    }
+}
+
+/// Refuses a region that the grains of the start do not make wide enough for a cell, or make too wide.
+pub fn refuse_misfit(
+    config: &StressConfig,
+    bodies: &Bodies,
+    state: &State,
+) -> Result<(), ConfigError> {
+    match region(config, bodies, state, |_| true) {
+        None => Ok(()),
+        Some(sides) => config.refuse_misfit("stress.cell_m", sides),
+    }
+}
+
+/// Sums of each grain, a cluster's at its first disk.
+fn sums_by_grain(bodies: &Bodies, state: &State) -> Vec<StressSums> {
+    let mut sums = vec![StressSums::default(); bodies.free];
+    for disk in grains(bodies, state) {
+        let leader = bodies.clusters.leader_of(disk);
+        sums[leader].solid += std::f64::consts::PI * bodies.radii[disk].powi(2);
+        sums[leader].grains = 1;
+    }
+    for_each_load(bodies, state, |load| {
+        let grain = &mut sums[bodies.clusters.leader_of(load.disk)];
+        add_moment(&mut grain.moment, -1.0, load.moment());
+    });
+    sums
+}
+
+/// Sides of the region (m): those of the keys, the ends of a strip that repeats, or the edges of the chosen grains.
+fn region(
+    config: &StressConfig,
+    bodies: &Bodies,
+    state: &State,
+    chosen: impl Fn(&usize) -> bool,
+) -> Option<[[f64; 2]; 2]> {
+    let ends = |axis: usize| ends(bodies, state, axis, grains(bodies, state).filter(&chosen));
+    let sides = [
+        config.x_m.unwrap_or_else(|| ends(0)),
+        config.y_m.unwrap_or_else(|| ends(1)),
+    ];
+    let finite = sides.iter().flatten().all(|side| side.is_finite());
+    finite.then_some(sides)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,209 @@
+//! The interface: the glued rows that a coupler moves, and the order in which their disks are exchanged.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::ops::Range;
+
+use protocol::{Cause, NodeError, Surface};
+
+use crate::bodies::Bodies;
+use crate::bodies::geometry::{Period, drop_at};
+use crate::config::sample::BaseLine;
+
+/// The rows of glued disks, on the bodies below and above: names of their sets, and their disks among the glued ones.
+fn rows(bodies: &Bodies) -> impl Iterator<Item = (&'static str, Range<usize>)> {
+    let rows = [
+        ("base", 0..bodies.base),
+        ("lid", bodies.base..bodies.glued()),
+    ];
+    rows.into_iter().filter(|(_, disks)| !disks.is_empty())
+}
+
+fn by_set<T>(bodies: &Bodies, of: impl Fn(&str, Range<usize>) -> T) -> BTreeMap<String, T> {
+    let rows = rows(bodies);
+    rows.map(|(name, disks)| (name.to_string(), of(name, disks)))
+        .collect()
+}
+
+/// The sets that can be coupled: rows that have disks.
+pub fn sets(bodies: &Bodies) -> Vec<String> {
+    rows(bodies).map(|(name, _)| name.to_string()).collect()
+}
+
+/// Masses of the glued disks of each set (kg), pi r^2 times `mass_per_area` (kg/m2). No equation here holds them.
+pub fn masses(bodies: &Bodies, mass_per_area: f64) -> BTreeMap<String, Vec<f64>> {
+    let mass = |r: &f64| mass_per_area * PI * r * r;
+    let radii = &bodies.radii[bodies.free..];
+    by_set(bodies, |_, disks| radii[disks].iter().map(mass).collect())
+}
+
+/// Outward normals of the sets: the base lies on a body below, the lid hangs on one above.
+pub fn outward(bodies: &Bodies) -> BTreeMap<String, [f64; 2]> {
+    let side = |name: &str| if name == "base" { -1.0 } else { 1.0 };
+    by_set(bodies, |name, _| [0.0, side(name)])
+}
+
+/// Lengths along x (m) after which the sets repeat: that of the strip, where the sample is one.
+pub fn periods(bodies: &Bodies) -> BTreeMap<String, f64> {
+    let Some(Period { length, .. }) = bodies.period else {
+        return BTreeMap::new();
+    };
+    by_set(bodies, |_, _| length)
+}
+
+/// Points on the line under or over each disk of the sets (m): a sample is cut along it, through disks at random.
+pub fn smooth(bodies: &Bodies, line: BaseLine) -> BTreeMap<String, Vec<[f64; 2]>> {
+    let below = |x: f64| drop_at(x, line.crown_radius) + line.depth;
+    let point = |centre: &[f64; 2]| [centre[0], -below(centre[0])];
+    let centres = &bodies.reference;
+    by_set(bodies, |_, disks| {
+        centres[disks].iter().map(point).collect()
+    })
+}
+
+/// Glued disks in the order in which a coupler knows them; a row that no interface couples stays where it is.
+#[derive(Clone, Debug, Default)]
+pub struct InterfaceDisks {
+    /// Their numbers among the glued ones.
+    pub disks: Vec<usize>,
+}
+
+impl InterfaceDisks {
+    /// Couples a row and returns its points.
+    pub fn couple(
+        &mut self,
+        bodies: &Bodies,
+        participant: &str,
+        set: &str,
+    ) -> Result<Surface, NodeError> {
+        let Some((_, disks)) = rows(bodies).find(|(name, _)| *name == set) else {
+            let known = sets(bodies);
+            let help = if known.is_empty() {
+                "; its sample has no glued disks".into()
+            } else {
+                format!("; it has `{}`", known.join("`, `"))
+            };
+            return Err(NodeError::of(
+                Cause::UnknownSet,
+                format!("{participant} has no set `{set}` to couple{help}"),
+            ));
+        };
+        if self.disks.contains(&disks.start) {
+            return Err(NodeError::of(
+                Cause::SetCoupledTwice,
+                format!("the set `{set}` is already coupled: one interface carries it"),
+            ));
+        }
+        self.disks.extend(disks.clone());
+        Ok(surface(bodies, disks))
+    }
+
+    /// Maps exchanged components to those of all `glued` disks; the others are zero.
+    pub fn scatter(&self, exchanged: &[f64], glued: usize) -> Vec<f64> {
+        let mut all = vec![0.0; 2 * glued];
+        for (disk, pair) in self.disks.iter().zip(exchanged.chunks_exact(2)) {
+            all[2 * disk..2 * disk + 2].copy_from_slice(pair);
+        }
+        all
+    }
+
+    /// Maps components of all glued disks to the exchanged ones.
+    pub fn gather(&self, all: &[f64]) -> Vec<f64> {
+        let pairs = self.disks.iter();
+        pairs
+            .flat_map(|disk| [all[2 * disk], all[2 * disk + 1]])
+            .collect()
+    }
+
+    /// A matrix over exchanged components, 2 n x 2 n, column-major, as one over all `glued` disks. A row that is not
+    /// coupled does not yield.
+    pub fn scatter_square(&self, exchanged: &[f64], glued: usize) -> Vec<f64> {
+        let size = 2 * self.disks.len();
+        let mut all = vec![0.0; 4 * glued * glued];
+        for column in 0..size {
+            let index = 2 * self.disks[column / 2] + column % 2;
+            let values = self.scatter(&exchanged[column * size..(column + 1) * size], glued);
+            all[index * 2 * glued..(index + 1) * 2 * glued].copy_from_slice(&values);
+        }
+        all
+    }
+}
+
+/// Glued disks as points: half the distances to the neighbours in x are theirs.
+fn surface(bodies: &Bodies, row: Range<usize>) -> Surface {
+    let centres = &bodies.reference[row.clone()];
+    let radii = &bodies.radii[bodies.free..][row];
+    let x: Vec<f64> = centres.iter().map(|c| c[0]).collect();
+    let n = x.len();
+    Surface {
+        length_m: match bodies.period {
+            None => lengths(&x, radii[0]),
+            Some(period) => repeating_lengths(&x, period),
+        },
+        y_m: centres.iter().map(|c| c[1]).collect(),
+        mass_kg: vec![0.0; n],
+        radius_m: radii.to_vec(),
+        x_m: x,
+    }
+}
+
+/// Half the distances to the neighbours of points by ascending x (m), at the ends symmetrically; a disk by itself has its width.
+fn lengths(x: &[f64], radius: f64) -> Vec<f64> {
+    let n = x.len();
+    let between = |i: usize, j: usize| x[j] - x[i];
+    let length = (0..n).map(|i| match i {
+        _ if n == 1 => 2.0 * radius,
+        0 => between(0, 1),
+        i if i == n - 1 => between(n - 2, n - 1),
+        i => 0.5 * between(i - 1, i + 1),
+    });
+    length.collect()
+}
+
+/// The same in a strip that repeats (m), whose length they add up to; the last neighbour of one end is the first of the other.
+fn repeating_lengths(x: &[f64], period: Period) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..x.len()).collect();
+    let inside = |i: usize| period.inside(x[i]);
+    order.sort_by(|i, j| inside(*i).total_cmp(&inside(*j)));
+    let mut lengths = vec![0.0; x.len()];
+    for (k, i) in order.iter().enumerate() {
+        let next = order[(k + 1) % order.len()];
+        let turn = if k + 1 == order.len() {
+            period.length
+        } else {
+            0.0
+        };
+        let half = 0.5 * (inside(next) + turn - inside(*i));
+        lengths[*i] += half;
+        lengths[next] += half;
+    }
+    lengths
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_of_a_strip_that_repeats_covers_it_once() {
+        let strip = Period::between([-1.0, 7.0]);
+        assert_eq!(lengths(&[0.0, 2.0, 5.0, 6.0], 1.0), [2.0, 2.5, 2.0, 1.0]);
+        // 13 is the image of 5, beyond the end.
+        let row = [0.0, 2.0, 6.0, 13.0];
+        assert_eq!(repeating_lengths(&row, strip), [2.0, 2.5, 1.5, 2.0]);
+        assert_eq!(repeating_lengths(&[3.0], strip), [8.0]);
+    }
+
+    #[test]
+    fn what_was_scattered_is_gathered_in_the_coupled_order() {
+        let exchange = InterfaceDisks { disks: vec![2, 0] };
+        let all = exchange.scatter(&[1.0, 2.0, 3.0, 4.0], 3);
+        assert_eq!(all, [3.0, 4.0, 0.0, 0.0, 1.0, 2.0]);
+        assert_eq!(exchange.gather(&all), [1.0, 2.0, 3.0, 4.0]);
+        let square: Vec<f64> = (0..16).map(f64::from).collect();
+        let matrix = exchange.scatter_square(&square, 3);
+        // Exchanged column 3, row 0 is component y of disk 0, row x of disk 2.
+        assert_eq!(matrix[6 + 4], square[12]);
+        assert!(matrix[2 * 6..4 * 6].iter().all(|w| *w == 0.0));
+    }
+}

@@ -1,0 +1,225 @@
+//! Prepared samples that are kept for later runs: a folder of files, each named by the hash of the recipe that its sample came
+//! from.
+//!
+//! A sample that was kept is, bit for bit, the one that its recipe makes. A file that is not what it was written as is never
+//! used: it is made anew, with a warning.
+
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use protocol::PreparedSample;
+use protocol::checkpoint::{pack, unpack};
+use serde_json::json;
+
+use crate::config::Config;
+use crate::config::layer::LayerConfig;
+use crate::config::rail::RailConfig;
+use crate::config::sample::SampleConfig;
+use crate::error::DemError;
+use crate::sample;
+use crate::sample::types::Sample;
+
+/// Version of the preparation: to be raised with every change of the code that changes a bit of a sample.
+const PREPARATION: u32 = 1;
+/// A sample that took less time than this is not kept: to make it again costs little more than to read it.
+const WORTH: Duration = Duration::from_secs(1);
+/// Bytes of the checksum in front of a file.
+const CHECKSUM: usize = 32;
+
+/// The folder of samples that are kept, if there is one.
+pub struct SampleStore {
+    folder: Option<PathBuf>,
+    /// Least time of a preparation that makes a sample worth keeping.
+    worth: Duration,
+}
+
+/// A sample, and where it comes from.
+pub struct Prepared {
+    /// The sample.
+    pub sample: Sample,
+    /// Its recipe, and if it comes from a file; absent for disks that are listed.
+    pub origin: Option<PreparedSample>,
+    /// Faults of its file, which cost time only.
+    pub warnings: Vec<String>,
+}
+
+impl SampleStore {
+    /// The store in a folder, which need not exist; nothing is kept without one.
+    pub fn new(folder: Option<&Path>) -> SampleStore {
+        SampleStore {
+            folder: folder.map(Path::to_path_buf),
+            worth: WORTH,
+        }
+    }
+
+    /// The same that keeps a sample as soon as its preparation takes this long.
+    pub fn worth(self, worth: Duration) -> SampleStore {
+        SampleStore { worth, ..self }
+    }
+
+    /// The sample of a valid configuration, from its file or made by its recipe. `seed` is the run's.
+    pub fn prepare(&self, config: &Config, seed: u64) -> Result<Prepared, DemError> {
+        let Some(recipe) = recipe(config, seed) else {
+            return Ok(Prepared {
+                sample: sample::prepare(config, seed)?,
+                origin: None,
+                warnings: Vec::new(),
+            });
+        };
+        let hash = blake3::hash(recipe.as_bytes()).to_hex().to_string();
+        let file = self
+            .folder
+            .as_ref()
+            .map(|f| f.join(format!("{hash}.sample")));
+        let found = file.as_deref().map(|path| read(path, &recipe));
+        let (sample, mut warnings) = match found {
+            Some(Ok(sample)) => (sample, Vec::new()),
+            Some(Err(problem)) => (None, vec![problem]),
+            None => (None, Vec::new()),
+        };
+        let from_cache = sample.is_some();
+        let sample = match sample {
+            Some(sample) => sample,
+            None => {
+                let start = Instant::now();
+                let sample = sample::prepare(config, seed)?;
+                let keep = start.elapsed() >= self.worth || !warnings.is_empty();
+                warnings.extend(
+                    file.filter(|_| keep)
+                        .and_then(|path| write(&path, &recipe, &sample).err()),
+                );
+                sample
+            }
+        };
+        Ok(Prepared {
+            sample,
+            origin: Some(PreparedSample { hash, from_cache }),
+            warnings,
+        })
+    }
+}
+
+/// Everything that decides a bit of a prepared sample, as JSON; `None` for one that is not prepared.
+fn recipe(config: &Config, seed: u64) -> Option<String> {
+    let (kind, keys, own) = match &config.sample {
+        SampleConfig::Disks(_) => return None,
+        SampleConfig::Layer(layer) => {
+            let keys = LayerConfig {
+                seed: None,
+                ..layer.clone()
+            };
+            (
+                "layer",
+                json!([
+                    keys,
+                    config.law.contact_stiffness_pa,
+                    sample::stays_as_cut(config)
+                ]),
+                layer.seed,
+            )
+        }
+        SampleConfig::Rail(rail) => {
+            let keys = RailConfig {
+                seed: None,
+                ..rail.clone()
+            };
+            ("rail", json!(keys), rail.seed)
+        }
+    };
+    let recipe = json!({
+        "software": concat!("dem-node ", env!("CARGO_PKG_VERSION")),
+        "preparation": PREPARATION,
+        "kind": kind,
+        "keys": keys,
+        "seed": own.unwrap_or(seed),
+    });
+    Some(recipe.to_string())
+}
+
+/// The sample of a file; none where there is no file. The error says what is wrong with it.
+fn read(path: &Path, recipe: &str) -> Result<Option<Sample>, String> {
+    let fault = |why: &str| {
+        format!(
+            "the prepared sample {} {why}: it is made anew",
+            path.display()
+        )
+    };
+    let bytes = match fs::read(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        read => read.map_err(|error| fault(&format!("cannot be read ({error})")))?,
+    };
+    let whole = bytes.split_at_checked(CHECKSUM);
+    let whole = whole.filter(|(sum, content)| blake3::hash(content).as_bytes() == sum);
+    let (_, content) = whole.ok_or_else(|| fault("is damaged (its checksum is another)"))?;
+    let (own, sample): (String, Sample) =
+        unpack(content).map_err(|_| fault("is damaged (its content is another)"))?;
+    if own != recipe {
+        return Err(fault("is that of another recipe"));
+    }
+    Ok(Some(sample))
+}
+
+/// Writes a file whole, or leaves the one that is there. The error says why it could not.
+fn write(path: &Path, recipe: &str, sample: &Sample) -> Result<(), String> {
+    let failed = |why: &dyn std::fmt::Display| {
+        format!(
+            "the prepared sample {} cannot be kept: {why}; --cache DIR chooses another folder, --cache none none",
+            path.display()
+        )
+    };
+    let content = pack(&(recipe, sample)).map_err(|error| failed(&error.message))?;
+    let mut bytes = blake3::hash(&content).as_bytes().to_vec();
+    bytes.extend(content);
+    replace(path, &bytes).map_err(|error| failed(&error))
+}
+
+/// Under a name of its own, then renamed, which is atomic: nobody reads half a file, and of two writers the last one stays.
+fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    let own = format!(
+        "{}-{:?}.new",
+        std::process::id(),
+        std::thread::current().id()
+    );
+    let temporary = path.with_extension(own);
+    let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
+    if written.is_err() {
+        let _ = fs::remove_file(&temporary);
+    }
+    written
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::types::Disk;
+
+    /// A file holds recipe, (x, y, radius) of the free and the glued disks, the number of those of the lid, and two numbers.
+    #[test]
+    fn a_file_holds_no_more_than_its_recipe_makes() {
+        let disk = |x: f64| Disk {
+            centre: [x, -2.0],
+            radius: 0.5,
+            velocity: [7.0; 3],
+        };
+        let sample = Sample {
+            free: vec![disk(1.0), disk(300.0)],
+            glued: vec![disk(-4.0)],
+            lid: 300,
+            face: vec![disk(9.0)],
+            wall_names: vec!["wall".into()],
+            solid_fraction: 0.8,
+            radii_shrunk: Some(1e-3),
+            ..Sample::default()
+        };
+        let numbers = |x: f64| [x, -2.0, 0.5];
+        let free = vec![numbers(1.0), numbers(300.0)];
+        let plain = ("recipe", free, vec![numbers(-4.0)], 300u64, 0.8, Some(1e-3));
+        let packed = pack(&("recipe".to_string(), &sample)).expect("it can be packed");
+        assert_eq!(packed, pack(&plain).expect("it can be packed"));
+    }
+}

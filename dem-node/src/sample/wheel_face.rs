@@ -1,0 +1,37 @@
+//! The rough face of a wheel: a row of touching disks.
+
+#[cfg(test)]
+mod tests;
+
+use crate::config::sample::SampleConfig;
+use crate::config::wheel::{FaceKind, WheelConfig};
+use crate::sample::random::RandomNumbers;
+use crate::sample::types::Disk;
+
+/// Disks of the face about its lowest point (m), by ascending x; none of a smooth one.
+///
+/// They touch, their centres lie on a line, and the row is in the middle of the sample: as many disks of the sample's law as do not
+/// reach beyond it. `seed` is the run's, which the sample's overrides; the radii are other ones than those that it gives to the grains.
+pub fn row(wheel: &WheelConfig, sample: &SampleConfig, seed: u64) -> Vec<Disk> {
+    let rough = wheel.face == FaceKind::Disks;
+    let Some((radii, most, own_seed)) = sample.wheel_row().filter(|_| rough) else {
+        return Vec::new();
+    };
+    let mut random = RandomNumbers::new(!own_seed.unwrap_or(seed));
+    let (mut row, mut width) = (Vec::new(), 0.0);
+    loop {
+        let radius = random.radius(&radii);
+        if width + 2.0 * radius > most {
+            break;
+        }
+        row.push((width + radius, radius));
+        width += 2.0 * radius;
+    }
+    let widest = row.iter().map(|(_, radius)| *radius).fold(0.0, f64::max);
+    let disks = row.into_iter().map(|(x, radius)| Disk {
+        centre: [x - 0.5 * width, widest],
+        radius,
+        ..Disk::default()
+    });
+    disks.collect()
+}

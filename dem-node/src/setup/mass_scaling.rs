@@ -1,0 +1,68 @@
+//! Inertia of the grains, scaled or not, in a quasi-static motion of the wheel.
+
+use crate::bodies::geometry::range;
+use crate::config::Config;
+use crate::config::sample::SampleConfig;
+use crate::sample::types::{Disk, Sample};
+use crate::setup::bounds::Bounds;
+
+/// Two numbers that tell whether a scaled mass still lets the layer follow the wheel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MassScaling {
+    /// I = (V/H) d sqrt(rho/P) (GDR MiDi, Eur. Phys. J. E 14, 2004): V = 2 pi f A the highest speed of the wheel, H the height
+    /// of the grains, d their mean diameter, rho the scaled density, P = `time.pressure_pa`. Quasi-static below 1e-3.
+    pub inertial_number: f64,
+    /// rho H (2 pi f)^2 A (Pa): shear stress that accelerates the height H with the wheel.
+    pub pressure: f64,
+}
+
+impl MassScaling {
+    /// The numbers of a scene whose wheel moves sideways.
+    pub fn new(config: &Config, bounds: &Bounds, sample: &Sample) -> Option<MassScaling> {
+        let program = config.wheel.as_ref()?;
+        let (speed, height) = (program.top_speed(), height(config, sample));
+        if speed == 0.0 || height <= 0.0 {
+            return None;
+        }
+        let density = config.density_kg_per_m3 * config.mass_scale;
+        Some(MassScaling {
+            inertial_number: speed / height * bounds.inertial_time,
+            pressure: density * height * speed * program.angular_frequency(),
+        })
+    }
+}
+
+/// Part of the time until the wheel moves within which its load could push the whole layer aside by a diameter: `quick` has
+/// 0.04; its rail carries 0.7 % too much or too little at 0.13 (mass_scale 1e4), 3 % at 0.22 (3e4) and 26 % at 0.40 (1e5).
+const SLUGGISH: f64 = 0.2;
+
+/// Advice on a layer whose scaled mass m cannot follow the load P of its wheel: it moves by a mean diameter d in sqrt(2 d m / P),
+/// which must be short beside ramp and hold.
+pub fn advice(config: &Config, thickness: f64) -> Option<String> {
+    let (SampleConfig::Layer(layer), Some(wheel)) = (&config.sample, &config.wheel) else {
+        return None;
+    };
+    let area = 2.0 * layer.half_width_m * layer.thickness_m;
+    let mass = config.density_kg_per_m3 * config.mass_scale * area * thickness;
+    let (mean, _) = config.sample.radii();
+    let follows = (4.0 * mean * mass / wheel.load_n).sqrt();
+    let given = wheel.ramp_s + wheel.hold_s;
+    (config.mass_scale > 1.0 && follows > SLUGGISH * given).then(|| {
+        format!(
+            "mass_scale: with {:e} the layer weighs {mass:.2e} kg, and a load of {} N moves it by a diameter in {follows:.1e} s, which is {:.2} of ramp and hold; above {SLUGGISH} its inertia bears part of the load: lower mass_scale, or load more slowly",
+            config.mass_scale,
+            wheel.load_n,
+            follows / given
+        )
+    })
+}
+
+/// Height of the grains (m): the layer's own, or from the lowest to the highest point of the free disks.
+fn height(config: &Config, sample: &Sample) -> f64 {
+    if let SampleConfig::Layer(layer) = &config.sample {
+        return layer.thickness_m;
+    }
+    let ends = |d: &Disk| [d.centre[1] - d.radius, d.centre[1] + d.radius];
+    let [low, high] = range(sample.free.iter().flat_map(ends));
+    high - low
+}

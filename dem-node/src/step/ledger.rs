@@ -1,0 +1,145 @@
+//! The energy ledger: every term has its own formula, none is the remainder.
+//!
+//! With M dv = H r + h F over a step and v_theta = theta v' + (1 - theta) v, the motion itself says
+//! dK = v_theta.(H r + h F) - (theta - 1/2) dv.M dv. The first product is work at the contacts, of the loads and at the
+//! interface; the second is the numerical loss of the scheme. Contacts turn their share into spring energy, friction
+//! and impact (see [`crate::contact::loss::contact_loss`]), bonds into bond energy and decohesion as well (see [`crate::contact::bond::end_step`]).
+//! Between two steps nothing moves, and yet springs may change: by what detection finds otherwise than the step left it, and
+//! by a repair of overlaps. Both are terms of their own, so that neither work nor impact hides an error of the geometry.
+
+use protocol::Role;
+use serde::{Deserialize, Serialize};
+
+use crate::contact::loss::Loss;
+
+/// Work and losses since the start (J).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EnergyLedger {
+    /// Work of the boundary on the glued disks, -F_g.v_g h.
+    pub interface: f64,
+    /// Work of the vertical load on the wheel.
+    pub load: f64,
+    /// Work of the sideways drive of the wheel.
+    pub drive: f64,
+    /// Work of moving walls and of drives of clusters.
+    pub walls: f64,
+    /// Work of fed grains that grow.
+    pub injection: f64,
+    /// Lost in the damping of driven clusters.
+    pub damping: f64,
+    /// Work of the grains' weight.
+    pub weight: f64,
+    /// Lost in impacts and by the scheme.
+    pub impact: f64,
+    /// Lost in slip.
+    pub friction: f64,
+    /// Lost by falling adhesion.
+    pub cohesion: f64,
+    /// Energy of springs and bonds that detection did not find again, less what it found too much.
+    pub detection: f64,
+    /// Size of `detection`, contact by contact and step by step: no sign hides another.
+    pub detection_size: f64,
+    /// Work of load and weight in repairs of overlaps, which nothing stores.
+    pub repair: f64,
+}
+
+impl EnergyLedger {
+    /// Names, roles and values of the terms of the balance; `stored` are kinetic, spring and bond energies since the start.
+    pub fn terms(&self, stored: [f64; 4]) -> [(&'static str, Role, f64); 12] {
+        let [kinetic, normal, tangential, bonds] = stored;
+        [
+            ("interface", Role::InterfaceWork, self.interface),
+            ("wheel_load", Role::Work, self.load),
+            ("wheel_drive", Role::Work, self.drive),
+            ("weight", Role::Work, self.weight),
+            ("kinetic", Role::Stored, kinetic),
+            ("springs_normal", Role::Stored, normal),
+            ("springs_tangential", Role::Stored, tangential),
+            ("bonds_elastic", Role::Stored, bonds),
+            ("impact", Role::Dissipated, self.impact),
+            ("friction", Role::Dissipated, self.friction),
+            ("cohesion", Role::Dissipated, self.cohesion),
+            ("detection", Role::Dissipated, self.detection),
+        ]
+    }
+
+    /// Adds the loss of a contact.
+    pub fn lose(&mut self, loss: &Loss) {
+        self.impact += loss.impact;
+        self.friction += loss.friction;
+        self.cohesion += loss.cohesion;
+        self.detection += loss.detection;
+        self.detection_size += loss.detection.abs();
+    }
+
+    /// Adds the losses of other contacts.
+    pub fn join(&mut self, losses: &EnergyLedger) {
+        self.impact += losses.impact;
+        self.friction += losses.friction;
+        self.cohesion += losses.cohesion;
+        self.detection += losses.detection;
+        self.detection_size += losses.detection_size;
+    }
+
+    /// All terms but that of walls, which rarely move, in order.
+    pub fn numbers(&self) -> [f64; 10] {
+        [
+            self.interface,
+            self.load,
+            self.drive,
+            self.weight,
+            self.impact,
+            self.friction,
+            self.cohesion,
+            self.detection,
+            self.detection_size,
+            self.repair,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Stored and dissipated energies have the same sign in the balance, so that no balance shows one in the other's place.
+    #[test]
+    fn what_can_come_back_is_stored_and_what_cannot_is_dissipated() {
+        let of = |wanted: Role| {
+            let terms = EnergyLedger::default().terms([0.0; 4]).into_iter();
+            let names = terms.filter(|(_, role, _)| *role == wanted);
+            names.map(|(name, ..)| name).collect::<Vec<_>>()
+        };
+        let stored = [
+            "kinetic",
+            "springs_normal",
+            "springs_tangential",
+            "bonds_elastic",
+        ];
+        assert_eq!(of(Role::Stored), stored);
+        let dissipated = ["impact", "friction", "cohesion", "detection"];
+        assert_eq!(of(Role::Dissipated), dissipated);
+    }
+
+    #[test]
+    fn losses_add_up_and_jumps_of_both_signs_do_not_cancel_in_size() {
+        let mut ledger = EnergyLedger::default();
+        for detection in [0.5, -2.0] {
+            ledger.lose(&Loss {
+                impact: 1.0,
+                friction: 2.0,
+                cohesion: 3.0,
+                detection,
+            });
+        }
+        let expected = EnergyLedger {
+            impact: 2.0,
+            friction: 4.0,
+            cohesion: 6.0,
+            detection: -1.5,
+            detection_size: 2.5,
+            ..EnergyLedger::default()
+        };
+        assert_eq!(ledger, expected);
+    }
+}
