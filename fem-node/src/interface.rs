@@ -1,4 +1,12 @@
-//! The points that the body exchanges with a coupler.
+//! The points that the body exchanges with a coupler, and what it does between two exchanges.
+//!
+//! - `prescribed_velocity`: components whose velocity a coupler prescribes;
+//! - `compliance`: condensed compliance and impedance of the coupled components;
+//! - `window`: one window from the committed state.
+
+pub(crate) mod compliance;
+pub(crate) mod prescribed_velocity;
+pub(crate) mod window;
 
 use std::collections::BTreeMap;
 

@@ -10,7 +10,8 @@ use std::path::Path;
 use std::process::Output;
 
 use coupler::report::tables::read_csv;
-use fem_node::config::{Config, MeshSource};
+use fem_node::Config;
+use fem_node::config::mesh::MeshSource;
 use fem_node::mesh::{Edge, Mesh};
 use harness::runs::{Scratch, thirdbody};
 

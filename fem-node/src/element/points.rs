@@ -8,7 +8,7 @@ use super::layout::Layout;
 use super::modes::{Modes, plus_minus};
 use crate::material::j2::J2;
 use crate::material::nonlinear::{Gradient, NonlinearLaw, corotational_stress};
-use crate::pack::{LANES, Pack};
+use crate::pack::lanes::{LANES, Pack};
 
 /// Packs of elements of a row that may have to take the radial return.
 #[derive(Clone, Copy)]
@@ -40,7 +40,7 @@ impl Suspects<'_> {
 
 /// The four points of all elements of a row.
 pub(super) struct RowPoints<'a> {
-    /// By packs, those of [`geometry`] first.
+    /// By packs, those of [`geometry`](super::gauss::geometry) first.
     pub(super) constants: &'a [[Pack; CONSTANTS]],
     pub(super) layout: Layout,
     pub(super) moduli: [f64; 3],
@@ -244,7 +244,8 @@ impl GaussPoint {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{MaterialConfig, Plane};
+    use crate::config::choice::Plane;
+    use crate::config::material::MaterialConfig;
     use crate::element::constants::Constants;
     use crate::element::corners::CornerRows;
     use crate::element::gauss::{GEOMETRY, geometry};

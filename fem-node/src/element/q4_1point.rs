@@ -38,13 +38,13 @@ use super::layout::Layout;
 use super::linear::{LIMIT_SHARE, LinearElements};
 use super::points::Suspects;
 use super::row_forces::{CornerForces, RowForces};
-use super::shape::{area, slopes};
-use super::stiffness::Stiffness;
+use super::shape::slopes;
+use crate::element::stiffness::Stiffness;
 use crate::material::Elastic;
 use crate::material::j2::{History, J2};
 use crate::material::nonlinear::{NonlinearLaw, corotational_stress, symmetric};
-use crate::mesh::Mesh;
-use crate::pack::{LANES, Lanes, Pack, Registers};
+use crate::mesh::{Mesh, area};
+use crate::pack::lanes::{LANES, Lanes, Pack, Registers};
 
 /// Share of the largest stiffness of the element that resists the hourglass modes.
 const HOURGLASS: f64 = 0.1;

@@ -45,12 +45,11 @@ use super::modes::Modes;
 use super::points::{RowPoints, Suspects};
 use super::q4_bbar::{add_mean_pressure, deviatoric_moduli};
 use super::row_forces::{CornerForces, RowForces};
-use super::shape::area;
 use crate::material::Elastic;
 use crate::material::j2::J2;
 use crate::material::nonlinear::NonlinearLaw;
-use crate::mesh::Mesh;
-use crate::pack::{LANES, Lanes, Pack, Registers};
+use crate::mesh::{Mesh, area};
+use crate::pack::lanes::{LANES, Lanes, Pack, Registers};
 
 /// All elements of a mesh, with or without the mean dilatation.
 #[derive(Clone, Debug)]

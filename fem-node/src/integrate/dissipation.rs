@@ -5,9 +5,9 @@
 
 use std::ops::Range;
 
-use crate::element::Layout;
+use crate::element::layout::Layout;
 
-/// Dissipation since the start of the window (J), all in the order of [`crate::element::Layout`] but the last, which has one
+/// Dissipation since the start of the window (J), all in the order of [`crate::element::layout::Layout`] but the last, which has one
 /// number for each element, row after row with padding. Empty where the scene does not dissipate so.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Dissipated<T> {

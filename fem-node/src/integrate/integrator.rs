@@ -6,15 +6,16 @@ use super::cut::CutStep;
 use super::dissipation::Dissipated;
 use super::front::Front;
 use super::load::Load;
-use super::scheme::{Damping, Rule, Scheme};
 use super::scratch::Scratch;
 use super::state::State;
 use super::strip::{Columns, Part, split};
 use super::unstructured::Unstructured;
-use crate::element::Body;
+use crate::element::body::Body;
 use crate::material::nonlinear::NonlinearLaw;
-use crate::pack::LANES;
-use crate::wheel::{Wheel, WheelRun};
+use crate::pack::lanes::LANES;
+use crate::scheme::{Damping, Rule, Scheme};
+use crate::wheel::rigid::Wheel;
+use crate::wheel::run::WheelRun;
 
 /// Below this number of elements for each thread, waking the threads costs more than they save: with 2 820 each,
 /// two threads are 1.7 times faster than one, with 705 each not at all.
@@ -216,8 +217,9 @@ impl Integrator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{ElementKind, MaterialConfig, Plane};
-    use crate::element::Supports;
+    use crate::config::choice::{ElementKind, Plane};
+    use crate::config::material::MaterialConfig;
+    use crate::element::supports::Supports;
     use crate::integrate::dissipation::Ways;
     use crate::material::Elastic;
     use crate::material::j2::J2;

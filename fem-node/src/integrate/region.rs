@@ -11,10 +11,10 @@ use std::ops::Range;
 use super::dissipation::Dissipated;
 use super::front::Front;
 use super::rings::Rings;
-use super::scheme::Scheme;
 use super::state::State;
 use super::tally::blocks_of;
-use crate::element::Body;
+use crate::element::body::Body;
+use crate::scheme::Scheme;
 
 /// Largest share of the steps of all elements that a region may take: beyond, it does not pay to keep the tape.
 const SHARE_MAX: f64 = 0.8;
@@ -43,7 +43,7 @@ pub(crate) struct Region {
     pub(crate) rings: Vec<Ring>,
     /// Steps of elements that a repeat takes.
     pub(crate) element_steps: u64,
-    /// Blocks of [`super::Tally`] with components of A_m.
+    /// Blocks of [`crate::integrate::tally::Tally`] with components of A_m.
     pub(crate) blocks: Vec<usize>,
     /// Those with components on which the changed force acts.
     pub(crate) sources: Vec<usize>,

@@ -7,8 +7,10 @@ use std::ops::Range;
 
 use super::dissipation::Dissipated;
 use super::state::State;
-use crate::element::{Body, Layout};
-use crate::pack::{LANES, Pack, vectorised};
+use crate::element::body::Body;
+use crate::element::layout::Layout;
+use crate::pack::lanes::{LANES, Pack};
+use crate::pack::vectorised;
 use protocol::larger;
 
 /// Components in a block.

@@ -9,14 +9,14 @@ use protocol::{
 
 use super::fem_node::FemNode;
 use super::windows::{FORCE, VELOCITY};
-use crate::committed::Committed;
 use crate::error::FemError;
+use crate::interface::window::committed::Committed;
+use crate::interface::window::extent::WindowInput;
 use crate::interface::{Condensed, coupling_sets, outward_normals, periods};
-use crate::ledger::NamedTerm;
 use crate::model::limit_name;
-use crate::probe;
-use crate::wheel::SIGNALS;
-use crate::window::WindowInput;
+use crate::output::ledger::NamedTerm;
+use crate::output::probe;
+use crate::wheel::statistics::SIGNALS;
 
 impl Node for FemNode {
     fn describe(&self) -> Description {

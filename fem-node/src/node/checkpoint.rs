@@ -3,9 +3,9 @@
 use protocol::{Cause, NodeError};
 
 use super::fem_node::FemNode;
-use crate::committed::Committed;
-use crate::integrate::State;
-use crate::wheel::WheelState;
+use crate::integrate::state::State;
+use crate::interface::window::committed::Committed;
+use crate::wheel::state::WheelState;
 
 impl FemNode {
     /// Takes up a committed state if it is of this body; `hash` is that of the node that wrote it: bytes that are read into

@@ -6,12 +6,12 @@ use protocol::{Finding, Phase};
 
 use super::fem_node::FemNode;
 use crate::error::FemError;
-use crate::ledger::NamedTerm;
-use crate::plausible;
-use crate::probe;
-use crate::profile::Profile;
-use crate::snapshot::{HOLD, phases};
-use crate::window::WindowInput;
+use crate::interface::window::extent::WindowInput;
+use crate::output::ledger::NamedTerm;
+use crate::output::plausible;
+use crate::output::probe;
+use crate::output::profile::Profile;
+use crate::output::snapshot::{HOLD, phases};
 
 impl FemNode {
     pub(super) fn report(&self, input: &WindowInput) -> Vec<f64> {

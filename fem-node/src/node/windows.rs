@@ -3,11 +3,11 @@
 use protocol::Window;
 
 use super::fem_node::FemNode;
-use crate::compliance::{compliance, impedance};
 use crate::error::FemError;
 use crate::interface::Condensed;
+use crate::interface::compliance::{compliance, impedance};
+use crate::interface::window::extent::WindowInput;
 use crate::pack::largest;
-use crate::window::WindowInput;
 
 impl FemNode {
     /// A body takes a prescribed velocity if it is linear and bears no wheel of its own.

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use kit::table::load_at;
 
-use crate::config::WheelConfig;
+use crate::config::wheel::WheelConfig;
 
 /// The load ramps up, or follows its table, is held, and from t_s = ramp + hold on the wheel is moved sideways by
 /// D(t) = A sin(2 pi f (t - t_s)), at once at its full speed.

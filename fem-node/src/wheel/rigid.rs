@@ -1,8 +1,8 @@
 //! The rigid wheel of a scenario.
 
 use super::program::Program;
-use crate::config::{ContactConfig, WheelConfig};
-use crate::element::Body;
+use crate::config::wheel::{ContactConfig, WheelConfig};
+use crate::element::body::Body;
 use crate::mesh::{Edge, Mesh};
 
 /// Wheel, its load and its friction: everything about it that stays during a run.

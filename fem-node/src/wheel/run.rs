@@ -8,7 +8,8 @@ use super::rigid::Wheel;
 use super::round::{RoundFace, SWEEPS_MAX};
 use super::state::WheelState;
 use crate::error::FemError;
-use crate::integrate::{Rule, Scheme, UpperRow};
+use crate::scheme::{Rule, Scheme};
+use crate::wheel::upper_row::UpperRow;
 
 /// Steps the wheel along with the body.
 #[derive(Clone, Debug, Default)]

@@ -242,9 +242,9 @@ impl CycleStatistics {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{ContactConfig, WheelConfig};
+    use crate::config::wheel::{ContactConfig, WheelConfig};
     use crate::model::Model;
-    use crate::plausible::tests::model;
+    use crate::output::plausible::tests::model;
     use crate::wheel::program::tests::program;
     use kit::read_config;
     use serde_json::json;

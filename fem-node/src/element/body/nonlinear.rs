@@ -15,7 +15,8 @@ use super::super::row_forces::RowForces;
 use super::{Body, Element};
 use crate::material::j2::J2;
 use crate::material::nonlinear::NonlinearLaw;
-use crate::pack::{LANES, Pack, vectorised};
+use crate::pack::lanes::{LANES, Pack};
+use crate::pack::vectorised;
 
 impl Body {
     /// Forces of some elements of a row, whole packs of them, under a nonlinear law.

@@ -3,11 +3,12 @@
 use super::super::linear::BoundedRow;
 use super::super::points::{FLOWED, Suspects};
 use super::*;
-use crate::config::{MaterialConfig, Plane};
-use crate::element::{GAUSS_POINTS, jacobian};
+use crate::config::choice::Plane;
+use crate::config::material::MaterialConfig;
+use crate::element::shape::{GAUSS_POINTS, jacobian};
 use crate::material::j2::J2;
-use crate::pack::LANES;
-use crate::probe;
+use crate::output::probe;
+use crate::pack::lanes::LANES;
 
 const KINDS: [ElementKind; 3] = [
     ElementKind::Q4OnePoint,

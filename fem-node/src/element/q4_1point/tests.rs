@@ -1,12 +1,14 @@
 //! The row kernels against the textbook, and the two paths of plasticity against each other.
 
 use super::*;
-use crate::config::{ElementKind, MaterialConfig, Plane};
+use crate::config::choice::{ElementKind, Plane};
+use crate::config::material::MaterialConfig;
+use crate::element::body::Body;
 use crate::element::body::plastic_tests::{Row, wobbly};
 use crate::element::points::FLOWED;
-use crate::element::{Body, Supports};
+use crate::element::supports::Supports;
 use crate::material::nonlinear::plain::respond;
-use crate::probe;
+use crate::output::probe;
 
 /// A body in which no two elements are alike and no side is parallel to another.
 fn distorted() -> Mesh {

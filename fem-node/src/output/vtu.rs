@@ -6,11 +6,11 @@ use std::path::Path;
 use kit::vtk::{Kind, VtkFile};
 
 use crate::error::FemError;
-use crate::integrate::State;
+use crate::integrate::state::State;
 use crate::model::Model;
-use crate::probe;
-use crate::profile::Profile;
-use crate::wheel::{ContactStatus, NodeContact};
+use crate::output::probe;
+use crate::output::profile::Profile;
+use crate::wheel::node_contact::{ContactStatus, NodeContact};
 
 /// Type number of a quadrilateral in VTK.
 const VTK_QUAD: f64 = 9.0;

@@ -7,7 +7,8 @@ use kit::ConfigError;
 use super::error::{no_quadrilaterals, refused};
 use super::file::{Element, File};
 use super::lines::{join, sort_from_left};
-use crate::mesh::{Connectivity, Mesh, NodeSet};
+use crate::mesh::connectivity::{Connectivity, NodeSet};
+use crate::mesh::{Mesh, area};
 
 /// Share of the size of the body below which a distance is none, and of the square of a corner's sides below which its
 /// area is none.
@@ -98,7 +99,7 @@ fn check_plane(file: &File, used: &[u32]) -> Result<(), ConfigError> {
 /// Turns an element anticlockwise; each of its corners must then be convex.
 fn turn(file: &File, quad: &mut Element<4>) -> Result<(), ConfigError> {
     let at = |corner: u32| file.point(corner);
-    if crate::element::area(&quad.corners.map(at)) < 0.0 {
+    if area(&quad.corners.map(at)) < 0.0 {
         quad.corners.swap(1, 3);
     }
     let points = quad.corners.map(at);

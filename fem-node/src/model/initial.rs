@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use kit::ConfigError;
 use protocol::Cause;
 
-use crate::config::{BODY, InitialConfig};
-use crate::element::Body;
+use crate::config::initial::{BODY, InitialConfig};
+use crate::element::body::Body;
 use crate::mesh::Mesh;
 
 /// Velocity of each component that has one at the start (m/s), by its index in a field. A set comes before `body`; two sets may

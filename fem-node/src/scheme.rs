@@ -1,6 +1,6 @@
 //! Parameters of the scheme, and its predictor.
 
-use crate::pack::Pack;
+use crate::pack::lanes::Pack;
 
 /// Parameters of the scheme.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,7 +18,7 @@ pub struct Scheme {
 impl Scheme {
     /// h (1-b) and h b, in every lane.
     #[inline(always)]
-    pub(super) fn weights(&self) -> (Pack, Pack) {
+    pub(crate) fn weights(&self) -> (Pack, Pack) {
         let (h, b) = (self.step, self.damping);
         (Pack::splat(h * (1.0 - b)), Pack::splat(h * b))
     }
@@ -31,7 +31,7 @@ impl Scheme {
 
     /// h v + h^2/2 a
     #[inline(always)]
-    pub(super) fn increment(&self, v: f64, a: f64) -> f64 {
+    pub(crate) fn increment(&self, v: f64, a: f64) -> f64 {
         self.step * v + 0.5 * self.step * self.step * a
     }
 }

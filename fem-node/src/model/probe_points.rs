@@ -2,9 +2,10 @@
 
 use kit::ConfigError;
 
-use crate::config::ProbeConfig;
-use crate::element::{Layout, natural_coordinates, shape_functions};
-use crate::integrate::State;
+use crate::config::probe::ProbeConfig;
+use crate::element::layout::Layout;
+use crate::element::shape::{natural_coordinates, shape_functions};
+use crate::integrate::state::State;
 use crate::mesh::Mesh;
 
 /// A point and the nodes around it.

@@ -3,7 +3,7 @@
 use protocol::Role;
 use serde::{Deserialize, Serialize};
 
-use crate::wheel::Energies;
+use crate::wheel::state::Energies;
 
 /// Cumulative energies since the start (J); their formulas are derived in [`crate::integrate`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -27,7 +27,7 @@ pub struct Ledger {
     pub wheel: Energies,
     /// Kinetic energy of the wheel's vertical motion, m v^2 / 2.
     pub wheel_kinetic: f64,
-    /// Work of the prescribed motions, [`crate::boundary`].
+    /// Work of the prescribed motions, [`crate::model::boundary`].
     pub drive_work: f64,
     /// Dissipated by plastic flow, [`crate::material::j2`].
     pub plastic: f64,

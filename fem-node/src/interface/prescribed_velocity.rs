@@ -11,8 +11,10 @@
 //! its displacement u' = u + h v + h^2/2 a_s is then exact. The energies that the step has entered with a_0'
 //! are corrected: -b h^2/2 da M da and b c' v' M du of [`crate::integrate`]. The reaction does the work [(1-b) f + b f'] du.
 
-use crate::element::Body;
-use crate::integrate::{Dissipated, Rule, State};
+use crate::element::body::Body;
+use crate::integrate::dissipation::Dissipated;
+use crate::integrate::state::State;
+use crate::scheme::Rule;
 
 /// Components of prescribed velocity during a window.
 #[derive(Clone, Debug)]

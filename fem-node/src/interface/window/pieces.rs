@@ -13,9 +13,11 @@ use super::extent::{Extent, WindowInput};
 use super::piece::{Piece, PieceWindow};
 use super::start::Start;
 use super::team::Team;
-use crate::committed::Committed;
-use crate::element::Layout;
-use crate::integrate::{BLOCK, Region, State, Tally};
+use crate::element::layout::Layout;
+use crate::integrate::region::Region;
+use crate::integrate::state::State;
+use crate::integrate::tally::{BLOCK, Tally};
+use crate::interface::window::committed::Committed;
 use crate::model::Model;
 
 /// Steps of elements in a window for each thread, below which waking it costs more than it saves.

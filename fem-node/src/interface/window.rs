@@ -1,32 +1,45 @@
 //! One coupling window: m steps from the committed state under a constant interface force or a prescribed velocity.
+//!
+//! - `committed`: what accepted windows have changed;
+//! - `extent`: which part of the body a window computes, and what it is given;
+//! - `region`: the part that a changed force can have reached;
+//! - `start`: the fields at the start of a piece;
+//! - `team`: the threads;
+//! - `works`: work of the applied forces, reactions;
+//! - `piece`, `pieces`, `cutting`: a window in pieces, each by a thread of its own.
 
-use protocol::larger;
-
-use crate::boundary::Traction;
-use crate::committed::Committed;
-use crate::integrate::{
-    Dissipated, Integrator, Load, Region, State, Tally, Tape, UpperRow, kinetic_energy,
-};
-use crate::ledger::Ledger;
-use crate::material::nonlinear::NonlinearLaw;
-use crate::model::Model;
-use crate::prescribed_velocity::PrescribedVelocity;
-use crate::probe::{HoldRecord, hold_record};
-use crate::wheel::WheelRun;
-
+pub(crate) mod committed;
 mod cutting;
-mod extent;
+pub(crate) mod extent;
 mod piece;
 mod pieces;
 mod region;
 mod start;
-mod team;
+pub(crate) mod team;
 pub(crate) mod works;
 
+use protocol::larger;
+
+use crate::integrate::dissipation::Dissipated;
+use crate::integrate::integrator::Integrator;
+use crate::integrate::load::Load;
+use crate::integrate::region::{Region, Tape};
+use crate::integrate::state::State;
+use crate::integrate::tally::{Tally, kinetic_energy};
+use crate::interface::prescribed_velocity::PrescribedVelocity;
+use crate::interface::window::committed::Committed;
+use crate::material::nonlinear::NonlinearLaw;
+use crate::model::Model;
+use crate::model::boundary::Traction;
+use crate::output::ledger::Ledger;
+use crate::output::probe::{HoldRecord, hold_record};
+use crate::wheel::run::WheelRun;
+use crate::wheel::upper_row::UpperRow;
+
 use cutting::Cutting;
-pub(crate) use extent::{Extent, WindowInput};
+use extent::{Extent, WindowInput};
 use region::Regions;
-pub(crate) use team::Team;
+use team::Team;
 use works::Works;
 
 /// Steps between two checks of the kinetic energy: a check costs a tenth of a step.

@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::integrate::State;
-use crate::ledger::Ledger;
-use crate::probe::{HoldRecord, PressureMaxima};
-use crate::wheel::WheelState;
+use crate::integrate::state::State;
+use crate::output::ledger::Ledger;
+use crate::output::probe::{HoldRecord, PressureMaxima};
+use crate::wheel::state::WheelState;
 
 /// Everything that accepted windows have changed; the rest of a body follows from configuration and handshake.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

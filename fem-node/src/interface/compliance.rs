@@ -2,9 +2,12 @@
 
 use rayon::prelude::*;
 
-use crate::integrate::{Dissipated, Integrator, Load, State};
+use crate::integrate::dissipation::Dissipated;
+use crate::integrate::integrator::Integrator;
+use crate::integrate::load::Load;
+use crate::integrate::state::State;
+use crate::interface::prescribed_velocity::PrescribedVelocity;
 use crate::model::Model;
-use crate::prescribed_velocity::PrescribedVelocity;
 
 /// C (m/N), n x n, column-major: column j holds the displacements of all n `components` after `substeps` steps from rest
 /// under a unit force in component j and no other. C(1) = h^2/2 M^-1. A mode phi of frequency omega adds

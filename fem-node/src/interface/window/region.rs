@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::extent::{Extent, WindowInput};
-use crate::integrate::Region;
+use crate::integrate::region::Region;
 use crate::model::Model;
 
 /// Regions by numbers of steps, and the last run.

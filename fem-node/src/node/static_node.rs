@@ -10,16 +10,16 @@ use protocol::{
 
 use serde::{Deserialize, Serialize};
 
-use super::contact::DirectedStatus;
-use super::history::{Loads, Progress, StaticState, Statics};
-use crate::config::Config;
+use crate::config::keys::Config;
 use crate::error::FemError;
 use crate::interface::coupling_sets;
 use crate::model::Model;
-use crate::plausible;
-use crate::probe;
-use crate::profile::Profile;
-use crate::snapshot::{HOLD, Snapshots, phases};
+use crate::output::plausible;
+use crate::output::probe;
+use crate::output::profile::Profile;
+use crate::output::snapshot::{HOLD, Snapshots, phases};
+use crate::statics::contact::DirectedStatus;
+use crate::statics::history::{Loads, Progress, StaticState, Statics};
 
 /// Signals of the wheel, named as those of the wheel in motion: `wheel_fn_n` and `wheel_ft_n` are the force of the body
 /// on it, upwards and towards +x.

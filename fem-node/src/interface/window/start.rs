@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use crate::integrate::{Cut, State};
+use crate::integrate::cut::Cut;
+use crate::integrate::state::State;
 
 /// The committed state in the own columns of a piece; in the others it is some older one.
 #[derive(Clone, Debug)]

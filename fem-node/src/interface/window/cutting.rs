@@ -3,8 +3,9 @@
 use super::extent::{Extent, WindowInput};
 use super::pieces::Pieces;
 use super::team::Team;
-use crate::committed::Committed;
-use crate::integrate::{State, Tally};
+use crate::integrate::state::State;
+use crate::integrate::tally::Tally;
+use crate::interface::window::committed::Committed;
 use crate::model::Model;
 
 /// Pieces that are cut when the first window is run in them.

@@ -4,9 +4,10 @@
 //! replaces only those that it reaches.
 
 use super::extent::Extent;
-use crate::boundary::{PrescribedMotion, Traction};
-use crate::integrate::{Load, State};
+use crate::integrate::load::Load;
+use crate::integrate::state::State;
 use crate::model::Model;
+use crate::model::boundary::{PrescribedMotion, Traction};
 
 /// Works since the start of the window, and what they are computed from.
 #[derive(Clone, Debug, Default)]

@@ -2,15 +2,15 @@
 
 use protocol::{Finding, larger};
 
-use crate::config::ElementKind;
-use crate::element::GAUSS_POINTS;
-use crate::integrate::State;
+use crate::config::choice::ElementKind;
+use crate::element::shape::GAUSS_POINTS;
+use crate::integrate::state::State;
 use crate::mesh::Edge;
 use crate::model::Model;
+use crate::output::probe::largest_strain;
+use crate::output::profile::Profile;
 use crate::pack::largest;
-use crate::probe::largest_strain;
-use crate::profile::Profile;
-use crate::statics::DirectedStatus;
+use crate::statics::contact::DirectedStatus;
 
 /// The wheel must be at rest when its results are taken: `range` holds the least and largest force on it then (N).
 pub(crate) fn wheel_at_rest(model: &Model, load: f64, range: [f64; 2]) -> Option<Finding> {

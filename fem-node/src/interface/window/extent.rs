@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::integrate::Region;
+use crate::integrate::region::Region;
 
 /// Boundary data of a window.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -23,7 +23,7 @@ use kit::ConfigError;
 use kit::input_file::content;
 use protocol::Cause;
 
-use crate::config::GmshConfig;
+use crate::config::mesh::GmshConfig;
 use crate::mesh::Mesh;
 use error::{KEY, other_form};
 

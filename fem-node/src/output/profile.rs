@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::mesh::Edge;
 use crate::model::Model;
-use crate::statics::{DirectedStatus, WheelContact};
-use crate::wheel::{ContactStatus, NodeContact};
+use crate::statics::contact::{DirectedStatus, WheelContact};
+use crate::wheel::node_contact::{ContactStatus, NodeContact};
 
 /// Nodes of the contact, counted inwards from the outermost one, which is left out, that give the half-width. The
 /// pressure of the outermost node belongs to a part of its surface that is not known.

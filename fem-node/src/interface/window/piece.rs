@@ -5,10 +5,14 @@ use std::sync::Arc;
 
 use super::extent::WindowInput;
 use super::start::Start;
-use crate::element::Body;
-use crate::integrate::{
-    Cut, CutRegion, Dissipated, Integrator, Load, Region, State, Tally, Tape, blocks_of,
-};
+use crate::element::body::Body;
+use crate::integrate::cut::{Cut, CutRegion};
+use crate::integrate::dissipation::Dissipated;
+use crate::integrate::integrator::Integrator;
+use crate::integrate::load::Load;
+use crate::integrate::region::{Region, Tape};
+use crate::integrate::state::State;
+use crate::integrate::tally::{Tally, blocks_of};
 use crate::model::Model;
 
 /// A piece with copies of the columns beside its own.

@@ -6,11 +6,12 @@ use std::path::PathBuf;
 use protocol::{Phase, Setting};
 
 use crate::error::FemError;
-use crate::integrate::State;
+use crate::integrate::state::State;
 use crate::model::Model;
-use crate::profile::Profile;
-use crate::vtu::{self, Touched};
-use crate::wheel::NodeContact;
+use crate::output::profile::Profile;
+use crate::output::vtu;
+use crate::output::vtu::Touched;
+use crate::wheel::node_contact::NodeContact;
 
 /// Name of the snapshot that fixes the state whose pressures are reported.
 pub(crate) const HOLD: &str = "hold";

@@ -3,14 +3,16 @@
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
-use crate::config::ElementKind;
-use crate::element::{GAUSS_POINTS, Layout, area, jacobian, slopes};
-use crate::integrate::State;
+use crate::config::choice::ElementKind;
+use crate::element::layout::Layout;
+use crate::element::shape::{GAUSS_POINTS, jacobian, slopes};
+use crate::integrate::state::State;
 use crate::material::nonlinear::{NonlinearLaw, stretch_at};
-use crate::mesh::Edge;
+use crate::mesh::{Edge, area};
 use crate::model::Model;
-use crate::profile::Profile;
-use crate::wheel::{Wheel, WheelState};
+use crate::output::profile::Profile;
+use crate::wheel::rigid::Wheel;
+use crate::wheel::state::WheelState;
 
 /// Names of the values of [`momentum`].
 pub(crate) fn momentum_names(model: &Model) -> &'static [&'static str] {

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use crate::element::Body;
+use crate::element::body::Body;
 
 /// Relative residual of the largest eigenvalue at which the iteration ends.
 const TOLERANCE: f64 = 1e-6;

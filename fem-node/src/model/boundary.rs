@@ -8,8 +8,11 @@ use kit::ConfigError;
 use kit::table::{LoadTable, load_at};
 use protocol::Cause;
 
-use crate::config::{Base, Component, Config, SetConfig, SetLoad, SetMotion};
-use crate::element::{Body, Layout};
+use crate::config::boundary::{Component, SetConfig, SetLoad, SetMotion};
+use crate::config::choice::Base;
+use crate::config::keys::Config;
+use crate::element::body::Body;
+use crate::element::layout::Layout;
 use crate::mesh::Mesh;
 
 /// A load turned into forces on the nodes of its set.
