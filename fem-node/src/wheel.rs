@@ -14,7 +14,6 @@
 //! The factor is h^2 (b+1/2) and not h^2 because the force enters u_n+1 both through a_n and through v_n. With h^2
 //! the pressures stay right, but every node slides for ever and friction carries next to nothing.
 //!
-//! - [`program`]: load and sideways motion over time;
 //! - `upper_row`: the nodes of the upper edge as the contact sees them;
 //! - [`rigid`]: the wheel, everything about it that does not change;
 //! - `node_contact`: force and status of one node;
@@ -31,7 +30,6 @@ pub(crate) mod flat;
 pub(crate) mod newmark;
 pub(crate) mod node_contact;
 mod problem;
-pub mod program;
 pub mod rigid;
 pub(crate) mod round;
 pub(crate) mod run;

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
+use kit::wheel::{HOLD, phases};
 use protocol::checkpoint::{pack, unpack};
 use protocol::{
     Capabilities, Cause, Description, Finding, Node, NodeError, Outcome, Setting, Surface, Window,
@@ -17,7 +18,7 @@ use crate::model::Model;
 use crate::output::plausible;
 use crate::output::probe;
 use crate::output::profile::Profile;
-use crate::output::snapshot::{HOLD, Snapshots, phases};
+use crate::output::snapshot::Snapshots;
 use crate::statics::contact::DirectedStatus;
 use crate::statics::history::{Loads, Progress, StaticState, Statics};
 

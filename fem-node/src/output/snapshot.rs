@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use protocol::{Phase, Setting};
+use protocol::Setting;
 
 use crate::error::FemError;
 use crate::integrate::state::State;
@@ -12,22 +12,6 @@ use crate::output::profile::Profile;
 use crate::output::vtu;
 use crate::output::vtu::Touched;
 use crate::wheel::node_contact::NodeContact;
-
-/// Name of the snapshot that fixes the state whose pressures are reported.
-pub(crate) const HOLD: &str = "hold";
-
-/// The named parts of a load history with their limits in time (s); those without duration are left out.
-pub(crate) fn phases<const N: usize>(parts: [(&str, f64, f64); N]) -> Vec<Phase> {
-    let lasting = parts.into_iter().filter(|(_, t0_s, t1_s)| t1_s > t0_s);
-    let phase = |(name, t0_s, t1_s): (&str, f64, f64)| Phase {
-        name: name.into(),
-        t0_s,
-        t1_s,
-        sampled: name == HOLD,
-        picture: name != "ramp",
-    };
-    lasting.map(phase).collect()
-}
 
 /// Folder of the snapshots, where there is one.
 #[derive(Clone, Debug)]
@@ -68,21 +52,5 @@ impl Snapshots {
             let path = folder.join(format!("{stem}-profile.csv"));
             FemError::written(&path, fs::write(&path, profile.csv()))
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn parts_without_duration_are_no_phases() {
-        let parts = [
-            ("ramp", 0.0, 0.0),
-            (HOLD, 0.0, 4e-4),
-            ("cycling", 4e-4, 4e-4),
-        ];
-        let names: Vec<String> = phases(parts).into_iter().map(|p| p.name).collect();
-        assert_eq!(names, ["hold"]);
     }
 }

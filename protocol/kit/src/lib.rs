@@ -5,6 +5,7 @@
 //! - [`input_file`]: files that a scenario names;
 //! - [`schema`]: the keys of a configuration as a JSON Schema;
 //! - [`table`]: loads over time;
+//! - [`wheel`]: load and sideways motion of a wheel over time;
 //! - [`bounds`]: the two bounds of a check of plausibility;
 //! - [`vtk`]: files of fields.
 
@@ -14,6 +15,7 @@ pub mod keys;
 pub mod schema;
 pub mod table;
 pub mod vtk;
+pub mod wheel;
 
 pub use bounds::Bounds;
 pub use keys::{ConfigError, read_config, read_part};
