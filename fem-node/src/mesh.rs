@@ -174,8 +174,8 @@ impl Mesh {
         let most = 1e-12 * (width * height / self.elements() as f64).sqrt();
         let nodes: Vec<[usize; 2]> = self.nodes().collect();
         for node in nodes {
-            let place = self.number(self.tied_to(node)) as f64;
-            let share = (GOLDEN * (place + 1.0) + PLASTIC * (1.0 + (seed % WRAP) as f64)).fract();
+            let number = self.number(self.tied_to(node)) as f64;
+            let share = (GOLDEN * (number + 1.0) + PLASTIC * (1.0 + (seed % WRAP) as f64)).fract();
             let number = self.number(node);
             self.points[number][1] += most * (2.0 * share - 1.0);
         }

@@ -25,7 +25,7 @@ use crate::config::time::StepChoice;
 use crate::config::wheel::WheelConfig;
 use crate::element::body::Body;
 use crate::element::supports::Supports;
-use crate::integrate::dissipation::Ways;
+use crate::integrate::dissipation::Mechanisms;
 use crate::material::Elastic;
 use crate::material::j2::J2;
 use crate::material::nonlinear::NonlinearLaw;
@@ -181,9 +181,9 @@ impl Model {
         }
     }
 
-    /// Ways in which the body dissipates.
-    pub(crate) fn dissipates(&self) -> Ways {
-        Ways {
+    /// Mechanisms by which the body dissipates.
+    pub(crate) fn dissipates(&self) -> Mechanisms {
+        Mechanisms {
             numerical: self.scheme.damping > 0.5,
             mass_damping: self.damping_at(0) > 0.0,
             stiffness_damping: self.scheme.stiffness_damping > 0.0,

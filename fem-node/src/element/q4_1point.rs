@@ -36,7 +36,7 @@ use super::constants::Constants;
 use super::corners::{Corners, StrainPath, StrainState};
 use super::layout::Layout;
 use super::linear::{LIMIT_SHARE, LinearElements};
-use super::points::Suspects;
+use super::points::YieldCandidates;
 use super::row_forces::{CornerForces, RowForces};
 use super::shape::slopes;
 use crate::element::stiffness::Stiffness;
@@ -98,12 +98,12 @@ impl Q4OnePoint {
         plastic: &J2,
         row: usize,
         mut path: StrainPath,
-        suspects: Suspects,
+        candidates: YieldCandidates,
         out: &mut RowForces,
     ) {
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let (u, du, constants) = (path.u, path.du, self.constants.row(row));
-        for i in suspects.columns() {
+        for i in candidates.columns() {
             let constants = &constants[i / LANES];
             let (corners, volume) = (u.load(stride, i), constants[6]);
             let gradient = mean_gradient(constants, &corners);

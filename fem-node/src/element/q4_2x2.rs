@@ -42,7 +42,7 @@ use super::gauss::{CONSTANTS, GEOMETRY, geometry, integrate};
 use super::layout::Layout;
 use super::linear::{LIMIT_SHARE, LinearElements};
 use super::modes::Modes;
-use super::points::{RowPoints, Suspects};
+use super::points::{RowPoints, YieldCandidates};
 use super::q4_bbar::{add_mean_pressure, deviatoric_moduli};
 use super::row_forces::{CornerForces, RowForces};
 use crate::material::Elastic;
@@ -109,7 +109,7 @@ impl Q4FourPoint {
         plastic: &J2,
         row: usize,
         path: StrainPath,
-        suspects: Suspects,
+        candidates: YieldCandidates,
         out: &mut RowForces,
     ) {
         let points = self.points(row);
@@ -117,7 +117,7 @@ impl Q4FourPoint {
         points.plastic_forces(
             plastic,
             path,
-            suspects,
+            candidates,
             #[inline(always)]
             |i, mut forces, u| {
                 if self.mean_dilatation {

@@ -220,7 +220,7 @@ mod tests {
     use crate::config::choice::{ElementKind, Plane};
     use crate::config::material::MaterialConfig;
     use crate::element::supports::Supports;
-    use crate::integrate::dissipation::Ways;
+    use crate::integrate::dissipation::Mechanisms;
     use crate::material::Elastic;
     use crate::material::j2::J2;
     use crate::mesh::Mesh;
@@ -265,13 +265,13 @@ mod tests {
         load.add(body.layout.index([7, 0], 0), 0.5);
         let mut state = State::at_rest_under(&body, law.as_ref());
         state.accelerate(&body, scheme.mass_damping, &load);
-        let ways = Ways {
+        let mechanisms = Mechanisms {
             numerical: true,
             mass_damping: true,
             stiffness_damping: true,
             plastic: law.is_some(),
         };
-        let mut dissipated = Dissipated::new(body.layout, ways);
+        let mut dissipated = Dissipated::new(body.layout, mechanisms);
         for _ in 0..steps {
             integrator.step(&body, &mut state, &load, &mut dissipated, rows, None);
         }

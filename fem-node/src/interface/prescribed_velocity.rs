@@ -19,7 +19,7 @@ use crate::scheme::Rule;
 /// Components of prescribed velocity during a window.
 #[derive(Clone, Debug)]
 pub(crate) struct PrescribedVelocity {
-    components: Vec<Component>,
+    components: Vec<DrivenComponent>,
     /// Reaction on each component now (N), zero where it cannot move.
     pub(crate) force: Vec<f64>,
     /// Work of each reaction since the start of the window (J).
@@ -28,7 +28,7 @@ pub(crate) struct PrescribedVelocity {
 
 /// One component of prescribed velocity.
 #[derive(Clone, Copy, Debug)]
-struct Component {
+struct DrivenComponent {
     index: usize,
     mass: f64,
     start: f64,
@@ -49,7 +49,7 @@ impl PrescribedVelocity {
         let component = |(index, end): &(usize, f64)| {
             let (index, start) = (*index, state.v[*index]);
             let moves = body.inverse_mass[index] > 0.0;
-            Component {
+            DrivenComponent {
                 index,
                 // A fixed component needs no force from here.
                 mass: if moves { body.mass[index] } else { 0.0 },
@@ -59,7 +59,7 @@ impl PrescribedVelocity {
                 velocity: start,
             }
         };
-        let components: Vec<Component> = ends.iter().map(component).collect();
+        let components: Vec<DrivenComponent> = ends.iter().map(component).collect();
         let mut force = Vec::with_capacity(components.len());
         for component in &components {
             let a = &mut state.a[component.index];

@@ -6,11 +6,11 @@
 //! - `start`: the fields at the start of a piece;
 //! - `team`: the threads;
 //! - `works`: work of the applied forces, reactions;
-//! - `piece`, `pieces`, `cutting`: a window in pieces, each by a thread of its own.
+//! - `piece`, `pieces`, `partition`: a window in pieces, each by a thread of its own.
 
 pub(crate) mod committed;
-mod cutting;
 pub(crate) mod extent;
+mod partition;
 mod piece;
 mod pieces;
 mod region;
@@ -23,7 +23,7 @@ use protocol::larger;
 use crate::integrate::dissipation::Dissipated;
 use crate::integrate::integrator::Integrator;
 use crate::integrate::load::Load;
-use crate::integrate::region::{Region, Tape};
+use crate::integrate::region::{Region, RingRecord};
 use crate::integrate::state::State;
 use crate::integrate::tally::{Tally, kinetic_energy};
 use crate::interface::prescribed_velocity::PrescribedVelocity;
@@ -36,8 +36,8 @@ use crate::output::probe::{HoldRecord, hold_record};
 use crate::wheel::run::WheelRun;
 use crate::wheel::upper_row::UpperRow;
 
-use cutting::Cutting;
 use extent::{Extent, WindowInput};
+use partition::Partition;
 use region::Regions;
 use team::Team;
 use works::Works;
@@ -86,11 +86,11 @@ pub(crate) struct WindowRun {
     tally: Tally,
     works: Works,
     regions: Regions,
-    tape: Tape,
+    record: RingRecord,
     /// Increments in the ring of a region, under a law with history.
     increments: Vec<f64>,
     /// Pieces for the threads.
-    cutting: Cutting,
+    partition: Partition,
     pub(crate) velocity: Option<PrescribedVelocity>,
 }
 
@@ -132,7 +132,7 @@ impl WindowRun {
     ) -> u64 {
         let threads = team.threads();
         let is_cut = self
-            .cutting
+            .partition
             .takes(model, committed, (input, extent), threads);
         if !is_cut {
             self.catch_up(&mut committed.state);
@@ -141,7 +141,7 @@ impl WindowRun {
         if is_cut {
             (self.excess, self.velocity) = (None, None);
             let body = (model, committed);
-            self.cutting
+            self.partition
                 .run(team, body, (input, extent), &mut self.tally);
         } else {
             let strips = integrator.strips();
@@ -167,7 +167,7 @@ impl WindowRun {
 
     /// Displacement of a component since the start of the window (m), which began in this state.
     pub(crate) fn moved(&self, model: &Model, start: &State, index: usize) -> f64 {
-        match self.cutting.held() {
+        match self.partition.held() {
             Some(pieces) => pieces.moved(model.body.layout, index),
             None => self.state.u[index] - start.u[index],
         }
@@ -176,7 +176,7 @@ impl WindowRun {
     /// Makes the end of the last window the committed state, of a body without wheel. Where it stays in pieces, `state` has the
     /// motion of some rows of nodes alone until [`catch_up`](WindowRun::catch_up).
     pub(crate) fn accept(&mut self, state: &mut State, rows: &[usize]) {
-        if !self.cutting.accept(state, rows) {
+        if !self.partition.accept(state, rows) {
             // The next window begins by taking the committed state over.
             std::mem::swap(state, &mut self.state);
         }
@@ -185,18 +185,18 @@ impl WindowRun {
 
     /// Brings the committed state of the body up to that of the pieces.
     pub(crate) fn catch_up(&mut self, state: &mut State) {
-        self.cutting.catch_up(state);
+        self.partition.catch_up(state);
     }
 
     /// The committed state where that of the body, which is given, is older than that of the pieces.
     pub(crate) fn ahead_of(&self, state: &State) -> Option<State> {
-        self.cutting.ahead_of(state)
+        self.partition.ahead_of(state)
     }
 
     /// Forgets all that was run: the committed state is one from elsewhere.
     pub(crate) fn restart(&mut self) {
         self.forget();
-        self.cutting.forget();
+        self.partition.forget();
     }
 
     /// The window or a part of it, step by step; returns how many were done.
@@ -253,17 +253,17 @@ impl WindowRun {
         integrator.damping = model.damping_over(step);
         let rows = [0, body.layout.node_rows];
         let wheel = model.wheel.as_ref().zip(self.wheel.as_mut());
-        let (state, dissipated, tape) = (&mut self.state, &mut self.dissipated, &mut self.tape);
+        let (state, dissipated, record) = (&mut self.state, &mut self.dissipated, &mut self.record);
         match extent {
             Extent::Whole => integrator.step(body, state, &self.load, dissipated, rows, wheel),
             Extent::Recorded(region) => {
                 let ring = &region.rings[k as usize - 1];
-                tape.record_start(ring, scheme, state, dissipated);
+                record.record_start(ring, scheme, state, dissipated);
                 integrator.step(body, state, &self.load, dissipated, rows, wheel);
             }
             Extent::Part(region) => {
                 let ring = &region.rings[k as usize - 1];
-                tape.read(ring, state, dissipated, &mut self.increments);
+                record.read(ring, state, dissipated, &mut self.increments);
                 let part = (region.front(k), self.increments.as_slice());
                 integrator.step_part(body, state, &self.load, dissipated, part);
             }
@@ -274,7 +274,7 @@ impl WindowRun {
         }
         self.works.settle(model, state, step, k);
         if let Extent::Recorded(region) = extent {
-            tape.record_end(&region.rings[k as usize - 1], state, dissipated);
+            record.record_end(&region.rings[k as usize - 1], state, dissipated);
         }
         self.works.add(model, &self.load, state, step, k);
     }
@@ -342,10 +342,10 @@ impl WindowRun {
     /// the accelerations are computed anew; those of the wheel do not, except from nothing at the start of a run that
     /// does not begin in equilibrium.
     fn begin(&mut self, model: &Model, committed: &Committed, input: &WindowInput) {
-        self.cutting.stand_aside();
+        self.partition.stand_aside();
         self.excess = None;
         self.dissipated.clear();
-        self.tape.clear();
+        self.record.clear();
         self.hold_record = None;
         self.set_load(model, input, committed.steps, true);
         let damping = model.damping_at(committed.steps);
@@ -376,7 +376,7 @@ impl WindowRun {
         region: &Region,
     ) {
         let (body, damping) = (&model.body, model.damping_at(committed.steps));
-        self.tape.rewind();
+        self.record.rewind();
         self.set_load(model, input, committed.steps, true);
         region.begin(&mut self.state, &mut self.dissipated, &committed.state);
         let (state, load) = (&committed.state, &self.load);
@@ -465,7 +465,7 @@ impl WindowRun {
     /// Stored energy at the end of the window less u F(u) / 2 (J).
     fn energy_correction(&self, model: &Model, law: &NonlinearLaw) -> f64 {
         let (body, history) = (&model.body, &self.state.history);
-        match self.cutting.held() {
+        match self.partition.held() {
             // No piece is of a law with history.
             Some(pieces) => {
                 body.energy_correction(law, &pieces.displacements(body.layout), history)

@@ -60,13 +60,13 @@ pub struct PrescribedMotion {
     pub set: String,
     /// Component, and the velocity after the ramp (m/s) or the displacement at its end (m).
     pub components: Vec<(usize, f64)>,
-    quantity: Quantity,
+    quantity: PrescribedQuantity,
     pub(crate) ramp: Ramp,
 }
 
 /// Prescribed quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Quantity {
+enum PrescribedQuantity {
     Velocity,
     Displacement,
 }
@@ -107,17 +107,17 @@ impl PrescribedMotion {
     /// Displacement at time t over the number of the component (m).
     pub(crate) fn displacement(&self, t: f64) -> f64 {
         match self.quantity {
-            Quantity::Velocity => self.ramp.elapsed(t),
-            Quantity::Displacement => self.ramp.share(t),
+            PrescribedQuantity::Velocity => self.ramp.elapsed(t),
+            PrescribedQuantity::Displacement => self.ramp.share(t),
         }
     }
 
     /// Velocity at time t over the number of the component (m/s).
     pub(crate) fn velocity(&self, t: f64) -> f64 {
         match self.quantity {
-            Quantity::Velocity => self.ramp.share(t),
-            Quantity::Displacement if t < self.ramp.duration => 1.0 / self.ramp.duration,
-            Quantity::Displacement => 0.0,
+            PrescribedQuantity::Velocity => self.ramp.share(t),
+            PrescribedQuantity::Displacement if t < self.ramp.duration => 1.0 / self.ramp.duration,
+            PrescribedQuantity::Displacement => 0.0,
         }
     }
 }
@@ -272,8 +272,8 @@ fn motion(
     let layout = body.layout;
     let values: [Component; 2] = prescribed.components();
     let quantity = match prescribed {
-        SetMotion::Velocity(_) => Quantity::Velocity,
-        SetMotion::Displacement(_) => Quantity::Displacement,
+        SetMotion::Velocity(_) => PrescribedQuantity::Velocity,
+        SetMotion::Displacement(_) => PrescribedQuantity::Displacement,
     };
     let given = |node: &[usize; 2], k: usize| Some((layout.index(*node, k), values[k].0?));
     let free = |(index, _): &(usize, f64)| body.inverse_mass[layout.tied_to(*index)] > 0.0;

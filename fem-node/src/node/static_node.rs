@@ -20,7 +20,7 @@ use crate::output::probe;
 use crate::output::profile::Profile;
 use crate::output::snapshot::Snapshots;
 use crate::statics::contact::DirectedStatus;
-use crate::statics::history::{Loads, Progress, StaticState, Statics};
+use crate::statics::history::{IncrementState, Loads, StaticState, Statics};
 
 /// Signals of the wheel, named as those of the wheel in motion: `wheel_fn_n` and `wheel_ft_n` are the force of the body
 /// on it, upwards and towards +x.
@@ -57,9 +57,9 @@ pub struct StaticNode {
 
 /// The part of a static analysis that a checkpoint keeps.
 #[derive(Debug, Serialize, Deserialize)]
-struct History {
+struct StaticRecord {
     done: u64,
-    progress: Progress,
+    progress: IncrementState,
     held: Option<StaticState>,
     cycles: CycleRecord,
 }
@@ -317,7 +317,7 @@ impl Node for StaticNode {
     }
 
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
-        let history = History {
+        let history = StaticRecord {
             done: self.done,
             progress: self.statics.progress(),
             held: self.held.clone(),
@@ -341,7 +341,7 @@ impl Node for StaticNode {
         if blake3::hash(&bytes).to_hex().as_str() != hash {
             return refuse("its numbers have another hash");
         }
-        let history: History = unpack(&bytes)?;
+        let history: StaticRecord = unpack(&bytes)?;
         let length = self.model.body.layout.len();
         if history.held.iter().any(|held| held.state.u.len() != length) {
             return refuse("its fields have other lengths");

@@ -10,7 +10,7 @@ use crate::integrate::state::State;
 use crate::model::Model;
 use crate::output::profile::Profile;
 use crate::output::vtu;
-use crate::output::vtu::Touched;
+use crate::output::vtu::EdgeContacts;
 use crate::wheel::node_contact::NodeContact;
 
 /// Folder of the snapshots, where there is one.
@@ -46,8 +46,8 @@ impl Snapshots {
             return Ok(());
         };
         let stem = format!("{}-{name}", self.participant);
-        let touched = Touched { contacts, profile };
-        vtu::write(&folder.join(format!("{stem}.vtu")), model, state, touched)?;
+        let on_edge = EdgeContacts { contacts, profile };
+        vtu::write(&folder.join(format!("{stem}.vtu")), model, state, on_edge)?;
         profile.map_or(Ok(()), |profile| {
             let path = folder.join(format!("{stem}-profile.csv"));
             FemError::written(&path, fs::write(&path, profile.csv()))

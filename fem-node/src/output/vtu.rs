@@ -17,7 +17,7 @@ const VTK_QUAD: f64 = 9.0;
 
 /// Contacts of the upper edge, node by node; none of a body without a wheel.
 #[derive(Clone, Copy)]
-pub(crate) struct Touched<'a> {
+pub(crate) struct EdgeContacts<'a> {
     pub(crate) contacts: &'a [NodeContact],
     pub(crate) profile: Option<&'a Profile>,
 }
@@ -28,7 +28,7 @@ pub(crate) fn write(
     path: &Path,
     model: &Model,
     state: &State,
-    touched: Touched,
+    edge: EdgeContacts,
 ) -> Result<(), FemError> {
     let mesh = &model.mesh;
     let sizes = [
@@ -43,7 +43,7 @@ pub(crate) fn write(
     file.section("Cells", |file| cells(file, model));
     file.section("PointData", |file| {
         point_data(file, model, state);
-        contact_data(file, model, touched);
+        contact_data(file, model, edge);
     });
     file.section("CellData", |file| cell_data(file, model, state));
     let folder = path.parent().map_or(Ok(()), std::fs::create_dir_all);
@@ -77,8 +77,8 @@ fn point_data(file: &mut VtkFile, model: &Model, state: &State) {
 }
 
 /// Status and tractions of the upper edge, whose nodes are the first; those below have no status and no traction.
-fn contact_data(file: &mut VtkFile, model: &Model, touched: Touched) {
-    let Touched { contacts, profile } = touched;
+fn contact_data(file: &mut VtkFile, model: &Model, edge: EdgeContacts) {
+    let EdgeContacts { contacts, profile } = edge;
     if contacts.is_empty() {
         return;
     }

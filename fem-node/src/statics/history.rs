@@ -49,7 +49,7 @@ impl Loads {
 
 /// What increments change; the rest of a history of loads follows from the configuration.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Progress {
+pub(crate) struct IncrementState {
     edge: KnownColumns,
     contact: ActiveSet,
     increments_done: usize,
@@ -111,8 +111,8 @@ impl Statics {
     }
 
     /// What the increments so far have changed.
-    pub(crate) fn progress(&self) -> Progress {
-        Progress {
+    pub(crate) fn progress(&self) -> IncrementState {
+        IncrementState {
             edge: self.edge.known(),
             contact: self.contact.clone(),
             increments_done: self.increments_done,
@@ -120,7 +120,7 @@ impl Statics {
     }
 
     /// Goes on from there; false where it is not that of this body.
-    pub(crate) fn take_up(&mut self, progress: Progress) -> bool {
+    pub(crate) fn take_up(&mut self, progress: IncrementState) -> bool {
         let fits = self.contact.is_like(&progress.contact) && self.edge.take_up(progress.edge);
         if fits {
             self.contact = progress.contact;

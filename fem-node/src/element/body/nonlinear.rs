@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use super::super::corners::StrainPath;
 use super::super::linear::{BoundedRow, LinearRow};
-use super::super::points::{FLOWED, Suspects};
+use super::super::points::{FLOWED, YieldCandidates};
 use super::super::row_forces::RowForces;
 use super::{Body, Element};
 use crate::material::j2::J2;
@@ -80,13 +80,13 @@ impl Body {
             )
         };
         if flowed || may_flow() {
-            self.suspect_packs(plastic, row, path, (&excess, packs), out);
+            self.candidate_packs(plastic, row, path, (&excess, packs), out);
         }
         out.excess = excess;
     }
 
     /// Forces of the packs in which an element flows or has flowed.
-    fn suspect_packs(
+    fn candidate_packs(
         &self,
         plastic: &J2,
         row: usize,
@@ -94,7 +94,7 @@ impl Body {
         (excess, packs): (&[[f64; LANES]], Range<usize>),
         out: &mut RowForces,
     ) {
-        let suspects = Suspects {
+        let candidates = YieldCandidates {
             excess: &excess[packs.clone()],
             first: packs.start,
         };
@@ -102,10 +102,10 @@ impl Body {
             #[inline(always)]
             || match &self.element {
                 Element::OnePoint(elements) => {
-                    elements.plastic_row(plastic, row, path, suspects, out);
+                    elements.plastic_row(plastic, row, path, candidates, out);
                 }
                 Element::FourPoint(elements) => {
-                    elements.plastic_row(plastic, row, path, suspects, out);
+                    elements.plastic_row(plastic, row, path, candidates, out);
                 }
             },
         );

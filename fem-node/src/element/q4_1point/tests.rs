@@ -4,7 +4,7 @@ use super::*;
 use crate::config::choice::{ElementKind, Plane};
 use crate::config::material::MaterialConfig;
 use crate::element::body::Body;
-use crate::element::body::plastic_tests::{Row, wobbly};
+use crate::element::body::plastic_tests::{PlasticRow, wobbly};
 use crate::element::points::FLOWED;
 use crate::element::supports::Supports;
 use crate::material::nonlinear::plain::respond;
@@ -147,16 +147,16 @@ fn plain_row(elements: &Q4OnePoint, plastic: &J2, mut path: StrainPath, out: &mu
 /// A row of skewed elements of which some yield and some do not.
 #[test]
 fn the_short_path_of_plasticity_agrees_with_the_plain_one() {
-    let row = Row::new(ElementKind::Q4OnePoint, &wobbly(9));
+    let row = PlasticRow::new(ElementKind::Q4OnePoint, &wobbly(9));
     let elements = Q4OnePoint::new(&wobbly(9), row.body.layout, &row.elastic, 0.7);
     let packs = row.body.layout.padded_columns() / LANES;
     let all = vec![[FLOWED; LANES]; packs];
     let short = row.run(0.2, |path, out| {
-        let suspects = Suspects {
+        let candidates = YieldCandidates {
             excess: &all,
             first: 0,
         };
-        elements.plastic_row(&row.plastic, 0, path, suspects, out);
+        elements.plastic_row(&row.plastic, 0, path, candidates, out);
     });
     let plain = row.run(0.2, |path, out| {
         plain_row(&elements, &row.plastic, path, out);

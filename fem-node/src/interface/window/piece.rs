@@ -4,13 +4,13 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::extent::WindowInput;
-use super::start::Start;
+use super::start::PieceStart;
 use crate::element::body::Body;
 use crate::integrate::cut::{Cut, CutRegion};
 use crate::integrate::dissipation::Dissipated;
 use crate::integrate::integrator::Integrator;
 use crate::integrate::load::Load;
-use crate::integrate::region::{Region, Tape};
+use crate::integrate::region::{Region, RingRecord};
 use crate::integrate::state::State;
 use crate::integrate::tally::{Tally, blocks_of};
 use crate::model::Model;
@@ -32,7 +32,7 @@ pub(super) struct Piece {
     own_blocks: Vec<usize>,
     /// The part of the body's region that it steps in a repeat.
     region: CutRegion,
-    tape: Tape,
+    record: RingRecord,
 }
 
 /// A window of all pieces.
@@ -43,7 +43,7 @@ pub(super) struct PieceWindow<'a> {
     pub(super) steps: u64,
     pub(super) input: &'a WindowInput,
     /// States from which the pieces begin it.
-    pub(super) starts: &'a [Start],
+    pub(super) starts: &'a [PieceStart],
 }
 
 impl Piece {
@@ -71,15 +71,15 @@ impl Piece {
             tally: Tally::sized(body.layout),
             own_blocks,
             region: CutRegion::default(),
-            tape: Tape::default(),
+            record: RingRecord::default(),
             cut,
             body,
         }
     }
 
-    /// A place for the committed state in its own columns.
-    pub(super) fn start(&self) -> Start {
-        Start {
+    /// Room for the committed state in its own columns.
+    pub(super) fn start(&self) -> PieceStart {
+        PieceStart {
             cut: self.cut.clone(),
             state: State::at_rest(&self.body),
         }
@@ -103,7 +103,7 @@ impl Piece {
             integrator.step_columns(&self.body, state, &self.load, dissipated, good);
             if let Some(step) = self.region.steps.get(k as usize - 1) {
                 let ring = &step.ring;
-                self.tape.record_end(ring, &self.state, &self.dissipated);
+                self.record.record_end(ring, &self.state, &self.dissipated);
             }
         }
         let (body, blocks) = (&self.body, &self.own_blocks);
@@ -119,7 +119,7 @@ impl Piece {
             let step = &self.region.steps[k as usize - 1];
             let (state, dissipated) = (&mut self.state, &mut self.dissipated);
             // No piece is of a law with history.
-            self.tape
+            self.record
                 .read(&step.ring, state, dissipated, &mut Vec::new());
             self.integrator
                 .step_cut(&self.body, state, &self.load, dissipated, step);
@@ -142,7 +142,7 @@ impl Piece {
         self.state.damping_force.resize(damped);
         self.set_load(window.input);
         self.dissipated.clear();
-        self.tape.clear();
+        self.record.clear();
         let damping = window.model.damping_at(window.steps);
         // A column beside those that are spoilt is read at the first step.
         let columns = self.cut.good(window.input.substeps as usize + 1);
@@ -161,7 +161,7 @@ impl Piece {
     /// The start of the window where it differs from that of the last run.
     fn begin_again(&mut self, window: PieceWindow) {
         self.set_load(window.input);
-        self.tape.rewind();
+        self.record.rewind();
         let damping = window.model.damping_at(window.steps);
         for range in &self.region.begin {
             let (line, columns) = self.cut.in_body(range);

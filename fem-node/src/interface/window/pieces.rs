@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use super::extent::{Extent, WindowInput};
 use super::piece::{Piece, PieceWindow};
-use super::start::Start;
+use super::start::PieceStart;
 use super::team::Team;
 use crate::element::layout::Layout;
 use crate::integrate::region::Region;
@@ -31,7 +31,7 @@ const OVERLAP_MAX: f64 = 0.4;
 pub(super) struct Pieces {
     pieces: Vec<Piece>,
     /// States from which they begin a window.
-    starts: Vec<Start>,
+    starts: Vec<PieceStart>,
     /// Own columns of each but the last one.
     size: usize,
     /// The starts are the committed state.

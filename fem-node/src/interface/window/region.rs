@@ -21,7 +21,7 @@ pub(super) struct Regions {
 }
 
 /// Windows without a repeat after which nothing is recorded until one is repeated again.
-const PATIENCE: u32 = 4;
+const UNREPEATED_MAX: u32 = 4;
 
 impl Regions {
     /// Extent of the next run, of a window after `steps`.
@@ -48,7 +48,7 @@ impl Regions {
             self.last = Some((steps, input.substeps, Some(region.clone())));
             return Extent::Part(region);
         }
-        let records = self.unrepeated <= PATIENCE;
+        let records = self.unrepeated <= UNREPEATED_MAX;
         let region = if records {
             self.region(model, input)
         } else {

@@ -7,12 +7,12 @@ use crate::integrate::state::State;
 
 /// The committed state in the own columns of a piece; in the others it is some older one.
 #[derive(Clone, Debug)]
-pub(super) struct Start {
+pub(super) struct PieceStart {
     pub(super) cut: Cut,
     pub(super) state: State,
 }
 
-impl Start {
+impl PieceStart {
     /// Takes its columns out of the state of the body.
     pub(super) fn take(&mut self, whole: &State) {
         let (cut, own) = (&self.cut, &mut self.state);

@@ -185,7 +185,7 @@ fn pieces_have_the_bits_of_the_whole() {
         for threads in [2, 3] {
             let node = || body_on(threads, &keys, &["top"]);
             let mut pieces = node();
-            pieces.run.cutting.cut(&pieces.model, SUBSTEPS, threads);
+            pieces.run.partition.cut(&pieces.model, SUBSTEPS, threads);
             let (said, its, parts) = life(pieces, false, Some(node()));
             assert!(parts > 6, "{parts} repeats of a part: {keys}");
             assert_eq!(bits(&said), bits(&whole), "{threads} threads: {keys}");
@@ -222,8 +222,8 @@ fn the_state_leaves_the_pieces_for_a_window_that_is_run_without_them() {
         (bits(&said), node.state_hash())
     };
     let mut pieces = body_on(2, &keys, &["top"]);
-    pieces.run.cutting.cut(&pieces.model, SUBSTEPS, 2);
-    let held = |node: &FemNode| node.run.cutting.held().is_some();
+    pieces.run.partition.cut(&pieces.model, SUBSTEPS, 2);
+    let held = |node: &FemNode| node.run.partition.held().is_some();
     let window = Window {
         substeps: SUBSTEPS,
         ..Window::default()

@@ -13,9 +13,9 @@ use crate::model::boundary::{PrescribedMotion, Traction};
 #[derive(Clone, Debug, Default)]
 pub(super) struct Works {
     /// Components under tractions, traction after traction.
-    loaded: Vec<Followed>,
+    loaded: Vec<TrackedComponent>,
     /// Prescribed components, motion after motion.
-    driven: Vec<Followed>,
+    driven: Vec<TrackedComponent>,
     /// Displacements (m) of the loaded components, at the start and after each step.
     displacements: Vec<f64>,
     /// Reactions (N) of the driven components, at the start and after each step.
@@ -28,14 +28,14 @@ pub(super) struct Works {
 
 /// A component, and the step from which on it is stepped; none where it never is.
 #[derive(Clone, Copy, Debug)]
-struct Followed {
+struct TrackedComponent {
     index: usize,
     from: Option<u32>,
 }
 
-impl Followed {
-    fn new((index, _): &(usize, f64)) -> Followed {
-        Followed {
+impl TrackedComponent {
+    fn new((index, _): &(usize, f64)) -> TrackedComponent {
+        TrackedComponent {
             index: *index,
             from: Some(0),
         }
@@ -51,8 +51,8 @@ impl Works {
         let loaded = model.tractions.iter().flat_map(|traction| &traction.forces);
         let driven = model.motions.iter().flat_map(|motion| &motion.components);
         Works {
-            loaded: loaded.map(Followed::new).collect(),
-            driven: driven.map(Followed::new).collect(),
+            loaded: loaded.map(TrackedComponent::new).collect(),
+            driven: driven.map(TrackedComponent::new).collect(),
             ..Works::default()
         }
     }
@@ -60,9 +60,9 @@ impl Works {
     /// Begins a window, of which a repeat reaches only a part.
     pub(super) fn begin(&mut self, load: &Load, state: &State, extent: &Extent) {
         (self.applied, self.drive) = (0.0, 0.0);
-        for followed in self.loaded.iter_mut().chain(&mut self.driven) {
-            followed.from = match extent {
-                Extent::Part(region) => region.reached_at(followed.index),
+        for tracked in self.loaded.iter_mut().chain(&mut self.driven) {
+            tracked.from = match extent {
+                Extent::Part(region) => region.reached_at(tracked.index),
                 Extent::Whole | Extent::Recorded(_) => Some(0),
             };
         }
@@ -76,9 +76,9 @@ impl Works {
 
     /// Enters displacements and reactions after step `k` of the components that step `reached` steps.
     fn follow(&mut self, load: &Load, state: &State, k: u32, reached: u32) {
-        let u = |at: &Followed| state.u[at.index];
+        let u = |at: &TrackedComponent| state.u[at.index];
         enter(&mut self.displacements, &self.loaded, k, reached, u);
-        let reaction = |at: &Followed| reaction(load, state, at.index);
+        let reaction = |at: &TrackedComponent| reaction(load, state, at.index);
         enter(&mut self.reactions, &self.driven, k, reached, reaction);
     }
 
@@ -153,16 +153,16 @@ pub(crate) fn reaction(load: &Load, state: &State, index: usize) -> f64 {
 /// Enters a value of each component after step `k`; a repeat leaves those that step `reached` does not step.
 fn enter(
     values: &mut Vec<f64>,
-    followed: &[Followed],
+    tracked: &[TrackedComponent],
     k: u32,
     reached: u32,
-    value: impl Fn(&Followed) -> f64,
+    value: impl Fn(&TrackedComponent) -> f64,
 ) {
-    let first = k as usize * followed.len();
-    for (at, followed) in (first..).zip(followed) {
+    let first = k as usize * tracked.len();
+    for (at, tracked) in (first..).zip(tracked) {
         match values.get_mut(at) {
-            None => values.push(value(followed)),
-            Some(kept) if followed.is_stepped(reached) => *kept = value(followed),
+            None => values.push(value(tracked)),
+            Some(kept) if tracked.is_stepped(reached) => *kept = value(tracked),
             Some(_) => {}
         }
     }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use kit::ConfigError;
 
 use super::error::{no_quadrilaterals, refused};
-use super::file::{Element, File};
+use super::file::{File, FileElement};
 use super::lines::{join, sort_from_left};
 use crate::mesh::connectivity::{Connectivity, NodeSet};
 use crate::mesh::{Mesh, area};
@@ -33,9 +33,9 @@ pub(super) fn build(file: &File, length_unit: f64) -> Result<Mesh, ConfigError> 
 }
 
 /// MSH 2.2 repeats an element for each of its groups.
-fn without_repeats(quads: &[Element<4>]) -> Vec<Element<4>> {
+fn without_repeats(quads: &[FileElement<4>]) -> Vec<FileElement<4>> {
     let mut known: HashMap<[u32; 4], usize> = HashMap::new();
-    let mut kept: Vec<Element<4>> = Vec::new();
+    let mut kept: Vec<FileElement<4>> = Vec::new();
     for quad in quads {
         let mut key = quad.corners;
         key.sort_unstable();
@@ -51,7 +51,7 @@ fn without_repeats(quads: &[Element<4>]) -> Vec<Element<4>> {
 }
 
 /// Positions of the nodes that belong to an element, ascending.
-fn used_nodes(file: &File, quads: &[Element<4>]) -> Vec<u32> {
+fn used_nodes(file: &File, quads: &[FileElement<4>]) -> Vec<u32> {
     let mut used = vec![false; file.nodes.len()];
     for node in quads.iter().flat_map(|quad| &quad.corners) {
         used[*node as usize] = true;
@@ -97,7 +97,7 @@ fn check_plane(file: &File, used: &[u32]) -> Result<(), ConfigError> {
 }
 
 /// Turns an element anticlockwise; each of its corners must then be convex.
-fn turn(file: &File, quad: &mut Element<4>) -> Result<(), ConfigError> {
+fn turn(file: &File, quad: &mut FileElement<4>) -> Result<(), ConfigError> {
     let at = |corner: u32| file.point(corner);
     if area(&quad.corners.map(at)) < 0.0 {
         quad.corners.swap(1, 3);
@@ -161,7 +161,7 @@ fn check_distances(file: &File, used: &[u32]) -> Result<(), ConfigError> {
 }
 
 /// The sides of all elements, each as its element runs along it; two elements on one side of the same two nodes overlap.
-fn sides(file: &File, quads: &[Element<4>]) -> Result<HashMap<[u32; 2], u64>, ConfigError> {
+fn sides(file: &File, quads: &[FileElement<4>]) -> Result<HashMap<[u32; 2], u64>, ConfigError> {
     let mut directed: HashMap<[u32; 2], u64> = HashMap::new();
     for quad in quads {
         for corner in 0..4 {
@@ -183,7 +183,7 @@ fn sides(file: &File, quads: &[Element<4>]) -> Result<HashMap<[u32; 2], u64>, Co
 /// The named groups that hold elements, by positions of nodes in the file.
 fn named_sets(
     file: &File,
-    quads: &[Element<4>],
+    quads: &[FileElement<4>],
     sides: &HashMap<[u32; 2], u64>,
 ) -> Result<BTreeMap<String, NodeSet>, ConfigError> {
     let mut sets = BTreeMap::new();
@@ -239,7 +239,7 @@ fn line_set(
     Ok((!lines.is_empty()).then_some(NodeSet::Lines(lines)))
 }
 
-fn region_set(quads: &[Element<4>], group: i64) -> Option<NodeSet> {
+fn region_set(quads: &[FileElement<4>], group: i64) -> Option<NodeSet> {
     let inside = quads.iter().filter(|quad| quad.groups.contains(&group));
     let mut nodes: Vec<u32> = inside.flat_map(|quad| quad.corners).collect();
     nodes.sort_unstable();
@@ -251,7 +251,7 @@ fn numbered(
     file: &File,
     length_unit: f64,
     used: &[u32],
-    quads: &[Element<4>],
+    quads: &[FileElement<4>],
     mut sets: BTreeMap<String, NodeSet>,
 ) -> Mesh {
     let mut order = sets.get("top").map_or(Vec::new(), NodeSet::nodes);

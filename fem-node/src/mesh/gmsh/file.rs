@@ -17,15 +17,15 @@ pub(super) struct File {
     pub(super) nodes: Vec<(u64, [f64; 3])>,
     /// Positions in `nodes` by number.
     positions: HashMap<u64, u32>,
-    pub(super) lines: Vec<Element<2>>,
-    pub(super) quads: Vec<Element<4>>,
+    pub(super) lines: Vec<FileElement<2>>,
+    pub(super) quads: Vec<FileElement<4>>,
     /// Names of physical groups.
     pub(super) names: BTreeMap<Entity, String>,
 }
 
 /// An element with N corners.
 #[derive(Clone, Debug)]
-pub(super) struct Element<const N: usize> {
+pub(super) struct FileElement<const N: usize> {
     pub(super) number: u64,
     /// Positions in [`File::nodes`].
     pub(super) corners: [u32; N],
@@ -211,7 +211,7 @@ impl File {
         words: &mut Words,
         element: u64,
         groups: &[i64],
-    ) -> Result<Element<N>, ConfigError> {
+    ) -> Result<FileElement<N>, ConfigError> {
         let mut corners = [0; N];
         for corner in &mut corners {
             let node = words.integer("the number of a node")?;
@@ -223,7 +223,7 @@ impl File {
                 ))
             })?;
         }
-        Ok(Element {
+        Ok(FileElement {
             number: element,
             corners,
             groups: groups.iter().copied().filter(|group| *group != 0).collect(),

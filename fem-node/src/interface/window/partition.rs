@@ -10,7 +10,7 @@ use crate::model::Model;
 
 /// Pieces that are cut when the first window is run in them.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Cutting {
+pub(super) struct Partition {
     /// None where the body is stepped as a whole.
     pieces: Option<Pieces>,
     /// Steps and threads that they were cut for.
@@ -19,7 +19,7 @@ pub(super) struct Cutting {
     is_run: bool,
 }
 
-impl Cutting {
+impl Partition {
     /// True if a window is run in pieces, which are made here. A repeat is run as the window was.
     pub(super) fn takes(
         &mut self,
