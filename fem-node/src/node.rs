@@ -1,5 +1,6 @@
 //! The body as a participant of a run.
 //!
+//! - `foreign`: the refusal of a checkpoint of another body;
 //! - [`static_node`]: a body in equilibrium, increment by increment;
 //! - [`fem_node`]: a body in motion, its committed state and the window at hand;
 //! - `windows`: windows and condensed matrices;
@@ -10,6 +11,7 @@
 mod answers;
 mod checkpoint;
 pub mod fem_node;
+mod foreign;
 mod report;
 pub mod static_node;
 mod windows;

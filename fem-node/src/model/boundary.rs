@@ -5,6 +5,7 @@
 //! and does the work [(1-b) r + b r'] du in a step.
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
 use kit::table::{LoadTable, load_at};
 use protocol::Cause;
 
@@ -160,13 +161,12 @@ pub(crate) fn build(
 
 fn nodes(config: &Config, mesh: &Mesh, name: &str) -> Result<Vec<[usize; 2]>, ConfigError> {
     let key = format!("boundary.{name}");
-    if name == "bottom" && config.base == Base::Clamped {
-        return Err(
-            ConfigError::new(&key, "is clamped and follows no load or motion")
-                .because(Cause::ConflictingKeys)
-                .help("set base = \"free\" or \"roller\", or name another set"),
-        );
-    }
+    refuse_if(
+        name == "bottom" && config.base == Base::Clamped,
+        &key,
+        "is clamped and follows no load or motion",
+        "set base = \"free\" or \"roller\", or name another set",
+    )?;
     mesh.set(name).ok_or_else(|| {
         ConfigError::new(&key, "is no set of the mesh")
             .because(Cause::UnknownName)
@@ -297,14 +297,12 @@ fn without_doubles(
             let Some(at) = motion.components.iter().position(|(own, _)| own == index) else {
                 continue;
             };
-            if !same || motion.components[at].1 != *value {
-                let key = format!("boundary.{}", motion.set);
-                return Err(
-                    ConfigError::new(&key, "moves a node otherwise than another set does")
-                        .because(Cause::ConflictingKeys)
-                        .help("give both sets the same motion, or set one of the components to \"free\""),
-                );
-            }
+            refuse_if(
+                !same || motion.components[at].1 != *value,
+                &format!("boundary.{}", motion.set),
+                "moves a node otherwise than another set does",
+                "give both sets the same motion, or set one of the components to \"free\"",
+            )?;
             motion.components.remove(at);
         }
     }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
 use protocol::Cause;
 
 use crate::config::initial::{BODY, InitialConfig};
@@ -31,22 +32,19 @@ pub(crate) fn velocities(
         })?;
         let own = movable(body, &nodes, set.velocity_m_per_s);
         let given = set.velocity_m_per_s.iter().any(|v| *v != 0.0);
-        if given && own.iter().all(|(_, velocity)| *velocity == 0.0) {
-            return Err(
-                ConfigError::new(&key, "moves no node: supports or motions hold them all")
-                    .because(Cause::ConflictingKeys)
-                    .help("remove it, or free the set by base, sides or boundary"),
-            );
-        }
+        refuse_if(
+            given && own.iter().all(|(_, velocity)| *velocity == 0.0),
+            &key,
+            "moves no node: supports or motions hold them all",
+            "remove it, or free the set by base, sides or boundary",
+        )?;
         for (index, velocity) in own {
-            if *velocities.entry(index).or_insert(velocity) != velocity {
-                return Err(ConfigError::new(
-                    &key,
-                    "gives a node another velocity than another set does",
-                )
-                .because(Cause::ConflictingKeys)
-                .help("give both sets the same velocity, or name sets that share no node"));
-            }
+            refuse_if(
+                *velocities.entry(index).or_insert(velocity) != velocity,
+                &key,
+                "gives a node another velocity than another set does",
+                "give both sets the same velocity, or name sets that share no node",
+            )?;
         }
     }
     if let Some(set) = config.0.get(BODY).filter(|_| is_whole(BODY)) {

@@ -6,11 +6,12 @@ use std::f64::consts::TAU;
 use kit::wheel::{HOLD, phases};
 use protocol::checkpoint::{pack, unpack};
 use protocol::{
-    Capabilities, Cause, Description, Finding, Node, NodeError, Outcome, Setting, Surface, Window,
+    Capabilities, Description, Finding, Node, NodeError, Outcome, Setting, Surface, Window,
 };
 
 use serde::{Deserialize, Serialize};
 
+use super::foreign::foreign;
 use crate::config::keys::Config;
 use crate::error::FemError;
 use crate::interface::coupling_sets;
@@ -329,25 +330,17 @@ impl Node for StaticNode {
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
-        let refuse = |why: &str| {
-            Err(NodeError::of(
-                Cause::CheckpointUnusable,
-                format!(
-                    "the checkpoint is not of this body: {why}; resume with the build and the scenario that wrote it"
-                ),
-            ))
-        };
         let (hash, bytes): (String, Vec<u8>) = unpack(state)?;
         if blake3::hash(&bytes).to_hex().as_str() != hash {
-            return refuse("its numbers have another hash");
+            return foreign("its numbers have another hash");
         }
         let history: StaticRecord = unpack(&bytes)?;
         let length = self.model.body.layout.len();
         if history.held.iter().any(|held| held.state.u.len() != length) {
-            return refuse("its fields have other lengths");
+            return foreign("its fields have other lengths");
         }
         if !self.statics.take_up(history.progress) {
-            return refuse("its upper edge has other nodes");
+            return foreign("its upper edge has other nodes");
         }
         (self.done, self.held, self.cycles) = (history.done, history.held, history.cycles);
         Ok(())
