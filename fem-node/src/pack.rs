@@ -88,7 +88,7 @@ pub(crate) fn packs_of_mut<'a>(
     &mut numbers[first..].as_chunks_mut().0[packs.clone()]
 }
 
-/// The largest of these, none being negative; not a number if any is not.
+/// The largest of these, none being negative; NaN if any is.
 pub(crate) fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, larger)
 }

@@ -59,7 +59,7 @@ impl Damping {
 }
 
 /// Scheme and mass damping of a step.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Rule {
     pub(crate) scheme: Scheme,
     pub(crate) damping: Damping,

@@ -77,10 +77,10 @@ impl SetConfig {
         velocity.or(self.displacement_m.map(SetMotion::Displacement))
     }
 
-    /// Unit vector along which the force of a table acts, where a key tells it.
+    /// Unit vector along which the force of a table acts, where a key gives it.
     fn direction(&self) -> Option<[f64; 2]> {
         let given = self.load_direction.or_else(|| self.only_free())?;
-        // The length of two large numbers is no number, that of their ratios is.
+        // The length of two large numbers overflows, that of their ratios does not.
         let larger = given[0].abs().max(given[1].abs());
         let [x, y] = given.map(|d| d / larger);
         Some([x, y].map(|d| d / x.hypot(y)))

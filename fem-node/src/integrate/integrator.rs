@@ -24,9 +24,8 @@ const ELEMENTS_PER_THREAD: usize = 2_500;
 /// Steps a body, on one thread or several, with the same bits for any number of them.
 #[derive(Clone, Debug)]
 pub(crate) struct Integrator {
-    pub(crate) scheme: Scheme,
-    /// Mass damping of the step to come.
-    pub(crate) damping: Damping,
+    /// Scheme and mass damping of the step to come.
+    pub(crate) rule: Rule,
     law: Option<NonlinearLaw>,
     scratch: Vec<Scratch>,
     /// In place of `scratch` for an unstructured mesh.
@@ -53,22 +52,16 @@ impl Integrator {
         strips: usize,
     ) -> Integrator {
         Integrator {
-            scheme,
-            damping: Damping::constant(scheme.mass_damping),
+            rule: Rule {
+                scheme,
+                damping: Damping::constant(scheme.mass_damping),
+            },
             law,
             scratch: vec![Scratch::new(body, law.as_ref()); strips],
             unstructured: body
                 .connectivity
                 .as_ref()
                 .map(|connectivity| Unstructured::new(body, connectivity, law, strips)),
-        }
-    }
-
-    /// Scheme and damping of the step to come.
-    pub(crate) fn rule(&self) -> Rule {
-        Rule {
-            scheme: self.scheme,
-            damping: self.damping,
         }
     }
 
@@ -88,10 +81,10 @@ impl Integrator {
         rows: [usize; 2],
         wheel: Option<(&Wheel, &mut WheelRun)>,
     ) {
-        if self.scheme.stiffness_damping > 0.0 {
+        if self.rule.scheme.stiffness_damping > 0.0 {
             state.damping_force.resize(body.layout.len());
         }
-        let rule = self.rule();
+        let rule = self.rule;
         if let Some(unstructured) = &mut self.unstructured {
             return unstructured.step(body, &rule, state, load, dissipated, wheel);
         }
@@ -125,7 +118,7 @@ impl Integrator {
         dissipated: &mut Dissipated<Vec<f64>>,
         (front, increments): (&Front, &[f64]),
     ) {
-        let rule = self.rule();
+        let rule = self.rule;
         let columns = match front {
             Front::Columns(columns) => columns,
             Front::Nodes(part) => {
@@ -177,7 +170,7 @@ impl Integrator {
         dissipated: &mut Dissipated<Vec<f64>>,
         columns: [usize; 2],
     ) {
-        if self.scheme.stiffness_damping > 0.0 {
+        if self.rule.scheme.stiffness_damping > 0.0 {
             state.damping_force.resize(body.layout.len());
         }
         let [first, end] = columns;
@@ -202,7 +195,7 @@ impl Integrator {
         dissipated: &mut Dissipated<Vec<f64>>,
         part: Part,
     ) {
-        let rule = self.rule();
+        let rule = self.rule;
         let (scratch, all) = (&mut self.scratch[..1], [0, body.layout.node_rows]);
         let dissipated = dissipated.whole();
         let mut strips = split(body, &rule.scheme, state, dissipated, scratch, all);

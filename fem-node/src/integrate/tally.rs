@@ -29,7 +29,7 @@ pub(crate) struct Sums {
     pub(crate) numerical: f64,
     pub(crate) mass_damping: f64,
     pub(crate) stiffness_damping: f64,
-    /// The displacement farthest from zero (m); not a number where any is none.
+    /// The displacement farthest from zero (m); NaN where any is.
     pub(crate) farthest: f64,
 }
 

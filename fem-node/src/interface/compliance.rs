@@ -112,7 +112,7 @@ impl ColumnRun {
                 .step(body, state, &self.load, dissipated, reached, None);
             if let Some(velocity) = &mut velocity {
                 let share = step as f64 / f64::from(substeps);
-                let rule = self.integrator.rule();
+                let rule = self.integrator.rule;
                 velocity.step(body, &rule, state, dissipated, share);
             }
         }

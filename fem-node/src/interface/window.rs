@@ -250,7 +250,7 @@ impl WindowRun {
         let (body, scheme) = (&model.body, &model.scheme);
         self.works.move_to(model, &mut self.state, step, k);
         self.set_load(model, input, step + 1, false);
-        integrator.damping = model.damping_over(step);
+        integrator.rule.damping = model.damping_over(step);
         let rows = [0, body.layout.node_rows];
         let wheel = model.wheel.as_ref().zip(self.wheel.as_mut());
         let (state, dissipated, record) = (&mut self.state, &mut self.dissipated, &mut self.record);
@@ -270,7 +270,7 @@ impl WindowRun {
         }
         if let Some(velocity) = &mut self.velocity {
             let share = f64::from(k) / f64::from(input.substeps);
-            velocity.step(body, &integrator.rule(), state, dissipated, share);
+            velocity.step(body, &integrator.rule, state, dissipated, share);
         }
         self.works.settle(model, state, step, k);
         if let Extent::Recorded(region) = extent {
@@ -313,7 +313,7 @@ impl WindowRun {
             return;
         }
         let again = self.suspected.is_some_and(|before| before < step);
-        // What is not a number needs no second check.
+        // NaN needs no second check.
         if again || !kinetic.is_finite() {
             self.excess = Some(EnergyExcess {
                 step,
@@ -415,7 +415,7 @@ impl WindowRun {
         body.layout.repeat_period(accelerations);
     }
 
-    /// Takes note of the state at the end of `step` if the wheel moves sideways from then on.
+    /// Records the state at the end of `step` if the wheel moves sideways from then on.
     fn record_hold(&mut self, model: &Model, step: u64) {
         let (Some(wheel), Some(run)) = (&model.wheel, &self.wheel) else {
             return;
@@ -474,7 +474,7 @@ impl WindowRun {
         }
     }
 
-    /// The displacement that is farthest from zero (m), not a number if any is not.
+    /// The displacement that is farthest from zero (m), NaN if any is.
     pub(crate) fn largest_displacement(&self) -> f64 {
         self.tally.total().farthest
     }

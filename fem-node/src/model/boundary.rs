@@ -19,7 +19,7 @@ use crate::mesh::Mesh;
 /// A load turned into forces on the nodes of its set.
 #[derive(Clone, Debug)]
 pub struct Traction {
-    /// Component and force (N): at full load, or where a table tells the load of the set, under 1 N of it.
+    /// Component and force (N): at full load, or where the load of the set is a table, under 1 N of it.
     pub forces: Vec<(usize, f64)>,
     pub(crate) history: LoadHistory,
 }

@@ -39,7 +39,7 @@ pub struct FemNode {
     pub(super) pending: Option<(u64, WindowInput)>,
     /// Rows of nodes whose motion each report needs.
     pub(super) reported_rows: Vec<usize>,
-    /// The committed state, once it was asked for while it is in pieces.
+    /// The committed state as a whole, computed at the first request while it is in pieces.
     pub(super) gathered: OnceCell<State>,
 }
 

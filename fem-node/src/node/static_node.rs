@@ -35,7 +35,7 @@ const WHEEL_SIGNALS: [&str; 6] = [
 ];
 
 /// Increments between two reports. A report costs a solve of the whole body, an increment some; 5 take less than a second on
-/// 28 080 elements, far from the time in which a coupler wants to hear of a participant.
+/// 28 080 elements, far less than a coupler waits for an answer.
 const INCREMENTS_AT_ONCE: u32 = 5;
 
 /// A body whose loads grow so slowly that it is always in equilibrium. Its time counts increments, 1 s each: those

@@ -66,7 +66,7 @@ pub(crate) fn contact_reach<'a>(
     })
 }
 
-/// The larger of a strain and the largest of a state; not a number if either is none.
+/// The larger of a strain and the largest of a state; NaN if either is.
 pub(crate) fn strain_so_far(before: f64, model: &Model, state: &State) -> f64 {
     larger(before, largest_strain(model, state))
 }

@@ -175,13 +175,11 @@ pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
 }
 
 /// Largest entry of the displacement gradient over the centroids, which rotations spoil as strains do; under corotational
-/// kinematics the largest component of the stretch's strain. Not a number where any entry is none.
+/// kinematics the largest component of the stretch's strain. NaN where any entry is.
 pub fn largest_strain(model: &Model, state: &State) -> f64 {
     let mut largest: f64 = 0.0;
     for [column, row] in model.mesh.element_indices() {
-        let corners = model.mesh.corners(column, row);
-        let points = corners.map(|n| model.mesh.point(n[0], n[1]));
-        let u = corners.map(|node| displacement(model.body.layout, state, node));
+        let (points, u) = corners(model, state, [column, row]);
         let gradient = gradient(&points, &u, [0.0, 0.0]);
         let entries = if model.law == Some(NonlinearLaw::Corotational) {
             let ([xx, yy, xy], _) = stretch_at(gradient);
@@ -191,7 +189,7 @@ pub fn largest_strain(model: &Model, state: &State) -> f64 {
             [xx, xy, yx, yy]
         };
         for entry in entries {
-            // Written so that no number stays none.
+            // Written so that NaN stays.
             if entry.abs() > largest || entry.is_nan() {
                 largest = entry.abs();
             }
@@ -229,15 +227,22 @@ struct Strained {
     pressure_stress: f64,
 }
 
-fn strained(
+/// Positions and displacements of the corners of the element (column, row) (m).
+fn corners(
     model: &Model,
     state: &State,
     [column, row]: [usize; 2],
-    natural: [f64; 2],
-) -> Strained {
-    let corners = model.mesh.corners(column, row);
-    let points = corners.map(|n| model.mesh.point(n[0], n[1]));
-    let u = corners.map(|node| displacement(model.body.layout, state, node));
+) -> ([[f64; 2]; 4], [[f64; 2]; 4]) {
+    let nodes = model.mesh.corners(column, row);
+    let points = nodes.map(|n| model.mesh.point(n[0], n[1]));
+    (
+        points,
+        nodes.map(|node| displacement(model.body.layout, state, node)),
+    )
+}
+
+fn strained(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> Strained {
+    let (points, u) = corners(model, state, element);
     let gradient = gradient(&points, &u, natural);
     let (strain, rotation) = if model.law == Some(NonlinearLaw::Corotational) {
         let (strain, rotation) = stretch_at(gradient);

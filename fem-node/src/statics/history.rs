@@ -101,7 +101,7 @@ impl Statics {
     }
 
     /// Increments that bring the full load. Without friction there is no history, but small increments try fewer nodes in vain
-    /// and let a coupler hear of each.
+    /// and can be reported one by one.
     pub fn loading_increments(&self) -> usize {
         match self.loads {
             Some(loads) if loads.friction_while_loading && loads.friction > 0.0 => loads.increments,

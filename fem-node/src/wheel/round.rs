@@ -74,7 +74,7 @@ impl RoundFace {
     }
 
     /// Largest |r - r*| over the largest force, r* the projection of r - W^-1 (gap, -slip) onto the admissible
-    /// forces, with the diagonal of each block for W. Not a number if any force is not.
+    /// forces, with the diagonal of each block for W. NaN if any force is.
     fn residual(&self, wheel: &WheelStep) -> f64 {
         let lift = self.nodes.iter().map(LocalProblem::lift).sum::<f64>();
         let force = largest(self.nodes.iter().map(|b| b.r_n));

@@ -149,7 +149,7 @@ fn reversed_within((count, since): (u64, f64), [from, until]: [f64; 2]) -> bool 
 }
 
 impl CycleStatistics {
-    /// Takes note of the end of a step, and of the work that the drive did in it (J).
+    /// Records the end of a step, and the work of the drive in it (J).
     pub(super) fn record(
         &mut self,
         wheel: &Wheel,
@@ -189,7 +189,7 @@ impl CycleStatistics {
         }
     }
 
-    /// Takes note of the share of sliding nodes (%) after this number of reversals, the last of which is some time ago (s).
+    /// Records the share of sliding nodes (%) after this number of reversals, the last of which is some time ago (s).
     fn record_reversal(&mut self, reversals: (u64, f64), sn: f64) {
         if reversed_within(reversals, JUST_REVERSED) {
             let largest = self.sn_reversal_max.map_or(sn, |before| larger(before, sn));
@@ -210,7 +210,7 @@ impl CycleStatistics {
         range.or(self.before_motion.map(|force| [force; 2]))
     }
 
-    /// Takes note of a wheel that begins in equilibrium under this force (N).
+    /// Records the force on a wheel that begins in equilibrium (N).
     pub(super) fn begin_at_rest(&mut self, force: f64) {
         self.before_motion = Some(force);
     }

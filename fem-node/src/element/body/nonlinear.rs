@@ -125,7 +125,7 @@ fn mark_flowed(
         || {
             path.write_flow(points, columns, marks);
             if !any_positive(marks) {
-                // A mark that is not a number belongs to no run, and its pack would keep the forces of another row.
+                // A mark that is NaN belongs to no run, and its pack would keep the forces of another row.
                 marks.fill([0.0; LANES]);
                 return false;
             }
@@ -141,7 +141,7 @@ fn mark_flowed(
 /// True if any number is above 0. One branch for all of them: most rows have none.
 #[inline(always)]
 fn any_positive(packs: &[[f64; LANES]]) -> bool {
-    // What is not a number is passed over.
+    // NaN is passed over.
     let larger = |largest: Pack, pack: &[f64; LANES]| Pack(*pack).max(largest);
     let largest = packs.iter().fold(Pack::splat(0.0), larger);
     largest.any_above(Pack::splat(0.0))

@@ -132,7 +132,7 @@ impl Piece {
     /// Sets the damping of step `k`.
     fn damp(&mut self, window: PieceWindow, k: u32) {
         let step = window.steps + u64::from(k) - 1;
-        self.integrator.damping = window.model.damping_over(step);
+        self.integrator.rule.damping = window.model.damping_over(step);
     }
 
     /// The committed state under the forces of the window.

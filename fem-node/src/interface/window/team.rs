@@ -83,8 +83,8 @@ impl Team {
     }
 }
 
-/// Waits awake, giving way to all who compute, until it is over, for a while at most and not at all beside a stranger who wants the
-/// core. What follows then waits asleep.
+/// Spins until it is over, for a while at most, yielding to threads that compute and not at all where another process needs the
+/// core. After that the thread sleeps.
 fn wait(core: &Mutex<Core>, is_over: impl Fn() -> bool) {
     let mut core = core.lock().unwrap_or_else(PoisonError::into_inner);
     let start = Instant::now();

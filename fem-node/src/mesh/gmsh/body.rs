@@ -87,7 +87,7 @@ fn check_plane(file: &File, used: &[u32]) -> Result<(), ConfigError> {
         used.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends)
     };
     let [x, y, [low, high]] = [0, 1, 2].map(range);
-    // The comparison also catches what is not a number.
+    // The comparison is false for NaN too.
     if high - low <= NOTHING * (x[1] - x[0]).max(y[1] - y[0]) {
         return Ok(());
     }
@@ -111,7 +111,7 @@ fn turn(file: &File, quad: &mut FileElement<4>) -> Result<(), ConfigError> {
         let (next, last) = (to(corner + 1), to(corner + 3));
         let area = next[0] * last[1] - next[1] * last[0];
         let square = next[0].hypot(next[1]) * last[0].hypot(last[1]);
-        // The comparison also catches what is not a number.
+        // The comparison is false for NaN too.
         if area > NOTHING * square {
             continue;
         }
