@@ -15,11 +15,15 @@ use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::config::Config;
+use crate::config::keys::Config;
 use crate::error::FemError;
-use crate::integrate::{Dissipated, Integrator, Load, State};
+use crate::integrate::dissipation::Dissipated;
+use crate::integrate::integrator::Integrator;
+use crate::integrate::load::Load;
+use crate::integrate::state::State;
 use crate::model::Model;
-use crate::pack::{LANES, Pack, vectorised};
+use crate::pack::lanes::{LANES, Pack};
+use crate::pack::vectorised;
 
 /// Passes of which the quietest counts.
 const PASSES: usize = 7;

@@ -1,33 +1,32 @@
 //! The discretised body: masses, supports and the internal forces of its elements.
 //!
 //! Every nodal field is stored row after row; a row of nodes holds its x components, then its y components,
-//! each padded with zeros to [`Layout::stride`], so that packs of neighbours never need a special case. All nodes of an
-//! unstructured mesh form one row, and its elements gather from it what they need.
+//! each padded with zeros to [`Layout::stride`](layout::Layout::stride), so that packs of neighbours never need a special case. All
+//! nodes of an unstructured mesh form one row, and its elements gather from it what they need.
+//!
+//! - [`shape`]: shape functions, their slopes and the points of integration;
+//! - [`layout`]: where a node's components stand in a field;
+//! - [`supports`]: components that do not move;
+//! - [`stiffness`]: the stiffness of one element;
+//! - `row_forces`, `corners`, `gather`: forces and motions of the corners of a row of elements;
+//! - `modes`, `gauss`, `constants`: what the elements share in their integration;
+//! - `linear`, `points`: a row of elements of a linear or of another material;
+//! - `q4_bbar`, `q4_2x2`, `q4_1point`: the elements;
+//! - [`body`]: all elements of a body.
 
-pub(crate) mod body;
-mod constants;
-mod corners;
-mod gather;
+pub mod body;
+pub(crate) mod constants;
+pub(crate) mod corners;
+pub(crate) mod gather;
 pub(crate) mod gauss;
-mod layout;
-mod linear;
-mod modes;
-mod points;
+pub mod layout;
+pub(crate) mod linear;
+pub(crate) mod modes;
+pub(crate) mod points;
 pub(crate) mod q4_1point;
 pub(crate) mod q4_2x2;
 pub(crate) mod q4_bbar;
-mod row_forces;
-mod shape;
-mod stiffness;
-mod supports;
-
-pub(crate) use body::ElementRow;
-pub use body::{Body, stiffness};
-pub(crate) use corners::{CornerRows, StrainPath};
-pub(crate) use gather::{CORNER_FORCES, GatherBuffers, NodalFields, sum_corners};
-pub use layout::Layout;
-pub(crate) use row_forces::RowForces;
-pub use shape::{GAUSS_POINTS, jacobian, slopes};
-pub(crate) use shape::{area, natural_coordinates, shape_functions};
-pub use stiffness::Stiffness;
-pub use supports::Supports;
+pub(crate) mod row_forces;
+pub mod shape;
+pub mod stiffness;
+pub mod supports;

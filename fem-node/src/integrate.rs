@@ -52,31 +52,26 @@
 //! ```
 //!
 //! The last bracket telescopes inside a window, not across windows: a is computed anew under the new force.
+//!
+//! # Modules
+//! - `dissipation`, `load`, [`state`]: energies lost, forces applied, fields of the nodes;
+//! - `front`, `rings`, `region`, `cut`: the part of a body that a changed force can have reached;
+//! - `node_row`, `node_pass`: one row of nodes through a step;
+//! - `scratch`, `strip`: a structured body by rows; `unstructured`: any other;
+//! - `tally`: sums in an order that no number of threads changes;
+//! - `integrator`: a step of the whole body.
 
-mod cut;
-mod dissipation;
-mod front;
-mod integrator;
-mod load;
-mod node_pass;
+pub(crate) mod cut;
+pub(crate) mod dissipation;
+pub(crate) mod front;
+pub(crate) mod integrator;
+pub(crate) mod load;
+pub(crate) mod node_pass;
 pub(crate) mod node_row;
-mod region;
-mod rings;
-mod scheme;
-mod scratch;
-mod state;
+pub(crate) mod region;
+pub(crate) mod rings;
+pub(crate) mod scratch;
+pub mod state;
 mod strip;
-mod tally;
+pub(crate) mod tally;
 mod unstructured;
-mod upper_row;
-
-pub use crate::integrate::scheme::Scheme;
-pub(crate) use crate::integrate::scheme::{Damping, Rule};
-pub(crate) use cut::{Cut, CutRegion};
-pub(crate) use dissipation::{Dissipated, Ways};
-pub(crate) use integrator::Integrator;
-pub(crate) use load::Load;
-pub(crate) use region::{Region, Tape};
-pub use state::State;
-pub(crate) use tally::{BLOCK, Tally, blocks_of, kinetic_energy};
-pub(crate) use upper_row::UpperRow;

@@ -1,4 +1,12 @@
-//! The points that the body exchanges with a coupler.
+//! The points that the body exchanges with a coupler, and what it does between two exchanges.
+//!
+//! - `prescribed_velocity`: components whose velocity a coupler prescribes;
+//! - `compliance`: condensed compliance and impedance of the coupled components;
+//! - `window`: one window from the committed state.
+
+pub(crate) mod compliance;
+pub(crate) mod prescribed_velocity;
+pub(crate) mod window;
 
 use std::collections::BTreeMap;
 
@@ -16,23 +24,23 @@ pub(crate) struct Interface {
     /// Exchanged components in the order (x0, y0, x1, y1, ...), as indices in the fields.
     pub(crate) components: Vec<usize>,
     /// Matrices by their kind and number of steps, n x n, column-major, for the present selection.
-    condensed: BTreeMap<(Condensed, u32), Vec<f64>>,
+    condensed: BTreeMap<(CondensedMatrix, u32), Vec<f64>>,
 }
 
 /// Kind of matrix that is condensed onto the exchanged components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Condensed {
+pub(crate) enum CondensedMatrix {
     /// C (m/N) of a constant force.
     Compliance,
     /// D (kg/s) of a velocity that grows in a straight line.
     Impedance,
 }
 
-impl Condensed {
+impl CondensedMatrix {
     pub(crate) fn word(self) -> &'static str {
         match self {
-            Condensed::Compliance => "compliance",
-            Condensed::Impedance => "impedance",
+            CondensedMatrix::Compliance => "compliance",
+            CondensedMatrix::Impedance => "impedance",
         }
     }
 }
@@ -84,7 +92,7 @@ impl Interface {
     /// The matrix for this number of steps, computed at the first request.
     pub(crate) fn condensed(
         &mut self,
-        matrix: Condensed,
+        matrix: CondensedMatrix,
         substeps: u32,
         compute: impl FnOnce(&[usize]) -> Vec<f64>,
     ) -> &[f64] {
@@ -94,7 +102,7 @@ impl Interface {
     }
 
     /// True where the matrix for this number of steps is known.
-    pub(crate) fn knows(&self, matrix: Condensed, substeps: u32) -> bool {
+    pub(crate) fn knows(&self, matrix: CondensedMatrix, substeps: u32) -> bool {
         self.condensed.contains_key(&(matrix, substeps))
     }
 

@@ -19,17 +19,17 @@
 //!
 //! | symbol | meaning | unit | in the code |
 //! |---|---|---|---|
-//! | u, v, a | displacement, velocity, acceleration of the nodes, x and y components | m, m/s, m/s2 | [`State`](integrate::State) |
-//! | F, f | internal force; applied forces, those of the interface included | N | [`State::force`](integrate::State::force), `integrate::Load` |
-//! | M | lumped masses | kg | [`Body::mass`](element::Body::mass) |
-//! | h, H | step; window of m steps, H = m h (in H r: the directions of the contacts, H* its transpose) | s | [`Scheme::step`](integrate::Scheme::step), [`Window::substeps`](protocol::Window::substeps) |
-//! | b | damping parameter of the scheme, 1/2 to 1 (the paper's beta) | - | [`Scheme::damping`](integrate::Scheme::damping), key `time.damping` |
+//! | u, v, a | displacement, velocity, acceleration of the nodes, x and y components | m, m/s, m/s2 | [`State`](integrate::state::State) |
+//! | F, f | internal force; applied forces, those of the interface included | N | [`State::force`](integrate::state::State::force), `integrate::load::Load` |
+//! | M | lumped masses | kg | [`Body::mass`](element::body::Body::mass) |
+//! | h, H | step; window of m steps, H = m h (in H r: the directions of the contacts, H* its transpose) | s | [`Scheme::step`](scheme::Scheme::step), [`Window::substeps`](protocol::Window::substeps) |
+//! | b | damping parameter of the scheme, 1/2 to 1 (the paper's beta) | - | [`Scheme::damping`](scheme::Scheme::damping), key `time.damping` |
 //! | c, beta | damping in proportion to the mass, to the stiffness | 1/s, s | keys `time.mass_damping_per_s`, `time.stiffness_damping_s` |
-//! | omega | natural frequency | 1/s | [`omega_max`](spectrum::omega_max) |
+//! | omega | natural frequency | 1/s | [`omega_max`](model::spectrum::omega_max) |
 //! | t | thickness | m | [`Setting::thickness_m`](protocol::Setting::thickness_m) |
 //! | e, s | strain and stress | -, Pa | [`Elastic::stress`](material::Elastic::stress) |
 //! | Y, H, K | yield stress, isotropic and kinematic hardening (of [`material::j2`] only) | Pa | [`J2`](material::j2::J2) |
-//! | r_n, r_t | normal and tangential contact force of a node, r_n > 0 in compression | N | `wheel::NodeContact` |
+//! | r_n, r_t | normal and tangential contact force of a node, r_n > 0 in compression | N | `wheel::node_contact::NodeContact` |
 //! | g, mu | gap to the wheel, g > 0 where it is open; coefficient of friction | m, - | `wheel::problem`, key `contact.friction` |
 //! | lambda, C, D | interface force; compliance and impedance of the interface over a window | N, m/N, kg/s | `compliance` |
 //!
@@ -87,20 +87,20 @@
 //! # One window, step by step
 //!
 //! 1. [`FemNode`] restores the committed state; repeats of a window all begin there.
-//! 2. The interface force is added to the loads of the named sets ([`boundary`]), and a computed anew.
-//! 3. For each step: u' by [`Scheme::predicted`](integrate::Scheme::predicted), F(u') element by element
-//!    ([`Body::internal_force`](element::Body::internal_force) and its rows), the contact forces ([`mod@wheel`]), a' and v' by
+//! 2. The interface force is added to the loads of the named sets ([`boundary`](model::boundary)), and a computed anew.
+//! 3. For each step: u' by [`Scheme::predicted`](scheme::Scheme::predicted), F(u') element by element
+//!    ([`Body::internal_force`](element::body::Body::internal_force) and its rows), the contact forces ([`mod@wheel`]), a' and v' by
 //!    [`NodeRow`](integrate::node_row::NodeRow), and the energies of the step beside them.
 //! 4. The increment of u on the interface is the answer. A second run of the same window computes only what a changed force can have
 //!    reached: a step carries it one ring of elements further.
-//! 5. The commit makes the last run the state, adds its energies to the [`Ledger`](ledger::Ledger), and reports.
+//! 5. The commit makes the last run the state, adds its energies to the [`Ledger`](output::ledger::Ledger), and reports.
 //!
-//! Before the first window the coupler may ask for C, or D of a prescribed velocity: [`compliance`](compliance::compliance()) runs one
+//! Before the first window the coupler may ask for C, or D of a prescribed velocity: [`compliance`](interface::compliance::compliance()) runs one
 //! window from rest under each unit force.
 //!
 //! # Checks
 //!
-//! - Energy: each term of [`Ledger`](ledger::Ledger) has its own formula, and none is what the others leave. `energy_balance_rel` is what
+//! - Energy: each term of [`Ledger`](output::ledger::Ledger) has its own formula, and none is what the others leave. `energy_balance_rel` is what
 //!   work, stored and dissipated energy are apart, over the work: rounding in small strain, 1e-6 where the body rotates.
 //! - Step: above the limit it is refused with the limit's name. A run whose kinetic energy exceeds ten times all that was supplied
 //!   has diverged, whatever the limit says.
@@ -117,22 +117,20 @@
 //!
 //! # Modules
 //!
-//! In reading order:
+//! In reading order, each folder after those that it needs:
 //! - [`config`]: the keys of `[participant.config]`;
-//! - [`mesh`]: graded structured meshes;
-//! - [`gmsh`]: meshes that Gmsh wrote;
+//! - [`mesh`]: graded structured meshes, and those that Gmsh wrote;
+//! - `pack`: packs of four doubles, which the compiler turns into vector code;
 //! - [`material`]: linear elasticity in the plane, plasticity, large rotations;
 //! - [`element`]: the discretised body, masses, supports and internal forces;
-//! - [`boundary`]: loads and prescribed motions of named sets;
-//! - [`spectrum`]: the largest frequency and the longest stable step;
-//! - [`integrate`]: the time scheme and the energies that a step moves;
+//! - [`scheme`]: the parameters of the time scheme, which body and wheel share;
 //! - [`wheel`]: the body's own rigid wheel and the contact with it;
-//! - [`model`]: everything that does not change during a run;
+//! - [`mod@integrate`]: a step of the body along with its wheel, and the energies that it moves;
+//! - [`model`]: everything that does not change during a run: boundary and initial conditions, the longest stable step;
 //! - [`statics`]: equilibrium, alone or as the start of dynamics;
-//! - [`ledger`]: the energies that are reported;
-//! - [`probe`]: signals, stresses and pressures;
-//! - [`profile`]: the pressure between wheel and body;
-//! - [`node`]: the body as a participant, with its windows, interface and compliance;
+//! - [`output`]: energies, signals, pressures, fields and checks of plausibility;
+//! - `interface`: the coupled sets, their compliance, and the windows between two exchanges;
+//! - [`node`]: the body as a participant, in motion or in equilibrium;
 //! - [`mod@bench`]: time of whole steps beside what memory and arithmetic allow.
 //!
 //! # Equations, functions, sources
@@ -143,13 +141,13 @@
 //!
 //! | equation | function | source |
 //! |---|---|---|
-//! | u' = u + h v + h^2/2 a | [`Scheme::predicted`](integrate::Scheme::predicted) | Newmark (1959), beta = 0; RSB eq 12, corrected |
+//! | u' = u + h v + h^2/2 a | [`Scheme::predicted`](scheme::Scheme::predicted) | Newmark (1959), beta = 0; RSB eq 12, corrected |
 //! | a' = p - c (v + h [(1-b) a + b p]) / (1 + b h c), p = M^-1 (f' - F') | [`NodeRow::accelerate`](integrate::node_row::NodeRow::accelerate) | the same, gamma = b |
 //! | v' = v + h [(1-b) a + b a'] | [`NodeRow::new_velocity`](integrate::node_row::NodeRow::new_velocity) | the same |
 //! | d' = (beta/h) (F' - F) | [`NodeRow::damp_stiffness`](integrate::node_row::NodeRow::damp_stiffness) | Rayleigh (1877), section 102 |
-//! | h < sqrt(2/b)/omega_max | [`step_limit`](spectrum::step_limit) | spectral radius, stated there |
-//! | h < (sqrt(2/b + 4 xi^2) - 2 xi)/omega_max | [`damped_step_limit`](spectrum::damped_step_limit) | Belytschko, Liu and Moran (2000), section 6.2 |
-//! | K phi = omega^2 M phi, the largest omega | [`omega_max`](spectrum::omega_max) | Lanczos (1950); Parlett (1980), ch. 13 |
+//! | h < sqrt(2/b)/omega_max | [`step_limit`](model::spectrum::step_limit) | spectral radius, stated there |
+//! | h < (sqrt(2/b + 4 xi^2) - 2 xi)/omega_max | [`damped_step_limit`](model::spectrum::damped_step_limit) | Belytschko, Liu and Moran (2000), section 6.2 |
+//! | K phi = omega^2 M phi, the largest omega | [`omega_max`](model::spectrum::omega_max) | Lanczos (1950); Parlett (1980), ch. 13 |
 //! | m_a = sum of rho t A/4 | [`lump`](element::body::lump) | row-sum lumping |
 //! | f = t A B^T s + G Q, one point and hourglass stiffness | [`Q4OnePoint`](element::q4_1point::Q4OnePoint) | Flanagan and Belytschko (1981) |
 //! | f = sum of t J B^T s over 2 x 2 points | [`integrate`](element::gauss::integrate) | Gauss quadrature |
@@ -163,12 +161,12 @@
 //! | W (r_n, r_t) = (-gap, slip) | [`LocalProblem::closed`](wheel::round::LocalProblem::closed) | Jourdan, Alart and Jean (1998) |
 //! | g_i = 0, slip_i = 0 or r_t = +-mu r_n, sum of r_y = load | [`System::new`](statics::active_set::System::new) | Hueeber, Stadler and Wohlmuth (2008) |
 //! | K u = f, K = L L^T | [`Factor::solve`](statics::factor::Factor::solve) | Cholesky |
-//! | C(1) = h^2/2 M^-1, columns of unit forces | [`compliance`](compliance::compliance) | stated there |
-//! | H D = M_i + H^2/2 K_i + sum L L^T (1 - cos(omega H)) | [`impedance`](compliance::impedance) | stated there |
-//! | f' = M (1 + b h c) (a_s - a_0') | [`PrescribedVelocity::step`](prescribed_velocity::PrescribedVelocity::step) | derived in its module |
-//! | r = F + d - f of a prescribed motion | [`reaction`](window::works::reaction) | derived in [`boundary`] |
-//! | W = [(1-b) f + b f'] du | [`applied_work`](window::works::applied_work) | derived in [`integrate`](mod@integrate) |
-//! | (b-1/2) (du dF - b h^2/2 da M da) - (b h^2/4) d(a M a) | [`NodeRow::numerical_dissipation`](integrate::node_row::NodeRow::numerical_dissipation), [`WindowRun::close`](window::WindowRun::close) | derived in [`integrate`](mod@integrate) |
+//! | C(1) = h^2/2 M^-1, columns of unit forces | [`compliance`](interface::compliance::compliance) | stated there |
+//! | H D = M_i + H^2/2 K_i + sum L L^T (1 - cos(omega H)) | [`impedance`](interface::compliance::impedance) | stated there |
+//! | f' = M (1 + b h c) (a_s - a_0') | [`PrescribedVelocity::step`](interface::prescribed_velocity::PrescribedVelocity::step) | derived in its module |
+//! | r = F + d - f of a prescribed motion | [`reaction`](interface::window::works::reaction) | derived in [`boundary`](model::boundary) |
+//! | W = [(1-b) f + b f'] du | [`applied_work`](interface::window::works::applied_work) | derived in [`integrate`](mod@integrate) |
+//! | (b-1/2) (du dF - b h^2/2 da M da) - (b h^2/4) d(a M a) | [`NodeRow::numerical_dissipation`](integrate::node_row::NodeRow::numerical_dissipation), [`WindowRun::close`](interface::window::WindowRun::close) | derived in [`integrate`](mod@integrate) |
 //! | [(1-b) c v + b c' v'] M du | [`NodeRow::mass_damping`](integrate::node_row::NodeRow::mass_damping) | derived in [`integrate`](mod@integrate) |
 //! | energies of wheel and contact | [`WheelRun::add_energies`](wheel::run::WheelRun::add_energies) | derived in [`integrate`](mod@integrate) |
 //!
@@ -193,47 +191,35 @@
     reason = "the table of equations names private functions; they are linked in docs with private items"
 )]
 
-pub mod bench;
-pub mod boundary;
 pub mod config;
 pub mod element;
-pub mod gmsh;
 pub mod integrate;
-pub mod ledger;
 pub mod material;
 pub mod mesh;
 pub mod model;
 pub mod node;
-pub mod probe;
-pub mod profile;
-pub mod spectrum;
+pub mod output;
+pub mod scheme;
 pub mod statics;
 pub mod wheel;
 
-mod committed;
-mod compliance;
+pub mod bench;
+
 mod error;
-mod initial;
 mod interface;
 mod pack;
-mod plausible;
-mod prescribed_velocity;
-mod probe_points;
-mod snapshot;
-mod vtu;
-mod window;
 
 use kit::schema::schema_of;
 use kit::{ConfigError, read_config};
 use protocol::{Node, NodeError, Session, Setting};
 use serde_json::Value;
 
-use config::Analysis;
+use config::choice::Analysis;
 
-pub use config::Config;
+pub use config::keys::Config;
 pub use error::FemError;
-pub use node::FemNode;
-pub use statics::StaticNode;
+pub use node::fem_node::FemNode;
+pub use node::static_node::StaticNode;
 
 /// Checks the keys of a participant: everything that can be wrong before a run, the mesh and the step included.
 /// Returns warnings for the user.

@@ -1,9 +1,13 @@
-//! Linear elasticity in the plane; plasticity and large rotations in files of their own.
+//! Linear elasticity in the plane.
+//!
+//! - [`j2`]: plasticity with isotropic and kinematic hardening;
+//! - [`nonlinear`]: laws that are more than linear, and large rotations.
 
 pub mod j2;
 pub mod nonlinear;
 
-use crate::config::{MaterialConfig, Plane};
+use crate::config::choice::Plane;
+use crate::config::material::MaterialConfig;
 
 /// Isotropic linear elasticity reduced to the plane:
 /// sxx = c11 exx + c12 eyy, syy = c12 exx + c11 eyy, sxy = c33 (ux,y + uy,x), szz = out_of_plane (sxx + syy).

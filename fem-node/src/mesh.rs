@@ -1,11 +1,16 @@
 //! Meshes of quadrilaterals: graded structured ones from a few numbers, and any others by their elements.
+//!
+//! - `connectivity`: elements and sets of an unstructured mesh;
+//! - `graded`: structured meshes;
+//! - [`gmsh`]: meshes that Gmsh wrote.
 
-mod connectivity;
+pub(crate) mod connectivity;
+pub mod gmsh;
 mod graded;
 
 use std::sync::Arc;
 
-pub(crate) use connectivity::{Connectivity, NodeSet};
+use connectivity::{Connectivity, NodeSet};
 
 /// Irrational strides of the Weyl sequences of [`Mesh::perturb`]: the reciprocals of the golden and of the plastic number.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -169,8 +174,8 @@ impl Mesh {
         let most = 1e-12 * (width * height / self.elements() as f64).sqrt();
         let nodes: Vec<[usize; 2]> = self.nodes().collect();
         for node in nodes {
-            let place = self.number(self.tied_to(node)) as f64;
-            let share = (GOLDEN * (place + 1.0) + PLASTIC * (1.0 + (seed % WRAP) as f64)).fract();
+            let number = self.number(self.tied_to(node)) as f64;
+            let share = (GOLDEN * (number + 1.0) + PLASTIC * (1.0 + (seed % WRAP) as f64)).fract();
             let number = self.number(node);
             self.points[number][1] += most * (2.0 * share - 1.0);
         }
@@ -307,6 +312,11 @@ impl Mesh {
     }
 }
 
+/// Area of a quadrilateral (m2), positive when its corners run anticlockwise.
+pub(crate) fn area(p: &[[f64; 2]; 4]) -> f64 {
+    0.5 * ((p[2][0] - p[0][0]) * (p[3][1] - p[1][1]) - (p[3][0] - p[1][0]) * (p[2][1] - p[0][1]))
+}
+
 /// Nodes of an unstructured mesh, by their numbers.
 fn in_row(numbers: &[u32]) -> Vec<[usize; 2]> {
     numbers.iter().map(|k| [*k as usize, 0]).collect()
@@ -315,6 +325,11 @@ fn in_row(numbers: &[u32]) -> Vec<[usize; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_area_of_a_trapezium_is_right() {
+        assert_eq!(area(&[[0.0, 0.0], [4.0, 0.0], [3.0, 2.0], [1.0, 2.0]]), 6.0);
+    }
 
     #[test]
     fn tributary_lengths_add_up_to_the_edge() {

@@ -1,26 +1,40 @@
 //! From the checked keys to everything that does not change during a run.
+//!
+//! - [`spectrum`]: the largest frequency and the longest stable step;
+//! - [`boundary`]: loads and prescribed motions of named sets;
+//! - `initial`: initial velocities;
+//! - `probe_points`: the points whose motion is reported.
+
+pub mod boundary;
+pub(crate) mod initial;
+pub(crate) mod probe_points;
+pub mod spectrum;
 
 use std::collections::BTreeMap;
 
 use kit::ConfigError;
 use protocol::{Cause, Setting};
 
-use crate::boundary::{self, PrescribedMotion, Traction};
-use crate::config::{
-    Analysis, Base, Config, ElementKind, Kinematics, MaterialKind, MeshSource, PlausibleConfig,
-    Sides, Start, StepChoice, WheelConfig, positive,
-};
-use crate::element::{Body, Supports};
-use crate::gmsh;
-use crate::initial;
-use crate::integrate::{Damping, Scheme, Ways};
+use crate::config::choice::{Analysis, Base, ElementKind, Kinematics, Sides, Start};
+use crate::config::keys::Config;
+use crate::config::material::MaterialKind;
+use crate::config::mesh::MeshSource;
+use crate::config::number::positive;
+use crate::config::plausible::PlausibleConfig;
+use crate::config::time::StepChoice;
+use crate::config::wheel::WheelConfig;
+use crate::element::body::Body;
+use crate::element::supports::Supports;
+use crate::integrate::dissipation::Mechanisms;
 use crate::material::Elastic;
 use crate::material::j2::J2;
 use crate::material::nonlinear::NonlinearLaw;
+use crate::mesh::gmsh;
 use crate::mesh::{Edge, Mesh};
-use crate::probe_points::{self, ProbePoint};
-use crate::spectrum;
-use crate::wheel::Wheel;
+use crate::model::boundary::{PrescribedMotion, Traction};
+use crate::model::probe_points::ProbePoint;
+use crate::scheme::{Damping, Scheme};
+use crate::wheel::rigid::Wheel;
 
 /// Share of the stability limit that `step_s = "auto"` takes by default.
 const SAFETY: f64 = 0.9;
@@ -167,9 +181,9 @@ impl Model {
         }
     }
 
-    /// Ways in which the body dissipates.
-    pub(crate) fn dissipates(&self) -> Ways {
-        Ways {
+    /// Mechanisms by which the body dissipates.
+    pub(crate) fn dissipates(&self) -> Mechanisms {
+        Mechanisms {
             numerical: self.scheme.damping > 0.5,
             mass_damping: self.damping_at(0) > 0.0,
             stiffness_damping: self.scheme.stiffness_damping > 0.0,

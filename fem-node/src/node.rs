@@ -1,6 +1,8 @@
-//! The body as a participant of a coupled run.
+//! The body as a participant of a run.
 //!
-//! - `fem_node`: the body, its committed state and the window at hand;
+//! - `foreign`: the refusal of a checkpoint of another body;
+//! - [`static_node`]: a body in equilibrium, increment by increment;
+//! - [`fem_node`]: a body in motion, its committed state and the window at hand;
 //! - `windows`: windows and condensed matrices;
 //! - `report`: signals, energies, results and snapshots;
 //! - `checkpoint`: the committed state of a checkpoint;
@@ -8,8 +10,8 @@
 
 mod answers;
 mod checkpoint;
-mod fem_node;
+pub mod fem_node;
+mod foreign;
 mod report;
+pub mod static_node;
 mod windows;
-
-pub use crate::node::fem_node::FemNode;

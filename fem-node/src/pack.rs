@@ -3,18 +3,21 @@
 //! The compiler turns loops over whole rows into vector code only when it can prove that a dozen slices do
 //! not overlap, and gives up. Loading a few numbers of each slice by value, computing, and storing them at
 //! the end leaves nothing to prove.
+//!
+//! - `lanes`: a pack, and the traits of computations over packs;
+//! - `avx`: the vector registers of x86-64;
+//! - `line`: rows of numbers that begin on a cache line.
+
+#[cfg(target_arch = "x86_64")]
+mod avx;
+pub(crate) mod lanes;
+pub(crate) mod line;
 
 use std::ops::Range;
 
 use protocol::larger;
 
-#[cfg(target_arch = "x86_64")]
-mod avx;
-mod lanes;
-mod line;
-
-pub(crate) use lanes::{ByPacks, InRegisters, LANES, Lanes, Pack, Registers};
-pub(crate) use line::{LINE, Lines};
+use lanes::{InRegisters, LANES, Pack, Registers};
 
 /// Calls `work` where the compiler may use the widest vector registers that this machine and the build have; `work` must be
 /// inlined. Every operation rounds as it does elsewhere, so the bits are the same.
@@ -85,13 +88,14 @@ pub(crate) fn packs_of_mut<'a>(
     &mut numbers[first..].as_chunks_mut().0[packs.clone()]
 }
 
-/// The largest of these, none being negative; not a number if any is not.
+/// The largest of these, none being negative; NaN if any is.
 pub(crate) fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, larger)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::lanes::{ByPacks, Lanes};
     use super::*;
 
     const A: [[f64; LANES]; 3] = [

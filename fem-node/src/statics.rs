@@ -8,22 +8,16 @@
 //! so the load must grow in small increments, each with its own complementarity problem. Applying it at once leaves
 //! 784 MPa of hydrostatic pressure under the wheel of the paper instead of 671, with friction or without.
 //!
+//! - [`contact`]: contact forces and statuses of the nodes;
 //! - `factor`: the stiffness of the body and its Cholesky factor;
 //! - `face`: position of the wheel, and the gaps below it;
 //! - `edge`: the compliance of the upper edge;
-//! - `contact`: contact forces and statuses of the nodes;
 //! - `active_set`: one increment of the contact problem;
-//! - `history`: the increments of a load;
-//! - `node`: a static analysis as a participant.
+//! - [`history`]: the increments of a load.
 
 pub(crate) mod active_set;
-mod contact;
+pub mod contact;
 mod edge;
 mod face;
 pub(crate) mod factor;
-mod history;
-mod node;
-
-pub use contact::{DirectedStatus, WheelContact};
-pub use history::{Loads, StaticState, Statics, equilibrium};
-pub use node::StaticNode;
+pub mod history;

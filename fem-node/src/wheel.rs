@@ -13,23 +13,26 @@
 //!
 //! The factor is h^2 (b+1/2) and not h^2 because the force enters u_n+1 both through a_n and through v_n. With h^2
 //! the pressures stay right, but every node slides for ever and friction carries next to nothing.
+//!
+//! - `upper_row`: the nodes of the upper edge as the contact sees them;
+//! - [`rigid`]: the wheel, everything about it that does not change;
+//! - `node_contact`: force and status of one node;
+//! - `problem`: the contact problem of one step;
+//! - `coulomb`: the law of contact of one node;
+//! - `flat`, `round`: the problem under a flat and under a round face, solved;
+//! - `newmark`: the scheme for one component;
+//! - `statistics`: signals over the sideways cycles;
+//! - [`state`]: what a step changes;
+//! - `run`: the steps.
 
 pub(crate) mod coulomb;
 pub(crate) mod flat;
 pub(crate) mod newmark;
-mod node_contact;
+pub(crate) mod node_contact;
 mod problem;
-mod program;
-mod rigid;
+pub mod rigid;
 pub(crate) mod round;
 pub(crate) mod run;
-mod state;
-mod statistics;
-
-pub(crate) use node_contact::{ContactStatus, NodeContact};
-pub use program::Program;
-pub use rigid::Wheel;
-pub(crate) use run::WheelRun;
-pub use state::Energies;
-pub(crate) use state::WheelState;
-pub(crate) use statistics::SIGNALS;
+pub mod state;
+pub(crate) mod statistics;
+pub(crate) mod upper_row;

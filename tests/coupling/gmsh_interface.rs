@@ -9,7 +9,8 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Output;
 
-use fem_node::config::{Config, MeshSource};
+use fem_node::Config;
+use fem_node::config::mesh::MeshSource;
 use fem_node::mesh::{Edge, Mesh};
 use harness::runs::{Scratch, thirdbody};
 use runs::columns::read_csv;

@@ -218,7 +218,7 @@ pub fn meshes() -> Vec<Vec<u8>> {
 
 /// A mesh of Gmsh.
 pub fn mesh(bytes: &[u8]) -> bool {
-    fem_node::gmsh::parse(bytes, 1e-3).is_ok()
+    fem_node::mesh::gmsh::parse(bytes, 1e-3).is_ok()
 }
 
 /// A log of a short run.

@@ -23,8 +23,9 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use fem_node::config::Config;
-use fem_node::{StaticNode, probe};
+use fem_node::Config;
+use fem_node::StaticNode;
+use fem_node::output::probe;
 use kit::read_config;
 use protocol::Node;
 use serde_json::{Value, json};

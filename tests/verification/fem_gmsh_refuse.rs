@@ -3,7 +3,7 @@
 //! Source: Gmsh reference manual, MSH file format.
 //! Tolerance: none.
 
-use fem_node::gmsh::parse;
+use fem_node::mesh::gmsh::parse;
 use kit::ConfigError;
 use protocol::Setting;
 use serde_json::{Value, json};

@@ -5,7 +5,7 @@
 //! Tolerance: 1e-12 of the largest displacement in statics (rounding of a sparse solve of some 200 equations, whose
 //! condition of 1e4 multiplies 1e-16); 1e-11 after 600 explicit steps, the rounding of each kept by the next.
 
-use fem_node::config::MeshSource;
+use fem_node::config::mesh::MeshSource;
 use fem_node::mesh::Mesh;
 use fem_node::{Config, FemNode, StaticNode};
 use kit::read_config;

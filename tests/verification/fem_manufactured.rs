@@ -8,8 +8,10 @@
 //! nu = 0.499, of which elements with full integration find some 80 %.
 //! Tolerance: orders within 0.15 of 2 and 1 from the two finer of three meshes; 2 % for the cylinder of 5 elements.
 
-use fem_node::config::{ElementKind, MaterialConfig, Plane};
-use fem_node::element::{self, GAUSS_POINTS};
+use fem_node::config::choice::{ElementKind, Plane};
+use fem_node::config::material::MaterialConfig;
+use fem_node::element::body;
+use fem_node::element::shape::{self, GAUSS_POINTS};
 use fem_node::material::Elastic;
 use fem_node::mesh::Mesh;
 use nalgebra::{DMatrix, DVector};
@@ -66,7 +68,7 @@ fn assemble(mesh: &Mesh, kind: ElementKind, law: &Elastic) -> DMatrix<f64> {
     let mut k = DMatrix::zeros(size, size);
     for (i, j) in elements(mesh) {
         let rows = equations(mesh, i, j);
-        let stiffness = element::stiffness(kind, &corners(mesh, i, j), law, 1.0);
+        let stiffness = body::stiffness(kind, &corners(mesh, i, j), law, 1.0);
         for (r, row) in rows.iter().enumerate() {
             for (c, column) in rows.iter().enumerate() {
                 k[(*row, *column)] += stiffness.0[r][c];
@@ -140,7 +142,7 @@ fn errors(kind: ElementKind, cells: usize) -> [f64; 2] {
     let places = |i: usize, j: usize, natural: [f64; 2]| {
         let (p, n) = (corners(&mesh, i, j), shape(natural));
         let x = [0, 1].map(|k| (0..4).map(|a| n[a] * p[a][k]).sum::<f64>());
-        (x, n, element::jacobian(&p, natural))
+        (x, n, shape::jacobian(&p, natural))
     };
     for (i, j) in elements(&mesh) {
         for natural in GAUSS_POINTS {
@@ -163,7 +165,7 @@ fn errors(kind: ElementKind, cells: usize) -> [f64; 2] {
         let (p, rows) = (corners(&mesh, i, j), equations(&mesh, i, j));
         for natural in GAUSS_POINTS {
             let (x, n, weight) = places(i, j, natural);
-            let slopes = element::slopes(&p, natural);
+            let slopes = shape::slopes(&p, natural);
             let value =
                 |k: usize| (0..4).map(|a| n[a] * u[rows[2 * a + k]]).sum::<f64>() - exact(x)[k];
             let slope = |k: usize, d: usize| {

@@ -5,7 +5,7 @@
 //! Tolerance: the digits printed.
 
 use fem_node::Config;
-use fem_node::config::{MeshConfig, MeshSource};
+use fem_node::config::mesh::{MeshConfig, MeshSource};
 use fem_node::mesh::{Edge, Mesh};
 use kit::read_config;
 use serde_json::Value;

@@ -5,7 +5,7 @@
 //! Tolerance: 1 % for the stress behind the front, which ripples, 0.5 % for the work; 1e-12 for prescribed places;
 //! 1e-10 for the balance, as in `fem_energy`.
 
-use fem_node::probe;
+use fem_node::output::probe;
 use protocol::Node;
 use serde_json::{Value, json};
 

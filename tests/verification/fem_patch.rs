@@ -5,11 +5,13 @@
 //! orthogonality of the hourglass vectors.
 //! Tolerance: 1e-12 of the largest term, rounding of a few dozen operations.
 
-use fem_node::config::{ElementKind, MaterialConfig, Plane};
-use fem_node::element::{Body, Supports};
+use fem_node::config::choice::{ElementKind, Plane};
+use fem_node::config::material::MaterialConfig;
+use fem_node::element::body::Body;
+use fem_node::element::supports::Supports;
 use fem_node::material::Elastic;
 use fem_node::mesh::Mesh;
-use fem_node::probe;
+use fem_node::output::probe;
 
 const SIZE: usize = 5;
 

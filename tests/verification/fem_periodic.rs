@@ -12,8 +12,8 @@
 //! Source: d'Alembert; the dispersion relation of `fem_dispersion`; M = lambda + 2 mu.
 //! Tolerance: rounding, beside each assertion.
 
-use fem_node::profile::Profile;
-use fem_node::statics::{Loads, equilibrium};
+use fem_node::output::profile::Profile;
+use fem_node::statics::history::{Loads, equilibrium};
 use protocol::{FaultCode, Node, Window};
 use serde_json::{Value, json};
 

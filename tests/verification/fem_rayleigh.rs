@@ -7,7 +7,7 @@
 //! Tolerance: 1e-9 against the scheme; 0.2 % against the continuous ratio at omega h = 0.002 to 0.02, of which the lag is
 //! a share of that order; 1e-10 for the energy balance, as in `fem_energy`.
 
-use fem_node::spectrum;
+use fem_node::model::spectrum;
 use protocol::{FaultCode, Node, Window};
 use serde_json::{Value, json};
 

@@ -15,9 +15,9 @@
 //! Tolerance: that code computes the same discrete problem, so its printed digits hold: 1e-5. The block of the Hertz
 //! case is 20 times as wide and 15 times as high as the contact, which leaves p0 within 1 %.
 
+use fem_node::Config;
 use fem_node::StaticNode;
-use fem_node::config::Config;
-use fem_node::statics::DirectedStatus;
+use fem_node::statics::contact::DirectedStatus;
 use kit::read_config;
 use protocol::Node;
 use serde_json::{Value, json};

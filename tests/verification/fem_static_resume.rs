@@ -2,8 +2,8 @@
 //! taken up by another process.
 //! Exact: the same bits as without the cut. A coupler hears of it after five increments at most.
 
+use fem_node::Config;
 use fem_node::StaticNode;
-use fem_node::config::Config;
 use kit::read_config;
 use protocol::{FaultCode, Node};
 use serde_json::{Value, json};

@@ -6,7 +6,7 @@
 //! Tolerance: 0.2 % of independent figures with 3 to 4 digits. Stability is judged by running: 400 steps at
 //! 0.999 of the limit stay bounded, at 1.01 the fastest mode grows by 1.15 to 1.3 a step.
 
-use fem_node::spectrum;
+use fem_node::model::spectrum;
 use protocol::{FaultCode, Node};
 use serde_json::{Value, json};
 

@@ -17,9 +17,9 @@
 //! Tolerance: that of the coarse mesh, where 26 nodes touch and each weighs 4 % of Sn; sampling every 1.5 us moves F_T at
 //! D = 0 by up to 9 N.
 
-use fem_node::config::INCREMENTS;
-use fem_node::profile::Profile;
-use fem_node::statics::{Loads, equilibrium};
+use fem_node::config::statics::INCREMENTS;
+use fem_node::output::profile::Profile;
+use fem_node::statics::history::{Loads, equilibrium};
 use fem_node::{Config, FemNode};
 use kit::read_config;
 use protocol::{Node, Role, Setting};

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
 use kit::table::{LoadTable, check_table};
 use protocol::Cause;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -76,10 +77,10 @@ impl SetConfig {
         velocity.or(self.displacement_m.map(SetMotion::Displacement))
     }
 
-    /// Unit vector along which the force of a table acts, where a key tells it.
+    /// Unit vector along which the force of a table acts, where a key gives it.
     fn direction(&self) -> Option<[f64; 2]> {
         let given = self.load_direction.or_else(|| self.only_free())?;
-        // The length of two large numbers is no number, that of their ratios is.
+        // The length of two large numbers overflows, that of their ratios does not.
         let larger = given[0].abs().max(given[1].abs());
         let [x, y] = given.map(|d| d / larger);
         Some([x, y].map(|d| d / x.hypot(y)))
@@ -132,15 +133,11 @@ impl SetConfig {
         ];
         let count = |given: &[bool]| given.iter().filter(|given| **given).count();
         let (loads, motions) = (count(&loads), count(&motions));
-        if loads + motions > 0 && loads <= 1 && motions <= 1 {
-            return Ok(());
-        }
         let problem =
             "must hold exactly one load or motion, or a load and a motion in different directions";
         let help = "give one of traction_pa, pressure_pa, load_table, velocity_m_per_s, displacement_m; or traction_pa = [\"free\", -1e6] beside velocity_m_per_s = [0.1, \"free\"]";
-        Err(ConfigError::new(&format!("boundary.{set}"), problem)
-            .because(Cause::ConflictingKeys)
-            .help(help))
+        let one_each = loads + motions > 0 && loads <= 1 && motions <= 1;
+        refuse_if(!one_each, &format!("boundary.{set}"), problem, help)
     }
 
     /// Refuses a wrong table, one without a direction, and a ramp that nothing follows.
@@ -157,13 +154,12 @@ impl SetConfig {
                 .because(Cause::MissingKey)
                 .help("write load_direction = [0.0, -1.0] for a force downwards, or a motion with one direction \"free\""));
         }
-        if self.ramp_s.is_some() && self.motion().is_none() {
-            let problem = "does not act on load_table, which already is the load over time";
-            return Err(ConfigError::new(&key("ramp_s"), problem)
-                .because(Cause::ConflictingKeys)
-                .help("remove it, and let the table begin with [0.0, 0.0]"));
-        }
-        Ok(())
+        refuse_if(
+            self.ramp_s.is_some() && self.motion().is_none(),
+            &key("ramp_s"),
+            "does not act on load_table, which already is the load over time",
+            "remove it, and let the table begin with [0.0, 0.0]",
+        )
     }
 
     /// Refuses a direction of nothing, and one that is none.
@@ -171,12 +167,12 @@ impl SetConfig {
         let Some(direction) = self.load_direction else {
             return Ok(());
         };
-        if self.load_table.is_none() {
-            let problem = "is that of load_table, and there is none";
-            return Err(ConfigError::new(key, problem)
-                .because(Cause::ConflictingKeys)
-                .help("add load_table = [[t_s, n], ...], or remove the key"));
-        }
+        refuse_if(
+            self.load_table.is_none(),
+            key,
+            "is that of load_table, and there is none",
+            "add load_table = [[t_s, n], ...], or remove the key",
+        )?;
         if direction != [0.0; 2] && direction.iter().all(|d| d.is_finite()) {
             return Ok(());
         }
@@ -187,27 +183,25 @@ impl SetConfig {
 
     /// Refuses a direction that has a load and a motion.
     fn check_directions(&self, set: &str) -> Result<(), ConfigError> {
-        let refused = |problem: &str, help: &str| {
-            Err(ConfigError::new(&format!("boundary.{set}"), problem)
-                .because(Cause::ConflictingKeys)
-                .help(help))
-        };
+        let key = format!("boundary.{set}");
         let (Some(load), Some(motion)) = (self.load(), self.motion()) else {
             return Ok(());
         };
-        if let SetLoad::Pressure(_) = load {
-            return refused(
-                "has a pressure beside a motion, and a pressure may act in both directions",
-                "give the component that is not moved as traction_pa = [\"free\", -1e6]",
-            );
-        }
+        refuse_if(
+            matches!(load, SetLoad::Pressure(_)),
+            &key,
+            "has a pressure beside a motion, and a pressure may act in both directions",
+            "give the component that is not moved as traction_pa = [\"free\", -1e6]",
+        )?;
         let both = |k: &usize| load.acts_along(*k) && motion.components()[*k].0.is_some();
         let Some(k) = [0, 1].into_iter().find(both) else {
             return Ok(());
         };
         let direction = ["x", "y"][k];
-        refused(
-            &format!("has a load and a motion in {direction}, of which only one can be given"),
+        refuse_if(
+            true,
+            &key,
+            format!("has a load and a motion in {direction}, of which only one can be given"),
             "write \"free\" for one of them, or remove load_direction",
         )
     }

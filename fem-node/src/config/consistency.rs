@@ -1,7 +1,7 @@
 //! Keys that must go together.
 
 use kit::ConfigError;
-use protocol::Cause;
+use kit::keys::refuse_if;
 
 use super::boundary::SetConfig;
 use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start};
@@ -41,25 +41,25 @@ impl Config {
         let start_damping = self.time.start_mass_damping_per_s;
         not_negative("time.start_mass_damping_per_s", start_damping, "1/s")?;
         let (wheel, contact) = (self.wheel.is_some(), self.contact.is_some());
-        refuse(
+        refuse_if(
             !wheel && !contact && start_damping.is_some(),
             "time.start_mass_damping_per_s",
             "it acts until the wheel starts to move, and there is no wheel",
             "remove it, or write mass_damping_per_s for the whole run",
         )?;
-        refuse(
+        refuse_if(
             !wheel && !contact && self.start == Start::Static,
             "start",
             "\"static\" starts from a body loaded by its wheel, and there is no wheel",
             "add [participant.config.wheel], or remove `start`",
         )?;
-        refuse(
+        refuse_if(
             wheel && !contact,
             "contact",
             "the wheel needs a coefficient of friction",
             "add contact = { friction = 0.3 }, or 0 for a smooth wheel",
         )?;
-        refuse(
+        refuse_if(
             contact && !wheel,
             "wheel",
             "`contact` says how the body touches a wheel, and there is none",
@@ -69,14 +69,14 @@ impl Config {
             return Ok(());
         };
         wheel.check()?;
-        refuse(
+        refuse_if(
             wheel.load_table.is_some() && self.solves_equilibrium(),
             "wheel.load_table",
             "is a load over time, and a static analysis or start goes to wheel.load_n by increments, without time",
             "remove the table, or take analysis = \"dynamic\" and start = \"ramp\"",
         )?;
         contact.check()?;
-        refuse(
+        refuse_if(
             self.analysis == Analysis::Dynamic && self.time.end_s.is_some(),
             "time.end_s",
             "the wheel's history already ends the run",
@@ -88,26 +88,26 @@ impl Config {
     fn check_law(&self) -> Result<(), ConfigError> {
         let plastic = self.material.law() == MaterialKind::J2;
         let corotational = self.kinematics == Kinematics::Corotational;
-        refuse(
+        refuse_if(
             plastic && self.plane == Plane::Stress,
             "plane",
             "\"stress\" does not go with a j2 material",
             "take plane = \"strain\": the return to the yield surface keeps ezz = 0, not szz = 0",
         )?;
-        refuse(
+        refuse_if(
             corotational && self.element() == ElementKind::Q4MeanDilatation,
             "kinematics",
             "\"corotational\" does not go with the element q4_bbar",
             "take q4_1point or q4_2x2: the mean dilatation is that of small strain",
         )?;
-        refuse(
+        refuse_if(
             corotational && plastic,
             "kinematics",
             "\"corotational\" does not go with a j2 material",
             "take kinematics = \"small\", or an elastic material: no exact answer backs the pair yet",
         )?;
         let damped = self.time.stiffness_damping_s.is_some_and(|time| time > 0.0);
-        refuse(
+        refuse_if(
             damped && (plastic || corotational),
             "time.stiffness_damping_s",
             "takes the stiffness of a linear elastic body in small strain",
@@ -121,7 +121,7 @@ impl Config {
             (corotational, "kinematics"),
             (self.base == Base::Free, "base"),
         ] {
-            refuse(
+            refuse_if(
                 refused,
                 key,
                 "does not go with a static analysis or start, which solve for a supported, linear elastic body",
@@ -141,15 +141,14 @@ impl Config {
             return Ok(());
         }
         let ends = |name: &&String| ["left", "right"].contains(&name.as_str());
-        if let Some(name) = self.boundary.0.keys().find(ends) {
-            refuse(
-                true,
-                &format!("boundary.{name}"),
-                "is no edge of a body with mesh.periodic_x, whose left and right edge are one",
-                "remove the set, or write mesh.periodic_x = false",
-            )?;
-        }
-        refuse(
+        let end = self.boundary.0.keys().find(ends);
+        refuse_if(
+            end.is_some(),
+            &format!("boundary.{}", end.map_or("", |name| name)),
+            "is no edge of a body with mesh.periodic_x, whose left and right edge are one",
+            "remove the set, or write mesh.periodic_x = false",
+        )?;
+        refuse_if(
             self.sides == Sides::FixedX,
             "sides",
             "\"fixed_x\" holds the ends of a body that has none: mesh.periodic_x makes its left and right edge one",
@@ -162,13 +161,13 @@ impl Config {
         let Some(set) = self.boundary.moved_sets().next() else {
             return Ok(());
         };
-        refuse(
+        refuse_if(
             self.solves_equilibrium(),
             &format!("boundary.{set}"),
             "a prescribed motion does not go with a static analysis or start",
             "give a traction, or take analysis = \"dynamic\" and start = \"ramp\"",
         )?;
-        refuse(
+        refuse_if(
             self.wheel.is_some() && self.boundary.moved_sets().any(|set| set == "top"),
             "boundary.top",
             "moves the edge that the wheel touches",
@@ -182,13 +181,13 @@ impl Config {
             return Ok(());
         };
         let key = format!("initial.{set}");
-        refuse(
+        refuse_if(
             self.solves_equilibrium(),
             &key,
             "a velocity does not go with a static analysis or start",
             "take analysis = \"dynamic\" and start = \"ramp\", or remove the key",
         )?;
-        refuse(
+        refuse_if(
             self.wheel.is_some(),
             &key,
             "does not go with a wheel, which touches the body at rest when the run starts",
@@ -201,7 +200,7 @@ impl Config {
         let Some(name) = self.first_set(|set| set.load_table.is_some()) else {
             return Ok(());
         };
-        refuse(
+        refuse_if(
             self.solves_equilibrium(),
             &format!("boundary.{name}.load_table"),
             "is a load over time, and a static analysis or start solves at a fixed load, without time",
@@ -215,7 +214,7 @@ impl Config {
         let Some(name) = self.first_set(ramped) else {
             return Ok(());
         };
-        refuse(
+        refuse_if(
             self.start == Start::Static,
             &format!("boundary.{name}.ramp_s"),
             "a static start already carries the full traction",
@@ -228,14 +227,4 @@ impl Config {
         let mut sets = self.boundary.0.iter().filter(|(_, set)| wanted(set));
         sets.next().map(|(name, _)| name.as_str())
     }
-}
-
-/// Refuses a key where `wrong`.
-fn refuse(wrong: bool, key: &str, problem: &str, help: &str) -> Result<(), ConfigError> {
-    if wrong {
-        return Err(ConfigError::new(key, problem)
-            .because(Cause::ConflictingKeys)
-            .help(help));
-    }
-    Ok(())
 }

@@ -1,6 +1,7 @@
 //! The material and its numbers.
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -87,15 +88,12 @@ impl MaterialConfig {
         ];
         if self.law() == MaterialKind::Elastic {
             let given = keys.iter().find(|(_, value)| value.is_some());
-            return given.map_or(Ok(()), |(key, _)| {
-                Err(
-                    ConfigError::new(key, "has no effect on an elastic material")
-                        .because(Cause::ConflictingKeys)
-                        .help(
-                            "give material.yield_pa and leave material.kind out, or remove the key",
-                        ),
-                )
-            });
+            return refuse_if(
+                given.is_some(),
+                given.map_or("", |(key, _)| *key),
+                "has no effect on an elastic material",
+                "give material.yield_pa and leave material.kind out, or remove the key",
+            );
         }
         let missing = "is required with material.kind = \"j2\"";
         let yield_pa = self.yield_pa.ok_or_else(|| {

@@ -125,7 +125,7 @@ impl MeshConfig {
     }
 }
 
-/// serde's own words for a missing key are understood by [`protocol::config_error`].
+/// serde's own words for a missing key are understood by [`kit::keys::config_error`].
 impl TryFrom<MeshKeys> for MeshSource {
     type Error = String;
 

@@ -2,6 +2,7 @@
 
 use kit::ConfigError;
 use kit::table::{LoadTable, check_wheel_table};
+use kit::wheel::WheelProgram;
 use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -62,6 +63,19 @@ fn yes() -> bool {
 }
 
 impl WheelConfig {
+    /// Its load and its motion over time.
+    pub(crate) fn program(&self) -> WheelProgram {
+        WheelProgram {
+            load_n: self.load_n,
+            load_table: self.load_table.clone(),
+            ramp_s: self.ramp_s,
+            hold_s: self.hold_s,
+            amplitude_m: self.amplitude_m,
+            frequency_hz: self.frequency_hz,
+            cycles: self.cycles,
+        }
+    }
+
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         positive("wheel.mass_kg", self.mass_kg, "kg")?;
         for (key, value, unit) in [

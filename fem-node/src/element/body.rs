@@ -13,15 +13,17 @@ use super::q4_1point::{self, Q4OnePoint};
 use super::q4_2x2::{Linear, Q4FourPoint};
 use super::q4_bbar;
 use super::row_forces::RowForces;
-use super::shape::area;
-use super::stiffness::{Stiffness, four_point};
 use super::supports::{Supports, fixed_components};
-use crate::config::ElementKind;
+use crate::config::choice::ElementKind;
+use crate::element::stiffness::{Stiffness, four_point};
 use crate::material::Elastic;
 use crate::material::j2::{HISTORY, history_at};
 use crate::material::nonlinear::NonlinearLaw;
-use crate::mesh::{Connectivity, Mesh};
-use crate::pack::{InRegisters, Lines, Registers, in_registers};
+use crate::mesh::connectivity::Connectivity;
+use crate::mesh::{Mesh, area};
+use crate::pack::in_registers;
+use crate::pack::lanes::{InRegisters, Registers};
+use crate::pack::line::Lines;
 
 /// A body ready to be integrated in time.
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 use super::layout::Layout;
 use crate::mesh::Mesh;
-use crate::pack::{LANES, Pack};
+use crate::pack::lanes::{LANES, Pack};
 
 /// N constants of each pack of elements, row after row; zero in the padding. A pack has all of its own side by side: one
 /// address gives them, and the loop over a row checks one bound for all.

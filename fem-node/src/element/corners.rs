@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use crate::material::j2::{HISTORY, History, PointHistory, history_pack};
-use crate::pack::{LANES, Lanes, Pack, Registers, packs_of};
+use crate::pack::lanes::{LANES, Lanes, Pack, Registers};
+use crate::pack::packs_of;
 
 /// One displacement component at the corners of a pack of elements, anticlockwise from the lower left one.
 #[derive(Clone, Copy)]
@@ -32,7 +33,7 @@ impl CornerPacks<'_> {
 }
 
 /// A field at the corners of a row of elements, one slice for each corner, anticlockwise from the lower left one:
-/// element i finds its x component at i and its y component at [`super::Layout::element_stride`] + i.
+/// element i finds its x component at i and its y component at [`crate::element::layout::Layout::element_stride`] + i.
 #[derive(Clone, Copy)]
 pub(crate) struct CornerRows<'a>([&'a [f64]; 4]);
 
@@ -107,7 +108,7 @@ pub(crate) struct StrainPath<'a> {
     pub(crate) u: CornerRows<'a>,
     /// Increments of the last step; empty under a law without history.
     pub(crate) du: CornerRows<'a>,
-    /// History of this row: for each point [`HISTORY`] arrays of [`super::Layout::padded_columns`]; empty under a law without.
+    /// History of this row: for each point [`HISTORY`] arrays of [`crate::element::layout::Layout::padded_columns`]; empty under a law without.
     pub(crate) history: &'a mut [f64],
     /// Dissipation of each element (J), to which that of the step is added; empty where it is not counted.
     pub(crate) dissipated: &'a mut [f64],

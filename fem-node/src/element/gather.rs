@@ -4,7 +4,7 @@
 use super::corners::CornerRows;
 use super::layout::Layout;
 use super::row_forces::RowForces;
-use crate::mesh::Connectivity;
+use crate::mesh::connectivity::Connectivity;
 
 /// Numbers that an element leaves: x and y of the force on each corner.
 pub(crate) const CORNER_FORCES: usize = 8;

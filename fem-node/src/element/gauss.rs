@@ -2,7 +2,7 @@
 
 use super::modes::{Modes, plus_minus};
 use super::shape::{GAUSS, jacobian};
-use crate::pack::Lanes;
+use crate::pack::lanes::Lanes;
 
 /// Constants of an element that its geometry gives: the means of x,xi, y,xi, x,eta, y,eta; the slopes of x and y in
 /// xi eta at a Gauss point; t / 16 J at the four points.

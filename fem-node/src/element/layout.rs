@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use crate::mesh::Mesh;
-use crate::pack::{LANES, LINE};
+use crate::pack::lanes::LANES;
+use crate::pack::line::LINE;
 
 /// Storage of the components of the nodes, row after row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

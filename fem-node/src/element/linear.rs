@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::corners::{CornerPacks, CornerRows, Corners};
 use super::row_forces::{CornerForces, PackForces, RowForces};
 use crate::material::j2::J2;
-use crate::pack::{ByPacks, LANES, Lanes, Registers};
+use crate::pack::lanes::{ByPacks, LANES, Lanes, Registers};
 
 /// Elements of a structured mesh whose forces are linear in the displacements of their corners.
 pub(super) trait LinearElements {

@@ -3,7 +3,7 @@
 use super::corners::Corners;
 use super::row_forces::CornerForces;
 use super::shape::GAUSS;
-use crate::pack::{Lanes, Pack};
+use crate::pack::lanes::{Lanes, Pack};
 
 /// A bilinear field of a pack of elements, or the forces that do work on it: parts along xi, eta and xi eta.
 #[derive(Clone, Copy, Default)]

@@ -8,11 +8,11 @@ use super::layout::Layout;
 use super::modes::{Modes, plus_minus};
 use crate::material::j2::J2;
 use crate::material::nonlinear::{Gradient, NonlinearLaw, corotational_stress};
-use crate::pack::{LANES, Pack};
+use crate::pack::lanes::{LANES, Pack};
 
 /// Packs of elements of a row that may have to take the radial return.
 #[derive(Clone, Copy)]
-pub(super) struct Suspects<'a> {
+pub(super) struct YieldCandidates<'a> {
     /// By packs: above 0 where an element may flow, [`FLOWED`] where any of the pack has.
     pub(super) excess: &'a [[f64; LANES]],
     /// Number of the first pack in its row.
@@ -22,7 +22,7 @@ pub(super) struct Suspects<'a> {
 /// Excess of a pack with an element that has flowed.
 pub(super) const FLOWED: f64 = f64::INFINITY;
 
-impl Suspects<'_> {
+impl YieldCandidates<'_> {
     /// First columns of their packs.
     #[inline(always)]
     pub(super) fn columns(&self) -> impl Iterator<Item = usize> + '_ {
@@ -40,7 +40,7 @@ impl Suspects<'_> {
 
 /// The four points of all elements of a row.
 pub(super) struct RowPoints<'a> {
-    /// By packs, those of [`geometry`] first.
+    /// By packs, those of [`geometry`](super::gauss::geometry) first.
     pub(super) constants: &'a [[Pack; CONSTANTS]],
     pub(super) layout: Layout,
     pub(super) moduli: [f64; 3],
@@ -65,15 +65,15 @@ impl RowPoints<'_> {
         &self,
         plastic: &J2,
         mut path: StrainPath,
-        suspects: Suspects,
+        candidates: YieldCandidates,
         mut store: impl FnMut(usize, [Modes; 2], [Modes; 2]),
     ) {
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let scale = Pack::splat(4.0 / self.thickness);
         let quarter = Pack::splat(0.25 * self.thickness);
-        for i in suspects.columns() {
+        for i in candidates.columns() {
             let u = Modes::both(&path.u.load(stride, i));
-            if !suspects.has_flowed(i) && !self.begins_to_flow(plastic, &u, i) {
+            if !candidates.has_flowed(i) && !self.begins_to_flow(plastic, &u, i) {
                 continue;
             }
             let du = Modes::both(&path.du.load(stride, i));
@@ -244,7 +244,8 @@ impl GaussPoint {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{MaterialConfig, Plane};
+    use crate::config::choice::Plane;
+    use crate::config::material::MaterialConfig;
     use crate::element::constants::Constants;
     use crate::element::corners::CornerRows;
     use crate::element::gauss::{GEOMETRY, geometry};
@@ -333,7 +334,7 @@ mod tests {
                 }
             };
             if short {
-                let all = Suspects {
+                let all = YieldCandidates {
                     excess: &vec![[FLOWED; LANES]; layout.padded_columns() / LANES],
                     first: 0,
                 };

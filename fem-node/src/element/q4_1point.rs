@@ -36,15 +36,15 @@ use super::constants::Constants;
 use super::corners::{Corners, StrainPath, StrainState};
 use super::layout::Layout;
 use super::linear::{LIMIT_SHARE, LinearElements};
-use super::points::Suspects;
+use super::points::YieldCandidates;
 use super::row_forces::{CornerForces, RowForces};
-use super::shape::{area, slopes};
-use super::stiffness::Stiffness;
+use super::shape::slopes;
+use crate::element::stiffness::Stiffness;
 use crate::material::Elastic;
 use crate::material::j2::{History, J2};
 use crate::material::nonlinear::{NonlinearLaw, corotational_stress, symmetric};
-use crate::mesh::Mesh;
-use crate::pack::{LANES, Lanes, Pack, Registers};
+use crate::mesh::{Mesh, area};
+use crate::pack::lanes::{LANES, Lanes, Pack, Registers};
 
 /// Share of the largest stiffness of the element that resists the hourglass modes.
 const HOURGLASS: f64 = 0.1;
@@ -98,12 +98,12 @@ impl Q4OnePoint {
         plastic: &J2,
         row: usize,
         mut path: StrainPath,
-        suspects: Suspects,
+        candidates: YieldCandidates,
         out: &mut RowForces,
     ) {
         let (padded, stride) = (self.layout.padded_columns(), self.layout.element_stride());
         let (u, du, constants) = (path.u, path.du, self.constants.row(row));
-        for i in suspects.columns() {
+        for i in candidates.columns() {
             let constants = &constants[i / LANES];
             let (corners, volume) = (u.load(stride, i), constants[6]);
             let gradient = mean_gradient(constants, &corners);

@@ -42,15 +42,14 @@ use super::gauss::{CONSTANTS, GEOMETRY, geometry, integrate};
 use super::layout::Layout;
 use super::linear::{LIMIT_SHARE, LinearElements};
 use super::modes::Modes;
-use super::points::{RowPoints, Suspects};
+use super::points::{RowPoints, YieldCandidates};
 use super::q4_bbar::{add_mean_pressure, deviatoric_moduli};
 use super::row_forces::{CornerForces, RowForces};
-use super::shape::area;
 use crate::material::Elastic;
 use crate::material::j2::J2;
 use crate::material::nonlinear::NonlinearLaw;
-use crate::mesh::Mesh;
-use crate::pack::{LANES, Lanes, Pack, Registers};
+use crate::mesh::{Mesh, area};
+use crate::pack::lanes::{LANES, Lanes, Pack, Registers};
 
 /// All elements of a mesh, with or without the mean dilatation.
 #[derive(Clone, Debug)]
@@ -110,7 +109,7 @@ impl Q4FourPoint {
         plastic: &J2,
         row: usize,
         path: StrainPath,
-        suspects: Suspects,
+        candidates: YieldCandidates,
         out: &mut RowForces,
     ) {
         let points = self.points(row);
@@ -118,7 +117,7 @@ impl Q4FourPoint {
         points.plastic_forces(
             plastic,
             path,
-            suspects,
+            candidates,
             #[inline(always)]
             |i, mut forces, u| {
                 if self.mean_dilatation {

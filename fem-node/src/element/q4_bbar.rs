@@ -18,10 +18,11 @@
 
 use super::gauss::CONSTANTS;
 use super::modes::Modes;
-use super::shape::{GAUSS_POINTS, area, jacobian, slopes};
-use super::stiffness::{Stiffness, dilatation_row, four_point};
+use super::shape::{GAUSS_POINTS, jacobian, slopes};
+use crate::element::stiffness::{Stiffness, dilatation_row, four_point};
 use crate::material::Elastic;
-use crate::pack::Lanes;
+use crate::mesh::area;
+use crate::pack::lanes::Lanes;
 
 /// Adds the forces t A k E b of the mean pressure -k E, E = b u being the mean dilatation. The constants begin with the means
 /// of x,xi, y,xi, x,eta, y,eta and end with t k / area. The mean gradients times the area give t k E; the hourglass modes do not change the volume.
@@ -70,7 +71,8 @@ fn mean_dilatation(p: &[[f64; 2]; 4]) -> [f64; 8] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{MaterialConfig, Plane};
+    use crate::config::choice::Plane;
+    use crate::config::material::MaterialConfig;
 
     const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [2.0, 0.3], [1.7, 1.9], [-0.2, 1.1]];
 

@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use super::layout::Layout;
-use crate::pack::{LANES, Lanes, Lines, Pack, packs_of, packs_of_mut, vectorised};
+use crate::pack::lanes::{LANES, Lanes, Pack};
+use crate::pack::line::Lines;
+use crate::pack::{packs_of, packs_of_mut, vectorised};
 
 /// Forces along one axis on the corners of a pack of elements: f1 = F1 + Q, f2 = F2 - Q, f3 = -F1 + Q, f4 = -F2 - Q.
 #[derive(Clone, Copy)]

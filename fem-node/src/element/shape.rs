@@ -1,4 +1,4 @@
-//! The bilinear quadrilateral: its area, its Jacobian, the slopes of its shape functions and its Gauss points.
+//! The bilinear quadrilateral: its Jacobian, the slopes of its shape functions and its Gauss points.
 
 /// 1/sqrt(3), the coordinate of the 2 x 2 Gauss points.
 pub(super) const GAUSS: f64 = 0.577_350_269_189_625_8;
@@ -20,11 +20,6 @@ const OUTSIDE: f64 = 1e-9;
 
 /// Iterations after which a point lies in no element; the map of a convex element takes fewer than ten.
 const ITERATIONS: usize = 25;
-
-/// Area of a quadrilateral (m2), positive when its corners run anticlockwise.
-pub(crate) fn area(p: &[[f64; 2]; 4]) -> f64 {
-    0.5 * ((p[2][0] - p[0][0]) * (p[3][1] - p[1][1]) - (p[3][0] - p[1][0]) * (p[2][1] - p[0][1]))
-}
 
 /// dx/dxi, dy/dxi and dx/deta, dy/deta at natural coordinates.
 fn tangents(p: &[[f64; 2]; 4], natural: [f64; 2]) -> [[f64; 2]; 2] {
@@ -79,14 +74,4 @@ pub(crate) fn natural_coordinates(p: &[[f64; 2]; 4], position: [f64; 2]) -> Opti
         }
     }
     None
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_area_of_a_trapezium_is_right() {
-        assert_eq!(area(&[[0.0, 0.0], [4.0, 0.0], [3.0, 2.0], [1.0, 2.0]]), 6.0);
-    }
 }

@@ -1,6 +1,6 @@
 //! Supports of a body: its lower edge and its sides.
 
-use crate::config::{Base, Sides};
+use crate::config::choice::{Base, Sides};
 use crate::mesh::{Edge, Mesh};
 
 use super::layout::Layout;

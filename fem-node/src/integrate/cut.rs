@@ -9,8 +9,8 @@ use std::ops::Range;
 use super::front::Front;
 use super::region::{Region, Ring};
 use super::tally::blocks_of;
-use crate::element::Layout;
-use crate::pack::LANES;
+use crate::element::layout::Layout;
+use crate::pack::lanes::LANES;
 
 /// Columns of nodes of a piece.
 #[derive(Clone, Debug)]
@@ -32,7 +32,7 @@ pub(crate) struct CutRegion {
     pub(crate) begin: Vec<Range<usize>>,
     /// Steps of the window.
     pub(crate) steps: Vec<CutStep>,
-    /// Blocks of [`super::Tally`] with own components that are stepped.
+    /// Blocks of [`crate::integrate::tally::Tally`] with own components that are stepped.
     pub(crate) blocks: Vec<usize>,
     /// Those with own components on which the changed force acts.
     pub(crate) sources: Vec<usize>,

@@ -5,9 +5,9 @@
 
 use std::ops::Range;
 
-use crate::element::Layout;
+use crate::element::layout::Layout;
 
-/// Dissipation since the start of the window (J), all in the order of [`crate::element::Layout`] but the last, which has one
+/// Dissipation since the start of the window (J), all in the order of [`crate::element::layout::Layout`] but the last, which has one
 /// number for each element, row after row with padding. Empty where the scene does not dissipate so.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Dissipated<T> {
@@ -21,9 +21,9 @@ pub(crate) struct Dissipated<T> {
     pub(crate) plastic: T,
 }
 
-/// The ways in which a scene dissipates.
+/// The mechanisms by which a body dissipates.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Ways {
+pub(crate) struct Mechanisms {
     /// A damping parameter above 1/2.
     pub(crate) numerical: bool,
     pub(crate) mass_damping: bool,
@@ -33,14 +33,14 @@ pub(crate) struct Ways {
 
 impl Dissipated<Vec<f64>> {
     /// Nothing dissipated yet.
-    pub(crate) fn new(layout: Layout, ways: Ways) -> Dissipated<Vec<f64>> {
+    pub(crate) fn new(layout: Layout, mechanisms: Mechanisms) -> Dissipated<Vec<f64>> {
         let zero = |present: bool, len: usize| vec![0.0; if present { len } else { 0 }];
         let elements = layout.rows * layout.padded_columns();
         Dissipated {
-            numerical: zero(ways.numerical, layout.len()),
-            mass_damping: zero(ways.mass_damping, layout.len()),
-            stiffness_damping: zero(ways.stiffness_damping, layout.len()),
-            plastic: zero(ways.plastic, elements),
+            numerical: zero(mechanisms.numerical, layout.len()),
+            mass_damping: zero(mechanisms.mass_damping, layout.len()),
+            stiffness_damping: zero(mechanisms.stiffness_damping, layout.len()),
+            plastic: zero(mechanisms.plastic, elements),
         }
     }
 

@@ -6,15 +6,16 @@ use super::cut::CutStep;
 use super::dissipation::Dissipated;
 use super::front::Front;
 use super::load::Load;
-use super::scheme::{Damping, Rule, Scheme};
 use super::scratch::Scratch;
 use super::state::State;
 use super::strip::{Columns, Part, split};
 use super::unstructured::Unstructured;
-use crate::element::Body;
+use crate::element::body::Body;
 use crate::material::nonlinear::NonlinearLaw;
-use crate::pack::LANES;
-use crate::wheel::{Wheel, WheelRun};
+use crate::pack::lanes::LANES;
+use crate::scheme::{Damping, Rule, Scheme};
+use crate::wheel::rigid::Wheel;
+use crate::wheel::run::WheelRun;
 
 /// Below this number of elements for each thread, waking the threads costs more than they save: with 2 820 each,
 /// two threads are 1.7 times faster than one, with 705 each not at all.
@@ -23,9 +24,8 @@ const ELEMENTS_PER_THREAD: usize = 2_500;
 /// Steps a body, on one thread or several, with the same bits for any number of them.
 #[derive(Clone, Debug)]
 pub(crate) struct Integrator {
-    pub(crate) scheme: Scheme,
-    /// Mass damping of the step to come.
-    pub(crate) damping: Damping,
+    /// Scheme and mass damping of the step to come.
+    pub(crate) rule: Rule,
     law: Option<NonlinearLaw>,
     scratch: Vec<Scratch>,
     /// In place of `scratch` for an unstructured mesh.
@@ -52,22 +52,16 @@ impl Integrator {
         strips: usize,
     ) -> Integrator {
         Integrator {
-            scheme,
-            damping: Damping::constant(scheme.mass_damping),
+            rule: Rule {
+                scheme,
+                damping: Damping::constant(scheme.mass_damping),
+            },
             law,
             scratch: vec![Scratch::new(body, law.as_ref()); strips],
             unstructured: body
                 .connectivity
                 .as_ref()
                 .map(|connectivity| Unstructured::new(body, connectivity, law, strips)),
-        }
-    }
-
-    /// Scheme and damping of the step to come.
-    pub(crate) fn rule(&self) -> Rule {
-        Rule {
-            scheme: self.scheme,
-            damping: self.damping,
         }
     }
 
@@ -87,10 +81,10 @@ impl Integrator {
         rows: [usize; 2],
         wheel: Option<(&Wheel, &mut WheelRun)>,
     ) {
-        if self.scheme.stiffness_damping > 0.0 {
+        if self.rule.scheme.stiffness_damping > 0.0 {
             state.damping_force.resize(body.layout.len());
         }
-        let rule = self.rule();
+        let rule = self.rule;
         if let Some(unstructured) = &mut self.unstructured {
             return unstructured.step(body, &rule, state, load, dissipated, wheel);
         }
@@ -124,7 +118,7 @@ impl Integrator {
         dissipated: &mut Dissipated<Vec<f64>>,
         (front, increments): (&Front, &[f64]),
     ) {
-        let rule = self.rule();
+        let rule = self.rule;
         let columns = match front {
             Front::Columns(columns) => columns,
             Front::Nodes(part) => {
@@ -176,7 +170,7 @@ impl Integrator {
         dissipated: &mut Dissipated<Vec<f64>>,
         columns: [usize; 2],
     ) {
-        if self.scheme.stiffness_damping > 0.0 {
+        if self.rule.scheme.stiffness_damping > 0.0 {
             state.damping_force.resize(body.layout.len());
         }
         let [first, end] = columns;
@@ -201,7 +195,7 @@ impl Integrator {
         dissipated: &mut Dissipated<Vec<f64>>,
         part: Part,
     ) {
-        let rule = self.rule();
+        let rule = self.rule;
         let (scratch, all) = (&mut self.scratch[..1], [0, body.layout.node_rows]);
         let dissipated = dissipated.whole();
         let mut strips = split(body, &rule.scheme, state, dissipated, scratch, all);
@@ -216,9 +210,10 @@ impl Integrator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{ElementKind, MaterialConfig, Plane};
-    use crate::element::Supports;
-    use crate::integrate::dissipation::Ways;
+    use crate::config::choice::{ElementKind, Plane};
+    use crate::config::material::MaterialConfig;
+    use crate::element::supports::Supports;
+    use crate::integrate::dissipation::Mechanisms;
     use crate::material::Elastic;
     use crate::material::j2::J2;
     use crate::mesh::Mesh;
@@ -263,13 +258,13 @@ mod tests {
         load.add(body.layout.index([7, 0], 0), 0.5);
         let mut state = State::at_rest_under(&body, law.as_ref());
         state.accelerate(&body, scheme.mass_damping, &load);
-        let ways = Ways {
+        let mechanisms = Mechanisms {
             numerical: true,
             mass_damping: true,
             stiffness_damping: true,
             plastic: law.is_some(),
         };
-        let mut dissipated = Dissipated::new(body.layout, ways);
+        let mut dissipated = Dissipated::new(body.layout, mechanisms);
         for _ in 0..steps {
             integrator.step(&body, &mut state, &load, &mut dissipated, rows, None);
         }

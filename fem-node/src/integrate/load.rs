@@ -1,6 +1,6 @@
 //! Applied nodal forces.
 
-use crate::element::Body;
+use crate::element::body::Body;
 
 /// Applied nodal forces (N), nearly all of them zero.
 #[derive(Clone, Debug, Default)]

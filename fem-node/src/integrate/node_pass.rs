@@ -1,15 +1,16 @@
 //! The end of a step for a row of nodes, all in one pass over whole packs.
 //!
-//! The operations, and so the bits, are those of [`crate::element::RowForces::assemble`] and [`super::node_row`]; what lies between
+//! The operations, and so the bits, are those of [`crate::element::row_forces::RowForces::assemble`] and [`super::node_row`]; what lies between
 //! them stays in registers. To do the elements in the same pass was tried: a pack then is one chain of 26 operations that each
 //! wait for the one before, too long for a processor to begin the next pack meanwhile.
 
 use std::ops::Range;
 
 use super::dissipation::Dissipated;
-use super::scheme::{Damping, Rule};
-use crate::element::RowForces;
-use crate::pack::{ByPacks, InRegisters, LANES, Lanes, Pack, Registers, packs_of, packs_of_mut};
+use crate::element::row_forces::RowForces;
+use crate::pack::lanes::{ByPacks, InRegisters, LANES, Lanes, Pack, Registers};
+use crate::pack::{packs_of, packs_of_mut};
+use crate::scheme::{Damping, Rule};
 
 /// A row of nodes whose displacements and forces are new and whose other fields are still old.
 pub(super) struct NodePass<'a> {
@@ -199,13 +200,17 @@ impl NodePass<'_> {
 #[cfg(test)]
 mod tests {
     use super::super::node_row::NodeRow;
-    use super::super::scheme::Scheme;
     use super::*;
-    use crate::config::{ElementKind, MaterialConfig, Plane};
-    use crate::element::{Body, CornerRows, Layout, Supports};
+    use crate::config::choice::{ElementKind, Plane};
+    use crate::config::material::MaterialConfig;
+    use crate::element::body::Body;
+    use crate::element::corners::CornerRows;
+    use crate::element::layout::Layout;
+    use crate::element::supports::Supports;
     use crate::material::Elastic;
     use crate::mesh::Mesh;
     use crate::pack::in_registers;
+    use crate::scheme::Scheme;
 
     /// Fields of a row of nodes.
     #[derive(Clone, Debug, PartialEq)]

@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use super::dissipation::Dissipated;
-use super::scheme::{Damping, Rule, Scheme};
-use crate::element::Layout;
-use crate::pack::{LANES, Pack, vectorised};
+use crate::element::layout::Layout;
+use crate::pack::lanes::{LANES, Pack};
+use crate::pack::vectorised;
+use crate::scheme::{Damping, Rule, Scheme};
 
 /// A row of nodes whose displacements are new and whose other fields are still old.
 pub(crate) struct NodeRow<'a> {

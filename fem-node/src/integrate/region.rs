@@ -3,7 +3,7 @@
 //! The internal force on a node depends on the nodes of its elements only, so a step carries a disturbance one ring of elements
 //! further: k steps after other forces act on the exchanged nodes, nothing beyond k rings around them differs. A repeat of a
 //! window therefore steps the nodes A_k within k rings at its step k. It needs the nodes of the ring beyond them as the first
-//! run had them: a [`Tape`] keeps the state of each ring at the moment before the change reaches it. The bits are those of a
+//! run had them: a [`RingRecord`] keeps the state of each ring at the moment before the change reaches it. The bits are those of a
 //! repeat of the whole.
 
 use std::ops::Range;
@@ -11,12 +11,12 @@ use std::ops::Range;
 use super::dissipation::Dissipated;
 use super::front::Front;
 use super::rings::Rings;
-use super::scheme::Scheme;
 use super::state::State;
 use super::tally::blocks_of;
-use crate::element::Body;
+use crate::element::body::Body;
+use crate::scheme::Scheme;
 
-/// Largest share of the steps of all elements that a region may take: beyond, it does not pay to keep the tape.
+/// Largest share of the steps of all elements that a region may take: beyond, it does not pay to keep the record.
 const SHARE_MAX: f64 = 0.8;
 
 /// The ring beyond the front of a step.
@@ -43,7 +43,7 @@ pub(crate) struct Region {
     pub(crate) rings: Vec<Ring>,
     /// Steps of elements that a repeat takes.
     pub(crate) element_steps: u64,
-    /// Blocks of [`super::Tally`] with components of A_m.
+    /// Blocks of [`crate::integrate::tally::Tally`] with components of A_m.
     pub(crate) blocks: Vec<usize>,
     /// Those with components on which the changed force acts.
     pub(crate) sources: Vec<usize>,
@@ -178,12 +178,12 @@ impl Ring {
 
 /// States of the rings of a region, each at the moment before a change reaches it.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Tape {
+pub(crate) struct RingRecord {
     numbers: Vec<f64>,
     at: usize,
 }
 
-impl Tape {
+impl RingRecord {
     /// Begins to record.
     pub(crate) fn clear(&mut self) {
         self.numbers.clear();

@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use super::front::{Front, PartOfNodes, joined};
-use crate::element::{Body, Layout};
-use crate::mesh::Connectivity;
+use crate::element::body::Body;
+use crate::element::layout::Layout;
+use crate::mesh::connectivity::Connectivity;
 
 /// The ways in which nodes are added ring by ring.
 pub(super) enum Rings<'a> {

@@ -1,9 +1,10 @@
 //! Buffers for the forces of a strip of rows, and copies of the rows beside it.
 
-use super::scheme::Scheme;
 use super::state::State;
-use crate::element::{Body, RowForces};
+use crate::element::body::Body;
+use crate::element::row_forces::RowForces;
 use crate::material::nonlinear::NonlinearLaw;
+use crate::scheme::Scheme;
 
 /// Buffers of one strip of rows.
 #[derive(Clone, Debug)]

@@ -5,11 +5,12 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::load::Load;
-use crate::element::Body;
+use crate::element::body::Body;
 use crate::material::nonlinear::NonlinearLaw;
-use crate::pack::{Lines, vectorised};
+use crate::pack::line::Lines;
+use crate::pack::vectorised;
 
-/// The state of the body, every field in the order of [`crate::element::Layout`].
+/// The state of the body, every field in the order of [`crate::element::layout::Layout`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Displacement (m).

@@ -7,14 +7,17 @@ use super::front::joined;
 use super::load::Load;
 use super::node_pass::NodePass;
 use super::node_row::NodeRow;
-use super::scheme::{Rule, Scheme};
 use super::scratch::{Scratch, copy_neighbours};
 use super::state::State;
-use super::upper_row::UpperRow;
-use crate::element::{Body, CornerRows, Layout, StrainPath};
+use crate::element::body::Body;
+use crate::element::corners::{CornerRows, StrainPath};
+use crate::element::layout::Layout;
 use crate::material::nonlinear::NonlinearLaw;
 use crate::pack::{in_registers, vectorised};
-use crate::wheel::{Wheel, WheelRun};
+use crate::scheme::{Rule, Scheme};
+use crate::wheel::rigid::Wheel;
+use crate::wheel::run::WheelRun;
+use crate::wheel::upper_row::UpperRow;
 
 /// Neighbouring rows of nodes and everything that stepping them writes.
 pub(super) struct Strip<'a> {

@@ -7,8 +7,10 @@ use std::ops::Range;
 
 use super::dissipation::Dissipated;
 use super::state::State;
-use crate::element::{Body, Layout};
-use crate::pack::{LANES, Pack, vectorised};
+use crate::element::body::Body;
+use crate::element::layout::Layout;
+use crate::pack::lanes::{LANES, Pack};
+use crate::pack::vectorised;
 use protocol::larger;
 
 /// Components in a block.
@@ -27,7 +29,7 @@ pub(crate) struct Sums {
     pub(crate) numerical: f64,
     pub(crate) mass_damping: f64,
     pub(crate) stiffness_damping: f64,
-    /// The displacement farthest from zero (m); not a number where any is none.
+    /// The displacement farthest from zero (m); NaN where any is.
     pub(crate) farthest: f64,
 }
 

@@ -12,13 +12,15 @@ use super::dissipation::{Dissipated, cut};
 use super::front::PartOfNodes;
 use super::load::Load;
 use super::node_row::NodeRow;
-use super::scheme::{Rule, Scheme};
 use super::state::State;
-use super::upper_row::UpperRow;
-use crate::element::{Body, CORNER_FORCES, ElementRow, GatherBuffers, NodalFields, sum_corners};
+use crate::element::body::{Body, ElementRow};
+use crate::element::gather::{CORNER_FORCES, GatherBuffers, NodalFields, sum_corners};
 use crate::material::nonlinear::NonlinearLaw;
-use crate::mesh::Connectivity;
-use crate::wheel::{Wheel, WheelRun};
+use crate::mesh::connectivity::Connectivity;
+use crate::scheme::{Rule, Scheme};
+use crate::wheel::rigid::Wheel;
+use crate::wheel::run::WheelRun;
+use crate::wheel::upper_row::UpperRow;
 
 /// Nodes in a piece: large against the cost of handing it out, small enough for some pieces a thread.
 const NODES: usize = 1024;

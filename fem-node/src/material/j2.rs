@@ -23,9 +23,9 @@
 //! D = f [(1 - c f / 2) x_trial x_trial - mu de x_trial],  f = g/|x_trial|
 //! ```
 
-use crate::config::MaterialConfig;
+use crate::config::material::MaterialConfig;
 use crate::material::Elastic;
-use crate::pack::Pack;
+use crate::pack::lanes::Pack;
 
 /// History variables of a point: pxx, pyy, 2 pxy and a.
 pub(crate) const HISTORY: usize = 4;
@@ -200,7 +200,7 @@ pub(crate) fn history_at(values: &[f64], stride: usize, at: usize) -> [f64; HIST
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pack::LANES;
+    use crate::pack::lanes::LANES;
 
     const LAW: J2 = J2 {
         mu: 80.0,

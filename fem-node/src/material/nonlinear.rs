@@ -9,7 +9,7 @@
 //! energy with the square of the step: 1e-6 of the work for a column that is bent over at 0.9 of the stability limit.
 
 use crate::material::j2::{History, J2, Plane3};
-use crate::pack::Pack;
+use crate::pack::lanes::Pack;
 
 /// Law of a point that differs from linear elasticity in small strain.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,7 +126,7 @@ impl Rotation {
 pub(crate) mod plain {
     use super::{Gradient, hooke, symmetric};
     use crate::material::j2::{J2, PointHistory};
-    use crate::pack::Pack;
+    use crate::pack::lanes::Pack;
 
     /// Stress D e - 2 mu p' under `gradient` after the radial return [`J2::return_map`], which updates the history, and the dissipation
     /// (J/m3). `moduli` (c11, c12, c33) are those of the element, which may take the change of volume out; `increment` gives

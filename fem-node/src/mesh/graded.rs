@@ -4,7 +4,7 @@ use kit::ConfigError;
 use protocol::Cause;
 
 use super::Mesh;
-use crate::config::MeshConfig;
+use crate::config::mesh::MeshConfig;
 
 /// More elements than this are taken for a mistyped size: they would need some 4 GB. An explicit run of 1 000 x 1 000 one-point
 /// elastic elements peaks at 432 MB, program included; 28 080 elements at 30 MB.

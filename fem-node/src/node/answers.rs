@@ -9,14 +9,14 @@ use protocol::{
 
 use super::fem_node::FemNode;
 use super::windows::{FORCE, VELOCITY};
-use crate::committed::Committed;
 use crate::error::FemError;
-use crate::interface::{Condensed, coupling_sets, outward_normals, periods};
-use crate::ledger::NamedTerm;
+use crate::interface::window::committed::Committed;
+use crate::interface::window::extent::WindowInput;
+use crate::interface::{CondensedMatrix, coupling_sets, outward_normals, periods};
 use crate::model::limit_name;
-use crate::probe;
-use crate::wheel::SIGNALS;
-use crate::window::WindowInput;
+use crate::output::ledger::NamedTerm;
+use crate::output::probe;
+use crate::wheel::statistics::SIGNALS;
 
 impl Node for FemNode {
     fn describe(&self) -> Description {
@@ -80,7 +80,7 @@ impl Node for FemNode {
 
     fn columns(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
         let substeps = window.substeps;
-        Ok(self.condensed(Condensed::Compliance, substeps)?)
+        Ok(self.condensed(CondensedMatrix::Compliance, substeps)?)
     }
 
     fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, NodeError> {
@@ -95,7 +95,7 @@ impl Node for FemNode {
     fn impedance(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
         let substeps = window.substeps;
         self.takes_velocity()?;
-        Ok(self.condensed(Condensed::Impedance, substeps)?)
+        Ok(self.condensed(CondensedMatrix::Impedance, substeps)?)
     }
 
     fn prescribe_velocity(

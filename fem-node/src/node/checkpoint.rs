@@ -1,37 +1,30 @@
 //! The committed state of a checkpoint, taken up again.
 
-use protocol::{Cause, NodeError};
+use protocol::NodeError;
 
 use super::fem_node::FemNode;
-use crate::committed::Committed;
-use crate::integrate::State;
-use crate::wheel::WheelState;
+use super::foreign::foreign;
+use crate::integrate::state::State;
+use crate::interface::window::committed::Committed;
+use crate::wheel::state::WheelState;
 
 impl FemNode {
     /// Takes up a committed state if it is of this body; `hash` is that of the node that wrote it: bytes that are read into
     /// other fields than they came from give another one.
     pub(super) fn take_up(&mut self, committed: Committed, hash: &str) -> Result<(), NodeError> {
-        let refuse = |why: &str| {
-            Err(NodeError::of(
-                Cause::CheckpointUnusable,
-                format!(
-                    "the checkpoint is not of this body: {why}; resume with the build and the scenario that wrote it"
-                ),
-            ))
-        };
         if lengths(&committed.state) != lengths(&self.committed.state) {
-            return refuse("its fields have other lengths");
+            return foreign("its fields have other lengths");
         }
         let contacts = |wheel: &Option<WheelState>| wheel.as_ref().map(|w| w.contacts.len());
         if contacts(&committed.wheel) != contacts(&self.committed.wheel) {
-            return refuse("its wheel touches other nodes");
+            return foreign("its wheel touches other nodes");
         }
         self.committed = committed;
         self.pending = None;
         self.run.restart();
         self.gathered.take();
         if self.state_hash() != hash {
-            return refuse("its numbers have another hash");
+            return foreign("its numbers have another hash");
         }
         Ok(())
     }

@@ -4,18 +4,22 @@ use std::cell::OnceCell;
 
 use protocol::Setting;
 
-use crate::committed::Committed;
-use crate::config::{Config, Start};
+use crate::config::choice::Start;
+use crate::config::keys::Config;
 use crate::error::FemError;
-use crate::integrate::{Integrator, State};
+use crate::integrate::integrator::Integrator;
+use crate::integrate::state::State;
 use crate::interface::Interface;
-use crate::ledger::Ledger;
+use crate::interface::window::WindowRun;
+use crate::interface::window::committed::Committed;
+use crate::interface::window::extent::WindowInput;
+use crate::interface::window::team::Team;
 use crate::model::Model;
-use crate::probe;
-use crate::snapshot::Snapshots;
-use crate::statics::{Loads, equilibrium};
-use crate::wheel::WheelState;
-use crate::window::{Team, WindowInput, WindowRun};
+use crate::output::ledger::Ledger;
+use crate::output::probe;
+use crate::output::snapshot::Snapshots;
+use crate::statics::history::{Loads, equilibrium};
+use crate::wheel::state::WheelState;
 
 /// An elastic body in explicit dynamics.
 ///
@@ -35,7 +39,7 @@ pub struct FemNode {
     pub(super) pending: Option<(u64, WindowInput)>,
     /// Rows of nodes whose motion each report needs.
     pub(super) reported_rows: Vec<usize>,
-    /// The committed state, once it was asked for while it is in pieces.
+    /// The committed state as a whole, computed at the first request while it is in pieces.
     pub(super) gathered: OnceCell<State>,
 }
 

@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 
+use kit::wheel::{HOLD, phases};
 use protocol::{Finding, Phase};
 
 use super::fem_node::FemNode;
 use crate::error::FemError;
-use crate::ledger::NamedTerm;
-use crate::plausible;
-use crate::probe;
-use crate::profile::Profile;
-use crate::snapshot::{HOLD, phases};
-use crate::window::WindowInput;
+use crate::interface::window::extent::WindowInput;
+use crate::output::ledger::NamedTerm;
+use crate::output::plausible;
+use crate::output::probe;
+use crate::output::profile::Profile;
 
 impl FemNode {
     pub(super) fn report(&self, input: &WindowInput) -> Vec<f64> {
@@ -95,7 +95,7 @@ impl FemNode {
             plausible::plastic_element(model, &committed.state),
         ];
         if let Some((wheel, state)) = model.wheel.as_ref().zip(committed.wheel.as_ref()) {
-            let load = wheel.program.0.load_n;
+            let load = wheel.program.load_n;
             let range = state.statistics.held_range();
             findings.push(range.and_then(|range| plausible::wheel_at_rest(model, load, range)));
             let last = Profile::in_motion(model, &state.contacts);
@@ -135,10 +135,7 @@ impl FemNode {
     /// Parts of the body's own load history, where it has one and the run has an end.
     pub(super) fn phases(&self) -> Vec<Phase> {
         if let Some(wheel) = &self.model.wheel {
-            let program = &wheel.program;
-            let (ramp, moves) = (program.0.ramp_s, program.motion_start());
-            let cycling = ("cycling", moves, program.end());
-            return phases([("ramp", 0.0, ramp), (HOLD, ramp, moves), cycling]);
+            return wheel.program.phases();
         }
         let (loads, motions) = (self.model.tractions.iter(), self.model.motions.iter());
         let loads = loads.map(|traction| traction.history.settled_at());

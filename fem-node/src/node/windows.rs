@@ -3,11 +3,11 @@
 use protocol::Window;
 
 use super::fem_node::FemNode;
-use crate::compliance::{compliance, impedance};
 use crate::error::FemError;
-use crate::interface::Condensed;
+use crate::interface::CondensedMatrix;
+use crate::interface::compliance::{compliance, impedance};
+use crate::interface::window::extent::WindowInput;
 use crate::pack::largest;
-use crate::window::WindowInput;
 
 impl FemNode {
     /// A body takes a prescribed velocity if it is linear and bears no wheel of its own.
@@ -22,7 +22,7 @@ impl FemNode {
     pub(super) fn paired(
         &mut self,
         window: &Window,
-        quantity: Quantity,
+        quantity: ExchangedQuantity,
         numbers: &[f64],
     ) -> Result<Vec<(usize, f64)>, FemError> {
         self.pending = None;
@@ -129,7 +129,7 @@ impl FemNode {
     /// Condensed matrix of a window of `substeps` over the exchanged components; computed once.
     pub(super) fn condensed(
         &mut self,
-        matrix: Condensed,
+        matrix: CondensedMatrix,
         substeps: u32,
     ) -> Result<Vec<f64>, FemError> {
         if substeps == 0 {
@@ -141,8 +141,8 @@ impl FemNode {
         }
         let (model, team) = (&self.model, &self.team);
         let compute = match matrix {
-            Condensed::Compliance => compliance,
-            Condensed::Impedance => impedance,
+            CondensedMatrix::Compliance => compliance,
+            CondensedMatrix::Impedance => impedance,
         };
         let columns = self.interface.condensed(matrix, substeps, |components| {
             team.install(|| compute(model, components, substeps))
@@ -161,8 +161,8 @@ impl FemNode {
 
 /// Quantity that a request gives for each exchanged component, and its unit.
 #[derive(Clone, Copy)]
-pub(super) struct Quantity(&'static str, &'static str);
+pub(super) struct ExchangedQuantity(&'static str, &'static str);
 
-pub(super) const FORCE: Quantity = Quantity("force", "N");
+pub(super) const FORCE: ExchangedQuantity = ExchangedQuantity("force", "N");
 
-pub(super) const VELOCITY: Quantity = Quantity("velocity", "m/s");
+pub(super) const VELOCITY: ExchangedQuantity = ExchangedQuantity("velocity", "m/s");

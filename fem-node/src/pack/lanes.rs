@@ -12,7 +12,7 @@ pub(crate) trait Lanes:
     /// The same number in every lane.
     fn all(self, value: f64) -> Self;
 
-    /// The larger one, lane by lane; `other` where either is not a number.
+    /// The larger one, lane by lane; `other` where either is NaN.
     fn larger(self, other: Self) -> Self;
 
     /// Writes the packs from the `p`th on.

@@ -70,7 +70,7 @@ struct StatusChange {
 
 /// An increment that did not end.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Failure {
+pub(super) struct NotConverged {
     /// The worst violation of a law in the last round, as a force (N).
     pub(super) violation: f64,
     pub(super) iterations: usize,
@@ -130,7 +130,7 @@ impl ActiveSet {
         edge: &mut EdgeCompliance,
         target: Target,
         extend: impl Fn(&mut EdgeCompliance, &[usize]),
-    ) -> Result<(), Failure> {
+    ) -> Result<(), NotConverged> {
         let (mut pieces, mut done, mut halvings) = (1u32, 0u32, 0);
         let from = (self.load, self.wheel[0]);
         while done < pieces {
@@ -140,7 +140,7 @@ impl ActiveSet {
                 lateral: from.1 + share * (target.lateral - from.1),
                 friction: target.friction,
             };
-            let increment = Increment {
+            let increment = ContactIncrement {
                 before: self,
                 face,
                 target: piece,
@@ -176,7 +176,7 @@ impl ActiveSet {
     }
 
     /// Forces and wheel under the present statuses; false where they leave the wheel or a node undetermined.
-    fn solve(&mut self, increment: &Increment, edge: &EdgeCompliance) -> bool {
+    fn solve(&mut self, increment: &ContactIncrement, edge: &EdgeCompliance) -> bool {
         let system = System::new(self, increment, edge);
         let factor = PartialPivLu::new(system.matrix.as_ref());
         let solution = factor.solve(&system.right);
@@ -211,7 +211,11 @@ impl ActiveSet {
 
     /// Changes of the statuses whose own condition is violated. Without friction the direction of the slip has no
     /// consequence and is only noted.
-    fn violations(&mut self, increment: &Increment, edge: &EdgeCompliance) -> Vec<StatusChange> {
+    fn violations(
+        &mut self,
+        increment: &ContactIncrement,
+        edge: &EdgeCompliance,
+    ) -> Vec<StatusChange> {
         let (face, target) = (increment.face, &increment.target);
         let zero = ROUNDING * target.load;
         let mut changes = Vec::new();
@@ -272,26 +276,26 @@ impl ActiveSet {
 }
 
 /// One increment from a state to a target.
-pub(crate) struct Increment<'a> {
+pub(crate) struct ContactIncrement<'a> {
     before: &'a ActiveSet,
     face: &'a Face,
     target: Target,
 }
 
-impl Increment<'_> {
+impl ContactIncrement<'_> {
     /// The state at the target: Newton's method on the projections of the laws of contact.
     fn solve(
         &self,
         edge: &mut EdgeCompliance,
         extend: &impl Fn(&mut EdgeCompliance, &[usize]),
-    ) -> Result<ActiveSet, Failure> {
+    ) -> Result<ActiveSet, NotConverged> {
         let mut trial = self.before.clone();
         trial.load = self.target.load;
         if self.target.load == 0.0 {
             return Ok(trial);
         }
         trial.start(self.face, self.target);
-        let mut failure = Failure::default();
+        let mut failure = NotConverged::default();
         for round in 0..ROUNDS_MAX {
             let unknown = trial.unknown_nodes(edge);
             if !unknown.is_empty() {
@@ -307,7 +311,7 @@ impl Increment<'_> {
             let Some(worst) = changes.iter().max_by(by_violation) else {
                 return Ok(trial);
             };
-            failure = Failure {
+            failure = NotConverged {
                 violation: worst.violation,
                 iterations: round + 1,
             };
@@ -349,7 +353,11 @@ pub(crate) struct System {
 impl System {
     /// Rows g_i = 0 of the closed nodes, t_i . (d - d_before - u_i + u_i,before) = 0 of those that stick, and
     /// sum (r_n n_y - r_t t_y) = load of the wheel.
-    pub(crate) fn new(now: &ActiveSet, increment: &Increment, edge: &EdgeCompliance) -> System {
+    pub(crate) fn new(
+        now: &ActiveSet,
+        increment: &ContactIncrement,
+        edge: &EdgeCompliance,
+    ) -> System {
         let (before, face, target) = (increment.before, increment.face, &increment.target);
         let unknowns = unknowns(now, increment, edge);
         let (count, scale) = (unknowns.len(), edge.scale);
@@ -393,8 +401,8 @@ impl System {
 }
 
 /// A normal force for each closed node, then a tangential one for each that sticks.
-fn unknowns(now: &ActiveSet, increment: &Increment, edge: &EdgeCompliance) -> Vec<Unknown> {
-    let Increment { face, target, .. } = increment;
+fn unknowns(now: &ActiveSet, increment: &ContactIncrement, edge: &EdgeCompliance) -> Vec<Unknown> {
+    let ContactIncrement { face, target, .. } = increment;
     let normal = now.closed().map(|node| {
         let drag = if target.friction_acts(edge, node) {
             target.friction * now.status[node].direction()

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::wheel::{ContactStatus, NodeContact};
+use crate::wheel::node_contact::{ContactStatus, NodeContact};
 
 /// Contact of the wheel with the upper edge, node by node from left to right.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

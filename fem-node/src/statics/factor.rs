@@ -5,7 +5,8 @@ use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, Side};
 
-use crate::element::{self, Layout};
+use crate::element::body;
+use crate::element::layout::Layout;
 use crate::error::FemError;
 use crate::model::Model;
 
@@ -111,7 +112,7 @@ fn assemble(model: &Model, equations: &[u32]) -> Vec<Triplet<u32, u32, f64>> {
     for [i, j] in mesh.element_indices() {
         let corners = mesh.corners(i, j);
         let points = corners.map(|n| mesh.point(n[0], n[1]));
-        let stiffness = element::stiffness(model.element, &points, &model.elastic, model.thickness);
+        let stiffness = body::stiffness(model.element, &points, &model.elastic, model.thickness);
         let rows: [u32; 8] =
             std::array::from_fn(|r| equations[layout.index(corners[r / 2], r % 2)]);
         for (r, c) in (0..8).flat_map(|r| (0..8).map(move |c| (r, c))) {

@@ -7,9 +7,9 @@ use super::contact::{DirectedStatus, WheelContact};
 use super::edge::{EdgeCompliance, KnownColumns};
 use super::face::Face;
 use super::factor::Factor;
-use crate::config::Config;
+use crate::config::keys::Config;
 use crate::error::FemError;
-use crate::integrate::State;
+use crate::integrate::state::State;
 use crate::model::Model;
 
 /// Contact half-width over the radius of a round wheel up to which its undeformed normals are taken.
@@ -49,7 +49,7 @@ impl Loads {
 
 /// What increments change; the rest of a history of loads follows from the configuration.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Progress {
+pub(crate) struct IncrementState {
     edge: KnownColumns,
     contact: ActiveSet,
     increments_done: usize,
@@ -101,7 +101,7 @@ impl Statics {
     }
 
     /// Increments that bring the full load. Without friction there is no history, but small increments try fewer nodes in vain
-    /// and let a coupler hear of each.
+    /// and can be reported one by one.
     pub fn loading_increments(&self) -> usize {
         match self.loads {
             Some(loads) if loads.friction_while_loading && loads.friction > 0.0 => loads.increments,
@@ -111,8 +111,8 @@ impl Statics {
     }
 
     /// What the increments so far have changed.
-    pub(super) fn progress(&self) -> Progress {
-        Progress {
+    pub(crate) fn progress(&self) -> IncrementState {
+        IncrementState {
             edge: self.edge.known(),
             contact: self.contact.clone(),
             increments_done: self.increments_done,
@@ -120,7 +120,7 @@ impl Statics {
     }
 
     /// Goes on from there; false where it is not that of this body.
-    pub(super) fn take_up(&mut self, progress: Progress) -> bool {
+    pub(crate) fn take_up(&mut self, progress: IncrementState) -> bool {
         let fits = self.contact.is_like(&progress.contact) && self.edge.take_up(progress.edge);
         if fits {
             self.contact = progress.contact;

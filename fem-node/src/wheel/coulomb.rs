@@ -24,19 +24,19 @@ pub(crate) fn admissible([normal, tangential]: [f64; 2], friction: f64) -> [f64;
 mod tests {
     use super::*;
     use crate::wheel::node_contact::{ContactStatus, NodeContact};
-    use crate::wheel::problem::{Increment, NodeMotion};
+    use crate::wheel::problem::{NodeMotion, WheelStep};
     use crate::wheel::{flat, round::RoundFace};
 
     const FRICTION: f64 = 0.4;
 
     /// A node that reaches above the wheel, or not, and slips, under a wheel of its own weight.
-    fn node(reach: f64, slip: f64) -> (NodeMotion, Increment) {
+    fn node(reach: f64, slip: f64) -> (NodeMotion, WheelStep) {
         let node = NodeMotion {
             free: [-slip, reach],
             weight: [0.7, 0.9],
             ..NodeMotion::default()
         };
-        let wheel = Increment {
+        let wheel = WheelStep {
             height: 0.0,
             free_height: 0.0,
             weight: 0.3,

@@ -2,7 +2,7 @@
 
 use super::coulomb::admissible;
 use super::node_contact::{ContactStatus, NodeContact};
-use super::problem::{Increment, NodeMotion};
+use super::problem::{NodeMotion, WheelStep};
 
 /// Contact forces at t_n, g_i the free gap, W_i and W_w the weights of node and wheel:
 ///
@@ -13,7 +13,7 @@ use super::problem::{Increment, NodeMotion};
 ///
 /// slip_free is the increment of D minus that of the node's free x; the clipping is [`admissible`]. Carpenter, Taylor and
 /// Katona (1991); Renouf, Saulot and Berthier (2006), eqs 11-15, corrected.
-pub(super) fn solve(nodes: &[NodeMotion], wheel: &Increment, contacts: &mut [NodeContact]) {
+pub(super) fn solve(nodes: &[NodeMotion], wheel: &WheelStep, contacts: &mut [NodeContact]) {
     let lifted = wheel.weight * total(nodes, wheel);
     for (node, contact) in nodes.iter().zip(contacts) {
         let gap = gap(node, wheel) + lifted;
@@ -25,14 +25,14 @@ pub(super) fn solve(nodes: &[NodeMotion], wheel: &Increment, contacts: &mut [Nod
     }
 }
 
-fn gap(node: &NodeMotion, wheel: &Increment) -> f64 {
+fn gap(node: &NodeMotion, wheel: &WheelStep) -> f64 {
     wheel.free_height - (node.point[1] + node.free[1])
 }
 
 /// S by Newton's method from 0. S - sum max(0, -(g_i + W_w S)/W_i) is piecewise linear, increasing and concave, so
 /// each iterate lies below the root and above its predecessor: nodes only leave the active set, and once none has
 /// left the iterate is the root.
-pub(crate) fn total(nodes: &[NodeMotion], wheel: &Increment) -> f64 {
+pub(crate) fn total(nodes: &[NodeMotion], wheel: &WheelStep) -> f64 {
     let mut s = 0.0;
     let mut active = usize::MAX;
     loop {
@@ -53,7 +53,7 @@ pub(crate) fn total(nodes: &[NodeMotion], wheel: &Increment) -> f64 {
     }
 }
 
-fn close(node: &NodeMotion, wheel: &Increment, pressing: f64) -> NodeContact {
+fn close(node: &NodeMotion, wheel: &WheelStep, pressing: f64) -> NodeContact {
     let slip = (wheel.lateral[1] - wheel.lateral[0]) - (node.free[0] - node.now[0]);
     // A node that is held in x cannot follow the wheel: it resists with full friction.
     let sticking = if node.weight[0] > 0.0 {
@@ -88,7 +88,7 @@ mod tests {
             ..NodeMotion::default()
         };
         let nodes: Vec<NodeMotion> = reach.iter().map(node).collect();
-        let wheel = Increment {
+        let wheel = WheelStep {
             height: 0.0,
             free_height: 0.0,
             weight,

@@ -50,21 +50,21 @@ pub(super) fn force_on_wheel(contacts: &[NodeContact]) -> [f64; 2] {
 }
 
 /// Nodes in contact.
-pub(super) struct Count {
+pub(super) struct ContactCount {
     pub(super) closed: usize,
     slip: usize,
 }
 
 /// Counts the nodes in contact.
-pub(super) fn count(contacts: &[NodeContact]) -> Count {
+pub(super) fn count(contacts: &[NodeContact]) -> ContactCount {
     let slips = |contact: &&NodeContact| contact.status == ContactStatus::Slip;
-    Count {
+    ContactCount {
         closed: contacts.iter().filter(|contact| contact.closed()).count(),
         slip: contacts.iter().filter(slips).count(),
     }
 }
 
-impl Count {
+impl ContactCount {
     /// Sn = slip / (slip + stick) in percent, 0 without contact.
     pub(super) fn sliding_pct(&self) -> f64 {
         100.0 * self.slip as f64 / self.closed.max(1) as f64

@@ -15,7 +15,7 @@ pub(crate) struct NodeMotion {
 
 /// The wheel between t_n and t_n+1.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Increment {
+pub(crate) struct WheelStep {
     /// Lowest point of the face at t_n (m).
     pub(super) height: f64,
     /// Lowest point at t_n+1 without contact forces at t_n (m).

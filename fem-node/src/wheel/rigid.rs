@@ -1,15 +1,16 @@
 //! The rigid wheel of a scenario.
 
-use super::program::Program;
-use crate::config::{ContactConfig, WheelConfig};
-use crate::element::Body;
+use kit::wheel::WheelProgram;
+
+use crate::config::wheel::{ContactConfig, WheelConfig};
+use crate::element::body::Body;
 use crate::mesh::{Edge, Mesh};
 
 /// Wheel, its load and its friction: everything about it that stays during a run.
 #[derive(Clone, Debug)]
 pub struct Wheel {
     /// Load and motion over time.
-    pub program: Program,
+    pub program: WheelProgram,
     /// Mass (kg).
     pub(super) mass: f64,
     /// Radius of the face (m); 0 = flat.
@@ -39,7 +40,7 @@ impl Wheel {
     ) -> Wheel {
         let (nodes, _) = mesh.surface(Edge::Top);
         let points: Vec<[f64; 2]> = nodes.iter().map(|n| mesh.point(n[0], n[1])).collect();
-        let program = Program(config.clone());
+        let program = config.program();
         Wheel {
             mass: config.mass_kg,
             radius: config.radius_m,
@@ -80,7 +81,7 @@ impl Wheel {
 
     /// Sideways displacement D at the end of a step (m).
     pub(super) fn lateral_at(&self, step: u64) -> f64 {
-        self.program.lateral_at(step as f64 * self.step)
+        self.program.displacement_at(step as f64 * self.step)
     }
 }
 

@@ -4,7 +4,7 @@ use protocol::larger;
 
 use super::coulomb::admissible;
 use super::node_contact::{ContactStatus, NodeContact};
-use super::problem::{Increment, NodeMotion};
+use super::problem::{NodeMotion, WheelStep};
 use crate::pack::largest;
 
 /// Residual of the natural map over the largest force at which the sweeps end: forces that are right to ten digits
@@ -42,7 +42,7 @@ impl RoundFace {
         &mut self,
         nodes: &[NodeMotion],
         radius: f64,
-        wheel: &Increment,
+        wheel: &WheelStep,
         contacts: &mut [NodeContact],
     ) -> Result<(), f64> {
         let pairs = nodes.iter().zip(contacts.iter());
@@ -56,7 +56,7 @@ impl RoundFace {
         solved
     }
 
-    fn sweep(&mut self, wheel: &Increment) -> Result<(), f64> {
+    fn sweep(&mut self, wheel: &WheelStep) -> Result<(), f64> {
         let mut residual = f64::INFINITY;
         for _ in 0..SWEEPS_MAX {
             let mut lift = self.nodes.iter().map(LocalProblem::lift).sum::<f64>();
@@ -74,8 +74,8 @@ impl RoundFace {
     }
 
     /// Largest |r - r*| over the largest force, r* the projection of r - W^-1 (gap, -slip) onto the admissible
-    /// forces, with the diagonal of each block for W. Not a number if any force is not.
-    fn residual(&self, wheel: &Increment) -> f64 {
+    /// forces, with the diagonal of each block for W. NaN if any force is.
+    fn residual(&self, wheel: &WheelStep) -> f64 {
         let lift = self.nodes.iter().map(LocalProblem::lift).sum::<f64>();
         let force = largest(self.nodes.iter().map(|b| b.r_n));
         let error = largest(self.nodes.iter().map(|b| b.error(wheel, lift)));
@@ -84,7 +84,7 @@ impl RoundFace {
 }
 
 impl LocalProblem {
-    fn new(node: &NodeMotion, radius: f64, wheel: &Increment, guess: &NodeContact) -> LocalProblem {
+    fn new(node: &NodeMotion, radius: f64, wheel: &WheelStep, guess: &NodeContact) -> LocalProblem {
         // Measured from the lowest point of the face.
         let [x, y] = [
             node.point[0] + node.free[0] - wheel.lateral[1],
@@ -120,12 +120,12 @@ impl LocalProblem {
     }
 
     /// Gap and slip without the own force, `lift` being that of the others.
-    fn without(&self, wheel: &Increment, lift: f64) -> (f64, f64) {
+    fn without(&self, wheel: &WheelStep, lift: f64) -> (f64, f64) {
         let rise = wheel.weight * lift;
         (self.gap - self.n[1] * rise, self.slip + self.t[1] * rise)
     }
 
-    fn solve(&mut self, wheel: &Increment, lift: f64) {
+    fn solve(&mut self, wheel: &WheelStep, lift: f64) {
         let (gap, slip) = self.without(wheel, lift);
         [self.r_n, self.r_t] = if gap >= 0.0 {
             [0.0, 0.0]
@@ -156,7 +156,7 @@ impl LocalProblem {
     }
 
     /// Distance of r from the [`admissible`] part of (r_n - gap/W_nn, r_t + slip/W_tt) (N), `lift` being the whole force on the wheel.
-    fn error(&self, wheel: &Increment, lift: f64) -> f64 {
+    fn error(&self, wheel: &WheelStep, lift: f64) -> f64 {
         let (gap, slip) = self.without(wheel, lift - self.lift());
         let gap = gap + self.w_nn * self.r_n + self.w_nt * self.r_t;
         let slip = slip - self.w_nt * self.r_n - self.w_tt * self.r_t;

@@ -3,12 +3,13 @@
 use super::flat;
 use super::newmark::Newmark;
 use super::node_contact::NodeContact;
-use super::problem::{Increment, NodeMotion};
+use super::problem::{NodeMotion, WheelStep};
 use super::rigid::Wheel;
 use super::round::{RoundFace, SWEEPS_MAX};
 use super::state::WheelState;
 use crate::error::FemError;
-use crate::integrate::{Rule, Scheme, UpperRow};
+use crate::scheme::{Rule, Scheme};
+use crate::wheel::upper_row::UpperRow;
 
 /// Steps the wheel along with the body.
 #[derive(Clone, Debug, Default)]
@@ -173,7 +174,7 @@ impl WheelRun {
     fn solve(&mut self, wheel: &Wheel, free_height: f64, weight: f64) {
         let step = self.state.step;
         let lateral = [step, step + 1].map(|step| wheel.lateral_at(step));
-        let increment = Increment {
+        let increment = WheelStep {
             height: self.state.height,
             free_height,
             weight: weight / wheel.mass,

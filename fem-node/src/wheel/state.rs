@@ -88,7 +88,7 @@ impl WheelState {
         let [ft, fn_] = self.force();
         let count = count(&self.contacts);
         [
-            wheel.program.lateral_at(t),
+            wheel.program.displacement_at(t),
             self.height,
             wheel.program.speed_at(t),
             fn_,

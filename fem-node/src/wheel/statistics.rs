@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use kit::wheel::WheelProgram;
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 use super::node_contact::{NodeContact, count, force_on_wheel};
-use super::program::Program;
 use super::rigid::Wheel;
 
 /// Signals of the wheel by name. `wheel_fn_n` and `wheel_ft_n` are the force of the body on the wheel, upwards and
@@ -131,14 +131,14 @@ impl StickSlip {
 
 /// True around D = 0, which comes back every half period. The start of the motion is no such zero: nothing has slid
 /// before.
-fn near_zero(program: &Program, periods: f64) -> bool {
+fn near_zero(program: &WheelProgram, periods: f64) -> bool {
     let half = 2.0 * periods;
     let from_zero = (half - half.round()) * 0.5 * program.period();
     half.round() >= 1.0 && from_zero.abs() <= AROUND_ZERO
 }
 
 /// Number of reversals so far, which lie a quarter of a period behind the zeros, and the time since the last (s).
-fn reversals(program: &Program, periods: f64) -> (u64, f64) {
+fn reversals(program: &WheelProgram, periods: f64) -> (u64, f64) {
     let half = 2.0 * periods + 0.5;
     (half as u64, half.fract() * 0.5 * program.period())
 }
@@ -149,7 +149,7 @@ fn reversed_within((count, since): (u64, f64), [from, until]: [f64; 2]) -> bool 
 }
 
 impl CycleStatistics {
-    /// Takes note of the end of a step, and of the work that the drive did in it (J).
+    /// Records the end of a step, and the work of the drive in it (J).
     pub(super) fn record(
         &mut self,
         wheel: &Wheel,
@@ -164,7 +164,7 @@ impl CycleStatistics {
             if t + 1.5 * wheel.step >= program.motion_start() {
                 self.before_motion = Some(fn_);
             }
-            if t >= 0.5 * (program.0.ramp_s + program.motion_start()) {
+            if t >= 0.5 * (program.ramp_s + program.motion_start()) {
                 self.held_force.add(fn_);
                 self.held_range = Some(Range::of(fn_, self.held_range));
             }
@@ -189,7 +189,7 @@ impl CycleStatistics {
         }
     }
 
-    /// Takes note of the share of sliding nodes (%) after this number of reversals, the last of which is some time ago (s).
+    /// Records the share of sliding nodes (%) after this number of reversals, the last of which is some time ago (s).
     fn record_reversal(&mut self, reversals: (u64, f64), sn: f64) {
         if reversed_within(reversals, JUST_REVERSED) {
             let largest = self.sn_reversal_max.map_or(sn, |before| larger(before, sn));
@@ -210,7 +210,7 @@ impl CycleStatistics {
         range.or(self.before_motion.map(|force| [force; 2]))
     }
 
-    /// Takes note of a wheel that begins in equilibrium under this force (N).
+    /// Records the force on a wheel that begins in equilibrium (N).
     pub(super) fn begin_at_rest(&mut self, force: f64) {
         self.before_motion = Some(force);
     }
@@ -220,7 +220,7 @@ impl CycleStatistics {
         let sliding = self.sn_sliding_range;
         let cycle = wheel.program.last_full_cycle();
         let all = [
-            ("load_n", Some(wheel.program.0.load_n)),
+            ("load_n", Some(wheel.program.load_n)),
             ("wheel_force_n", self.held_force.value()),
             ("friction_coefficient", self.friction.value()),
             ("sn_max_velocity_pct", self.sn_zero.value()),
@@ -242,12 +242,24 @@ impl CycleStatistics {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::{ContactConfig, WheelConfig};
+    use crate::config::wheel::{ContactConfig, WheelConfig};
     use crate::model::Model;
-    use crate::plausible::tests::model;
-    use crate::wheel::program::tests::program;
+    use crate::output::plausible::tests::model;
     use kit::read_config;
     use serde_json::json;
+
+    /// A wheel of 8 000 N, 0.5 ms of ramp and 0.4 ms of hold, then 2.25 cycles of 50 um at 300 Hz.
+    fn cycled() -> WheelConfig {
+        read_config(&json!({
+            "load_n": 8000.0, "mass_kg": 1.0, "ramp_s": 5e-4, "hold_s": 4e-4,
+            "amplitude_m": 5e-5, "frequency_hz": 300.0, "cycles": 2.25,
+        }))
+        .expect("the keys are valid")
+    }
+
+    fn program() -> WheelProgram {
+        cycled().program()
+    }
 
     /// A wheel that is loaded and held for these times (s), seen every quarter of a second.
     fn wheel([ramp_s, hold_s]: [f64; 2]) -> Wheel {
@@ -255,7 +267,7 @@ mod tests {
         let config = WheelConfig {
             ramp_s,
             hold_s,
-            ..program().0
+            ..cycled()
         };
         let contact: ContactConfig =
             read_config(&json!({"friction": 0.3})).expect("the key is valid");

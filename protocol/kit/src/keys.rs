@@ -75,6 +75,25 @@ pub fn read_part<T: DeserializeOwned, E: serde::de::Error>(
         .map_err(|error| E::custom(format!("at `{}`: {}", error.path(), error.inner())))
 }
 
+/// Refuses a key for a reason, with a help, if something holds: keys that do not go together, unless the caller names another
+/// cause.
+///
+/// # Errors
+/// Names the `key`, why it is refused, and what to write instead.
+pub fn refuse_if(
+    holds: bool,
+    key: &str,
+    why: impl Into<String>,
+    help: impl Into<String>,
+) -> Result<(), ConfigError> {
+    if holds {
+        return Err(ConfigError::new(key, why)
+            .because(Cause::ConflictingKeys)
+            .help(help));
+    }
+    Ok(())
+}
+
 /// An error about a key below the one that serde is at, as the text in which [`config_error`] finds key and cause again:
 /// "at `path` (file-unreadable): it is a folder".
 pub fn error_inside<E: serde::de::Error>(key: &str, error: &ConfigError) -> E {

@@ -5,6 +5,7 @@
 //! - [`input_file`]: files that a scenario names;
 //! - [`schema`]: the keys of a configuration as a JSON Schema;
 //! - [`table`]: loads over time;
+//! - [`wheel`]: load and sideways motion of a wheel over time;
 //! - [`bounds`]: the two bounds of a check of plausibility;
 //! - [`vtk`]: files of fields;
 //! - [`scratch`]: folders that go with whoever made them.
@@ -16,6 +17,7 @@ pub mod schema;
 pub mod scratch;
 pub mod table;
 pub mod vtk;
+pub mod wheel;
 
 pub use bounds::Bounds;
 pub use keys::{ConfigError, read_config, read_part};

@@ -10,12 +10,13 @@ use std::ops::Range;
 
 use super::super::corners::StrainPath;
 use super::super::linear::{BoundedRow, LinearRow};
-use super::super::points::{FLOWED, Suspects};
+use super::super::points::{FLOWED, YieldCandidates};
 use super::super::row_forces::RowForces;
 use super::{Body, Element};
 use crate::material::j2::J2;
 use crate::material::nonlinear::NonlinearLaw;
-use crate::pack::{LANES, Pack, vectorised};
+use crate::pack::lanes::{LANES, Pack};
+use crate::pack::vectorised;
 
 impl Body {
     /// Forces of some elements of a row, whole packs of them, under a nonlinear law.
@@ -79,13 +80,13 @@ impl Body {
             )
         };
         if flowed || may_flow() {
-            self.suspect_packs(plastic, row, path, (&excess, packs), out);
+            self.candidate_packs(plastic, row, path, (&excess, packs), out);
         }
         out.excess = excess;
     }
 
     /// Forces of the packs in which an element flows or has flowed.
-    fn suspect_packs(
+    fn candidate_packs(
         &self,
         plastic: &J2,
         row: usize,
@@ -93,7 +94,7 @@ impl Body {
         (excess, packs): (&[[f64; LANES]], Range<usize>),
         out: &mut RowForces,
     ) {
-        let suspects = Suspects {
+        let candidates = YieldCandidates {
             excess: &excess[packs.clone()],
             first: packs.start,
         };
@@ -101,10 +102,10 @@ impl Body {
             #[inline(always)]
             || match &self.element {
                 Element::OnePoint(elements) => {
-                    elements.plastic_row(plastic, row, path, suspects, out);
+                    elements.plastic_row(plastic, row, path, candidates, out);
                 }
                 Element::FourPoint(elements) => {
-                    elements.plastic_row(plastic, row, path, suspects, out);
+                    elements.plastic_row(plastic, row, path, candidates, out);
                 }
             },
         );
@@ -124,7 +125,7 @@ fn mark_flowed(
         || {
             path.write_flow(points, columns, marks);
             if !any_positive(marks) {
-                // A mark that is not a number belongs to no run, and its pack would keep the forces of another row.
+                // A mark that is NaN belongs to no run, and its pack would keep the forces of another row.
                 marks.fill([0.0; LANES]);
                 return false;
             }
@@ -140,7 +141,7 @@ fn mark_flowed(
 /// True if any number is above 0. One branch for all of them: most rows have none.
 #[inline(always)]
 fn any_positive(packs: &[[f64; LANES]]) -> bool {
-    // What is not a number is passed over.
+    // NaN is passed over.
     let larger = |largest: Pack, pack: &[f64; LANES]| Pack(*pack).max(largest);
     let largest = packs.iter().fold(Pack::splat(0.0), larger);
     largest.any_above(Pack::splat(0.0))

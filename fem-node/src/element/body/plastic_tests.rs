@@ -1,13 +1,14 @@
 //! Plasticity that an element does not use, and the bound that says so.
 
 use super::super::linear::BoundedRow;
-use super::super::points::{FLOWED, Suspects};
+use super::super::points::{FLOWED, YieldCandidates};
 use super::*;
-use crate::config::{MaterialConfig, Plane};
-use crate::element::{GAUSS_POINTS, jacobian};
+use crate::config::choice::Plane;
+use crate::config::material::MaterialConfig;
+use crate::element::shape::{GAUSS_POINTS, jacobian};
 use crate::material::j2::J2;
-use crate::pack::LANES;
-use crate::probe;
+use crate::output::probe;
+use crate::pack::lanes::LANES;
 
 const KINDS: [ElementKind; 3] = [
     ElementKind::Q4OnePoint,
@@ -42,7 +43,7 @@ pub(in super::super) fn wobbly(columns: usize) -> Mesh {
 }
 
 /// A row of elements under plasticity.
-pub(in super::super) struct Row {
+pub(in super::super) struct PlasticRow {
     pub(in super::super) body: Body,
     pub(in super::super) elastic: Elastic,
     pub(in super::super) plastic: J2,
@@ -82,8 +83,8 @@ impl Step {
     }
 }
 
-impl Row {
-    pub(in super::super) fn new(kind: ElementKind, mesh: &Mesh) -> Row {
+impl PlasticRow {
+    pub(in super::super) fn new(kind: ElementKind, mesh: &Mesh) -> PlasticRow {
         let material = MaterialConfig {
             yield_pa: Some(0.5),
             hardening_pa: Some(0.3),
@@ -91,7 +92,7 @@ impl Row {
             ..MaterialConfig::elastic(3.0, 0.3, 1.0)
         };
         let elastic = Elastic::new(&material, Plane::Strain);
-        Row {
+        PlasticRow {
             body: Body::new(mesh, kind, &elastic, Supports::default(), THICKNESS),
             plastic: J2::new(&material, &elastic).expect("it yields"),
             elastic,
@@ -214,7 +215,7 @@ fn bits(step: &Step) -> Vec<u64> {
 #[test]
 fn elements_that_do_not_yield_have_the_bits_of_elastic_ones() {
     for kind in KINDS {
-        let row = Row::new(kind, &wobbly(13));
+        let row = PlasticRow::new(kind, &wobbly(13));
         for seed in 0..50 {
             let u = row.field(seed);
             let worst = (0..13).map(|i| row.nearness(&u, i)).fold(0.0, f64::max);
@@ -237,7 +238,7 @@ fn elements_that_do_not_yield_have_the_bits_of_elastic_ones() {
 #[test]
 fn the_path_of_a_pack_does_not_change_a_bit() {
     for kind in KINDS {
-        let row = Row::new(kind, &wobbly(13));
+        let row = PlasticRow::new(kind, &wobbly(13));
         let packs = row.body.layout.padded_columns() / LANES;
         let all = vec![[FLOWED; LANES]; packs];
         let (mut some, mut none) = (0, 0);
@@ -246,13 +247,13 @@ fn the_path_of_a_pack_does_not_change_a_bit() {
             let u = scaled(&row.field(seed + 1000), 0.12);
             let chosen = row.plastic_step(&u, first.history.clone());
             let forced = row.step(&u, first.history.clone(), |path, out| {
-                let suspects = Suspects {
+                let candidates = YieldCandidates {
                     excess: &all,
                     first: 0,
                 };
                 match &row.body.element {
-                    Element::OnePoint(e) => e.plastic_row(&row.plastic, 0, path, suspects, out),
-                    Element::FourPoint(e) => e.plastic_row(&row.plastic, 0, path, suspects, out),
+                    Element::OnePoint(e) => e.plastic_row(&row.plastic, 0, path, candidates, out),
+                    Element::FourPoint(e) => e.plastic_row(&row.plastic, 0, path, candidates, out),
                 }
             });
             assert_eq!(bits(&chosen), bits(&forced), "{kind:?} {seed}");
@@ -268,7 +269,7 @@ fn the_path_of_a_pack_does_not_change_a_bit() {
 #[test]
 fn every_element_that_reaches_the_yield_surface_is_caught() {
     for kind in KINDS {
-        let row = Row::new(kind, &wobbly(13));
+        let row = PlasticRow::new(kind, &wobbly(13));
         for (seed, i) in (0..100).flat_map(|seed| (0..13).map(move |i| (seed, i))) {
             let u = row.field(seed);
             let nearness = row.nearness(&u, i);
@@ -287,7 +288,7 @@ fn every_element_that_reaches_the_yield_surface_is_caught() {
 fn the_bound_holds_where_one_point_does_most_of_the_work() {
     for kind in KINDS {
         for shape in 0..6 {
-            let row = Row::new(kind, &wobbly(1 + shape));
+            let row = PlasticRow::new(kind, &wobbly(1 + shape));
             let i = shape / 2;
             let share = |u: &[f64]| row.nearness(u, i).powi(2) / row.work(u, i);
             let mut chance = Chance(shape as u64);
@@ -314,7 +315,7 @@ fn the_bound_holds_where_one_point_does_most_of_the_work() {
 /// The numbers of the bound themselves: a larger limit would go unnoticed by the fields above up to a factor of 1.5.
 #[test]
 fn the_excess_of_four_points_is_that_of_their_work() {
-    let row = Row::new(ElementKind::Q4Full, &wobbly(13));
+    let row = PlasticRow::new(ElementKind::Q4Full, &wobbly(13));
     let (layout, mu) = (row.body.layout, row.plastic.mu);
     let u = row.field(1);
     let mut excess = vec![[0.0; LANES]; layout.padded_columns() / LANES];

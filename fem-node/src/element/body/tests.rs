@@ -17,15 +17,15 @@ fn distorted() -> Mesh {
     })
 }
 
-fn law(plane: crate::config::Plane) -> Elastic {
-    let material = crate::config::MaterialConfig::elastic(3.0, 0.3, 1.0);
+fn law(plane: crate::config::choice::Plane) -> Elastic {
+    let material = crate::config::material::MaterialConfig::elastic(3.0, 0.3, 1.0);
     Elastic::new(&material, plane)
 }
 
 /// The row kernels regroup the formulas of the matrices, which are those of the books.
 #[test]
 fn the_forces_of_a_body_are_its_stiffness_times_the_displacements() {
-    use crate::config::Plane;
+    use crate::config::choice::Plane;
     let mesh = distorted();
     for kind in [
         ElementKind::Q4OnePoint,
@@ -111,7 +111,7 @@ fn bent([x, y]: [f64; 2]) -> [f64; 2] {
 
 #[test]
 fn a_rotation_gives_no_force_and_turns_the_forces_of_a_stretch() {
-    let (mesh, law) = (distorted(), law(crate::config::Plane::Strain));
+    let (mesh, law) = (distorted(), law(crate::config::choice::Plane::Strain));
     for kind in ROTATING {
         let body = Body::new(&mesh, kind, &law, Supports::default(), 0.7);
         let [_, still] = moved(&body, &mesh, bent);
@@ -136,7 +136,7 @@ fn a_rotation_gives_no_force_and_turns_the_forces_of_a_stretch() {
 /// Central differences of U = u F / 2 + [`Body::energy_correction`], in rough directions.
 #[test]
 fn the_forces_of_a_rotated_body_are_the_slope_of_its_energy() {
-    let (mesh, law) = (distorted(), law(crate::config::Plane::Strain));
+    let (mesh, law) = (distorted(), law(crate::config::choice::Plane::Strain));
     for kind in ROTATING {
         let body = Body::new(&mesh, kind, &law, Supports::default(), 0.7);
         let [u, force] = moved(&body, &mesh, |x| rotated(bent(x), 0.8));

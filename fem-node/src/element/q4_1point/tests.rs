@@ -1,12 +1,14 @@
 //! The row kernels against the textbook, and the two paths of plasticity against each other.
 
 use super::*;
-use crate::config::{ElementKind, MaterialConfig, Plane};
-use crate::element::body::plastic_tests::{Row, wobbly};
+use crate::config::choice::{ElementKind, Plane};
+use crate::config::material::MaterialConfig;
+use crate::element::body::Body;
+use crate::element::body::plastic_tests::{PlasticRow, wobbly};
 use crate::element::points::FLOWED;
-use crate::element::{Body, Supports};
+use crate::element::supports::Supports;
 use crate::material::nonlinear::plain::respond;
-use crate::probe;
+use crate::output::probe;
 
 /// A body in which no two elements are alike and no side is parallel to another.
 fn distorted() -> Mesh {
@@ -145,16 +147,16 @@ fn plain_row(elements: &Q4OnePoint, plastic: &J2, mut path: StrainPath, out: &mu
 /// A row of skewed elements of which some yield and some do not.
 #[test]
 fn the_short_path_of_plasticity_agrees_with_the_plain_one() {
-    let row = Row::new(ElementKind::Q4OnePoint, &wobbly(9));
+    let row = PlasticRow::new(ElementKind::Q4OnePoint, &wobbly(9));
     let elements = Q4OnePoint::new(&wobbly(9), row.body.layout, &row.elastic, 0.7);
     let packs = row.body.layout.padded_columns() / LANES;
     let all = vec![[FLOWED; LANES]; packs];
     let short = row.run(0.2, |path, out| {
-        let suspects = Suspects {
+        let candidates = YieldCandidates {
             excess: &all,
             first: 0,
         };
-        elements.plastic_row(&row.plastic, 0, path, suspects, out);
+        elements.plastic_row(&row.plastic, 0, path, candidates, out);
     });
     let plain = row.run(0.2, |path, out| {
         plain_row(&elements, &row.plastic, path, out);

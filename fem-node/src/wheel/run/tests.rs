@@ -4,13 +4,16 @@ use kit::read_config;
 use protocol::Setting;
 use serde_json::{Value, json};
 
-use crate::committed::Committed;
-use crate::integrate::{Integrator, State};
+use crate::integrate::integrator::Integrator;
+use crate::integrate::state::State;
+use crate::interface::window::WindowRun;
+use crate::interface::window::committed::Committed;
+use crate::interface::window::extent::{Extent, WindowInput};
+use crate::interface::window::team::Team;
 use crate::mesh::Edge;
 use crate::model::Model;
-use crate::wheel::WheelState;
 use crate::wheel::node_contact::count;
-use crate::window::{Extent, Team, WindowInput, WindowRun};
+use crate::wheel::state::WheelState;
 
 const YOUNG: f64 = 102.5e9;
 const DENSITY: f64 = 7800.0;

@@ -1,0 +1,120 @@
+//! Condensed compliance and impedance of the coupled components over a window.
+
+use rayon::prelude::*;
+
+use crate::integrate::dissipation::Dissipated;
+use crate::integrate::integrator::Integrator;
+use crate::integrate::load::Load;
+use crate::integrate::state::State;
+use crate::interface::prescribed_velocity::PrescribedVelocity;
+use crate::model::Model;
+
+/// C (m/N), n x n, column-major: column j holds the displacements of all n `components` after `substeps` steps from rest
+/// under a unit force in component j and no other. C(1) = h^2/2 M^-1. A mode phi of frequency omega adds
+/// phi phi^T (1 - cos(omega H))/omega^2 in the limit of small steps, the response of an undamped oscillator to a constant
+/// force: never negative, so that C is positive definite.
+///
+/// The columns are those of linear elasticity in small strain: a plastic body that yields within the window is softer, and
+/// a coupler that needs more than one repeat then takes more of them.
+///
+/// The columns are independent, so the threads share them; each is computed by one thread.
+pub(crate) fn compliance(model: &Model, components: &[usize], substeps: u32) -> Vec<f64> {
+    each_column(model, components, |run, component| {
+        run.load.add(component, 1.0);
+        run.state
+            .accelerate(&model.body, model.scheme.mass_damping, &run.load);
+        run.steps(model, component, substeps, None);
+        components.iter().map(|index| run.state.u[*index]).collect()
+    })
+}
+
+/// D (kg/s), n x n, column-major: column j holds the reactions on all n `components` at the end of `substeps` steps from
+/// rest in which the velocity of component j grows in a straight line to one and the others stay at rest. With the
+/// acceleration 1/H and the modes of the body with fixed components, of frequency omega and participation L,
+///
+/// ```text
+/// H D = M_i + H^2/2 K_i + sum L L^T (1 - cos(omega H))
+/// ```
+///
+/// M_i being the lumped masses of the components and K_i their static stiffness: it is never less than M_i, so that D has
+/// an inverse for any H. A component that cannot move has zeros in its row and column. As for [`compliance`], of linear
+/// elasticity, and shared among the threads.
+pub(crate) fn impedance(model: &Model, components: &[usize], substeps: u32) -> Vec<f64> {
+    let window_s = model.scheme.step * f64::from(substeps);
+    each_column(model, components, |run, component| {
+        if model.body.inverse_mass[component] == 0.0 {
+            return vec![0.0; components.len()];
+        }
+        run.state.a.fill(0.0);
+        let speed = |index: &usize| if *index == component { 1.0 } else { 0.0 };
+        let ends = components.iter().map(|index| (*index, speed(index)));
+        let ends: Vec<(usize, f64)> = ends.collect();
+        let mut velocity = PrescribedVelocity::start(&model.body, &mut run.state, &ends, window_s);
+        run.steps(model, component, substeps, Some(&mut velocity));
+        velocity.force
+    })
+}
+
+fn each_column(
+    model: &Model,
+    components: &[usize],
+    column: impl Fn(&mut ColumnRun, usize) -> Vec<f64> + Sync,
+) -> Vec<f64> {
+    let from_rest = |run: &mut ColumnRun, component: &usize| {
+        run.load.clear();
+        run.state.restore(&run.rest);
+        column(run, *component)
+    };
+    let columns: Vec<Vec<f64>> = components
+        .par_iter()
+        .map_init(|| ColumnRun::new(model), from_rest)
+        .collect();
+    columns.concat()
+}
+
+/// Buffers for one column at a time.
+struct ColumnRun {
+    rest: State,
+    state: State,
+    load: Load,
+    /// Nobody asks for the energies of a column.
+    dissipated: Dissipated<Vec<f64>>,
+    integrator: Integrator,
+}
+
+impl ColumnRun {
+    fn new(model: &Model) -> ColumnRun {
+        let (body, elements) = (&model.body, model.mesh.elements());
+        let rest = State::at_rest(body);
+        ColumnRun {
+            state: rest.clone(),
+            rest,
+            load: Load::none(body),
+            dissipated: Dissipated::default(),
+            integrator: Integrator::new(body, model.scheme, None, elements, 1),
+        }
+    }
+
+    /// Steps the rows that have moved: a step carries the motion from one row to the next, and the others are at rest.
+    fn steps(
+        &mut self,
+        model: &Model,
+        source: usize,
+        substeps: u32,
+        mut velocity: Option<&mut PrescribedVelocity>,
+    ) {
+        let (body, layout) = (&model.body, model.body.layout);
+        let (row, rows) = (layout.row_of(source), layout.node_rows);
+        let (state, dissipated) = (&mut self.state, &mut self.dissipated);
+        for step in 1..=substeps as usize {
+            let reached = [row.saturating_sub(step), (row + step + 1).min(rows)];
+            self.integrator
+                .step(body, state, &self.load, dissipated, reached, None);
+            if let Some(velocity) = &mut velocity {
+                let share = step as f64 / f64::from(substeps);
+                let rule = self.integrator.rule;
+                velocity.step(body, &rule, state, dissipated, share);
+            }
+        }
+    }
+}

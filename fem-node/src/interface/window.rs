@@ -1,0 +1,503 @@
+//! One coupling window: m steps from the committed state under a constant interface force or a prescribed velocity.
+//!
+//! - `committed`: what accepted windows have changed;
+//! - `extent`: which part of the body a window computes, and what it is given;
+//! - `region`: the part that a changed force can have reached;
+//! - `start`: the fields at the start of a piece;
+//! - `team`: the threads;
+//! - `works`: work of the applied forces, reactions;
+//! - `piece`, `pieces`, `partition`: a window in pieces, each by a thread of its own.
+
+pub(crate) mod committed;
+pub(crate) mod extent;
+mod partition;
+mod piece;
+mod pieces;
+mod region;
+mod start;
+pub(crate) mod team;
+pub(crate) mod works;
+
+use protocol::larger;
+
+use crate::integrate::dissipation::Dissipated;
+use crate::integrate::integrator::Integrator;
+use crate::integrate::load::Load;
+use crate::integrate::region::{Region, RingRecord};
+use crate::integrate::state::State;
+use crate::integrate::tally::{Tally, kinetic_energy};
+use crate::interface::prescribed_velocity::PrescribedVelocity;
+use crate::interface::window::committed::Committed;
+use crate::material::nonlinear::NonlinearLaw;
+use crate::model::Model;
+use crate::model::boundary::Traction;
+use crate::output::ledger::Ledger;
+use crate::output::probe::{HoldRecord, hold_record};
+use crate::wheel::run::WheelRun;
+use crate::wheel::upper_row::UpperRow;
+
+use extent::{Extent, WindowInput};
+use partition::Partition;
+use region::Regions;
+use team::Team;
+use works::Works;
+
+/// Steps between two checks of the kinetic energy: a check costs a tenth of a step.
+const CHECK_EVERY: u64 = 20;
+
+/// Kinetic energy over all energy that was supplied, from which on a run has diverged. The scheme never lets the kinetic
+/// energy of a stable run beyond what was supplied: W - dU - dK - D is the numerical loss, and that can be negative only
+/// by the (b h^2/4) d(a M a) of a force that sets in: one check may see that, two in a row do not. 1 % beyond the stability
+/// limit the energy of the fastest mode grows 1.3 to 1.7-fold in a step.
+const EXCESS: f64 = 10.0;
+
+/// Kinetic energy far beyond all energy that was supplied.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct EnergyExcess {
+    /// Own steps since the start of the run.
+    pub(crate) step: u64,
+    /// Kinetic energy (J).
+    pub(crate) kinetic: f64,
+    /// Work of all forces and the energy stored at the start (J).
+    pub(crate) supplied: f64,
+}
+
+/// The state that a window leads to, kept apart from the committed one until it is accepted.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct WindowRun {
+    /// The state at the end of the window.
+    pub(crate) state: State,
+    /// The wheel at the end of the window.
+    pub(crate) wheel: Option<WheelRun>,
+    /// Record of the moment before the wheel starts to move sideways, if it lies in the window.
+    pub(crate) hold_record: Option<HoldRecord>,
+    /// Excess by which the run was found to have diverged; the steps after it were not done.
+    pub(crate) excess: Option<EnergyExcess>,
+    /// Step of the last check that saw too much.
+    suspected: Option<u64>,
+    /// Strain energy at the start of the run (J).
+    start_strain: f64,
+    /// Kinetic energy at the start of the run (J).
+    start_kinetic: f64,
+    /// The most that was supplied so far: energy that comes back still counts (J).
+    supplied: f64,
+    load: Load,
+    dissipated: Dissipated<Vec<f64>>,
+    tally: Tally,
+    works: Works,
+    regions: Regions,
+    record: RingRecord,
+    /// Increments in the ring of a region, under a law with history.
+    increments: Vec<f64>,
+    /// Pieces for the threads.
+    partition: Partition,
+    pub(crate) velocity: Option<PrescribedVelocity>,
+}
+
+impl WindowRun {
+    /// For a run that begins in this state.
+    pub(crate) fn new(model: &Model, start: &State) -> WindowRun {
+        let body = &model.body;
+        let dissipated = Dissipated::new(body.layout, model.dissipates());
+        let mut tally = Tally::default();
+        tally.all(body, start, &dissipated);
+        let at_start = tally.total();
+        WindowRun {
+            start_strain: 0.5 * at_start.strain,
+            start_kinetic: 0.5 * at_start.kinetic,
+            wheel: model.wheel.as_ref().map(WheelRun::new),
+            state: State::at_rest_under(body, model.law.as_ref()),
+            load: Load::none(body),
+            dissipated,
+            tally,
+            works: Works::new(model),
+            ..WindowRun::default()
+        }
+    }
+
+    /// Extent of the next run, of a window after `steps`: all, or what has changed since the last run of the same window.
+    pub(crate) fn extent(&mut self, model: &Model, steps: u64, input: &WindowInput) -> Extent {
+        self.regions.extent(model, steps, input)
+    }
+
+    /// Runs the window from the committed state, on the threads of the team where that pays. Returns the steps of elements that
+    /// were computed.
+    pub(crate) fn run(
+        &mut self,
+        model: &Model,
+        (integrator, team): (&mut Integrator, &Team),
+        committed: &mut Committed,
+        input: &WindowInput,
+        extent: &Extent,
+    ) -> u64 {
+        let threads = team.threads();
+        let is_cut = self
+            .partition
+            .takes(model, committed, (input, extent), threads);
+        if !is_cut {
+            self.catch_up(&mut committed.state);
+        }
+        let committed = &*committed;
+        if is_cut {
+            (self.excess, self.velocity) = (None, None);
+            let body = (model, committed);
+            self.partition
+                .run(team, body, (input, extent), &mut self.tally);
+        } else {
+            let strips = integrator.strips();
+            let mut steps = || self.run_steps(model, integrator, committed, input, extent);
+            // Waking the other threads for a part of the body costs more than they would save.
+            let done = if strips > 1 && !extent.is_part() {
+                team.install(steps)
+            } else {
+                steps()
+            };
+            if done < input.substeps {
+                return model.mesh.elements() as u64 * u64::from(done);
+            }
+        }
+        let kinetic = 0.5 * self.tally.total().kinetic;
+        let end = committed.steps + u64::from(input.substeps);
+        self.check_energy(model, committed, input, (end, kinetic));
+        match extent {
+            Extent::Part(region) => region.element_steps,
+            _ => model.mesh.elements() as u64 * u64::from(input.substeps),
+        }
+    }
+
+    /// Displacement of a component since the start of the window (m), which began in this state.
+    pub(crate) fn moved(&self, model: &Model, start: &State, index: usize) -> f64 {
+        match self.partition.held() {
+            Some(pieces) => pieces.moved(model.body.layout, index),
+            None => self.state.u[index] - start.u[index],
+        }
+    }
+
+    /// Makes the end of the last window the committed state, of a body without wheel. Where it stays in pieces, `state` has the
+    /// motion of some rows of nodes alone until [`catch_up`](WindowRun::catch_up).
+    pub(crate) fn accept(&mut self, state: &mut State, rows: &[usize]) {
+        if !self.partition.accept(state, rows) {
+            // The next window begins by taking the committed state over.
+            std::mem::swap(state, &mut self.state);
+        }
+        self.forget();
+    }
+
+    /// Brings the committed state of the body up to that of the pieces.
+    pub(crate) fn catch_up(&mut self, state: &mut State) {
+        self.partition.catch_up(state);
+    }
+
+    /// The committed state where that of the body, which is given, is older than that of the pieces.
+    pub(crate) fn ahead_of(&self, state: &State) -> Option<State> {
+        self.partition.ahead_of(state)
+    }
+
+    /// Forgets all that was run: the committed state is one from elsewhere.
+    pub(crate) fn restart(&mut self) {
+        self.forget();
+        self.partition.forget();
+    }
+
+    /// The window or a part of it, step by step; returns how many were done.
+    fn run_steps(
+        &mut self,
+        model: &Model,
+        integrator: &mut Integrator,
+        committed: &Committed,
+        input: &WindowInput,
+        extent: &Extent,
+    ) -> u32 {
+        if let Extent::Part(region) = extent {
+            self.begin_part(model, committed, input, region);
+        } else {
+            self.begin(model, committed, input);
+        }
+        self.works.begin(&self.load, &self.state, extent);
+        for k in 1..=input.substeps {
+            let step = committed.steps + u64::from(k) - 1;
+            self.step(model, integrator, input, extent, (k, step));
+            self.record_hold(model, step + 1);
+            let checks = !extent.is_part() && k < input.substeps;
+            if checks && (step + 1).is_multiple_of(CHECK_EVERY) {
+                let kinetic = kinetic_energy(&model.body, &self.state.v);
+                self.check_energy(model, committed, input, (step + 1, kinetic));
+            }
+            if self.excess.is_some() {
+                self.regions.forget();
+                return k;
+            }
+        }
+        let (body, dissipated) = (&model.body, &self.dissipated);
+        match extent {
+            Extent::Part(region) => self
+                .tally
+                .again(body, &self.state, dissipated, &region.blocks),
+            _ => self.tally.all(body, &self.state, dissipated),
+        }
+        input.substeps
+    }
+
+    /// Step `k` of the window, the `step`th of the run, over the whole body or a part of it.
+    fn step(
+        &mut self,
+        model: &Model,
+        integrator: &mut Integrator,
+        input: &WindowInput,
+        extent: &Extent,
+        (k, step): (u32, u64),
+    ) {
+        let (body, scheme) = (&model.body, &model.scheme);
+        self.works.move_to(model, &mut self.state, step, k);
+        self.set_load(model, input, step + 1, false);
+        integrator.rule.damping = model.damping_over(step);
+        let rows = [0, body.layout.node_rows];
+        let wheel = model.wheel.as_ref().zip(self.wheel.as_mut());
+        let (state, dissipated, record) = (&mut self.state, &mut self.dissipated, &mut self.record);
+        match extent {
+            Extent::Whole => integrator.step(body, state, &self.load, dissipated, rows, wheel),
+            Extent::Recorded(region) => {
+                let ring = &region.rings[k as usize - 1];
+                record.record_start(ring, scheme, state, dissipated);
+                integrator.step(body, state, &self.load, dissipated, rows, wheel);
+            }
+            Extent::Part(region) => {
+                let ring = &region.rings[k as usize - 1];
+                record.read(ring, state, dissipated, &mut self.increments);
+                let part = (region.front(k), self.increments.as_slice());
+                integrator.step_part(body, state, &self.load, dissipated, part);
+            }
+        }
+        if let Some(velocity) = &mut self.velocity {
+            let share = f64::from(k) / f64::from(input.substeps);
+            velocity.step(body, &integrator.rule, state, dissipated, share);
+        }
+        self.works.settle(model, state, step, k);
+        if let Extent::Recorded(region) = extent {
+            record.record_end(&region.rings[k as usize - 1], state, dissipated);
+        }
+        self.works.add(model, &self.load, state, step, k);
+    }
+
+    /// True if the last run was recorded, so that a repeat of its window runs a part of the body only.
+    #[cfg(test)]
+    fn repeats_a_part(&self) -> bool {
+        self.regions.is_recorded()
+    }
+
+    /// Forgets the last run.
+    pub(crate) fn forget(&mut self) {
+        self.regions.forget();
+    }
+
+    /// Compares the kinetic energy with all energy that was supplied up to the end of `step`.
+    fn check_energy(
+        &mut self,
+        model: &Model,
+        committed: &Committed,
+        input: &WindowInput,
+        (step, kinetic): (u64, f64),
+    ) {
+        let before = &committed.ledger;
+        let wheel = self.wheel.as_ref().map_or(0.0, |run| {
+            run.state.energies.load + run.state.energies.drive
+        });
+        let body = before.interface_work + before.applied_work + before.drive_work;
+        let interface = self.force_work(model, &committed.state, input);
+        let own = self.works.applied + self.works.drive;
+        let work = body + interface + self.reaction_work() + own;
+        self.supplied = larger(self.supplied, work + wheel);
+        let supplied = self.supplied + self.start_strain + self.start_kinetic;
+        if kinetic <= EXCESS * supplied {
+            self.suspected = None;
+            return;
+        }
+        let again = self.suspected.is_some_and(|before| before < step);
+        // NaN needs no second check.
+        if again || !kinetic.is_finite() {
+            self.excess = Some(EnergyExcess {
+                step,
+                kinetic,
+                supplied,
+            });
+        }
+        self.suspected = self.suspected.filter(|_| again).or(Some(step));
+    }
+
+    /// Work of the interface force since the start of the window (J).
+    fn force_work(&self, model: &Model, start: &State, input: &WindowInput) -> f64 {
+        let forces = input.interface.iter();
+        forces
+            .map(|(index, force)| force * self.moved(model, start, *index))
+            .sum()
+    }
+
+    /// Work of the reactions to a prescribed velocity since the start of the window (J).
+    fn reaction_work(&self) -> f64 {
+        let velocity = self.velocity.as_ref();
+        velocity.map_or(0.0, |velocity| velocity.work.iter().sum())
+    }
+
+    /// The committed state under the forces of the window. Interface forces jump from one window to the next, so that
+    /// the accelerations are computed anew; those of the wheel do not, except from nothing at the start of a run that
+    /// does not begin in equilibrium.
+    fn begin(&mut self, model: &Model, committed: &Committed, input: &WindowInput) {
+        self.partition.stand_aside();
+        self.excess = None;
+        self.dissipated.clear();
+        self.record.clear();
+        self.hold_record = None;
+        self.set_load(model, input, committed.steps, true);
+        let damping = model.damping_at(committed.steps);
+        if let (Some(run), Some(wheel)) = (&mut self.wheel, &committed.wheel) {
+            run.restore(wheel);
+            self.state.resume(&committed.state);
+            if committed.steps == 0 && !wheel.is_touching() {
+                self.open_contact(model, damping);
+            }
+        } else {
+            self.state.restore(&committed.state);
+            self.state.accelerate(&model.body, damping, &self.load);
+        }
+        let window_s = model.scheme.step * f64::from(input.substeps);
+        self.velocity = (!input.velocity.is_empty()).then(|| {
+            PrescribedVelocity::start(&model.body, &mut self.state, &input.velocity, window_s)
+        });
+        self.tally.begin(&model.body, &self.state.a);
+        self.record_hold(model, committed.steps);
+    }
+
+    /// The start of the window where it differs from that of the recorded run: on the exchanged nodes and those around them.
+    fn begin_part(
+        &mut self,
+        model: &Model,
+        committed: &Committed,
+        input: &WindowInput,
+        region: &Region,
+    ) {
+        let (body, damping) = (&model.body, model.damping_at(committed.steps));
+        self.record.rewind();
+        self.set_load(model, input, committed.steps, true);
+        region.begin(&mut self.state, &mut self.dissipated, &committed.state);
+        let (state, load) = (&committed.state, &self.load);
+        let acceleration = |k: usize| state.acceleration(body, damping, load, k);
+        for k in region.first() {
+            self.state.a[k] = acceleration(k);
+        }
+        body.layout.repeat_period(&mut self.state.a);
+        let tally = &mut self.tally;
+        tally.begin_again(body, &region.sources, acceleration);
+    }
+
+    /// The contact forces at the start of the run, and the accelerations under them.
+    fn open_contact(&mut self, model: &Model, damping: f64) {
+        let (Some(wheel), Some(run)) = (&model.wheel, &mut self.wheel) else {
+            return;
+        };
+        let (body, state) = (&model.body, &mut self.state);
+        state.accelerate(body, damping, &self.load);
+        let upper = body.layout.row(0);
+        let row = UpperRow {
+            u: &state.u[upper.clone()],
+            v: &state.v[upper.clone()],
+            a: &state.a[upper.clone()],
+            force: &state.force[upper.clone()],
+            load: self.load.row(0),
+            inverse_mass: &body.inverse_mass[upper.clone()],
+        };
+        run.open(wheel, &row);
+        let accelerations = &mut state.a[upper];
+        let forces = run.load().iter().zip(self.load.row(0));
+        let nodes = accelerations.iter_mut().zip(&body.inverse_mass);
+        for ((a, w), (all, applied)) in nodes.zip(forces) {
+            *a += w * (all - applied);
+        }
+        body.layout.repeat_period(accelerations);
+    }
+
+    /// Records the state at the end of `step` if the wheel moves sideways from then on.
+    fn record_hold(&mut self, model: &Model, step: u64) {
+        let (Some(wheel), Some(run)) = (&model.wheel, &self.wheel) else {
+            return;
+        };
+        if step == wheel.motion_step {
+            self.hold_record = Some(hold_record(model, &self.state, wheel, &run.state));
+        }
+    }
+
+    /// Force of each prescribed motion on the body at the end of the window (N).
+    pub(crate) fn reactions(&self, model: &Model) -> Vec<[f64; 2]> {
+        self.works.last_reactions(model)
+    }
+
+    /// The ledger at the end of the window, given the committed one of its start.
+    pub(crate) fn close(
+        &self,
+        model: &Model,
+        committed: &Committed,
+        input: &WindowInput,
+    ) -> Ledger {
+        let before = &committed.ledger;
+        let (b, h) = (model.scheme.damping, model.scheme.step);
+        let sums = self.tally.total();
+        let d_product = sums.inertia - self.tally.start_inertia();
+        let loss = (b - 0.5) * sums.numerical - 0.25 * b * h * h * d_product;
+        let wheel = self.wheel.as_ref().map(|run| &run.state);
+        let correction = model.law.as_ref();
+        let correction = correction.map_or(0.0, |law| self.energy_correction(model, law));
+        let interface = before.interface_work + self.force_work(model, &committed.state, input);
+        Ledger {
+            interface_work: interface + self.reaction_work(),
+            applied_work: before.applied_work + self.works.applied,
+            strain: 0.5 * sums.strain + correction - self.start_strain,
+            kinetic: 0.5 * sums.kinetic - self.start_kinetic,
+            mass_damping: before.mass_damping + sums.mass_damping,
+            stiffness_damping: before.stiffness_damping + sums.stiffness_damping,
+            numerical: before.numerical + loss,
+            wheel: wheel.map_or(Default::default(), |wheel| wheel.energies),
+            wheel_kinetic: (model.wheel.as_ref().zip(wheel))
+                .map_or(0.0, |(wheel, state)| state.kinetic(wheel)),
+            drive_work: before.drive_work + self.works.drive,
+            plastic: before.plastic + self.dissipated.plastic.iter().sum::<f64>(),
+        }
+    }
+
+    /// Stored energy at the end of the window less u F(u) / 2 (J).
+    fn energy_correction(&self, model: &Model, law: &NonlinearLaw) -> f64 {
+        let (body, history) = (&model.body, &self.state.history);
+        match self.partition.held() {
+            // No piece is of a law with history.
+            Some(pieces) => {
+                body.energy_correction(law, &pieces.displacements(body.layout), history)
+            }
+            None => body.energy_correction(law, &self.state.u, history),
+        }
+    }
+
+    /// The displacement that is farthest from zero (m), NaN if any is.
+    pub(crate) fn largest_displacement(&self) -> f64 {
+        self.tally.total().farthest
+    }
+
+    /// Interface force and tractions at the end of a step; at the start of a window from scratch.
+    fn set_load(&mut self, model: &Model, input: &WindowInput, step: u64, from_scratch: bool) {
+        let factor = |t: &Traction, step: u64| t.history.factor(step as f64 * model.scheme.step);
+        let same = |t: &Traction| factor(t, step) == factor(t, step - 1);
+        if !from_scratch && model.tractions.iter().all(same) {
+            return;
+        }
+        self.load.clear();
+        for (index, force) in &input.interface {
+            self.load.add(*index, *force);
+        }
+        for traction in &model.tractions {
+            let factor = factor(traction, step);
+            for (index, force) in &traction.forces {
+                self.load.add(*index, factor * force);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

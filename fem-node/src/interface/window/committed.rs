@@ -1,0 +1,32 @@
+//! The accepted state of a body in motion.
+
+use serde::{Deserialize, Serialize};
+
+use crate::integrate::state::State;
+use crate::output::ledger::Ledger;
+use crate::output::probe::{HoldRecord, PressureMaxima};
+use crate::wheel::state::WheelState;
+
+/// Everything that accepted windows have changed; the rest of a body follows from configuration and handshake.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Committed {
+    pub(crate) state: State,
+    pub(crate) wheel: Option<WheelState>,
+    pub(crate) ledger: Ledger,
+    /// Own steps since the start.
+    pub(crate) steps: u64,
+    /// Steps of all windows, repeated ones included.
+    pub(crate) steps_done: u64,
+    /// Steps of elements of all windows, repeated ones as far as they were repeated.
+    pub(crate) element_steps: u64,
+    /// Steps of all columns of condensed matrices.
+    pub(crate) column_steps: u64,
+    /// Largest pressures at the snapshot of the hold.
+    pub(crate) hold_maxima: Option<PressureMaxima>,
+    /// Contact and pressures just before the wheel starts to move sideways.
+    pub(crate) hold_record: Option<HoldRecord>,
+    /// Force of each prescribed motion on the body (N).
+    pub(crate) reactions: Vec<[f64; 2]>,
+    /// Largest strain at the ends of the phases so far.
+    pub(crate) strain_max: f64,
+}

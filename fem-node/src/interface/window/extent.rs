@@ -1,0 +1,41 @@
+//! The forces of a window, and the extent to which it is run.
+
+use std::sync::Arc;
+
+use crate::integrate::region::Region;
+
+/// Boundary data of a window.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct WindowInput {
+    /// Own steps to do.
+    pub(crate) substeps: u32,
+    /// Interface force by component (N), held constant.
+    pub(crate) interface: Vec<(usize, f64)>,
+    /// Velocity by component (m/s) that is reached at the end of the window, in a straight line.
+    pub(crate) velocity: Vec<(usize, f64)>,
+}
+
+/// Extent of a run of a window.
+#[derive(Clone, Debug)]
+pub(crate) enum Extent {
+    /// The whole body.
+    Whole,
+    /// The whole body; the states of the rings of a region are recorded.
+    Recorded(Arc<Region>),
+    /// The part that the changed force can have reached since the run that was recorded.
+    Part(Arc<Region>),
+}
+
+impl Extent {
+    pub(crate) fn is_part(&self) -> bool {
+        matches!(self, Extent::Part(_))
+    }
+
+    /// The region that is recorded or run.
+    pub(crate) fn region(&self) -> Option<&Arc<Region>> {
+        match self {
+            Extent::Whole => None,
+            Extent::Recorded(region) | Extent::Part(region) => Some(region),
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! A piece of the columns of a body, which one thread steps for a whole window.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::extent::WindowInput;
+use super::start::PieceStart;
+use crate::element::body::Body;
+use crate::integrate::cut::{Cut, CutRegion};
+use crate::integrate::dissipation::Dissipated;
+use crate::integrate::integrator::Integrator;
+use crate::integrate::load::Load;
+use crate::integrate::region::{Region, RingRecord};
+use crate::integrate::state::State;
+use crate::integrate::tally::{Tally, blocks_of};
+use crate::model::Model;
+
+/// A piece with copies of the columns beside its own.
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    /// Its number among the pieces of the body.
+    index: usize,
+    pub(super) cut: Cut,
+    body: Body,
+    integrator: Integrator,
+    /// State at the end of the window in its own columns.
+    pub(super) state: State,
+    load: Load,
+    dissipated: Dissipated<Vec<f64>>,
+    /// Sums over the blocks of its own columns.
+    pub(super) tally: Tally,
+    own_blocks: Vec<usize>,
+    /// The part of the body's region that it steps in a repeat.
+    region: CutRegion,
+    record: RingRecord,
+}
+
+/// A window of all pieces.
+#[derive(Clone, Copy)]
+pub(super) struct PieceWindow<'a> {
+    pub(super) model: &'a Model,
+    /// Own steps before it.
+    pub(super) steps: u64,
+    pub(super) input: &'a WindowInput,
+    /// States from which the pieces begin it.
+    pub(super) starts: &'a [PieceStart],
+}
+
+impl Piece {
+    /// The piece of this number with these own columns, for windows of up to so many steps.
+    pub(super) fn new(model: &Model, index: usize, own: Range<usize>, overlap: usize) -> Piece {
+        let layout = model.body.layout;
+        let columns =
+            own.start.saturating_sub(overlap)..(own.end + overlap).min(layout.nodes_in_row);
+        let body = model.body.piece(&columns);
+        let elements = body.layout.columns * body.layout.rows;
+        let cut = Cut {
+            own,
+            columns,
+            body: layout,
+            piece: body.layout,
+        };
+        let own = (0..2 * layout.node_rows).map(|line| cut.in_line(line, &cut.own));
+        let own_blocks = blocks_of(body.layout, own);
+        Piece {
+            index,
+            integrator: Integrator::new(&body, model.scheme, model.law, elements, 1),
+            state: State::at_rest(&body),
+            load: Load::none(&body),
+            dissipated: Dissipated::new(body.layout, model.dissipates()),
+            tally: Tally::sized(body.layout),
+            own_blocks,
+            region: CutRegion::default(),
+            record: RingRecord::default(),
+            cut,
+            body,
+        }
+    }
+
+    /// Room for the committed state in its own columns.
+    pub(super) fn start(&self) -> PieceStart {
+        PieceStart {
+            cut: self.cut.clone(),
+            state: State::at_rest(&self.body),
+        }
+    }
+
+    /// Records the rings of this region from now on.
+    pub(super) fn follow(&mut self, region: Option<&Arc<Region>>) {
+        let region = region.map(|region| CutRegion::new(region, &self.cut));
+        self.region = region.unwrap_or_default();
+    }
+
+    /// Runs a window.
+    pub(super) fn run(&mut self, window: PieceWindow) {
+        self.begin(window);
+        let substeps = window.input.substeps;
+        for k in 1..=substeps {
+            self.damp(window, k);
+            let good = self.cut.good_in_piece((substeps - k) as usize);
+            let (state, dissipated) = (&mut self.state, &mut self.dissipated);
+            let integrator = &mut self.integrator;
+            integrator.step_columns(&self.body, state, &self.load, dissipated, good);
+            if let Some(step) = self.region.steps.get(k as usize - 1) {
+                let ring = &step.ring;
+                self.record.record_end(ring, &self.state, &self.dissipated);
+            }
+        }
+        let (body, blocks) = (&self.body, &self.own_blocks);
+        self.tally
+            .again(body, &self.state, &self.dissipated, blocks);
+    }
+
+    /// Repeats the window that was run last under another force, within its part of the region.
+    pub(super) fn repeat(&mut self, window: PieceWindow) {
+        self.begin_again(window);
+        for k in 1..=window.input.substeps {
+            self.damp(window, k);
+            let step = &self.region.steps[k as usize - 1];
+            let (state, dissipated) = (&mut self.state, &mut self.dissipated);
+            // No piece is of a law with history.
+            self.record
+                .read(&step.ring, state, dissipated, &mut Vec::new());
+            self.integrator
+                .step_cut(&self.body, state, &self.load, dissipated, step);
+        }
+        let (body, blocks) = (&self.body, &self.region.blocks);
+        self.tally
+            .again(body, &self.state, &self.dissipated, blocks);
+    }
+
+    /// Sets the damping of step `k`.
+    fn damp(&mut self, window: PieceWindow, k: u32) {
+        let step = window.steps + u64::from(k) - 1;
+        self.integrator.rule.damping = window.model.damping_over(step);
+    }
+
+    /// The committed state under the forces of the window.
+    fn begin(&mut self, window: PieceWindow) {
+        let own = &window.starts[self.index];
+        let damped = own.state.damping_force.len();
+        self.state.damping_force.resize(damped);
+        self.set_load(window.input);
+        self.dissipated.clear();
+        self.record.clear();
+        let damping = window.model.damping_at(window.steps);
+        // A column beside those that are spoilt is read at the first step.
+        let columns = self.cut.good(window.input.substeps as usize + 1);
+        for line in 0..2 * self.body.layout.node_rows {
+            for start in window.starts {
+                start.give(line, &columns, &self.cut, &mut self.state);
+            }
+            let part = self.cut.in_line(line, &columns);
+            self.state
+                .accelerate_part(&self.body, damping, &self.load, part);
+        }
+        let a = |k: usize| self.state.a[k];
+        self.tally.begin_again(&self.body, &self.own_blocks, a);
+    }
+
+    /// The start of the window where it differs from that of the last run.
+    fn begin_again(&mut self, window: PieceWindow) {
+        self.set_load(window.input);
+        self.record.rewind();
+        let damping = window.model.damping_at(window.steps);
+        for range in &self.region.begin {
+            let (line, columns) = self.cut.in_body(range);
+            for start in window.starts {
+                start.give(line, &columns, &self.cut, &mut self.state);
+            }
+            self.state
+                .accelerate_part(&self.body, damping, &self.load, range.clone());
+            for field in self.dissipated.nodal_mut() {
+                field.get_mut(range.clone()).unwrap_or_default().fill(0.0);
+            }
+        }
+        let start = &window.starts[self.index].state;
+        let (body, load, sources) = (&self.body, &self.load, &self.region.sources);
+        let acceleration = |k: usize| start.acceleration(body, damping, load, k);
+        self.tally.begin_again(body, sources, acceleration);
+    }
+
+    fn set_load(&mut self, input: &WindowInput) {
+        self.load.clear();
+        let body = self.cut.body;
+        for (index, force) in &input.interface {
+            let (line, column) = (index / body.stride, index % body.stride);
+            if self.cut.columns.contains(&column) {
+                let at = self.cut.in_line(line, &(column..column + 1)).start;
+                self.load.add(at, *force);
+            }
+        }
+    }
+}

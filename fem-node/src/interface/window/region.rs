@@ -1,0 +1,89 @@
+//! Regions of the windows of a run, and the choice of the extent to which a window is run.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::extent::{Extent, WindowInput};
+use crate::integrate::region::Region;
+use crate::model::Model;
+
+/// Regions by numbers of steps, and the last run.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Regions {
+    /// None where a repeat takes the whole body.
+    known: BTreeMap<u32, Option<Arc<Region>>>,
+    /// Components on which the force of the known regions acts.
+    components: Vec<usize>,
+    /// Steps before the last window that was run whole, and its region where that was recorded.
+    last: Option<(u64, u32, Option<Arc<Region>>)>,
+    /// Windows since one was repeated: nothing is recorded for a scheme that never repeats.
+    unrepeated: u32,
+}
+
+/// Windows without a repeat after which nothing is recorded until one is repeated again.
+const UNREPEATED_MAX: u32 = 4;
+
+impl Regions {
+    /// Extent of the next run, of a window after `steps`.
+    pub(super) fn extent(&mut self, model: &Model, steps: u64, input: &WindowInput) -> Extent {
+        let is_coupled = !input.interface.is_empty() && model.wheel.is_none();
+        if !is_coupled || !input.velocity.is_empty() {
+            self.last = None;
+            return Extent::Whole;
+        }
+        let repeated =
+            matches!(&self.last, Some((before, m, _)) if (*before, *m) == (steps, input.substeps));
+        let recorded = match self.last.take() {
+            Some((.., region)) if repeated => {
+                region.filter(|region| region.is_of(indices(input), input.substeps))
+            }
+            _ => None,
+        };
+        self.unrepeated = if repeated {
+            0
+        } else {
+            self.unrepeated.saturating_add(1)
+        };
+        if let Some(region) = recorded {
+            self.last = Some((steps, input.substeps, Some(region.clone())));
+            return Extent::Part(region);
+        }
+        let records = self.unrepeated <= UNREPEATED_MAX;
+        let region = if records {
+            self.region(model, input)
+        } else {
+            None
+        };
+        self.last = Some((steps, input.substeps, region.clone()));
+        region.map_or(Extent::Whole, Extent::Recorded)
+    }
+
+    #[cfg(test)]
+    pub(super) fn is_recorded(&self) -> bool {
+        matches!(&self.last, Some((.., Some(_))))
+    }
+
+    /// Forgets the last run.
+    pub(super) fn forget(&mut self) {
+        self.last = None;
+    }
+
+    fn region(&mut self, model: &Model, input: &WindowInput) -> Option<Arc<Region>> {
+        if !self.components.iter().copied().eq(indices(input)) {
+            self.components = indices(input).collect();
+            self.known.clear();
+        }
+        let (components, substeps) = (&self.components, input.substeps);
+        let region = self.known.entry(substeps).or_insert_with(|| {
+            let law = model.law.as_ref();
+            let history = law.map_or(0, |law| model.body.history_row_len(law));
+            Region::new(&model.body, history, components, substeps).map(Arc::new)
+        });
+        region.clone()
+    }
+}
+
+/// Components on which the interface force of a window acts.
+fn indices(input: &WindowInput) -> impl Iterator<Item = usize> + '_ {
+    input.interface.iter().map(|(index, _)| *index)
+}

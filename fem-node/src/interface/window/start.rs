@@ -1,0 +1,74 @@
+//! The state from which the pieces of a body begin a window, each in its own columns.
+
+use std::ops::Range;
+
+use crate::integrate::cut::Cut;
+use crate::integrate::state::State;
+
+/// The committed state in the own columns of a piece; in the others it is some older one.
+#[derive(Clone, Debug)]
+pub(super) struct PieceStart {
+    pub(super) cut: Cut,
+    pub(super) state: State,
+}
+
+impl PieceStart {
+    /// Takes its columns out of the state of the body.
+    pub(super) fn take(&mut self, whole: &State) {
+        let (cut, own) = (&self.cut, &mut self.state);
+        let damped = cut.piece.len().min(whole.damping_force.len());
+        own.damping_force.resize(damped);
+        let pairs = own.nodal_mut().into_iter().zip(whole.nodal());
+        for (field, whole) in pairs {
+            cut.take(whole, field);
+        }
+    }
+
+    /// Puts its columns into the state of the body.
+    pub(super) fn put(&self, whole: &mut State) {
+        let (cut, own) = (&self.cut, &self.state);
+        let is_damped = !own.damping_force.is_empty();
+        let damped = if is_damped { cut.body.len() } else { 0 };
+        whole.damping_force.resize(damped);
+        for (whole, field) in whole.nodal_mut().into_iter().zip(own.nodal()) {
+            cut.put(field, whole);
+        }
+    }
+
+    /// Puts displacements and velocities of its columns of some rows of nodes into the state of the body.
+    pub(super) fn put_motion(&self, whole: &mut State, rows: &[usize]) {
+        let (cut, own) = (&self.cut, &self.state);
+        let lines = rows.iter().flat_map(|row| [2 * row, 2 * row + 1]);
+        for line in lines {
+            let start = line * cut.body.stride;
+            let to = start + cut.own.start..start + cut.own.end;
+            let from = cut.in_line(line, &cut.own);
+            whole.u[to.clone()].copy_from_slice(&own.u[from.clone()]);
+            whole.v[to].copy_from_slice(&own.v[from]);
+        }
+    }
+
+    /// Gives the columns of the body in one line, a component of a row of nodes, to the state of a piece, as far as they are its own
+    /// and the piece has them.
+    pub(super) fn give(&self, line: usize, columns: &Range<usize>, to: &Cut, state: &mut State) {
+        let columns = columns.start.max(self.cut.own.start)..columns.end.min(self.cut.own.end);
+        if columns.is_empty() {
+            return;
+        }
+        let (from, to) = (self.cut.in_line(line, &columns), to.in_line(line, &columns));
+        let own = &self.state;
+        let fields = [
+            (&mut state.u, &own.u),
+            (&mut state.v, &own.v),
+            (&mut state.force, &own.force),
+            (&mut state.damping_force, &own.damping_force),
+        ];
+        for (field, own) in fields {
+            // Empty until something has been damped.
+            match own.get(from.clone()) {
+                Some(own) => field[to.clone()].copy_from_slice(own),
+                None => field.get_mut(to.clone()).unwrap_or_default().fill(0.0),
+            }
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! The threads of a body, and work that they do side by side.
+
+use std::hint;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use protocol::link::{Core, Yield};
+use rayon::ThreadPool;
+
+use crate::error::FemError;
+
+/// Time that a thread waits awake for the next window, and for the others at the end of one. To wake it takes some 100 us where
+/// cores are virtual; beside longer waits that is little.
+const AWAKE: Duration = Duration::from_millis(1);
+
+/// Pauses of the processor, some 20 ns each, in which a thread reports that its work is done.
+const REPORT: u32 = 100;
+
+/// Threads, of which the one that calls is one.
+#[derive(Debug)]
+pub(crate) struct Team {
+    pool: ThreadPool,
+    /// The threads beside the calling one, where there are any. All of them are busy or stand by whenever work is handed out, so
+    /// that none has to be woken.
+    others: Option<ThreadPool>,
+    /// Rounds of work, which end the standing by.
+    round: Arc<AtomicU64>,
+    /// The cores on which the others, and then the calling thread, wait.
+    cores: Vec<Arc<Mutex<Core>>>,
+}
+
+impl Team {
+    /// A team of this many threads.
+    pub(crate) fn new(threads: usize) -> Result<Team, FemError> {
+        let others = (threads > 1).then(|| FemError::pool(threads - 1));
+        Ok(Team {
+            pool: FemError::pool(threads)?,
+            others: others.transpose()?,
+            round: Arc::default(),
+            cores: (0..threads).map(|_| Arc::default()).collect(),
+        })
+    }
+
+    /// Threads.
+    pub(crate) fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    /// Runs work whose parts are handed out within it.
+    pub(crate) fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        self.pool.install(work)
+    }
+
+    /// Does all of this work, some of it on the calling thread; at most one item for each thread.
+    pub(super) fn side_by_side<T: Send>(&self, items: &mut [T], work: impl Fn(&mut T) + Sync) {
+        let (Some(others), Some((own, rest))) = (&self.others, items.split_first_mut()) else {
+            return items.iter_mut().for_each(work);
+        };
+        let handed_out = rest.len();
+        let left = AtomicUsize::new(handed_out);
+        others.in_place_scope(|scope| {
+            for item in rest {
+                let (work, left) = (&work, &left);
+                scope.spawn(move |_| {
+                    work(item);
+                    left.fetch_sub(1, Ordering::Release);
+                });
+            }
+            self.round.fetch_add(1, Ordering::Release);
+            work(own);
+            if let Some(core) = self.cores.last() {
+                wait(core, || left.load(Ordering::Acquire) == 0);
+            }
+            // The others have still to report to the scope, which sleeps at once where they have not: a moment more.
+            (0..REPORT).for_each(|_| hint::spin_loop());
+        });
+        for core in &self.cores[..handed_out.min(self.cores.len() - 1)] {
+            let (core, round) = (core.clone(), self.round.clone());
+            let now = round.load(Ordering::Acquire);
+            others.spawn(move || wait(&core, || round.load(Ordering::Acquire) != now));
+        }
+    }
+}
+
+/// Spins until it is over, for a while at most, yielding to threads that compute and not at all where another process needs the
+/// core. After that the thread sleeps.
+fn wait(core: &Mutex<Core>, is_over: impl Fn() -> bool) {
+    let mut core = core.lock().unwrap_or_else(PoisonError::into_inner);
+    let start = Instant::now();
+    while !is_over() && !core.is_wanted(Instant::now()) && start.elapsed() < AWAKE {
+        if core.give_way() == Yield::Late {
+            return;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_work_is_done_whether_the_others_stand_by_or_sleep() {
+        for threads in [1, 2, 3] {
+            let team = Team::new(threads).expect("the threads start");
+            for pause in [Duration::ZERO, 3 * AWAKE] {
+                for _ in 0..20 {
+                    let mut items = vec![1; threads];
+                    team.side_by_side(&mut items, |item| *item += 1);
+                    assert_eq!(items, vec![2; threads]);
+                    std::thread::sleep(pause);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,310 @@
+//! Loads and prescribed motions of named sets, turned into nodal forces and components.
+//!
+//! A prescribed component is moved by whatever it takes: its mass counts as part of that drive, not of the body, so the
+//! drive exerts r = F(u) + d - f, F being the internal force, d that of stiffness damping and f the other loads there,
+//! and does the work [(1-b) r + b r'] du in a step.
+
+use kit::ConfigError;
+use kit::keys::refuse_if;
+use kit::table::{LoadTable, load_at};
+use protocol::Cause;
+
+use crate::config::boundary::{Component, SetConfig, SetLoad, SetMotion};
+use crate::config::choice::Base;
+use crate::config::keys::Config;
+use crate::element::body::Body;
+use crate::element::layout::Layout;
+use crate::mesh::Mesh;
+
+/// A load turned into forces on the nodes of its set.
+#[derive(Clone, Debug)]
+pub struct Traction {
+    /// Component and force (N): at full load, or where the load of the set is a table, under 1 N of it.
+    pub forces: Vec<(usize, f64)>,
+    pub(crate) history: LoadHistory,
+}
+
+/// A load over time.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum LoadHistory {
+    /// Share of the full load.
+    Ramp(Ramp),
+    /// Force of the set (s, N).
+    Table(LoadTable),
+}
+
+impl LoadHistory {
+    /// Factor of the nodal forces at time t (s).
+    pub(crate) fn factor(&self, t: f64) -> f64 {
+        match self {
+            LoadHistory::Ramp(ramp) => ramp.share(t),
+            LoadHistory::Table(table) => load_at(table, t),
+        }
+    }
+
+    /// Time from which on the load stays (s).
+    pub(crate) fn settled_at(&self) -> f64 {
+        match self {
+            LoadHistory::Ramp(ramp) => ramp.duration,
+            LoadHistory::Table(table) => {
+                let mut changes = table.windows(2).filter(|pair| pair[0][1] != pair[1][1]);
+                changes.next_back().map_or(0.0, |pair| pair[1][0])
+            }
+        }
+    }
+}
+
+/// Components whose motion is prescribed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PrescribedMotion {
+    /// The set that is moved.
+    pub set: String,
+    /// Component, and the velocity after the ramp (m/s) or the displacement at its end (m).
+    pub components: Vec<(usize, f64)>,
+    quantity: PrescribedQuantity,
+    pub(crate) ramp: Ramp,
+}
+
+/// Prescribed quantity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum PrescribedQuantity {
+    Velocity,
+    Displacement,
+}
+
+/// A linear rise from 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Ramp {
+    /// Duration (s).
+    pub(crate) duration: f64,
+}
+
+impl Ramp {
+    /// Share at time t (s).
+    pub(crate) fn share(self, t: f64) -> f64 {
+        if self.duration > 0.0 {
+            (t / self.duration).clamp(0.0, 1.0)
+        } else {
+            1.0
+        }
+    }
+
+    /// The integral of [`Ramp::share`] from 0 to t (s).
+    fn elapsed(self, t: f64) -> f64 {
+        if t < self.duration {
+            0.5 * t * t / self.duration
+        } else {
+            t - 0.5 * self.duration
+        }
+    }
+}
+
+impl PrescribedMotion {
+    /// Names of the components of the force on the body.
+    pub(crate) fn reaction_names(&self) -> [String; 2] {
+        ["x", "y"].map(|direction| format!("{}_reaction_{direction}_n", self.set))
+    }
+
+    /// Displacement at time t over the number of the component (m).
+    pub(crate) fn displacement(&self, t: f64) -> f64 {
+        match self.quantity {
+            PrescribedQuantity::Velocity => self.ramp.elapsed(t),
+            PrescribedQuantity::Displacement => self.ramp.share(t),
+        }
+    }
+
+    /// Velocity at time t over the number of the component (m/s).
+    pub(crate) fn velocity(&self, t: f64) -> f64 {
+        match self.quantity {
+            PrescribedQuantity::Velocity => self.ramp.share(t),
+            PrescribedQuantity::Displacement if t < self.ramp.duration => 1.0 / self.ramp.duration,
+            PrescribedQuantity::Displacement => 0.0,
+        }
+    }
+}
+
+/// Tractions and prescribed motions of the scenario; components that a motion moves are taken out of the body's own
+/// masses.
+pub(crate) fn build(
+    config: &Config,
+    mesh: &Mesh,
+    body: &mut Body,
+    thickness: f64,
+) -> Result<(Vec<Traction>, Vec<PrescribedMotion>), ConfigError> {
+    let (mut tractions, mut motions) = (Vec::new(), Vec::<PrescribedMotion>::new());
+    for (name, set) in &config.boundary.0 {
+        let nodes = nodes(config, mesh, name)?;
+        let lines = lines(mesh, name, set)?;
+        let ramp = Ramp {
+            duration: set.ramp_s.unwrap_or(0.0),
+        };
+        let layout = body.layout;
+        if let Some(prescribed) = set.motion() {
+            let motion = motion(body, name, &nodes, prescribed, ramp);
+            motions.push(without_doubles(motion, &motions)?);
+        }
+        if let Some(load) = set.load() {
+            tractions.push(Traction {
+                forces: nodal_forces(mesh, layout, &lines, load, thickness),
+                history: match load {
+                    SetLoad::Table(table, _) => LoadHistory::Table(table.clone()),
+                    _ => LoadHistory::Ramp(ramp),
+                },
+            });
+        }
+    }
+    for motion in &motions {
+        body.fix(motion.components.iter().map(|(index, _)| *index));
+    }
+    Ok((tractions, motions))
+}
+
+fn nodes(config: &Config, mesh: &Mesh, name: &str) -> Result<Vec<[usize; 2]>, ConfigError> {
+    let key = format!("boundary.{name}");
+    refuse_if(
+        name == "bottom" && config.base == Base::Clamped,
+        &key,
+        "is clamped and follows no load or motion",
+        "set base = \"free\" or \"roller\", or name another set",
+    )?;
+    mesh.set(name).ok_or_else(|| {
+        ConfigError::new(&key, "is no set of the mesh")
+            .because(Cause::UnknownName)
+            .help(mesh.listed_sets())
+    })
+}
+
+/// The lines on which tractions act; none under a motion alone.
+fn lines(mesh: &Mesh, name: &str, set: &SetConfig) -> Result<Vec<Vec<[usize; 2]>>, ConfigError> {
+    let Some((load, _)) = set.load().map(SetLoad::numbers) else {
+        return Ok(Vec::new());
+    };
+    let refused = |problem: &str, help: &str| {
+        let key = format!("boundary.{name}.{load}");
+        ConfigError::new(&key, problem).help(help)
+    };
+    let lines = mesh.lines(name).ok_or_else(|| {
+        refused(
+            "acts on lines, and the set is a surface",
+            "name a physical group of lines; a surface can be given a motion",
+        )
+    })?;
+    let inside = |pair: &[[usize; 2]]| mesh.outline(pair[0], pair[1]).is_none();
+    let inside = lines.iter().any(|line| line.windows(2).any(inside));
+    if inside && load == "pressure_pa" {
+        return Err(refused(
+            "acts against the outward normal, and the set has a line inside the body",
+            "give its components as traction_pa, or name a line of the outline",
+        ));
+    }
+    Ok(lines)
+}
+
+/// Forces of a load on the lines: all of it, or 1 N of a table.
+fn nodal_forces(
+    mesh: &Mesh,
+    layout: Layout,
+    lines: &[Vec<[usize; 2]>],
+    load: SetLoad,
+    thickness: f64,
+) -> Vec<(usize, f64)> {
+    match load {
+        SetLoad::Traction(traction) => {
+            let forces = traction.map(|t| t.0.unwrap_or(0.0) * thickness);
+            traction_forces(mesh, layout, lines, forces)
+        }
+        SetLoad::Pressure(pressure) => pressure_forces(mesh, layout, lines, pressure * thickness),
+        SetLoad::Table(_, direction) => {
+            let length: f64 = lines.iter().flat_map(|line| mesh.tributary(line)).sum();
+            traction_forces(mesh, layout, lines, direction.map(|d| d / length))
+        }
+    }
+}
+
+/// Forces of a traction, consistent with linear shape functions: each node carries half of the edges beside it.
+fn traction_forces(
+    mesh: &Mesh,
+    layout: Layout,
+    lines: &[Vec<[usize; 2]>],
+    force_per_length: [f64; 2],
+) -> Vec<(usize, f64)> {
+    let nodes = lines
+        .iter()
+        .flat_map(|line| line.iter().zip(mesh.tributary(line)));
+    let component = |node, k| layout.tied_to(layout.index(node, k));
+    let forces = nodes.flat_map(|(node, length)| {
+        [0, 1].map(|k| (component(*node, k), force_per_length[k] * length))
+    });
+    forces.filter(|(_, force)| *force != 0.0).collect()
+}
+
+/// Forces of a pressure: each segment pushes inwards on both of its nodes alike.
+fn pressure_forces(
+    mesh: &Mesh,
+    layout: Layout,
+    lines: &[Vec<[usize; 2]>],
+    force_per_length: f64,
+) -> Vec<(usize, f64)> {
+    let mut forces = Vec::new();
+    let segments = lines.iter().flat_map(|line| line.windows(2));
+    for [a, b] in segments.filter_map(|pair| mesh.outline(pair[0], pair[1])) {
+        let ([xa, ya], [xb, yb]) = (mesh.point(a[0], a[1]), mesh.point(b[0], b[1]));
+        // With the body on the left of a -> b the inward normal times the length is (ya - yb, xb - xa).
+        let half = 0.5 * force_per_length;
+        for node in [a, b] {
+            let components = [0, 1].map(|k| layout.tied_to(layout.index(node, k)));
+            forces.push((components[0], half * (ya - yb)));
+            forces.push((components[1], half * (xb - xa)));
+        }
+    }
+    forces.retain(|(_, force)| *force != 0.0);
+    forces
+}
+
+/// Components of the nodes that a set moves; those that the supports hold stay theirs.
+fn motion(
+    body: &Body,
+    set: &str,
+    nodes: &[[usize; 2]],
+    prescribed: SetMotion,
+    ramp: Ramp,
+) -> PrescribedMotion {
+    let layout = body.layout;
+    let values: [Component; 2] = prescribed.components();
+    let quantity = match prescribed {
+        SetMotion::Velocity(_) => PrescribedQuantity::Velocity,
+        SetMotion::Displacement(_) => PrescribedQuantity::Displacement,
+    };
+    let given = |node: &[usize; 2], k: usize| Some((layout.index(*node, k), values[k].0?));
+    let free = |(index, _): &(usize, f64)| body.inverse_mass[layout.tied_to(*index)] > 0.0;
+    let all = nodes.iter().flat_map(|node| [0, 1].map(|k| given(node, k)));
+    PrescribedMotion {
+        set: set.into(),
+        components: all.flatten().filter(free).collect(),
+        quantity,
+        ramp,
+    }
+}
+
+/// Sets share corners; both may move them, in the same way. They count for the first set, whose reaction has their force.
+fn without_doubles(
+    mut motion: PrescribedMotion,
+    others: &[PrescribedMotion],
+) -> Result<PrescribedMotion, ConfigError> {
+    for other in others {
+        let same = (motion.quantity, motion.ramp) == (other.quantity, other.ramp);
+        for (index, value) in &other.components {
+            let Some(at) = motion.components.iter().position(|(own, _)| own == index) else {
+                continue;
+            };
+            refuse_if(
+                !same || motion.components[at].1 != *value,
+                &format!("boundary.{}", motion.set),
+                "moves a node otherwise than another set does",
+                "give both sets the same motion, or set one of the components to \"free\"",
+            )?;
+            motion.components.remove(at);
+        }
+    }
+    Ok(motion)
+}

@@ -1,0 +1,373 @@
+//! A static analysis as a participant.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use kit::wheel::{HOLD, phases};
+use protocol::checkpoint::{pack, unpack};
+use protocol::{
+    Capabilities, Description, Finding, Node, NodeError, Outcome, Setting, Surface, Window,
+};
+
+use serde::{Deserialize, Serialize};
+
+use super::foreign::foreign;
+use crate::config::keys::Config;
+use crate::error::FemError;
+use crate::interface::coupling_sets;
+use crate::model::Model;
+use crate::output::plausible;
+use crate::output::probe;
+use crate::output::profile::Profile;
+use crate::output::snapshot::Snapshots;
+use crate::statics::contact::DirectedStatus;
+use crate::statics::history::{IncrementState, Loads, StaticState, Statics};
+
+/// Signals of the wheel, named as those of the wheel in motion: `wheel_fn_n` and `wheel_ft_n` are the force of the body
+/// on it, upwards and towards +x.
+const WHEEL_SIGNALS: [&str; 6] = [
+    "wheel_x_m",
+    "approach_m",
+    "wheel_fn_n",
+    "wheel_ft_n",
+    "sn_pct",
+    "contact_nodes",
+];
+
+/// Increments between two reports. A report costs a solve of the whole body, an increment some; 5 take less than a second on
+/// 28 080 elements, far less than a coupler waits for an answer.
+const INCREMENTS_AT_ONCE: u32 = 5;
+
+/// A body whose loads grow so slowly that it is always in equilibrium. Its time counts increments, 1 s each: those
+/// of the load first, then those of the sideways cycles D = A sin(2 pi c).
+///
+/// Beside the fields of a snapshot NAME it writes `<participant>-NAME-profile.csv`: x_m, pressure_pa, shear_pa, status.
+pub struct StaticNode {
+    /// Mesh, body and loads.
+    pub model: Model,
+    snapshots: Snapshots,
+    statics: Statics,
+    loads: Option<Loads>,
+    cycling: Cycling,
+    /// Increments done.
+    done: u64,
+    /// The equilibrium under the full load, once it is reached.
+    pub held: Option<StaticState>,
+    cycles: CycleRecord,
+}
+
+/// The part of a static analysis that a checkpoint keeps.
+#[derive(Debug, Serialize, Deserialize)]
+struct StaticRecord {
+    done: u64,
+    progress: IncrementState,
+    held: Option<StaticState>,
+    cycles: CycleRecord,
+}
+
+/// The sideways motion after the loading.
+#[derive(Clone, Copy, Debug)]
+struct Cycling {
+    amplitude: f64,
+    increments: u64,
+    per_cycle: u32,
+}
+
+/// Record of the sideways cycles.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct CycleRecord {
+    /// (D, force of the wheel on the body in x) after each increment, the loaded state first.
+    path: Vec<[f64; 2]>,
+    /// Sn each time D passed zero after the first reversal (%).
+    slipping_at_zero: Vec<f64>,
+}
+
+impl StaticNode {
+    /// Builds and factorises the body; nothing is loaded yet.
+    pub fn new(config: &Config, setting: &Setting) -> Result<StaticNode, FemError> {
+        let model = Model::new(config, setting)?;
+        let loads = Loads::new(config);
+        let wheel = config
+            .wheel
+            .as_ref()
+            .filter(|wheel| wheel.amplitude_m > 0.0);
+        Ok(StaticNode {
+            statics: Statics::new(&model, loads)?,
+            snapshots: Snapshots::new(setting),
+            loads,
+            cycling: Cycling {
+                amplitude: wheel.map_or(0.0, |wheel| wheel.amplitude_m),
+                increments: config
+                    .statics
+                    .cycle_increments(wheel.map_or(0.0, |wheel| wheel.cycles))
+                    as u64,
+                per_cycle: config.statics.per_cycle(),
+            },
+            done: 0,
+            held: None,
+            cycles: CycleRecord::default(),
+            model,
+        })
+    }
+
+    fn loading(&self) -> u64 {
+        self.statics.loading_increments() as u64
+    }
+
+    /// Increments of the whole history.
+    fn end(&self) -> u64 {
+        self.loading() + self.cycling.increments
+    }
+
+    fn increment(&mut self) -> Result<(), FemError> {
+        if self.done >= self.end() {
+            return Ok(());
+        }
+        self.done += 1;
+        if self.done <= self.loading() {
+            self.statics.load_increment(&self.model)?;
+            if self.done == self.loading() {
+                self.held = Some(self.statics.state(&self.model));
+                self.note();
+            }
+            return Ok(());
+        }
+        let step = self.done - self.loading();
+        self.statics
+            .move_to(&self.model, self.cycling.lateral(step))?;
+        self.note();
+        if let (true, Some(contact)) = (self.cycling.passes_zero(step), self.statics.contact()) {
+            let slipping = 100.0 * contact.slipping_share();
+            self.cycles.slipping_at_zero.push(slipping);
+        }
+        Ok(())
+    }
+
+    fn note(&mut self) {
+        if let Some(contact) = self.statics.contact() {
+            let point = [contact.lateral, contact.resultant()[0]];
+            self.cycles.path.push(point);
+        }
+    }
+
+    fn report(&self) -> Vec<f64> {
+        let state = self.statics.state(&self.model);
+        let mut report = probe::surface_signals(&self.model, &state.state);
+        if let Some(contact) = state.contact {
+            let [fx, fy] = contact.resultant();
+            let statuses = contact.status.iter();
+            let touching = statuses.filter(|s| **s != DirectedStatus::Open).count();
+            report.extend([
+                contact.lateral,
+                contact.approach,
+                -fy,
+                -fx,
+                100.0 * contact.slipping_share(),
+                touching as f64,
+            ]);
+        }
+        for probe in &self.model.probes {
+            report.extend(probe.values(self.model.body.layout, &state.state, false));
+        }
+        report
+    }
+
+    fn try_snapshot(&mut self, name: &str) -> Result<(), FemError> {
+        if !self.snapshots.wanted() {
+            return Ok(());
+        }
+        let state = match &self.held {
+            Some(held) if name == HOLD => held.clone(),
+            _ => self.statics.state(&self.model),
+        };
+        let contact = state.contact.as_ref();
+        let contacts = contact.map_or(Vec::new(), |contact| contact.node_contacts());
+        let profile = contact.map(|contact| Profile::new(&self.model, contact));
+        self.snapshots
+            .write(name, &self.model, &state.state, &contacts, profile.as_ref())
+    }
+
+    /// Values beyond their bounds, of the equilibrium under the full load and of the last.
+    fn findings(&self, states: [&StaticState; 2]) -> Vec<Finding> {
+        let model = &self.model;
+        let strain = states.iter().fold(0.0, |largest, state| {
+            plausible::strain_so_far(largest, model, &state.state)
+        });
+        let contacts = states.iter().filter_map(|state| state.contact.as_ref());
+        let profiles: Vec<Profile> = contacts.map(|c| Profile::new(model, c)).collect();
+        let found = [
+            plausible::strain(model, strain),
+            plausible::contact_reach(model, profiles.iter()),
+            profiles
+                .first()
+                .and_then(|held| plausible::contact_resolution(model, held)),
+        ];
+        found.into_iter().flatten().collect()
+    }
+
+    fn results(&self, held: &StaticState) -> BTreeMap<String, f64> {
+        let maxima = probe::pressure_maxima(&self.model, &held.state);
+        let mut results = BTreeMap::from(maxima.results());
+        let mut add = |name: &str, value: f64| results.insert(name.to_string(), value);
+        if let Some((loads, contact)) = self.loads.zip(held.contact.as_ref()) {
+            let profile = Profile::new(&self.model, contact);
+            add("load_n", loads.load);
+            add("approach_m", contact.approach);
+            add("p0_pa", profile.peak());
+            if let Some(width) = profile.half_width() {
+                add("contact_half_width_m", width);
+            }
+        }
+        for (name, value) in self.cycles.results(self.cycling.per_cycle as usize) {
+            add(name, value);
+        }
+        results.extend(probe::outward_displacements(&self.model, &held.state));
+        results
+    }
+}
+
+impl Cycling {
+    /// D after this many increments (m).
+    fn lateral(&self, step: u64) -> f64 {
+        let within = step % u64::from(self.per_cycle);
+        self.amplitude * (TAU * within as f64 / f64::from(self.per_cycle)).sin()
+    }
+
+    /// True where D = 0 after this many increments, having been reversed before.
+    fn passes_zero(&self, step: u64) -> bool {
+        (2 * step).is_multiple_of(u64::from(self.per_cycle))
+    }
+}
+
+impl CycleRecord {
+    fn results(&self, per_cycle: usize) -> Vec<(&'static str, f64)> {
+        let mut results = Vec::new();
+        if let Some(start) = self.path.len().checked_sub(per_cycle + 1) {
+            results.push(("loop_area_j", loop_area(&self.path[start..])));
+        }
+        let zeros = &self.slipping_at_zero;
+        if !zeros.is_empty() {
+            let mean = zeros.iter().sum::<f64>() / zeros.len() as f64;
+            results.push(("sn_max_velocity_pct", mean));
+        }
+        results
+    }
+}
+
+/// Work of the wheel along a path, the integral of the force over D (J).
+fn loop_area(path: &[[f64; 2]]) -> f64 {
+    let trapezium = |pair: &[[f64; 2]]| 0.5 * (pair[0][1] + pair[1][1]) * (pair[1][0] - pair[0][0]);
+    path.windows(2).map(trapezium).sum()
+}
+
+impl Node for StaticNode {
+    fn describe(&self) -> Description {
+        let wheel = WHEEL_SIGNALS.iter().filter(|_| self.loads.is_some());
+        let probes = self.model.probes.iter();
+        let probes = probes.flat_map(|probe| probe.signals(false));
+        let [loaded, end] = [self.loading(), self.end()].map(|increments| increments as f64);
+        Description {
+            kind: "fem".into(),
+            software: format!("fem-node {}", env!("CARGO_PKG_VERSION")),
+            capabilities: Capabilities {
+                alone: true,
+                resume: true,
+                ..Capabilities::default()
+            },
+            step_s: Some(1.0),
+            steps_at_once: Some(INCREMENTS_AT_ONCE),
+            step_limit_s: None,
+            step_limit_name: "none: the time of a static analysis counts increments".into(),
+            end_s: Some(end),
+            phases: phases([(HOLD, 0.0, loaded), ("cycling", loaded, end)]),
+            // None can be coupled; `couple` says why where an interface names one.
+            sets: coupling_sets(&self.model),
+            signals: probe::surface_names(&self.model)
+                .iter()
+                .chain(wheel)
+                .map(|name| (*name).into())
+                .chain(probes)
+                .collect(),
+            ledger: Vec::new(),
+            warnings: self.model.warnings.clone(),
+            ..Description::default()
+        }
+    }
+
+    fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
+        Err(FemError::CoupledStatics { set: set.into() }.into())
+    }
+
+    fn select(&mut self, _points: &[usize]) -> Result<(), NodeError> {
+        Ok(())
+    }
+
+    fn commit(&mut self, window: &Window, _displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
+        Err(FemError::NotAdvanced {
+            window: window.index,
+            advanced: None,
+        }
+        .into())
+    }
+
+    fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
+        for _ in 0..window.substeps {
+            self.increment()?;
+        }
+        Ok(self.report())
+    }
+
+    fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
+        let history = StaticRecord {
+            done: self.done,
+            progress: self.statics.progress(),
+            held: self.held.clone(),
+            cycles: self.cycles.clone(),
+        };
+        let bytes = pack(&history)?;
+        let hash = blake3::hash(&bytes).to_hex().to_string();
+        pack(&(hash, bytes))
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
+        let (hash, bytes): (String, Vec<u8>) = unpack(state)?;
+        if blake3::hash(&bytes).to_hex().as_str() != hash {
+            return foreign("its numbers have another hash");
+        }
+        let history: StaticRecord = unpack(&bytes)?;
+        let length = self.model.body.layout.len();
+        if history.held.iter().any(|held| held.state.u.len() != length) {
+            return foreign("its fields have other lengths");
+        }
+        if !self.statics.take_up(history.progress) {
+            return foreign("its upper edge has other nodes");
+        }
+        (self.done, self.held, self.cycles) = (history.done, history.held, history.cycles);
+        Ok(())
+    }
+
+    fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {
+        Ok(self.try_snapshot(name)?)
+    }
+
+    fn finish(&mut self) -> Result<Outcome, NodeError> {
+        let last = self.statics.state(&self.model);
+        let mut hasher = blake3::Hasher::new();
+        let contact = last.contact.iter();
+        let forces = contact.flat_map(|c| c.normal.iter().chain(&c.tangential));
+        for value in last.state.u.iter().chain(forces) {
+            hasher.update(&value.to_le_bytes());
+        }
+        let held = self.held.as_ref().unwrap_or(&last);
+        let results = self.results(held);
+        let findings = self.findings([held, &last]);
+        Ok(Outcome {
+            steps: self.done,
+            work: BTreeMap::from([("load_increments".into(), self.done as f64)]),
+            results,
+            state_hash: hasher.finalize().to_hex().to_string(),
+            findings,
+            ..Outcome::default()
+        })
+    }
+}

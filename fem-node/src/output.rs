@@ -1,0 +1,15 @@
+//! What a run reports and writes.
+//!
+//! - [`ledger`]: the energies that are reported;
+//! - [`profile`]: the pressure between wheel and body;
+//! - [`probe`]: signals, stresses and pressures;
+//! - `plausible`: values beyond what a user expects;
+//! - `vtu`: fields as files for ParaView;
+//! - `snapshot`: fields and contact profiles as files.
+
+pub mod ledger;
+pub(crate) mod plausible;
+pub mod probe;
+pub mod profile;
+pub(crate) mod snapshot;
+pub(crate) mod vtu;

@@ -1,0 +1,87 @@
+//! The energy ledger: every term from its own formula, none the remainder.
+
+use protocol::Role;
+use serde::{Deserialize, Serialize};
+
+use crate::wheel::state::Energies;
+
+/// Cumulative energies since the start (J); their formulas are derived in [`crate::integrate`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ledger {
+    /// Work of the interface force, lambda du.
+    pub interface_work: f64,
+    /// Work of the tractions, [(1-b) f + b f'] du.
+    pub applied_work: f64,
+    /// Stored energy of the deformation, less that of a static start: u F(u) / 2, corrected for plastic strain and
+    /// rotation. With kinematic hardening that of the back stress is part of it.
+    pub strain: f64,
+    /// Kinetic energy v M v / 2, less that of the start.
+    pub kinetic: f64,
+    /// Dissipated by mass damping, [(1-b) c v + b c' v'] M du.
+    pub mass_damping: f64,
+    /// Dissipated by stiffness damping, [(1-b) d + b d'] du.
+    pub stiffness_damping: f64,
+    /// Dissipated by the scheme, (b-1/2) (du dF - b h^2/2 da M da) - (b h^2/4) d(a M a).
+    pub numerical: f64,
+    /// Energies that the wheel and its contact have moved and dissipated.
+    pub wheel: Energies,
+    /// Kinetic energy of the wheel's vertical motion, m v^2 / 2.
+    pub wheel_kinetic: f64,
+    /// Work of the prescribed motions, [`crate::model::boundary`].
+    pub drive_work: f64,
+    /// Dissipated by plastic flow, [`crate::material::j2`].
+    pub plastic: f64,
+}
+
+/// One term: its role, name and value (J).
+pub(crate) type NamedTerm = (Role, &'static str, f64);
+
+impl Ledger {
+    /// All terms, in the order of a report.
+    pub(crate) fn terms(&self) -> [NamedTerm; 14] {
+        use Role::{Dissipated, InterfaceWork, Stored, Work};
+        let (e, w) = (self, &self.wheel);
+        let mass_damping = e.mass_damping + w.mass_damping;
+        [
+            (InterfaceWork, "interface_work", e.interface_work),
+            (Work, "applied_work", e.applied_work),
+            (Work, "drive_work", e.drive_work),
+            (Stored, "strain", e.strain),
+            (Stored, "kinetic", e.kinetic),
+            (Dissipated, "mass_damping", mass_damping),
+            (Dissipated, "stiffness_damping", e.stiffness_damping),
+            (Dissipated, "numerical_loss", e.numerical + w.numerical),
+            (Dissipated, "plastic", e.plastic),
+            (Work, "wheel_load", w.load),
+            (Work, "wheel_drive", w.drive),
+            (Stored, "wheel_kinetic", e.wheel_kinetic),
+            (Dissipated, "friction", w.friction),
+            (Dissipated, "impact", w.impact),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Stored and dissipated energies have the same sign in the balance, so that no balance shows one in the other's place.
+    #[test]
+    fn what_can_come_back_is_stored_and_what_cannot_is_dissipated() {
+        let of = |wanted: Role| {
+            let terms = Ledger::default().terms().into_iter();
+            let names = terms.filter(|(role, ..)| *role == wanted);
+            names.map(|(_, name, _)| name).collect::<Vec<_>>()
+        };
+        assert_eq!(of(Role::Stored), ["strain", "kinetic", "wheel_kinetic"]);
+        let dissipated = [
+            "mass_damping",
+            "stiffness_damping",
+            "numerical_loss",
+            "plastic",
+            "friction",
+            "impact",
+        ];
+        assert_eq!(of(Role::Dissipated), dissipated);
+    }
+}

@@ -1,0 +1,230 @@
+//! Plausibility of the body's results: values of a run beyond the bounds of its scenario.
+
+use protocol::{Finding, larger};
+
+use crate::config::choice::ElementKind;
+use crate::element::shape::GAUSS_POINTS;
+use crate::integrate::state::State;
+use crate::mesh::Edge;
+use crate::model::Model;
+use crate::output::probe::largest_strain;
+use crate::output::profile::Profile;
+use crate::pack::largest;
+use crate::statics::contact::DirectedStatus;
+
+/// The wheel must be at rest when its results are taken: `range` holds the least and largest force on it then (N).
+pub(crate) fn wheel_at_rest(model: &Model, load: f64, range: [f64; 2]) -> Option<Finding> {
+    let [low, high] = range;
+    let value = larger(high - load, load - low) / load;
+    let bounds = model.plausible.wheel_force_rel;
+    let judged = bounds.judge("wheel_at_rest", value, || {
+        format!("the wheel is not at rest before its motion: over the second half of the hold (without one, at its end) the body carried {low:.4e} to {high:.4e} N of its {load:e} N: make wheel.hold_s or wheel.ramp_s longer, lower wheel.mass_kg, or change time.start_mass_damping_per_s")
+    });
+    judged.filter(|_| load > 0.0)
+}
+
+/// A curved contact must be wider than its nodes are apart.
+pub(crate) fn contact_resolution(model: &Model, profile: &Profile) -> Option<Finding> {
+    let touching = profile.status.iter();
+    let touching = touching.filter(|status| **status != DirectedStatus::Open);
+    let nodes = touching.count();
+    let value = 1.0 / nodes as f64;
+    let bounds = model.plausible.contact_resolution;
+    let judged = bounds.judge("contact_resolution", value, || {
+        format!("only {nodes} nodes of the body touch the wheel, too few for its pressure and approach: make mesh.size_m smaller under the wheel, or raise wheel.load_n")
+    });
+    judged.filter(|_| nodes > 0 && is_curved(model))
+}
+
+/// True if a flat wheel would not touch all of the upper edge.
+fn is_curved(model: &Model) -> bool {
+    let nodes = model.mesh.edge(Edge::Top);
+    let height = |n: &[usize; 2]| model.mesh.point(n[0], n[1])[1];
+    let first = nodes.first().map(height);
+    model.wheel_radius != 0.0 || nodes.iter().any(|node| Some(height(node)) != first)
+}
+
+/// A curved contact must end before the body does.
+pub(crate) fn contact_reach<'a>(
+    model: &Model,
+    profiles: impl Iterator<Item = &'a Profile>,
+) -> Option<Finding> {
+    let nodes = model.mesh.edge(Edge::Top);
+    let points = nodes.iter().map(|n| model.mesh.point(n[0], n[1]));
+    let points: Vec<[f64; 2]> = points.collect();
+    let (first, last) = (points.first()?, points.last()?);
+    if !is_curved(model) {
+        return None;
+    }
+    let (middle, half) = (0.5 * (first[0] + last[0]), 0.5 * (last[0] - first[0]).abs());
+    let touching = profiles.flat_map(|profile| profile.x.iter().zip(&profile.status));
+    let touching = touching.filter(|(_, status)| **status != DirectedStatus::Open);
+    let reach = largest(touching.map(|(x, _)| (x - middle).abs()));
+    let bounds = model.plausible.contact_reach_rel;
+    bounds.judge("contact_reach", reach / half, || {
+        format!("the wheel touches the body out to {reach:.3e} m from the middle of its upper edge, which ends at {half:.3e} m: the body is too narrow for this load; make mesh.width_m larger, or lower wheel.load_n")
+    })
+}
+
+/// The larger of a strain and the largest of a state; NaN if either is.
+pub(crate) fn strain_so_far(before: f64, model: &Model, state: &State) -> f64 {
+    larger(before, largest_strain(model, state))
+}
+
+/// Strain must stay within what the material model bears.
+pub(crate) fn strain(model: &Model, value: f64) -> Option<Finding> {
+    model.plausible.strain.judge("strain", value, || {
+        let means = if model.law.is_some() {
+            "its law holds for small stretches only"
+        } else {
+            "small-strain elasticity holds for small displacement gradients only"
+        };
+        format!("the body is strained by up to {value:.3}, and {means}: lower the load, or check young_pa and the dimensions")
+    })
+}
+
+/// Plastic flow keeps the volume, which the element with one mean dilatation alone lets happen with all of its modes held.
+pub(crate) fn plastic_element(model: &Model, state: &State) -> Option<Finding> {
+    let law = model.plastic()?;
+    let weakness = match model.element {
+        ElementKind::Q4MeanDilatation => return None,
+        ElementKind::Q4Full => {
+            "q4_2x2 locks when the material keeps its volume: it has no limit load, and loads near collapse are too high"
+        }
+        ElementKind::Q4OnePoint => {
+            "the hourglass modes of q4_1point are hardly held in plastic flow, and loads near collapse are higher by some per cent"
+        }
+    };
+    let strain = largest_plastic_strain(model, state);
+    let value = strain * 3.0 * law.mu / law.yield_stress;
+    let bounds = model.plausible.plastic_element;
+    bounds.judge("plastic_element", value, || {
+        format!("the body has yielded, with an equivalent plastic strain of up to {strain:.3e}; {weakness}: take element = \"q4_bbar\", the default of a j2 material")
+    })
+}
+
+/// Largest equivalent plastic strain.
+fn largest_plastic_strain(model: &Model, state: &State) -> f64 {
+    let at = |element, point| model.body.plastic_strain(&state.history, element, point)[3];
+    let elements = model.mesh.element_indices();
+    largest(elements.flat_map(|element| GAUSS_POINTS.map(|point| at(element, point))))
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use kit::read_config;
+    use protocol::Setting;
+    use serde_json::{Value, json};
+
+    /// A body 10 mm wide, its upper edge with this crown (m; 0 = flat).
+    pub(crate) fn model(crown: f64) -> Model {
+        let mut mesh = json!({"width_m": 1e-2, "height_m": 2e-3, "size_m": 1e-3});
+        if crown > 0.0 {
+            mesh["crown_radius_m"] = Value::from(crown);
+        }
+        let config = json!({
+            "mesh": mesh, "base": "free", "time": {"step_s": "auto", "damping": 0.5},
+            "material": {"young_pa": 1e11, "poisson": 0.3, "density_kg_per_m3": 7800.0},
+        });
+        let setting = Setting {
+            participant: "body".into(),
+            seed: 0,
+            thickness_m: 1e-3,
+            threads: 1,
+            fields: None,
+            cache: None,
+        };
+        let config = read_config(&config).expect("the keys are valid");
+        Model::new(&config, &setting).expect("the body is valid")
+    }
+
+    /// The body under a wheel with a face of this radius.
+    fn under_wheel(radius: f64) -> Model {
+        Model {
+            wheel_radius: radius,
+            ..model(0.0)
+        }
+    }
+
+    fn profile(nodes: &[(f64, DirectedStatus)]) -> Profile {
+        Profile {
+            x: nodes.iter().map(|(x, _)| *x).collect(),
+            pressure: vec![0.0; nodes.len()],
+            shear: vec![0.0; nodes.len()],
+            status: nodes.iter().map(|(_, status)| *status).collect(),
+        }
+    }
+
+    /// Expects nothing just inside the first bound, a warning between both and a suspect run beyond the second.
+    fn judges(code: &str, [warn, suspect]: [f64; 2], found: impl Fn(f64) -> Option<Finding>) {
+        let [below, above] = [0.999, 1.001];
+        let cases = [
+            (below * warn, None),
+            (above * warn, Some(false)),
+            (below * suspect, Some(false)),
+            (above * suspect, Some(true)),
+            (f64::NAN, Some(true)),
+        ];
+        for (value, expected) in cases {
+            let found = found(value).map(|finding| (finding.code, finding.suspect));
+            let expected = expected.map(|suspect| (code.to_string(), suspect));
+            assert_eq!(found, expected, "{code} of {value}");
+        }
+    }
+
+    #[test]
+    fn the_wheel_is_judged_above_and_below_its_load() {
+        let model = model(0.0);
+        judges("wheel_at_rest", [0.05, 0.2], |value| {
+            wheel_at_rest(&model, 1000.0, [1000.0, 1000.0 * (1.0 + value)])
+        });
+        judges("wheel_at_rest", [0.05, 0.2], |value| {
+            wheel_at_rest(&model, 1000.0, [1000.0 * (1.0 - value), 1000.0])
+        });
+        assert_eq!(wheel_at_rest(&model, 0.0, [0.0, 1.0]), None, "no load");
+    }
+
+    #[test]
+    fn a_curved_contact_needs_four_nodes() {
+        let found = |model: &Model, nodes: usize| {
+            let mut all = vec![(0.0, DirectedStatus::Stick); nodes];
+            all.extend([(0.0, DirectedStatus::Open); 5]);
+            contact_resolution(model, &profile(&all)).map(|finding| finding.suspect)
+        };
+        for model in [under_wheel(0.1), under_wheel(-0.1), model(0.3)] {
+            let expected = [None, Some(true), Some(false), Some(false), None];
+            for (nodes, expected) in expected.into_iter().enumerate() {
+                assert_eq!(found(&model, nodes), expected, "{nodes} nodes");
+            }
+        }
+        assert_eq!(found(&model(0.0), 1), None, "a flat wheel on a flat body");
+    }
+
+    #[test]
+    fn a_curved_contact_must_end_before_the_body() {
+        let found = |model: &Model, value: f64| {
+            let held = [(0.0, DirectedStatus::Stick), (4.9e-3, DirectedStatus::Open)];
+            let last = [(-5e-3 * value, DirectedStatus::SlipForward)];
+            contact_reach(model, [profile(&held), profile(&last)].iter())
+        };
+        for model in [under_wheel(0.1), model(0.3)] {
+            judges("contact_reach", [0.5, 0.9], |value| found(&model, value));
+        }
+        assert_eq!(found(&model(0.0), 1.0), None, "a flat wheel on a flat body");
+    }
+
+    #[test]
+    fn the_largest_strain_of_all_times_is_judged() {
+        let model = model(0.0);
+        judges("strain", [0.1, 0.3], |value| strain(&model, value));
+        let mut state = State::at_rest_under(&model.body, None);
+        assert_eq!(strain_so_far(0.7, &model, &state), 0.7);
+        for node in model.mesh.edge(Edge::Right) {
+            // The last column, 1 mm wide, is made a tenth wider.
+            state.u[model.body.layout.index(node, 0)] = 1e-4;
+        }
+        assert!((strain_so_far(0.05, &model, &state) - 0.1).abs() < 1e-12);
+        assert!(strain_so_far(f64::NAN, &model, &state).is_nan());
+    }
+}

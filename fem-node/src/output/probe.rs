@@ -1,0 +1,327 @@
+//! Signals of each window, stresses and pressures.
+
+use protocol::larger;
+use serde::{Deserialize, Serialize};
+
+use crate::config::choice::ElementKind;
+use crate::element::layout::Layout;
+use crate::element::shape::{GAUSS_POINTS, jacobian, slopes};
+use crate::integrate::state::State;
+use crate::material::nonlinear::{NonlinearLaw, stretch_at};
+use crate::mesh::{Edge, area};
+use crate::model::Model;
+use crate::output::profile::Profile;
+use crate::wheel::rigid::Wheel;
+use crate::wheel::state::WheelState;
+
+/// Names of the values of [`momentum`].
+pub(crate) fn momentum_names(model: &Model) -> &'static [&'static str] {
+    let count = 2 * usize::from(model.free);
+    &["momentum_x_kg_m_per_s", "momentum_y_kg_m_per_s"][..count]
+}
+
+/// Momentum of a body that nothing holds (kg m/s), empty for any other.
+pub(crate) fn momentum(model: &Model, state: &State) -> Vec<f64> {
+    let body = &model.body;
+    let moving = state.v.iter().zip(&body.mass).map(|(v, m)| v * m);
+    let mut sums = vec![0.0; momentum_names(model).len()];
+    if model.free {
+        for (index, momentum) in moving.enumerate() {
+            sums[body.layout.direction(index)] += momentum;
+        }
+    }
+    sums
+}
+
+/// Rows of nodes whose displacements and velocities the signals of a window are made of.
+pub(crate) fn reported_rows(model: &Model) -> Vec<usize> {
+    let mesh = &model.mesh;
+    if model.free {
+        return (0..model.body.layout.node_rows).collect();
+    }
+    let surface = mesh.edge(Edge::Top);
+    let probes = model.probes.iter().flat_map(|probe| probe.at());
+    let mut rows: Vec<usize> = surface
+        .into_iter()
+        .chain(probes)
+        .map(|[_, row]| row)
+        .collect();
+    rows.sort_unstable();
+    rows.dedup();
+    rows
+}
+
+/// Names of the values of [`surface_signals`]: none for a body without an upper edge.
+pub(crate) fn surface_names(model: &Model) -> &'static [&'static str] {
+    if model.mesh.edge(Edge::Top).is_empty() {
+        return &[];
+    }
+    &["surface_mean_uy_m", "surface_min_uy_m"]
+}
+
+/// Mean (weighted with the lengths of the reference surface) and least vertical displacement of the upper edge (m).
+pub(crate) fn surface_signals(model: &Model, state: &State) -> Vec<f64> {
+    let nodes = model.mesh.edge(Edge::Top);
+    if nodes.is_empty() {
+        return Vec::new();
+    }
+    let lengths = model.mesh.tributary(&nodes);
+    let uy = |node: &[usize; 2]| state.u[model.body.layout.index(*node, 1)];
+    let pairs = nodes.iter().zip(&lengths);
+    let weighted: f64 = pairs.map(|(node, length)| length * uy(node)).sum();
+    let deepest = nodes.iter().map(|node| -uy(node));
+    let deepest = deepest.fold(f64::NEG_INFINITY, larger);
+    vec![weighted / lengths.iter().sum::<f64>(), -deepest]
+}
+
+/// Mean displacement along the outward normal (m) of every named line on the outline of an unstructured mesh: the
+/// area that the line has swept, over its length, exact for sides that stay straight. By name `<set>_outward_m`.
+pub(crate) fn outward_displacements(model: &Model, state: &State) -> Vec<(String, f64)> {
+    let mesh = &model.mesh;
+    if mesh.connectivity.is_none() {
+        return Vec::new();
+    }
+    let mut means = Vec::new();
+    for name in mesh.sets() {
+        let lines = mesh.lines(name).unwrap_or_default();
+        let segments = lines.iter().flat_map(|line| line.windows(2));
+        let (mut swept, mut length) = (0.0, 0.0);
+        for [a, b] in segments.filter_map(|pair| mesh.outline(pair[0], pair[1])) {
+            let [p, q] = [a, b].map(|node| mesh.point(node[0], node[1]));
+            let [u, v] = [a, b].map(|node| displacement(model.body.layout, state, node));
+            let along = [q[0] - p[0], q[1] - p[1]];
+            // With the body on the left of a -> b the outward normal times the length is (dy, -dx).
+            swept += 0.5 * (along[1] * (u[0] + v[0]) - along[0] * (u[1] + v[1]));
+            length += along[0].hypot(along[1]);
+        }
+        if length > 0.0 {
+            means.push((format!("{name}_outward_m"), swept / length));
+        }
+    }
+    means
+}
+
+/// The largest hydrostatic pressures of the body (Pa). The same displacements give different maxima at different
+/// points, so both are reported by name.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PressureMaxima {
+    /// Over the centroids of the elements.
+    pub centroid: f64,
+    /// Over the 2 x 2 Gauss points.
+    pub gauss: f64,
+    /// Over the nodes, the values of the elements around a node being averaged there.
+    pub nodal: f64,
+}
+
+impl PressureMaxima {
+    /// Results by name.
+    pub(crate) fn results(&self) -> [(String, f64); 3] {
+        [
+            ("p_max_centroid_pa".into(), self.centroid),
+            ("p_max_gauss_pa".into(), self.gauss),
+            ("p_max_nodal_pa".into(), self.nodal),
+        ]
+    }
+}
+
+/// Record of the moment before the wheel starts to move sideways.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct HoldRecord {
+    pub(crate) maxima: PressureMaxima,
+    /// Tractions of the wheel on the upper edge.
+    pub(crate) profile: Profile,
+    /// Approach of the wheel since it touched the body (m).
+    pub(crate) approach: f64,
+}
+
+/// Pressures and approach of a state.
+pub(crate) fn hold_record(
+    model: &Model,
+    state: &State,
+    wheel: &Wheel,
+    at: &WheelState,
+) -> HoldRecord {
+    HoldRecord {
+        maxima: pressure_maxima(model, state),
+        profile: Profile::in_motion(model, &at.contacts),
+        approach: at.approach(wheel),
+    }
+}
+
+/// Largest hydrostatic pressures of a state.
+pub fn pressure_maxima(model: &Model, state: &State) -> PressureMaxima {
+    let mut maxima = PressureMaxima {
+        centroid: f64::NEG_INFINITY,
+        gauss: f64::NEG_INFINITY,
+        nodal: f64::NEG_INFINITY,
+    };
+    let mut nodal = vec![(0.0, 0.0); model.mesh.points.len()];
+    for [i, j] in model.mesh.element_indices() {
+        let pressure = |xi, eta| pressure(model, state, [i, j], [xi, eta]);
+        maxima.centroid = larger(maxima.centroid, pressure(0.0, 0.0));
+        for [xi, eta] in GAUSS_POINTS {
+            maxima.gauss = larger(maxima.gauss, pressure(xi, eta));
+        }
+        for (node, [xi, eta]) in model.mesh.corners(i, j).into_iter().zip(GAUSS_POINTS) {
+            let (sum, count) = &mut nodal[model.mesh.number(model.mesh.tied_to(node))];
+            *sum += pressure(xi.signum(), eta.signum());
+            *count += 1.0;
+        }
+    }
+    let seen = nodal.into_iter().filter(|(_, count)| *count > 0.0);
+    let means = seen.map(|(sum, count)| sum / count);
+    maxima.nodal = means.fold(f64::NEG_INFINITY, larger);
+    maxima
+}
+
+/// Largest entry of the displacement gradient over the centroids, which rotations spoil as strains do; under corotational
+/// kinematics the largest component of the stretch's strain. NaN where any entry is.
+pub fn largest_strain(model: &Model, state: &State) -> f64 {
+    let mut largest: f64 = 0.0;
+    for [column, row] in model.mesh.element_indices() {
+        let (points, u) = corners(model, state, [column, row]);
+        let gradient = gradient(&points, &u, [0.0, 0.0]);
+        let entries = if model.law == Some(NonlinearLaw::Corotational) {
+            let ([xx, yy, xy], _) = stretch_at(gradient);
+            [xx, yy, 0.5 * xy, 0.0]
+        } else {
+            let [[xx, xy], [yx, yy]] = gradient;
+            [xx, xy, yx, yy]
+        };
+        for entry in entries {
+            // Written so that NaN stays.
+            if entry.abs() > largest || entry.is_nan() {
+                largest = entry.abs();
+            }
+        }
+    }
+    largest
+}
+
+/// Cauchy stress (sxx, syy, sxy) at natural coordinates of the element (column, row) (Pa).
+pub fn stress(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> [f64; 3] {
+    let strained = strained(model, state, element, natural);
+    let [sxx, syy, sxy] = model.elastic.stress(strained.strain);
+    let more = strained.pressure_stress;
+    let less = plastic_stress(model, state, element, natural);
+    let stress = [sxx + more - less[0], syy + more - less[1], sxy - less[2]];
+    let rotation = strained.rotation;
+    rotation.map_or(stress, |rotation| turned(stress, rotation))
+}
+
+/// Hydrostatic pressure -tr(sigma)/3 at natural coordinates of the element (column, row), compression positive (Pa).
+pub fn pressure(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> f64 {
+    let strained = strained(model, state, element, natural);
+    let elastic = &model.elastic;
+    elastic.pressure(elastic.stress(strained.strain))
+        + elastic.pressure_of_uniform(strained.pressure_stress)
+}
+
+/// Strain of a point, and the stresses that do not follow from it.
+struct Strained {
+    /// (exx, eyy, 2 exy), under large rotations that of the stretch.
+    strain: [f64; 3],
+    /// Cosine and sine of a large rotation.
+    rotation: Option<[f64; 2]>,
+    /// k (E - e), the stress in all directions that the element with one mean dilatation has besides Hooke's (Pa).
+    pressure_stress: f64,
+}
+
+/// Positions and displacements of the corners of the element (column, row) (m).
+fn corners(
+    model: &Model,
+    state: &State,
+    [column, row]: [usize; 2],
+) -> ([[f64; 2]; 4], [[f64; 2]; 4]) {
+    let nodes = model.mesh.corners(column, row);
+    let points = nodes.map(|n| model.mesh.point(n[0], n[1]));
+    (
+        points,
+        nodes.map(|node| displacement(model.body.layout, state, node)),
+    )
+}
+
+fn strained(model: &Model, state: &State, element: [usize; 2], natural: [f64; 2]) -> Strained {
+    let (points, u) = corners(model, state, element);
+    let gradient = gradient(&points, &u, natural);
+    let (strain, rotation) = if model.law == Some(NonlinearLaw::Corotational) {
+        let (strain, rotation) = stretch_at(gradient);
+        (strain, Some(rotation))
+    } else {
+        (symmetric(gradient), None)
+    };
+    Strained {
+        strain,
+        rotation,
+        pressure_stress: mean_dilatation_stress(model, &points, &u, natural),
+    }
+}
+
+/// 2 mu p, which plastic strain takes off Hooke's stress (Pa). It has no trace, so the pressure stays.
+fn plastic_stress(
+    model: &Model,
+    state: &State,
+    element: [usize; 2],
+    natural: [f64; 2],
+) -> [f64; 3] {
+    let Some(law) = model.plastic() else {
+        return [0.0; 3];
+    };
+    let [pxx, pyy, pxy, _] = model.body.plastic_strain(&state.history, element, natural);
+    [2.0 * law.mu * pxx, 2.0 * law.mu * pyy, law.mu * pxy]
+}
+
+/// R S R^T of the rotation (cos, sin).
+fn turned([xx, yy, xy]: [f64; 3], [cos, sin]: [f64; 2]) -> [f64; 3] {
+    let (cc, ss, cs) = (cos * cos, sin * sin, cos * sin);
+    [
+        cc * xx - 2.0 * cs * xy + ss * yy,
+        ss * xx + 2.0 * cs * xy + cc * yy,
+        cs * (xx - yy) + (cc - ss) * xy,
+    ]
+}
+
+/// k (E - e), the stress in all directions that the element with one mean dilatation E has besides Hooke's (Pa).
+fn mean_dilatation_stress(
+    model: &Model,
+    points: &[[f64; 2]; 4],
+    u: &[[f64; 2]; 4],
+    natural: [f64; 2],
+) -> f64 {
+    if model.element != ElementKind::Q4MeanDilatation {
+        return 0.0;
+    }
+    let dilatation = |natural| {
+        let [exx, eyy, _] = strain(points, u, natural);
+        exx + eyy
+    };
+    let weighted = GAUSS_POINTS.map(|point| jacobian(points, point) * dilatation(point));
+    let mean = weighted.iter().sum::<f64>() / area(points);
+    model.elastic.bulk() * (mean - dilatation(natural))
+}
+
+/// Strain (exx, eyy, 2 exy) of a bilinear quadrilateral at natural coordinates, corners anticlockwise.
+pub fn strain(points: &[[f64; 2]; 4], u: &[[f64; 2]; 4], natural: [f64; 2]) -> [f64; 3] {
+    symmetric(gradient(points, u, natural))
+}
+
+fn symmetric([[xx, xy], [yx, yy]]: [[f64; 2]; 2]) -> [f64; 3] {
+    [xx, yy, xy + yx]
+}
+
+/// u,x u,y / v,x v,y of a bilinear quadrilateral at natural coordinates, corners anticlockwise.
+fn gradient(points: &[[f64; 2]; 4], u: &[[f64; 2]; 4], natural: [f64; 2]) -> [[f64; 2]; 2] {
+    let mut gradient = [[0.0; 2]; 2];
+    for (slope, u) in slopes(points, natural).iter().zip(u) {
+        for k in 0..2 {
+            gradient[k][0] += slope[0] * u[k];
+            gradient[k][1] += slope[1] * u[k];
+        }
+    }
+    gradient
+}
+
+/// Displacement of the node (column, row) (m).
+pub(crate) fn displacement(layout: Layout, state: &State, node: [usize; 2]) -> [f64; 2] {
+    [0, 1].map(|k| state.u[layout.index(node, k)])
+}

@@ -1,0 +1,147 @@
+//! The pressure between wheel and body.
+
+use std::fmt::Write;
+
+use protocol::larger;
+use serde::{Deserialize, Serialize};
+
+use crate::mesh::Edge;
+use crate::model::Model;
+use crate::statics::contact::{DirectedStatus, WheelContact};
+use crate::wheel::node_contact::{ContactStatus, NodeContact};
+
+/// Nodes of the contact, counted inwards from the outermost one, which is left out, that give the half-width. The
+/// pressure of the outermost node belongs to a part of its surface that is not known.
+const FIT: usize = 5;
+
+/// Tractions on the upper edge, node by node from left to right.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Profile {
+    /// Abscissa (m), undeformed.
+    pub x: Vec<f64>,
+    /// Normal force over the surface that belongs to the node (Pa).
+    pub pressure: Vec<f64>,
+    /// Tangential force over the same surface, positive where the wheel drags the body towards +x (Pa).
+    pub shear: Vec<f64>,
+    /// Open, sticking or slipping.
+    pub status: Vec<DirectedStatus>,
+}
+
+impl Profile {
+    /// The profile of a contact in equilibrium.
+    pub fn new(model: &Model, contact: &WheelContact) -> Profile {
+        let (normal, tangential) = (&contact.normal, &contact.tangential);
+        Profile::of_forces(model, [normal, tangential], contact.status.clone())
+    }
+
+    /// The profile of a contact in motion.
+    pub(crate) fn in_motion(model: &Model, contacts: &[NodeContact]) -> Profile {
+        let along =
+            |force: fn(&NodeContact) -> f64| contacts.iter().map(force).collect::<Vec<f64>>();
+        let (normal, dragging) = (along(NodeContact::pressing), along(NodeContact::dragging));
+        let status = contacts.iter().map(|contact| match contact.status {
+            ContactStatus::Open => DirectedStatus::Open,
+            ContactStatus::Stick => DirectedStatus::Stick,
+            ContactStatus::Slip => DirectedStatus::slipping(contact.dragging()),
+        });
+        Profile::of_forces(model, [&normal, &dragging], status.collect())
+    }
+
+    fn of_forces(
+        model: &Model,
+        [normal, dragging]: [&[f64]; 2],
+        status: Vec<DirectedStatus>,
+    ) -> Profile {
+        let (nodes, lengths) = model.mesh.surface(Edge::Top);
+        let areas = lengths.into_iter().map(|length| length * model.thickness);
+        let areas: Vec<f64> = areas.collect();
+        let over_area = |force: &[f64]| {
+            let pairs = force.iter().zip(&areas);
+            pairs.map(|(force, area)| force / area).collect()
+        };
+        let x = nodes.iter().map(|n| model.mesh.point(n[0], n[1])[0]);
+        Profile {
+            x: x.collect(),
+            pressure: over_area(normal),
+            shear: over_area(dragging),
+            status,
+        }
+    }
+
+    /// Highest contact pressure p0 (Pa).
+    pub fn peak(&self) -> f64 {
+        self.pressure.iter().copied().fold(0.0, larger)
+    }
+
+    /// Half of the width of the contact (m): the zero x = a of the straight line through p^2 over x^2 at the five nodes
+    /// inside the outermost one, on the side x > 0. A Hertzian p^2 = p0^2 (1 - x^2/a^2) is such a line (Johnson 1985, eq.
+    /// 4.44), so its half-width is exact. None where fewer than two nodes remain, or where the line does not fall,
+    /// as under a uniform pressure.
+    pub fn half_width(&self) -> Option<f64> {
+        let closed = |k: &usize| self.status[*k] != DirectedStatus::Open && self.x[*k] > 0.0;
+        let closed: Vec<usize> = (0..self.x.len()).filter(closed).collect();
+        let inside = &closed[..closed.len().saturating_sub(1)];
+        let fit = &inside[inside.len().saturating_sub(FIT)..];
+        if fit.len() < 2 {
+            return None;
+        }
+        let mean = |value: &dyn Fn(usize) -> f64| {
+            fit.iter().map(|k| value(*k)).sum::<f64>() / fit.len() as f64
+        };
+        let x2 = |k: usize| self.x[k] * self.x[k];
+        let p2 = |k: usize| self.pressure[k] * self.pressure[k];
+        let (mean_x2, mean_p2) = (mean(&x2), mean(&p2));
+        let covariance = mean(&|k| (x2(k) - mean_x2) * (p2(k) - mean_p2));
+        let variance = mean(&|k| (x2(k) - mean_x2).powi(2));
+        let zero = (mean_x2 - mean_p2 * variance / covariance).sqrt();
+        let outermost = closed.last().map_or(0.0, |k| self.x[*k]);
+        (zero > 0.0 && zero <= 2.0 * outermost).then_some(zero)
+    }
+
+    /// A table with the columns x_m, pressure_pa, shear_pa and status.
+    pub fn csv(&self) -> String {
+        let mut text = String::from("x_m,pressure_pa,shear_pa,status\n");
+        for (k, x) in self.x.iter().enumerate() {
+            let (pressure, shear) = (self.pressure[k], self.shear[k]);
+            writeln!(
+                text,
+                "{x:e},{pressure:e},{shear:e},{}",
+                self.status[k].word()
+            )
+            .expect("a string takes what it is given");
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_uniform_pressure_has_no_half_width() {
+        let x: Vec<f64> = (-7..=7).map(f64::from).collect();
+        let profile = Profile {
+            pressure: vec![3.0; x.len()],
+            shear: vec![0.0; x.len()],
+            status: vec![DirectedStatus::Stick; x.len()],
+            x,
+        };
+        assert_eq!(profile.half_width(), None);
+    }
+
+    #[test]
+    fn the_half_width_of_a_hertzian_pressure_is_exact() {
+        // p^2 = 100 - x^2 vanishes at 10; a line through p^2 over x vanishes at 11.17.
+        let x: Vec<f64> = (-9..=9).map(f64::from).collect();
+        let profile = Profile {
+            pressure: x.iter().map(|x| (100.0 - x * x).sqrt()).collect(),
+            shear: vec![0.0; x.len()],
+            status: vec![DirectedStatus::Stick; x.len()],
+            x,
+        };
+        let half_width = profile.half_width().expect("nine nodes on the right");
+        assert!((half_width - 10.0).abs() < 1e-12, "{half_width}");
+        assert_eq!(profile.peak(), 10.0);
+    }
+}

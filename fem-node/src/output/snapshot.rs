@@ -1,0 +1,56 @@
+//! Snapshots: fields and contact profiles as files.
+
+use std::fs;
+use std::path::PathBuf;
+
+use protocol::Setting;
+
+use crate::error::FemError;
+use crate::integrate::state::State;
+use crate::model::Model;
+use crate::output::profile::Profile;
+use crate::output::vtu;
+use crate::output::vtu::EdgeContacts;
+use crate::wheel::node_contact::NodeContact;
+
+/// Folder of the snapshots, where there is one.
+#[derive(Clone, Debug)]
+pub(crate) struct Snapshots {
+    participant: String,
+    folder: Option<PathBuf>,
+}
+
+impl Snapshots {
+    pub(crate) fn new(setting: &Setting) -> Snapshots {
+        Snapshots {
+            participant: setting.participant.clone(),
+            folder: setting.fields.clone(),
+        }
+    }
+
+    /// True where snapshots are written.
+    pub(crate) fn wanted(&self) -> bool {
+        self.folder.is_some()
+    }
+
+    /// Writes `<participant>-NAME.vtu`, and `<participant>-NAME-profile.csv` where there is a profile.
+    pub(crate) fn write(
+        &self,
+        name: &str,
+        model: &Model,
+        state: &State,
+        contacts: &[NodeContact],
+        profile: Option<&Profile>,
+    ) -> Result<(), FemError> {
+        let Some(folder) = &self.folder else {
+            return Ok(());
+        };
+        let stem = format!("{}-{name}", self.participant);
+        let on_edge = EdgeContacts { contacts, profile };
+        vtu::write(&folder.join(format!("{stem}.vtu")), model, state, on_edge)?;
+        profile.map_or(Ok(()), |profile| {
+            let path = folder.join(format!("{stem}-profile.csv"));
+            FemError::written(&path, fs::write(&path, profile.csv()))
+        })
+    }
+}

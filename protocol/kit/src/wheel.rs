@@ -1,0 +1,203 @@
+//! Load and sideways motion of a rigid wheel over time, and the named parts of a history.
+
+use std::f64::consts::TAU;
+
+use protocol::Phase;
+
+use crate::table::{LoadTable, load_at};
+
+/// Name of the part of a history whose end fixes the state that results are taken from.
+pub const HOLD: &str = "hold";
+
+/// The load ramps up, or follows its table, is held, and from t_s = ramp + hold on the wheel is moved sideways by
+/// D(t) = A sin(2 pi f (t - t_s)), at once at its full speed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WheelProgram {
+    /// Load after the ramp (N), downwards.
+    pub load_n: f64,
+    /// Load over time (s, N) instead of the ramp.
+    pub load_table: Option<LoadTable>,
+    /// Time in which the load grows linearly from 0 (s).
+    pub ramp_s: f64,
+    /// Time under the full load before the sideways motion (s).
+    pub hold_s: f64,
+    /// Amplitude A (m).
+    pub amplitude_m: f64,
+    /// Frequency f (1/s).
+    pub frequency_hz: f64,
+    /// Periods of the sideways motion, not necessarily whole.
+    pub cycles: f64,
+}
+
+impl WheelProgram {
+    /// Load at a time (N), downwards.
+    pub fn load_at(&self, t: f64) -> f64 {
+        if let Some(table) = &self.load_table {
+            load_at(table, t)
+        } else if t < self.ramp_s {
+            self.load_n * t / self.ramp_s
+        } else {
+            self.load_n
+        }
+    }
+
+    /// Sideways displacement D at a time (m).
+    pub fn displacement_at(&self, t: f64) -> f64 {
+        self.amplitude_m * self.angle_at(t).sin()
+    }
+
+    /// Sideways velocity at a time (m/s), that of the motion from t_s on.
+    pub fn speed_at(&self, t: f64) -> f64 {
+        if t < self.motion_start() {
+            return 0.0;
+        }
+        self.angular_frequency() * self.amplitude_m * self.angle_at(t).cos()
+    }
+
+    /// Highest sideways speed (m/s).
+    pub fn top_speed(&self) -> f64 {
+        if self.cycles > 0.0 {
+            self.angular_frequency() * self.amplitude_m
+        } else {
+            0.0
+        }
+    }
+
+    /// 2 pi f of the sideways motion (1/s).
+    pub fn angular_frequency(&self) -> f64 {
+        TAU * self.frequency_hz
+    }
+
+    fn angle_at(&self, t: f64) -> f64 {
+        self.angular_frequency() * (t - self.motion_start()).max(0.0)
+    }
+
+    /// t_s (s).
+    pub fn motion_start(&self) -> f64 {
+        self.ramp_s + self.hold_s
+    }
+
+    /// True for the step, by its start and end (s), after which the hold is over; of two that share the end evenly, for both.
+    pub fn ends_hold(&self, [start, end]: [f64; 2]) -> bool {
+        let middle = 0.5 * (start + end);
+        let next = 2.0 * end - middle;
+        self.hold_s > 0.0 && (middle..=next).contains(&self.motion_start())
+    }
+
+    /// End of the history (s).
+    pub fn end(&self) -> f64 {
+        if self.cycles > 0.0 {
+            self.motion_start() + self.cycles / self.frequency_hz
+        } else {
+            self.motion_start()
+        }
+    }
+
+    /// Periods since t_s; none before.
+    pub fn periods_at(&self, t: f64) -> Option<f64> {
+        (self.cycles > 0.0 && t >= self.motion_start())
+            .then(|| self.frequency_hz * (t - self.motion_start()))
+    }
+
+    /// One period (s).
+    pub fn period(&self) -> f64 {
+        1.0 / self.frequency_hz
+    }
+
+    /// Start and end of the last full cycle (s).
+    pub fn last_full_cycle(&self) -> Option<[f64; 2]> {
+        let full = self.cycles.floor();
+        let at = |cycle: f64| self.motion_start() + cycle / self.frequency_hz;
+        (full >= 1.0).then(|| [at(full - 1.0), at(full)])
+    }
+
+    /// The named parts of the history.
+    pub fn phases(&self) -> Vec<Phase> {
+        let (ramp, moves) = (self.ramp_s, self.motion_start());
+        let cycling = ("cycling", moves, self.end());
+        phases([("ramp", 0.0, ramp), (HOLD, ramp, moves), cycling])
+    }
+}
+
+/// Named parts of a history with their limits in time (s); those without duration are left out.
+pub fn phases<const N: usize>(parts: [(&str, f64, f64); N]) -> Vec<Phase> {
+    let lasting = parts.into_iter().filter(|(_, t0_s, t1_s)| t1_s > t0_s);
+    let phase = |(name, t0_s, t1_s): (&str, f64, f64)| Phase {
+        name: name.into(),
+        t0_s,
+        t1_s,
+        sampled: name == HOLD,
+        picture: name != "ramp",
+    };
+    lasting.map(phase).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 8 000 N in 0.5 ms, 0.4 ms of hold, then 2.25 cycles of 50 um at 300 Hz.
+    fn program() -> WheelProgram {
+        WheelProgram {
+            load_n: 8000.0,
+            load_table: None,
+            ramp_s: 5e-4,
+            hold_s: 4e-4,
+            amplitude_m: 5e-5,
+            frequency_hz: 300.0,
+            cycles: 2.25,
+        }
+    }
+
+    #[test]
+    fn the_load_ramps_then_holds() {
+        assert_eq!(program().load_at(2.5e-4), 4000.0);
+        assert_eq!(program().load_at(1.0), 8000.0);
+    }
+
+    #[test]
+    fn a_table_is_the_load_in_place_of_the_ramp() {
+        let table = vec![[0.0, 1000.0], [4e-4, 5000.0], [9e-4, 8000.0], [1.9e-3, 0.0]];
+        let program = WheelProgram {
+            load_table: Some(table),
+            ..program()
+        };
+        for (time, load) in [
+            (0.0, 1000.0),
+            (2e-4, 3000.0),
+            (9e-4, 8000.0),
+            (1.4e-3, 4000.0),
+        ] {
+            assert!((program.load_at(time) - load).abs() < 1e-9, "{time}");
+        }
+    }
+
+    #[test]
+    fn motion_starts_after_the_hold_at_full_speed() {
+        let program = program();
+        assert_eq!(program.displacement_at(9e-4), 0.0);
+        assert_eq!(program.speed_at(8.9e-4), 0.0);
+        let full = program.top_speed();
+        assert_eq!(full, TAU * 300.0 * 5e-5);
+        assert!((program.speed_at(9.0e-4) / full - 1.0).abs() < 1e-12);
+        let measured = program.displacement_at(9e-4 + 1e-8) / 1e-8;
+        assert!((measured - full).abs() < 1e-6, "{measured}");
+    }
+
+    #[test]
+    fn the_last_full_cycle_is_the_second_of_two_and_a_quarter() {
+        let [start, end] = program().last_full_cycle().expect("there are two");
+        assert!((start - (9e-4 + 1.0 / 300.0)).abs() < 1e-12);
+        assert!((end - (9e-4 + 2.0 / 300.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn parts_without_duration_are_no_phases() {
+        let program = WheelProgram {
+            ramp_s: 0.0,
+            ..program()
+        };
+        let names: Vec<String> = program.phases().into_iter().map(|p| p.name).collect();
+        assert_eq!(names, [HOLD, "cycling"]);
+    }
+}
