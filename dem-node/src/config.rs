@@ -37,8 +37,9 @@ use crate::bodies::pairs::{GRAINS, ROWS, WHEEL};
 use crate::law::Penetration;
 use flow::FlowConfig;
 use injection::InjectionConfig;
+use kit::keys::refuse_if;
 use law::{LawConfig, LawKind};
-use limits::{PERIOD, at_least, finite, positive, refuse_given, refuse_if, within};
+use limits::{PERIOD, at_least, finite, positive, refuse_given, within};
 use plausible::PlausibleConfig;
 use profile::ProfileConfig;
 use sample::SampleConfig;
@@ -178,7 +179,7 @@ impl Config {
             wheel.validate_on(&self.sample, &self.law)?;
         }
         if let Some(profile) = &self.profile {
-            let wheel = self.wheel.as_ref().map(WheelConfig::end);
+            let wheel = self.wheel.as_ref().map(|wheel| wheel.program().end());
             profile.validate(wheel.or(self.time.end_s))?;
         }
         if let Some(stress) = &self.stress {

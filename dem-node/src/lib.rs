@@ -166,7 +166,7 @@
 //! | pressure in a grain, trace of sum f (x_c - x) / V | [`measure::snapshot::pressures`] | Love 1927; Weber 1966 |
 //! | stress of cells, -(1/V) sum f (x_c - x) | [`measure::stress::StressMap::measure`] | Love 1927; Weber 1966; Moreau 1997 |
 //! | fabric, mean of n (x) n | [`measure::structure::results`] | Satake 1982 |
-//! | wheel D(t) = A sin(2 pi f (t - t_s)) | [`config::wheel::WheelConfig::displacement_at`] | RSB, section 6 |
+//! | wheel D(t) = A sin(2 pi f (t - t_s)) | [`kit::wheel::WheelProgram::displacement_at`] | RSB, section 6 |
 //! | inertial time t_i = d sqrt(rho/P), bounds on the window | [`setup::bounds::Bounds::new`], [`setup::bounds::Bounds::assess`] | GDR MiDi 2004 |
 //! | mass scaling: inertial number, inertial pressure | [`setup::mass_scaling::MassScaling::new`] | GDR MiDi 2004 |
 //! | fed grains, Qe of the circuit | [`step::injection::feed`] | RSB, figure 1; this project |

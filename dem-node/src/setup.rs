@@ -1,14 +1,12 @@
 //! From the keys of a scenario to the types that the steps work with.
 //!
 //! In reading order:
-//! - [`wheel`]: the wheel's program;
 //! - [`bounds`], [`mass_scaling`]: bounds on the step, and the price of scaled masses;
 //! - [`prescribed_opening`]: a pair that is pulled apart.
 
 pub mod bounds;
 pub mod mass_scaling;
 pub mod prescribed_opening;
-pub mod wheel;
 
 use kit::ConfigError;
 
@@ -21,12 +19,12 @@ use crate::bodies::positions::proximity;
 use crate::config::Config;
 use crate::config::injection::InjectionConfig;
 use crate::config::law::LawConfig;
-use crate::config::limits::refuse_if;
 use crate::error::DemError;
 use crate::law::cohesion::Cohesion;
 use crate::law::{Law, Springs};
 use crate::sample::types::Sample;
 use crate::step::state::State;
+use kit::keys::refuse_if;
 
 /// Overlap of two rigid disks over the smaller radius above which a sample is refused: its repair in one step would
 /// throw them apart.

@@ -92,10 +92,19 @@ fn types_of(code: &[TokenTree], names: &mut Vec<String>) {
 #[test]
 fn a_name_that_is_there_twice_is_found() {
     let sources = Sources::from([
-        ("a.rs".into(), "pub struct Row; mod b { pub(super) enum Row { A } }".into()),
-        ("c.rs".into(), "struct Own; pub fn f() {} impl T for Own { type Row = u8; }".into()),
+        (
+            "a.rs".into(),
+            "pub struct Row; mod b { pub(super) enum Row { A } }".into(),
+        ),
+        (
+            "c.rs".into(),
+            "struct Own; pub fn f() {} impl T for Own { type Row = u8; }".into(),
+        ),
         ("c/tests.rs".into(), "pub struct Row;".into()),
     ]);
-    let names: Vec<String> = public_types(&sources).into_iter().map(|(_, name)| name).collect();
+    let names: Vec<String> = public_types(&sources)
+        .into_iter()
+        .map(|(_, name)| name)
+        .collect();
     assert_eq!(names, ["Row", "Row"]);
 }

@@ -31,7 +31,10 @@ fn the_crates_have_no_more_lines_than_the_limit() {
         "{total} lines, more than {limit}: {counts:?}"
     );
     for (name, lines) in &counts {
-        assert!(*lines <= CRATE, "{name} has {lines} lines, more than {CRATE}");
+        assert!(
+            *lines <= CRATE,
+            "{name} has {lines} lines, more than {CRATE}"
+        );
     }
 }
 

@@ -6,9 +6,10 @@ use serde::Deserialize;
 
 use super::drive::ClusterDriveConfig;
 use super::fill::{FillConfig, RowConfig};
-use super::limits::{finite, positive, refuse_if};
+use super::limits::{finite, positive};
 use crate::bodies::geometry::range;
 use crate::bodies::pairs::{GRAINS, ROWS, WHEEL};
+use kit::keys::refuse_if;
 
 /// Disks and walls one by one, and areas and rows that are filled with disks.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]

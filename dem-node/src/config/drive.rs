@@ -5,7 +5,8 @@ use kit::table::{LoadTable, check_table};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::limits::{at_least, finite, positive, refuse_if};
+use super::limits::{at_least, finite, positive};
+use kit::keys::refuse_if;
 
 /// Prescribed motion and loads of a cluster. Each direction has a velocity, or is `"free"` and has a force.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]

@@ -5,8 +5,9 @@ use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::limits::{at_least, finite, refuse_if, validate_sides};
+use super::limits::{at_least, finite, validate_sides};
 use super::radii::{Radii, RadiusLaw};
+use kit::keys::refuse_if;
 
 /// More disks than this are taken for a mistyped unit.
 const DISKS_MAX: f64 = 5e5;

@@ -5,9 +5,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::law::{LawConfig, LawKind};
-use super::limits::{at_least, positive, refuse_if, within};
+use super::limits::{at_least, positive, within};
 use super::sample::SampleConfig;
 use super::wheel::WheelConfig;
+use kit::keys::refuse_if;
 
 /// `flow`: the contact zone, and the time after which a grain that left it is worn.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]

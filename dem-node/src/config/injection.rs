@@ -7,7 +7,8 @@ use serde::Deserialize;
 
 use super::flow::FlowConfig;
 use super::law::LawConfig;
-use super::limits::{at_least, finite, positive, refuse_if};
+use super::limits::{at_least, finite, positive};
+use kit::keys::refuse_if;
 
 /// Most grains of a feed.
 const MOST: f64 = 1e6;

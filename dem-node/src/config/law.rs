@@ -5,9 +5,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::limits::{at_least, positive, refuse_given, refuse_if, required, within};
+use super::limits::{at_least, positive, refuse_given, required, within};
 use crate::law::Penetration;
 use crate::law::cohesion::HPrime;
+use kit::keys::refuse_if;
 
 /// `law`: unilateral contact with optional friction and compliance.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]

@@ -4,8 +4,9 @@ use kit::ConfigError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::limits::{PERIOD, at_least, positive, refuse_if};
+use super::limits::{PERIOD, at_least, positive};
 use super::radii::{Radii, RadiusLaw};
+use kit::keys::refuse_if;
 
 /// More grains than this are taken for a mistyped unit: their bed would be pressed for hours.
 const GRAINS_MAX: f64 = 5e5;

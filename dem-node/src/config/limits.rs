@@ -1,26 +1,11 @@
 //! Limits of single values, and refusals that name the key, the value and a way out. A value that is absent passes.
 
 use kit::ConfigError;
+use kit::keys::refuse_if;
 use protocol::Cause;
 
 /// The key of a strip that repeats, in both kinds of sample.
 pub(super) const PERIOD: &str = "sample.periodic_x_m";
-
-/// Refuses a key for a reason, with a help, if something holds: keys that do not go together, unless the caller names another
-/// cause.
-pub(crate) fn refuse_if(
-    holds: bool,
-    key: &str,
-    why: impl Into<String>,
-    help: impl Into<String>,
-) -> Result<(), ConfigError> {
-    if holds {
-        return Err(ConfigError::new(key, why)
-            .because(Cause::ConflictingKeys)
-            .help(help));
-    }
-    Ok(())
-}
 
 /// Refuses the first of these keys that is given.
 pub(super) fn refuse_given<'a>(

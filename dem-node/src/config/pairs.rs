@@ -4,7 +4,8 @@ use kit::ConfigError;
 use protocol::Cause;
 
 use super::law::{LawConfig, PairConfig};
-use super::limits::{at_least, positive, refuse_if, within};
+use super::limits::{at_least, positive, within};
+use kit::keys::refuse_if;
 
 /// Refuses pairs of groups that are not there, that are there twice, or whose law cannot go with the others.
 pub(super) fn validate_pairs(law: &LawConfig, groups: &[&str]) -> Result<(), ConfigError> {

@@ -5,7 +5,8 @@ use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::limits::{at_least, positive, refuse_if, within};
+use super::limits::{at_least, positive, within};
+use kit::keys::refuse_if;
 
 /// Most slices of a profile.
 const BINS_MAX: f64 = 1000.0;

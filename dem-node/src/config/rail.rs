@@ -7,9 +7,10 @@ use protocol::Cause;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::limits::{at_least, positive, refuse_if};
+use super::limits::{at_least, positive};
 use super::radii::{Radii, RadiusLaw};
 use crate::bodies::geometry::drop_at;
+use kit::keys::refuse_if;
 
 /// More grains than this are taken for a mistyped unit: they would relax for hours.
 const GRAINS_MAX: f64 = 5e5;

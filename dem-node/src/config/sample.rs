@@ -9,10 +9,11 @@ use serde::{Deserialize, Deserializer};
 use super::disks::DisksConfig;
 use super::file::FileConfig;
 use super::layer::LayerConfig;
-use super::limits::{PERIOD, finite, refuse_if};
+use super::limits::{PERIOD, finite};
 use super::radii::Radii;
 use super::rail::RailConfig;
 use crate::bodies::geometry::Period;
+use kit::keys::refuse_if;
 
 /// Diameters of the widest disk that a strip must hold: a grain and its neighbours must not meet around it.
 const DIAMETERS: f64 = 4.0;

@@ -5,7 +5,8 @@ use protocol::Cause;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::limits::{at_least, positive, refuse_if, validate_sides};
+use super::limits::{at_least, positive, validate_sides};
+use kit::keys::refuse_if;
 
 /// Least side of a cell over the mean diameter of the grains: smaller ones hold a few contacts, not a stress.
 const CELL_DIAMETERS: f64 = 3.5;

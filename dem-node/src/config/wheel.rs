@@ -2,12 +2,14 @@
 
 use kit::ConfigError;
 use kit::table::{LoadTable, check_wheel_table};
+use kit::wheel::WheelProgram;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::law::{LawConfig, LawKind};
-use super::limits::{at_least, finite, positive, refuse_if};
+use super::limits::{at_least, finite, positive};
 use super::sample::SampleConfig;
+use kit::keys::refuse_if;
 
 /// A rigid wheel that is pressed on the grains and moved sideways. It does not turn.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -66,14 +68,17 @@ pub enum FaceKind {
 }
 
 impl WheelConfig {
-    /// End of the history (s).
-    pub fn end(&self) -> f64 {
-        let moving = if self.cycles > 0.0 {
-            self.cycles / self.frequency_hz
-        } else {
-            0.0
-        };
-        self.ramp_s + self.hold_s + moving
+    /// Its load and its motion over time.
+    pub fn program(&self) -> WheelProgram {
+        WheelProgram {
+            load_n: self.load_n,
+            load_table: self.load_table.clone(),
+            ramp_s: self.ramp_s,
+            hold_s: self.hold_s,
+            amplitude_m: self.amplitude_m,
+            frequency_hz: self.frequency_hz,
+            cycles: self.cycles,
+        }
     }
 
     pub(super) fn validate(&self) -> Result<(), ConfigError> {

@@ -4,9 +4,9 @@ use protocol::{Finding, HeldLoad, larger};
 
 use crate::bodies::Bodies;
 use crate::config::plausible::PlausibleConfig;
-use crate::config::wheel::WheelConfig;
 use crate::measure::report::{RunStatistics, lost_grains};
 use crate::step::state::State;
+use kit::wheel::WheelProgram;
 
 /// Settling of the grains that counts as rest whatever the approach is, over the mean radius.
 const SETTLING: f64 = 0.01;
@@ -24,7 +24,7 @@ pub struct FinishedRun<'a> {
     /// Statistics over its steps.
     pub statistics: &'a RunStatistics,
     /// The wheel, where there is one.
-    pub program: Option<&'a WheelConfig>,
+    pub program: Option<&'a WheelProgram>,
     /// True for a run without coupler.
     pub alone: bool,
     /// Ends of a layer that does not repeat, in |x| (m).
@@ -217,14 +217,13 @@ fn pressed_half_width(bodies: &Bodies, state: &State) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::bodies::faces::{Face, RigidWall};
-    use crate::config::wheel::FaceKind;
-    use crate::config::wheel::WheelConfig;
     use crate::contact::detect::Slot;
     use crate::law::Springs;
     use crate::measure::report::StepSpan;
     use crate::solver::residual::Convergence;
     use crate::step::StepSummary;
     use crate::step::state::WheelState;
+    use kit::wheel::WheelProgram;
 
     const LOAD: f64 = 1000.0;
     const WEIGHT: f64 = 100.0;
@@ -240,7 +239,7 @@ mod tests {
         bodies: Bodies,
         state: State,
         stored: [f64; 4],
-        program: WheelConfig,
+        program: WheelProgram,
         half_width: Option<f64>,
         steps: Vec<StepSummary>,
         heights: Vec<f64>,
@@ -278,14 +277,9 @@ mod tests {
             },
             state,
             stored: [1.0, -1.0, 0.5, -0.5],
-            program: WheelConfig {
+            program: WheelProgram {
                 load_n: LOAD,
                 load_table: None,
-                mass_kg: 1.0,
-                radius_m: 0.0,
-                face: FaceKind::Flat,
-                bonded: false,
-                vy_m_per_s: 0.0,
                 amplitude_m: 0.0,
                 frequency_hz: 1.0,
                 ramp_s: 2.0,

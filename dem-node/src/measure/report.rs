@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::bodies::geometry::range;
-use crate::config::wheel::WheelConfig;
 use crate::measure::structure;
 use crate::measure::trend::Trend;
 use crate::step::StepSummary;
 use crate::step::state::{State, WheelState};
+use kit::wheel::WheelProgram;
 
 /// The signals of a step under their names. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
 /// towards +x); `glued_f*_n` their force on the compliant boundary; overlaps are over the mean radius.
@@ -173,7 +173,7 @@ impl RunStatistics {
     /// Records a committed step.
     pub fn record(
         &mut self,
-        program: Option<&WheelConfig>,
+        program: Option<&WheelProgram>,
         state: &State,
         step: &StepSummary,
         span: &StepSpan,
@@ -203,7 +203,7 @@ impl RunStatistics {
 
     fn record_wheel(
         &mut self,
-        program: &WheelConfig,
+        program: &WheelProgram,
         wheel: WheelState,
         step: &StepSummary,
         span: &StepSpan,
@@ -232,7 +232,7 @@ impl RunStatistics {
         if force[1] > 0.0 {
             self.friction.add(force[0].abs() / force[1]);
         }
-        if let Some((start, end)) = program.last_full_cycle() {
+        if let Some([start, end]) = program.last_full_cycle() {
             let shared = span.end.min(end) - span.start.max(start);
             self.loop_work += span.drive_work * shared.max(0.0) / (span.end - span.start);
         }
@@ -260,7 +260,7 @@ impl RunStatistics {
     /// The results so far.
     pub fn results(
         &self,
-        program: Option<&WheelConfig>,
+        program: Option<&WheelProgram>,
         bodies: &Bodies,
         state: &State,
     ) -> Vec<(&'static str, f64)> {

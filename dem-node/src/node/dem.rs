@@ -10,7 +10,6 @@ use crate::config::profile::ProfileConfig;
 use crate::config::sample::BaseLine;
 use crate::config::solver::Algorithm;
 use crate::config::stress::StressConfig;
-use crate::config::wheel::WheelConfig;
 use crate::contact::bond;
 use crate::contact::boundary::CompliantBoundary;
 use crate::error::DemError;
@@ -32,6 +31,7 @@ use crate::solver::residual::Convergence;
 use crate::step::state::State;
 use crate::step::threads::SolverThreads;
 use crate::step::{StepInput, StepSummary, Stepper, injection, repair};
+use kit::wheel::WheelProgram;
 
 /// A layer or heap of grains, with its wheel and walls, ready to step: the participant.
 pub struct Dem {
@@ -44,7 +44,7 @@ pub struct Dem {
     pub(super) bounds: Bounds,
     pub(super) solver: SolverThreads,
     pub(super) bodies: Bodies,
-    pub(super) program: Option<WheelConfig>,
+    pub(super) program: Option<WheelProgram>,
     pub(super) opening: Option<PrescribedOpening>,
     /// Number of bonds at the start.
     pub(super) initial_bond_count: usize,
@@ -137,7 +137,7 @@ impl Dem {
         sample.free.extend(&fed);
         let mut bodies = setup::bodies(config, setting.thickness_m, &sample, fed.len());
         let (state, opening) = start(config, &mut bodies, &sample)?;
-        let program = config.wheel.clone();
+        let program = config.wheel.as_ref().map(|wheel| wheel.program());
         let mut stepper = Stepper::default();
         stepper.problem.boundary = CompliantBoundary::fixed(bodies.glued());
         Ok(Dem {
@@ -281,7 +281,7 @@ impl Dem {
             let grains = (&self.bodies, &*state, self.setting.thickness_m);
             profile.record(config, grains, [start, end]);
         }
-        let holds = |program: &WheelConfig| program.ends_hold([start, end]);
+        let holds = |program: &WheelProgram| program.ends_hold([start, end]);
         if let Some(config) = &self.stress
             && self.program.as_ref().is_some_and(holds)
         {

@@ -4,8 +4,8 @@ use kit::ConfigError;
 use protocol::Window;
 
 use super::dem::Dem;
-use crate::config::limits::refuse_if;
 use crate::error::DemError;
+use kit::keys::refuse_if;
 
 impl Dem {
     pub(super) fn check_window(

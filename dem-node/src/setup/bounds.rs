@@ -4,7 +4,6 @@ use kit::ConfigError;
 use protocol::Cause;
 
 use crate::config::Config;
-use crate::config::wheel::WheelConfig;
 use crate::error::DemError;
 
 /// Part of t_i below which coupled trials were clean.
@@ -46,7 +45,7 @@ impl Bounds {
         let wheel = config.wheel.as_ref();
         Bounds {
             inertial_time: 2.0 * mean * (density / config.time.pressure_pa).sqrt(),
-            top_speed: wheel.map_or(0.0, WheelConfig::top_speed),
+            top_speed: wheel.map_or(0.0, |wheel| wheel.program().top_speed()),
             driven_speed: config.sample.driven_speed(),
             frequency: wheel
                 .filter(|wheel| wheel.cycles > 0.0)
