@@ -80,19 +80,37 @@ fn a_parent_and_its_child_that_name_each_other_are_a_circle() {
 }
 
 #[test]
-fn a_reexport_is_resolved_to_the_file_of_the_definition() {
-    let lib = ("lib.rs", "mod parent; pub use parent::B;");
+fn a_reexport_names_the_file_that_it_stands_in_and_the_one_that_it_leads_to() {
+    let lib = ("lib.rs", "mod parent;");
     let parent = ("parent/mod.rs", "mod a; mod b; pub use a::f; pub use b::*;");
-    let a = "use super::B; use crate::B as Same; pub fn f(b: B) -> Same { B::new(b) }";
-    let files = [
-        lib,
-        parent,
-        ("parent/a.rs", a),
-        ("parent/b.rs", "pub struct B;"),
-    ];
-    assert_eq!(circles(&files), NONE);
-    assert_eq!(graph(&files).names("parent/a.rs", "parent/b.rs"), ["B"]);
-    assert_eq!(graph(&files).names("parent/a.rs", "parent/mod.rs"), NONE);
+    let through = "use super::B; pub fn f(b: B) { B::new(b) }";
+    let straight = "use super::b::B; pub fn f(b: B) { B::new(b) }";
+    let with = |a| {
+        [
+            lib,
+            parent,
+            ("parent/a.rs", a),
+            ("parent/b.rs", "pub struct B;"),
+        ]
+    };
+    assert_eq!(circles(&with(through)), ["parent/a.rs parent/mod.rs"]);
+    assert_eq!(circles(&with(straight)), NONE);
+    let names = |to| graph(&with(through)).names("parent/a.rs", to);
+    assert_eq!(
+        [names("parent/b.rs"), names("parent/mod.rs")],
+        [["B"], ["B"]]
+    );
+}
+
+#[test]
+fn a_chain_of_three_files_through_reexports_is_a_circle() {
+    let lib = ("lib.rs", "mod a; mod b; mod c; pub use c::C;");
+    let a = ("a.rs", "pub use super::b::B; pub struct A;");
+    let b = ("b.rs", "use crate::c::{C, inner}; pub struct B(C);");
+    let c = ("c.rs", "pub struct C; pub fn inner() { crate::a::B; }");
+    assert_eq!(circles(&[lib, a, b, c]), ["a.rs b.rs c.rs"]);
+    let open = ("c.rs", "pub struct C; pub fn inner() {}");
+    assert_eq!(circles(&[lib, a, b, open]), NONE);
 }
 
 #[test]
@@ -150,7 +168,7 @@ fn a_program_names_the_library_by_its_name() {
         ("main.rs", "fn main() { own::run() }"),
     ];
     assert_eq!(graph(&files).names("main.rs", "a.rs"), ["run"]);
-    assert_eq!(graph(&files).names("main.rs", "lib.rs"), NONE);
+    assert_eq!(graph(&files).names("main.rs", "lib.rs"), ["run"]);
 }
 
 #[test]

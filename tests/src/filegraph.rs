@@ -1,8 +1,8 @@
 //! The files of a crate that name each other, read off the sources.
 //!
 //! File A names file B when A holds the name of an item that is defined in B: in a `use`, in a path, in the body of a macro.
-//! Re-exports are resolved to the file of the definition, so that naming an item through a parent does not name the parent. A
-//! parent that names an item of its child (also by `pub use child::Item`) and a child that names one of its parent
+//! A path that goes through a re-export names both the file of the re-export and that of the definition, as a reader who follows it
+//! opens both. A parent that names an item of its child (also by `pub use child::Item`) and a child that names one of its parent
 //! (`super::Item`) both count; `mod child;` alone does not. Comments, strings, attributes, method calls and what
 //! `#[cfg(test)]` leaves out do not count.
 //!

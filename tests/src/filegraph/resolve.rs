@@ -13,6 +13,8 @@ pub(super) struct Named {
 struct Item<'a> {
     file: &'a str,
     name: String,
+    /// Files whose `use` the path went through on its way.
+    through: Vec<&'a str>,
 }
 
 /// Longest chain of re-exports that is followed: circles of globs end here.
@@ -22,29 +24,35 @@ const CHAIN: usize = 24;
 pub(super) fn names(modules: &Modules) -> Vec<Named> {
     let mut found = Vec::new();
     for (index, module) in modules.all.iter().enumerate() {
-        let mut add = |file: &str, name: String| {
-            found.push(Named {
-                from: module.file.clone(),
-                to: file.into(),
-                name,
-            });
+        let mut add = |item: Item| {
+            for file in item.through.iter().chain([&item.file]) {
+                found.push(Named {
+                    from: module.file.clone(),
+                    to: file.to_string(),
+                    name: item.name.clone(),
+                });
+            }
         };
         for path in &module.paths {
             if let Some(item) = modules.resolve(index, path, 0) {
-                add(item.file, item.name);
-            }
-        }
-        for name in &module.macro_calls {
-            if let Some(file) = modules.macros.get(name) {
-                add(file, format!("{name}!"));
+                add(item);
             }
         }
         for name in module.lone.iter().filter(|name| !is_known(module, name)) {
             for glob in &module.globs {
                 let path = [glob.as_slice(), std::slice::from_ref(name)].concat();
                 if let Some(item) = modules.resolve(index, &path, 0) {
-                    add(item.file, item.name);
+                    add(item);
                 }
+            }
+        }
+        for name in &module.macro_calls {
+            if let Some(file) = modules.macros.get(name) {
+                found.push(Named {
+                    from: module.file.clone(),
+                    to: file.clone(),
+                    name: format!("{name}!"),
+                });
             }
         }
     }
@@ -93,6 +101,7 @@ impl Modules {
             return Some(Item {
                 file: &here.file,
                 name: name.clone(),
+                through: Vec::new(),
             });
         }
         if depth == CHAIN {
@@ -105,5 +114,9 @@ impl Modules {
             .map(|target| [target.as_slice(), more].concat())
             .chain(through_globs.map(|glob| [glob.as_slice(), path].concat()))
             .find_map(|path| self.resolve(module, &path, depth + 1))
+            .map(|mut item| {
+                item.through.push(&here.file);
+                item
+            })
     }
 }
