@@ -267,16 +267,9 @@ impl Frame {
         Frame::with_bytes(header, text.as_bytes())
     }
 
-    /// A frame whose payload is bytes: their number, then the bytes, eight to a double, the last one filled with zeros.
+    /// A frame whose payload is bytes, see [`packed`].
     pub fn with_bytes(header: Header, bytes: &[u8]) -> Frame {
-        let mut payload = Vec::with_capacity(1 + bytes.len().div_ceil(8));
-        payload.push(bytes.len() as f64);
-        for chunk in bytes.chunks(8) {
-            let mut word = [0u8; 8];
-            word[..chunk.len()].copy_from_slice(chunk);
-            payload.push(f64::from_bits(u64::from_le_bytes(word)));
-        }
-        Frame::new(header, payload)
+        Frame::new(header, packed(bytes))
     }
 
     /// The text that [`Frame::with_text`] packed.
@@ -349,6 +342,17 @@ impl Frame {
         }
         checked
     }
+}
+
+/// A text or bytes as a payload: their number, then the bytes, eight to a double, the last one filled with zeros.
+pub fn packed(bytes: impl AsRef<[u8]>) -> Vec<f64> {
+    let bytes = bytes.as_ref();
+    let words = bytes.chunks(8).map(|chunk| {
+        let mut word = [0u8; 8];
+        word[..chunk.len()].copy_from_slice(chunk);
+        f64::from_bits(u64::from_le_bytes(word))
+    });
+    [bytes.len() as f64].into_iter().chain(words).collect()
 }
 
 /// Turns that a link can have; a difference of checksums that is larger is damage.

@@ -1,7 +1,8 @@
 //! The greeting of all participants, and the check that everybody speaks of the same run.
 
+use protocol::frame::packed;
 use protocol::serve::{Hello, Welcome};
-use protocol::{Description, Kind, PROTOCOL_VERSION};
+use protocol::{Description, Kind, PROTOCOL_VERSION, Window};
 
 use super::admission::fault_of_description;
 use super::communicator::Communicator;
@@ -35,7 +36,7 @@ pub fn greet(
             units: "SI".into(),
         };
         let text = serde_json::to_string(&hello).expect("our own types always serialise");
-        communicator.tell_text(peer, Kind::Hello, &text)?;
+        communicator.send(peer, Kind::Hello, &Window::default(), packed(&text))?;
     }
     (0..count)
         .map(|peer| welcome(communicator, peer, loaded))

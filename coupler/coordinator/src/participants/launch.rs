@@ -9,7 +9,7 @@ use protocol::link::shm::{ShmLink, WaitMode};
 use protocol::{Link, PROTOCOL_VERSION, Session, Setting, Transport, serve};
 
 use super::communicator::Peers;
-use super::peer::{Life, Peer};
+use super::peer::{OtherEnd, Peer};
 use super::process::{SharedMemory, require_open_files, require_program, spawn};
 use super::registry::Registry;
 use super::watch::Watch;
@@ -71,7 +71,7 @@ impl Launcher<'_> {
         &self,
         participant: &Participant,
         memory: &SharedMemory,
-    ) -> Result<(Box<dyn Link>, Life), Error> {
+    ) -> Result<(Box<dyn Link>, OtherEnd), Error> {
         let SharedMemory { root, prefix } = memory;
         let transport = Transport::Shm {
             root: root.clone(),
@@ -96,10 +96,10 @@ impl Launcher<'_> {
         let (name, kind, pid) = (&participant.name, &participant.kind, child.id());
         self.rundir
             .note(&format!("participant `{name}` ({kind}) pid {pid}"));
-        Ok((Box::new(link), Life::Process(child)))
+        Ok((Box::new(link), OtherEnd::Process(child)))
     }
 
-    fn start_thread(&self, participant: &Participant) -> Result<(Box<dyn Link>, Life), Error> {
+    fn start_thread(&self, participant: &Participant) -> Result<(Box<dyn Link>, OtherEnd), Error> {
         let build = self.registry.find(participant)?.build;
         let session = self.session(participant, Transport::Channel);
         let (ours, mut theirs) = channel::pair();
@@ -109,7 +109,7 @@ impl Launcher<'_> {
             .name(name)
             .spawn(move || serve(&session, &mut theirs, build).map_err(|error| error.to_string()))
             .map_err(Error::input(what))?;
-        Ok((Box::new(ours), Life::Thread(Some(thread))))
+        Ok((Box::new(ours), OtherEnd::Thread(Some(thread))))
     }
 
     /// The shipped solvers are served by this very program; a foreign program is started through `exec-child`,

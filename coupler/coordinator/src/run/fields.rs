@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use protocol::{Description, Frame, Header, Kind};
+use protocol::frame::packed;
+use protocol::{Description, Kind};
 
 use super::time_loop::GroupRun;
 use crate::error::Error;
@@ -132,9 +133,8 @@ impl<'a> Fields<'a> {
         time_s: f64,
     ) -> Result<(), Error> {
         let start = Instant::now();
-        let text = Frame::with_text(Header::default(), name).payload;
         let kinds = (Kind::Snapshot, Kind::Saved);
-        communicator.ask_all(kinds, &text, |_| Ok(()))?;
+        communicator.ask_all(kinds, &packed(name), |_| Ok(()))?;
         if self.wanted {
             self.write_interfaces(groups, name)?;
             self.list(name, time_s)?;

@@ -25,8 +25,8 @@ use crate::participants::handshake::{self, Greeted};
 use crate::participants::journal::Journal;
 use crate::participants::launch::Launcher;
 use crate::participants::recorded::Recorded;
-use crate::participants::rehearsed::Rehearsed;
 use crate::participants::remote::Remote;
+use crate::participants::resume_check::ResumeCheck;
 use crate::participants::{Communicator, Peers, Registry, Watch};
 use crate::plausible::{self, Warning};
 use crate::rundir::{RunDir, manifest};
@@ -392,12 +392,9 @@ impl RunSession<'_> {
             recorded.end_window(0)?;
             return Ok(groups);
         }
-        let mut rehearsed = Rehearsed::new(&mut recorded.peers, logged);
-        let groups = join(
-            &mut Remote::new(&mut rehearsed, greeted),
-            &scenario.interface,
-        )?;
-        rehearsed.finish()?;
+        let mut check = ResumeCheck::new(&mut recorded.peers, logged);
+        let groups = join(&mut Remote::new(&mut check, greeted), &scenario.interface)?;
+        check.finish()?;
         Ok(groups)
     }
 
@@ -475,7 +472,7 @@ impl RunSession<'_> {
             let window = clock.window(index, step, clock.substeps_before(step, end));
             let communicator: &mut dyn Communicator = recorded;
             let kinds = (Kind::AdvanceAlone, Kind::Report);
-            let report = communicator.ask(0, kinds, &window, Vec::new())?;
+            let report = communicator.ask(0, kinds, &window, &[])?.payload;
             communicator.end_window(index)?;
             let accepted = AcceptedWindow {
                 reports: vec![(0, report)],

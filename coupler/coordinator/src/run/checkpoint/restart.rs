@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use protocol::{Frame, Kind, Window};
+use protocol::frame::packed;
+use protocol::{Kind, Window};
 
 use super::content::{About, Checkpoint, FOLDER};
 use super::file::{self, Unusable};
@@ -130,12 +131,10 @@ impl RestartPoint {
         peer: usize,
         index: usize,
     ) -> Result<(), Error> {
-        let header = communicator
-            .peers()
-            .header(peer, Kind::Restore, &Window::default());
-        let frame = Frame::with_bytes(header, &self.checkpoint.nodes[index]);
-        communicator.send(peer, header, frame.payload)?;
-        communicator.receive(peer, Kind::Restored).map(|_| ())
+        let kinds = (Kind::Restore, Kind::Restored);
+        let state = packed(&self.checkpoint.nodes[index]);
+        communicator.ask(peer, kinds, &Window::default(), state)?;
+        Ok(())
     }
 
     /// Gives the coupler its state back.

@@ -19,7 +19,7 @@ use super::bodies::{DEADLINE_S, registry, scenes};
 use super::network::{Network, Traces, Wrap};
 use super::weather::{Fault, Weather};
 use coordinator::error::Error;
-use coordinator::participants::{Launcher, Life, Peer, Peers, Watch};
+use coordinator::participants::{Launcher, OtherEnd, Peer, Peers, Watch};
 use coordinator::run::checkpoint::find;
 use coordinator::run::session::{Ended, Options, fresh_run_id, go_on_among, run};
 use coordinator::scenario::load::Loaded;
@@ -202,7 +202,7 @@ fn start(launcher: &Launcher, network: &Network, wrap: Wrap) -> Result<Peers, Er
         let build = launcher.registry.find(participant)?.build;
         let session = launcher.session(participant, Transport::Channel);
         let (link, end) = network.join(session, build, wrap);
-        Ok(Peer::new(&participant.name, link, Life::Simulated(end)))
+        Ok(Peer::new(&participant.name, link, OtherEnd::Simulated(end)))
     });
     let peers = peers.collect::<Result<_, Error>>()?;
     Ok(Peers::new(

@@ -1,39 +1,37 @@
-//! A communicator whose exchange must be the one that a log already holds: the handshake of a resumed run.
+//! The handshake of a resumed run, which must be the one that the log of the first already holds.
 
-use std::collections::VecDeque;
+use std::borrow::Cow;
 
 use protocol::Frame;
 
-use super::communicator::{Communicator, Peers};
+use super::communicator::{Communicator, Peers, SentBy};
 use super::recorded::exchange;
 use crate::error::{Error, Refusal};
 use exchange_log::{Exchange, Mismatch};
 
 /// Participants whose exchange is compared with a logged one, message by message.
-pub struct Rehearsed<'a> {
+pub struct ResumeCheck<'a> {
     peers: &'a mut Peers,
-    expected: VecDeque<Exchange>,
+    logged: std::vec::IntoIter<Exchange>,
 }
 
-impl Rehearsed<'_> {
+impl ResumeCheck<'_> {
     /// Begins with the first of the logged messages.
-    pub fn new(peers: &mut Peers, logged: Vec<Exchange>) -> Rehearsed<'_> {
-        Rehearsed {
-            peers,
-            expected: logged.into(),
-        }
+    pub fn new(peers: &mut Peers, logged: Vec<Exchange>) -> ResumeCheck<'_> {
+        let logged = logged.into_iter();
+        ResumeCheck { peers, logged }
     }
 
     /// Refuses an exchange that ended before the logged one.
-    pub fn finish(self) -> Result<(), Error> {
-        match self.expected.into_iter().next() {
+    pub fn finish(mut self) -> Result<(), Error> {
+        match self.logged.next() {
             None => Ok(()),
             Some(Exchange { sender, .. }) => Err(Refusal::ShortHandshake { sender }.into()),
         }
     }
 }
 
-impl Communicator for Rehearsed<'_> {
+impl Communicator for ResumeCheck<'_> {
     fn peers(&self) -> &Peers {
         self.peers
     }
@@ -42,20 +40,17 @@ impl Communicator for Rehearsed<'_> {
         self.peers
     }
 
-    fn witness(&mut self, peer: usize, answer: bool, frame: &Frame) -> Result<(), Error> {
-        let Some(Exchange { sender, frame, .. }) = exchange(self.peers, peer, answer, frame) else {
+    fn passed(&mut self, peer: usize, by: SentBy, frame: Cow<Frame>) -> Result<(), Error> {
+        let Some(Exchange { sender, frame, .. }) = exchange(self.peers, peer, by, frame) else {
             return Ok(());
         };
-        let differs = match self.expected.pop_front() {
+        let differs = match self.logged.next() {
             Some(logged) if logged.sender == sender => {
                 Mismatch::between(&sender, &logged.frame, &frame).map(|found| found.to_string())
             }
             Some(logged) => Some(format!("`{sender}` spoke where `{}` did", logged.sender)),
             None => Some(format!("`{sender}` said more")),
         };
-        match differs {
-            None => Ok(()),
-            Some(why) => Err(Refusal::OtherHandshake { why }.into()),
-        }
+        differs.map_or(Ok(()), |why| Err(Refusal::OtherHandshake { why }.into()))
     }
 }
