@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use coordinator::participants::Watch;
 use coordinator::run::checkpoint::file::{list, read};
 use coordinator::run::checkpoint::{FOLDER, find, keeper};
-use coordinator::run::session::{Ended, Options, go_on, run};
+use coordinator::run::session::{Ended, RunOptions, go_on, run};
 use coordinator::scenario::load::{Loaded, load};
 use harness::runs::{Scratch, program};
 use lab::replay::recording;
@@ -21,7 +21,7 @@ pub(crate) fn conduct(
     from: Option<(&Path, u64)>,
 ) -> Ended {
     let registry = harness::registry();
-    let options = Options {
+    let options = RunOptions {
         out: Some(out),
         threads,
         registry: &registry,
@@ -29,7 +29,7 @@ pub(crate) fn conduct(
         watch: Watch::default(),
         progress: false,
         strict: false,
-        rehearsal: false,
+        dry_run: false,
         budget: None,
     };
     let ended = match from {

@@ -16,7 +16,7 @@ mod explain;
 mod refusal;
 
 pub use code::{Code, DAMAGED};
-pub use explain::{Entry, entries, entry};
+pub use explain::{Explanation, explanation, explanations};
 pub use refusal::Refusal;
 
 /// A problem of the scenario: what, where in the file, and what to do.

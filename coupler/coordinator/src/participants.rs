@@ -27,5 +27,5 @@ pub mod watch;
 pub use communicator::{Communicator, Peers};
 pub use launch::Launcher;
 pub use peer::{OtherEnd, Peer};
-pub use registry::{Registry, Solver};
+pub use registry::{Registry, ShippedSolver};
 pub use watch::Watch;

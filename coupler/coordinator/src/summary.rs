@@ -21,7 +21,7 @@ use crate::scenario::{Plausible, Scenario};
 use scheme::coupling::Coupling;
 use scheme::keys::{Interface, Scheme};
 use scheme::ledger::{EnergyLedger, EnergySums, InterfaceLedger, ratio};
-use scheme::predict::prediction::Prediction;
+use scheme::predict::prediction::StabilityPrediction;
 
 mod spent;
 
@@ -74,7 +74,7 @@ pub struct Summary {
     interfaces: Vec<(String, InterfaceSummary)>,
     /// Stability of the interfaces as it was predicted after the handshake.
     #[serde(serialize_with = "by_name", skip_serializing_if = "Vec::is_empty")]
-    pub stability: Vec<(String, Prediction)>,
+    pub stability: Vec<(String, StabilityPrediction)>,
     /// Lines about stability and log from before the first window.
     #[serde(skip)]
     pub foreseen: Vec<String>,

@@ -6,7 +6,7 @@ use prost_types::{
     DescriptorProto, FieldDescriptorProto, FieldOptions, FileDescriptorProto, FileDescriptorSet,
 };
 
-/// Full name of [`Exchange`].
+/// Full name of [`ExchangeMessage`].
 pub const EXCHANGE: &str = "thirdbody.Exchange";
 
 /// Full name of [`WindowEnd`].
@@ -14,7 +14,7 @@ pub const WINDOW_END: &str = "thirdbody.WindowEnd";
 
 /// One frame, without the number of its run.
 #[derive(Clone, PartialEq, Message)]
-pub struct Exchange {
+pub struct ExchangeMessage {
     /// [`protocol::Kind`] as its number.
     #[prost(uint32, tag = "1")]
     pub kind: u32,
@@ -184,7 +184,7 @@ mod tests {
 
     #[test]
     fn the_description_is_what_the_messages_put_on_the_wire() {
-        let exchange = Exchange {
+        let exchange = ExchangeMessage {
             kind: 1,
             protocol: 1,
             interface: 1,

@@ -239,13 +239,13 @@ impl LogFile {
             Some(None) => proto::WindowEnd::decode(data)
                 .map(|end| Entry::WindowEnd(end.window))
                 .map_err(|error| error.to_string()),
-            Some(Some(interface)) => proto::Exchange::decode(data)
+            Some(Some(interface)) => proto::ExchangeMessage::decode(data)
                 .map(|message| Entry::Exchange(self.exchange(interface, message)))
                 .map_err(|error| error.to_string()),
         }
     }
 
-    fn exchange(&self, interface: &str, message: proto::Exchange) -> Exchange {
+    fn exchange(&self, interface: &str, message: proto::ExchangeMessage) -> Exchange {
         let header = Header {
             kind: message.kind,
             protocol: message.protocol,

@@ -256,7 +256,7 @@ impl LogWriter {
         let header = exchange.frame.header;
         // Not a number becomes 0 here; the exact time is in the message.
         self.log_time = (header.t1_s * 1e9).round() as u64;
-        let message = proto::Exchange {
+        let message = proto::ExchangeMessage {
             kind: header.kind,
             protocol: header.protocol,
             interface: header.interface,

@@ -11,8 +11,8 @@ use super::fixed_point::FixedPoint;
 use super::group::Group;
 use super::ledger::{InterfaceLedger, PointMotion, total};
 use super::participants::Participants;
-use super::problem::Problem;
-use super::source::Source;
+use super::problem::WindowProblem;
+use super::source::ComplianceSource;
 use super::window::{AcceptedWindow, Attempt, InterfaceSignals, InterfaceState, SolvedWindow};
 use super::{dual_schur, fixed_point, neumann_dirichlet, staggered, velocity};
 use crate::error::{SchemeError, Unfit};
@@ -49,7 +49,7 @@ impl Coupling {
             name: name.to_string(),
             scheme,
             policy,
-            compliance: Compliance::new(Source::of(&scheme), factor),
+            compliance: Compliance::new(ComplianceSource::of(&scheme), factor),
             state: InterfaceState::at_rest(group.nodes.len(), group.points.len()),
             ledgers: vec![InterfaceLedger::default(); group.patches.len()],
             group,
@@ -107,7 +107,7 @@ impl Coupling {
         participants: &mut dyn Participants,
         window: Window,
     ) -> Result<SolvedWindow, SchemeError> {
-        let problem = &mut Problem {
+        let problem = &mut WindowProblem {
             group: &self.group,
             start: &self.state,
             compliance: &mut self.compliance,

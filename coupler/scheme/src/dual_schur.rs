@@ -20,7 +20,7 @@
 
 use protocol::Window;
 
-use super::problem::Problem;
+use super::problem::WindowProblem;
 use super::vectors::difference;
 use super::window::SolvedWindow;
 use crate::error::SchemeError;
@@ -32,7 +32,7 @@ pub const CHEAP_FACTOR: f64 = 1.2;
 
 /// Solves a window.
 pub fn solve(
-    problem: &mut Problem,
+    problem: &mut WindowProblem,
     update: Update,
     repeats_max: u32,
     mut window: Window,

@@ -16,7 +16,7 @@
 use protocol::Window;
 
 use super::acceleration::Accelerator;
-use super::problem::Problem;
+use super::problem::WindowProblem;
 use super::window::SolvedWindow;
 use crate::error::SchemeError;
 use crate::keys::Order;
@@ -36,7 +36,7 @@ const ADVICE: &str = "the fixed point was not reached; raise repeats_max, take a
 
 /// Solves a window.
 pub fn solve(
-    problem: &mut Problem,
+    problem: &mut WindowProblem,
     rules: FixedPoint,
     mut window: Window,
 ) -> Result<SolvedWindow, SchemeError> {

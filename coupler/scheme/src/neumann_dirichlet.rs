@@ -26,7 +26,7 @@ use protocol::{Reaction, Window};
 use super::acceleration::Accelerator;
 use super::criteria::starved;
 use super::fixed_point::FixedPoint;
-use super::problem::Problem;
+use super::problem::WindowProblem;
 use super::vectors::{difference, motion_of};
 use super::window::{Answer, SolvedWindow};
 use crate::error::SchemeError;
@@ -48,7 +48,7 @@ const ADVICE: &str = "the fixed point was not reached; raise repeats_max, take a
 /// Solves a window in one pass: the continuum follows the velocity that the walls had at the end of the window before, and they
 /// take its force, or both at once, each with the answer of the other one window before. Nothing is repeated and no gap is judged.
 pub fn solve_staggered(
-    problem: &mut Problem,
+    problem: &mut WindowProblem,
     order: Order,
     window: Window,
 ) -> Result<SolvedWindow, SchemeError> {
@@ -70,7 +70,7 @@ pub fn solve_staggered(
 
 /// Solves a window by v -> v'(lambda(v)), accelerated, until both are the same; `relaxation` is that of a first parallel pass.
 pub fn solve_fixed_point(
-    problem: &mut Problem,
+    problem: &mut WindowProblem,
     rules: FixedPoint,
     relaxation: f64,
     mut window: Window,
@@ -109,7 +109,7 @@ pub fn solve_fixed_point(
 
 /// The window in which the continua went along a velocity and the walls were pushed.
 fn solved(
-    problem: &Problem,
+    problem: &WindowProblem,
     window: Window,
     followed: &[f64],
     reaction: Reaction,
@@ -133,7 +133,7 @@ fn solved(
 
 /// The continua along a velocity, then the walls under the force that this takes.
 fn one_by_one(
-    problem: &mut Problem,
+    problem: &mut WindowProblem,
     window: &Window,
     velocity: &[f64],
 ) -> Result<(Reaction, Pushed), SchemeError> {
@@ -144,7 +144,7 @@ fn one_by_one(
 
 /// Both at once, the walls under the force of the window before.
 fn at_once(
-    problem: &mut Problem,
+    problem: &mut WindowProblem,
     window: &Window,
     velocity: &[f64],
 ) -> Result<(Reaction, Pushed), SchemeError> {
@@ -156,7 +156,11 @@ fn at_once(
 }
 
 /// The walls with -lambda (N) on the line of the nodes.
-fn push(problem: &mut Problem, window: &Window, lambda: &[f64]) -> Result<Pushed, SchemeError> {
+fn push(
+    problem: &mut WindowProblem,
+    window: &Window,
+    lambda: &[f64],
+) -> Result<Pushed, SchemeError> {
     let (group, v_0) = (problem.group, &problem.start.velocity);
     let window_s = group.window_s(window);
     let c_lambda = problem.carried(window, lambda);
@@ -178,7 +182,7 @@ fn push(problem: &mut Problem, window: &Window, lambda: &[f64]) -> Result<Pushed
 }
 
 /// M_p (v_g - N v_0) / H (N).
-fn inertia(problem: &Problem, window_s: f64, velocity: &[f64]) -> Vec<f64> {
+fn inertia(problem: &WindowProblem, window_s: f64, velocity: &[f64]) -> Vec<f64> {
     let before = problem.group.mapping.motion(&problem.start.velocity);
     let change = velocity.iter().zip(&before).enumerate();
     let mass_kg = &problem.group.points.mass_kg;
@@ -188,7 +192,12 @@ fn inertia(problem: &Problem, window_s: f64, velocity: &[f64]) -> Vec<f64> {
 }
 
 /// Force on the nodes (N): the one that the continua took, and on what cannot move the rest that the walls leave for it.
-fn acting(problem: &Problem, window: &Window, reaction: &Reaction, answer: &Answer) -> Vec<f64> {
+fn acting(
+    problem: &WindowProblem,
+    window: &Window,
+    reaction: &Reaction,
+    answer: &Answer,
+) -> Vec<f64> {
     let left = problem.group.mapping.force(&answer.force);
     let moves = problem.compliance.moves(window.substeps);
     let taken = reaction.force.iter().zip(left).zip(moves);

@@ -8,12 +8,12 @@ use super::group::{Group, Side};
 use super::ledger::InterfaceLedger;
 use super::participants::{Participants, Request};
 use super::vectors::difference;
-use super::window::{Answer, InterfaceState, Solve, Verdict};
+use super::window::{Answer, InterfaceState, Solve, WindowVerdict};
 use crate::error::SchemeError;
 
 /// A window to be solved. A scheme reads the group and the state at the start, asks the participants, and changes nothing but
 /// the compliance that it learns.
-pub struct Problem<'a> {
+pub struct WindowProblem<'a> {
     /// The interfaces and the participants that they join.
     pub group: &'a Group,
     /// State of the interfaces at the start of the window.
@@ -26,7 +26,7 @@ pub struct Problem<'a> {
     pub participants: &'a mut dyn Participants,
 }
 
-impl Problem<'_> {
+impl WindowProblem<'_> {
     /// Sees that C is known for this window and that all boundaries yield by it.
     pub fn prepare_boundaries(&mut self, window: &Window) -> Result<(), SchemeError> {
         self.compliance
@@ -39,7 +39,7 @@ impl Problem<'_> {
         self.finish_advance(window)
     }
 
-    /// The beginning of [`Problem::advance`]: all participants are at work after it.
+    /// The beginning of [`WindowProblem::advance`]: all participants are at work after it.
     pub fn begin_advance(&mut self, window: &Window, force: &[f64]) -> Result<(), SchemeError> {
         self.begin(window, |side| Request::Advance(side.of(force)))
     }
@@ -75,7 +75,7 @@ impl Problem<'_> {
         self.finish_prescribed_velocity(window)
     }
 
-    /// The beginning of [`Problem::prescribe_velocity`].
+    /// The beginning of [`WindowProblem::prescribe_velocity`].
     pub fn begin_prescribed_velocity(
         &mut self,
         window: &Window,
@@ -166,8 +166,8 @@ impl Problem<'_> {
         increment: &[f64],
         answer: &Answer,
         advice: &str,
-    ) -> Verdict {
-        Verdict {
+    ) -> WindowVerdict {
+        WindowVerdict {
             starved: starved(self.group, window, answer),
             open: open(self.group, window, increment, answer, advice),
         }

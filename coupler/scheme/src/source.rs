@@ -11,7 +11,7 @@ use crate::keys::{CompliancePrior, Dirichlet, Scheme};
 
 /// Source of a matrix that is not known yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
+pub enum ComplianceSource {
     /// The participant's own columns: the motion under a constant force.
     Columns,
     /// Surface masses alone.
@@ -26,17 +26,17 @@ pub enum Source {
     Rigid,
 }
 
-impl Source {
+impl ComplianceSource {
     /// The source of the compliance that a scheme goes by.
-    pub fn of(scheme: &Scheme) -> Source {
+    pub fn of(scheme: &Scheme) -> ComplianceSource {
         match (scheme, scheme.dirichlet()) {
             (Scheme::DualSchur { compliance, .. }, _) => match compliance {
-                CompliancePrior::Columns => Source::Columns,
-                CompliancePrior::Mass => Source::Mass,
+                CompliancePrior::Columns => ComplianceSource::Columns,
+                CompliancePrior::Mass => ComplianceSource::Mass,
             },
-            (Scheme::Velocity { .. }, _) => Source::Impedance,
-            (_, Dirichlet::Wall) => Source::Rigid,
-            (_, Dirichlet::Continuum) => Source::Points,
+            (Scheme::Velocity { .. }, _) => ComplianceSource::Impedance,
+            (_, Dirichlet::Wall) => ComplianceSource::Rigid,
+            (_, Dirichlet::Continuum) => ComplianceSource::Points,
         }
     }
 
@@ -51,9 +51,9 @@ impl Source {
         let first = &side.window(&group.clock.window(0, 0, window.substeps));
         let (steps, n) = (first.substeps, 2 * side.range.len());
         match self {
-            Source::Columns => participants.compliance(side.peer, first, n),
-            Source::Mass => Ok(mass_only(group, side, window)),
-            Source::Impedance => {
+            ComplianceSource::Columns => participants.compliance(side.peer, first, n),
+            ComplianceSource::Mass => Ok(mass_only(group, side, window)),
+            ComplianceSource::Impedance => {
                 let resists = participants.impedance(side.peer, first, n)?;
                 let yields = inverse_of_what_moves(&resists).ok_or_else(|| {
                     let name = participants.name(side.peer);
@@ -64,11 +64,11 @@ impl Source {
                 })?;
                 Ok(yields * group.window_s(window))
             }
-            Source::Points => {
+            ComplianceSource::Points => {
                 let resists = participants.impedance(side.peer, first, n)?;
                 points_only(group, side, window, &resists)
             }
-            Source::Rigid => Ok(DMatrix::zeros(n, n)),
+            ComplianceSource::Rigid => Ok(DMatrix::zeros(n, n)),
         }
     }
 }

@@ -10,14 +10,14 @@
 
 use protocol::Window;
 
-use super::problem::Problem;
+use super::problem::WindowProblem;
 use super::window::SolvedWindow;
 use crate::error::SchemeError;
 use crate::keys::Order;
 
 /// Solves a window.
 pub fn solve(
-    problem: &mut Problem,
+    problem: &mut WindowProblem,
     order: Order,
     window: Window,
 ) -> Result<SolvedWindow, SchemeError> {

@@ -24,7 +24,7 @@
 
 use protocol::{Reaction, Window};
 
-use super::problem::Problem;
+use super::problem::WindowProblem;
 use super::vectors::{difference, motion_of};
 use super::window::SolvedWindow;
 use crate::error::SchemeError;
@@ -34,7 +34,7 @@ const ADVICE: &str = "the continuum does not answer by its own impedance, as a n
 
 /// Solves a window.
 pub fn solve(
-    problem: &mut Problem,
+    problem: &mut WindowProblem,
     repeats_max: u32,
     mut window: Window,
 ) -> Result<SolvedWindow, SchemeError> {
@@ -76,7 +76,12 @@ pub fn solve(
 }
 
 /// C (F - lambda): the further motion of the nodes that the force F at their end takes (m).
-fn missing(problem: &Problem, window: &Window, force: &[f64], reaction: &Reaction) -> Vec<f64> {
+fn missing(
+    problem: &WindowProblem,
+    window: &Window,
+    force: &[f64],
+    reaction: &Reaction,
+) -> Vec<f64> {
     let missing = difference(force, &reaction.force);
     problem.compliance.times(window.substeps, &missing)
 }

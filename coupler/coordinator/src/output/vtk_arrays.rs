@@ -11,7 +11,7 @@ use crate::error::{Error, Refusal};
 pub type Arrays = BTreeMap<String, Vec<f64>>;
 
 /// Range of each array of points or cells: least and largest number, or lengths of vectors; none of one that is empty.
-pub type Ranges = BTreeMap<String, Option<[f64; 2]>>;
+pub type ArrayRanges = BTreeMap<String, Option<[f64; 2]>>;
 
 /// Beginning of the part that is no text.
 const APPENDED: &[u8] = b"<AppendedData";
@@ -44,13 +44,13 @@ pub fn read(path: &Path) -> Result<Arrays, Error> {
 }
 
 /// Ranges that the file itself tells, which are those of the numbers that its author had; none of a file that tells none.
-pub fn ranges(path: &Path) -> Result<Ranges, Error> {
+pub fn ranges(path: &Path) -> Result<ArrayRanges, Error> {
     let mut start = Vec::new();
     File::open(path)
         .and_then(|file| file.take(MARKUP).read_to_end(&mut start))
         .map_err(Error::input(path.display()))?;
     let Some(markup) = find(&start, APPENDED) else {
-        return Ok(Ranges::new());
+        return Ok(ArrayRanges::new());
     };
     let text = String::from_utf8_lossy(&start[..markup]);
     let sections = ["PointData", "CellData"].map(|section| {

@@ -11,7 +11,7 @@ use crate::scenario::Participant;
 
 /// A shipped solver.
 #[derive(Clone, Copy)]
-pub struct Solver {
+pub struct ShippedSolver {
     /// Word that `kind` in the scenario gives.
     pub kind: &'static str,
     /// Validates its keys; returns what the user should know beforehand.
@@ -28,19 +28,19 @@ pub struct Solver {
 #[derive(Clone, Default)]
 pub struct Registry {
     /// One entry a kind.
-    pub solvers: Vec<Solver>,
+    pub solvers: Vec<ShippedSolver>,
     /// Folder in which solvers keep what is long to prepare; nothing is kept when absent.
     pub cache: Option<PathBuf>,
 }
 
 impl Registry {
     /// The solver of this kind.
-    pub fn get(&self, kind: &str) -> Option<&Solver> {
+    pub fn get(&self, kind: &str) -> Option<&ShippedSolver> {
         self.solvers.iter().find(|solver| solver.kind == kind)
     }
 
     /// The solver that a participant without a command of its own asks for.
-    pub fn find(&self, participant: &Participant) -> Result<&Solver, Error> {
+    pub fn find(&self, participant: &Participant) -> Result<&ShippedSolver, Error> {
         self.get(&participant.kind).ok_or_else(|| {
             let kinds: Vec<&str> = self.solvers.iter().map(|solver| solver.kind).collect();
             let proposal = proposal(&participant.kind, "kinds", &kinds);

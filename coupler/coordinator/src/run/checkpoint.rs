@@ -14,6 +14,6 @@ pub mod keeper;
 pub mod restart;
 
 pub use content::{About, Checkpoint, FOLDER};
-pub use file::{Found, Unusable};
+pub use file::{CheckpointFile, Unusable};
 pub use keeper::Keeper;
 pub use restart::{RestartPoint, find};

@@ -8,7 +8,7 @@ use protocol::{Description, Kind};
 
 use super::time_loop::GroupRun;
 use crate::error::Error;
-use crate::output::collection::{self, Collection, DataSet, FieldsSummary, Moment};
+use crate::output::collection::{self, Collection, DataSet, FieldsSummary, SnapshotTime};
 use crate::output::interface_fields;
 use crate::output::sample::load_history;
 use crate::output::vtk_arrays::ranges;
@@ -26,7 +26,7 @@ pub struct Fields<'a> {
     thickness_m: f64,
     /// False where `run.output.fields` is.
     wanted: bool,
-    moments: Vec<Moment>,
+    snapshot_times: Vec<SnapshotTime>,
     parts: Vec<Part>,
     /// `fields.pvd`, which lists all parts.
     whole: Collection,
@@ -73,7 +73,7 @@ impl<'a> Fields<'a> {
         Ok(Fields {
             thickness_m: scenario.run.thickness_m,
             wanted: output.fields,
-            moments: collection::moments(&phases, every_s, end_s)?,
+            snapshot_times: collection::snapshot_times(&phases, every_s, end_s)?,
             parts: participants.chain(interfaces).collect(),
             whole: Collection::new(rundir.path().join("fields.pvd")),
             told: FieldsSummary::default(),
@@ -83,13 +83,13 @@ impl<'a> Fields<'a> {
     }
 
     /// All moments, in their order.
-    pub fn moments(&self) -> &[Moment] {
-        &self.moments
+    pub fn snapshot_times(&self) -> &[SnapshotTime] {
+        &self.snapshot_times
     }
 
     /// Lists the fields that were taken over from another run, which wrote them at these times (s).
     pub fn carry_over(&mut self, times_s: &[f64]) -> Result<(), Error> {
-        let taken = self.moments.iter().zip(times_s);
+        let taken = self.snapshot_times.iter().zip(times_s);
         let taken: Vec<_> = taken.map(|(m, time_s)| (m.name.clone(), *time_s)).collect();
         let mut taken = taken.iter();
         taken.try_for_each(|(name, time_s)| self.list(name, *time_s))
@@ -103,13 +103,13 @@ impl<'a> Fields<'a> {
         groups: &[GroupRun],
         times_s: &mut Vec<f64>,
         time_s: f64,
-    ) -> Result<Option<Moment>, Error> {
-        let come = |moment: &&Moment| time_s >= moment.time_s * (1.0 - 1e-9);
+    ) -> Result<Option<SnapshotTime>, Error> {
+        let come = |snapshot: &&SnapshotTime| time_s >= snapshot.time_s * (1.0 - 1e-9);
         let mut sampled = None;
-        while let Some(moment) = self.moments.get(times_s.len()).filter(come).cloned() {
+        while let Some(snapshot) = self.snapshot_times.get(times_s.len()).filter(come).cloned() {
             times_s.push(time_s);
-            self.write(communicator, groups, &moment.name, time_s)?;
-            sampled = sampled.or(Some(moment).filter(|moment| moment.sampled));
+            self.write(communicator, groups, &snapshot.name, time_s)?;
+            sampled = sampled.or(Some(snapshot).filter(|snapshot| snapshot.sampled));
         }
         Ok(sampled)
     }
@@ -197,19 +197,20 @@ impl<'a> Fields<'a> {
     /// that `place` lies on has left.
     pub fn foretold(&self, place: &Path) -> Option<String> {
         let [files, bytes] = self.of_the_end();
-        let moments = self.moments.len() as u64 + 1;
+        let snapshot_times = self.snapshot_times.len() as u64 + 1;
         let line = format!(
-            "fields: about {:.3e} bytes, {moments} moments of {files} files",
-            (moments * bytes) as f64
+            "fields: about {:.3e} bytes, {snapshot_times} moments of {files} files",
+            (snapshot_times * bytes) as f64
         );
-        let warning = lack(moments * bytes, free_bytes(place)).map(|w| format!("\n{}", w.line()));
+        let warning =
+            lack(snapshot_times * bytes, free_bytes(place)).map(|w| format!("\n{}", w.line()));
         (files > 0).then(|| line + &warning.unwrap_or_default())
     }
 
     /// Once the first moment is written, a warning if the others will not fit on the disk.
     fn look_ahead(&mut self) {
         if self.told.times_s.len() == 1 {
-            let left = self.moments.len() as u64 * self.told.bytes;
+            let left = self.snapshot_times.len() as u64 * self.told.bytes;
             self.advice = lack(left, free_bytes(self.rundir.path()));
         }
     }
@@ -236,9 +237,9 @@ impl<'a> Fields<'a> {
 
 impl Part {
     /// Name and size (bytes) of its file of a moment, where there is one.
-    fn file(&self, folder: &Path, moment: &str) -> Option<(String, u64)> {
+    fn file(&self, folder: &Path, snapshot: &str) -> Option<(String, u64)> {
         self.endings.iter().find_map(|ending| {
-            let file = format!("{}-{moment}{ending}", self.stem);
+            let file = format!("{}-{snapshot}{ending}", self.stem);
             let bytes = std::fs::metadata(folder.join(&file)).ok()?.len();
             Some((file, bytes))
         })

@@ -8,13 +8,13 @@ use protocol::{Description, Phase, Window};
 
 use super::checkpoint::{Checkpoint, Keeper, RestartPoint};
 use super::fields::Fields;
-use super::position::Position;
+use super::position::RunPosition;
 use super::time_loop::{GroupRun, end_s};
 use crate::cost::prediction::Pace;
 use crate::error::Error;
-use crate::output::facts::Facts;
-use crate::output::profile::{self, LoadedNodes, Traction};
-use crate::output::progress::Course;
+use crate::output::profile::{self, InterfaceTraction, LoadedNodes};
+use crate::output::progress::ProgressSpan;
+use crate::output::run_progress::RunProgress;
 use crate::output::sample::load_history;
 use crate::output::{OutputState, Progress, RunningBalance, SampledMeans, SignalsFile};
 use crate::participants::handshake::Greeted;
@@ -51,8 +51,8 @@ pub struct Outputs<'a> {
     told: Told,
     /// The cost so far.
     pub pace: Pace,
-    /// A rehearsal ends once its cost is predicted.
-    rehearsal: bool,
+    /// A dry run ends once its cost is predicted.
+    dry_run: bool,
 }
 
 /// The parts of a run that its progress tells of.
@@ -105,12 +105,12 @@ impl Told {
 }
 
 impl<'a> Outputs<'a> {
-    /// Nothing yet, of participants that were greeted; `progress` shows it on stderr, a `rehearsal` ends early.
+    /// Nothing yet, of participants that were greeted; `progress` shows it on stderr, a `dry_run` ends early.
     pub fn new(
         rundir: &'a RunDir,
         loaded: &'a Loaded,
         greeted: &'a [Greeted],
-        (progress, rehearsal): (bool, bool),
+        (progress, dry_run): (bool, bool),
     ) -> Result<Outputs<'a>, Error> {
         let scenario = &loaded.scenario;
         let descriptions: Vec<_> = greeted.iter().map(|greeted| &greeted.description).collect();
@@ -149,7 +149,7 @@ impl<'a> Outputs<'a> {
             progress: Progress::new(progress),
             descriptions,
             pace: Pace::new(greeted.iter().map(|one| one.pid).collect()),
-            rehearsal,
+            dry_run,
         })
     }
 
@@ -160,7 +160,7 @@ impl<'a> Outputs<'a> {
         self.signals
             .carry_over(&signals, self.state.signals_bytes)?;
         self.signals.sync()?;
-        restart.copy_fields(self.rundir, self.fields.moments())?;
+        restart.copy_fields(self.rundir, self.fields.snapshot_times())?;
         self.fields.carry_over(&self.state.snapshots_s)
     }
 
@@ -174,13 +174,13 @@ impl<'a> Outputs<'a> {
         .collect()
     }
 
-    /// Between two windows: writes a checkpoint if one is due, and ends the run if it was interrupted or is a rehearsal that has
+    /// Between two windows: writes a checkpoint if one is due, and ends the run if it was interrupted or is a dry run that has
     /// seen enough.
     pub fn pause(
         &mut self,
         recorded: &mut Recorded,
         groups: &[GroupRun],
-        position: Position,
+        position: RunPosition,
     ) -> Result<ControlFlow<()>, Error> {
         let t_s = position.t_s;
         let interrupted = recorded.peers.watch.interrupted();
@@ -198,7 +198,7 @@ impl<'a> Outputs<'a> {
         self.pace.see(t_s);
         match interrupted {
             Some(error) => Err(error),
-            None if self.rehearsal && self.pace.prediction.is_some() => Ok(ControlFlow::Break(())),
+            None if self.dry_run && self.pace.prediction.is_some() => Ok(ControlFlow::Break(())),
             None => Ok(ControlFlow::Continue(())),
         }
     }
@@ -233,7 +233,7 @@ impl<'a> Outputs<'a> {
         let times_s = &mut self.state.snapshots_s;
         let sampled = self.fields.take(communicator, groups, times_s, reached_s)?;
         match (sampled, groups) {
-            (Some(moment), []) => profile::adopt(self.rundir, &moment.name)?,
+            (Some(snapshot), []) => profile::adopt(self.rundir, &snapshot.name)?,
             (Some(_), groups) => self.write_profiles(groups)?,
             (None, _) => {}
         }
@@ -243,7 +243,7 @@ impl<'a> Outputs<'a> {
 
     /// Begins to show progress: the windows start now, at the simulated time `from_s` of `end_s`, and are so many in all.
     pub fn begin_progress(&mut self, peers: &Peers, [from_s, end_s]: [f64; 2], windows: u64) {
-        self.progress.begin(Course {
+        self.progress.begin(ProgressSpan {
             from_s,
             end_s,
             windows,
@@ -264,7 +264,7 @@ impl<'a> Outputs<'a> {
         let shares = waited.map(|(now, then)| (now - then) as f64 / passed_ns);
         let names = self.names.iter().map(|name| name.to_string());
         let done = |groups: &[GroupRun]| groups.iter().map(|group| group.at.window).sum();
-        let facts = Facts {
+        let run_progress = RunProgress {
             run: told.run.clone(),
             phase: told.phase(reached_s),
             t_s: reached_s,
@@ -283,7 +283,7 @@ impl<'a> Outputs<'a> {
             spent_s: 0.0,
             left_s: None,
         };
-        self.progress.show(facts, now_ns);
+        self.progress.show(run_progress, now_ns);
     }
 
     /// The energy balance of all participants together, where all tell their energies.
@@ -417,7 +417,7 @@ impl<'a> Outputs<'a> {
                     outward_y: patch.outward_y,
                     period_m: patch.period_m,
                 };
-                let traction = Traction::of(loaded, self.thickness_m);
+                let traction = InterfaceTraction::of(loaded, self.thickness_m);
                 let name = if only {
                     "profile.csv".into()
                 } else {
@@ -444,7 +444,7 @@ impl<'a> Outputs<'a> {
     ) -> Result<(), Error> {
         self.pace.end();
         self.fields.end(communicator, groups, summary.sim_time_s)?;
-        if self.rehearsal {
+        if self.dry_run {
             summary
                 .foreseen
                 .extend(self.fields.foretold(Path::new(".")));

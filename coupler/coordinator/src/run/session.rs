@@ -12,7 +12,7 @@ use super::check::check;
 use super::checkpoint::RestartPoint;
 use super::log_volume::{self, Repeats};
 use super::outputs::Outputs;
-use super::position::Position;
+use super::position::RunPosition;
 use super::time_loop::{
     GroupRun, describe, each_window, end_s, groups_at_start, position, reached_s,
 };
@@ -42,7 +42,7 @@ use scheme::window::AcceptedWindow;
 
 /// Circumstances of a run, beside the scenario.
 #[derive(Clone)]
-pub struct Options<'a> {
+pub struct RunOptions<'a> {
     /// Place of the run directory; by default a new folder below `runs/`.
     pub out: Option<&'a Path>,
     /// Threads of each participant.
@@ -58,7 +58,7 @@ pub struct Options<'a> {
     /// Any warning makes the run suspect.
     pub strict: bool,
     /// The run ends, in order, as soon as its cost is predicted.
-    pub rehearsal: bool,
+    pub dry_run: bool,
     /// The budget that its setting was chosen by.
     pub budget: Option<RunBudget>,
 }
@@ -84,7 +84,7 @@ pub struct Ended {
 
 /// Runs a scenario. An error before anything was started is returned as such; from then on the run directory
 /// keeps what was valid, and the error is part of [`Ended`].
-pub fn run(loaded: &Loaded, options: &Options) -> Result<Ended, Error> {
+pub fn run(loaded: &Loaded, options: &RunOptions) -> Result<Ended, Error> {
     go_on(loaded, options, None)
 }
 
@@ -92,7 +92,7 @@ pub fn run(loaded: &Loaded, options: &Options) -> Result<Ended, Error> {
 /// if that run had never been cut off.
 pub fn go_on(
     loaded: &Loaded,
-    options: &Options,
+    options: &RunOptions,
     restart: Option<&RestartPoint>,
 ) -> Result<Ended, Error> {
     let launch = |launcher: &Launcher| {
@@ -103,14 +103,14 @@ pub fn go_on(
 }
 
 /// A way to start the participants of a run.
-pub type Start<'a> = &'a dyn Fn(&Launcher) -> Result<Peers, Error>;
+pub type LaunchAll<'a> = &'a dyn Fn(&Launcher) -> Result<Peers, Error>;
 
 /// The same among participants that are started in another way.
 pub fn go_on_among(
     loaded: &Loaded,
-    options: &Options,
+    options: &RunOptions,
     restart: Option<&RestartPoint>,
-    launch: Start,
+    launch: LaunchAll,
 ) -> Result<Ended, Error> {
     let start = Instant::now();
     let start_cpu_s = own_cpu_s();
@@ -176,12 +176,12 @@ pub fn fresh_run_id() -> u64 {
 struct RunSession<'a> {
     start: Instant,
     loaded: &'a Loaded,
-    options: &'a Options<'a>,
+    options: &'a RunOptions<'a>,
     rundir: &'a RunDir,
     run_id: u64,
     manifest: String,
     restart: Option<&'a RestartPoint>,
-    launch: Start<'a>,
+    launch: LaunchAll<'a>,
     summary: Summary,
 }
 
@@ -253,7 +253,7 @@ impl RunSession<'_> {
             self.found(said.map(|text| Warning::advice("advice", name, text)));
         }
         self.summary.greet(scenario, &greeted);
-        let ways = (self.options.progress, self.options.rehearsal);
+        let ways = (self.options.progress, self.options.dry_run);
         let mut outputs = Outputs::new(self.rundir, self.loaded, &greeted, ways)?;
         if outputs.keeper.writes() {
             recorded.peers.watch.let_windows_end();
@@ -482,7 +482,7 @@ impl RunSession<'_> {
             self.found(outputs.warnings());
             self.summary.windows = index + 1;
             self.summary.sim_time_s = window.t1_s;
-            let position = Position {
+            let position = RunPosition {
                 windows: index + 1,
                 t_s: window.t1_s,
                 groups: Vec::new(),
@@ -507,9 +507,9 @@ impl RunSession<'_> {
         self.rundir.note(&line);
         self.summary.foreseen.push(line);
         self.summary.log_predicted_bytes = Some([least, most]);
-        // A rehearsal writes little, and not where the run will.
+        // A dry run writes little, and not where the run will.
         let free = self.rundir.free_bytes();
-        let free = free.filter(|_| !self.options.rehearsal);
+        let free = free.filter(|_| !self.options.dry_run);
         let log = self.rundir.path().join("exchange.mcap");
         log_volume::require_space(least, free, &log)?;
         let rest = log_volume::require_space(most, free, &log).err();

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use protocol::{Window, larger};
 
-use super::position::{GroupPosition, Position};
+use super::position::{GroupPosition, RunPosition};
 use crate::error::{Error, Refusal};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
@@ -91,8 +91,8 @@ pub fn reached_s(groups: &[GroupRun]) -> f64 {
 }
 
 /// The position of all groups together.
-pub fn position(groups: &[GroupRun]) -> Position {
-    Position {
+pub fn position(groups: &[GroupRun]) -> RunPosition {
+    RunPosition {
         windows: groups.iter().map(|group| group.at.window).sum(),
         t_s: reached_s(groups),
         groups: groups.iter().map(|group| group.at).collect(),

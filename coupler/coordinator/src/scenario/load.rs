@@ -10,7 +10,7 @@ use super::Scenario;
 use super::check::check;
 use super::overrides::apply;
 use super::paths;
-use super::source::Source;
+use super::source::ScenarioSource;
 use crate::error::{Code, Error, Refusal, ScenarioError};
 use scenes::kept;
 
@@ -24,7 +24,7 @@ pub struct Loaded {
     /// blake3 of `resolved`, in hexadecimal.
     pub hash: String,
     /// The original file, for messages.
-    pub source: Source,
+    pub source: ScenarioSource,
     /// Folder of the scenario when it was first run, in which the commands of participants start (absolute).
     pub folder: PathBuf,
 }
@@ -45,7 +45,7 @@ const LONGEST_FILE: u64 = 64 << 20;
 pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded, Error> {
     match find(scenario)? {
         Found::File(path) => read(&path, overrides),
-        Found::Shipped(file) if scenes::stands_alone(&file) => parse(Source {
+        Found::Shipped(file) if scenes::stands_alone(&file) => parse(ScenarioSource {
             name: format!("{scenario} (built in)"),
             text: scenes::text(&file).unwrap_or_default().into(),
             overrides: overrides.to_vec(),
@@ -65,7 +65,7 @@ fn read(path: &Path, overrides: &[String]) -> Result<Loaded, Error> {
     let beside = path.parent().unwrap_or(Path::new(""));
     let manifest = std::fs::read_to_string(beside.join("manifest.json"));
     let kept = manifest.ok().as_deref().and_then(folder_of_manifest);
-    let source = Source {
+    let source = ScenarioSource {
         name: path.display().to_string(),
         text,
         overrides: overrides.to_vec(),
@@ -86,7 +86,7 @@ fn absolute(folder: &Path) -> PathBuf {
 }
 
 /// Reads a scenario from a text with its overrides.
-pub fn parse(source: Source) -> Result<Loaded, Error> {
+pub fn parse(source: ScenarioSource) -> Result<Loaded, Error> {
     let table: Result<toml::Table, _> = source.text.parse();
     let mut table = table.map_err(|error| syntax_error(&source, &error))?;
     for set in &source.overrides {
@@ -149,7 +149,7 @@ fn find(scenario: &str) -> Result<Found, Error> {
         })
 }
 
-fn syntax_error(source: &Source, error: &toml::de::Error) -> Error {
+fn syntax_error(source: &ScenarioSource, error: &toml::de::Error) -> Error {
     Error::Scenario(Box::new(ScenarioError {
         code: Code::TomlSyntax,
         key: source.name.clone(),
@@ -196,7 +196,7 @@ load_n = 8000.0
 "#;
 
     fn read(text: &str, overrides: &[&str]) -> Result<Loaded, Error> {
-        let source = Source {
+        let source = ScenarioSource {
             name: "small.toml".into(),
             text: text.into(),
             overrides: overrides.iter().map(|s| s.to_string()).collect(),

@@ -4,7 +4,7 @@ use protocol::Description;
 
 use crate::error::{SchemeError, Unfit};
 use crate::keys::{Dirichlet, Interface, Policy, Scheme};
-use crate::source::Source;
+use crate::source::ComplianceSource;
 
 /// A fixed point goes through the answers of the contact solver, and cannot come closer than these are true. The other
 /// schemes close the gap whatever the contact solver left over.
@@ -71,15 +71,15 @@ pub(super) fn refuse_what_is_not_offered(
             return refuse("on_not_converged", problem);
         }
     }
-    let source = Source::of(&interface.scheme);
+    let source = ComplianceSource::of(&interface.scheme);
     let ((continuum, gives), (wall, takes)) = (continuum, wall);
-    if source != Source::Rigid && !takes.capabilities.compliant_boundary {
+    if source != ComplianceSource::Rigid && !takes.capabilities.compliant_boundary {
         let problem = format!(
             "moves the points of participant `{wall}` by the compliance of what they are glued to, and it takes a rigid boundary only: take scheme = \"fixed-point-serial\" or \"staggered-serial\", with dirichlet = \"wall\""
         );
         return refuse("scheme", problem);
     }
-    if source == Source::Columns && !gives.capabilities.columns {
+    if source == ComplianceSource::Columns && !gives.capabilities.columns {
         let problem = format!(
             "= \"columns\" asks participant `{continuum}` for columns of its compliance, which it does not offer: set compliance = \"mass\", or take scheme = \"fixed-point-serial\""
         );
@@ -94,7 +94,7 @@ pub(super) fn refuse_weightless(
     continuum: &str,
     mass_kg: &[f64],
 ) -> Result<(), SchemeError> {
-    let by_mass = Source::of(&interface.scheme) == Source::Mass;
+    let by_mass = ComplianceSource::of(&interface.scheme) == ComplianceSource::Mass;
     let weightless = mass_kg.iter().position(|mass| *mass == 0.0);
     let Some(point) = weightless.filter(|_| by_mass) else {
         return Ok(());

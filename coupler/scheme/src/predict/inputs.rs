@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use protocol::BoundaryInertia;
 
-use super::prediction::{Prediction, StabilityInputs, explain};
+use super::prediction::{StabilityInputs, StabilityPrediction, explain};
 use crate::coupling::Coupling;
 use crate::error::SchemeError;
 use crate::group::{Group, Patch};
@@ -21,7 +21,7 @@ const NEGATIVE: f64 = 1e-9;
 pub fn foresee(
     coupling: &mut Coupling,
     participants: &mut dyn Participants,
-) -> Result<Vec<(usize, Prediction)>, SchemeError> {
+) -> Result<Vec<(usize, StabilityPrediction)>, SchemeError> {
     let blocks = blocks(coupling, participants)?;
     let (group, scheme) = (coupling.group(), coupling.scheme());
     let patches = group.patches.iter();

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::growth::{growth, growth_of_repeats};
 use super::linear_pair::LinearModel;
-use super::response::{Bar, Response};
+use super::response::{EquivalentBar, Response};
 use crate::error::{SchemeError, Unfit};
 use crate::keys::{Dirichlet, Interface, Scheme};
 
@@ -49,7 +49,7 @@ pub struct Bound {
 
 /// A prediction.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Prediction {
+pub struct StabilityPrediction {
     /// All bounds that apply.
     pub bounds: Vec<Bound>,
     /// Largest factor of a disturbance a window, or a repeat where the repeats of a window do not converge; absent
@@ -60,7 +60,10 @@ pub struct Prediction {
 }
 
 /// Predicts the stability of a scheme, and the factor by which more could stand on the wall.
-pub fn explain(inputs: &StabilityInputs, scheme: &Scheme) -> Result<Prediction, SchemeError> {
+pub fn explain(
+    inputs: &StabilityInputs,
+    scheme: &Scheme,
+) -> Result<StabilityPrediction, SchemeError> {
     let mut prediction = predict(inputs, scheme)?;
     if let Some(inertia) = inputs.boundary_inertia {
         let response = inputs.equivalent(scheme);
@@ -75,9 +78,12 @@ pub fn explain(inputs: &StabilityInputs, scheme: &Scheme) -> Result<Prediction, 
 }
 
 /// Predicts the stability of a scheme.
-pub fn predict(inputs: &StabilityInputs, scheme: &Scheme) -> Result<Prediction, SchemeError> {
+pub fn predict(
+    inputs: &StabilityInputs,
+    scheme: &Scheme,
+) -> Result<StabilityPrediction, SchemeError> {
     let window_s = inputs.window_s();
-    let mut prediction = Prediction::default();
+    let mut prediction = StabilityPrediction::default();
     let mut add = |name: &str, margin: f64, stability: bool| {
         prediction.bounds.push(Bound {
             name: name.into(),
@@ -116,7 +122,7 @@ impl StabilityInputs {
     /// unstable side.
     fn equivalent(&self, scheme: &Scheme) -> Response {
         let limit = self.step_limit.as_ref();
-        let bar = Bar::equivalent(
+        let bar = EquivalentBar::equivalent(
             self.step_s,
             self.substeps,
             limit.map_or(self.step_s, |(limit, _)| *limit),
@@ -137,7 +143,7 @@ impl StabilityInputs {
     }
 }
 
-impl Prediction {
+impl StabilityPrediction {
     /// Stability of the scheme; `None` where the wall tells too little for its scheme.
     pub fn stable(&self) -> Option<bool> {
         let kept = self.bounds.iter().all(|b| b.margin >= 1.0 || !b.stability);

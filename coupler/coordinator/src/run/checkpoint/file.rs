@@ -34,7 +34,7 @@ impl fmt::Display for Unusable {
 
 /// A file by its name.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
+pub struct CheckpointFile {
     /// Windows that stand in it.
     pub window: u64,
     /// The file.
@@ -42,13 +42,13 @@ pub struct Found {
 }
 
 /// The checkpoints of a folder, oldest first. What is half-written has another ending, and is none.
-pub fn list(folder: &Path) -> Vec<Found> {
+pub fn list(folder: &Path) -> Vec<CheckpointFile> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut found: Vec<Found> = entries
+    let mut found: Vec<CheckpointFile> = entries
         .filter_map(|entry| {
             let path = entry.path();
             let window = path.file_stem()?.to_str()?.parse().ok()?;
-            (path.extension()? == ENDING).then_some(Found { window, path })
+            (path.extension()? == ENDING).then_some(CheckpointFile { window, path })
         })
         .collect();
     found.sort_by_key(|found| found.window);
@@ -136,7 +136,7 @@ fn differs(theirs: &About, ours: &About) -> Option<String> {
 mod tests {
     use super::*;
     use crate::output::OutputState;
-    use crate::run::position::{GroupPosition, Position};
+    use crate::run::position::{GroupPosition, RunPosition};
     use crate::rundir::write_whole;
     use kit::scratch::Scratch;
 
@@ -151,7 +151,7 @@ mod tests {
 
     fn checkpoint() -> Checkpoint {
         Checkpoint {
-            position: Position {
+            position: RunPosition {
                 windows: 12,
                 t_s: 0.1,
                 groups: vec![GroupPosition {

@@ -12,7 +12,7 @@ use crate::error::{Error, Refusal};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
-use crate::run::position::Position;
+use crate::run::position::RunPosition;
 use crate::rundir::write_whole;
 use crate::rundir::{BUILD, RunDir};
 use crate::scenario::load::Loaded;
@@ -116,7 +116,7 @@ impl Keeper {
 
     /// Tells if a checkpoint is to be written here: at its cadence, and when the run is interrupted. At its end a run
     /// needs none.
-    pub fn due(&self, at: &Position, interrupted: bool) -> bool {
+    pub fn due(&self, at: &RunPosition, interrupted: bool) -> bool {
         let due = |cadence: Cadence| interrupted || cadence.due(at.windows, self.last.elapsed());
         !at.over && self.cadence.is_some_and(due)
     }

@@ -10,7 +10,7 @@ use super::content::{About, Checkpoint, FOLDER};
 use super::file::{self, Unusable};
 use super::keeper::{about, participants};
 use crate::error::{Error, Refusal};
-use crate::output::collection::Moment;
+use crate::output::collection::SnapshotTime;
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::remote::Remote;
@@ -154,17 +154,21 @@ impl RestartPoint {
     }
 
     /// Takes over the fields of the moments that had come.
-    pub fn copy_fields(&self, rundir: &RunDir, moments: &[Moment]) -> Result<(), Error> {
+    pub fn copy_fields(
+        &self,
+        rundir: &RunDir,
+        snapshot_times: &[SnapshotTime],
+    ) -> Result<(), Error> {
         let taken = self.checkpoint.outputs.snapshots_s.len();
-        let ended = &moments[..taken.min(moments.len())];
+        let ended = &snapshot_times[..taken.min(snapshot_times.len())];
         let of_ended = |file: &str| {
-            ended.iter().any(|moment| {
-                let mark = format!("-{}", moment.name);
+            ended.iter().any(|snapshot| {
+                let mark = format!("-{}", snapshot.name);
                 file.contains(&format!("{mark}.")) || file.contains(&format!("{mark}-"))
             })
         };
         copy(&self.run.join("fields"), &rundir.fields(), of_ended)?;
-        let sampled = ended.iter().any(|moment| moment.sampled);
+        let sampled = ended.iter().any(|snapshot| snapshot.sampled);
         let profile = |file: &str| sampled && file.starts_with("profile") && file.ends_with(".csv");
         copy(&self.run, rundir.path(), profile)
     }

@@ -21,7 +21,7 @@ use super::weather::{Fault, Weather};
 use coordinator::error::Error;
 use coordinator::participants::{Launcher, OtherEnd, Peer, Peers, Watch};
 use coordinator::run::checkpoint::find;
-use coordinator::run::session::{Ended, Options, fresh_run_id, go_on_among, run};
+use coordinator::run::session::{Ended, RunOptions, fresh_run_id, go_on_among, run};
 use coordinator::scenario::load::Loaded;
 use kit::scratch::Scratch;
 
@@ -181,8 +181,8 @@ fn attempt(
     (ended, traces)
 }
 
-fn with_options<T>(out: &Path, go: impl FnOnce(&Options) -> T) -> T {
-    go(&Options {
+fn with_options<T>(out: &Path, go: impl FnOnce(&RunOptions) -> T) -> T {
+    go(&RunOptions {
         out: Some(out),
         threads: 1,
         registry: &registry(),
@@ -190,7 +190,7 @@ fn with_options<T>(out: &Path, go: impl FnOnce(&Options) -> T) -> T {
         watch: Watch::default(),
         progress: false,
         strict: false,
-        rehearsal: false,
+        dry_run: false,
         budget: None,
     })
 }

@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 /// How far a run has come, and how it goes.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Facts {
+pub struct RunProgress {
     /// Name of the run.
     pub run: String,
     /// Part of the load history, and the share of it that has passed.
@@ -36,7 +36,7 @@ pub struct Facts {
 /// Characters of the bar.
 const BAR: usize = 20;
 
-impl Facts {
+impl RunProgress {
     fn done(&self) -> f64 {
         (self.t_s / self.end_s).clamp(0.0, 1.0)
     }
@@ -187,8 +187,8 @@ pub(super) fn lasting(seconds: f64) -> String {
 mod tests {
     use super::*;
 
-    fn facts() -> Facts {
-        Facts {
+    fn run_progress() -> RunProgress {
+        RunProgress {
             run: "quick".into(),
             phase: Some(("hold".into(), 0.425)),
             t_s: 0.67e-3,
@@ -213,18 +213,18 @@ mod tests {
             "  repeats 1, mean 0.01   F_T/F_N -0.031   energy defect 3.2e-5",
             "  time: waits for rail 41 %, third-body 32 %; own work 27 %",
         ];
-        assert_eq!(facts().block(80), expected);
+        assert_eq!(run_progress().block(80), expected);
     }
 
     #[test]
     fn no_line_of_a_block_is_longer_than_the_terminal() {
-        let mut facts = facts();
-        facts
+        let mut run_progress = run_progress();
+        run_progress
             .waited
             .push(("a-participant-of-a-rather-long-name".into(), 0.1));
-        facts.run = "n".repeat(100);
+        run_progress.run = "n".repeat(100);
         for columns in [20, 80] {
-            let block = facts.block(columns);
+            let block = run_progress.block(columns);
             assert!(
                 block.iter().all(|line| line.chars().count() <= columns),
                 "{block:?}"
@@ -235,10 +235,10 @@ mod tests {
     #[test]
     fn a_line_and_an_object_tell_the_same() {
         assert_eq!(
-            facts().line(),
+            run_progress().line(),
             "quick: 38 %, hold (42 %), t = 0.670 of 1.733 ms, window 1095 of 2833, repeats 1, mean 0.01, F_T/F_N -0.031, energy defect 3.2e-5; time: waits for rail 41 %, third-body 32 %; own work 27 %; 1.2 s spent, 2 min left"
         );
-        let object = facts().object();
+        let object = run_progress().object();
         assert_eq!(
             (&object["phase"], &object["repeats"]),
             (&json!("hold"), &json!(1))
