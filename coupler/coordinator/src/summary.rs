@@ -101,7 +101,7 @@ struct Join {
     index: usize,
     entry: usize,
     continuum: usize,
-    wall: usize,
+    motion_driven: usize,
 }
 
 #[derive(Clone, Debug, Default, Serialize)]
@@ -165,7 +165,7 @@ struct WorkSummary {
 #[derive(Clone, Copy, Debug, Default)]
 struct Works {
     continuum_j: f64,
-    wall_j: Option<f64>,
+    boundary_j: Option<f64>,
     /// Sum of the sizes of the works of all windows.
     size_j: f64,
 }
@@ -259,7 +259,7 @@ impl Summary {
                     index: patch.index,
                     entry: self.interfaces.len(),
                     continuum: group.force_driven[patch.force_driven].peer,
-                    wall: group.motion_driven[patch.motion_driven].peer,
+                    motion_driven: group.motion_driven[patch.motion_driven].peer,
                 });
                 let summary = InterfaceSummary::of(ledger);
                 self.interfaces.push((patch.name.clone(), summary));
@@ -414,8 +414,8 @@ impl Summary {
             let works = self.interfaces.get(join.entry)?.1.works;
             let seen_j = if peer == join.continuum {
                 works.continuum_j
-            } else if peer == join.wall {
-                -works.wall_j?
+            } else if peer == join.motion_driven {
+                -works.boundary_j?
             } else {
                 return None;
             };
@@ -478,10 +478,10 @@ impl Summary {
 }
 
 impl Join {
-    /// The mean force that leaves a participant downwards here (N): a wall pushes its continuum, which pushes back.
+    /// The mean force that leaves a participant downwards here (N): a layer pushes its continuum, which pushes back.
     fn force_of(&self, peer: usize, through_n: &[Option<f64>]) -> Option<f64> {
         let force = through_n.get(self.index).copied().flatten()?;
-        if peer == self.wall {
+        if peer == self.motion_driven {
             Some(force)
         } else if peer == self.continuum {
             Some(-force)
@@ -505,7 +505,7 @@ impl InterfaceSummary {
             works: Works {
                 continuum_j: ledger.work_j,
                 // Points with masses of their own go on between the velocities that are told.
-                wall_j: ledger.points().is_none().then_some(ledger.wall_work_j),
+                boundary_j: ledger.points().is_none().then_some(ledger.boundary_work_j),
                 size_j: ledger.energy_j,
             },
             points: joules("points_", &points),

@@ -122,8 +122,10 @@ impl Coupling {
             } => dual_schur::solve(problem, update, repeats_max, window),
             Scheme::Velocity { repeats_max } => velocity::solve(problem, repeats_max, window),
             Scheme::Staggered { order, dirichlet } => match dirichlet {
-                Dirichlet::Wall => staggered::solve(problem, order, window),
-                Dirichlet::Continuum => neumann_dirichlet::solve_staggered(problem, order, window),
+                Dirichlet::MotionDriven => staggered::solve(problem, order, window),
+                Dirichlet::ForceDriven => {
+                    neumann_dirichlet::solve_staggered(problem, order, window)
+                }
             },
             Scheme::FixedPoint {
                 order,
@@ -138,8 +140,8 @@ impl Coupling {
                     repeats_max,
                 };
                 match dirichlet {
-                    Dirichlet::Wall => fixed_point::solve(problem, rules, window),
-                    Dirichlet::Continuum => {
+                    Dirichlet::MotionDriven => fixed_point::solve(problem, rules, window),
+                    Dirichlet::ForceDriven => {
                         neumann_dirichlet::solve_fixed_point(problem, rules, relaxation, window)
                     }
                 }

@@ -108,7 +108,7 @@ impl Motions {
             point_force: patch.of_points(&solved.answer.force),
             nodal_force: patch.of_nodes(&solved.borne),
             point_motion: patch.of_points(&self.points),
-            wall_motion: patch.of_points(&self.boundary),
+            boundary_motion: patch.of_points(&self.boundary),
             spacing_m: patch.spacing_m,
         }
     }

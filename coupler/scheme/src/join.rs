@@ -48,16 +48,21 @@ fn join_group(
     let mut pairs = Vec::new();
     for interface in &interfaces {
         let pair = roles(participants, interface)?;
-        let (wall, continuum) = (pair.motion_driven.peer, pair.force_driven.peer);
-        let [wall_name, continuum_name] = [wall, continuum].map(|peer| participants.name(peer));
-        refuse_finer_than_solver(interface, wall_name, participants.description(wall))?;
+        let (motion_driven, continuum) = (pair.motion_driven.peer, pair.force_driven.peer);
+        let [motion_driven_name, continuum_name] =
+            [motion_driven, continuum].map(|peer| participants.name(peer));
+        refuse_finer_than_solver(
+            interface,
+            motion_driven_name,
+            participants.description(motion_driven),
+        )?;
         let description = participants.description(continuum);
         refuse_without_prescribed_velocity(interface, continuum_name, description)?;
         refuse_what_is_not_offered(
             interface,
             [
                 (continuum_name, description),
-                (wall_name, participants.description(wall)),
+                (motion_driven_name, participants.description(motion_driven)),
             ],
         )?;
         pairs.push(pair);
@@ -102,9 +107,9 @@ fn refused(interface: &Interface, why: impl std::fmt::Display) -> SchemeError {
     Unfit::interface(&interface.name, why.to_string()).into()
 }
 
-/// The side that takes forces and the one that stands on the wall, told by what they can do, not by their order.
+/// The side that takes forces and the one that stands on a boundary, told by what they can do, not by their order.
 fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<Pair, SchemeError> {
-    let (mut continuum, mut wall) = (None, None);
+    let (mut continuum, mut motion_driven) = (None, None);
     for side in &interface.between {
         let (name, set) = side.split_once('.').unwrap_or((side, ""));
         let peer = (0..participants.count())
@@ -127,11 +132,11 @@ fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<P
         let set = set.to_string();
         if capabilities.advance && continuum.is_none() {
             continuum = Some(End { peer, set });
-        } else if capabilities.motion_driven() && wall.is_none() {
-            wall = Some(End { peer, set });
+        } else if capabilities.motion_driven() && motion_driven.is_none() {
+            motion_driven = Some(End { peer, set });
         }
     }
-    let (Some(force_driven), Some(motion_driven)) = (continuum, wall) else {
+    let (Some(force_driven), Some(motion_driven)) = (continuum, motion_driven) else {
         return Err(SchemeError::from(Unfit::Roles {
             interface: interface.name.clone(),
             between: interface.between.clone(),
@@ -145,9 +150,10 @@ fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<P
 
 /// A participant answers either motion or force in a window, on all of its interfaces.
 fn refuse_two_roles(participants: &dyn Participants, pairs: &[Pair]) -> Result<(), SchemeError> {
-    let walls: Vec<usize> = pairs.iter().map(|pair| pair.motion_driven.peer).collect();
+    let motion_driven_sides: Vec<usize> =
+        pairs.iter().map(|pair| pair.motion_driven.peer).collect();
     let mut continua = pairs.iter().map(|pair| pair.force_driven.peer);
-    match continua.find(|peer| walls.contains(peer)) {
+    match continua.find(|peer| motion_driven_sides.contains(peer)) {
         None => Ok(()),
         Some(peer) => Err(SchemeError::from(Unfit::participant(
             participants.name(peer),
@@ -156,7 +162,7 @@ fn refuse_two_roles(participants: &dyn Participants, pairs: &[Pair]) -> Result<(
     }
 }
 
-/// The windows of the group, from the steps of its continua and within the bounds of its walls.
+/// The windows of the group, from the steps of its continua and within the bounds of its layers.
 fn clock(
     participants: &dyn Participants,
     interfaces: &[&Interface],
@@ -219,17 +225,20 @@ fn refuse_above_limit(
     participants: &dyn Participants,
     interface: &Interface,
     step_s: f64,
-    wall: usize,
+    motion_driven: usize,
 ) -> Result<(), SchemeError> {
-    let (name, wall) = (participants.name(wall), participants.description(wall));
+    let (name, motion_driven) = (
+        participants.name(motion_driven),
+        participants.description(motion_driven),
+    );
     let substeps = interface.substeps;
     let window_s = step_s * f64::from(substeps);
-    let Some(limit) = wall.step_limit_s.filter(|limit| window_s > *limit) else {
+    let Some(limit) = motion_driven.step_limit_s.filter(|limit| window_s > *limit) else {
         return Ok(());
     };
     let problem = format!(
         "the window of {substeps} substeps x {step_s:.4e} s = {window_s:.4e} s is above {} = {limit:.4e} s of participant `{name}`; lower interface.{}.substeps to {} or less",
-        wall.step_limit_name,
+        motion_driven.step_limit_name,
         interface.name,
         (limit / step_s).floor()
     );
@@ -253,14 +262,14 @@ fn seam(
     interface: &Interface,
     pair: Pair,
 ) -> Result<Seam, SchemeError> {
-    let [continuum, wall] = [&pair.force_driven, &pair.motion_driven];
+    let [continuum, motion_driven] = [&pair.force_driven, &pair.motion_driven];
     let offered = participants.couple(continuum.peer, &continuum.set)?;
-    let mut points = participants.couple(wall.peer, &wall.set)?;
-    let swapped = interface.scheme.dirichlet() == Dirichlet::Continuum;
+    let mut points = participants.couple(motion_driven.peer, &motion_driven.set)?;
+    let swapped = interface.scheme.dirichlet() == Dirichlet::ForceDriven;
     if swapped {
-        let name = participants.name(wall.peer);
-        let told = participants.description(wall.peer);
-        points.mass_kg = point_masses(interface, name, &wall.set, told, points.len())?;
+        let name = participants.name(motion_driven.peer);
+        let told = participants.description(motion_driven.peer);
+        points.mass_kg = point_masses(interface, name, &motion_driven.set, told, points.len())?;
     }
     let refuse = |why: String| {
         SchemeError::from(Unfit::Geometry {
@@ -270,10 +279,13 @@ fn seam(
         })
     };
     let normal = |end: &End| participants.description(end.peer).outward.get(&end.set);
-    if let Some(why) = normal(continuum).zip(normal(wall)).and_then(same_side) {
+    if let Some(why) = normal(continuum)
+        .zip(normal(motion_driven))
+        .and_then(same_side)
+    {
         return Err(refuse(why));
     }
-    let sides = [continuum, wall].map(|end| {
+    let sides = [continuum, motion_driven].map(|end| {
         let told = participants.description(end.peer).period_m.get(&end.set);
         let name = format!("{}.{}", participants.name(end.peer), end.set);
         (name, told.copied())
@@ -288,7 +300,10 @@ fn seam(
         };
         mapping.map_err(|error| refuse(error.to_string()))
     };
-    let smooth = participants.description(wall.peer).smooth_m.get(&wall.set);
+    let smooth = participants
+        .description(motion_driven.peer)
+        .smooth_m
+        .get(&motion_driven.set);
     let shape = smooth.filter(|places| places.len() == glued.len());
     let linear = relate(MappingKind::Linear)?;
     let offset = offset(&linear, &nodes, shape.unwrap_or(&glued), period_m);
@@ -328,17 +343,17 @@ fn pick(surface: &Surface, indices: &[usize]) -> Surface {
     }
 }
 
-/// Restricts every participant to the points of its sets that are exchanged; a wall exchanges all.
+/// Restricts every participant to the points of its sets that are exchanged; a layer exchanges all.
 fn select(participants: &mut dyn Participants, seams: &[Seam]) -> Result<(), SchemeError> {
     let continua = seams.iter().map(|seam| {
         let peer = seam.pair.force_driven.peer;
         (peer, seam.offered, seam.active.clone())
     });
-    let walls = seams.iter().map(|seam| {
+    let motion_driven_sides = seams.iter().map(|seam| {
         let (peer, points) = (seam.pair.motion_driven.peer, seam.points.len());
         (peer, points, (0..points).collect())
     });
-    let sets: Vec<(usize, usize, Vec<usize>)> = continua.chain(walls).collect();
+    let sets: Vec<(usize, usize, Vec<usize>)> = continua.chain(motion_driven_sides).collect();
     for peer in each_once(sets.iter().map(|(peer, ..)| *peer)) {
         let (mut points, mut offset) = (Vec::new(), 0);
         for (_, offered, wanted) in sets.iter().filter(|(owner, ..)| *owner == peer) {
@@ -357,12 +372,12 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
     let points = seams
         .iter()
         .map(|seam| (seam.pair.motion_driven.peer, &seam.points));
-    let (mut continua, walls) = (Row::of(nodes.collect()), Row::of(points.collect()));
-    let mut mapping = Mapping::empty(continua.surface.len(), walls.surface.len());
+    let (mut continua, motion_driven_sides) = (Row::of(nodes.collect()), Row::of(points.collect()));
+    let mut mapping = Mapping::empty(continua.surface.len(), motion_driven_sides.surface.len());
     let mut patches = Vec::new();
     for (index, (interface, seam)) in interfaces.iter().zip(seams).enumerate() {
         let (force_driven, nodes) = continua.parts[index].clone();
-        let (motion_driven, points) = walls.parts[index].clone();
+        let (motion_driven, points) = motion_driven_sides.parts[index].clone();
         mapping.put(points.start, nodes.start, &seam.mapping);
         continua.sides[force_driven].steps = interface.substeps / clock.substeps;
         patches.push(Patch {
@@ -370,7 +385,11 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
             name: interface.name.clone(),
             force_driven,
             motion_driven,
-            outward_y: outward(&walls.surface, &points, &walls.sides[motion_driven].range),
+            outward_y: outward(
+                &motion_driven_sides.surface,
+                &points,
+                &motion_driven_sides.sides[motion_driven].range,
+            ),
             offset: seam.offset,
             period_m: seam.period_m,
             spacing_m: seam.nodes.length_m.iter().sum::<f64>() / nodes.len() as f64,
@@ -383,19 +402,23 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
     Group {
         patches,
         force_driven: continua.sides,
-        motion_driven: walls.sides,
+        motion_driven: motion_driven_sides.sides,
         nodes: continua.surface,
-        points: walls.surface,
+        points: motion_driven_sides.surface,
         mapping,
         clock,
     }
 }
 
-/// A row above the other rows of its wall is glued to a continuum that lies on top, whose outward normal points down.
-fn outward(glued: &Surface, row: &Range<usize>, wall: &Range<usize>) -> f64 {
+/// A row above the other rows of its layer is glued to a continuum that lies on top, whose outward normal points down.
+fn outward(glued: &Surface, row: &Range<usize>, motion_driven: &Range<usize>) -> f64 {
     let mean =
         |range: &Range<usize>| glued.y_m[range.clone()].iter().sum::<f64>() / range.len() as f64;
-    if mean(row) > mean(wall) { -1.0 } else { 1.0 }
+    if mean(row) > mean(motion_driven) {
+        -1.0
+    } else {
+        1.0
+    }
 }
 
 /// Surfaces of several participants in one, participant after participant.

@@ -35,8 +35,8 @@ impl ComplianceSource {
                 CompliancePrior::Mass => ComplianceSource::Mass,
             },
             (Scheme::Velocity { .. }, _) => ComplianceSource::Impedance,
-            (_, Dirichlet::Wall) => ComplianceSource::Rigid,
-            (_, Dirichlet::Continuum) => ComplianceSource::Points,
+            (_, Dirichlet::MotionDriven) => ComplianceSource::Rigid,
+            (_, Dirichlet::ForceDriven) => ComplianceSource::Points,
         }
     }
 

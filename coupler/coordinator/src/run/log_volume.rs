@@ -37,7 +37,7 @@ impl Repeats {
     }
 }
 
-/// Messages of a coupled run if every window takes these repeats and none is halved; the new walls of a compliance that is
+/// Messages of a coupled run if every window takes these repeats and none is halved; the new boundaries of a compliance that is
 /// learnt on the way come on top.
 pub fn coupled(
     scenario: &Scenario,
@@ -51,7 +51,7 @@ pub fn coupled(
         // Runs of each side in a window.
         let again = repeats.of(scheme);
         let both_again = matches!(scheme, Scheme::FixedPoint { .. })
-            && scheme.dirichlet() == Dirichlet::Continuum;
+            && scheme.dirichlet() == Dirichlet::ForceDriven;
         let force_runs = 1 + again;
         let motion_runs = if both_again { 1 + again } else { again.max(1) };
         let group = run.coupling.group();
@@ -69,7 +69,7 @@ pub fn coupled(
         for side in &group.motion_driven {
             let mut turn = turns(&mut volume, scenario, side.peer);
             let size = 2 * side.range.len();
-            // Forces, velocities, and what the wall says of its solve.
+            // Forces, velocities, and what the layer says of its solve.
             turn(windows * motion_runs, size, 2 * size + 3);
             turn(windows, size, report(&greeted[side.peer].description));
             turn(1, 1 + size * size, 0);
@@ -141,7 +141,7 @@ fn matrices(scheme: &Scheme, gives_columns: bool) -> u64 {
         // Its impedance, and the columns for the prediction.
         Scheme::Velocity { .. } => 1 + u64::from(gives_columns),
         // Its impedance: for the prediction, and for the components that can move at all.
-        _ if scheme.dirichlet() == Dirichlet::Continuum => 2,
+        _ if scheme.dirichlet() == Dirichlet::ForceDriven => 2,
         _ => 0,
     }
 }
@@ -151,7 +151,7 @@ fn answers(scheme: &Scheme) -> usize {
     match scheme {
         // Force, increment and work.
         Scheme::Velocity { .. } => 3,
-        _ if scheme.dirichlet() == Dirichlet::Continuum => 3,
+        _ if scheme.dirichlet() == Dirichlet::ForceDriven => 3,
         _ => 1,
     }
 }

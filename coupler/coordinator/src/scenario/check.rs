@@ -209,8 +209,8 @@ fn check_interface(
         let error = ConfigError::new(&key("compliance"), problem).because(Cause::ConflictingKeys);
         return Err(error.help("remove the key, or take scheme = \"dual-schur-secant\""));
     }
-    if given.dirichlet == Some(Dirichlet::Continuum)
-        && interface.scheme.dirichlet() != Dirichlet::Continuum
+    if given.dirichlet == Some(Dirichlet::ForceDriven)
+        && interface.scheme.dirichlet() != Dirichlet::ForceDriven
     {
         let problem = "the scheme gives both sides force and motion at once, so that neither follows the other";
         let error = ConfigError::new(&key("dirichlet"), problem).because(Cause::ConflictingKeys);

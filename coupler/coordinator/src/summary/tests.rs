@@ -14,7 +14,7 @@ fn held(ledger: &InterfaceLedger) -> Summary {
             index: 0,
             entry: 0,
             continuum: 0,
-            wall: 1,
+            motion_driven: 1,
         }],
         held: vec![None, Some(load)],
         ..Summary::new("test", "")
@@ -89,12 +89,12 @@ fn forces_and_the_energies_of_all_are_judged() {
 }
 
 #[test]
-fn a_wall_gives_its_load_to_the_continuum_and_not_the_other_way_round() {
+fn a_layer_gives_its_load_to_the_continuum_and_not_the_other_way_round() {
     let join = Join {
         index: 1,
         entry: 0,
         continuum: 0,
-        wall: 2,
+        motion_driven: 2,
     };
     let through = [None, Some(7.0)];
     assert_eq!(join.force_of(2, &through), Some(7.0));

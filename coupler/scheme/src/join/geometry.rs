@@ -8,12 +8,12 @@ use super::super::group::Offset;
 use super::super::mapping::Mapping;
 
 /// The reason to refuse two sets with these outward normals: they must face each other.
-pub(super) fn same_side((continuum, wall): (&[f64; 2], &[f64; 2])) -> Option<String> {
-    let along = continuum[0] * wall[0] + continuum[1] * wall[1];
+pub(super) fn same_side((continuum, motion_driven): (&[f64; 2], &[f64; 2])) -> Option<String> {
+    let along = continuum[0] * motion_driven[0] + continuum[1] * motion_driven[1];
     (along > 0.0).then(|| {
         format!(
             "both sets face the same way, with outward normals ({:.3}, {:.3}) and ({:.3}, {:.3}): they would lie inside each other; join the set on the other side, or exchange the sets of two interfaces",
-            continuum[0], continuum[1], wall[0], wall[1]
+            continuum[0], continuum[1], motion_driven[0], motion_driven[1]
         )
     })
 }

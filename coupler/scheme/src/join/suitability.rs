@@ -10,14 +10,14 @@ use crate::source::ComplianceSource;
 /// schemes close the gap whatever the contact solver left over.
 pub(super) fn refuse_finer_than_solver(
     interface: &Interface,
-    wall_name: &str,
-    wall: &Description,
+    motion_driven_name: &str,
+    motion_driven: &Description,
 ) -> Result<(), SchemeError> {
     let through_answers = matches!(interface.scheme, Scheme::FixedPoint { .. });
-    match &wall.tolerance {
+    match &motion_driven.tolerance {
         Some(own) if through_answers && interface.tolerance_rel < own.value => {
             let problem = format!(
-                "is {:e}, below participant.{wall_name}.config.{} of {:e}: a fixed point goes through the solver's answers and cannot be closer than they are; raise the first, lower the second, or take scheme = \"dual-schur\"",
+                "is {:e}, below participant.{motion_driven_name}.config.{} of {:e}: a fixed point goes through the solver's answers and cannot be closer than they are; raise the first, lower the second, or take scheme = \"dual-schur\"",
                 interface.tolerance_rel, own.key, own.value
             );
             let key = format!("interface.{}.tolerance_rel", interface.name);
@@ -35,7 +35,7 @@ pub(super) fn refuse_without_prescribed_velocity(
 ) -> Result<(), SchemeError> {
     let key = match interface.scheme {
         Scheme::Velocity { .. } => "scheme = \"velocity\"",
-        _ if interface.scheme.dirichlet() == Dirichlet::Continuum => "dirichlet = \"continuum\"",
+        _ if interface.scheme.dirichlet() == Dirichlet::ForceDriven => "dirichlet = \"continuum\"",
         _ => return Ok(()),
     };
     if continuum.capabilities.prescribed_velocity {
@@ -50,13 +50,13 @@ pub(super) fn refuse_without_prescribed_velocity(
 /// Refuses a scheme that would ask one of the sides, each with its name, for what it does not offer.
 pub(super) fn refuse_what_is_not_offered(
     interface: &Interface,
-    [continuum, wall]: [(&str, &Description); 2],
+    [continuum, motion_driven]: [(&str, &Description); 2],
 ) -> Result<(), SchemeError> {
     let refuse = |key: &str, problem: String| {
         let key = format!("interface.{}.{key}", interface.name);
         Err(Unfit::key(key, problem).into())
     };
-    let mut sides = [continuum, wall].into_iter();
+    let mut sides = [continuum, motion_driven].into_iter();
     if let Some((name, _)) = sides.find(|(_, told)| !told.capabilities.rollback) {
         let why =
             format!("repeats windows, which participant `{name}` cannot (it has no `checkpoint`)");
@@ -72,10 +72,10 @@ pub(super) fn refuse_what_is_not_offered(
         }
     }
     let source = ComplianceSource::of(&interface.scheme);
-    let ((continuum, gives), (wall, takes)) = (continuum, wall);
+    let ((continuum, gives), (motion_driven, takes)) = (continuum, motion_driven);
     if source != ComplianceSource::Rigid && !takes.capabilities.compliant_boundary {
         let problem = format!(
-            "moves the points of participant `{wall}` by the compliance of what they are glued to, and it takes a rigid boundary only: take scheme = \"fixed-point-serial\" or \"staggered-serial\", with dirichlet = \"wall\""
+            "moves the points of participant `{motion_driven}` by the compliance of what they are glued to, and it takes a rigid boundary only: take scheme = \"fixed-point-serial\" or \"staggered-serial\", with dirichlet = \"wall\""
         );
         return refuse("scheme", problem);
     }
@@ -119,19 +119,19 @@ mod tests {
 
     #[test]
     fn a_fixed_point_is_not_asked_for_more_than_the_solver_gives() {
-        let wall = Description {
+        let motion_driven = Description {
             tolerance: Some(protocol::Tolerance {
                 key: "solver.tolerance".into(),
                 value: 1e-4,
             }),
             ..Description::default()
         };
-        let refused = |scheme: &str, tolerance_rel: f64, wall: &Description| {
+        let refused = |scheme: &str, tolerance_rel: f64, motion_driven: &Description| {
             let interface = interface(scheme, tolerance_rel);
-            refuse_finer_than_solver(&interface, "layer", wall).err()
+            refuse_finer_than_solver(&interface, "layer", motion_driven).err()
         };
         for scheme in ["fixed-point-serial", "fixed-point-parallel"] {
-            let error = refused(scheme, 0.99e-4, &wall)
+            let error = refused(scheme, 0.99e-4, &motion_driven)
                 .expect("it is below")
                 .to_string();
             for said in [
@@ -140,9 +140,9 @@ mod tests {
             ] {
                 assert!(error.contains(said), "{error}");
             }
-            assert!(refused(scheme, 1e-4, &wall).is_none());
+            assert!(refused(scheme, 1e-4, &motion_driven).is_none());
             assert!(refused(scheme, 1e-9, &Description::default()).is_none());
         }
-        assert!(refused("dual-schur", 1e-9, &wall).is_none());
+        assert!(refused("dual-schur", 1e-9, &motion_driven).is_none());
     }
 }

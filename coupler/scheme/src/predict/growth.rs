@@ -46,8 +46,8 @@ pub fn growth_of_repeats(scheme: &Scheme, model: LinearModel) -> Result<Option<f
     let disturbance = DVector::from_fn(probe.size(), |i, _| 1.0 + 0.5 * (i as f64).sin());
     let pair = probe.window(&disturbance)?;
     let told = match scheme.dirichlet() {
-        Dirichlet::Wall => &pair.free_velocities,
-        Dirichlet::Continuum => &pair.prescribed_velocities,
+        Dirichlet::MotionDriven => &pair.free_velocities,
+        Dirichlet::ForceDriven => &pair.prescribed_velocities,
     };
     // The first answer of a parallel window is to the motion of the window before.
     let changes: Vec<f64> = told.windows(2).skip(1).map(|two| two[1] - two[0]).collect();
@@ -130,8 +130,8 @@ impl<'a> Probe<'a> {
         let speed = 1.0 / model.window_s;
         let force = 1.0 / model.response.compliance();
         let continuum = (0..n).map(|i| if i < n / 2 { 1.0 } else { speed });
-        let prescribes_velocity =
-            matches!(scheme, Scheme::Velocity { .. }) || scheme.dirichlet() == Dirichlet::Continuum;
+        let prescribes_velocity = matches!(scheme, Scheme::Velocity { .. })
+            || scheme.dirichlet() == Dirichlet::ForceDriven;
         // Masses (glued velocity, place, velocity), then lambda and last motion of the coupler, and its velocity and
         // displacement where the scheme goes by them.
         let mut rest = vec![speed, 1.0, speed, force, 1.0];

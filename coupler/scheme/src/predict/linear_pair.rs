@@ -33,7 +33,7 @@ pub struct LinearModel<'a> {
 }
 
 impl LinearModel<'_> {
-    /// The same with all masses and springs on the wall this many times as large.
+    /// The same with all masses and springs on the boundary this many times as large.
     pub fn times(mut self, factor: f64) -> Self {
         self.inertia.glued_mass_kg *= factor;
         self.inertia.mass_kg *= factor;

@@ -23,14 +23,14 @@ pub struct StabilityInputs {
     pub step_limit: Option<(f64, String)>,
     /// The continuum's first period (s).
     pub first_period_s: Option<f64>,
-    /// The longest window that the wall's solver accepts (s), and its name.
+    /// The longest window that the layer's solver accepts (s), and its name.
     pub window_limit: Option<(f64, String)>,
     /// Compliance of the interface over a window (m/N): that of its softest motion or, where the continuum takes the motion,
     /// H over the impedance of its stiffest one.
     pub compliance: f64,
     /// True if no motion of the interface has a negative compliance.
     pub definite: bool,
-    /// The masses behind a point of the wall.
+    /// The masses behind a point of the layer.
     pub boundary_inertia: Option<BoundaryInertia>,
     /// The point's own mass (kg), where the continuum takes the motion; zero otherwise.
     pub point_mass_kg: f64,
@@ -53,13 +53,13 @@ pub struct StabilityPrediction {
     /// All bounds that apply.
     pub bounds: Vec<Bound>,
     /// Largest factor of a disturbance a window, or a repeat where the repeats of a window do not converge; absent
-    /// where the wall tells nothing of itself.
+    /// where the layer tells nothing of itself.
     pub growth: Option<f64>,
-    /// C S, the wall's mass over the continuum's in a window.
+    /// C S, the layer's mass over the continuum's in a window.
     pub added_mass: Option<f64>,
 }
 
-/// Predicts the stability of a scheme, and the factor by which more could stand on the wall.
+/// Predicts the stability of a scheme, and the factor by which more could stand on the boundary.
 pub fn explain(
     inputs: &StabilityInputs,
     scheme: &Scheme,
@@ -144,7 +144,7 @@ impl StabilityInputs {
 }
 
 impl StabilityPrediction {
-    /// Stability of the scheme; `None` where the wall tells too little for its scheme.
+    /// Stability of the scheme; `None` where the layer tells too little for its scheme.
     pub fn stable(&self) -> Option<bool> {
         let kept = self.bounds.iter().all(|b| b.margin >= 1.0 || !b.stability);
         let bounded = self.growth.map(|growth| growth <= 1.0 + NEUTRAL);
@@ -169,8 +169,8 @@ impl StabilityPrediction {
         });
         let growth = self.growth.unwrap_or(1.0);
         let other_way = match interface.scheme.dirichlet() {
-            Dirichlet::Wall => "",
-            Dirichlet::Continuum => ", dirichlet = \"wall\"",
+            Dirichlet::MotionDriven => "",
+            Dirichlet::ForceDriven => ", dirichlet = \"wall\"",
         };
         Err(SchemeError::from(Unfit::Unstable {
             interface: name.clone(),
@@ -214,7 +214,7 @@ impl StabilityPrediction {
     }
 }
 
-/// Factor by which more could stand on the wall, or less where the continuum takes the motion; nothing where that does not
+/// Factor by which more could stand on the boundary, or less where the continuum takes the motion; nothing where that does not
 /// matter.
 fn added_mass_margin(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>, SchemeError> {
     let late = matches!(scheme, Scheme::Staggered { .. });
@@ -222,8 +222,8 @@ fn added_mass_margin(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>,
         return Ok(None);
     }
     let more = match scheme.dirichlet() {
-        Dirichlet::Wall => 1.0,
-        Dirichlet::Continuum => -1.0,
+        Dirichlet::MotionDriven => 1.0,
+        Dirichlet::ForceDriven => -1.0,
     };
     let stable = |exponent: f64| -> Result<bool, SchemeError> {
         let times = model.times(10f64.powf(more * exponent));
@@ -247,7 +247,7 @@ fn added_mass_margin(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>,
 /// C (m/N) of the motion that the scheme sends: that under a constant force, or H over the impedance.
 pub fn compliance(scheme: &Scheme, response: &Response, window_s: f64) -> f64 {
     match scheme.dirichlet() {
-        Dirichlet::Wall => response.compliance(),
-        Dirichlet::Continuum => response.prescribed_compliance(window_s),
+        Dirichlet::MotionDriven => response.compliance(),
+        Dirichlet::ForceDriven => response.prescribed_compliance(window_s),
     }
 }

@@ -1,4 +1,4 @@
-//! A linear participant on a wall, in one interface motion: a glued mass, and a free one behind a spring.
+//! A linear participant on a boundary, in one interface motion: a glued mass, and a free one behind a spring.
 
 use protocol::BoundaryInertia;
 
@@ -18,7 +18,7 @@ pub struct Masses {
 pub struct Solved {
     /// The masses at its end.
     pub masses: Masses,
-    /// Force of the masses on the wall (N).
+    /// Force of the masses on the boundary (N).
     pub force: f64,
 }
 
@@ -27,7 +27,7 @@ pub struct Solved {
 pub struct Motion {
     /// a_g (m/s).
     pub free: f64,
-    /// W_g (1/kg); zero for a wall that moves as it is told.
+    /// W_g (1/kg); zero for a boundary that moves as it is told.
     pub compliance: f64,
 }
 
@@ -62,7 +62,7 @@ impl SprungMass {
     /// m_g (v_g - v_g0) = H k (q_1 - q_0) - p and m (v - v_0) = -H k (q_1 - q_0), both places taken at
     /// q + theta H (theta v' + (1 - theta) v) for the free mass, q + theta H v_g for the glued one, and v_g = a_g + W_g p.
     ///
-    /// Without v the glued mass obeys A v_g + p = R; so solved, a wall that moves as it is told moves exactly so.
+    /// Without v the glued mass obeys A v_g + p = R; so solved, a boundary that moves as it is told moves exactly so.
     pub fn window(&self, start: &Masses, q_0: f64, motion: Motion) -> Solved {
         let (h, theta, k, m) = (self.window_s, self.theta, self.spring, self.mass);
         // The spring against the start (m), and m + (theta H)^2 k (kg).

@@ -63,8 +63,8 @@ impl Trial {
     /// Mass of the point (kg), where it has any.
     pub fn point_mass_kg(&self) -> f64 {
         match self.scheme.dirichlet() {
-            Dirichlet::Wall => 0.0,
-            Dirichlet::Continuum => POINT * self.boundary_inertia.mass_kg,
+            Dirichlet::MotionDriven => 0.0,
+            Dirichlet::ForceDriven => POINT * self.boundary_inertia.mass_kg,
         }
     }
 
