@@ -95,9 +95,9 @@ impl RunDir {
     }
 }
 
-/// Space that the disk of this place has left (bytes); `None` where it does not say.
-pub fn free_bytes(place: &Path) -> Option<u64> {
-    let disk = statvfs(place).ok()?;
+/// Space that the disk of this folder has left (bytes); `None` where it does not say.
+pub fn free_bytes(folder: &Path) -> Option<u64> {
+    let disk = statvfs(folder).ok()?;
     Some(disk.blocks_available() * disk.fragment_size())
 }
 

@@ -253,8 +253,8 @@ impl Summary {
             nodes += group.nodes.len();
             points += group.points.len();
             let patches = group.patches.iter().zip(&coupling.ledgers);
-            for (place, (patch, ledger)) in patches.enumerate() {
-                all.merge(ledger, place > 0);
+            for (index, (patch, ledger)) in patches.enumerate() {
+                all.merge(ledger, index > 0);
                 self.joins.push(Join {
                     index: patch.index,
                     entry: self.interfaces.len(),
@@ -374,8 +374,8 @@ impl Summary {
     /// are sampled, as it pushes the continuum down (N).
     pub fn judged(&self, bounds: &Plausible, through_n: &[Option<f64>]) -> Vec<Warning> {
         let mut found = Vec::new();
-        let mut add = |place: &str, finding: Option<Finding>| {
-            found.extend(finding.map(|finding| Warning::of(place, finding)));
+        let mut add = |about: &str, finding: Option<Finding>| {
+            found.extend(finding.map(|finding| Warning::of(about, finding)));
         };
         for (peer, (name, participant)) in self.participants.iter().enumerate() {
             let balance = participant.energy_balance_rel;

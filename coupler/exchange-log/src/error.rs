@@ -30,13 +30,13 @@ pub enum LogError {
         torn: bool,
     },
     #[error(
-        "{path} {found} at byte {offset}, in {place}: {why}; what comes before is valid, and --recover accepts it", path = .path.display(),
+        "{path} {found} at byte {offset}, in {part}: {why}; what comes before is valid, and --recover accepts it", path = .path.display(),
         found = if *.torn { "was cut off by the end of its writer" } else { "is damaged" }
     )]
     Damaged {
         path: PathBuf,
         offset: u64,
-        place: String,
+        part: String,
         why: String,
         torn: bool,
     },

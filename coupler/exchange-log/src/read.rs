@@ -278,7 +278,7 @@ impl LogFile {
             Failure::Damage(why) => LogError::Damaged {
                 path,
                 offset: self.offset,
-                place: if self.in_chunk {
+                part: if self.in_chunk {
                     format!("chunk {}", self.chunks)
                 } else {
                     format!("a record after {} chunks", self.chunks)

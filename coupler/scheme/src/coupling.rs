@@ -216,11 +216,11 @@ impl Coupling {
                 participants.begin_early(side.peer, &side.window(next), force)?;
             }
         }
-        let place = self.group.mapping.motion(&self.state.displacement);
+        let position = self.group.mapping.motion(&self.state.displacement);
         self.group
             .motion_driven
             .iter()
-            .try_for_each(|side| participants.accept(side.peer, window, side.of(&place)))
+            .try_for_each(|side| participants.accept(side.peer, window, side.of(&position)))
     }
 
     /// Enters a window into the ledger of each interface.

@@ -134,7 +134,7 @@ impl Patch {
     }
 }
 
-/// Two components a place.
+/// Two components a position.
 pub fn components(range: &Range<usize>) -> Range<usize> {
     2 * range.start..2 * range.end
 }

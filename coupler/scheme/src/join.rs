@@ -292,7 +292,7 @@ fn seam(
     });
     let sides = sides.each_ref().map(|(name, told)| (&**name, *told));
     let period_m = common_period(sides).map_err(&refuse)?;
-    let (nodes, glued) = (places(&offered), places(&points));
+    let (nodes, glued) = (positions(&offered), positions(&points));
     let relate = |kind| {
         let mapping = match period_m {
             None => Mapping::new(kind, &nodes, &glued),
@@ -304,7 +304,7 @@ fn seam(
         .description(motion_driven.peer)
         .smooth_m
         .get(&motion_driven.set);
-    let shape = smooth.filter(|places| places.len() == glued.len());
+    let shape = smooth.filter(|positions| positions.len() == glued.len());
     let linear = relate(MappingKind::Linear)?;
     let offset = offset(&linear, &nodes, shape.unwrap_or(&glued), period_m);
     let mapping = relate(interface.mapping)?;
@@ -327,9 +327,9 @@ fn seam(
     })
 }
 
-fn places(surface: &Surface) -> Vec<[f64; 2]> {
-    let places = surface.x_m.iter().zip(&surface.y_m);
-    places.map(|(x, y)| [*x, *y]).collect()
+fn positions(surface: &Surface) -> Vec<[f64; 2]> {
+    let positions = surface.x_m.iter().zip(&surface.y_m);
+    positions.map(|(x, y)| [*x, *y]).collect()
 }
 
 fn pick(surface: &Surface, indices: &[usize]) -> Surface {
@@ -425,7 +425,7 @@ fn outward(glued: &Surface, row: &Range<usize>, motion_driven: &Range<usize>) ->
 struct Row {
     sides: Vec<Side>,
     surface: Surface,
-    /// Side of each surface, and its place in the whole.
+    /// Side of each surface, and its position in the whole.
     parts: Vec<(usize, Range<usize>)>,
 }
 

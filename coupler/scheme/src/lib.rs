@@ -4,7 +4,7 @@
 //!
 //! A surface of a continuum carries a row of *glued* points that belong to another solver: grains that stand on a rail. In
 //! each window of length H the continuum makes m explicit steps under a force lambda on its surface nodes, the grains one implicit
-//! step on a boundary that moves. Wanted are forces and motions that agree: the same force on both sides, the same place at the
+//! step on a boundary that moves. Wanted are forces and motions that agree: the same force on both sides, the same position at the
 //! window's end, and no energy from nowhere.
 //!
 //! ```text
@@ -90,7 +90,7 @@
 //!
 //! | equation | function | source |
 //! |---|---|---|
-//! | lambda = N^T F_g, equal places at the end of the window | [`dual_schur::solve`] | dual Schur complement; subcycling after Gravouil and Combescure (2001) |
+//! | lambda = N^T F_g, equal positions at the end of the window | [`dual_schur::solve`] | dual Schur complement; subcycling after Gravouil and Combescure (2001) |
 //! | a_g = N (du - C lambda) / H | [`WindowProblem::free_velocity`](problem::Problem::free_velocity) | derived in [`dual_schur`] |
 //! | v_g = a_g + W_g p, W_g = N C N^T / H^2 | [`Compliance::prepare`](compliance::Compliance::prepare), [`Mapping::condense`](mapping::Mapping::condense) | derived in [`dual_schur`] |
 //! | C += y y^T / (y.s) - (C s)(C s)^T / (s.C s) | [`Compliance::update`](compliance::Compliance::update) | Broyden (1970), Fletcher (1970), Goldfarb (1970), Shanno (1970) |

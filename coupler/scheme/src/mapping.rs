@@ -53,7 +53,7 @@ impl Mapping {
         Mapping::new(MappingKind::Mortar, nodes, points)
     }
 
-    /// Rows made from each point's place and segment on the line through the nodes; a single node carries all.
+    /// Rows made from each point's position and segment on the line through the nodes; a single node carries all.
     fn along(
         kind: MappingKind,
         nodes: &[[f64; 2]],
@@ -71,11 +71,11 @@ impl Mapping {
             None => Line::through(nodes)?,
             Some(period_m) => Line::repeating(nodes, period_m)?,
         };
-        let places: Vec<f64> = points.iter().map(|point| line.place(*point)).collect();
-        line.check(points, &places)?;
+        let positions: Vec<f64> = points.iter().map(|point| line.position(*point)).collect();
+        line.check(points, &positions)?;
         let mut rows = vec![Vec::new(); points.len()];
-        for (point, low, high) in line.segments(points, &places)? {
-            let s = places[point];
+        for (point, low, high) in line.segments(points, &positions)? {
+            let s = positions[point];
             rows[point] = match kind {
                 MappingKind::Mortar => line.row(s, [low, high]),
                 MappingKind::Linear => line.interpolation(s),

@@ -74,9 +74,10 @@ impl InterfaceTraction {
     pub fn peak_of_means(&self, width_m: f64) -> f64 {
         let mut boxes = std::collections::BTreeMap::new();
         let images = self.period_m.map_or(vec![0.0], |p| vec![0.0, -p, p]);
-        let places = self.x_m.iter().enumerate();
-        let places = places.flat_map(|(node, x)| images.iter().map(move |by| (node, x + by)));
-        for (node, x) in places {
+        let nodes_and_images = self.x_m.iter().enumerate();
+        let nodes_and_images =
+            nodes_and_images.flat_map(|(node, x)| images.iter().map(move |by| (node, x + by)));
+        for (node, x) in nodes_and_images {
             let length = self.area_m2[node] / self.thickness_m;
             let (low, high) = (x - 0.5 * length, x + 0.5 * length);
             let index = |x: f64| (x / width_m).round() as i64;

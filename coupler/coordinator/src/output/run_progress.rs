@@ -53,7 +53,7 @@ impl RunProgress {
         let [percent, clock] = [self.percent(), self.clock()];
         let mut lines = vec![
             format!("{} [{bar}] {percent}  {clock}", self.run),
-            format!("  {}", self.place().join("   ")),
+            format!("  {}", self.position().join("   ")),
         ];
         let judged = self.judged();
         if !judged.is_empty() {
@@ -66,7 +66,7 @@ impl RunProgress {
 
     /// The same in one line.
     pub fn line(&self) -> String {
-        let words = [vec![self.percent()], self.place(), self.judged()].concat();
+        let words = [vec![self.percent()], self.position(), self.judged()].concat();
         let [words, shares, clock] = [words.join(", "), self.shares(), self.clock()];
         format!("{}: {words}; time: {shares}; {clock}", self.run)
     }
@@ -86,7 +86,7 @@ impl RunProgress {
         )
     }
 
-    fn place(&self) -> Vec<String> {
+    fn position(&self) -> Vec<String> {
         let mut words = Vec::new();
         if let Some((name, part)) = &self.phase {
             words.push(format!("{name} ({:.0} %)", (100.0 * part).floor()));

@@ -185,18 +185,18 @@ pub fn require_program(participant: &str, program: &str, folder: &Path) -> Resul
     let found = if program.contains('/') {
         folder.join(program).is_file()
     } else {
-        std::env::split_paths(&path).any(|place| place.join(program).is_file())
+        std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
     };
-    let place = folder.display();
+    let shown = folder.display();
     let problem = if !folder.is_dir() {
         format!(
-            "command `{program}` starts in {place}, the folder of its scenario, which is gone: put it back"
+            "command `{program}` starts in {shown}, the folder of its scenario, which is gone: put it back"
         )
     } else if found {
         return Ok(());
     } else {
         format!(
-            "command `{program}` is not a program that can be started; give a name on PATH, or a path that is absolute or begins in {place}, the folder of its scenario"
+            "command `{program}` is not a program that can be started; give a name on PATH, or a path that is absolute or begins in {shown}, the folder of its scenario"
         )
     };
     Err(Refusal::NoProgram {

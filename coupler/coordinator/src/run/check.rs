@@ -28,17 +28,17 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
     let output = &loaded.scenario.run.output;
     if output.fields_every_s.is_some() && !output.fields {
         let text = "means nothing with run.output.fields = false and is not used";
-        let place = "run.output.fields_every_s";
-        warnings.push(Warning::advice("unused_key", place, text));
+        let key = "run.output.fields_every_s";
+        warnings.push(Warning::advice("unused_key", key, text));
     }
     for interface in &loaded.scenario.interface {
         let scheme = toml::Value::try_from(interface.scheme.word()).expect("it is a word");
         let name = &interface.name;
         let unused = interface.given.unused().into_iter();
         warnings.extend(unused.map(|key| {
-            let place = format!("interface.{name}.{key}");
+            let key = format!("interface.{name}.{key}");
             let text = format!("means nothing for scheme = {scheme} and is not used");
-            Warning::advice("unused_key", &place, text)
+            Warning::advice("unused_key", &key, text)
         }));
     }
     Ok(warnings)

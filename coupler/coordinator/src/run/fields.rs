@@ -194,8 +194,8 @@ impl<'a> Fields<'a> {
     }
 
     /// Size of the fields of the whole run, if each moment takes what the end took; with a warning where that is more than the disk
-    /// that `place` lies on has left.
-    pub fn foretold(&self, place: &Path) -> Option<String> {
+    /// that `folder` lies on has left.
+    pub fn foretold(&self, folder: &Path) -> Option<String> {
         let [files, bytes] = self.of_the_end();
         let snapshot_times = self.snapshot_times.len() as u64 + 1;
         let line = format!(
@@ -203,7 +203,7 @@ impl<'a> Fields<'a> {
             (snapshot_times * bytes) as f64
         );
         let warning =
-            lack(snapshot_times * bytes, free_bytes(place)).map(|w| format!("\n{}", w.line()));
+            lack(snapshot_times * bytes, free_bytes(folder)).map(|w| format!("\n{}", w.line()));
         (files > 0).then(|| line + &warning.unwrap_or_default())
     }
 

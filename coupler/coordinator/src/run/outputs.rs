@@ -385,12 +385,12 @@ impl<'a> Outputs<'a> {
     fn lost(
         &mut self,
         (code, bounds): (&str, Bounds),
-        place: &str,
+        about: &str,
         value: Option<f64>,
         time_s: f64,
     ) {
         let finding = value.and_then(|v| plausible::lost_balance(code, bounds, v, time_s));
-        let finding = finding.map(|finding| (place.to_string(), finding));
+        let finding = finding.map(|finding| (about.to_string(), finding));
         self.state.findings.extend(finding);
     }
 
@@ -400,7 +400,7 @@ impl<'a> Outputs<'a> {
         self.passed_on = self.state.findings.len();
         let warnings = new
             .iter()
-            .map(|(place, finding)| Warning::of(place, finding.clone()));
+            .map(|(about, finding)| Warning::of(about, finding.clone()));
         warnings.chain(self.fields.advice()).collect()
     }
 

@@ -299,7 +299,7 @@ impl RunSession<'_> {
         // One that was told on the way says more than one about the end.
         let known = &self.summary.warnings;
         judged.retain(|new| {
-            let same = |old: &Warning| old.code == new.code && old.place == new.place;
+            let same = |old: &Warning| old.code == new.code && old.about == new.about;
             !known.iter().any(same)
         });
         let proven = plausible::refuse_contradiction(&judged);

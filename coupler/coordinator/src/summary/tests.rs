@@ -75,10 +75,10 @@ fn forces_and_the_energies_of_all_are_judged() {
     let mut summary = held(&InterfaceLedger::default());
     let judged = |summary: &Summary, through| {
         let found = summary.judged(&Plausible::default(), &[Some(through)]);
-        let told = found.into_iter().map(|found| (found.code, found.place));
+        let told = found.into_iter().map(|found| (found.code, found.about));
         told.collect::<Vec<_>>()
     };
-    let one = |code: &str, place: &str| vec![(code.to_string(), place.to_string())];
+    let one = |code: &str, about: &str| vec![(code.to_string(), about.to_string())];
     assert_eq!(judged(&summary, 50.0), one("force_balance", "layer"));
     summary.results.insert("energy_balance_rel".into(), 0.05);
     assert_eq!(judged(&summary, 100.0), one("energy_balance", "run"));

@@ -93,7 +93,7 @@ fn windows(
     let remote = &mut Remote::new(peers, greeted);
     let mut groups = groups_at_start(scenario, greeted, join(remote, &scenario.interface)?)?;
     match from {
-        Some(restart) => restart.place(&mut groups)?,
+        Some(restart) => restart.restore_coupler(&mut groups)?,
         None => {
             for group in &mut groups {
                 foresee(&mut group.coupling, remote)?;

@@ -135,8 +135,8 @@ mod tests {
     fn a_wave_on_a_flat_surface_that_repeats_is_found() {
         let nodes: Vec<[f64; 2]> = (0..9).map(|i| [f64::from(i) * 6.0 / 9.0, 0.0]).collect();
         let off = |c: f64, shift: f64| {
-            let place = |i: i32| 0.5 * f64::from(i) + shift + 6.0 * f64::from(i % 2);
-            let points = (0..12).map(|i| [place(i), 2.0 + c * (PI * place(i) / 3.0).cos()]);
+            let position = |i: i32| 0.5 * f64::from(i) + shift + 6.0 * f64::from(i % 2);
+            let points = (0..12).map(|i| [position(i), 2.0 + c * (PI * position(i) / 3.0).cos()]);
             let points: Vec<[f64; 2]> = points.collect();
             let linear = Mapping::repeating(MappingKind::Linear, &nodes, &points, 6.0);
             offset(&linear.expect("it fits"), &nodes, &points, Some(6.0))

@@ -132,7 +132,7 @@ impl<'a> Probe<'a> {
         let continuum = (0..n).map(|i| if i < n / 2 { 1.0 } else { speed });
         let prescribes_velocity = matches!(scheme, Scheme::Velocity { .. })
             || scheme.dirichlet() == Dirichlet::ForceDriven;
-        // Masses (glued velocity, place, velocity), then lambda and last motion of the coupler, and its velocity and
+        // Masses (glued velocity, position, velocity), then lambda and last motion of the coupler, and its velocity and
         // displacement where the scheme goes by them.
         let mut rest = vec![speed, 1.0, speed, force, 1.0];
         if prescribes_velocity {
@@ -191,16 +191,16 @@ impl<'a> Probe<'a> {
         let (velocity, displacement) = if self.prescribes_velocity {
             (at(5), at(6))
         } else {
-            (0.0, self.model.response.place.dot(&continuum))
+            (0.0, self.model.response.interface.dot(&continuum))
         };
         self.pair.state = PairState {
             continuum,
             masses: Masses {
                 glued_velocity: at(0),
-                place: at(1),
+                position: at(1),
                 velocity: at(2),
             },
-            place: displacement,
+            position: displacement,
         };
         self.pair.free_velocities.clear();
         self.pair.prescribed_velocities.clear();
@@ -221,7 +221,7 @@ impl<'a> Probe<'a> {
         let Disturbance { pair, interface } = state;
         let rest = [
             pair.masses.glued_velocity,
-            pair.masses.place,
+            pair.masses.position,
             pair.masses.velocity,
             interface.lambda[0],
             interface.last_motion[0],

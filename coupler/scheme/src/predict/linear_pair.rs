@@ -102,8 +102,8 @@ pub struct PairState {
     pub continuum: DVector<f64>,
     /// The masses.
     pub masses: Masses,
-    /// Place of the interface as the boundary was told of it (m).
-    pub place: f64,
+    /// Position of the interface as the boundary was told of it (m).
+    pub position: f64,
 }
 
 /// A pair as participants.
@@ -130,7 +130,7 @@ impl<'a> LinearPair<'a> {
         let state = PairState {
             continuum: DVector::zeros(model.response.push.len()),
             masses,
-            place: 0.0,
+            position: 0.0,
         };
         LinearPair {
             model,
@@ -147,8 +147,8 @@ impl<'a> LinearPair<'a> {
 
     /// Motion of the interface in the window tried (m).
     fn increment(&self) -> f64 {
-        let place = &self.model.response.place;
-        place.dot(&self.trial.continuum) - place.dot(&self.state.continuum)
+        let interface = &self.model.response.interface;
+        interface.dot(&self.trial.continuum) - interface.dot(&self.state.continuum)
     }
 
     /// The moving component alone of a matrix n x n.
@@ -249,7 +249,7 @@ impl Participants for LinearPair<'_> {
             compliance: self.compliance,
         };
         let start = &self.state;
-        let solved = self.mass.window(&start.masses, start.place, motion);
+        let solved = self.mass.window(&start.masses, start.position, motion);
         self.trial.masses = solved.masses;
         Ok(BoundaryAnswer {
             force: vec![finite(solved.force)?, 0.0],
@@ -265,7 +265,7 @@ impl Participants for LinearPair<'_> {
             self.state.continuum.clone_from(&self.trial.continuum);
         } else {
             self.state.masses = self.trial.masses;
-            self.state.place = displacement[0];
+            self.state.position = displacement[0];
         }
         Ok(())
     }

@@ -13,8 +13,8 @@ pub struct Response {
     pub carry: DMatrix<f64>,
     /// B (1/N).
     pub push: DVector<f64>,
-    /// R.
-    pub place: DVector<f64>,
+    /// R: what takes the displacement of the interface out of a state.
+    pub interface: DVector<f64>,
     /// Mass of the interface itself (kg).
     mass_kg: f64,
     /// Internal force of the interface (N/m).
@@ -43,7 +43,7 @@ impl Response {
         Response {
             carry: window.view((0, 0), (size, size)).into_owned(),
             push: window.column(size).rows(0, size).into_owned(),
-            place: r.clone().resize_vertically(size, 0.0),
+            interface: r.clone().resize_vertically(size, 0.0),
             mass_kg,
             substeps,
             prescribed_step: one_step(step_s, &(k + b * pull.transpose()), &(b * mass_kg)),
@@ -54,7 +54,7 @@ impl Response {
 
     /// C (m/N).
     pub fn compliance(&self) -> f64 {
-        self.place.dot(&self.push)
+        self.interface.dot(&self.push)
     }
 
     /// H D^-1 (m/N) with the force D v at the end of a window in which the velocity goes from rest to v.
@@ -66,7 +66,7 @@ impl Response {
     /// Velocity of the interface (m/s).
     pub fn speed(&self, state: &DVector<f64>) -> f64 {
         let half = state.len() / 2;
-        self.place.rows(0, half).dot(&state.rows(half, half))
+        self.interface.rows(0, half).dot(&state.rows(half, half))
     }
 
     /// The end of a window in which the interface has a constant acceleration (m/s^2), and the force there (N).

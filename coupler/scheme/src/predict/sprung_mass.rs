@@ -7,8 +7,8 @@ use protocol::BoundaryInertia;
 pub struct Masses {
     /// Velocity of the glued mass (m/s).
     pub glued_velocity: f64,
-    /// Place of the free mass (m).
-    pub place: f64,
+    /// Position of the free mass (m).
+    pub position: f64,
     /// Its velocity (m/s).
     pub velocity: f64,
 }
@@ -58,15 +58,15 @@ impl SprungMass {
         }
     }
 
-    /// One window of the theta scheme, q_0 (m) being the place of the interface at its start:
-    /// m_g (v_g - v_g0) = H k (q_1 - q_0) - p and m (v - v_0) = -H k (q_1 - q_0), both places taken at
+    /// One window of the theta scheme, q_0 (m) being the position of the interface at its start:
+    /// m_g (v_g - v_g0) = H k (q_1 - q_0) - p and m (v - v_0) = -H k (q_1 - q_0), both positions taken at
     /// q + theta H (theta v' + (1 - theta) v) for the free mass, q + theta H v_g for the glued one, and v_g = a_g + W_g p.
     ///
     /// Without v the glued mass obeys A v_g + p = R; so solved, a boundary that moves as it is told moves exactly so.
     pub fn window(&self, start: &Masses, q_0: f64, motion: Motion) -> Solved {
         let (h, theta, k, m) = (self.window_s, self.theta, self.spring, self.mass);
         // The spring against the start (m), and m + (theta H)^2 k (kg).
-        let stretch = start.place + theta * (1.0 - theta) * h * start.velocity - q_0;
+        let stretch = start.position + theta * (1.0 - theta) * h * start.velocity - q_0;
         let moved = m + theta * theta * h * h * k;
         let inertia = self.glued + theta * h * h * k * m / moved;
         let drive = self.glued * start.glued_velocity
@@ -79,7 +79,8 @@ impl SprungMass {
         Solved {
             masses: Masses {
                 glued_velocity: v_g,
-                place: follows * (start.place + h * (theta * v + (1.0 - theta) * start.velocity)),
+                position: follows
+                    * (start.position + h * (theta * v + (1.0 - theta) * start.velocity)),
                 velocity: follows * v,
             },
             force: p / h,

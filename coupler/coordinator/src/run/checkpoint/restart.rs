@@ -115,7 +115,7 @@ impl RestartPoint {
         greeted: &[Greeted],
         groups: &mut [GroupRun],
     ) -> Result<(), Error> {
-        self.place(groups)?;
+        self.restore_coupler(groups)?;
         for group in groups {
             let remote = &mut Remote::new(communicator, greeted);
             group.coupling.repeat_boundaries(remote)?;
@@ -138,7 +138,7 @@ impl RestartPoint {
     }
 
     /// Gives the coupler its state back.
-    pub fn place(&self, groups: &mut [GroupRun]) -> Result<(), Error> {
+    pub fn restore_coupler(&self, groups: &mut [GroupRun]) -> Result<(), Error> {
         let state = &self.checkpoint;
         let positions = &state.position.groups;
         if [positions.len(), state.couplings.len()] != [groups.len(); 2] {

@@ -32,7 +32,7 @@ const POINT: f64 = 0.01;
 /// Masses that arrive with 1 m/s.
 pub const MOVING: Masses = Masses {
     glued_velocity: 1.0,
-    place: 0.0,
+    position: 0.0,
     velocity: 1.0,
 };
 
