@@ -120,6 +120,9 @@ pub enum Error {
     Interrupted { signal: i32 },
 }
 
+/// Result of what a run may fail at.
+pub(crate) type Result<T, E = Error> = std::result::Result<T, E>;
+
 /// A window or interface that a scheme cannot go on with.
 impl From<SchemeError> for Error {
     fn from(error: SchemeError) -> Error {

@@ -4,7 +4,7 @@ use kit::Bounds;
 use protocol::{Description, Finding, HeldLoad, larger};
 use serde::Serialize;
 
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::scenario::Plausible;
 use scheme::group::{Group, Patch};
 use scheme::ledger::ratio;
@@ -144,7 +144,7 @@ pub fn interface_work(bounds: Bounds, works: InterfaceWorks) -> Option<Finding> 
 }
 
 /// Refuses a run in which a participant contradicts itself: its ledger, and what it answered, cannot both be of the state it kept.
-pub fn refuse_contradiction(judged: &[Warning]) -> Result<(), Error> {
+pub fn refuse_contradiction(judged: &[Warning]) -> Result<()> {
     let mut all = judged.iter();
     match all.find(|warning| warning.suspect && warning.code == "interface_work") {
         None => Ok(()),

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::group::{Group, Side};
 use super::participants::Participants;
 use super::source::ComplianceSource;
-use crate::error::SchemeError;
+use crate::error::Result;
 
 /// C (m/N) of the exchanged nodes by substeps: block-diagonal, one block a force-driven participant. A window of other length
 /// has another C.
@@ -115,7 +115,7 @@ impl Compliance {
         &mut self,
         participants: &mut dyn Participants,
         group: &Group,
-    ) -> Result<Option<Vec<DMatrix<f64>>>, SchemeError> {
+    ) -> Result<Option<Vec<DMatrix<f64>>>> {
         if self.source != ComplianceSource::Columns {
             return Ok(None);
         }
@@ -131,7 +131,7 @@ impl Compliance {
         participants: &mut dyn Participants,
         group: &Group,
         window: &Window,
-    ) -> Result<(), SchemeError> {
+    ) -> Result<()> {
         let known = self.source == ComplianceSource::Rigid
             || self.by_substeps.contains_key(&window.substeps);
         if !known {
@@ -154,7 +154,7 @@ impl Compliance {
         &self,
         participants: &mut dyn Participants,
         group: &Group,
-    ) -> Result<(), SchemeError> {
+    ) -> Result<()> {
         match self.told {
             None => Ok(()),
             Some(substeps) => {
@@ -171,7 +171,7 @@ impl Compliance {
         participants: &mut dyn Participants,
         group: &Group,
         window: &Window,
-    ) -> Result<(), SchemeError> {
+    ) -> Result<()> {
         let window_s = group.window_s(window);
         for side in &group.motion_driven {
             let matrix = match self.by_substeps.get(&window.substeps) {

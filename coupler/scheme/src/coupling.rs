@@ -15,7 +15,7 @@ use super::problem::WindowProblem;
 use super::source::ComplianceSource;
 use super::window::{AcceptedWindow, Attempt, InterfaceSignals, InterfaceState, SolvedWindow};
 use super::{dual_schur, fixed_point, neumann_dirichlet, staggered, velocity};
-use crate::error::{SchemeError, Unfit};
+use crate::error::{Result, SchemeError, Unfit};
 use crate::keys::{Dirichlet, Policy, Scheme, SchemeWord};
 
 /// The coupler's own state of one group: it changes only when a window is accepted.
@@ -73,7 +73,7 @@ impl Coupling {
         participants: &mut dyn Participants,
         window: Window,
         following: impl Fn(&Window) -> Option<Window>,
-    ) -> Result<Attempt, SchemeError> {
+    ) -> Result<Attempt> {
         let mut solved = match self.solve(participants, window) {
             Err(SchemeError::NotFinite(_)) if self.may_halve(&window) => return Ok(self.halve()),
             solved => solved?,
@@ -106,7 +106,7 @@ impl Coupling {
         &mut self,
         participants: &mut dyn Participants,
         window: Window,
-    ) -> Result<SolvedWindow, SchemeError> {
+    ) -> Result<SolvedWindow> {
         let problem = &mut WindowProblem {
             group: &self.group,
             start: &self.state,
@@ -174,7 +174,7 @@ impl Coupling {
         participants: &mut dyn Participants,
         solved: SolvedWindow,
         next: Option<Window>,
-    ) -> Result<AcceptedWindow, SchemeError> {
+    ) -> Result<AcceptedWindow> {
         for (total, increment) in self.state.displacement.iter_mut().zip(&solved.increment) {
             *total += increment;
         }
@@ -191,7 +191,7 @@ impl Coupling {
             .force_driven
             .iter()
             .chain(&self.group.motion_driven);
-        let reports: Result<_, SchemeError> = sides
+        let reports: Result<_> = sides
             .map(|side| Ok((side.peer, participants.report(side.peer)?)))
             .collect();
         Ok(AcceptedWindow {
@@ -207,7 +207,7 @@ impl Coupling {
         participants: &mut dyn Participants,
         window: &Window,
         next: Option<Window>,
-    ) -> Result<(), SchemeError> {
+    ) -> Result<()> {
         let next = next.filter(|_| matches!(self.scheme, Scheme::DualSchur { .. }));
         for side in &self.group.force_driven {
             participants.accept(side.peer, &side.window(window), &[])?;
@@ -260,7 +260,7 @@ impl Coupling {
     pub fn columns(
         &mut self,
         participants: &mut dyn Participants,
-    ) -> Result<Option<Vec<DMatrix<f64>>>, SchemeError> {
+    ) -> Result<Option<Vec<DMatrix<f64>>>> {
         self.compliance.columns(participants, &self.group)
     }
 
@@ -274,7 +274,7 @@ impl Coupling {
     }
 
     /// Takes up a state after the same handshake.
-    pub fn restore(&mut self, state: &CouplingState) -> Result<(), SchemeError> {
+    pub fn restore(&mut self, state: &CouplingState) -> Result<()> {
         let lengths = |state: &InterfaceState, ledgers: &[InterfaceLedger]| {
             [state.lengths().as_slice(), &[ledgers.len()]].concat()
         };
@@ -292,10 +292,7 @@ impl Coupling {
     }
 
     /// Tells the boundaries once more, after a restart.
-    pub fn repeat_boundaries(
-        &self,
-        participants: &mut dyn Participants,
-    ) -> Result<(), SchemeError> {
+    pub fn repeat_boundaries(&self, participants: &mut dyn Participants) -> Result<()> {
         self.compliance.repeat_boundaries(participants, &self.group)
     }
 }

@@ -23,7 +23,7 @@ use protocol::Window;
 use super::problem::WindowProblem;
 use super::vectors::difference;
 use super::window::SolvedWindow;
-use crate::error::SchemeError;
+use crate::error::Result;
 use crate::keys::Update;
 
 /// Softness of the first compliance of `dual-schur-cheap` over the true one: it never looks back, so that its compliance
@@ -36,7 +36,7 @@ pub fn solve(
     update: Update,
     repeats_max: u32,
     mut window: Window,
-) -> Result<SolvedWindow, SchemeError> {
+) -> Result<SolvedWindow> {
     let repeats_max = if update == Update::Cheap {
         1
     } else {

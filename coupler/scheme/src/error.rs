@@ -21,6 +21,9 @@ pub enum SchemeError {
     Participant(Box<dyn StdError + Send + Sync>),
 }
 
+/// Result of what a scheme or a participant may fail at.
+pub(crate) type Result<T, E = SchemeError> = std::result::Result<T, E>;
+
 /// Interfaces, participants and keys that do not go together.
 #[derive(Debug, Error)]
 #[allow(missing_docs)]

@@ -18,7 +18,7 @@ use protocol::Window;
 use super::acceleration::Accelerator;
 use super::problem::WindowProblem;
 use super::window::SolvedWindow;
-use crate::error::SchemeError;
+use crate::error::Result;
 use crate::keys::Order;
 
 /// The rules of a fixed point.
@@ -39,7 +39,7 @@ pub fn solve(
     problem: &mut WindowProblem,
     rules: FixedPoint,
     mut window: Window,
-) -> Result<SolvedWindow, SchemeError> {
+) -> Result<SolvedWindow> {
     let FixedPoint {
         order,
         mut accelerator,

@@ -12,7 +12,7 @@ use super::clock::Clock;
 use super::group::{Group, Offset, Patch, Side};
 use super::mapping::Mapping;
 use super::participants::Participants;
-use crate::error::{SchemeError, Unfit, WindowOf};
+use crate::error::{Result, SchemeError, Unfit, WindowOf};
 use crate::keys::{Dirichlet, Interface, MappingKind, connected};
 use geometry::{common_period, offset, same_side};
 use point_mass::{point_masses, refuse_massless};
@@ -25,10 +25,7 @@ use suitability::{
 const SAME_WINDOW: f64 = 1e-9;
 
 /// Couples the named sets of all interfaces, group by group, and agrees on what is exchanged.
-pub fn join(
-    participants: &mut dyn Participants,
-    interfaces: &[Interface],
-) -> Result<Vec<Group>, SchemeError> {
+pub fn join(participants: &mut dyn Participants, interfaces: &[Interface]) -> Result<Vec<Group>> {
     let mut groups = Vec::new();
     for members in connected(interfaces) {
         let joined = members.iter().map(|index| &interfaces[*index]);
@@ -41,10 +38,7 @@ pub fn join(
     Ok(groups)
 }
 
-fn join_group(
-    participants: &mut dyn Participants,
-    interfaces: Vec<&Interface>,
-) -> Result<Group, SchemeError> {
+fn join_group(participants: &mut dyn Participants, interfaces: Vec<&Interface>) -> Result<Group> {
     let mut pairs = Vec::new();
     for interface in &interfaces {
         let pair = roles(participants, interface)?;
@@ -108,7 +102,7 @@ fn refused(interface: &Interface, why: impl std::fmt::Display) -> SchemeError {
 }
 
 /// The side that takes forces and the one that stands on a boundary, told by what they can do, not by their order.
-fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<Pair, SchemeError> {
+fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<Pair> {
     let (mut continuum, mut motion_driven) = (None, None);
     for side in &interface.between {
         let (name, set) = side.split_once('.').unwrap_or((side, ""));
@@ -149,7 +143,7 @@ fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<P
 }
 
 /// A participant answers either motion or force in a window, on all of its interfaces.
-fn refuse_two_roles(participants: &dyn Participants, pairs: &[Pair]) -> Result<(), SchemeError> {
+fn refuse_two_roles(participants: &dyn Participants, pairs: &[Pair]) -> Result<()> {
     let motion_driven_sides: Vec<usize> =
         pairs.iter().map(|pair| pair.motion_driven.peer).collect();
     let mut continua = pairs.iter().map(|pair| pair.force_driven.peer);
@@ -167,7 +161,7 @@ fn clock(
     participants: &dyn Participants,
     interfaces: &[&Interface],
     pairs: &[Pair],
-) -> Result<Clock, SchemeError> {
+) -> Result<Clock> {
     let mut first: Option<(&Interface, f64)> = None;
     let mut common = 0;
     for (interface, pair) in interfaces.iter().zip(pairs) {
@@ -197,11 +191,7 @@ fn clock(
 }
 
 /// The step (s) that the windows of an interface are counted in, `own` being that of its continuum.
-pub fn step_of(
-    interface: &Interface,
-    continuum: &str,
-    own: Option<f64>,
-) -> Result<f64, SchemeError> {
+pub fn step_of(interface: &Interface, continuum: &str, own: Option<f64>) -> Result<f64> {
     let key = || format!("interface.{}.window_s", interface.name);
     match (own, interface.window_s) {
         (Some(step_s), None) => Ok(step_s),
@@ -226,7 +216,7 @@ fn refuse_above_limit(
     interface: &Interface,
     step_s: f64,
     motion_driven: usize,
-) -> Result<(), SchemeError> {
+) -> Result<()> {
     let (name, motion_driven) = (
         participants.name(motion_driven),
         participants.description(motion_driven),
@@ -257,11 +247,7 @@ fn greatest_common_divisor(a: u32, b: u32) -> u32 {
     }
 }
 
-fn seam(
-    participants: &mut dyn Participants,
-    interface: &Interface,
-    pair: Pair,
-) -> Result<Seam, SchemeError> {
+fn seam(participants: &mut dyn Participants, interface: &Interface, pair: Pair) -> Result<Seam> {
     let [continuum, motion_driven] = [&pair.force_driven, &pair.motion_driven];
     let offered = participants.couple(continuum.peer, &continuum.set)?;
     let mut points = participants.couple(motion_driven.peer, &motion_driven.set)?;
@@ -344,7 +330,7 @@ fn pick(surface: &Surface, indices: &[usize]) -> Surface {
 }
 
 /// Restricts every participant to the points of its sets that are exchanged; a layer exchanges all.
-fn select(participants: &mut dyn Participants, seams: &[Seam]) -> Result<(), SchemeError> {
+fn select(participants: &mut dyn Participants, seams: &[Seam]) -> Result<()> {
     let continua = seams.iter().map(|seam| {
         let peer = seam.pair.force_driven.peer;
         (peer, seam.offered, seam.active.clone())

@@ -29,7 +29,7 @@ use super::fixed_point::FixedPoint;
 use super::problem::WindowProblem;
 use super::vectors::{difference, motion_of};
 use super::window::{Answer, SolvedWindow};
-use crate::error::SchemeError;
+use crate::error::Result;
 use crate::keys::Order;
 
 /// Motion of the layers under a force.
@@ -51,7 +51,7 @@ pub fn solve_staggered(
     problem: &mut WindowProblem,
     order: Order,
     window: Window,
-) -> Result<SolvedWindow, SchemeError> {
+) -> Result<SolvedWindow> {
     problem.prepare_boundaries(&window)?;
     let followed = problem.start.velocity.clone();
     let (reaction, pushed) = match order {
@@ -74,7 +74,7 @@ pub fn solve_fixed_point(
     rules: FixedPoint,
     relaxation: f64,
     mut window: Window,
-) -> Result<SolvedWindow, SchemeError> {
+) -> Result<SolvedWindow> {
     problem.prepare_boundaries(&window)?;
     let window_s = problem.group.window_s(&window);
     let mut accelerator: Accelerator = rules.accelerator;
@@ -136,7 +136,7 @@ fn one_by_one(
     problem: &mut WindowProblem,
     window: &Window,
     velocity: &[f64],
-) -> Result<(Reaction, Pushed), SchemeError> {
+) -> Result<(Reaction, Pushed)> {
     let reaction = problem.prescribe_velocity(window, velocity)?;
     let pushed = push(problem, window, &reaction.force)?;
     Ok((reaction, pushed))
@@ -147,7 +147,7 @@ fn at_once(
     problem: &mut WindowProblem,
     window: &Window,
     velocity: &[f64],
-) -> Result<(Reaction, Pushed), SchemeError> {
+) -> Result<(Reaction, Pushed)> {
     problem.begin_prescribed_velocity(window, velocity)?;
     let start = problem.start;
     let pushed = push(problem, window, &start.lambda);
@@ -156,11 +156,7 @@ fn at_once(
 }
 
 /// The layers with -lambda (N) on the line of the nodes.
-fn push(
-    problem: &mut WindowProblem,
-    window: &Window,
-    lambda: &[f64],
-) -> Result<Pushed, SchemeError> {
+fn push(problem: &mut WindowProblem, window: &Window, lambda: &[f64]) -> Result<Pushed> {
     let (group, v_0) = (problem.group, &problem.start.velocity);
     let window_s = group.window_s(window);
     let c_lambda = problem.carried(window, lambda);

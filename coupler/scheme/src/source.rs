@@ -6,7 +6,7 @@ use protocol::Window;
 use super::group::{Group, Side};
 use super::nodal_mass::{both_components, nodal_mass};
 use super::participants::Participants;
-use crate::error::{SchemeError, Unfit};
+use crate::error::{Result, SchemeError, Unfit};
 use crate::keys::{CompliancePrior, Dirichlet, Scheme};
 
 /// Source of a matrix that is not known yet.
@@ -47,7 +47,7 @@ impl ComplianceSource {
         group: &Group,
         side: &Side,
         window: &Window,
-    ) -> Result<DMatrix<f64>, SchemeError> {
+    ) -> Result<DMatrix<f64>> {
         let first = &side.window(&group.clock.window(0, 0, window.substeps));
         let (steps, n) = (first.substeps, 2 * side.range.len());
         match self {
@@ -108,7 +108,7 @@ fn points_only(
     side: &Side,
     window: &Window,
     impedance: &DMatrix<f64>,
-) -> Result<DMatrix<f64>, SchemeError> {
+) -> Result<DMatrix<f64>> {
     let masses = nodal_mass(&group.mapping, &group.points.mass_kg, &side.range);
     let mut resists = both_components(&masses);
     for i in (0..resists.nrows()).filter(|i| impedance[(*i, *i)] == 0.0) {

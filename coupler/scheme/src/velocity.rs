@@ -27,7 +27,7 @@ use protocol::{Reaction, Window};
 use super::problem::WindowProblem;
 use super::vectors::{difference, motion_of};
 use super::window::SolvedWindow;
-use crate::error::SchemeError;
+use crate::error::Result;
 
 /// Advice to a user whose velocities did not become equal.
 const ADVICE: &str = "the continuum does not answer by its own impedance, as a nonlinear one does not, or bears several walls that feel each other; raise repeats_max, take scheme = \"dual-schur-secant\", lower substeps, or let on_not_converged = \"halve\" the window";
@@ -37,7 +37,7 @@ pub fn solve(
     problem: &mut WindowProblem,
     repeats_max: u32,
     mut window: Window,
-) -> Result<SolvedWindow, SchemeError> {
+) -> Result<SolvedWindow> {
     let window_s = problem.group.window_s(&window);
     let mut velocity = problem.start.velocity.clone();
     let mut reaction = problem.prescribe_velocity(&window, &velocity)?;

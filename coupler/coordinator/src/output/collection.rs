@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use protocol::Phase;
 use serde::Serialize;
 
-use crate::error::{Error, Refusal};
+use crate::error::{Error, Refusal, Result};
 use crate::output::vtk_arrays::ArrayRanges;
 use scheme::error::Unfit;
 
@@ -95,7 +95,7 @@ impl Collection {
     }
 
     /// Adds sets, which [`data_set`] makes.
-    pub fn add(&mut self, sets: &str) -> Result<(), Error> {
+    pub fn add(&mut self, sets: &str) -> Result<()> {
         let written = self.write(sets).map_err(Error::output(self.path.display()));
         self.sets_end = Some(written?);
         Ok(())

@@ -6,7 +6,7 @@ use std::ops::Range;
 use protocol::{Surface, larger};
 use serde::{Deserialize, Serialize};
 
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::rundir::RunDir;
 
 /// Traction at the exchanged nodes, sorted by place.
@@ -111,7 +111,7 @@ impl InterfaceTraction {
 }
 
 /// Makes the traction that a solver alone wrote at the end of this phase, if it wrote one, the run's `profile.csv`.
-pub fn adopt(rundir: &RunDir, phase: &str) -> Result<(), Error> {
+pub fn adopt(rundir: &RunDir, phase: &str) -> Result<()> {
     let fields = rundir.fields();
     let entries = std::fs::read_dir(&fields).map_err(Error::input(fields.display()))?;
     let ending = format!("-{phase}-profile.csv");

@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
-use crate::error::{Error, Refusal};
+use crate::error::{Error, Refusal, Result};
 
 /// The data arrays of a file by their names; `points` are the coordinates.
 pub type Arrays = BTreeMap<String, Vec<f64>>;
@@ -20,7 +20,7 @@ const APPENDED: &[u8] = b"<AppendedData";
 const MARKUP: u64 = 64 << 10;
 
 /// Reads every array. Those that share a name (connectivity of several kinds of cells) keep the last one's numbers.
-pub fn read(path: &Path) -> Result<Arrays, Error> {
+pub fn read(path: &Path) -> Result<Arrays> {
     let bytes = fs::read(path).map_err(Error::input(path.display()))?;
     let damaged = |why: String| Refusal::file(path, format!("{why}; run the scenario again"));
     let markup = find(&bytes, APPENDED).unwrap_or(bytes.len());
@@ -44,7 +44,7 @@ pub fn read(path: &Path) -> Result<Arrays, Error> {
 }
 
 /// Ranges that the file itself tells, which are those of the numbers that its author had; none of a file that tells none.
-pub fn ranges(path: &Path) -> Result<ArrayRanges, Error> {
+pub fn ranges(path: &Path) -> Result<ArrayRanges> {
     let mut start = Vec::new();
     File::open(path)
         .and_then(|file| file.take(MARKUP).read_to_end(&mut start))

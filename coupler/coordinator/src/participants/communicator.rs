@@ -11,7 +11,7 @@ use protocol::{Frame, Header, Kind, PROTOCOL_VERSION, Window};
 use super::peer::{Peer, Wait};
 use super::process::SharedMemory;
 use super::watch::Watch;
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::scenario::{Deadlines, Label, Scenario};
 
 /// A way to speak to all participants of a run, frame by frame. [`Peers`] is the plain one; those that record an exchange or
@@ -24,13 +24,13 @@ pub trait Communicator {
     fn peers_mut(&mut self) -> &mut Peers;
 
     /// Takes note of a frame that passed: a request whose turn has come, or an answer.
-    fn passed(&mut self, peer: usize, by: SentBy, frame: Cow<Frame>) -> Result<(), Error> {
+    fn passed(&mut self, peer: usize, by: SentBy, frame: Cow<Frame>) -> Result<()> {
         let _ = (peer, by, frame);
         Ok(())
     }
 
     /// Closes a window.
-    fn end_window(&mut self, window: u64) -> Result<(), Error> {
+    fn end_window(&mut self, window: u64) -> Result<()> {
         let _ = window;
         Ok(())
     }
@@ -53,7 +53,7 @@ impl dyn Communicator + '_ {
         kind: Kind,
         window: &Window,
         payload: impl Into<Cow<'p, [f64]>>,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let header = self.peers().header(peer, kind, window);
         let (to, wait) = self.peers_mut().waiting(peer, kind == Kind::Hello);
         let frame = to.send(header, payload.into(), &wait)?;
@@ -61,7 +61,7 @@ impl dyn Communicator + '_ {
     }
 
     /// Waits for the answer of this kind.
-    pub fn receive(&mut self, peer: usize, kind: Kind) -> Result<Frame, Error> {
+    pub fn receive(&mut self, peer: usize, kind: Kind) -> Result<Frame> {
         let (from, wait) = self.peers_mut().waiting(peer, kind == Kind::Welcome);
         let frame = from.receive(kind, &wait)?;
         let (theirs, ours) = (frame.header.run_id, self.peers().run_id);
@@ -79,7 +79,7 @@ impl dyn Communicator + '_ {
         (kind, answer): (Kind, Kind),
         payload: &[f64],
         read: impl Fn(&Frame) -> Result<T, String>,
-    ) -> Result<Vec<T>, Error> {
+    ) -> Result<Vec<T>> {
         let count = self.peers().count();
         for peer in 0..count {
             self.send(peer, kind, &Window::default(), payload)?;
@@ -99,7 +99,7 @@ impl dyn Communicator + '_ {
         (kind, answer): (Kind, Kind),
         window: &Window,
         payload: impl Into<Cow<'p, [f64]>>,
-    ) -> Result<Frame, Error> {
+    ) -> Result<Frame> {
         self.send(peer, kind, window, payload)?;
         self.receive(peer, answer)
     }
@@ -111,7 +111,7 @@ impl dyn Communicator + '_ {
         kind: Kind,
         window: &Window,
         length: usize,
-    ) -> Result<Vec<f64>, Error> {
+    ) -> Result<Vec<f64>> {
         let numbers = self.receive(peer, kind)?.payload;
         if numbers.len() != length {
             let why = format!("answered {} numbers where {length} were due", numbers.len());
@@ -238,7 +238,7 @@ impl Peers {
         kind: Kind,
         window: &Window,
         payload: &[f64],
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let header = self.header(peer, kind, window);
         let (to, wait) = self.waiting(peer, false);
         to.send_early(header, payload, &wait)

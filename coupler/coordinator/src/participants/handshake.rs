@@ -7,7 +7,7 @@ use protocol::{Description, Kind, PROTOCOL_VERSION, Window};
 use super::admission::fault_of_description;
 use super::communicator::Communicator;
 use super::peer::read_json;
-use crate::error::{Error, Refusal};
+use crate::error::{Error, Refusal, Result};
 use crate::scenario::load::Loaded;
 
 /// A participant that answered the greeting.
@@ -25,7 +25,7 @@ pub fn greet(
     communicator: &mut dyn Communicator,
     loaded: &Loaded,
     run_id: u64,
-) -> Result<Vec<Greeted>, Error> {
+) -> Result<Vec<Greeted>> {
     let count = communicator.peers().count();
     for peer in 0..count {
         let hello = Hello {
@@ -43,11 +43,7 @@ pub fn greet(
         .collect()
 }
 
-fn welcome(
-    communicator: &mut dyn Communicator,
-    peer: usize,
-    loaded: &Loaded,
-) -> Result<Greeted, Error> {
+fn welcome(communicator: &mut dyn Communicator, peer: usize, loaded: &Loaded) -> Result<Greeted> {
     let frame = communicator.receive(peer, Kind::Welcome)?;
     let welcome: Welcome = read_json(&frame).map_err(|why| {
         let why = format!("sent a greeting that cannot be read: {why}");

@@ -13,7 +13,7 @@ use super::peer::{OtherEnd, Peer};
 use super::process::{SharedMemory, require_open_files, require_program, spawn};
 use super::registry::Registry;
 use super::watch::Watch;
-use crate::error::{Error, Refusal};
+use crate::error::{Error, Refusal, Result};
 use crate::rundir::RunDir;
 use crate::scenario::load::Loaded;
 use crate::scenario::{Participant, TransportKind};
@@ -37,7 +37,7 @@ pub struct Launcher<'a> {
 impl Launcher<'_> {
     /// Starts participants of the scenario, each in its process or thread. Children are spawned by the calling thread,
     /// which must outlive them: a child is told to end when the thread that spawned it ends.
-    pub fn start(&self, participants: &[Participant], watch: Watch) -> Result<Peers, Error> {
+    pub fn start(&self, participants: &[Participant], watch: Watch) -> Result<Peers> {
         let memory = SharedMemory::new(self.run_id);
         let scenario = &self.loaded.scenario;
         if scenario.run.transport == TransportKind::Shm {
@@ -71,7 +71,7 @@ impl Launcher<'_> {
         &self,
         participant: &Participant,
         memory: &SharedMemory,
-    ) -> Result<(Box<dyn Link>, OtherEnd), Error> {
+    ) -> Result<(Box<dyn Link>, OtherEnd)> {
         let SharedMemory { root, prefix } = memory;
         let transport = Transport::Shm {
             root: root.clone(),
@@ -99,7 +99,7 @@ impl Launcher<'_> {
         Ok((Box::new(link), OtherEnd::Process(child)))
     }
 
-    fn start_thread(&self, participant: &Participant) -> Result<(Box<dyn Link>, OtherEnd), Error> {
+    fn start_thread(&self, participant: &Participant) -> Result<(Box<dyn Link>, OtherEnd)> {
         let build = self.registry.find(participant)?.build;
         let session = self.session(participant, Transport::Channel);
         let (ours, mut theirs) = channel::pair();
@@ -114,7 +114,7 @@ impl Launcher<'_> {
 
     /// The shipped solvers are served by this very program; a foreign program is started through `exec-child`,
     /// which ties its life to the coordinator's before handing over.
-    fn command(&self, participant: &Participant) -> Result<Command, Error> {
+    fn command(&self, participant: &Participant) -> Result<Command> {
         let mut command = Command::new(&self.program);
         match &participant.command {
             None => {

@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 
 use super::process::{self, Process};
 use super::watch::Watch;
-use crate::error::{Error, Refusal};
+use crate::error::{Error, Refusal, Result};
 use exchange_log::timing::RequestTimes;
 
 /// Time after which a wait looks up from the connection to see whether the peer still lives.
@@ -109,12 +109,7 @@ impl Peer {
 
     /// Sends a request whose turn has come and returns its frame. One that was sent early is taken as it is, so that it is made,
     /// and its payload summed up, once.
-    pub fn send(
-        &mut self,
-        header: Header,
-        payload: Cow<[f64]>,
-        wait: &Wait,
-    ) -> Result<Frame, Error> {
+    pub fn send(&mut self, header: Header, payload: Cow<[f64]>, wait: &Wait) -> Result<Frame> {
         if let Some(sent) = self.early.take() {
             self.asked = asked(&sent.header);
             if says(&sent, &header, &payload) {
@@ -130,12 +125,7 @@ impl Peer {
 
     /// Sends a request that will be the next while the answer to the one before is still to come: the peer then need not sleep in
     /// between. One at most is under way; a tape is told nothing before its turn.
-    pub fn send_early(
-        &mut self,
-        header: Header,
-        payload: &[f64],
-        wait: &Wait,
-    ) -> Result<(), Error> {
+    pub fn send_early(&mut self, header: Header, payload: &[f64], wait: &Wait) -> Result<()> {
         if self.early.is_none() && !matches!(self.other_end, OtherEnd::Tape) {
             let frame = Frame::new(header, payload.to_vec());
             self.early = Some(self.put_on_link(frame, wait)?);
@@ -144,7 +134,7 @@ impl Peer {
     }
 
     /// Returns the frame as the log has it: without the stamp of its turn on this link.
-    fn put_on_link(&mut self, mut frame: Frame, wait: &Wait) -> Result<Frame, Error> {
+    fn put_on_link(&mut self, mut frame: Frame, wait: &Wait) -> Result<Frame> {
         let turn = self.answered + self.open.len() as u64;
         let header = frame.header;
         self.open.push_back(Asked {
@@ -164,7 +154,7 @@ impl Peer {
     }
 
     /// Waits for the answer to the last request.
-    pub fn receive(&mut self, expected: Kind, wait: &Wait) -> Result<Frame, Error> {
+    pub fn receive(&mut self, expected: Kind, wait: &Wait) -> Result<Frame> {
         let start_ns = monotonic_ns();
         let asked = self.open.front().copied();
         let answer = self.wait_for(expected, wait);
@@ -178,7 +168,7 @@ impl Peer {
         answer
     }
 
-    fn wait_for(&mut self, expected: Kind, wait: &Wait) -> Result<Frame, Error> {
+    fn wait_for(&mut self, expected: Kind, wait: &Wait) -> Result<Frame> {
         let mut waited = Duration::ZERO;
         loop {
             wait.watch.check()?;
@@ -198,7 +188,7 @@ impl Peer {
     }
 
     /// Takes an answer for what it says it is: it must have the turn of the oldest open request, and its header.
-    fn accept(&mut self, mut frame: Frame, expected: Kind) -> Result<Frame, Error> {
+    fn accept(&mut self, mut frame: Frame, expected: Kind) -> Result<Frame> {
         if frame.header.protocol != PROTOCOL_VERSION {
             return Err(Error::from(Refusal::Version {
                 participant: self.name.clone(),
@@ -255,7 +245,7 @@ impl Peer {
 
     /// Tells a peer that died from one that is silent, and a silent one from one that is stopped.
     /// The time waited is what calls of the link have taken: a coordinator that was stopped itself has waited for nobody.
-    fn still_alive(&mut self, waited: &mut Duration, wait: &Wait) -> Result<(), Error> {
+    fn still_alive(&mut self, waited: &mut Duration, wait: &Wait) -> Result<()> {
         let ended = match &mut self.other_end {
             OtherEnd::Process(child) => match child.try_wait() {
                 Ok(Some(status)) => {

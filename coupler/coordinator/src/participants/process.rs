@@ -15,7 +15,7 @@ use protocol::link::shm;
 use protocol::session::SESSION_VARIABLE;
 
 use super::printed::Printed;
-use crate::error::{Error, Refusal};
+use crate::error::{Error, Refusal, Result};
 
 /// Time that a participant may take to end by itself once it has said farewell, and to end after it was asked to.
 const GRACE: Duration = Duration::from_millis(1000);
@@ -128,7 +128,7 @@ const OPEN_FILES: u64 = 24;
 const OPEN_FILES_EACH: u64 = 26;
 
 /// Refuses a limit on open files that so many participants would run into, after raising it as far as is needed and allowed.
-pub fn require_open_files(participants: usize) -> Result<(), Error> {
+pub fn require_open_files(participants: usize) -> Result<()> {
     let needed = OPEN_FILES + OPEN_FILES_EACH * participants as u64;
     let Ok((now, most)) = getrlimit(Resource::RLIMIT_NOFILE) else {
         return Ok(());
@@ -148,7 +148,7 @@ pub fn require_open_files(participants: usize) -> Result<(), Error> {
 
 /// Starts the command of a participant in its own process group (an interrupt from the keyboard must reach the coordinator alone,
 /// which then ends the run in order), the words that it prints going to `<name>.log` in this folder.
-pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Process, Error> {
+pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Process> {
     let name = &session.setting.participant;
     let path = logs.join(format!("{name}.session.json"));
     let text = serde_json::to_string_pretty(session).expect("our own types always serialise");
@@ -180,7 +180,7 @@ pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Pro
 }
 
 /// Refuses a command that cannot be started in this folder: one that names no file there or on `PATH`, or a folder that is gone.
-pub fn require_program(participant: &str, program: &str, folder: &Path) -> Result<(), Error> {
+pub fn require_program(participant: &str, program: &str, folder: &Path) -> Result<()> {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let found = if program.contains('/') {
         folder.join(program).is_file()

@@ -8,7 +8,7 @@ use protocol::{Frame, Kind};
 
 use super::communicator::{Communicator, Peers, SentBy};
 use super::journal::Journal;
-use crate::error::Error;
+use crate::error::Result;
 use exchange_log::timing::{OwnTimes, TimingLog};
 use exchange_log::{COUPLER, Exchange};
 
@@ -105,12 +105,12 @@ impl Communicator for Recorded {
         &mut self.peers
     }
 
-    fn passed(&mut self, peer: usize, by: SentBy, frame: Cow<Frame>) -> Result<(), Error> {
+    fn passed(&mut self, peer: usize, by: SentBy, frame: Cow<Frame>) -> Result<()> {
         let exchange = exchange(&self.peers, peer, by, frame);
         exchange.map_or(Ok(()), |exchange| self.journal.add(exchange))
     }
 
-    fn end_window(&mut self, window: u64) -> Result<(), Error> {
+    fn end_window(&mut self, window: u64) -> Result<()> {
         self.note_times();
         self.journal.end_window(window)
     }

@@ -6,7 +6,7 @@ use kit::ConfigError;
 use kit::keys::proposal;
 use protocol::{Node, NodeError, Session, Setting};
 
-use crate::error::{Error, Refusal};
+use crate::error::{Error, Refusal, Result};
 use crate::scenario::Participant;
 
 /// A shipped solver.
@@ -40,7 +40,7 @@ impl Registry {
     }
 
     /// The solver that a participant without a command of its own asks for.
-    pub fn find(&self, participant: &Participant) -> Result<&ShippedSolver, Error> {
+    pub fn find(&self, participant: &Participant) -> Result<&ShippedSolver> {
         self.get(&participant.kind).ok_or_else(|| {
             let kinds: Vec<&str> = self.solvers.iter().map(|solver| solver.kind).collect();
             let proposal = proposal(&participant.kind, "kinds", &kinds);

@@ -8,7 +8,7 @@ use protocol::{BoundaryAnswer, Description, Kind, Reaction, Surface, Window};
 use super::admission::{fault_of_columns, fault_of_surface};
 use super::communicator::Communicator;
 use super::handshake::Greeted;
-use crate::error::Error;
+use crate::error::Result;
 use scheme::error::SchemeError;
 use scheme::participants::{Participants, Request};
 
@@ -34,7 +34,7 @@ impl<'a> Remote<'a> {
         (kind, answer): (Kind, Kind),
         window: &Window,
         n: usize,
-    ) -> Result<DMatrix<f64>, Error> {
+    ) -> Result<DMatrix<f64>> {
         let communicator = &mut self.communicator;
         communicator.send(peer, kind, window, &[])?;
         let numbers = communicator.receive_numbers(peer, answer, window, n * n)?;

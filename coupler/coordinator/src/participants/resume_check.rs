@@ -6,7 +6,7 @@ use protocol::Frame;
 
 use super::communicator::{Communicator, Peers, SentBy};
 use super::recorded::exchange;
-use crate::error::{Error, Refusal};
+use crate::error::{Refusal, Result};
 use exchange_log::{Exchange, Mismatch};
 
 /// Participants whose exchange is compared with a logged one, message by message.
@@ -23,7 +23,7 @@ impl ResumeCheck<'_> {
     }
 
     /// Refuses an exchange that ended before the logged one.
-    pub fn finish(mut self) -> Result<(), Error> {
+    pub fn finish(mut self) -> Result<()> {
         match self.logged.next() {
             None => Ok(()),
             Some(Exchange { sender, .. }) => Err(Refusal::ShortHandshake { sender }.into()),
@@ -40,7 +40,7 @@ impl Communicator for ResumeCheck<'_> {
         self.peers
     }
 
-    fn passed(&mut self, peer: usize, by: SentBy, frame: Cow<Frame>) -> Result<(), Error> {
+    fn passed(&mut self, peer: usize, by: SentBy, frame: Cow<Frame>) -> Result<()> {
         let Some(Exchange { sender, frame, .. }) = exchange(self.peers, peer, by, frame) else {
             return Ok(());
         };

@@ -1,6 +1,6 @@
 //! Everything that can be said of a scenario without starting anything.
 
-use crate::error::Error;
+use crate::error::Result;
 use crate::participants::Registry;
 use crate::participants::launch::{config_value, setting};
 use crate::participants::process::require_program;
@@ -8,7 +8,7 @@ use crate::plausible::Warning;
 use crate::scenario::load::Loaded;
 
 /// Checks a scenario as far as that goes without starting anything; returns what the user should know.
-pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec<Warning>, Error> {
+pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec<Warning>> {
     let mut warnings = Vec::new();
     for participant in &loaded.scenario.participant {
         let name = &participant.name;

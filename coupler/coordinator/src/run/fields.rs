@@ -7,7 +7,7 @@ use protocol::frame::packed;
 use protocol::{Description, Kind};
 
 use super::time_loop::GroupRun;
-use crate::error::Error;
+use crate::error::Result;
 use crate::output::collection::{self, Collection, DataSet, FieldsSummary, SnapshotTime};
 use crate::output::interface_fields;
 use crate::output::sample::load_history;
@@ -52,7 +52,7 @@ impl<'a> Fields<'a> {
         scenario: &Scenario,
         descriptions: &[&Description],
         end_s: f64,
-    ) -> Result<Fields<'a>, Error> {
+    ) -> Result<Fields<'a>> {
         let phases = load_history(descriptions.iter().copied());
         let output = &scenario.run.output;
         let every_s = output.fields_every_s.filter(|_| output.fields);
@@ -88,7 +88,7 @@ impl<'a> Fields<'a> {
     }
 
     /// Lists the fields that were taken over from another run, which wrote them at these times (s).
-    pub fn carry_over(&mut self, times_s: &[f64]) -> Result<(), Error> {
+    pub fn carry_over(&mut self, times_s: &[f64]) -> Result<()> {
         let taken = self.snapshot_times.iter().zip(times_s);
         let taken: Vec<_> = taken.map(|(m, time_s)| (m.name.clone(), *time_s)).collect();
         let mut taken = taken.iter();
@@ -103,7 +103,7 @@ impl<'a> Fields<'a> {
         groups: &[GroupRun],
         times_s: &mut Vec<f64>,
         time_s: f64,
-    ) -> Result<Option<SnapshotTime>, Error> {
+    ) -> Result<Option<SnapshotTime>> {
         let come = |snapshot: &&SnapshotTime| time_s >= snapshot.time_s * (1.0 - 1e-9);
         let mut sampled = None;
         while let Some(snapshot) = self.snapshot_times.get(times_s.len()).filter(come).cloned() {
@@ -120,7 +120,7 @@ impl<'a> Fields<'a> {
         communicator: &mut dyn Communicator,
         groups: &[GroupRun],
         time_s: f64,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         self.write(communicator, groups, AT_THE_END, time_s)
     }
 
@@ -131,7 +131,7 @@ impl<'a> Fields<'a> {
         groups: &[GroupRun],
         name: &str,
         time_s: f64,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let start = Instant::now();
         let kinds = (Kind::Snapshot, Kind::Saved);
         communicator.ask_all(kinds, &packed(name), |_| Ok(()))?;
@@ -144,7 +144,7 @@ impl<'a> Fields<'a> {
         Ok(())
     }
 
-    fn write_interfaces(&self, groups: &[GroupRun], name: &str) -> Result<(), Error> {
+    fn write_interfaces(&self, groups: &[GroupRun], name: &str) -> Result<()> {
         let folder = self.rundir.fields();
         for coupling in groups.iter().map(|group| &group.coupling) {
             let group = coupling.group();
@@ -157,7 +157,7 @@ impl<'a> Fields<'a> {
     }
 
     /// Lists the files of a moment, unless those of the same time are listed.
-    fn list(&mut self, name: &str, time_s: f64) -> Result<(), Error> {
+    fn list(&mut self, name: &str, time_s: f64) -> Result<()> {
         let before = self.told.times_s.last();
         if before.is_some_and(|before| time_s <= before * (1.0 + 1e-9)) {
             return Ok(());
@@ -221,7 +221,7 @@ impl<'a> Fields<'a> {
     }
 
     /// The end of the fields, as far as they came; none where they are switched off.
-    pub fn summary(&self) -> Result<Option<FieldsSummary>, Error> {
+    pub fn summary(&self) -> Result<Option<FieldsSummary>> {
         if !self.wanted {
             return Ok(None);
         }

@@ -6,7 +6,7 @@ use std::path::Path;
 use protocol::Description;
 
 use super::time_loop::GroupRun;
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::participants::handshake::Greeted;
 use crate::scenario::Scenario;
 use exchange_log::{COUPLER, Volume};
@@ -119,7 +119,7 @@ pub fn line(volume: &Volume, bytes: u64, most: u64) -> String {
 }
 
 /// Refuses a log that the disk has no room for.
-pub fn require_space(bytes: u64, free: Option<u64>, log: &Path) -> Result<(), Error> {
+pub fn require_space(bytes: u64, free: Option<u64>, log: &Path) -> Result<()> {
     let Some(free) = free.filter(|free| *free < bytes) else {
         return Ok(());
     };

@@ -11,7 +11,7 @@ use super::fields::Fields;
 use super::position::RunPosition;
 use super::time_loop::{GroupRun, end_s};
 use crate::cost::prediction::Pace;
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::output::profile::{self, InterfaceTraction, LoadedNodes};
 use crate::output::progress::ProgressSpan;
 use crate::output::run_progress::RunProgress;
@@ -111,7 +111,7 @@ impl<'a> Outputs<'a> {
         loaded: &'a Loaded,
         greeted: &'a [Greeted],
         (progress, dry_run): (bool, bool),
-    ) -> Result<Outputs<'a>, Error> {
+    ) -> Result<Outputs<'a>> {
         let scenario = &loaded.scenario;
         let descriptions: Vec<_> = greeted.iter().map(|greeted| &greeted.description).collect();
         let phases = load_history(descriptions.iter().copied());
@@ -154,7 +154,7 @@ impl<'a> Outputs<'a> {
     }
 
     /// Takes over what the run wrote that is gone on with.
-    pub fn carry_over(&mut self, restart: &RestartPoint) -> Result<(), Error> {
+    pub fn carry_over(&mut self, restart: &RestartPoint) -> Result<()> {
         self.state = restart.checkpoint.outputs.clone();
         let signals = restart.run.join("signals.csv");
         self.signals
@@ -181,7 +181,7 @@ impl<'a> Outputs<'a> {
         recorded: &mut Recorded,
         groups: &[GroupRun],
         position: RunPosition,
-    ) -> Result<ControlFlow<()>, Error> {
+    ) -> Result<ControlFlow<()>> {
         let t_s = position.t_s;
         let interrupted = recorded.peers.watch.interrupted();
         if self.keeper.due(&position, interrupted.is_some()) {
@@ -211,7 +211,7 @@ impl<'a> Outputs<'a> {
         window: &Window,
         accepted: AcceptedWindow,
         reached_s: f64,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         for (peer, report) in accepted.reports {
             self.keep(communicator, window, peer, report)?;
         }
@@ -308,7 +308,7 @@ impl<'a> Outputs<'a> {
         window: &Window,
         peer: usize,
         report: Vec<f64>,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let Description {
             signals, ledger, ..
         } = self.descriptions[peer];
@@ -405,7 +405,7 @@ impl<'a> Outputs<'a> {
     }
 
     /// Writes and keeps the traction of each interface in its last accepted window.
-    fn write_profiles(&mut self, groups: &[GroupRun]) -> Result<(), Error> {
+    fn write_profiles(&mut self, groups: &[GroupRun]) -> Result<()> {
         let only = self.state.interfaces.len() == 1;
         for coupling in groups.iter().map(|group| &group.coupling) {
             let group = coupling.group();
@@ -441,7 +441,7 @@ impl<'a> Outputs<'a> {
         communicator: &mut dyn Communicator,
         groups: &[GroupRun],
         summary: &mut Summary,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         self.pace.end();
         self.fields.end(communicator, groups, summary.sim_time_s)?;
         if self.dry_run {

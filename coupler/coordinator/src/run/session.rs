@@ -17,7 +17,7 @@ use super::time_loop::{
     GroupRun, describe, each_window, end_s, groups_at_start, position, reached_s,
 };
 use crate::cost::memory::own_cpu_s;
-use crate::error::{Error, Refusal};
+use crate::error::{Error, Refusal, Result};
 use crate::output::progress::prepare;
 use crate::output::stderr::{leave, tell_of};
 use crate::participants::farewell::read_farewell;
@@ -84,7 +84,7 @@ pub struct Ended {
 
 /// Runs a scenario. An error before anything was started is returned as such; from then on the run directory
 /// keeps what was valid, and the error is part of [`Ended`].
-pub fn run(loaded: &Loaded, options: &RunOptions) -> Result<Ended, Error> {
+pub fn run(loaded: &Loaded, options: &RunOptions) -> Result<Ended> {
     go_on(loaded, options, None)
 }
 
@@ -94,7 +94,7 @@ pub fn go_on(
     loaded: &Loaded,
     options: &RunOptions,
     restart: Option<&RestartPoint>,
-) -> Result<Ended, Error> {
+) -> Result<Ended> {
     let launch = |launcher: &Launcher| {
         let participants = &launcher.loaded.scenario.participant;
         launcher.start(participants, options.watch.clone())
@@ -103,7 +103,7 @@ pub fn go_on(
 }
 
 /// A way to start the participants of a run.
-pub type LaunchAll<'a> = &'a dyn Fn(&Launcher) -> Result<Peers, Error>;
+pub type LaunchAll<'a> = &'a dyn Fn(&Launcher) -> Result<Peers>;
 
 /// The same among participants that are started in another way.
 pub fn go_on_among(
@@ -111,7 +111,7 @@ pub fn go_on_among(
     options: &RunOptions,
     restart: Option<&RestartPoint>,
     launch: LaunchAll,
-) -> Result<Ended, Error> {
+) -> Result<Ended> {
     let start = Instant::now();
     let start_cpu_s = own_cpu_s();
     let warnings = check(loaded, options.registry, options.threads)?;
@@ -187,7 +187,7 @@ struct RunSession<'a> {
 
 impl RunSession<'_> {
     /// Starts the participants, lets them talk, and closes the log whatever came of it.
-    fn run(&mut self) -> Result<(), Error> {
+    fn run(&mut self) -> Result<()> {
         let launcher = Launcher {
             loaded: self.loaded,
             registry: self.options.registry,
@@ -211,7 +211,7 @@ impl RunSession<'_> {
         result.and(closed.map(|_| ()))
     }
 
-    fn recorder(&self) -> Result<Option<Recorder>, Error> {
+    fn recorder(&self) -> Result<Option<Recorder>> {
         let output = &self.loaded.scenario.run.output;
         if !output.exchange {
             return Ok(None);
@@ -226,7 +226,7 @@ impl RunSession<'_> {
         Ok(Some(recorder))
     }
 
-    fn timing_log(&self) -> Result<Option<TimingLog>, Error> {
+    fn timing_log(&self) -> Result<Option<TimingLog>> {
         let scenario = &self.loaded.scenario;
         let names: Vec<&str> = scenario.participant.iter().map(|p| &*p.name).collect();
         let path = self.rundir.path().join(TIMING);
@@ -236,7 +236,7 @@ impl RunSession<'_> {
     }
 
     /// All that is said: greeting, what came before if the run goes on, windows, farewell.
-    fn converse(&mut self, recorded: &mut Recorded) -> Result<(), Error> {
+    fn converse(&mut self, recorded: &mut Recorded) -> Result<()> {
         let scenario = &self.loaded.scenario;
         if self.options.progress {
             let names = scenario.participant.iter().map(|p| p.name.as_str());
@@ -314,7 +314,7 @@ impl RunSession<'_> {
         recorded: &mut Recorded,
         outputs: &mut Outputs,
         restart: &RestartPoint,
-    ) -> Result<Vec<Exchange>, Error> {
+    ) -> Result<Vec<Exchange>> {
         let state = &restart.checkpoint;
         let journal = &mut recorded.journal;
         let log = restart.run.join("exchange.mcap");
@@ -334,7 +334,7 @@ impl RunSession<'_> {
         greeted: &[Greeted],
         logged: Vec<Exchange>,
         outputs: &mut Outputs,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let scenario = &self.loaded.scenario;
         let joined = self.join(recorded, greeted, logged)?;
         let mut groups = groups_at_start(scenario, greeted, joined)?;
@@ -385,7 +385,7 @@ impl RunSession<'_> {
         recorded: &mut Recorded,
         greeted: &[Greeted],
         logged: Vec<Exchange>,
-    ) -> Result<Vec<Group>, Error> {
+    ) -> Result<Vec<Group>> {
         let scenario = &self.loaded.scenario;
         if self.restart.is_none() {
             let groups = join(&mut Remote::new(recorded, greeted), &scenario.interface)?;
@@ -404,7 +404,7 @@ impl RunSession<'_> {
         recorded: &mut Recorded,
         greeted: &[Greeted],
         groups: &mut [GroupRun],
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let remote = &mut Remote::new(recorded, greeted);
         let mut predicted = Vec::new();
         for coupling in groups.iter_mut().map(|group| &mut group.coupling) {
@@ -436,7 +436,7 @@ impl RunSession<'_> {
         recorded: &mut Recorded,
         greeted: &[Greeted],
         outputs: &mut Outputs,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let scenario = &self.loaded.scenario;
         let description = &greeted[0].description;
         let name = &scenario.participant[0].name;
@@ -496,7 +496,7 @@ impl RunSession<'_> {
     }
 
     /// Notes the predicted length of the log, with the fewest and the most repeats, and refuses one that the disk has no room for.
-    fn foresee_log(&mut self, volumes: [Volume; 2]) -> Result<(), Error> {
+    fn foresee_log(&mut self, volumes: [Volume; 2]) -> Result<()> {
         let output = &self.loaded.scenario.run.output;
         if !output.exchange {
             return Ok(());

@@ -11,7 +11,7 @@ use super::check::check;
 use super::overrides::apply;
 use super::paths;
 use super::source::ScenarioSource;
-use crate::error::{Code, Error, Refusal, ScenarioError};
+use crate::error::{Code, Error, Refusal, Result, ScenarioError};
 use scenes::kept;
 
 /// A scenario that passed all checks which need no solver.
@@ -42,7 +42,7 @@ pub fn folder_of_manifest(manifest: &str) -> Option<PathBuf> {
 const LONGEST_FILE: u64 = 64 << 20;
 
 /// Reads a scenario by folder, file, name under `scenarios/` or name of a shipped one, and applies `KEY=VALUE` overrides in order.
-pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded, Error> {
+pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded> {
     match find(scenario)? {
         Found::File(path) => read(&path, overrides),
         Found::Shipped(file) if scenes::stands_alone(&file) => parse(ScenarioSource {
@@ -55,7 +55,7 @@ pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded, Error> {
 }
 
 /// Reads the file of a scenario.
-fn read(path: &Path, overrides: &[String]) -> Result<Loaded, Error> {
+fn read(path: &Path, overrides: &[String]) -> Result<Loaded> {
     let length = path.metadata().map_or(0, |file| file.len());
     if length > LONGEST_FILE {
         let problem = format!("a scenario has at most {LONGEST_FILE} bytes, this file {length}");
@@ -86,7 +86,7 @@ fn absolute(folder: &Path) -> PathBuf {
 }
 
 /// Reads a scenario from a text with its overrides.
-pub fn parse(source: ScenarioSource) -> Result<Loaded, Error> {
+pub fn parse(source: ScenarioSource) -> Result<Loaded> {
     let table: Result<toml::Table, _> = source.text.parse();
     let mut table = table.map_err(|error| syntax_error(&source, &error))?;
     for set in &source.overrides {
@@ -124,7 +124,7 @@ enum Found {
 }
 
 /// A folder with `scenario.toml`, a file, or a name under `scenarios/`; else a shipped one.
-fn find(scenario: &str) -> Result<Found, Error> {
+fn find(scenario: &str) -> Result<Found> {
     let given = Path::new(scenario);
     let named = Path::new("scenarios").join(scenario);
     for candidate in [given, &named] {
@@ -195,7 +195,7 @@ kind = "fem"
 load_n = 8000.0
 "#;
 
-    fn read(text: &str, overrides: &[&str]) -> Result<Loaded, Error> {
+    fn read(text: &str, overrides: &[&str]) -> Result<Loaded> {
         let source = ScenarioSource {
             name: "small.toml".into(),
             text: text.into(),

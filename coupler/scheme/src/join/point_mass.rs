@@ -2,7 +2,7 @@
 
 use protocol::{Description, Surface};
 
-use crate::error::{SchemeError, Unfit};
+use crate::error::{Result, Unfit};
 use crate::keys::Interface;
 use crate::mapping::Mapping;
 use crate::nodal_mass::{massless_node, nodal_mass};
@@ -14,7 +14,7 @@ pub(super) fn point_masses(
     set: &str,
     motion_driven: &Description,
     points: usize,
-) -> Result<Vec<f64>, SchemeError> {
+) -> Result<Vec<f64>> {
     let refuse = |why: String| {
         let problem = format!(
             "pushes the points of participant `{participant}` by forces and needs their masses, and {why}; take dirichlet = \"wall\", or scheme = \"velocity\""
@@ -46,7 +46,7 @@ pub(super) fn refuse_massless(
     mapping: &Mapping,
     nodes: &Surface,
     points: &Surface,
-) -> Result<(), SchemeError> {
+) -> Result<()> {
     let masses = nodal_mass(mapping, &points.mass_kg, &(0..nodes.len()));
     match massless_node(&masses) {
         None => Ok(()),

@@ -2,7 +2,7 @@
 
 use protocol::Description;
 
-use crate::error::{SchemeError, Unfit};
+use crate::error::{Result, Unfit};
 use crate::keys::{Dirichlet, Interface, Policy, Scheme};
 use crate::source::ComplianceSource;
 
@@ -12,7 +12,7 @@ pub(super) fn refuse_finer_than_solver(
     interface: &Interface,
     motion_driven_name: &str,
     motion_driven: &Description,
-) -> Result<(), SchemeError> {
+) -> Result<()> {
     let through_answers = matches!(interface.scheme, Scheme::FixedPoint { .. });
     match &motion_driven.tolerance {
         Some(own) if through_answers && interface.tolerance_rel < own.value => {
@@ -32,7 +32,7 @@ pub(super) fn refuse_without_prescribed_velocity(
     interface: &Interface,
     name: &str,
     continuum: &Description,
-) -> Result<(), SchemeError> {
+) -> Result<()> {
     let key = match interface.scheme {
         Scheme::Velocity { .. } => "scheme = \"velocity\"",
         _ if interface.scheme.dirichlet() == Dirichlet::ForceDriven => "dirichlet = \"continuum\"",
@@ -51,7 +51,7 @@ pub(super) fn refuse_without_prescribed_velocity(
 pub(super) fn refuse_what_is_not_offered(
     interface: &Interface,
     [continuum, motion_driven]: [(&str, &Description); 2],
-) -> Result<(), SchemeError> {
+) -> Result<()> {
     let refuse = |key: &str, problem: String| {
         let key = format!("interface.{}.{key}", interface.name);
         Err(Unfit::key(key, problem).into())
@@ -93,7 +93,7 @@ pub(super) fn refuse_weightless(
     interface: &Interface,
     continuum: &str,
     mass_kg: &[f64],
-) -> Result<(), SchemeError> {
+) -> Result<()> {
     let by_mass = ComplianceSource::of(&interface.scheme) == ComplianceSource::Mass;
     let weightless = mass_kg.iter().position(|mass| *mass == 0.0);
     let Some(point) = weightless.filter(|_| by_mass) else {

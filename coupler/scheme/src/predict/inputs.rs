@@ -5,7 +5,7 @@ use protocol::BoundaryInertia;
 
 use super::prediction::{StabilityInputs, StabilityPrediction, explain};
 use crate::coupling::Coupling;
-use crate::error::SchemeError;
+use crate::error::Result;
 use crate::group::{Group, Patch};
 use crate::keys::{Dirichlet, Scheme};
 use crate::nodal_mass::{both_components, nodal_mass};
@@ -21,7 +21,7 @@ const NEGATIVE: f64 = 1e-9;
 pub fn foresee(
     coupling: &mut Coupling,
     participants: &mut dyn Participants,
-) -> Result<Vec<(usize, StabilityPrediction)>, SchemeError> {
+) -> Result<Vec<(usize, StabilityPrediction)>> {
     let blocks = blocks(coupling, participants)?;
     let (group, scheme) = (coupling.group(), coupling.scheme());
     let patches = group.patches.iter();
@@ -114,7 +114,7 @@ fn stiffest(group: &Group, patch: &Patch, block: &DMatrix<f64>, weights: &[f64])
 fn blocks(
     coupling: &mut Coupling,
     participants: &mut dyn Participants,
-) -> Result<Vec<Option<DMatrix<f64>>>, SchemeError> {
+) -> Result<Vec<Option<DMatrix<f64>>>> {
     if let Some(columns) = coupling.columns(participants)? {
         return Ok(columns.into_iter().map(Some).collect());
     }

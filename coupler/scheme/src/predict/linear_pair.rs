@@ -8,7 +8,7 @@ use protocol::{BoundaryAnswer, BoundaryInertia, Description, Reaction, Surface, 
 use super::response::Response;
 use super::sprung_mass::{Masses, Motion, SprungMass};
 use crate::clock::Clock;
-use crate::error::{SchemeError, Unfit};
+use crate::error::{Result, SchemeError, Unfit};
 use crate::group::{Group, Offset, Patch, Side};
 use crate::keys::MappingKind;
 use crate::mapping::Mapping;
@@ -172,19 +172,19 @@ impl Participants for LinearPair<'_> {
         &self.description
     }
 
-    fn couple(&mut self, _peer: usize, set: &str) -> Result<Surface, SchemeError> {
+    fn couple(&mut self, _peer: usize, set: &str) -> Result<Surface> {
         Err(Unfit::interface("model", format!("no set `{set}`")).into())
     }
 
-    fn select(&mut self, _peer: usize, _points: &[usize]) -> Result<(), SchemeError> {
+    fn select(&mut self, _peer: usize, _points: &[usize]) -> Result<()> {
         Ok(())
     }
 
-    fn compliance(&mut self, _: usize, _: &Window, n: usize) -> Result<DMatrix<f64>, SchemeError> {
+    fn compliance(&mut self, _: usize, _: &Window, n: usize) -> Result<DMatrix<f64>> {
         Ok(LinearPair::moving(self.model.response.compliance(), n))
     }
 
-    fn impedance(&mut self, _: usize, _: &Window, n: usize) -> Result<DMatrix<f64>, SchemeError> {
+    fn impedance(&mut self, _: usize, _: &Window, n: usize) -> Result<DMatrix<f64>> {
         let window_s = self.model.window_s;
         let yields = self.model.response.prescribed_compliance(window_s);
         Ok(LinearPair::moving(window_s / yields, n))
@@ -196,12 +196,12 @@ impl Participants for LinearPair<'_> {
         _window: &Window,
         _window_s: f64,
         compliance: &DMatrix<f64>,
-    ) -> Result<(), SchemeError> {
+    ) -> Result<()> {
         self.compliance = compliance[(0, 0)];
         Ok(())
     }
 
-    fn begin(&mut self, _: usize, _: &Window, request: Request) -> Result<(), SchemeError> {
+    fn begin(&mut self, _: usize, _: &Window, request: Request) -> Result<()> {
         match request {
             Request::Advance(force) => self.asked = force[0],
             Request::PrescribeVelocity(velocity) => {
@@ -213,7 +213,7 @@ impl Participants for LinearPair<'_> {
         Ok(())
     }
 
-    fn finish_advance(&mut self, _: usize, _: &Window, _: usize) -> Result<Vec<f64>, SchemeError> {
+    fn finish_advance(&mut self, _: usize, _: &Window, _: usize) -> Result<Vec<f64>> {
         let response = self.model.response;
         self.trial.continuum =
             &response.carry * &self.state.continuum + &response.push * self.asked;
@@ -226,7 +226,7 @@ impl Participants for LinearPair<'_> {
         _peer: usize,
         _window: &Window,
         _n: usize,
-    ) -> Result<Reaction, SchemeError> {
+    ) -> Result<Reaction> {
         let (response, start) = (self.model.response, &self.state.continuum);
         let acceleration = (self.asked - response.speed(start)) / self.model.window_s;
         let (continuum, force) = response.prescribed(start, acceleration);
@@ -243,7 +243,7 @@ impl Participants for LinearPair<'_> {
         _peer: usize,
         _window: &Window,
         _n: usize,
-    ) -> Result<BoundaryAnswer, SchemeError> {
+    ) -> Result<BoundaryAnswer> {
         let motion = Motion {
             free: *self.free_velocities.last().expect("a solve was begun"),
             compliance: self.compliance,
@@ -260,7 +260,7 @@ impl Participants for LinearPair<'_> {
         })
     }
 
-    fn accept(&mut self, peer: usize, _: &Window, displacement: &[f64]) -> Result<(), SchemeError> {
+    fn accept(&mut self, peer: usize, _: &Window, displacement: &[f64]) -> Result<()> {
         if peer == CONTINUUM {
             self.state.continuum.clone_from(&self.trial.continuum);
         } else {
@@ -270,13 +270,13 @@ impl Participants for LinearPair<'_> {
         Ok(())
     }
 
-    fn report(&mut self, _peer: usize) -> Result<Vec<f64>, SchemeError> {
+    fn report(&mut self, _peer: usize) -> Result<Vec<f64>> {
         Ok(Vec::new())
     }
 }
 
 /// Refuses an answer that left the finite numbers.
-fn finite(value: f64) -> Result<f64, SchemeError> {
+fn finite(value: f64) -> Result<f64> {
     if value.is_finite() {
         return Ok(value);
     }

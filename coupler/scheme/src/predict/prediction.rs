@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::growth::{growth, growth_of_repeats};
 use super::linear_pair::LinearModel;
 use super::response::{EquivalentBar, Response};
-use crate::error::{SchemeError, Unfit};
+use crate::error::{Result, SchemeError, Unfit};
 use crate::keys::{Dirichlet, Interface, Scheme};
 
 /// Growth of a window beyond one that is not rounding: undamped schemes keep a disturbance for ever.
@@ -60,10 +60,7 @@ pub struct StabilityPrediction {
 }
 
 /// Predicts the stability of a scheme, and the factor by which more could stand on the boundary.
-pub fn explain(
-    inputs: &StabilityInputs,
-    scheme: &Scheme,
-) -> Result<StabilityPrediction, SchemeError> {
+pub fn explain(inputs: &StabilityInputs, scheme: &Scheme) -> Result<StabilityPrediction> {
     let mut prediction = predict(inputs, scheme)?;
     if let Some(inertia) = inputs.boundary_inertia {
         let response = inputs.equivalent(scheme);
@@ -78,10 +75,7 @@ pub fn explain(
 }
 
 /// Predicts the stability of a scheme.
-pub fn predict(
-    inputs: &StabilityInputs,
-    scheme: &Scheme,
-) -> Result<StabilityPrediction, SchemeError> {
+pub fn predict(inputs: &StabilityInputs, scheme: &Scheme) -> Result<StabilityPrediction> {
     let window_s = inputs.window_s();
     let mut prediction = StabilityPrediction::default();
     let mut add = |name: &str, margin: f64, stability: bool| {
@@ -159,7 +153,7 @@ impl StabilityPrediction {
     }
 
     /// Refuses a choice that will not work, unless the scenario wants to see it.
-    pub fn refuse(&self, interface: &Interface) -> Result<(), SchemeError> {
+    pub fn refuse(&self, interface: &Interface) -> Result<()> {
         if self.stable() != Some(false) || interface.unsafe_window {
             return Ok(());
         }
@@ -216,7 +210,7 @@ impl StabilityPrediction {
 
 /// Factor by which more could stand on the boundary, or less where the continuum takes the motion; nothing where that does not
 /// matter.
-fn added_mass_margin(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>, SchemeError> {
+fn added_mass_margin(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>> {
     let late = matches!(scheme, Scheme::Staggered { .. });
     if growth_of_repeats(scheme, model)?.is_none() && !late {
         return Ok(None);
@@ -225,7 +219,7 @@ fn added_mass_margin(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>,
         Dirichlet::MotionDriven => 1.0,
         Dirichlet::ForceDriven => -1.0,
     };
-    let stable = |exponent: f64| -> Result<bool, SchemeError> {
+    let stable = |exponent: f64| -> Result<bool> {
         let times = model.times(10f64.powf(more * exponent));
         Ok(growth(scheme, times)? <= 1.0 + NEUTRAL)
     };

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::content::{About, Checkpoint};
-use crate::error::{Error, Refusal};
+use crate::error::{Refusal, Result};
 
 /// First bytes of the file: name and version of its format.
 pub const MAGIC: &[u8] = b"thirdbody.checkpoint/3\n";
@@ -61,7 +61,7 @@ pub fn path(folder: &Path, window: u64) -> PathBuf {
 }
 
 /// The bytes of a file.
-pub fn encode(about: &About, checkpoint: &Checkpoint) -> Result<Vec<u8>, Error> {
+pub fn encode(about: &About, checkpoint: &Checkpoint) -> Result<Vec<u8>> {
     let broken = |error: postcard::Error| Refusal::NoState(error.to_string());
     let mut bytes = MAGIC.to_vec();
     bytes.extend([0; HASH_BYTES]);

@@ -8,7 +8,7 @@ use protocol::{Frame, Kind, PROTOCOL_VERSION};
 
 use super::content::{About, Checkpoint, EVERY_TIME, EVERY_WINDOWS, FOLDER};
 use super::file::{encode, list, path};
-use crate::error::{Error, Refusal};
+use crate::error::{Error, Refusal, Result};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
@@ -68,7 +68,7 @@ pub fn participants(loaded: &Loaded, greeted: &[Greeted]) -> Vec<(String, String
 impl Keeper {
     /// Serves a run of these participants. A cadence that the scenario asks for needs participants that can be
     /// resumed; without one, a run of others simply has no checkpoints.
-    pub fn new(rundir: &RunDir, loaded: &Loaded, greeted: &[Greeted]) -> Result<Keeper, Error> {
+    pub fn new(rundir: &RunDir, loaded: &Loaded, greeted: &[Greeted]) -> Result<Keeper> {
         let run = &loaded.scenario.run;
         let unable = loaded.scenario.participant.iter().zip(greeted);
         let unable = unable
@@ -126,7 +126,7 @@ impl Keeper {
         &mut self,
         recorded: &mut Recorded,
         rest: impl FnOnce(Vec<Vec<u8>>, u64) -> Checkpoint,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let communicator: &mut dyn Communicator = recorded;
         let kinds = (Kind::Checkpoint, Kind::State);
         let read = |frame: &Frame| frame.bytes().map_err(|error| error.to_string());

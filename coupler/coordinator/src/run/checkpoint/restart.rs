@@ -9,7 +9,7 @@ use protocol::{Kind, Window};
 use super::content::{About, Checkpoint, FOLDER};
 use super::file::{self, Unusable};
 use super::keeper::{about, participants};
-use crate::error::{Error, Refusal};
+use crate::error::{Error, Refusal, Result};
 use crate::output::collection::SnapshotTime;
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
@@ -38,7 +38,7 @@ pub fn find(
     run: &Path,
     loaded: &Loaded,
     from: Option<u64>,
-) -> Result<(Option<RestartPoint>, Vec<Unusable>), Error> {
+) -> Result<(Option<RestartPoint>, Vec<Unusable>)> {
     let mut passed_over = Vec::new();
     let mut logged = None;
     let found = file::list(&run.join(FOLDER)).into_iter().rev();
@@ -87,7 +87,7 @@ impl RestartPoint {
     }
 
     /// Refuses participants that are not those that wrote the checkpoint.
-    pub fn check(&self, loaded: &Loaded, greeted: &[Greeted]) -> Result<(), Error> {
+    pub fn check(&self, loaded: &Loaded, greeted: &[Greeted]) -> Result<()> {
         let ours = participants(loaded, greeted);
         for ((name, theirs), (_, ours)) in self.about.participants.iter().zip(&ours) {
             if theirs != ours {
@@ -114,7 +114,7 @@ impl RestartPoint {
         communicator: &mut dyn Communicator,
         greeted: &[Greeted],
         groups: &mut [GroupRun],
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         self.restore_coupler(groups)?;
         for group in groups {
             let remote = &mut Remote::new(communicator, greeted);
@@ -130,7 +130,7 @@ impl RestartPoint {
         communicator: &mut dyn Communicator,
         peer: usize,
         index: usize,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let kinds = (Kind::Restore, Kind::Restored);
         let state = packed(&self.checkpoint.nodes[index]);
         communicator.ask(peer, kinds, &Window::default(), state)?;
@@ -138,7 +138,7 @@ impl RestartPoint {
     }
 
     /// Gives the coupler its state back.
-    pub fn restore_coupler(&self, groups: &mut [GroupRun]) -> Result<(), Error> {
+    pub fn restore_coupler(&self, groups: &mut [GroupRun]) -> Result<()> {
         let state = &self.checkpoint;
         let positions = &state.position.groups;
         if [positions.len(), state.couplings.len()] != [groups.len(); 2] {
@@ -154,11 +154,7 @@ impl RestartPoint {
     }
 
     /// Takes over the fields of the moments that had come.
-    pub fn copy_fields(
-        &self,
-        rundir: &RunDir,
-        snapshot_times: &[SnapshotTime],
-    ) -> Result<(), Error> {
+    pub fn copy_fields(&self, rundir: &RunDir, snapshot_times: &[SnapshotTime]) -> Result<()> {
         let taken = self.checkpoint.outputs.snapshots_s.len();
         let ended = &snapshot_times[..taken.min(snapshot_times.len())];
         let of_ended = |file: &str| {
@@ -174,7 +170,7 @@ impl RestartPoint {
     }
 
     /// Puts the checkpoint itself into the new run directory: from here on that one can be resumed as well.
-    pub fn adopt(&self, rundir: &RunDir) -> Result<(), Error> {
+    pub fn adopt(&self, rundir: &RunDir) -> Result<()> {
         let folder = rundir.path().join(FOLDER);
         fs::create_dir_all(&folder).map_err(Error::output(folder.display()))?;
         let bytes = fs::read(&self.path).map_err(Error::input(self.path.display()))?;
@@ -184,7 +180,7 @@ impl RestartPoint {
 }
 
 /// Copies the files of a folder that are wanted by their names.
-fn copy(from: &Path, to: &Path, wanted: impl Fn(&str) -> bool) -> Result<(), Error> {
+fn copy(from: &Path, to: &Path, wanted: impl Fn(&str) -> bool) -> Result<()> {
     for entry in fs::read_dir(from).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
         if wanted(&name) {
