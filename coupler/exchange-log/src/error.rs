@@ -51,11 +51,16 @@ impl LogError {
         *torn
     }
 
-    pub(super) fn write(path: &Path, error: &(dyn Error + 'static)) -> LogError {
-        LogError::Write {
+    pub(super) fn write<E: Error + 'static>(path: &Path) -> impl FnOnce(E) -> LogError {
+        move |error| LogError::Write {
             path: path.into(),
-            why: chain(error),
+            why: chain(&error),
         }
+    }
+
+    pub(super) fn read(path: &Path) -> impl FnOnce(std::io::Error) -> LogError {
+        let path = path.into();
+        move |source| LogError::Read { path, source }
     }
 }
 

@@ -72,9 +72,9 @@ impl Recorder {
         provenance: &Provenance,
         flush_every_windows: u64,
     ) -> Result<Recorder, LogError> {
-        let file = Counted::create(path).map_err(|error| LogError::write(path, &error))?;
+        let file = Counted::create(path).map_err(LogError::write(path))?;
         let file = LogWriter::start(path, file, provenance, flush_every_windows.max(1))
-            .map_err(|error| LogError::write(path, &error))?;
+            .map_err(LogError::write(path))?;
         let (jobs, taken) = bounded(WAITING);
         let (report, outcome) = bounded(1);
         thread::Builder::new()
@@ -83,7 +83,7 @@ impl Recorder {
                 // Nobody hears it if the recorder was dropped, and then nobody cares.
                 let _ = report.send(file.write_all(&taken));
             })
-            .map_err(|error| LogError::write(path, &error))?;
+            .map_err(LogError::write(path))?;
         Ok(Recorder {
             path: path.into(),
             jobs: Some(jobs),
@@ -238,7 +238,7 @@ impl LogWriter {
                 Job::Write { exchanges, window } => self.write(exchanges, window),
                 Job::Sync(done) => self.sync(&done),
             };
-            written.map_err(|error| LogError::write(&self.path, &error))?;
+            written.map_err(LogError::write(&self.path))?;
             self.stats.writer_wall += start.elapsed();
         }
         self.finish()
@@ -321,10 +321,10 @@ impl LogWriter {
     fn finish(mut self) -> Result<LogStats, LogError> {
         let start = Instant::now();
         let ended = self.writer.finish();
-        ended.map_err(|error| LogError::write(&self.path, &error))?;
+        ended.map_err(LogError::write(&self.path))?;
         let mut buffer = self.writer.into_inner();
         let size = buffer.flush().and_then(|()| self.disk.in_place(&self.path));
-        let bytes = size.map_err(|error| LogError::write(&self.path, &error))?;
+        let bytes = size.map_err(LogError::write(&self.path))?;
         Ok(LogStats {
             bytes,
             writer_wall: self.stats.writer_wall + start.elapsed(),
