@@ -2,12 +2,12 @@
 
 use protocol::frame::packed;
 use protocol::serve::{Hello, Welcome};
-use protocol::{Description, Kind, PROTOCOL_VERSION, Window};
+use protocol::{Cause, Description, Kind, PROTOCOL_VERSION, Window};
 
 use super::admission::fault_of_description;
 use super::communicator::Communicator;
 use super::peer::read_json;
-use crate::error::{Error, Refusal, Result};
+use crate::error::{Code, Refusal, Result};
 use crate::scenario::load::Loaded;
 
 /// A participant that answered the greeting.
@@ -58,13 +58,11 @@ fn welcome(communicator: &mut dyn Communicator, peer: usize, loaded: &Loaded) ->
     ];
     for (what, [theirs, ours]) in told {
         if theirs != ours {
-            let participant = communicator.peers().name(peer).to_string();
-            return Err(Error::from(Refusal::OtherRun {
-                participant,
-                what,
-                theirs,
-                ours,
-            }));
+            let participant = communicator.peers().name(peer);
+            let text = format!(
+                "participant `{participant}` {what} {theirs}, the coordinator {ours}: build both from the same release and launch both for the same run"
+            );
+            return Err(Refusal::other(Code::Of(Cause::OtherRelease), text).into());
         }
     }
     if let Some(why) = fault_of_description(&welcome.description) {

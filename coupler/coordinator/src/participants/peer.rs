@@ -8,12 +8,12 @@ use std::time::Duration;
 
 use protocol::busy::{BusyTimes, monotonic_ns};
 use protocol::link::channel;
-use protocol::{Frame, Header, Kind, Link, LinkError, NodeError, PROTOCOL_VERSION};
+use protocol::{Cause, Frame, Header, Kind, Link, LinkError, NodeError, PROTOCOL_VERSION};
 use serde::de::DeserializeOwned;
 
 use super::process::{self, Process};
 use super::watch::Watch;
-use crate::error::{Error, Refusal, Result};
+use crate::error::{Code, Error, Refusal, Result};
 use exchange_log::timing::RequestTimes;
 
 /// Time after which a wait looks up from the connection to see whether the peer still lives.
@@ -190,11 +190,11 @@ impl Peer {
     /// Takes an answer for what it says it is: it must have the turn of the oldest open request, and its header.
     fn accept(&mut self, mut frame: Frame, expected: Kind) -> Result<Frame> {
         if frame.header.protocol != PROTOCOL_VERSION {
-            return Err(Error::from(Refusal::Version {
-                participant: self.name.clone(),
-                theirs: frame.header.protocol,
-                ours: PROTOCOL_VERSION,
-            }));
+            let text = format!(
+                "participant `{}` speaks protocol version {}, the coordinator speaks {PROTOCOL_VERSION}: build both from the same release",
+                self.name, frame.header.protocol
+            );
+            return Err(Refusal::other(Code::Of(Cause::OtherRelease), text).into());
         }
         let opened = frame.open(self.answered).and_then(|()| frame.kind());
         let kind = opened.map_err(|error| self.protocol_error(error.to_string()))?;

@@ -15,7 +15,7 @@ use protocol::link::shm;
 use protocol::session::SESSION_VARIABLE;
 
 use super::printed::Printed;
-use crate::error::{Error, Refusal, Result};
+use crate::error::{Code, Error, Refusal, Result};
 
 /// Time that a participant may take to end by itself once it has said farewell, and to end after it was asked to.
 const GRACE: Duration = Duration::from_millis(1000);
@@ -199,11 +199,8 @@ pub fn require_program(participant: &str, program: &str, folder: &Path) -> Resul
             "command `{program}` is not a program that can be started; give a name on PATH, or a path that is absolute or begins in {shown}, the folder of its scenario"
         )
     };
-    Err(Refusal::NoProgram {
-        participant: participant.into(),
-        problem,
-    }
-    .into())
+    let text = format!("participant `{participant}`: {problem}");
+    Err(Refusal::other(Code::CommandNotFound, text).into())
 }
 
 /// Waits for a child that should end by itself, for this long, then asks it to, then ends it.

@@ -6,7 +6,7 @@ use kit::ConfigError;
 use kit::keys::proposal;
 use protocol::{Node, NodeError, Session, Setting};
 
-use crate::error::{Error, Refusal, Result};
+use crate::error::{Code, Refusal, Result};
 use crate::scenario::Participant;
 
 /// A shipped solver.
@@ -44,13 +44,11 @@ impl Registry {
         self.get(&participant.kind).ok_or_else(|| {
             let kinds: Vec<&str> = self.solvers.iter().map(|solver| solver.kind).collect();
             let proposal = proposal(&participant.kind, "kinds", &kinds);
-            Error::from(Refusal::UnknownKind {
-                participant: participant.name.clone(),
-                problem: format!(
-                    "no solver of kind `{}` is built in; {proposal} For a program of your own, give its command",
-                    participant.kind
-                ),
-            })
+            let text = format!(
+                "participant `{}`: no solver of kind `{}` is built in; {proposal} For a program of your own, give its command",
+                participant.name, participant.kind
+            );
+            Refusal::other(Code::UnknownKind, text).into()
         })
     }
 }

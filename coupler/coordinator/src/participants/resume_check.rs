@@ -26,7 +26,10 @@ impl ResumeCheck<'_> {
     pub fn finish(mut self) -> Result<()> {
         match self.logged.next() {
             None => Ok(()),
-            Some(Exchange { sender, .. }) => Err(Refusal::ShortHandshake { sender }.into()),
+            Some(Exchange { sender, .. }) => Err(Refusal::checkpoint(format!(
+                "the handshake ended before that of the log, which goes on with a message of `{sender}`: resume with the build that wrote it"
+            ))
+            .into()),
         }
     }
 }
@@ -51,6 +54,11 @@ impl Communicator for ResumeCheck<'_> {
             Some(logged) => Some(format!("`{sender}` spoke where `{}` did", logged.sender)),
             None => Some(format!("`{sender}` said more")),
         };
-        differs.map_or(Ok(()), |why| Err(Refusal::OtherHandshake { why }.into()))
+        differs.map_or(Ok(()), |why| {
+            Err(Refusal::checkpoint(format!(
+                "the handshake is not that of the log: {why}; resume with the build that wrote it"
+            ))
+            .into())
+        })
     }
 }

@@ -62,7 +62,9 @@ pub fn path(folder: &Path, window: u64) -> PathBuf {
 
 /// The bytes of a file.
 pub fn encode(about: &About, checkpoint: &Checkpoint) -> Result<Vec<u8>> {
-    let broken = |error: postcard::Error| Refusal::NoState(error.to_string());
+    let broken = |error: postcard::Error| {
+        Refusal::checkpoint(format!("the run's state cannot be written down: {error}"))
+    };
     let mut bytes = MAGIC.to_vec();
     bytes.extend([0; HASH_BYTES]);
     bytes = postcard::to_extend(about, bytes).map_err(broken)?;

@@ -66,7 +66,8 @@ pub fn find(
             Err(unusable) => unusable,
         };
         if unusable.foreign {
-            return Err(Refusal::Unusable(unusable.to_string()).into());
+            let text = format!("{unusable}; resume with the build and the scenario that wrote it");
+            return Err(Refusal::checkpoint(text).into());
         }
         passed_over.push(unusable);
     }
@@ -82,8 +83,8 @@ fn blocks(log: &Path) -> u64 {
 
 impl RestartPoint {
     fn refuse(&self, problem: String) -> Error {
-        let path = self.path.clone();
-        Error::from(Refusal::Checkpoint { path, problem })
+        let path = self.path.display();
+        Refusal::checkpoint(format!("checkpoint {path}: {problem}")).into()
     }
 
     /// Refuses participants that are not those that wrote the checkpoint.
