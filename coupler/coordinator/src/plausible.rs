@@ -189,8 +189,8 @@ pub fn surfaces(bounds: &Plausible, patch: &Patch) -> Vec<Warning> {
         surface_offset(bounds.surface_offset_rel, offset.shape_rel),
         surface_distance(bounds.surface_distance_rel, offset.distance_rel),
     ];
-    let found = found.into_iter().flatten();
-    found
+    let warnings = found.into_iter().flatten();
+    warnings
         .map(|finding| Warning::of(&patch.name, finding))
         .collect()
 }

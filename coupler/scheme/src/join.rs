@@ -192,23 +192,17 @@ fn clock(
 
 /// The step (s) that the windows of an interface are counted in, `own` being that of its continuum.
 pub fn step_of(interface: &Interface, continuum: &str, own: Option<f64>) -> Result<f64> {
-    let key = || format!("interface.{}.window_s", interface.name);
-    match (own, interface.window_s) {
-        (Some(step_s), None) => Ok(step_s),
-        (None, Some(window_s)) => Ok(window_s / f64::from(interface.substeps)),
-        (None, None) => {
-            let problem = format!(
-                "is missing: participant `{continuum}` has no step of its own, so that its window must be given here"
-            );
-            Err(Unfit::key(key(), problem).into())
-        }
-        (Some(step_s), Some(_)) => {
-            let problem = format!(
-                "is for a continuum without a step of its own, and participant `{continuum}` has one of {step_s:e} s: remove the key and give substeps"
-            );
-            Err(Unfit::key(key(), problem).into())
-        }
-    }
+    let problem = match (own, interface.window_s) {
+        (Some(step_s), None) => return Ok(step_s),
+        (None, Some(window_s)) => return Ok(window_s / f64::from(interface.substeps)),
+        (None, None) => format!(
+            "is missing: participant `{continuum}` has no step of its own, so that its window must be given here"
+        ),
+        (Some(step_s), Some(_)) => format!(
+            "is for a continuum without a step of its own, and participant `{continuum}` has one of {step_s:e} s: remove the key and give substeps"
+        ),
+    };
+    Err(Unfit::interface_key(interface, "window_s", problem).into())
 }
 
 fn refuse_above_limit(
@@ -276,7 +270,6 @@ fn seam(participants: &mut dyn Participants, interface: &Interface, pair: Pair) 
         let name = format!("{}.{}", participants.name(end.peer), end.set);
         (name, told.copied())
     });
-    let sides = sides.each_ref().map(|(name, told)| (&**name, *told));
     let period_m = common_period(sides).map_err(&refuse)?;
     let (nodes, glued) = (positions(&offered), positions(&points));
     let relate = |kind| {
@@ -319,14 +312,8 @@ fn positions(surface: &Surface) -> Vec<[f64; 2]> {
 }
 
 fn pick(surface: &Surface, indices: &[usize]) -> Surface {
-    let take = |values: &[f64]| indices.iter().map(|index| values[*index]).collect();
-    Surface {
-        x_m: take(&surface.x_m),
-        y_m: take(&surface.y_m),
-        mass_kg: take(&surface.mass_kg),
-        radius_m: take(&surface.radius_m),
-        length_m: take(&surface.length_m),
-    }
+    let take = |values: &Vec<f64>| indices.iter().map(|index| values[*index]).collect();
+    Surface::of_columns(surface.columns().map(take))
 }
 
 /// Restricts every participant to the points of its sets that are exchanged; a layer exchanges all.

@@ -22,9 +22,9 @@ pub struct SignalsFile {
 impl SignalsFile {
     /// Starts the file with its header: time, what the coupler sees, then each participant's signals and ledger
     /// terms. A participant that runs alone needs no prefix, and neither does the only interface.
-    pub fn create<'a>(
+    pub fn create(
         rundir: &RunDir,
-        names: impl Iterator<Item = &'a str>,
+        names: &[&str],
         descriptions: &[&Description],
         interfaces: &[Interface],
     ) -> Result<SignalsFile> {
@@ -38,7 +38,7 @@ impl SignalsFile {
             header.extend(seen.map(|signal| format!("{prefix}{signal}")));
         }
         let coupled = !interfaces.is_empty();
-        for (participant, description) in names.zip(descriptions) {
+        for (participant, description) in names.iter().zip(descriptions) {
             let dotted = format!("{participant}.");
             let prefix = if coupled { &dotted } else { "" };
             let signals = description.signals.iter();

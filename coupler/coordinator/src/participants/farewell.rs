@@ -7,8 +7,9 @@ use serde_json::Value;
 /// Reads a farewell. `NaN` and `Infinity`, which JSON does not have and some programs write all the same, count as missing: a result
 /// or a work without value is left out with a warning, a time or a memory is zero.
 pub fn read_farewell(frame: &Frame) -> Result<Farewell, String> {
-    let text = frame.text().map_err(|error| error.to_string())?;
-    parse(&text).map_err(|error| error.to_string())
+    let text = frame.text().map_err(|error| error.to_string());
+    let read = text.and_then(|text| parse(&text).map_err(|error| error.to_string()));
+    read.map_err(|why| format!("sent an outcome that cannot be read: {why}"))
 }
 
 fn parse(text: &str) -> serde_json::Result<Farewell> {

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::time::Instant;
 
 use kit::Bounds;
 use protocol::{Description, Phase, Window};
@@ -46,80 +47,38 @@ pub struct Outputs<'a> {
     pub fields: Fields<'a>,
     /// The checkpoints.
     pub keeper: Keeper,
-    /// On stderr.
-    progress: Progress,
-    told: Told,
+    /// On stderr, where somebody wants it.
+    pub progress: Progress,
+    run: &'a str,
+    /// The load history, for the progress.
+    phases: Vec<Phase>,
     /// The cost so far.
     pub pace: Pace,
     /// A dry run ends once its cost is predicted.
-    dry_run: bool,
+    pub dry_run: bool,
 }
 
-/// The parts of a run that its progress tells of.
-struct Told {
-    run: String,
-    phases: Vec<Phase>,
-    /// Participant and index of the signal `sn_pct`.
-    sn: Option<[usize; 2]>,
-    /// Participant and indices of the normal and the tangential force on the wheel.
-    forces: Option<[usize; 3]>,
-}
-
-impl Told {
-    fn new(run: &str, phases: Vec<Phase>, descriptions: &[&Description]) -> Told {
-        let of = |peer: usize, name: &str| {
-            let mut signals = descriptions[peer].signals.iter();
-            signals.position(|signal| signal == name)
-        };
-        let mut peers = 0..descriptions.len();
-        Told {
-            run: run.into(),
-            phases,
-            sn: peers
-                .clone()
-                .find_map(|peer| Some([peer, of(peer, "sn_pct")?])),
-            forces: peers
-                .find_map(|peer| Some([peer, of(peer, "wheel_fn_n")?, of(peer, "wheel_ft_n")?])),
-        }
-    }
-
-    /// The phase at a time, and the share of it that has passed.
-    fn phase(&self, t_s: f64) -> Option<(String, f64)> {
-        let in_it = |phase: &&Phase| t_s <= phase.t1_s * (1.0 + 1e-9);
-        // The last window may end beyond the last phase.
-        let phase = self.phases.iter().find(in_it).or(self.phases.last())?;
-        let part = (t_s - phase.t0_s) / (phase.t1_s - phase.t0_s);
-        Some((phase.name.clone(), part.clamp(0.0, 1.0)))
-    }
-
-    fn sn_pct(&self, reports: &[Vec<f64>]) -> Option<f64> {
-        let [peer, sn] = self.sn?;
-        reports[peer].get(sn).copied().filter(|sn| sn.is_finite())
-    }
-
-    fn friction(&self, reports: &[Vec<f64>]) -> Option<f64> {
-        let [peer, normal, tangential] = self.forces?;
-        let ratio = reports[peer].get(tangential)? / reports[peer].get(normal)?;
-        Some(ratio).filter(|ratio| ratio.is_finite())
-    }
+/// The phase at a time, and the share of it that has passed.
+fn phase_at(phases: &[Phase], t_s: f64) -> Option<(String, f64)> {
+    let in_it = |phase: &&Phase| t_s <= phase.t1_s * (1.0 + 1e-9);
+    // The last window may end beyond the last phase.
+    let phase = phases.iter().find(in_it).or(phases.last())?;
+    let part = (t_s - phase.t0_s) / (phase.t1_s - phase.t0_s);
+    Some((phase.name.clone(), part.clamp(0.0, 1.0)))
 }
 
 impl<'a> Outputs<'a> {
-    /// Nothing yet, of participants that were greeted; `progress` shows it on stderr, a `dry_run` ends early.
+    /// Nothing yet, of participants that were greeted.
     pub fn new(
         rundir: &'a RunDir,
         loaded: &'a Loaded,
         greeted: &'a [Greeted],
-        (progress, dry_run): (bool, bool),
     ) -> Result<Outputs<'a>> {
         let scenario = &loaded.scenario;
         let descriptions: Vec<_> = greeted.iter().map(|greeted| &greeted.description).collect();
         let phases = load_history(descriptions.iter().copied());
-        let names: Vec<_> = scenario
-            .participant
-            .iter()
-            .map(|p| p.name.as_str())
-            .collect();
+        let names = scenario.participant.iter().map(|p| p.name.as_str());
+        let names: Vec<_> = names.collect();
         let balances = names.len() + scenario.interface.len() + 1;
         let zeros = |description: &&Description| vec![0.0; description.ledger.len()];
         Ok(Outputs {
@@ -135,21 +94,17 @@ impl<'a> Outputs<'a> {
                 ..OutputState::default()
             },
             fields: Fields::new(rundir, scenario, &descriptions, end_s(scenario, greeted)?)?,
-            signals: SignalsFile::create(
-                rundir,
-                names.iter().copied(),
-                &descriptions,
-                &scenario.interface,
-            )?,
+            signals: SignalsFile::create(rundir, &names, &descriptions, &scenario.interface)?,
             names,
             bounds: scenario.run.plausible,
             passed_on: 0,
             keeper: Keeper::new(rundir, loaded, greeted)?,
-            told: Told::new(&scenario.run.name, phases, &descriptions),
-            progress: Progress::new(progress),
+            progress: Progress::new(false),
+            run: &scenario.run.name,
+            phases,
             descriptions,
             pace: Pace::new(greeted.iter().map(|one| one.pid).collect()),
-            dry_run,
+            dry_run: false,
         })
     }
 
@@ -241,8 +196,15 @@ impl<'a> Outputs<'a> {
         Ok(())
     }
 
-    /// Begins to show progress: the windows start now, at the simulated time `from_s` of `end_s`, and are so many in all.
-    pub fn begin_progress(&mut self, peers: &Peers, [from_s, end_s]: [f64; 2], windows: u64) {
+    /// The windows of a run that started at `start` begin now, at the simulated time `from_s` of `end_s`, and are so many in all.
+    pub fn begin(
+        &mut self,
+        peers: &Peers,
+        start: Instant,
+        [from_s, end_s]: [f64; 2],
+        windows: u64,
+    ) {
+        self.pace.begin(start, from_s, end_s);
         self.progress.begin(ProgressSpan {
             from_s,
             end_s,
@@ -258,32 +220,42 @@ impl<'a> Outputs<'a> {
         let Some(course) = self.progress.due(reached_s, now_ns) else {
             return;
         };
-        let (state, told) = (&self.state, &self.told);
+        let state = &self.state;
         let passed_ns = now_ns.saturating_sub(course.at_ns).max(1) as f64;
         let waited = peers.waited_ns().into_iter().zip(&course.waited_ns);
         let shares = waited.map(|(now, then)| (now - then) as f64 / passed_ns);
         let names = self.names.iter().map(|name| name.to_string());
-        let done = |groups: &[GroupRun]| groups.iter().map(|group| group.at.window).sum();
+        let done = match groups {
+            [] => window.index + 1,
+            _ => groups.iter().map(|group| group.at.window).sum(),
+        };
+        let force_n = |name| self.signal(name);
+        let friction = || Some(force_n("wheel_ft_n")? / force_n("wheel_fn_n")?);
         let run_progress = RunProgress {
-            run: told.run.clone(),
-            phase: told.phase(reached_s),
+            run: self.run.into(),
+            phase: phase_at(&self.phases, reached_s),
             t_s: reached_s,
             end_s: course.end_s,
-            window: if groups.is_empty() {
-                window.index + 1
-            } else {
-                done(groups)
-            },
+            window: done,
             windows: course.windows,
             repeats: repeats(&state.interfaces, groups),
-            sn_pct: told.sn_pct(&state.reports),
-            friction_coefficient: told.friction(&state.reports),
+            sn_pct: self.signal("sn_pct").filter(|sn| sn.is_finite()),
+            friction_coefficient: friction().filter(|ratio: &f64| ratio.is_finite()),
             energy_defect_rel: self.total_balance_rel(groups),
             waited: names.zip(shares).collect(),
             spent_s: 0.0,
             left_s: None,
         };
         self.progress.show(run_progress, now_ns);
+    }
+
+    /// The latest value of the first signal of this name.
+    fn signal(&self, name: &str) -> Option<f64> {
+        let told = self.descriptions.iter().zip(&self.state.reports);
+        let mut signals = told.flat_map(|(told, report)| told.signals.iter().zip(report));
+        signals
+            .find(|(signal, _)| *signal == name)
+            .map(|(_, value)| *value)
     }
 
     /// The energy balance of all participants together, where all tell their energies.

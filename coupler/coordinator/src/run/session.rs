@@ -18,7 +18,7 @@ use super::time_loop::{
 };
 use crate::cost::memory::own_cpu_s;
 use crate::error::{Error, Refusal, Result};
-use crate::output::progress::prepare;
+use crate::output::progress::{Progress, prepare};
 use crate::output::stderr::{leave, tell_of};
 use crate::participants::farewell::read_farewell;
 use crate::participants::handshake::{self, Greeted};
@@ -213,26 +213,22 @@ impl RunSession<'_> {
 
     fn recorder(&self) -> Result<Option<Recorder>> {
         let output = &self.loaded.scenario.run.output;
-        if !output.exchange {
-            return Ok(None);
-        }
         let provenance = Provenance {
             scenario_toml: self.loaded.resolved.clone(),
             manifest_json: self.manifest.clone(),
             run_id: self.run_id,
         };
         let path = self.rundir.path().join("exchange.mcap");
-        let recorder = Recorder::create(&path, &provenance, output.flush_every_windows)?;
-        Ok(Some(recorder))
+        let create = || Recorder::create(&path, &provenance, output.flush_every_windows);
+        Ok(output.exchange.then(create).transpose()?)
     }
 
     fn timing_log(&self) -> Result<Option<TimingLog>> {
         let scenario = &self.loaded.scenario;
         let names: Vec<&str> = scenario.participant.iter().map(|p| &*p.name).collect();
         let path = self.rundir.path().join(TIMING);
-        let wanted = scenario.run.output.exchange;
-        let log = wanted.then(|| TimingLog::create(&path, &names)).transpose();
-        Ok(log?)
+        let create = || TimingLog::create(&path, &names);
+        Ok(scenario.run.output.exchange.then(create).transpose()?)
     }
 
     /// All that is said: greeting, what came before if the run goes on, windows, farewell.
@@ -249,12 +245,12 @@ impl RunSession<'_> {
             self.rundir.note(&format!(
                 "participant `{name}` is {software} in process {pid}"
             ));
-            let said = description.warnings.iter();
-            self.found(said.map(|text| Warning::advice("advice", name, text)));
+            self.advise(name, &description.warnings);
         }
         self.summary.greet(scenario, &greeted);
-        let ways = (self.options.progress, self.options.dry_run);
-        let mut outputs = Outputs::new(self.rundir, self.loaded, &greeted, ways)?;
+        let mut outputs = Outputs::new(self.rundir, self.loaded, &greeted)?;
+        outputs.progress = Progress::new(self.options.progress);
+        outputs.dry_run = self.options.dry_run;
         if outputs.keeper.writes() {
             recorded.peers.watch.let_windows_end();
         }
@@ -277,10 +273,7 @@ impl RunSession<'_> {
         result.and(fields)?;
         let communicator: &mut dyn Communicator = recorded;
         let kinds = (Kind::Finish, Kind::Finished);
-        let farewells: Vec<Farewell> = communicator.ask_all(kinds, &[], |frame| {
-            read_farewell(frame)
-                .map_err(|why| format!("sent an outcome that cannot be read: {why}"))
-        })?;
+        let farewells: Vec<Farewell> = communicator.ask_all(kinds, &[], read_farewell)?;
         recorded.tell_times(&farewells);
         let run_wall_s = self.start.elapsed().as_secs_f64();
         let awaited = recorded.peers.awaited();
@@ -288,8 +281,7 @@ impl RunSession<'_> {
             let (name, outcome) = (&participant.name, &farewell.outcome);
             let found = outcome.findings.iter().cloned();
             self.found(found.map(|finding| Warning::of(name, finding)));
-            let said = outcome.warnings.iter();
-            self.found(said.map(|text| Warning::advice("advice", name, text)));
+            self.advise(name, &outcome.warnings);
         }
         self.summary
             .spent(&outputs.pace, &farewells, &awaited, run_wall_s);
@@ -349,9 +341,8 @@ impl RunSession<'_> {
                 self.found(plausible::joined(bounds, joined, patch, continuum));
             }
         }
-        let volumes = [Repeats::Least, Repeats::Most]
-            .map(|repeats| log_volume::coupled(scenario, greeted, &groups, repeats));
-        self.foresee_log(volumes)?;
+        let volume = |repeats| log_volume::coupled(scenario, greeted, &groups, repeats);
+        self.foresee_log([Repeats::Least, Repeats::Most].map(volume))?;
         match self.restart {
             // The prediction, and what was asked for it, is in the log that is gone on with.
             Some(restart) => restart.restore(&mut recorded.peers, greeted, &mut groups)?,
@@ -363,20 +354,19 @@ impl RunSession<'_> {
             group.end.div_ceil(substeps.into())
         };
         let all = groups.iter().map(windows).sum();
-        outputs.begin_progress(&recorded.peers, [t_s, end_s], all);
-        outputs.pace.begin(self.start, t_s, end_s);
-        let (summary, rundir, shown) = (&mut self.summary, self.rundir, self.options.progress);
+        outputs.begin(&recorded.peers, self.start, [t_s, end_s], all);
         let seen = |recorded: &mut Recorded, groups: &[GroupRun], window: &_, accepted| {
             let position = position(groups);
-            summary.sim_time_s = position.t_s;
+            self.summary.sim_time_s = position.t_s;
             outputs.add(recorded, groups, window, accepted, position.t_s)?;
-            keep_and_tell(summary, rundir, shown, outputs.warnings());
+            self.found(outputs.warnings());
             outputs.pause(recorded, groups, position)
         };
         let result = each_window(recorded, greeted, &mut groups, seen);
-        summary.interfaces(groups.iter().map(|group| &group.coupling));
+        let couplings = groups.iter().map(|group| &group.coupling);
+        self.summary.interfaces(couplings);
         result?;
-        outputs.finish(recorded, &groups, summary)
+        outputs.finish(recorded, &groups, &mut self.summary)
     }
 
     /// Joins the interfaces. A resumed run must say just what the log already holds.
@@ -465,8 +455,7 @@ impl RunSession<'_> {
         let [start_s, end_s] =
             [start * u64::from(clock.substeps), end].map(|s| s as f64 * clock.step_s);
         let windows = end.div_ceil(clock.substeps.into());
-        outputs.begin_progress(&recorded.peers, [start_s, end_s], windows);
-        outputs.pace.begin(self.start, start_s, end_s);
+        outputs.begin(&recorded.peers, self.start, [start_s, end_s], windows);
         for index in start..windows {
             let step = index * u64::from(clock.substeps);
             let window = clock.window(index, step, clock.substeps_before(step, end));
@@ -512,38 +501,31 @@ impl RunSession<'_> {
         let free = free.filter(|_| !self.options.dry_run);
         let log = self.rundir.path().join("exchange.mcap");
         log_volume::require_space(least, free, &log)?;
-        let rest = log_volume::require_space(most, free, &log).err();
-        self.found(
-            rest.map(|error| {
-                Warning::advice("log_space", "run.output.exchange", error.to_string())
-            }),
-        );
+        if let Err(error) = log_volume::require_space(most, free, &log) {
+            let text = error.to_string();
+            self.found([Warning::advice("log_space", "run.output.exchange", text)]);
+        }
         Ok(())
+    }
+
+    /// Tells and keeps what a participant says of itself.
+    fn advise(&mut self, participant: &str, texts: &[String]) {
+        let advice = texts.iter();
+        self.found(advice.map(|text| Warning::advice("advice", participant, text)));
     }
 
     /// Tells and keeps warnings, each once: what `check` said of a participant it may say again.
     fn found(&mut self, warnings: impl IntoIterator<Item = Warning>) {
-        let shown = self.options.progress;
-        keep_and_tell(&mut self.summary, self.rundir, shown, warnings);
-    }
-}
-
-/// Tells and keeps warnings, each once; `shown` on stderr too.
-fn keep_and_tell(
-    summary: &mut Summary,
-    rundir: &RunDir,
-    shown: bool,
-    warnings: impl IntoIterator<Item = Warning>,
-) {
-    for warning in warnings {
-        if summary.warnings.contains(&warning) {
-            continue;
+        for warning in warnings {
+            if self.summary.warnings.contains(&warning) {
+                continue;
+            }
+            self.rundir.note(&warning.line());
+            if self.options.progress {
+                let object = serde_json::to_value(&warning).unwrap_or_default();
+                tell_of("warning", object, || warning.line());
+            }
+            self.summary.warnings.push(warning);
         }
-        rundir.note(&warning.line());
-        if shown {
-            let object = serde_json::to_value(&warning).unwrap_or_default();
-            tell_of("warning", object, || warning.line());
-        }
-        summary.warnings.push(warning);
     }
 }

@@ -222,10 +222,7 @@ impl<'a> Life<'a> {
     pub fn finish(&mut self) -> Result<Death, Error> {
         let (kinds, window) = ((Kind::Finish, Kind::Finished), Window::default());
         let frame = self.speak().ask(IT, kinds, &window, &[])?;
-        let farewell = read_farewell(&frame).map_err(|why| {
-            let why = format!("sent an outcome that cannot be read: {why}");
-            self.peers.protocol_error(IT, why)
-        })?;
+        let farewell = read_farewell(&frame).map_err(|why| self.peers.protocol_error(IT, why))?;
         Ok(Death {
             farewell,
             lived: self.born.elapsed(),

@@ -26,8 +26,8 @@ const SAME_PERIOD: f64 = 1e-9;
 
 /// The length (m) after which both sides repeat along x, from what each told; none where both have ends. `Err` is the reason to
 /// refuse sides that do not repeat alike.
-pub(super) fn common_period(sides: [(&str, Option<f64>); 2]) -> Result<Option<f64>, String> {
-    let same = match sides.map(|(_, period)| period) {
+pub(super) fn common_period(sides: [(String, Option<f64>); 2]) -> Result<Option<f64>, String> {
+    let same = match [sides[0].1, sides[1].1] {
         [None, None] => true,
         [Some(a), Some(b)] => (a - b).abs() <= SAME_PERIOD * a.max(b),
         _ => false,
@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn both_sides_repeat_alike_or_neither_does() {
-        let told = |a, b| common_period([("rail.top", a), ("layer.base", b)]);
+        let told = |a, b| common_period([("rail.top".into(), a), ("layer.base".into(), b)]);
         assert_eq!(told(None, None), Ok(None));
         assert_eq!(told(Some(2.0), Some(2.0 + 1e-9)), Ok(Some(2.0)));
         let cases = [

@@ -7,6 +7,9 @@ use crate::keys::Interface;
 use crate::mapping::Mapping;
 use crate::nodal_mass::{massless_node, nodal_mass};
 
+/// The key and its value, as messages name them.
+const KEY: &str = "dirichlet = \"continuum\"";
+
 /// The masses (kg) that the solver on the boundary told of the points of a set, all of them positive.
 pub(super) fn point_masses(
     interface: &Interface,
@@ -19,7 +22,7 @@ pub(super) fn point_masses(
         let problem = format!(
             "pushes the points of participant `{participant}` by forces and needs their masses, and {why}; take dirichlet = \"wall\", or scheme = \"velocity\""
         );
-        Err(Unfit::key(key(interface), problem).into())
+        Err(Unfit::interface_key(interface, KEY, problem).into())
     };
     let Some(masses) = motion_driven.point_mass_kg.get(set) else {
         return refuse(format!("it tells of none for its set `{set}`"));
@@ -58,14 +61,9 @@ pub(super) fn refuse_massless(
                 points.len(),
                 nodes.len()
             );
-            Err(Unfit::key(key(interface), problem).into())
+            Err(Unfit::interface_key(interface, KEY, problem).into())
         }
     }
-}
-
-/// The key and its value, as messages name them.
-fn key(interface: &Interface) -> String {
-    format!("interface.{}.dirichlet = \"continuum\"", interface.name)
 }
 
 #[cfg(test)]

@@ -20,8 +20,7 @@ pub(super) fn refuse_finer_than_solver(
                 "is {:e}, below participant.{motion_driven_name}.config.{} of {:e}: a fixed point goes through the solver's answers and cannot be closer than they are; raise the first, lower the second, or take scheme = \"dual-schur\"",
                 interface.tolerance_rel, own.key, own.value
             );
-            let key = format!("interface.{}.tolerance_rel", interface.name);
-            Err(Unfit::key(key, problem).into())
+            Err(Unfit::interface_key(interface, "tolerance_rel", problem).into())
         }
         _ => Ok(()),
     }
@@ -44,7 +43,7 @@ pub(super) fn refuse_without_prescribed_velocity(
     let problem = format!(
         "prescribes the velocity of participant `{name}`, which cannot follow one: a shipped continuum can if its material is elastic and small-strain; take scheme = \"dual-schur\", or \"dual-schur-secant\" for a continuum that is not linear"
     );
-    Err(Unfit::key(format!("interface.{}.{key}", interface.name), problem).into())
+    Err(Unfit::interface_key(interface, key, problem).into())
 }
 
 /// Refuses a scheme that would ask one of the sides, each with its name, for what it does not offer.
@@ -52,10 +51,7 @@ pub(super) fn refuse_what_is_not_offered(
     interface: &Interface,
     [continuum, motion_driven]: [(&str, &Description); 2],
 ) -> Result<()> {
-    let refuse = |key: &str, problem: String| {
-        let key = format!("interface.{}.{key}", interface.name);
-        Err(Unfit::key(key, problem).into())
-    };
+    let refuse = |key, problem| Err(Unfit::interface_key(interface, key, problem).into());
     let mut sides = [continuum, motion_driven].into_iter();
     if let Some((name, _)) = sides.find(|(_, told)| !told.capabilities.rollback) {
         let why =
@@ -102,8 +98,7 @@ pub(super) fn refuse_weightless(
     let problem = format!(
         "= \"mass\" divides by the masses of the points of participant `{continuum}`, and point {point} of those that are exchanged has none: give it one, set compliance = \"columns\", or take scheme = \"fixed-point-serial\""
     );
-    let key = format!("interface.{}.compliance", interface.name);
-    Err(Unfit::key(key, problem).into())
+    Err(Unfit::interface_key(interface, "compliance", problem).into())
 }
 
 #[cfg(test)]

@@ -54,13 +54,7 @@ impl LinearModel<'_> {
     /// The one node and the one point as a group whose windows are one step long. A gap (m) up to `tolerance_m` counts as
     /// closed.
     pub fn group(&self, tolerance_m: f64) -> Group {
-        let surface = |mass_kg: f64| Surface {
-            x_m: vec![0.0],
-            y_m: vec![0.0],
-            mass_kg: vec![mass_kg],
-            radius_m: vec![0.0],
-            length_m: vec![1.0],
-        };
+        let surface = |mass_kg| Surface::of_columns([0.0, 0.0, mass_kg, 0.0, 1.0].map(|x| vec![x]));
         let side = |peer: usize| Side {
             peer,
             range: 0..1,
