@@ -24,7 +24,7 @@ pub enum SchemeError {
 }
 
 /// Result of what a scheme or a participant may fail at.
-pub(crate) type Result<T, E = SchemeError> = std::result::Result<T, E>;
+pub type Result<T, E = SchemeError> = std::result::Result<T, E>;
 
 /// Interfaces, participants and keys that do not go together.
 #[derive(Debug, Error)]

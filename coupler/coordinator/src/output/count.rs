@@ -58,9 +58,10 @@ impl Count {
         self.remaining.add(done as f64, spent_s);
         let left_s = self.remaining.until(self.total as f64);
         match columns().filter(|_| self.drawn) {
-            Some(columns) => draw(vec![
-                self.line(done, left_s).chars().take(columns).collect(),
-            ]),
+            Some(columns) => {
+                let line = self.line(done, left_s);
+                draw(vec![line.chars().take(columns).collect()]);
+            }
             None => tell_of("count", self.object(done, left_s), || {
                 self.line(done, left_s)
             }),
@@ -69,10 +70,10 @@ impl Count {
 
     fn line(&self, done: usize, left_s: Option<f64>) -> String {
         let bar = bar(done as f64 / self.total.max(1) as f64);
-        let clock = left_s.map_or_else(
-            || format!("{} spent", lasting(self.shown_s)),
-            |left_s| format!("{} left", lasting(left_s)),
-        );
+        let clock = match left_s {
+            None => format!("{} spent", lasting(self.shown_s)),
+            Some(left_s) => format!("{} left", lasting(left_s)),
+        };
         let (what, total, things) = (&self.what, self.total, self.things);
         format!("{what} [{bar}] {done} of {total} {things}, {clock}")
     }

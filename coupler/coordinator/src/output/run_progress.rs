@@ -79,11 +79,7 @@ impl RunProgress {
         let left = self
             .left_s
             .map(|left_s| format!(", {} left", lasting(left_s)));
-        format!(
-            "{} spent{}",
-            lasting(self.spent_s),
-            left.unwrap_or_default()
-        )
+        lasting(self.spent_s) + " spent" + &left.unwrap_or_default()
     }
 
     fn position(&self) -> Vec<String> {
@@ -91,50 +87,39 @@ impl RunProgress {
         if let Some((name, part)) = &self.phase {
             words.push(format!("{name} ({:.0} %)", (100.0 * part).floor()));
         }
-        words.push(format!(
-            "t = {:.3} of {:.3} ms",
-            1e3 * self.t_s,
-            1e3 * self.end_s
-        ));
+        let [t_ms, end_ms] = [1e3 * self.t_s, 1e3 * self.end_s];
+        words.push(format!("t = {t_ms:.3} of {end_ms:.3} ms"));
         words.push(format!("window {} of {}", self.window, self.windows));
         words
     }
 
     fn judged(&self) -> Vec<String> {
-        let mut words = Vec::new();
-        if let Some((last, mean)) = self.repeats {
-            words.push(format!("repeats {last}, mean {mean:.2}"));
-        }
-        if let Some(sn_pct) = self.sn_pct {
-            words.push(format!("Sn {sn_pct:.0} %"));
-        }
-        if let Some(friction) = self.friction_coefficient {
-            words.push(format!("F_T/F_N {friction:.3}"));
-        }
-        if let Some(defect) = self.energy_defect_rel {
-            words.push(format!("energy defect {defect:.1e}"));
-        }
-        words
+        let repeats = self.repeats;
+        let known = [
+            repeats.map(|(last, mean)| format!("repeats {last}, mean {mean:.2}")),
+            self.sn_pct.map(|sn| format!("Sn {sn:.0} %")),
+            self.friction_coefficient
+                .map(|friction| format!("F_T/F_N {friction:.3}")),
+            self.energy_defect_rel
+                .map(|defect| format!("energy defect {defect:.1e}")),
+        ];
+        known.into_iter().flatten().collect()
     }
 
     fn shares(&self) -> String {
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         let waited = self.waited.iter();
         let waited = waited.map(|(name, share)| format!("{name} {}", percent(*share)));
-        let own = percent(self.own());
-        format!(
-            "waits for {}; own work {own}",
-            waited.collect::<Vec<_>>().join(", ")
-        )
+        let waited = waited.collect::<Vec<_>>().join(", ");
+        format!("waits for {waited}; own work {}", percent(self.own()))
     }
 
     /// An object for programs, units in its keys; what is not known is left out.
     pub fn object(&self) -> Value {
-        let waited: Map<String, Value> = self
+        let waited = self
             .waited
             .iter()
-            .map(|(n, s)| (n.clone(), json!(s)))
-            .collect();
+            .map(|(name, share)| (name.clone(), json!(share)));
         let mut object = json!({
             "run": self.run,
             "done_rel": self.done(),
@@ -142,7 +127,7 @@ impl RunProgress {
             "end_s": self.end_s,
             "window": self.window,
             "windows": self.windows,
-            "waited_rel": waited,
+            "waited_rel": waited.collect::<Map<String, Value>>(),
             "own_rel": self.own(),
             "spent_wall_s": self.spent_s,
         });
@@ -167,13 +152,13 @@ impl RunProgress {
     }
 }
 
-/// A time in the unit that people take.
 /// A bar of which this share is full.
 pub(super) fn bar(share: f64) -> String {
     let done = (BAR as f64 * share.clamp(0.0, 1.0)) as usize;
     "#".repeat(done) + &"-".repeat(BAR - done)
 }
 
+/// A time in the unit that people take.
 pub(super) fn lasting(seconds: f64) -> String {
     match seconds {
         s if s < 10.0 => format!("{s:.1} s"),

@@ -49,22 +49,15 @@ impl Launcher<'_> {
             let (link, life) = match scenario.run.transport {
                 TransportKind::Shm => self.start_process(participant, &memory)?,
                 TransportKind::Channel if participant.command.is_some() => {
-                    return Err(Error::from(Refusal::participant(
-                        name,
-                        "has a command of its own and cannot run inside the coordinator: set run.transport = \"shm\"",
-                    )));
+                    let problem = "has a command of its own and cannot run inside the coordinator: set run.transport = \"shm\"";
+                    return Err(Refusal::participant(name, problem).into());
                 }
                 TransportKind::Channel => self.start_thread(participant)?,
             };
             peers.push(Peer::new(name, link, life));
         }
-        Ok(Peers::new(
-            peers,
-            Some(memory),
-            self.run_id,
-            scenario,
-            watch,
-        ))
+        let memory = Some(memory);
+        Ok(Peers::new(peers, memory, self.run_id, scenario, watch))
     }
 
     fn start_process(
@@ -79,21 +72,17 @@ impl Launcher<'_> {
         };
         let processes = self.loaded.scenario.participant.len() + 1;
         let wait = WaitMode::Auto { processes };
-        let link =
-            ShmLink::coordinator(root, prefix, &participant.name, wait).map_err(|error| {
-                Error::Protocol {
-                    peer: participant.name.clone(),
-                    phase: "before its launch".into(),
-                    why: error.to_string(),
-                }
-            })?;
+        let (name, kind) = (&participant.name, &participant.kind);
+        let link = ShmLink::coordinator(root, prefix, name, wait);
+        let link = link.map_err(|error| Error::Protocol {
+            peer: name.clone(),
+            phase: "before its launch".into(),
+            why: error.to_string(),
+        })?;
         let session = self.session(participant, transport);
-        let child = spawn(
-            self.command(participant)?,
-            &session,
-            &absolute(self.rundir.logs()),
-        )?;
-        let (name, kind, pid) = (&participant.name, &participant.kind, child.id());
+        let logs = absolute(self.rundir.logs());
+        let child = spawn(self.command(participant)?, &session, &logs)?;
+        let pid = child.id();
         self.rundir
             .note(&format!("participant `{name}` ({kind}) pid {pid}"));
         Ok((Box::new(link), OtherEnd::Process(child)))

@@ -199,7 +199,7 @@ impl Peer {
         let opened = frame.open(self.answered).and_then(|()| frame.kind());
         let kind = opened.map_err(|error| self.protocol_error(error.to_string()))?;
         if kind == Kind::Fault {
-            return Err(self.hear_fault(&frame));
+            return Err(self.take_fault(&frame));
         }
         if kind != expected {
             let why = format!("answered {kind:?} where {expected:?} was due");
@@ -216,14 +216,12 @@ impl Peer {
         }
     }
 
-    fn hear_fault(&mut self, frame: &Frame) -> Error {
-        match read_json::<NodeError>(frame) {
-            Ok(error) => {
-                self.fault = Some(error.clone());
-                Error::of_participant(&self.name, &self.asked, error)
-            }
-            Err(_) => self.protocol_error("reported a fault that cannot be read".into()),
-        }
+    fn take_fault(&mut self, frame: &Frame) -> Error {
+        let Ok(error) = read_json::<NodeError>(frame) else {
+            return self.protocol_error("reported a fault that cannot be read".into());
+        };
+        self.fault = Some(error.clone());
+        Error::of_participant(&self.name, &self.asked, error)
     }
 
     fn lost(&self, why: String) -> Error {
@@ -246,26 +244,7 @@ impl Peer {
     /// Tells a peer that died from one that is silent, and a silent one from one that is stopped.
     /// The time waited is what calls of the link have taken: a coordinator that was stopped itself has waited for nobody.
     fn still_alive(&mut self, waited: &mut Duration, wait: &Wait) -> Result<()> {
-        let ended = match &mut self.other_end {
-            OtherEnd::Process(child) => match child.try_wait() {
-                Ok(Some(status)) => {
-                    let words = child.last_words();
-                    let said = if words.is_empty() {
-                        "it printed nothing".to_string()
-                    } else {
-                        format!("it printed last: {words}")
-                    };
-                    Some(format!("its process ended with {status}; {said}"))
-                }
-                _ => None,
-            },
-            OtherEnd::Thread(Some(thread)) if thread.is_finished() => {
-                Some("its thread ended".into())
-            }
-            OtherEnd::Simulated(end) => end.get().cloned(),
-            _ => None,
-        };
-        if let Some(why) = ended {
+        if let Some(why) = self.other_end.ended() {
             return Err(self.lost(why));
         }
         // The grace that a signal leaves to a window is wasted on a peer that stands still.
@@ -298,6 +277,25 @@ impl Peer {
 }
 
 impl OtherEnd {
+    /// How it ended, once it has.
+    fn ended(&mut self) -> Option<String> {
+        match self {
+            OtherEnd::Process(child) => {
+                let status = child.try_wait().ok()??;
+                let said = match child.last_words() {
+                    words if words.is_empty() => "it printed nothing".into(),
+                    words => format!("it printed last: {words}"),
+                };
+                Some(format!("its process ended with {status}; {said}"))
+            }
+            OtherEnd::Thread(Some(thread)) if thread.is_finished() => {
+                Some("its thread ended".into())
+            }
+            OtherEnd::Simulated(end) => end.get().cloned(),
+            _ => None,
+        }
+    }
+
     /// True for a process that was stopped from outside.
     fn is_stopped(&self) -> bool {
         matches!(self, OtherEnd::Process(process) if process::is_stopped(process.id()))
@@ -313,11 +311,14 @@ impl OtherEnd {
     /// Describes what can be seen of a peer that does not answer.
     fn state(&self) -> String {
         match self {
-            OtherEnd::Process(child) if process::is_stopped(child.id()) => {
-                let pid = child.id();
-                format!("process {pid} is alive but stopped (SIGSTOP or a debugger)")
+            OtherEnd::Process(child) => {
+                let stopped = if self.is_stopped() {
+                    "stopped (SIGSTOP or a debugger)"
+                } else {
+                    "silent"
+                };
+                format!("process {} is alive but {stopped}", child.id())
             }
-            OtherEnd::Process(child) => format!("process {} is alive but silent", child.id()),
             OtherEnd::Thread(_) => "its thread is alive but silent".into(),
             OtherEnd::Tape => "the log holds no answer".into(),
             OtherEnd::Simulated(_) => "it is silent".into(),
@@ -328,10 +329,9 @@ impl OtherEnd {
 impl Drop for OtherEnd {
     /// Sees that nothing of the participant is left running.
     fn drop(&mut self) {
-        match self {
-            OtherEnd::Thread(thread) => drop(thread.take().map(JoinHandle::join)),
-            // A process ends itself when dropped.
-            OtherEnd::Process(_) | OtherEnd::Tape | OtherEnd::Simulated(_) => {}
+        // A process ends itself when dropped.
+        if let OtherEnd::Thread(thread) = self {
+            drop(thread.take().map(JoinHandle::join));
         }
     }
 }

@@ -8,8 +8,8 @@ use protocol::{BoundaryAnswer, Description, Kind, Reaction, Surface, Window};
 use super::admission::{fault_of_columns, fault_of_surface};
 use super::communicator::Communicator;
 use super::handshake::Greeted;
-use crate::error::Result;
-use scheme::error::SchemeError;
+use crate::error::Error;
+use scheme::error::Result;
 use scheme::participants::{Participants, Request};
 
 /// The participants of a run as schemes see them.
@@ -34,7 +34,7 @@ impl<'a> Remote<'a> {
         (kind, answer): (Kind, Kind),
         window: &Window,
         n: usize,
-    ) -> Result<DMatrix<f64>> {
+    ) -> Result<DMatrix<f64>, Error> {
         let communicator = &mut self.communicator;
         communicator.send(peer, kind, window, &[])?;
         let numbers = communicator.receive_numbers(peer, answer, window, n * n)?;
@@ -59,7 +59,7 @@ impl Participants for Remote<'_> {
         &self.greeted[peer].description
     }
 
-    fn couple(&mut self, peer: usize, set: &str) -> Result<Surface, SchemeError> {
+    fn couple(&mut self, peer: usize, set: &str) -> Result<Surface> {
         let kinds = (Kind::Couple, Kind::Surface);
         let window = Window::default();
         let answer = self.communicator.ask(peer, kinds, &window, packed(set))?;
@@ -72,7 +72,7 @@ impl Participants for Remote<'_> {
         Err(self.communicator.peers().protocol_error(peer, why).into())
     }
 
-    fn select(&mut self, peer: usize, points: &[usize]) -> Result<(), SchemeError> {
+    fn select(&mut self, peer: usize, points: &[usize]) -> Result<()> {
         let indices: Vec<f64> = points.iter().map(|index| *index as f64).collect();
         let kinds = (Kind::Select, Kind::Ready);
         self.communicator
@@ -80,21 +80,11 @@ impl Participants for Remote<'_> {
         Ok(())
     }
 
-    fn compliance(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        n: usize,
-    ) -> Result<DMatrix<f64>, SchemeError> {
+    fn compliance(&mut self, peer: usize, window: &Window, n: usize) -> Result<DMatrix<f64>> {
         Ok(self.columns(peer, (Kind::Columns, Kind::Compliance), window, n)?)
     }
 
-    fn impedance(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        n: usize,
-    ) -> Result<DMatrix<f64>, SchemeError> {
+    fn impedance(&mut self, peer: usize, window: &Window, n: usize) -> Result<DMatrix<f64>> {
         Ok(self.columns(peer, (Kind::ImpedanceColumns, Kind::Impedance), window, n)?)
     }
 
@@ -104,14 +94,14 @@ impl Participants for Remote<'_> {
         window: &Window,
         window_s: f64,
         compliance: &DMatrix<f64>,
-    ) -> Result<(), SchemeError> {
+    ) -> Result<()> {
         let payload = [&[window_s], compliance.as_slice()].concat();
         let kinds = (Kind::CompliantBoundary, Kind::Ready);
         self.communicator.ask(peer, kinds, window, payload)?;
         Ok(())
     }
 
-    fn begin(&mut self, peer: usize, window: &Window, request: Request) -> Result<(), SchemeError> {
+    fn begin(&mut self, peer: usize, window: &Window, request: Request) -> Result<()> {
         let (kind, numbers) = match request {
             Request::Advance(force) => (Kind::Advance, force),
             Request::PrescribeVelocity(velocity) => (Kind::PrescribeVelocity, velocity),
@@ -120,12 +110,7 @@ impl Participants for Remote<'_> {
         Ok(self.communicator.send(peer, kind, window, numbers)?)
     }
 
-    fn finish_advance(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        n: usize,
-    ) -> Result<Vec<f64>, SchemeError> {
+    fn finish_advance(&mut self, peer: usize, window: &Window, n: usize) -> Result<Vec<f64>> {
         let communicator = &mut self.communicator;
         Ok(communicator.receive_numbers(peer, Kind::Motion, window, n)?)
     }
@@ -135,7 +120,7 @@ impl Participants for Remote<'_> {
         peer: usize,
         window: &Window,
         n: usize,
-    ) -> Result<Reaction, SchemeError> {
+    ) -> Result<Reaction> {
         let communicator = &mut self.communicator;
         let numbers = communicator.receive_numbers(peer, Kind::Reaction, window, 3 * n)?;
         Ok(Reaction {
@@ -145,38 +130,23 @@ impl Participants for Remote<'_> {
         })
     }
 
-    fn finish_solve(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        n: usize,
-    ) -> Result<BoundaryAnswer, SchemeError> {
+    fn finish_solve(&mut self, peer: usize, window: &Window, n: usize) -> Result<BoundaryAnswer> {
         let communicator = &mut self.communicator;
         let numbers = communicator.receive_numbers(peer, Kind::Force, window, 2 * n + 3)?;
         Ok(unpack_boundary_answer(&numbers, n).expect("the length was checked"))
     }
 
-    fn accept(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        displacement: &[f64],
-    ) -> Result<(), SchemeError> {
+    fn accept(&mut self, peer: usize, window: &Window, displacement: &[f64]) -> Result<()> {
         let communicator = &mut self.communicator;
         Ok(communicator.send(peer, Kind::Commit, window, displacement)?)
     }
 
-    fn begin_early(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        force: &[f64],
-    ) -> Result<(), SchemeError> {
+    fn begin_early(&mut self, peer: usize, window: &Window, force: &[f64]) -> Result<()> {
         let peers = self.communicator.peers_mut();
         Ok(peers.send_early(peer, Kind::Advance, window, force)?)
     }
 
-    fn report(&mut self, peer: usize) -> Result<Vec<f64>, SchemeError> {
+    fn report(&mut self, peer: usize) -> Result<Vec<f64>> {
         Ok(self.communicator.receive(peer, Kind::Report)?.payload)
     }
 }

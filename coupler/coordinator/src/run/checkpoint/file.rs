@@ -77,10 +77,9 @@ pub fn encode(about: &About, checkpoint: &Checkpoint) -> Result<Vec<u8>> {
 
 /// Reads a checkpoint that must be about the same as `expected`, participants aside.
 pub fn read(path: &Path, expected: &About) -> Result<(About, Checkpoint), Unusable> {
-    let unusable = |why: String, foreign: bool| Unusable {
-        path: path.into(),
-        why,
-        foreign,
+    let unusable = |why: String, foreign: bool| {
+        let path = path.into();
+        Unusable { path, why, foreign }
     };
     let damaged = |why: &str| unusable(why.into(), false);
     let bytes = fs::read(path).map_err(|error| damaged(&error.to_string()))?;
@@ -115,14 +114,9 @@ pub fn read(path: &Path, expected: &About) -> Result<(About, Checkpoint), Unusab
 
 /// The first thing that two checkpoints are not alike about.
 fn differs(theirs: &About, ours: &About) -> Option<String> {
-    let told = |about: &About| {
-        let About {
-            software,
-            protocol,
-            scenario_hash,
-            ..
-        } = about.clone();
-        [software, scenario_hash, protocol.to_string()]
+    let told = |of: &About| {
+        let hash = of.scenario_hash.clone();
+        [of.software.clone(), hash, of.protocol.to_string()]
     };
     let verbs = [
         "was written by",

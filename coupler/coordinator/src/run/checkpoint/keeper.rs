@@ -70,33 +70,28 @@ impl Keeper {
     /// resumed; without one, a run of others simply has no checkpoints.
     pub fn new(rundir: &RunDir, loaded: &Loaded, greeted: &[Greeted]) -> Result<Keeper> {
         let run = &loaded.scenario.run;
-        let unable = loaded.scenario.participant.iter().zip(greeted);
-        let unable = unable
-            .filter(|(_, greeted)| !greeted.description.capabilities.resume)
-            .map(|(participant, _)| format!("`{}`", participant.name))
-            .collect::<Vec<_>>()
-            .join(" and ");
-        let asked = run.checkpoint_every_windows;
-        if !unable.is_empty() && asked.is_some_and(|every| every > 0) {
-            let problem = format!(
-                "participant {unable} cannot write a checkpoint (capability `resume`); set it to 0, or leave the key out"
-            );
-            return Err(Refusal::argument("run.checkpoint_every_windows", problem).into());
-        }
-        if !unable.is_empty() && asked.is_none() {
-            rundir.note(&format!(
-                "no checkpoints: participant {unable} cannot write one"
-            ));
-        }
-        let asked = asked.map(|windows| Cadence {
-            windows,
-            time: None,
-        });
-        let by_itself = (unable.is_empty() && run.output.exchange).then_some(Cadence {
-            windows: EVERY_WINDOWS,
-            time: Some(EVERY_TIME),
-        });
-        let cadence = asked.or(by_itself).filter(|cadence| cadence.windows > 0);
+        let both = loaded.scenario.participant.iter().zip(greeted);
+        let unable = both.filter(|(_, greeted)| !greeted.description.capabilities.resume);
+        let unable: Vec<String> = unable.map(|(of, _)| format!("`{}`", of.name)).collect();
+        let unable = unable.join(" and ");
+        let (windows, time) = match run.checkpoint_every_windows {
+            Some(windows) if windows > 0 && !unable.is_empty() => {
+                let problem = format!(
+                    "participant {unable} cannot write a checkpoint (capability `resume`); set it to 0, or leave the key out"
+                );
+                return Err(Refusal::argument("run.checkpoint_every_windows", problem).into());
+            }
+            Some(windows) => (windows, None),
+            None if !unable.is_empty() => {
+                rundir.note(&format!(
+                    "no checkpoints: participant {unable} cannot write one"
+                ));
+                (0, None)
+            }
+            None if !run.output.exchange => (0, None),
+            None => (EVERY_WINDOWS, Some(EVERY_TIME)),
+        };
+        let cadence = Some(Cadence { windows, time }).filter(|cadence| cadence.windows > 0);
         Ok(Keeper {
             folder: rundir.path().join(FOLDER),
             about: About {

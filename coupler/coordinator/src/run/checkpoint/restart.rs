@@ -49,8 +49,9 @@ pub fn find(
                 let logged = *logged.get_or_insert_with(|| blocks(&run.join("exchange.mcap")));
                 let due = checkpoint.log_blocks;
                 if logged >= due {
+                    let run = run.into();
                     let point = RestartPoint {
-                        run: run.into(),
+                        run,
                         path,
                         about,
                         checkpoint,
@@ -60,8 +61,11 @@ pub fn find(
                 let why = format!(
                     "exchange.mcap can be read for {logged} of the {due} blocks that came before it"
                 );
-                let foreign = false;
-                Unusable { path, why, foreign }
+                Unusable {
+                    path,
+                    why,
+                    foreign: false,
+                }
             }
             Err(unusable) => unusable,
         };
