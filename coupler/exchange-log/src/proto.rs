@@ -103,15 +103,13 @@ const PACKED: &str = "payload";
 
 /// A message with these fields, numbered from 1: the names that follow each other with one type.
 fn message(name: &str, fields: &[(Type, &[&str])]) -> DescriptorProto {
-    let all = fields
-        .iter()
-        .flat_map(|(kind, names)| names.iter().map(|name| (*kind, *name)));
+    let all = fields.iter();
+    let all = all.flat_map(|(kind, names)| names.iter().map(|name| (*kind, *name)));
     let numbered = (1..).zip(all);
+    let fields = numbered.map(|(number, (kind, name))| field(number, name, kind));
     DescriptorProto {
         name: Some(name.into()),
-        field: numbered
-            .map(|(number, (kind, name))| field(number, name, kind))
-            .collect(),
+        field: fields.collect(),
         ..DescriptorProto::default()
     }
 }
@@ -122,14 +120,7 @@ fn field(number: i32, name: &str, kind: Type) -> FieldDescriptorProto {
         name: Some(name.into()),
         json_name: Some(name.into()),
         number: Some(number),
-        label: Some(
-            if list {
-                Label::Repeated
-            } else {
-                Label::Optional
-            }
-            .into(),
-        ),
+        label: Some([Label::Optional, Label::Repeated][usize::from(list)].into()),
         r#type: Some(kind.into()),
         options: list.then(|| FieldOptions {
             packed: Some(true),

@@ -73,8 +73,8 @@ impl Recorder {
         flush_every_windows: u64,
     ) -> Result<Recorder, LogError> {
         let file = Counted::create(path).map_err(LogError::write(path))?;
-        let file = LogWriter::start(path, file, provenance, flush_every_windows.max(1))
-            .map_err(LogError::write(path))?;
+        let file = LogWriter::start(path, file, provenance, flush_every_windows.max(1));
+        let file = file.map_err(LogError::write(path))?;
         let (jobs, taken) = bounded(WAITING);
         let (report, outcome) = bounded(1);
         thread::Builder::new()
@@ -167,16 +167,13 @@ impl Recorder {
     }
 
     fn stalled(&self) -> LogError {
-        LogError::Stalled {
-            path: self.path.clone(),
-            seconds: PATIENCE.as_secs(),
-        }
+        let (path, seconds) = (self.path.clone(), PATIENCE.as_secs());
+        LogError::Stalled { path, seconds }
     }
 
     fn closed(&self) -> LogError {
-        LogError::Closed {
-            path: self.path.clone(),
-        }
+        let path = self.path.clone();
+        LogError::Closed { path }
     }
 }
 
@@ -245,9 +242,8 @@ impl LogWriter {
     }
 
     fn write(&mut self, exchanges: Vec<Exchange>, window: Option<u64>) -> Result<(), McapError> {
-        exchanges
-            .into_iter()
-            .try_for_each(|exchange| self.write_one(exchange))?;
+        let mut exchanges = exchanges.into_iter();
+        exchanges.try_for_each(|exchange| self.write_one(exchange))?;
         window.map_or(Ok(()), |window| self.end_window(window))
     }
 
@@ -314,8 +310,8 @@ impl LogWriter {
             ("receiver".to_string(), exchange.receiver.clone()),
         ]);
         let (schema, topic) = (self.exchange_schema, exchange.topic());
-        self.writer
-            .add_channel(schema, &topic, "protobuf", &metadata)
+        let writer = &mut self.writer;
+        writer.add_channel(schema, &topic, "protobuf", &metadata)
     }
 
     fn finish(mut self) -> Result<LogStats, LogError> {
@@ -358,12 +354,10 @@ impl Counted {
             Ok(found) if (found.dev(), found.ino()) != (ours.dev(), ours.ino()) => {
                 refuse("it was replaced by another file during the run".into())
             }
-            Ok(found) if found.len() != written => {
-                let size = found.len();
-                refuse(format!(
-                    "it was changed during the run: it holds {size} bytes, {written} were written"
-                ))
-            }
+            Ok(found) if found.len() != written => refuse(format!(
+                "it was changed during the run: it holds {} bytes, {written} were written",
+                found.len()
+            )),
             Ok(_) => Ok(written),
         }
     }

@@ -13,7 +13,7 @@ use crate::error::{Error, Refusal, Result};
 use crate::output::vtk_arrays::ArrayRanges;
 use scheme::error::Unfit;
 
-/// Most moments within a phase: a folder with more files is nobody's wish.
+/// Most moments within a phase: nobody looks at a folder with more files.
 const MOST: f64 = 10_000.0;
 
 /// A moment at which the participants write their fields.
@@ -88,10 +88,8 @@ const END: &str = "</Collection>\n</VTKFile>\n";
 impl Collection {
     /// A file that begins with its first set.
     pub fn new(path: PathBuf) -> Collection {
-        Collection {
-            path,
-            sets_end: None,
-        }
+        let sets_end = None;
+        Collection { path, sets_end }
     }
 
     /// Adds sets, which [`data_set`] makes.

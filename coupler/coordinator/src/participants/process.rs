@@ -86,11 +86,8 @@ impl Process {
         let start = (start..text.len()).find(|at| text.is_char_boundary(*at));
         let lines = text[start.unwrap_or(text.len())..].lines();
         let lines = lines.map(str::trim).filter(|line| !line.is_empty());
-        lines
-            .collect::<Vec<_>>()
-            .join(" | ")
-            .escape_debug()
-            .to_string()
+        let line = lines.collect::<Vec<_>>().join(" | ");
+        line.escape_debug().to_string()
     }
 
     /// Asks it to end, with all that it started.

@@ -104,17 +104,14 @@ fn turns<'a>(
 
 /// The prediction for a person: the bytes of these messages, and of a run that repeats each window as often as it may.
 pub fn line(volume: &Volume, bytes: u64, most: u64) -> String {
-    let more = if most > bytes {
-        format!(
-            ", up to {:.3e} bytes if each takes repeats_max",
-            most as f64
-        )
-    } else {
-        String::new()
-    };
+    let (windows, messages, bytes) = (volume.windows, volume.messages, bytes as f64);
+    let more = format!(
+        ", up to {:.3e} bytes if each takes repeats_max",
+        most as f64
+    );
+    let more = if most as f64 > bytes { &more } else { "" };
     format!(
-        "log: about {:.3e} bytes, {} windows and {} messages if none is repeated more than once{more}",
-        bytes as f64, volume.windows, volume.messages
+        "log: about {bytes:.3e} bytes, {windows} windows and {messages} messages if none is repeated more than once{more}"
     )
 }
 

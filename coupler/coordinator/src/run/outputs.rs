@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use kit::Bounds;
-use protocol::{Description, Phase, Window};
+use protocol::{Description, Finding, Phase, Window};
 
 use super::checkpoint::{Checkpoint, Keeper, RestartPoint};
 use super::fields::Fields;
@@ -121,12 +121,25 @@ impl<'a> Outputs<'a> {
 
     /// The latest energies of all participants.
     pub fn energies(&self) -> Vec<EnergyLedger> {
-        let all = self.descriptions.iter().zip(&self.state.energies);
-        all.map(|(description, values)| EnergyLedger {
-            terms: description.ledger.clone(),
-            values: values.clone(),
+        let all = self.descriptions.iter().zip(self.state.energies.clone());
+        let terms = |told: &Description| told.ledger.clone();
+        all.map(|(told, values)| EnergyLedger {
+            terms: terms(told),
+            values,
         })
         .collect()
+    }
+
+    /// True if all participants tell their energies.
+    fn all_tell_energies(&self) -> bool {
+        self.descriptions.iter().all(|told| !told.ledger.is_empty())
+    }
+
+    /// Sums of the latest energies of each participant.
+    fn sums(&self) -> Vec<EnergySums> {
+        let all = self.descriptions.iter().zip(&self.state.energies);
+        all.map(|(told, values)| EnergySums::of(&told.ledger, values))
+            .collect()
     }
 
     /// Between two windows: writes a checkpoint if one is due, and ends the run if it was interrupted or is a dry run that has
@@ -260,16 +273,14 @@ impl<'a> Outputs<'a> {
 
     /// The energy balance of all participants together, where all tell their energies.
     fn total_balance_rel(&self, groups: &[GroupRun]) -> Option<f64> {
-        let told = self.descriptions.iter().zip(&self.state.energies);
-        let sums = told.map(|(told, values)| EnergySums::of(&told.ledger, values));
         let ledgers = groups.iter().flat_map(|group| &group.coupling.ledgers);
         let points = EnergySums {
             kept_j: ledgers.map(InterfaceLedger::points_kept_j).sum(),
             ..EnergySums::default()
         };
-        let total = EnergySums::together(sums.chain([points])).balance_rel();
-        let all_tell = self.descriptions.iter().all(|told| !told.ledger.is_empty());
-        Some(total).filter(|total| all_tell && total.is_finite())
+        let all = self.sums().into_iter().chain([points]);
+        let total = EnergySums::together(all).balance_rel();
+        Some(total).filter(|total| total.is_finite() && self.all_tell_energies())
     }
 
     /// Keeps what a participant reported, if it is as long as was announced and its energies are numbers. A signal may be none:
@@ -313,24 +324,21 @@ impl<'a> Outputs<'a> {
             if !value.is_finite() && !known {
                 self.state.odd_signals.push([peer, index]);
                 let finding = plausible::not_a_number(&names[index], *value, time_s);
-                let finding = finding.map(|finding| (self.names[peer].to_string(), finding));
-                self.state.findings.extend(finding);
+                self.keep_finding(self.names[peer], finding);
             }
         }
     }
 
     /// Judges the energies after a window: of each participant, each interface, and of all together where all tell theirs.
     fn judge_energies(&mut self, groups: &[GroupRun], time_s: f64) {
-        let told = self.descriptions.iter().zip(&self.state.energies);
-        let sums = told.map(|(told, values)| EnergySums::of(&told.ledger, values));
-        let sums: Vec<EnergySums> = sums.collect();
+        let sums = self.sums();
         let bounds = self.bounds.energy_balance_rel;
         for (peer, own) in sums.iter().enumerate() {
             let value = self.state.balances[peer].add(own, bounds);
             self.lost(("energy_balance", bounds), self.names[peer], value, time_s);
         }
         let points = self.judge_interfaces(groups, time_s);
-        let all_tell = self.descriptions.iter().all(|told| !told.ledger.is_empty());
+        let all_tell = self.all_tell_energies();
         if let Some(total) = self.state.balances.last_mut().filter(|_| all_tell) {
             let sums = EnergySums::together(sums.into_iter().chain([points]));
             let value = total.add(&sums, bounds).filter(|_| self.names.len() > 1);
@@ -362,6 +370,10 @@ impl<'a> Outputs<'a> {
         time_s: f64,
     ) {
         let finding = value.and_then(|v| plausible::lost_balance(code, bounds, v, time_s));
+        self.keep_finding(about, finding);
+    }
+
+    fn keep_finding(&mut self, about: &str, finding: Option<Finding>) {
         let finding = finding.map(|finding| (about.to_string(), finding));
         self.state.findings.extend(finding);
     }
@@ -370,10 +382,11 @@ impl<'a> Outputs<'a> {
     pub fn warnings(&mut self) -> Vec<Warning> {
         let new = &self.state.findings[self.passed_on..];
         self.passed_on = self.state.findings.len();
-        let warnings = new
-            .iter()
-            .map(|(about, finding)| Warning::of(about, finding.clone()));
-        warnings.chain(self.fields.advice()).collect()
+        let warning = |(about, finding): &(String, Finding)| Warning::of(about, finding.clone());
+        new.iter()
+            .map(warning)
+            .chain(self.fields.advice())
+            .collect()
     }
 
     /// Writes and keeps the traction of each interface in its last accepted window.
@@ -390,10 +403,9 @@ impl<'a> Outputs<'a> {
                     period_m: patch.period_m,
                 };
                 let traction = InterfaceTraction::of(loaded, self.thickness_m);
-                let name = if only {
-                    "profile.csv".into()
-                } else {
-                    format!("profile-{}.csv", patch.name)
+                let name = match only {
+                    true => "profile.csv".into(),
+                    false => format!("profile-{}.csv", patch.name),
                 };
                 self.rundir.write(&name, &traction.csv())?;
                 self.state.sampled.keep_traction(patch.index, traction);
@@ -416,11 +428,8 @@ impl<'a> Outputs<'a> {
     ) -> Result<()> {
         self.pace.end();
         self.fields.end(communicator, groups, summary.sim_time_s)?;
-        if self.dry_run {
-            summary
-                .foreseen
-                .extend(self.fields.foretold(Path::new(".")));
-        }
+        let foretold = self.dry_run.then(|| self.fields.foretold(Path::new(".")));
+        summary.foreseen.extend(foretold.flatten());
         summary.results.extend(self.state.sampled.results());
         Ok(())
     }
@@ -429,9 +438,8 @@ impl<'a> Outputs<'a> {
 /// Repeats of the last windows, the most of all interfaces, and the mean of the group that has most of them.
 fn repeats(last: &[InterfaceSignals], groups: &[GroupRun]) -> Option<(u32, f64)> {
     let last = last.iter().map(|seen| seen.repeats).max()?;
-    let ledgers = groups
-        .iter()
-        .filter_map(|group| group.coupling.ledgers.first());
+    let groups = groups.iter();
+    let ledgers = groups.filter_map(|group| group.coupling.ledgers.first());
     let means = ledgers.map(InterfaceLedger::repeats_mean);
     Some((last, means.fold(0.0, f64::max)))
 }
