@@ -56,9 +56,8 @@ impl ComplianceSource {
             ComplianceSource::Impedance => {
                 let resists = participants.impedance(side.peer, first, n)?;
                 let yields = inverse_of_what_moves(&resists).ok_or_else(|| {
-                    let name = participants.name(side.peer);
                     SchemeError::from(Unfit::SingularImpedance {
-                        participant: name.to_string(),
+                        participant: participants.name(side.peer).to_string(),
                         problem: format!("its impedance over {steps} steps has no inverse, as that of every explicit body below its stability limit has; lower its time.step_s, or take scheme = \"dual-schur\""),
                     })
                 })?;
@@ -76,9 +75,8 @@ impl ComplianceSource {
 /// The inverse of a symmetric matrix on the components that move; zero for the others, which have zeros in their columns.
 /// `None` unless it is positive definite there.
 fn inverse_of_what_moves(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let moving: Vec<usize> = (0..matrix.nrows())
-        .filter(|i| matrix[(*i, *i)] != 0.0)
-        .collect();
+    let moving = (0..matrix.nrows()).filter(|i| matrix[(*i, *i)] != 0.0);
+    let moving: Vec<usize> = moving.collect();
     let own = matrix.select_rows(&moving).select_columns(&moving);
     let symmetric = 0.5 * (&own + own.transpose());
     let inverse = symmetric.cholesky()?.inverse();
@@ -97,9 +95,8 @@ pub fn mass_only(group: &Group, side: &Side, window: &Window) -> DMatrix<f64> {
     let own_steps = f64::from(window.substeps * side.steps);
     let scale = window_s * window_s / (2.0 * own_steps.sqrt());
     let mass = &group.nodes.mass_kg[side.range.clone()];
-    DMatrix::from_diagonal(&DVector::from_fn(2 * mass.len(), |i, _| {
-        scale / mass[i / 2]
-    }))
+    let diagonal = DVector::from_fn(2 * mass.len(), |i, _| scale / mass[i / 2]);
+    DMatrix::from_diagonal(&diagonal)
 }
 
 /// H^2 M_n^-1 on the components that have an impedance; zero for the others.

@@ -6,18 +6,28 @@ use crate::error::{Result, Unfit};
 use crate::keys::{Dirichlet, Interface, Policy, Scheme};
 use crate::source::ComplianceSource;
 
+/// Refuses a scheme that one of the sides, each with its name, cannot follow.
+pub(super) fn refuse_unsuited(
+    interface: &Interface,
+    continuum: (&str, &Description),
+    layer: (&str, &Description),
+) -> Result<()> {
+    refuse_finer_than_solver(interface, layer)?;
+    refuse_without_prescribed_velocity(interface, continuum)?;
+    refuse_what_is_not_offered(interface, [continuum, layer])
+}
+
 /// A fixed point goes through the answers of the contact solver, and cannot come closer than these are true. The other
 /// schemes close the gap whatever the contact solver left over.
-pub(super) fn refuse_finer_than_solver(
+fn refuse_finer_than_solver(
     interface: &Interface,
-    motion_driven_name: &str,
-    motion_driven: &Description,
+    (name, layer): (&str, &Description),
 ) -> Result<()> {
     let through_answers = matches!(interface.scheme, Scheme::FixedPoint { .. });
-    match &motion_driven.tolerance {
+    match &layer.tolerance {
         Some(own) if through_answers && interface.tolerance_rel < own.value => {
             let problem = format!(
-                "is {:e}, below participant.{motion_driven_name}.config.{} of {:e}: a fixed point goes through the solver's answers and cannot be closer than they are; raise the first, lower the second, or take scheme = \"dual-schur\"",
+                "is {:e}, below participant.{name}.config.{} of {:e}: a fixed point goes through the solver's answers and cannot be closer than they are; raise the first, lower the second, or take scheme = \"dual-schur\"",
                 interface.tolerance_rel, own.key, own.value
             );
             Err(Unfit::interface_key(interface, "tolerance_rel", problem).into())
@@ -27,10 +37,9 @@ pub(super) fn refuse_finer_than_solver(
 }
 
 /// Refuses a continuum whose velocity cannot be prescribed where the scheme does.
-pub(super) fn refuse_without_prescribed_velocity(
+fn refuse_without_prescribed_velocity(
     interface: &Interface,
-    name: &str,
-    continuum: &Description,
+    (name, continuum): (&str, &Description),
 ) -> Result<()> {
     let key = match interface.scheme {
         Scheme::Velocity { .. } => "scheme = \"velocity\"",
@@ -47,20 +56,18 @@ pub(super) fn refuse_without_prescribed_velocity(
 }
 
 /// Refuses a scheme that would ask one of the sides, each with its name, for what it does not offer.
-pub(super) fn refuse_what_is_not_offered(
+fn refuse_what_is_not_offered(
     interface: &Interface,
-    [continuum, motion_driven]: [(&str, &Description); 2],
+    [continuum, layer]: [(&str, &Description); 2],
 ) -> Result<()> {
     let refuse = |key, problem| Err(Unfit::interface_key(interface, key, problem).into());
-    let mut sides = [continuum, motion_driven].into_iter();
+    let mut sides = [continuum, layer].into_iter();
     if let Some((name, _)) = sides.find(|(_, told)| !told.capabilities.rollback) {
         let why =
             format!("repeats windows, which participant `{name}` cannot (it has no `checkpoint`)");
         if !matches!(interface.scheme, Scheme::Staggered { .. }) {
-            return refuse(
-                "scheme",
-                format!("{why}: take scheme = \"staggered-serial\""),
-            );
+            let problem = format!("{why}: take scheme = \"staggered-serial\"");
+            return refuse("scheme", problem);
         }
         if interface.on_not_converged == Policy::Halve {
             let problem = format!("= \"halve\" {why}: take \"stop\" or \"accept\"");
@@ -68,10 +75,10 @@ pub(super) fn refuse_what_is_not_offered(
         }
     }
     let source = ComplianceSource::of(&interface.scheme);
-    let ((continuum, gives), (motion_driven, takes)) = (continuum, motion_driven);
+    let ((continuum, gives), (layer, takes)) = (continuum, layer);
     if source != ComplianceSource::Rigid && !takes.capabilities.compliant_boundary {
         let problem = format!(
-            "moves the points of participant `{motion_driven}` by the compliance of what they are glued to, and it takes a rigid boundary only: take scheme = \"fixed-point-serial\" or \"staggered-serial\", with dirichlet = \"wall\""
+            "moves the points of participant `{layer}` by the compliance of what they are glued to, and it takes a rigid boundary only: take scheme = \"fixed-point-serial\" or \"staggered-serial\", with dirichlet = \"wall\""
         );
         return refuse("scheme", problem);
     }
@@ -123,7 +130,7 @@ mod tests {
         };
         let refused = |scheme: &str, tolerance_rel: f64, motion_driven: &Description| {
             let interface = interface(scheme, tolerance_rel);
-            refuse_finer_than_solver(&interface, "layer", motion_driven).err()
+            refuse_finer_than_solver(&interface, ("layer", motion_driven)).err()
         };
         for scheme in ["fixed-point-serial", "fixed-point-parallel"] {
             let error = refused(scheme, 0.99e-4, &motion_driven)

@@ -27,10 +27,7 @@ struct Period {
 impl Line {
     pub(super) fn through(nodes: &[[f64; 2]]) -> Result<Line, MappingError> {
         let (first, last) = farthest(nodes);
-        let span = [
-            nodes[last][0] - nodes[first][0],
-            nodes[last][1] - nodes[first][1],
-        ];
+        let span = [0, 1].map(|k| nodes[last][k] - nodes[first][k]);
         let length = span[0].hypot(span[1]);
         let mut line = Line {
             origin: nodes[first],
@@ -241,12 +238,9 @@ fn farthest(nodes: &[[f64; 2]]) -> (usize, usize) {
     let from = |origin: usize| {
         let distance =
             |i: usize| (nodes[i][0] - nodes[origin][0]).hypot(nodes[i][1] - nodes[origin][1]);
-        (0..nodes.len()).fold(origin, |best, i| {
-            if distance(i) > distance(best) {
-                i
-            } else {
-                best
-            }
+        (0..nodes.len()).fold(origin, |best, i| match distance(i) > distance(best) {
+            true => i,
+            false => best,
         })
     };
     let one = from(0);

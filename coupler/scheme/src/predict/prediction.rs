@@ -65,8 +65,9 @@ pub fn explain(inputs: &StabilityInputs, scheme: &Scheme) -> Result<StabilityPre
     if let Some(inertia) = inputs.boundary_inertia {
         let response = inputs.equivalent(scheme);
         let margin = added_mass_margin(scheme, inputs.model(&response, inertia))?;
+        let name = || "added mass".into();
         prediction.bounds.extend(margin.map(|margin| Bound {
-            name: "added mass".into(),
+            name: name(),
             margin,
             stability: true,
         }));
@@ -147,9 +148,8 @@ impl StabilityPrediction {
 
     /// The bound with the smallest margin.
     pub fn decides(&self) -> Option<&Bound> {
-        self.bounds
-            .iter()
-            .min_by(|a, b| a.margin.total_cmp(&b.margin))
+        let bounds = self.bounds.iter();
+        bounds.min_by(|a, b| a.margin.total_cmp(&b.margin))
     }
 
     /// Refuses a choice that will not work, unless the scenario wants to see it.
