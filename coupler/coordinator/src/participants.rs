@@ -5,7 +5,7 @@
 //! - [`communicator`]: requests and answers of all of them; [`journal`], [`recorded`]: the same written down; [`resume_check`]: the
 //!   same compared with a log;
 //! - [`handshake`]: the greeting; [`admission`]: what a participant says of itself, checked; [`farewell`]: its last
-//!   words, read with patience;
+//!   words, read leniently;
 //! - [`remote`]: participants behind frames, as schemes see them; in memory they are
 //!   [`LinearPair`](scheme::predict::linear_pair::LinearPair).
 

@@ -59,7 +59,7 @@ impl RunDir {
         self.path.join("fields")
     }
 
-    /// Writes a whole file of the run: whoever looks for it finds all of it or nothing.
+    /// Writes a whole file of the run: a reader finds all of it or nothing.
     pub fn write(&self, name: &str, text: &str) -> Result<()> {
         let path = self.path.join(name);
         let part = self.path.join(format!("{name}.part"));

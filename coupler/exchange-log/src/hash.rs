@@ -16,7 +16,7 @@ type Order = (u64, bool, u32, String, u32);
 /// answer at the same time, the order of their arrival differs from run to run.
 ///
 /// ```
-/// use crate::ExchangeHasher;
+/// use exchange_log::ExchangeHasher;
 /// use protocol::{Frame, Header, Kind};
 /// let frame = Frame::new(Header::of(Kind::Motion), vec![1.0]);
 /// let mut hasher = ExchangeHasher::new();

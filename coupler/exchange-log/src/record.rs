@@ -39,7 +39,7 @@ pub struct LogStats {
     pub messages: u64,
     /// Windows that ended.
     pub windows: u64,
-    /// Wall-clock time that whoever records spent on it, the wait for a writer that fell behind included.
+    /// Wall-clock time that the caller spent on recording, waits for a slow writer included.
     pub caller_wall: Duration,
     /// Wall-clock time that the writing thread was at work.
     pub writer_wall: Duration,
@@ -80,7 +80,7 @@ impl Recorder {
         thread::Builder::new()
             .name("exchange-log".into())
             .spawn(move || {
-                // Nobody hears it if the recorder was dropped, and then nobody cares.
+                // If the recorder was dropped, nothing needs the outcome.
                 let _ = report.send(file.write_all(&taken));
             })
             .map_err(LogError::write(path))?;
@@ -287,7 +287,7 @@ impl LogWriter {
         self.writer.flush()?;
         self.disk.file.sync_data()?;
         self.disk.in_place(&self.path)?;
-        // Whoever waited in vain has gone.
+        // The caller may have stopped waiting.
         let _ = done.send(());
         Ok(())
     }

@@ -46,7 +46,7 @@ pub(super) fn is_torn(file: &File, offset: u64) -> io::Result<bool> {
 fn may_have_length(opcode: u8, data: &[u8], length: u64) -> bool {
     match opcode {
         op::DATA_END => length == 4,
-        // The description of the data at the end of the file, which is read by nobody here.
+        // The description of the data at the end of the file, which is not read here.
         op::FOOTER | op::SCHEMA | op::CHANNEL | op::STATISTICS | op::SUMMARY_OFFSET => true,
         op::CHUNK_INDEX | op::ATTACHMENT_INDEX | op::METADATA_INDEX => true,
         _ => {

@@ -18,7 +18,7 @@ pub enum SchemeError {
     /// A participant answered something that is not a number and can be asked again.
     #[error("{0}")]
     NotFinite(String),
-    /// What kept a participant from answering, as whoever speaks to it says.
+    /// The reason for which a participant did not answer, from the layer that speaks to it.
     #[error("{0}")]
     Participant(Box<dyn StdError + Send + Sync>),
 }

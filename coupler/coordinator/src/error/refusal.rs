@@ -50,7 +50,7 @@ pub enum Refusal {
     NoEnd,
     #[error("a solver that ran alone has no coupler to replay")]
     NoCoupler,
-    /// Said where it is found, in words that nobody but the user reads.
+    /// Any other: its text is written where the fault is found, and no code reads it.
     #[error("{text}")]
     Other { code: Code, text: String },
 }

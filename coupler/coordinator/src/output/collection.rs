@@ -13,7 +13,7 @@ use crate::error::{Error, Refusal, Result};
 use crate::output::vtk_arrays::ArrayRanges;
 use scheme::error::Unfit;
 
-/// Most moments within a phase: nobody looks at a folder with more files.
+/// Most snapshots within a phase: more files in a folder are of no use.
 const MOST: f64 = 10_000.0;
 
 /// A moment at which the participants write their fields.

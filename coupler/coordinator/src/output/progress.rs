@@ -6,7 +6,7 @@ use super::pace::Remaining;
 use super::run_progress::RunProgress;
 use super::stderr::{StderrMode, columns, draw, stderr_mode, tell_of};
 
-/// Parts of a run that a line is told after, and the time (s) after which one is told at any rate.
+/// A line is printed after each tenth of a run, and after this time (s) at the latest.
 const PARTS: f64 = 10.0;
 pub(super) const LINE_EVERY_S: f64 = 60.0;
 

@@ -41,7 +41,7 @@ impl RunProgress {
         (self.t_s / self.end_s).clamp(0.0, 1.0)
     }
 
-    /// Share of the time in which the coordinator waited for nobody.
+    /// Share of the time in which the coordinator did not wait.
     fn own(&self) -> f64 {
         let waited: f64 = self.waited.iter().map(|(_, share)| share).sum();
         (1.0 - waited).max(0.0)

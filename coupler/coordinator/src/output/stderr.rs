@@ -35,7 +35,7 @@ pub fn stderr_mode() -> StderrMode {
     STDERR_MODE.get().copied().unwrap_or_default()
 }
 
-/// Tells a person something, a program the same as the `text` of a `note`. Whoever closed stderr does not want to know.
+/// Tells a person something, a program the same as the `text` of a `note`. Errors of a closed stderr are ignored.
 pub fn tell(text: &str) {
     tell_of("note", json!({ "text": text }), || text.into());
 }

@@ -94,7 +94,8 @@ pub fn fault_of_surface(surface: &Surface) -> Option<String> {
     let finite = |value: f64| value.is_finite();
     let some = |value: f64| value.is_finite() && value >= 0.0;
     let positive = |value: f64| value.is_finite() && value > 0.0;
-    let rules: [(&str, fn(f64) -> bool, &str); 5] = [
+    type Rule = (&'static str, fn(f64) -> bool, &'static str);
+    let rules: [Rule; 5] = [
         ("x (m)", finite, "be finite"),
         ("y (m)", finite, "be finite"),
         ("mass (kg)", some, "be finite and not below zero"),

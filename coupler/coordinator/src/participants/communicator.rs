@@ -189,8 +189,8 @@ impl Peers {
     }
 
     /// The instant of the last answer (ns of the monotonic clock).
-    pub fn heard_ns(&self) -> u64 {
-        let instants = self.peers.iter().map(|peer| peer.heard_ns);
+    pub fn last_answer_ns(&self) -> u64 {
+        let instants = self.peers.iter().map(|peer| peer.last_answer_ns);
         instants.max().unwrap_or(0)
     }
 

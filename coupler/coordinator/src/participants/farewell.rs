@@ -1,4 +1,4 @@
-//! The farewell of a participant, read with patience: one number that is none must not cost a whole run.
+//! The farewell of a participant, read leniently: one number that is not finite must not spoil a whole run.
 
 use protocol::Frame;
 use protocol::serve::Farewell;
@@ -31,7 +31,7 @@ fn parse(text: &str) -> serde_json::Result<Farewell> {
             *number = 0.into();
         }
     }
-    // Times that cannot be read are as good as none.
+    // Times that cannot be read are left out.
     let busy = value.as_object_mut().and_then(|told| told.remove("busy"));
     let mut farewell: Farewell = serde_json::from_value(value)?;
     let busy = busy.and_then(|busy| serde_json::from_value(busy).ok());

@@ -41,7 +41,7 @@ impl Journal {
         }
     }
 
-    /// Begins with the first `blocks` of the log of another run, which is gone on with. Returns the messages of the
+    /// Begins with the first `blocks` of the log of another run, which this one resumes. Returns the messages of the
     /// first of them, the handshake of a coupled run.
     pub fn carry_over(&mut self, log: &Path, blocks: u64) -> Result<Vec<Exchange>> {
         let mut first = Vec::new();

@@ -63,7 +63,7 @@ pub struct Peer {
     /// Length of all of these times (ns).
     pub waited_ns: u64,
     /// The end of the last one (ns of the monotonic clock).
-    pub heard_ns: u64,
+    pub last_answer_ns: u64,
     /// Times of the requests that it answered, if they are kept.
     pub times: Option<Vec<RequestTimes>>,
 }
@@ -89,7 +89,7 @@ impl Peer {
             fault: None,
             awaited: BusyTimes::default(),
             waited_ns: 0,
-            heard_ns: 0,
+            last_answer_ns: 0,
             times: None,
         }
     }
@@ -158,9 +158,9 @@ impl Peer {
         let start_ns = monotonic_ns();
         let asked = self.open.front().copied();
         let answer = self.wait_for(expected, wait);
-        self.heard_ns = monotonic_ns();
-        self.waited_ns += self.heard_ns - start_ns;
-        self.awaited.add([start_ns, self.heard_ns]);
+        self.last_answer_ns = monotonic_ns();
+        self.waited_ns += self.last_answer_ns - start_ns;
+        self.awaited.add([start_ns, self.last_answer_ns]);
         if let (Ok(_), Some(asked), Some(times)) = (&answer, asked, &mut self.times) {
             let answered = RequestTimes::answered_now(&asked.header, asked.at_ns, start_ns);
             times.push(answered);
@@ -242,7 +242,7 @@ impl Peer {
     }
 
     /// Tells a peer that died from one that is silent, and a silent one from one that is stopped.
-    /// The time waited is what calls of the link have taken: a coordinator that was stopped itself has waited for nobody.
+    /// Only time inside calls of the link counts as waited: a coordinator that was stopped itself was not waiting.
     fn still_alive(&mut self, waited: &mut Duration, wait: &Wait) -> Result<()> {
         if let Some(why) = self.other_end.ended() {
             return Err(self.lost(why));

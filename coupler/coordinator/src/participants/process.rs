@@ -20,7 +20,7 @@ use crate::error::{Code, Error, Refusal, Result};
 /// Time that a participant may take to end by itself once it has said farewell, and to end after it was asked to.
 const GRACE: Duration = Duration::from_millis(1000);
 
-/// Time that it may take to end by itself when its run was cut off: it may be in the midst of a set-up that nobody needs.
+/// Time that it may take to end by itself when its run was cut off: it may be in a set-up that is no longer needed.
 const CUT_OFF: Duration = Duration::from_millis(100);
 
 /// The files of a run in shared memory; removed when dropped, whatever ended the run.

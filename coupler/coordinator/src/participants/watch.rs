@@ -16,7 +16,7 @@ pub struct Watch {
     grace: Duration,
 }
 
-/// Windows take milliseconds. A participant that needs longer than this is waited for in vain.
+/// Windows take milliseconds. A participant that needs longer than this is not waited for.
 const WINDOW_GRACE: Duration = Duration::from_secs(2);
 
 impl Watch {

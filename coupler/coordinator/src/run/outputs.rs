@@ -108,7 +108,7 @@ impl<'a> Outputs<'a> {
         })
     }
 
-    /// Takes over what the run wrote that is gone on with.
+    /// Takes over what the resumed run wrote.
     pub fn carry_over(&mut self, restart: &RestartPoint) -> Result<()> {
         self.state = restart.checkpoint.outputs.clone();
         let signals = restart.run.join("signals.csv");
@@ -222,14 +222,14 @@ impl<'a> Outputs<'a> {
             from_s,
             end_s,
             windows,
-            at_ns: peers.heard_ns(),
+            at_ns: peers.last_answer_ns(),
             waited_ns: peers.waited_ns(),
         });
     }
 
     /// Shows how far the run has come, if it is time to.
     fn show(&mut self, peers: &Peers, groups: &[GroupRun], window: &Window, reached_s: f64) {
-        let now_ns = peers.heard_ns();
+        let now_ns = peers.last_answer_ns();
         let Some(course) = self.progress.due(reached_s, now_ns) else {
             return;
         };

@@ -85,12 +85,12 @@ pub struct Ended {
 /// Runs a scenario. An error before anything was started is returned as such; from then on the run directory
 /// keeps what was valid, and the error is part of [`Ended`].
 pub fn run(loaded: &Loaded, options: &RunOptions) -> Result<Ended> {
-    go_on(loaded, options, None)
+    run_from(loaded, options, None)
 }
 
 /// Runs a scenario on from a checkpoint of another run of it, in a run directory of its own: it ends as
 /// if that run had never been cut off.
-pub fn go_on(
+pub fn run_from(
     loaded: &Loaded,
     options: &RunOptions,
     restart: Option<&RestartPoint>,
@@ -99,14 +99,14 @@ pub fn go_on(
         let participants = &launcher.loaded.scenario.participant;
         launcher.start(participants, options.watch.clone())
     };
-    go_on_among(loaded, options, restart, &launch)
+    run_among(loaded, options, restart, &launch)
 }
 
 /// A way to start the participants of a run.
 pub type LaunchAll<'a> = &'a dyn Fn(&Launcher) -> Result<Peers>;
 
 /// The same among participants that are started in another way.
-pub fn go_on_among(
+pub fn run_among(
     loaded: &Loaded,
     options: &RunOptions,
     restart: Option<&RestartPoint>,
@@ -140,7 +140,7 @@ pub fn go_on_among(
         launch,
         summary: Summary::new(&loaded.scenario.run.name, &loaded.hash),
     };
-    session.found(warnings);
+    session.warn(warnings);
     let error = session.run().err();
     if options.progress {
         leave();
@@ -202,7 +202,7 @@ impl RunSession<'_> {
         let result = self.converse(&mut recorded);
         recorded.close_times();
         let untimed = recorded.untimed.take();
-        self.found(untimed.map(|why| Warning::advice("timing_log", TIMING, why)));
+        self.warn(untimed.map(|why| Warning::advice("timing_log", TIMING, why)));
         let closed = recorded.journal.close();
         if let Ok(closed) = &closed {
             let wall_s = self.start.elapsed().as_secs_f64();
@@ -231,7 +231,7 @@ impl RunSession<'_> {
         Ok(scenario.run.output.exchange.then(create).transpose()?)
     }
 
-    /// All that is said: greeting, what came before if the run goes on, windows, farewell.
+    /// The whole conversation: greeting, the state of a resumed run, windows, farewell.
     fn converse(&mut self, recorded: &mut Recorded) -> Result<()> {
         let scenario = &self.loaded.scenario;
         if self.options.progress {
@@ -279,8 +279,8 @@ impl RunSession<'_> {
         let awaited = recorded.peers.awaited();
         for (participant, farewell) in scenario.participant.iter().zip(&farewells) {
             let (name, outcome) = (&participant.name, &farewell.outcome);
-            let found = outcome.findings.iter().cloned();
-            self.found(found.map(|finding| Warning::of(name, finding)));
+            let findings = outcome.findings.iter().cloned();
+            self.warn(findings.map(|finding| Warning::of(name, finding)));
             self.advise(name, &outcome.warnings);
         }
         self.summary
@@ -295,11 +295,11 @@ impl RunSession<'_> {
             !known.iter().any(same)
         });
         let proven = plausible::refuse_contradiction(&judged);
-        self.found(judged);
+        self.warn(judged);
         proven
     }
 
-    /// Takes over the log and the outputs of the run that is gone on with. From the adoption of its checkpoint on, this run
+    /// Takes over the log and the outputs of the resumed run. From the adoption of its checkpoint on, this run
     /// directory can be resumed as well. Returns the messages of the logged handshake.
     fn carry_over(
         &mut self,
@@ -338,13 +338,13 @@ impl RunSession<'_> {
                 let name = &scenario.participant[peer].name;
                 let continuum = (name.as_str(), &greeted[peer].description);
                 let bounds = &scenario.run.plausible;
-                self.found(plausible::joined(bounds, joined, patch, continuum));
+                self.warn(plausible::joined(bounds, joined, patch, continuum));
             }
         }
         let volume = |repeats| log_volume::coupled(scenario, greeted, &groups, repeats);
         self.foresee_log([Repeats::Least, Repeats::Most].map(volume))?;
         match self.restart {
-            // The prediction, and what was asked for it, is in the log that is gone on with.
+            // The prediction, and what was asked for it, is in the log of the resumed run.
             Some(restart) => restart.restore(&mut recorded.peers, greeted, &mut groups)?,
             None => self.predict(recorded, greeted, &mut groups)?,
         }
@@ -359,7 +359,7 @@ impl RunSession<'_> {
             let position = position(groups);
             self.summary.sim_time_s = position.t_s;
             outputs.add(recorded, groups, window, accepted, position.t_s)?;
-            self.found(outputs.warnings());
+            self.warn(outputs.warnings());
             outputs.pause(recorded, groups, position)
         };
         let result = each_window(recorded, greeted, &mut groups, seen);
@@ -468,7 +468,7 @@ impl RunSession<'_> {
                 ..AcceptedWindow::default()
             };
             outputs.add(communicator, &[], &window, accepted, window.t1_s)?;
-            self.found(outputs.warnings());
+            self.warn(outputs.warnings());
             self.summary.windows = index + 1;
             self.summary.sim_time_s = window.t1_s;
             let position = RunPosition {
@@ -503,7 +503,7 @@ impl RunSession<'_> {
         log_volume::require_space(least, free, &log)?;
         if let Err(error) = log_volume::require_space(most, free, &log) {
             let text = error.to_string();
-            self.found([Warning::advice("log_space", "run.output.exchange", text)]);
+            self.warn([Warning::advice("log_space", "run.output.exchange", text)]);
         }
         Ok(())
     }
@@ -511,11 +511,11 @@ impl RunSession<'_> {
     /// Tells and keeps what a participant says of itself.
     fn advise(&mut self, participant: &str, texts: &[String]) {
         let advice = texts.iter();
-        self.found(advice.map(|text| Warning::advice("advice", participant, text)));
+        self.warn(advice.map(|text| Warning::advice("advice", participant, text)));
     }
 
     /// Tells and keeps warnings, each once: what `check` said of a participant it may say again.
-    fn found(&mut self, warnings: impl IntoIterator<Item = Warning>) {
+    fn warn(&mut self, warnings: impl IntoIterator<Item = Warning>) {
         for warning in warnings {
             if self.summary.warnings.contains(&warning) {
                 continue;

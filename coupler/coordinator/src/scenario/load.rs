@@ -29,7 +29,7 @@ pub struct Loaded {
     pub folder: PathBuf,
 }
 
-/// Key of the manifest that keeps [`Loaded::folder`] for whoever goes on with a run or repeats it.
+/// Key of the manifest that keeps [`Loaded::folder`] for a run that is resumed or repeated.
 pub const FOLDER_KEY: &str = "scenario_folder";
 
 /// The folder that a manifest keeps.
@@ -116,7 +116,7 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
     })
 }
 
-/// The place of a scenario.
+/// Where a scenario was found.
 enum Found {
     File(PathBuf),
     /// Its file among the shipped ones.

@@ -101,10 +101,10 @@ fn windows(
         }
     }
     let mut done = 0;
-    let go_on = |_: &mut _, _: &_, _: &_, _| {
+    let run_from = |_: &mut _, _: &_, _: &_, _| {
         done += 1;
         count.at(done);
         Ok(ControlFlow::Continue(()))
     };
-    each_window(peers, greeted, &mut groups, go_on)
+    each_window(peers, greeted, &mut groups, run_from)
 }

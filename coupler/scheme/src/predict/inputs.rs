@@ -45,7 +45,7 @@ fn inputs(
     let side = &group.force_driven[patch.force_driven];
     let continuum = participants.description(side.peer);
     let motion_driven = participants.description(group.motion_driven[patch.motion_driven].peer);
-    // Nonsense that a foreign solver says of itself is as good as not said.
+    // A value that makes no sense, from a foreign solver, counts as missing.
     let positive = |value: &f64| *value > 0.0 && value.is_finite();
     let limit = |limit: Option<f64>, name: &str| {
         let limit = limit.filter(positive);

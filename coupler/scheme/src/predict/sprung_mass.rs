@@ -74,7 +74,7 @@ impl SprungMass {
         let p = (drive - inertia * motion.free) / (1.0 + inertia * motion.compliance);
         let v_g = motion.free + motion.compliance * p;
         let v = (m * start.velocity - h * k * stretch + theta * h * h * k * v_g) / moved;
-        // Without a spring the free mass is nobody's; at rest it does not drift.
+        // Without a spring nothing holds the free mass: it stays at rest.
         let follows = if k > 0.0 { 1.0 } else { 0.0 };
         Solved {
             masses: Masses {

@@ -19,7 +19,7 @@ use crate::rundir::{RunDir, write_whole};
 use crate::scenario::load::Loaded;
 use exchange_log::{Entry, recover};
 
-/// A checkpoint that can be gone on from.
+/// A checkpoint that a run can be resumed from.
 pub struct RestartPoint {
     /// The run directory that it belongs to.
     pub run: PathBuf,

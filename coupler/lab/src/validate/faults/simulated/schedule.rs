@@ -21,7 +21,7 @@ use super::weather::{Fault, Weather};
 use coordinator::error::Error;
 use coordinator::participants::{Launcher, OtherEnd, Peer, Peers, Watch};
 use coordinator::run::checkpoint::find;
-use coordinator::run::session::{Ended, RunOptions, fresh_run_id, go_on_among, run};
+use coordinator::run::session::{Ended, RunOptions, fresh_run_id, run, run_among};
 use coordinator::scenario::load::Loaded;
 use kit::scratch::Scratch;
 
@@ -122,7 +122,7 @@ impl Simulation {
         let network = Network::new(Weather::fair());
         let launch = |launcher: &Launcher| start(launcher, &network, self.wrap);
         let ended = with_options(out.path(), |options| {
-            go_on_among(loaded, options, Some(&restart), &launch)
+            run_among(loaded, options, Some(&restart), &launch)
         });
         network.end();
         let ended = ended.map_err(|error| error.to_string())?;
@@ -170,7 +170,7 @@ fn attempt(
     let launch = |launcher: &Launcher| start(launcher, &network, wrap);
     let tried = catch_unwind(AssertUnwindSafe(|| {
         with_options(out.unwrap_or(scratch.path()), |options| {
-            go_on_among(loaded, options, None, &launch)
+            run_among(loaded, options, None, &launch)
         })
     }));
     let mut traces = network.end();
