@@ -11,7 +11,7 @@ use signal_hook::consts::SIGXFSZ;
 
 use ::scenes::kept::keep_below;
 use coordinator::error::{Code, Error};
-use coordinator::output::stderr::{Manner, speak, tell_of};
+use coordinator::output::stderr::{StderrMode, set_stderr_mode, tell_of};
 use coordinator::participants::Registry;
 
 pub mod bench;
@@ -112,10 +112,10 @@ pub fn main(registry: &Registry) -> ExitCode {
     };
     let cache = common::cache_folder(cli.cache);
     keep_below(cache.clone());
-    speak(match (cli.quiet, cli.json_lines) {
-        (_, true) => Manner::JsonLines,
-        (true, _) => Manner::Quiet,
-        _ => Manner::Progress,
+    set_stderr_mode(match (cli.quiet, cli.json_lines) {
+        (_, true) => StderrMode::JsonLines,
+        (true, _) => StderrMode::Quiet,
+        _ => StderrMode::Progress,
     });
     let registry = &Registry {
         cache,
@@ -176,7 +176,7 @@ fn usage(told: &clap::Error) -> ExitCode {
     }
     // Nothing was parsed: what a program asks for is known by its word alone.
     if std::env::args_os().any(|argument| argument == "--json-lines") {
-        speak(Manner::JsonLines);
+        set_stderr_mode(StderrMode::JsonLines);
     }
     let plain = told.to_string();
     let plain = plain.trim_start_matches("error: ").trim_end();

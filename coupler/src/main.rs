@@ -2,12 +2,12 @@
 
 use std::process::ExitCode;
 
-use coordinator::participants::{Registry, Solver};
+use coordinator::participants::{Registry, ShippedSolver};
 
 fn main() -> ExitCode {
     let registry = Registry {
         solvers: vec![
-            Solver {
+            ShippedSolver {
                 kind: "fem",
                 check: fem_node::check,
                 schema: Some(fem_node::schema),
@@ -17,7 +17,7 @@ fn main() -> ExitCode {
                     Ok(serde_json::json!(rows))
                 }),
             },
-            Solver {
+            ShippedSolver {
                 kind: "dem",
                 check: dem_node::check,
                 schema: Some(dem_node::schema),

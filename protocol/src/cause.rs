@@ -103,7 +103,7 @@ impl Cause {
     }
 }
 
-/// A cause on the wire: a word that is not known, as that of a later release, is as good as none.
+/// A cause on the wire: an unknown word, for instance of a later release, counts as missing.
 pub(crate) fn lenient<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Cause>, D::Error> {
     let word = Option::<String>::deserialize(from)?;
     Ok(word.as_deref().and_then(Cause::of_word))

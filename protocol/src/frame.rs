@@ -9,104 +9,85 @@ use xxhash_rust::xxh3::xxh3_64;
 /// Version of the frames and of the conversation. Participants of another version are refused at the handshake.
 pub const PROTOCOL_VERSION: u32 = 2;
 
-/// The subject of a frame. Requests travel from the coordinator to a participant, each has one answer.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(u32)]
-pub enum Kind {
+/// Makes the enum and its words from one table, so that no kind is without.
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $name:ident = $number:literal, $word:literal;)*) => {
+        /// The subject of a frame. Requests travel from the coordinator to a participant, each has one answer.
+        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(u32)]
+        pub enum Kind {
+            $($(#[$doc])* $name = $number,)*
+        }
+
+        impl Kind {
+            /// The words by which logs, topics, exports and messages name the kinds. They stay when a variant is renamed.
+            pub const WORDS: [(Kind, &'static str); 29] = [$((Kind::$name, $word),)*];
+        }
+    };
+}
+
+kinds! {
     /// Request, text: the [`crate::serve::Hello`] of the coordinator.
-    Hello = 1,
+    Hello = 1, "Hello";
     /// Answer to `Hello`, text: the participant's [`crate::serve::Welcome`].
-    Welcome = 2,
+    Welcome = 2, "Welcome";
     /// Request, text: the name of a set that an interface couples.
-    Couple = 3,
+    Couple = 3, "Couple";
     /// Answer to `Couple`: rows of (x, y, mass, radius, length), see [`crate::Surface`].
-    Surface = 4,
+    Surface = 4, "Surface";
     /// Request: indices of the points that will be exchanged from now on.
-    Select = 5,
+    Select = 5, "Select";
     /// Request: the condensed compliance of `substeps` own steps; no payload.
-    Columns = 6,
+    Columns = 6, "Columns";
     /// Answer to `Columns`: the square matrix C (m/N), column after column.
-    Compliance = 7,
+    Compliance = 7, "Compliance";
     /// Request: window length (s), then the square matrix W_g (1/kg), column after column.
-    CompliantBoundary = 8,
+    CompliantBoundary = 8, "Wall";
     /// Answer to requests that give nothing back (`Select`, `CompliantBoundary`).
-    Ready = 9,
+    Ready = 9, "Ready";
     /// Request: interface force (N), held constant over the window.
-    Advance = 10,
+    Advance = 10, "Advance";
     /// Answer to `Advance`: displacement increments (m) of the exchanged points.
-    Motion = 11,
+    Motion = 11, "Motion";
     /// Request: velocity of the glued points without contact forces, a_g (m/s).
-    Solve = 12,
+    Solve = 12, "Solve";
     /// Answer to `Solve`: F_g (N), v_g (m/s), iterations, true residual, converged (0 or 1).
-    Force = 13,
+    Force = 13, "Force";
     /// Request: the window is accepted. Payload: total displacements (m) of the glued points, or nothing.
-    Commit = 14,
+    Commit = 14, "Commit";
     /// Answer to `Commit` and `AdvanceAlone`: signals, then ledger terms, in the order of the description.
-    Report = 15,
+    Report = 15, "Report";
     /// Request: advance alone by `substeps` own steps, without any interface.
-    AdvanceAlone = 16,
+    AdvanceAlone = 16, "March";
     /// Request: the run has ended.
-    Finish = 17,
+    Finish = 17, "Finish";
     /// Answer to `Finish`, text: the participant's [`crate::serve::Farewell`], with its [`crate::Outcome`].
-    Finished = 18,
+    Finished = 18, "Finished";
     /// Answer to any request, text: the participant cannot go on, a [`crate::NodeError`].
-    Fault = 19,
+    Fault = 19, "Fault";
     /// Request, text: write the fields of the committed state under this name.
-    Snapshot = 20,
+    Snapshot = 20, "Snapshot";
     /// Answer to `Snapshot`: the files are written. Like its request it is no part of the exchange.
-    Saved = 21,
+    Saved = 21, "Saved";
     /// Request: the committed state as bytes. Like its answer and the next two it is no part of the exchange.
-    Checkpoint = 22,
+    Checkpoint = 22, "Checkpoint";
     /// Answer to `Checkpoint`, bytes that only this node reads, see [`crate::Node::checkpoint`].
-    State = 23,
+    State = 23, "State";
     /// Request, bytes: make this the committed state, see [`crate::Node::restore`].
-    Restore = 24,
+    Restore = 24, "Restore";
     /// Answer to `Restore`.
-    Restored = 25,
+    Restored = 25, "Restored";
     /// Request: the impedance of `substeps` own steps; no payload.
-    ImpedanceColumns = 26,
+    ImpedanceColumns = 26, "Resist";
     /// Answer to `ImpedanceColumns`: the square matrix D (kg/s), column after column.
-    Impedance = 27,
+    Impedance = 27, "Impedance";
     /// Request: velocity (m/s) at the end of the window, reached in a straight line from its start.
-    PrescribeVelocity = 28,
+    PrescribeVelocity = 28, "Follow";
     /// Answer to `PrescribeVelocity`: force (N) at the end of the window, then displacement increments (m), then work (J).
-    Reaction = 29,
+    Reaction = 29, "Reaction";
 }
 
 impl Kind {
-    /// The words by which logs, topics, exports and messages name the kinds. They stay when a variant is renamed.
-    pub const WORDS: [(Kind, &'static str); 29] = [
-        (Kind::Hello, "Hello"),
-        (Kind::Welcome, "Welcome"),
-        (Kind::Couple, "Couple"),
-        (Kind::Surface, "Surface"),
-        (Kind::Select, "Select"),
-        (Kind::Columns, "Columns"),
-        (Kind::Compliance, "Compliance"),
-        (Kind::CompliantBoundary, "Wall"),
-        (Kind::Ready, "Ready"),
-        (Kind::Advance, "Advance"),
-        (Kind::Motion, "Motion"),
-        (Kind::Solve, "Solve"),
-        (Kind::Force, "Force"),
-        (Kind::Commit, "Commit"),
-        (Kind::Report, "Report"),
-        (Kind::AdvanceAlone, "March"),
-        (Kind::Finish, "Finish"),
-        (Kind::Finished, "Finished"),
-        (Kind::Fault, "Fault"),
-        (Kind::Snapshot, "Snapshot"),
-        (Kind::Saved, "Saved"),
-        (Kind::Checkpoint, "Checkpoint"),
-        (Kind::State, "State"),
-        (Kind::Restore, "Restore"),
-        (Kind::Restored, "Restored"),
-        (Kind::ImpedanceColumns, "Resist"),
-        (Kind::Impedance, "Impedance"),
-        (Kind::PrescribeVelocity, "Follow"),
-        (Kind::Reaction, "Reaction"),
-    ];
-
     /// The kind with this number, if there is one.
     pub fn from_number(number: u32) -> Option<Kind> {
         let mut known = Self::WORDS.into_iter().map(|(kind, _)| kind);
@@ -267,16 +248,9 @@ impl Frame {
         Frame::with_bytes(header, text.as_bytes())
     }
 
-    /// A frame whose payload is bytes: their number, then the bytes, eight to a double, the last one filled with zeros.
+    /// A frame whose payload is bytes, see [`packed`].
     pub fn with_bytes(header: Header, bytes: &[u8]) -> Frame {
-        let mut payload = Vec::with_capacity(1 + bytes.len().div_ceil(8));
-        payload.push(bytes.len() as f64);
-        for chunk in bytes.chunks(8) {
-            let mut word = [0u8; 8];
-            word[..chunk.len()].copy_from_slice(chunk);
-            payload.push(f64::from_bits(u64::from_le_bytes(word)));
-        }
-        Frame::new(header, payload)
+        Frame::new(header, packed(bytes))
     }
 
     /// The text that [`Frame::with_text`] packed.
@@ -349,6 +323,17 @@ impl Frame {
         }
         checked
     }
+}
+
+/// A text or bytes as a payload: their number, then the bytes, eight to a double, the last one filled with zeros.
+pub fn packed(bytes: impl AsRef<[u8]>) -> Vec<f64> {
+    let bytes = bytes.as_ref();
+    let words = bytes.chunks(8).map(|chunk| {
+        let mut word = [0u8; 8];
+        word[..chunk.len()].copy_from_slice(chunk);
+        f64::from_bits(u64::from_le_bytes(word))
+    });
+    [bytes.len() as f64].into_iter().chain(words).collect()
 }
 
 /// Turns that a link can have; a difference of checksums that is larger is damage.

@@ -340,15 +340,32 @@ impl Surface {
 
     /// Rows of (x, y, mass, radius, length), as the `Surface` frame carries them.
     pub fn to_rows(&self) -> Vec<f64> {
-        let columns = [
-            &self.x_m,
-            &self.y_m,
-            &self.mass_kg,
-            &self.radius_m,
-            &self.length_m,
-        ];
+        let columns = self.columns();
         let rows = (0..self.len()).flat_map(|row| columns.map(|column| column[row]));
         rows.collect()
+    }
+
+    /// Its columns (x, y, mass, radius, length).
+    pub fn columns(&self) -> [&Vec<f64>; 5] {
+        let Surface {
+            x_m,
+            y_m,
+            mass_kg,
+            radius_m,
+            length_m,
+        } = self;
+        [x_m, y_m, mass_kg, radius_m, length_m]
+    }
+
+    /// The reverse of [`Surface::columns`].
+    pub fn of_columns([x_m, y_m, mass_kg, radius_m, length_m]: [Vec<f64>; 5]) -> Surface {
+        Surface {
+            x_m,
+            y_m,
+            mass_kg,
+            radius_m,
+            length_m,
+        }
     }
 
     /// The reverse of [`Surface::to_rows`]; `None` if the rows are incomplete.
@@ -357,13 +374,7 @@ impl Surface {
             return None;
         }
         let column = |k: usize| rows.chunks_exact(5).map(|row| row[k]).collect();
-        Some(Surface {
-            x_m: column(0),
-            y_m: column(1),
-            mass_kg: column(2),
-            radius_m: column(3),
-            length_m: column(4),
-        })
+        Some(Surface::of_columns([0, 1, 2, 3, 4].map(column)))
     }
 }
 

@@ -60,7 +60,7 @@ where
 }
 
 /// A participant that is asked to end must not finish a long computation first. If the coordinator is gone
-/// nobody else may be left to remove the run's shared memory, so this process does it at its end.
+/// no other process may be left to remove the run's shared memory, so this one does it at its end.
 fn end_on_signals(
     coordinator_pid: u32,
     root: PathBuf,

@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::busy::{BusyTimes, monotonic_ns};
 use crate::cause::Cause;
-use crate::frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION};
+use crate::frame::{Frame, FrameError, Header, Kind, PROTOCOL_VERSION, packed};
 use crate::link::{Link, LinkError};
 use crate::node::{BoundaryAnswer, Description, Node, NodeError, Outcome, Window};
 use crate::session::Session;
@@ -94,16 +94,11 @@ where
 {
     let mut server = Server::new(session, link);
     let hello = server.receive()?;
-    if let Err(error) = check_hello(session, &hello) {
-        return server.fail(error);
-    }
-    let mut node = match build(session) {
-        Ok(node) => node,
-        Err(error) => return server.fail(error),
-    };
+    let built = check_hello(session, &hello).and_then(|()| build(session));
+    let mut node = built.map_err(|error| server.fail(error))?;
     let span = server.lap();
     server.setup_ns = span[1] - span[0];
-    server.send_text(Kind::Welcome, &welcome(session, node.describe()))?;
+    server.send(Kind::Welcome, json(&welcome(session, node.describe())))?;
     loop {
         let request = server.receive()?;
         let answer = server
@@ -112,16 +107,19 @@ where
         let span = server.lap();
         server.solve_ns += span[1] - span[0];
         server.busy.add(span);
-        match answer {
-            Ok(Answer::Numbers(kind, payload)) => server.send(kind, payload)?,
-            Ok(Answer::Bytes(kind, bytes)) => server.send_bytes(kind, &bytes)?,
-            Ok(Answer::Outcome(outcome)) => {
+        match answer.map_err(|error| server.fail(error))? {
+            Answer::Payload(kind, payload) => server.send(kind, payload)?,
+            Answer::Outcome(outcome) => {
                 let farewell = server.farewell(outcome);
-                return server.send_text(Kind::Finished, &farewell);
+                return server.send(Kind::Finished, json(&farewell));
             }
-            Err(error) => return server.fail(error),
         }
     }
+}
+
+/// A value as the payload of a text.
+fn json<T: Serialize>(value: &T) -> Vec<f64> {
+    packed(serde_json::to_vec(value).expect("our own types always serialise"))
 }
 
 struct Server<'a> {
@@ -129,10 +127,8 @@ struct Server<'a> {
     link: &'a mut dyn Link,
     /// Header of the request being answered: answers repeat its window, iteration and interface.
     current: Header,
-    /// Its turn, which answers repeat too; the next request has the one after it.
-    turn: u64,
-    /// Requests heard.
-    heard: u64,
+    /// Requests so far. An answer has the turn of its request, the last of them, counted from 0.
+    requests: u64,
     /// Exchanged components, once points are selected.
     components: Option<usize>,
     /// Until when the time is accounted for. Laps meet, so that no moment is lost between them, however long a busy machine keeps it.
@@ -149,8 +145,7 @@ impl<'a> Server<'a> {
             session,
             link,
             current: Header::default(),
-            turn: 0,
-            heard: 0,
+            requests: 0,
             components: None,
             lapped_ns: monotonic_ns(),
             setup_ns: 0,
@@ -166,39 +161,33 @@ impl<'a> Server<'a> {
         [start_ns, self.lapped_ns]
     }
 
+    /// The next request, checked; damage and foreign frames are told to the coordinator before they are returned.
     fn receive(&mut self) -> Result<Frame, ServeError> {
-        let frame = self.listen()?;
+        let mut frame = self.next_frame()?;
+        self.current = frame.header;
+        let turn = self.requests;
+        self.requests += 1;
+        // One of another version is told so by its greeting.
+        if frame.header.protocol == PROTOCOL_VERSION {
+            let opened = frame.open(turn).map_err(unreadable);
+            let (theirs, ours) = (frame.header.run_id, self.session.run_id);
+            let checked = opened.and_then(|()| {
+                (theirs == ours).then_some(()).ok_or_else(|| {
+                    NodeError::protocol(format!(
+                        "a frame of run {theirs:016x} arrived in run {ours:016x}: two runs share one transport prefix"
+                    ))
+                })
+            });
+            checked.map_err(|error| self.fail(error))?;
+        }
         let [start_ns, end_ns] = self.lap();
         self.wait_ns += end_ns - start_ns;
         Ok(frame)
     }
 
-    fn listen(&mut self) -> Result<Frame, ServeError> {
-        let mut frame = self.hear()?;
-        self.current = frame.header;
-        self.turn = self.heard;
-        self.heard += 1;
-        if frame.header.protocol != PROTOCOL_VERSION {
-            return Ok(frame);
-        }
-        let opened = frame.open(self.turn).map_err(unreadable);
-        let (theirs, ours) = (frame.header.run_id, self.session.run_id);
-        let own = || {
-            (theirs == ours).then_some(()).ok_or_else(|| {
-                NodeError::protocol(format!(
-                    "a frame of run {theirs:016x} arrived in run {ours:016x}: two runs share one transport prefix"
-                ))
-            })
-        };
-        match opened.and_then(|()| own()) {
-            Ok(()) => Ok(frame),
-            Err(error) => self.fail(error).map(|()| frame),
-        }
-    }
-
     /// The next frame. Its patience is that of the calls that came back without one: a process that was stopped itself
     /// has not waited for anybody.
-    fn hear(&mut self) -> Result<Frame, ServeError> {
+    fn next_frame(&mut self) -> Result<Frame, ServeError> {
         let patience = Duration::from_secs_f64(self.session.idle_deadline_s);
         let mut left = patience;
         while !left.is_zero() {
@@ -232,39 +221,22 @@ impl<'a> Server<'a> {
     }
 
     fn send(&mut self, kind: Kind, payload: Vec<f64>) -> Result<(), ServeError> {
-        let header = self.header(kind);
-        self.transmit(Frame::new(header, payload))
-    }
-
-    fn send_bytes(&mut self, kind: Kind, bytes: &[u8]) -> Result<(), ServeError> {
-        let header = self.header(kind);
-        self.transmit(Frame::with_bytes(header, bytes))
-    }
-
-    fn send_text<T: Serialize>(&mut self, kind: Kind, value: &T) -> Result<(), ServeError> {
-        let text = serde_json::to_string(value).expect("our own types always serialise");
-        let header = self.header(kind);
-        self.transmit(Frame::with_text(header, &text))
-    }
-
-    fn header(&self, kind: Kind) -> Header {
-        Header {
+        let header = Header {
             kind: kind as u32,
             protocol: PROTOCOL_VERSION,
             run_id: self.session.run_id,
             ..self.current
-        }
-    }
-
-    fn transmit(&mut self, mut frame: Frame) -> Result<(), ServeError> {
+        };
+        let mut frame = Frame::new(header, payload);
+        frame.stamp(self.requests - 1);
         let patience = Duration::from_secs_f64(self.session.idle_deadline_s);
-        frame.stamp(self.turn);
         Ok(self.link.send(&frame, patience)?)
     }
 
-    fn fail(&mut self, error: NodeError) -> Result<(), ServeError> {
-        self.send_text(Kind::Fault, &error)?;
-        Err(error.into())
+    /// Tells the coordinator of an error, which ends this participant.
+    fn fail(&mut self, error: NodeError) -> ServeError {
+        let sent = self.send(Kind::Fault, json(&error));
+        sent.err().unwrap_or(error.into())
     }
 
     fn farewell(&mut self, outcome: Outcome) -> Farewell {
@@ -324,8 +296,7 @@ fn check_hello(session: &Session, frame: &Frame) -> Result<(), NodeError> {
 }
 
 enum Answer {
-    Numbers(Kind, Vec<f64>),
-    Bytes(Kind, Vec<u8>),
+    Payload(Kind, Vec<f64>),
     Outcome(Outcome),
 }
 
@@ -336,44 +307,44 @@ fn answer(node: &mut dyn Node, request: &Frame) -> Result<Answer, NodeError> {
     if kind.is_exchange() && kind != Kind::Couple {
         check_finite(kind, &window, &request.payload)?;
     }
-    let payload = &request.payload;
-    let (kind, numbers) = match kind {
+    let numbers = &request.payload;
+    let (kind, payload) = match kind {
         Kind::Couple => {
             let set = request.text().map_err(unreadable)?;
             (Kind::Surface, node.couple(&set)?.to_rows())
         }
         Kind::Select => {
-            let points: Vec<usize> = payload.iter().map(|index| *index as usize).collect();
+            let points: Vec<usize> = numbers.iter().map(|index| *index as usize).collect();
             node.select(&points)?;
             (Kind::Ready, Vec::new())
         }
         Kind::Columns => (Kind::Compliance, node.columns(&window)?),
         Kind::CompliantBoundary => {
-            let (window_s, compliance) = payload
+            let (window_s, compliance) = numbers
                 .split_first()
                 .ok_or_else(|| NodeError::protocol("the wall request is empty"))?;
             node.set_boundary(*window_s, compliance)?;
             (Kind::Ready, Vec::new())
         }
-        Kind::Advance => (Kind::Motion, node.advance(&window, payload)?),
+        Kind::Advance => (Kind::Motion, node.advance(&window, numbers)?),
         Kind::ImpedanceColumns => (Kind::Impedance, node.impedance(&window)?),
         Kind::PrescribeVelocity => {
-            let reaction = node.prescribe_velocity(&window, payload)?;
-            let numbers = [reaction.force, reaction.increment, reaction.work].concat();
-            (Kind::Reaction, numbers)
+            let reaction = node.prescribe_velocity(&window, numbers)?;
+            let payload = [reaction.force, reaction.increment, reaction.work].concat();
+            (Kind::Reaction, payload)
         }
         Kind::Solve => {
-            let answer = node.solve(&window, payload)?;
+            let answer = node.solve(&window, numbers)?;
             (Kind::Force, pack_boundary_answer(answer))
         }
-        Kind::Commit => (Kind::Report, node.commit(&window, payload)?),
+        Kind::Commit => (Kind::Report, node.commit(&window, numbers)?),
         Kind::AdvanceAlone => (Kind::Report, node.advance_alone(&window)?),
         Kind::Snapshot => {
             let name = request.text().map_err(unreadable)?;
             node.snapshot(&name)?;
             (Kind::Saved, Vec::new())
         }
-        Kind::Checkpoint => return Ok(Answer::Bytes(Kind::State, node.checkpoint()?)),
+        Kind::Checkpoint => (Kind::State, packed(node.checkpoint()?)),
         Kind::Restore => {
             let state = request.bytes().map_err(unreadable)?;
             node.restore(&state)?;
@@ -386,7 +357,7 @@ fn answer(node: &mut dyn Node, request: &Frame) -> Result<Answer, NodeError> {
             )));
         }
     };
-    Ok(Answer::Numbers(kind, numbers))
+    Ok(Answer::Payload(kind, payload))
 }
 
 fn unreadable(error: FrameError) -> NodeError {

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use coordinator::error::{Code, Entry, entries, entry};
+use coordinator::error::{Code, Explanation, explanation, explanations};
 use harness::source::{product_code, read_sources};
 use proc_macro2::{Delimiter, TokenTree};
 
@@ -85,42 +85,56 @@ fn each_warning_of_the_code_has_an_entry_and_each_entry_a_warning() {
             }
         }
     }
-    let told = entries().filter(|entry| entry.exit_code().is_none());
-    let told: BTreeSet<String> = told.map(|entry| entry.code.to_string()).collect();
+    let told = explanations().filter(|explanation| explanation.exit_code().is_none());
+    let told: BTreeSet<String> = told
+        .map(|explanation| explanation.code.to_string())
+        .collect();
     assert!(written.len() > 20, "{written:?}");
     assert_eq!(written, told);
 }
 
 #[test]
 fn each_code_of_an_error_has_one_entry_with_its_exit_code() {
-    let told: Vec<Entry> = entries().collect();
-    let names: BTreeSet<&str> = told.iter().map(|entry| entry.code).collect();
+    let told: Vec<Explanation> = explanations().collect();
+    let names: BTreeSet<&str> = told.iter().map(|explanation| explanation.code).collect();
     assert_eq!(names.len(), told.len(), "a code is there twice");
     let codes: BTreeSet<&str> = Code::all().map(Code::word).collect();
     assert_eq!(codes.len(), Code::all().count(), "a word means two codes");
     for code in Code::all() {
-        let entry = entry(code.word()).unwrap_or_else(|| panic!("no entry {}", code.word()));
-        assert_eq!(entry.exit_code(), Some(code.exit_code()), "{}", code.word());
+        let explanation =
+            explanation(code.word()).unwrap_or_else(|| panic!("no entry {}", code.word()));
+        assert_eq!(
+            explanation.exit_code(),
+            Some(code.exit_code()),
+            "{}",
+            code.word()
+        );
     }
-    let of_errors = told.iter().filter(|entry| entry.exit_code().is_some());
-    let of_errors: BTreeSet<&str> = of_errors.map(|entry| entry.code).collect();
+    let of_errors = told
+        .iter()
+        .filter(|explanation| explanation.exit_code().is_some());
+    let of_errors: BTreeSet<&str> = of_errors.map(|explanation| explanation.code).collect();
     assert_eq!(of_errors, codes);
 }
 
 #[test]
 fn each_entry_says_why_and_what_to_do() {
-    for entry in entries() {
-        let code = entry.code;
-        assert!(entry.line().len() > 10, "{code}: {}", entry.line());
-        let first = entry.text.lines().next().unwrap_or_default();
+    for explanation in explanations() {
+        let code = explanation.code;
+        assert!(
+            explanation.line().len() > 10,
+            "{code}: {}",
+            explanation.line()
+        );
+        let first = explanation.text.lines().next().unwrap_or_default();
         assert_ne!(
             first.ends_with("A warning."),
-            entry.exit_code().is_some(),
+            explanation.exit_code().is_some(),
             "{code}"
         );
         for part in ["\n- Why: ", "\n- Do: "] {
             assert_eq!(
-                entry.text.matches(part).count(),
+                explanation.text.matches(part).count(),
                 1,
                 "{code} has no `{part}`"
             );

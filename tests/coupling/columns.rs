@@ -11,7 +11,7 @@ use coordinator::participants::{Launcher, Watch, handshake};
 use coordinator::run::session::fresh_run_id;
 use coordinator::rundir::RunDir;
 use coordinator::scenario::load::parse;
-use coordinator::scenario::source::Source;
+use coordinator::scenario::source::ScenarioSource;
 use harness::runs::{Scratch, as_programs, program};
 use harness::scene::{head, interface, plate, strip};
 use nalgebra::DMatrix;
@@ -36,7 +36,7 @@ fn scenario() -> String {
 
 /// The group of a scenario after its handshake, and C (m/N) for each number of substeps.
 fn asked(text: String, transport: &str) -> (Group, Vec<DMatrix<f64>>) {
-    let source = Source {
+    let source = ScenarioSource {
         name: "columns.toml".into(),
         text,
         overrides: vec![format!("run.transport={transport}")],

@@ -120,8 +120,8 @@ fn in_one_loop() -> Vec<f64> {
             *total += du;
         }
         let report = strip.commit(&window, &[]).expect("it was advanced");
-        let place = mapping.motion(&displacement);
-        plate.commit(&window, &place).expect("it was solved");
+        let position = mapping.motion(&displacement);
+        plate.commit(&window, &position).expect("it was solved");
         report[mean]
     };
     (0..STEPS).map(step).collect()

@@ -8,7 +8,7 @@
 //! over less than one swing, as here, motions differ by no more than that ratio; a quarter of the mass is that much less.
 
 use coordinator::scenario::load::parse;
-use coordinator::scenario::source::Source;
+use coordinator::scenario::source::ScenarioSource;
 use harness::runs::{Left, node, run_in_process};
 
 const SCENE: &str = include_str!("../../scenarios/extremes/coupled/scenario.toml");
@@ -26,7 +26,7 @@ fn run(mass_scale: f64, sets: &[&str]) -> Left {
 
 /// Masses of the glued grains over those of free grains and wheel.
 fn added(mass_scale: f64) -> f64 {
-    let source = Source {
+    let source = ScenarioSource {
         name: "coupled".into(),
         text: SCENE.into(),
         overrides: vec![

@@ -38,7 +38,7 @@ fn the_default_is_stable_in_every_cell_and_what_is_predicted_stable_is() {
     ] {
         let grows = |cell: &&_| -> bool {
             let cell: &lab::bench::stability::map::Cell = cell;
-            cell.trial.scheme == scheme(word, Dirichlet::Wall) && cell.growth > 2.0
+            cell.trial.scheme == scheme(word, Dirichlet::MotionDriven) && cell.growth > 2.0
         };
         assert!(cells.iter().filter(grows).count() > 10, "{word:?}");
     }
@@ -61,7 +61,7 @@ fn growth_by_matrix(cell: &Cell) -> f64 {
     let response = trial.bar.response(trial.substeps);
     let model = trial.model(&response);
     let (window_s, wall) = (model.window_s, model.whole());
-    let continuum = trial.scheme.dirichlet() == Dirichlet::Continuum;
+    let continuum = trial.scheme.dirichlet() == Dirichlet::ForceDriven;
     let comes_back = if continuum {
         1.0 / (response.prescribed_compliance(window_s) * wall.stiffness())
     } else {
@@ -165,12 +165,12 @@ pub(crate) fn masses_in_motion() -> Joint {
         continuum: DVector::zeros(20),
         masses: Masses {
             glued_velocity: 1.0,
-            place: 0.0,
+            position: 0.0,
             velocity: 1.0,
         },
         lambda: 0.0,
         motion: 0.0,
-        place: 0.0,
+        position: 0.0,
     }
 }
 

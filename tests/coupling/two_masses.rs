@@ -191,7 +191,7 @@ fn model(
     scheme: Scheme,
     case: Case,
 ) -> LinearModel<'_> {
-    let continuum = scheme.dirichlet() == Dirichlet::Continuum;
+    let continuum = scheme.dirichlet() == Dirichlet::ForceDriven;
     LinearModel {
         response,
         inertia: BoundaryInertia {
@@ -278,7 +278,7 @@ fn staggered_schemes_use_the_answers_of_the_window_before() {
         ] {
             let wall = scheme(word, |_| ());
             follows(wall, case, |two, _| two.staggered(parallel));
-            let continuum = scheme(word, |keys| keys.dirichlet = Some(Dirichlet::Continuum));
+            let continuum = scheme(word, |keys| keys.dirichlet = Some(Dirichlet::ForceDriven));
             follows(continuum, case, |two, _| two.staggered_continuum(parallel));
         }
     }
@@ -315,7 +315,7 @@ fn a_continuum_that_follows_comes_to_velocities_that_are_equal() {
     for case in CASES {
         for word in [SchemeWord::FixedPointSerial, SchemeWord::FixedPointParallel] {
             let keys = |keys: &mut SchemeKeys| {
-                keys.dirichlet = Some(Dirichlet::Continuum);
+                keys.dirichlet = Some(Dirichlet::ForceDriven);
                 keys.acceleration = Some(Acceleration::IqnIls);
                 keys.repeats_max = Some(400);
             };
@@ -348,7 +348,7 @@ fn constant_relaxation_contracts_by_the_factor_on_paper() {
     for case in CASES {
         for relaxation in [0.05, 0.3, 1.0] {
             let factor = 1.0 - relaxation * (1.0 + added_mass(case));
-            let scheme = constant(relaxation, Dirichlet::Wall);
+            let scheme = constant(relaxation, Dirichlet::MotionDriven);
             let bar = Bar {
                 elements: 1,
                 step_s: case.step_s,

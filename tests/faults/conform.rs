@@ -4,7 +4,7 @@ use std::path::Path;
 
 use coordinator::participants::Watch;
 use coordinator::scenario::load::parse;
-use coordinator::scenario::source::Source;
+use coordinator::scenario::source::ScenarioSource;
 use harness::broken::harmed;
 use harness::runs::{Scratch, program, thirdbody};
 use harness::scene::{bar, body, glue, head};
@@ -30,7 +30,7 @@ fn rows(participant: &str, harm: &str) -> Vec<Row> {
 }
 
 fn rows_of(text: &str, harm: [&str; 2], only: &[&str]) -> Vec<Row> {
-    let source = Source {
+    let source = ScenarioSource {
         name: "conform/scenario.toml".into(),
         text: harmed(text, harm),
         overrides: vec!["run.transport=channel".into()],

@@ -7,7 +7,7 @@ use std::process::Command;
 use coordinator::error::{Code, Error};
 use coordinator::run::check::check;
 use coordinator::scenario::load::parse;
-use coordinator::scenario::source::Source;
+use coordinator::scenario::source::ScenarioSource;
 use harness::json_schema::faults;
 use harness::registry;
 use harness::runs::{parse_json, program};
@@ -54,7 +54,7 @@ fn as_json(text: &str) -> Value {
 /// The verdict of the program on a scenario beside the file of a scene.
 fn verdict(path: &Path, scenario: &Value) -> Result<(), Error> {
     let text = toml::to_string(scenario).expect("it came from TOML");
-    let source = Source {
+    let source = ScenarioSource {
         name: path.display().to_string(),
         text,
         overrides: Vec::new(),

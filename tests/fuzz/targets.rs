@@ -7,7 +7,7 @@ use coordinator::run::checkpoint::content::{About, Checkpoint};
 use coordinator::run::checkpoint::file::{MAGIC, encode, list, read};
 use coordinator::run::checkpoint::keeper::about;
 use coordinator::scenario::load::{Loaded, load, parse};
-use coordinator::scenario::source::Source;
+use coordinator::scenario::source::ScenarioSource;
 use harness::runs::{Scratch, node, thirdbody};
 use protocol::serve::{Farewell, Hello, Welcome};
 use protocol::{Frame, Header, Kind, Node, NodeError, Setting, Surface};
@@ -51,7 +51,7 @@ pub fn scenario(bytes: &[u8]) -> bool {
 }
 
 fn accepted(text: &str, overrides: &[String]) -> bool {
-    let source = Source {
+    let source = ScenarioSource {
         name: "fuzz/scenario.toml".into(),
         text: text.into(),
         overrides: overrides.to_vec(),

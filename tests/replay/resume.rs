@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use coordinator::participants::Watch;
 use coordinator::run::checkpoint::file::{list, read};
 use coordinator::run::checkpoint::{FOLDER, find, keeper};
-use coordinator::run::session::{Ended, Options, go_on, run};
+use coordinator::run::session::{Ended, RunOptions, run, run_from};
 use coordinator::scenario::load::{Loaded, load};
 use harness::runs::{Scratch, program};
 use lab::replay::recording;
@@ -13,7 +13,7 @@ use serde_json::Value;
 
 use crate::scenario;
 
-/// Runs in this process, from the start or from where `go_on` is told.
+/// Runs in this process, from the start or from where `run_from` is told.
 pub(crate) fn conduct(
     loaded: &Loaded,
     out: &Path,
@@ -21,7 +21,7 @@ pub(crate) fn conduct(
     from: Option<(&Path, u64)>,
 ) -> Ended {
     let registry = harness::registry();
-    let options = Options {
+    let options = RunOptions {
         out: Some(out),
         threads,
         registry: &registry,
@@ -29,7 +29,7 @@ pub(crate) fn conduct(
         watch: Watch::default(),
         progress: false,
         strict: false,
-        rehearsal: false,
+        dry_run: false,
         budget: None,
     };
     let ended = match from {
@@ -39,7 +39,7 @@ pub(crate) fn conduct(
             assert_eq!(passed_over, []);
             let origin = origin.expect("there is a checkpoint");
             assert_eq!(origin.checkpoint.position.windows, window);
-            go_on(loaded, &options, Some(&origin))
+            run_from(loaded, &options, Some(&origin))
         }
     };
     let ended = ended.expect("the scenario is valid");

@@ -24,47 +24,47 @@ pub mod scene;
 pub mod source;
 pub mod window_matrix;
 
-use coordinator::participants::{Registry, Solver};
+use coordinator::participants::{Registry, ShippedSolver};
 
 /// The verification solvers with the shipped ones.
 pub fn registry() -> Registry {
     let solvers = vec![
-        Solver {
+        ShippedSolver {
             kind: "bar",
             check: |config, _| kit::read_config::<bar::Config>(config).map(|_| Vec::new()),
             schema: None,
             build: bar::build,
             bench: None,
         },
-        Solver {
+        ShippedSolver {
             kind: "chain",
             check: |config, _| kit::read_config::<chain::Config>(config).map(|_| Vec::new()),
             schema: None,
             build: chain::build,
             bench: None,
         },
-        Solver {
+        ShippedSolver {
             kind: "plate",
             check: |config, _| kit::read_config::<plate::Config>(config).map(|_| Vec::new()),
             schema: None,
             build: plate::build,
             bench: None,
         },
-        Solver {
+        ShippedSolver {
             kind: "broken",
             check: broken::check,
             schema: None,
             build: broken::build,
             bench: None,
         },
-        Solver {
+        ShippedSolver {
             kind: "fem",
             check: fem_node::check,
             schema: Some(fem_node::schema),
             build: fem_node::build,
             bench: None,
         },
-        Solver {
+        ShippedSolver {
             kind: "dem",
             check: dem_node::check,
             schema: Some(dem_node::schema),

@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use coordinator::error::Error;
 use coordinator::participants::Watch;
-use coordinator::run::session::{Ended, Options, run};
+use coordinator::run::session::{Ended, RunOptions, run};
 use coordinator::scenario::load::parse;
-use coordinator::scenario::source::Source;
+use coordinator::scenario::source::ScenarioSource;
 use protocol::{Node, PROTOCOL_VERSION, Session, Setting, Transport};
 use runs::columns::read_csv;
 use serde_json::Value;
@@ -153,7 +153,7 @@ pub fn as_programs(text: &str) -> String {
 }
 
 fn run_text(text: &str, overrides: &[&str]) -> Result<Left, Error> {
-    let source = Source {
+    let source = ScenarioSource {
         name: "test.toml".into(),
         text: text.into(),
         overrides: overrides.iter().map(|set| set.to_string()).collect(),
@@ -163,7 +163,7 @@ fn run_text(text: &str, overrides: &[&str]) -> Result<Left, Error> {
     let registry = crate::registry();
     let ended = run(
         &loaded,
-        &Options {
+        &RunOptions {
             out: Some(scratch.path()),
             threads: 1,
             registry: &registry,
@@ -171,7 +171,7 @@ fn run_text(text: &str, overrides: &[&str]) -> Result<Left, Error> {
             watch: Watch::default(),
             progress: false,
             strict: false,
-            rehearsal: false,
+            dry_run: false,
             budget: None,
         },
     )?;

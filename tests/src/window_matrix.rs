@@ -42,7 +42,7 @@ pub struct Joint {
     /// Motion of the interface in the last window (m).
     pub motion: f64,
     /// Position of the interface as the wall takes it (m).
-    pub place: f64,
+    pub position: f64,
 }
 
 /// A continuum and a wall, joined.
@@ -62,13 +62,16 @@ impl Operator<'_> {
     /// One window.
     pub fn advance(&self, start: &Joint) -> Joint {
         let Response {
-            carry, push, place, ..
+            carry,
+            push,
+            interface,
+            ..
         } = self.response;
         let (h, c) = (self.window_s, self.response.compliance());
         let coasted = carry * &start.continuum;
-        let q_0 = place.dot(&start.continuum);
+        let q_0 = interface.dot(&start.continuum);
         // The increment without any force in the window.
-        let free = place.dot(&coasted) - q_0;
+        let free = interface.dot(&coasted) - q_0;
         let rigid = |du: f64| Motion {
             free: du / h,
             compliance: 0.0,
@@ -96,7 +99,7 @@ impl Operator<'_> {
         };
         let continuum = coasted + push * acting;
         Joint {
-            place: place.dot(&continuum),
+            position: interface.dot(&continuum),
             continuum,
             masses: solved.masses,
             lambda: solved.force,
@@ -115,7 +118,7 @@ impl Operator<'_> {
             free: v_0 - h * lambda_0 / resists,
             compliance: 1.0 / resists,
         };
-        let solved = self.wall.window(&start.masses, start.place, motion);
+        let solved = self.wall.window(&start.masses, start.position, motion);
         let v = solved.masses.glued_velocity;
         let (continuum, _) = response.prescribed(&start.continuum, (v - v_0) / h);
         Joint {
@@ -123,7 +126,7 @@ impl Operator<'_> {
             masses: solved.masses,
             lambda: solved.force,
             motion: h * v,
-            place: start.place + h * v,
+            position: start.position + h * v,
         }
     }
 
@@ -144,7 +147,7 @@ impl Operator<'_> {
             masses: solved.masses,
             lambda,
             motion,
-            place: start.place + motion,
+            position: start.position + motion,
         }
     }
 
@@ -167,11 +170,11 @@ fn pack(joint: &Joint) -> DVector<f64> {
     let masses = &joint.masses;
     let rest = [
         masses.glued_velocity,
-        masses.place,
+        masses.position,
         masses.velocity,
         joint.lambda,
         joint.motion,
-        joint.place,
+        joint.position,
     ];
     DVector::from_iterator(
         joint.continuum.len() + rest.len(),
@@ -185,12 +188,12 @@ fn unpack(packed: &DVector<f64>) -> Joint {
         continuum: packed.rows(0, inner).into_owned(),
         masses: Masses {
             glued_velocity: packed[inner],
-            place: packed[inner + 1],
+            position: packed[inner + 1],
             velocity: packed[inner + 2],
         },
         lambda: packed[inner + 3],
         motion: packed[inner + 4],
-        place: packed[inner + 5],
+        position: packed[inner + 5],
     }
 }
 
@@ -202,7 +205,7 @@ fn pushed(wall: &SprungMass, start: &Joint, window_s: f64, p: f64) -> Solved {
             free,
             compliance: 0.0,
         };
-        wall.window(&start.masses, start.place, rigid)
+        wall.window(&start.masses, start.position, rigid)
     };
     let drive = window_s * imposed(0.0).force;
     let inertia = drive - window_s * imposed(1.0).force;

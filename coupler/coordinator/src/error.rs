@@ -16,7 +16,7 @@ mod explain;
 mod refusal;
 
 pub use code::{Code, DAMAGED};
-pub use explain::{Entry, entries, entry};
+pub use explain::{Explanation, explanation, explanations};
 pub use refusal::Refusal;
 
 /// A problem of the scenario: what, where in the file, and what to do.
@@ -119,6 +119,9 @@ pub enum Error {
     #[error("interrupted by signal {signal}; the valid part of the run is kept")]
     Interrupted { signal: i32 },
 }
+
+/// Result of what a run may fail at.
+pub(crate) type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// A window or interface that a scheme cannot go on with.
 impl From<SchemeError> for Error {

@@ -5,16 +5,16 @@
 //! - [`profile`]: the traction of an interface; [`sample`]: means over the phase that results are sampled in;
 //! - [`running_balance`]: energies that are judged on the way;
 //! - [`state`]: what all of it remembers from window to window;
-//! - [`progress`]: how far a run has come, by its [`facts`] and its [`pace`]; [`count`]: counters of runs, messages and windows;
+//! - [`progress`]: how far a run has come, by its [`run_progress`] and its [`pace`]; [`count`]: counters of runs, messages and windows;
 //! - [`stderr`]: words on stderr.
 
 pub mod collection;
 pub mod count;
-pub mod facts;
 pub mod interface_fields;
 pub mod pace;
 pub mod profile;
 pub mod progress;
+pub mod run_progress;
 pub mod running_balance;
 pub mod sample;
 pub mod signals;

@@ -2,10 +2,10 @@
 //!
 //! - [`registry`]: the solvers that the binary ships; [`watch`]: signals that end a run;
 //! - [`process`], [`printed`], [`peer`], [`launch`]: one participant, its words, its connection and its life, and its start;
-//! - [`communicator`]: requests and answers of all of them; [`journal`], [`recorded`]: the same written down; [`rehearsed`]: the
+//! - [`communicator`]: requests and answers of all of them; [`journal`], [`recorded`]: the same written down; [`resume_check`]: the
 //!   same compared with a log;
 //! - [`handshake`]: the greeting; [`admission`]: what a participant says of itself, checked; [`farewell`]: its last
-//!   words, read with patience;
+//!   words, read leniently;
 //! - [`remote`]: participants behind frames, as schemes see them; in memory they are
 //!   [`LinearPair`](scheme::predict::linear_pair::LinearPair).
 
@@ -20,12 +20,12 @@ pub mod printed;
 pub mod process;
 pub mod recorded;
 pub mod registry;
-pub mod rehearsed;
 pub mod remote;
+pub mod resume_check;
 pub mod watch;
 
 pub use communicator::{Communicator, Peers};
 pub use launch::Launcher;
-pub use peer::{Life, Peer};
-pub use registry::{Registry, Solver};
+pub use peer::{OtherEnd, Peer};
+pub use registry::{Registry, ShippedSolver};
 pub use watch::Watch;

@@ -4,7 +4,7 @@ use kit::Bounds;
 use protocol::{Description, Finding, HeldLoad, larger};
 use serde::Serialize;
 
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::scenario::Plausible;
 use scheme::group::{Group, Patch};
 use scheme::ledger::ratio;
@@ -16,7 +16,7 @@ pub struct Warning {
     pub code: String,
     /// Participant, interface or key that it is about, as the scenario names it.
     #[serde(rename = "where")]
-    pub place: String,
+    pub about: String,
     /// The fault in words, and what to do about it.
     pub text: String,
     /// The value, where the check has one.
@@ -32,10 +32,10 @@ pub struct Warning {
 
 impl Warning {
     /// A text without a number.
-    pub fn advice(code: &str, place: &str, text: impl Into<String>) -> Warning {
+    pub fn advice(code: &str, about: &str, text: impl Into<String>) -> Warning {
         Warning {
             code: code.into(),
-            place: place.into(),
+            about: about.into(),
             text: text.into(),
             value: None,
             bound: None,
@@ -54,12 +54,12 @@ impl Warning {
     }
 
     /// A value beyond its bound.
-    pub fn of(place: &str, finding: Finding) -> Warning {
+    pub fn of(about: &str, finding: Finding) -> Warning {
         Warning {
             value: Some(finding.value),
             bound: Some(finding.bound),
             suspect: finding.suspect,
-            ..Warning::advice(&finding.code, place, finding.text)
+            ..Warning::advice(&finding.code, about, finding.text)
         }
     }
 
@@ -69,8 +69,8 @@ impl Warning {
         let numbers = numbers.map_or_else(String::new, |(value, bound)| {
             format!(" (value {value:.4e}, bound {bound:e})")
         });
-        let (code, place, text) = (&self.code, &self.place, &self.text);
-        format!("warning[{code}]: {place}: {text}{numbers}")
+        let (code, about, text) = (&self.code, &self.about, &self.text);
+        format!("warning[{code}]: {about}: {text}{numbers}")
     }
 }
 
@@ -144,12 +144,12 @@ pub fn interface_work(bounds: Bounds, works: InterfaceWorks) -> Option<Finding> 
 }
 
 /// Refuses a run in which a participant contradicts itself: its ledger, and what it answered, cannot both be of the state it kept.
-pub fn refuse_contradiction(judged: &[Warning]) -> Result<(), Error> {
+pub fn refuse_contradiction(judged: &[Warning]) -> Result<()> {
     let mut all = judged.iter();
     match all.find(|warning| warning.suspect && warning.code == "interface_work") {
         None => Ok(()),
-        Some(Warning { place, text, .. }) => Err(Error::Inconsistent(format!(
-            "participant `{place}`: {text}"
+        Some(Warning { about, text, .. }) => Err(Error::Inconsistent(format!(
+            "participant `{about}`: {text}"
         ))),
     }
 }
@@ -189,8 +189,8 @@ pub fn surfaces(bounds: &Plausible, patch: &Patch) -> Vec<Warning> {
         surface_offset(bounds.surface_offset_rel, offset.shape_rel),
         surface_distance(bounds.surface_distance_rel, offset.distance_rel),
     ];
-    let found = found.into_iter().flatten();
-    found
+    let warnings = found.into_iter().flatten();
+    warnings
         .map(|finding| Warning::of(&patch.name, finding))
         .collect()
 }

@@ -3,7 +3,7 @@
 //! - [`position`], [`time_loop`]: the loop over all windows;
 //! - [`log_volume`]: the length of the log, foreseen;
 //! - [`checkpoint`]: going on after a run was cut off; `fields`, `outputs`: everything that is written while windows pass;
-//! - [`check`](mod@check): a scenario before anything is started; [`session`]: a whole run, or its beginning as a rehearsal.
+//! - [`check`](mod@check): a scenario before anything is started; [`session`]: a whole run, or its beginning as a dry run.
 
 pub mod check;
 pub mod checkpoint;

@@ -10,7 +10,7 @@ use nix::fcntl::posix_fallocate;
 use nix::sys::statvfs::statvfs;
 use serde_json::{Value, json};
 
-use crate::error::{Error, Refusal};
+use crate::error::{Error, Refusal, Result};
 use crate::scenario::load::{FOLDER_KEY, Loaded};
 
 /// A run's own folder.
@@ -25,7 +25,7 @@ pub struct RunDir {
 impl RunDir {
     /// Makes the folder: `out` if given (refused when it is not empty), else `runs/<name>-<seconds>-<id>`,
     /// to which `runs/latest` then points.
-    pub fn create(out: Option<&Path>, name: &str, run_id: u64) -> Result<RunDir, Error> {
+    pub fn create(out: Option<&Path>, name: &str, run_id: u64) -> Result<RunDir> {
         let path = match out {
             Some(out) => checked(out)?,
             None => default_path(name, run_id)?,
@@ -59,8 +59,8 @@ impl RunDir {
         self.path.join("fields")
     }
 
-    /// Writes a whole file of the run: whoever looks for it finds all of it or nothing.
-    pub fn write(&self, name: &str, text: &str) -> Result<(), Error> {
+    /// Writes a whole file of the run: a reader finds all of it or nothing.
+    pub fn write(&self, name: &str, text: &str) -> Result<()> {
         let path = self.path.join(name);
         let part = self.path.join(format!("{name}.part"));
         fs::write(&part, text)
@@ -69,7 +69,7 @@ impl RunDir {
     }
 
     /// Writes `summary.json` into the space that is kept for it.
-    pub fn write_summary(&self, text: &str) -> Result<(), Error> {
+    pub fn write_summary(&self, text: &str) -> Result<()> {
         let Some(mut file) = self.reserved.as_ref() else {
             return self.write("summary.json", text);
         };
@@ -95,9 +95,9 @@ impl RunDir {
     }
 }
 
-/// Space that the disk of this place has left (bytes); `None` where it does not say.
-pub fn free_bytes(place: &Path) -> Option<u64> {
-    let disk = statvfs(place).ok()?;
+/// Space that the disk of this folder has left (bytes); `None` where it does not say.
+pub fn free_bytes(folder: &Path) -> Option<u64> {
+    let disk = statvfs(folder).ok()?;
     Some(disk.blocks_available() * disk.fragment_size())
 }
 
@@ -116,7 +116,7 @@ fn reserve(path: &Path) -> Option<fs::File> {
     Some(file)
 }
 
-fn checked(out: &Path) -> Result<PathBuf, Error> {
+fn checked(out: &Path) -> Result<PathBuf> {
     let refuse = |why: &str| Refusal::argument(format!("--out {}", out.display()), why).into();
     if out.exists() && !out.is_dir() {
         return Err(refuse("it is not a folder"));
@@ -129,7 +129,7 @@ fn checked(out: &Path) -> Result<PathBuf, Error> {
     Ok(out.to_path_buf())
 }
 
-fn default_path(name: &str, run_id: u64) -> Result<PathBuf, Error> {
+fn default_path(name: &str, run_id: u64) -> Result<PathBuf> {
     let seconds = SystemTime::now()
         .duration_since(UNIX_EPOCH)
         .map_or(0, |since| since.as_secs());
@@ -191,7 +191,7 @@ fn processor() -> Option<String> {
 
 /// Writes a file so that it is either there as a whole or not at all, whenever the machine stops: under another name
 /// first, to the disk, then renamed, and the new name to the disk as well.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let temporary = path.with_extension("part");
     let written = File::create(&temporary)

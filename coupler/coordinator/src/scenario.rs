@@ -27,7 +27,7 @@ const LONGEST_WAIT: f64 = 3.2e7;
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
     /// Keys common to all participants.
-    pub run: Run,
+    pub run: RunKeys,
     /// The solvers.
     pub participant: Vec<Participant>,
     /// Joints between them; without any, the one participant runs alone.
@@ -62,7 +62,7 @@ pub struct Label {
 /// Keys common to all participants.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Run {
+pub struct RunKeys {
     /// Name of the run, a plain file name.
     pub name: String,
     /// Seed of everything random.

@@ -19,9 +19,9 @@ use crate::participants::journal::Closed;
 use crate::plausible::{self, InterfaceWorks, Warning};
 use crate::scenario::{Plausible, Scenario};
 use scheme::coupling::Coupling;
-use scheme::keys::{Interface, Scheme};
+use scheme::keys::Scheme;
 use scheme::ledger::{EnergyLedger, EnergySums, InterfaceLedger, ratio};
-use scheme::predict::prediction::Prediction;
+use scheme::predict::prediction::StabilityPrediction;
 
 mod spent;
 
@@ -74,7 +74,7 @@ pub struct Summary {
     interfaces: Vec<(String, InterfaceSummary)>,
     /// Stability of the interfaces as it was predicted after the handshake.
     #[serde(serialize_with = "by_name", skip_serializing_if = "Vec::is_empty")]
-    pub stability: Vec<(String, Prediction)>,
+    pub stability: Vec<(String, StabilityPrediction)>,
     /// Lines about stability and log from before the first window.
     #[serde(skip)]
     pub foreseen: Vec<String>,
@@ -101,7 +101,7 @@ struct Join {
     index: usize,
     entry: usize,
     continuum: usize,
-    wall: usize,
+    motion_driven: usize,
 }
 
 #[derive(Clone, Debug, Default, Serialize)]
@@ -161,15 +161,6 @@ struct WorkSummary {
     warnings: Vec<String>,
 }
 
-/// Works at an interface (J), see [`InterfaceLedger`].
-#[derive(Clone, Copy, Debug, Default)]
-struct Works {
-    continuum_j: f64,
-    wall_j: Option<f64>,
-    /// Sum of the sizes of the works of all windows.
-    size_j: f64,
-}
-
 #[derive(Clone, Debug, Serialize)]
 struct InterfaceSummary {
     gap_max_rel: f64,
@@ -180,7 +171,7 @@ struct InterfaceSummary {
     contact_iterations: u64,
     contact_residual_max: f64,
     #[serde(skip)]
-    works: Works,
+    ledger: InterfaceLedger,
     /// Energies of points with masses of their own.
     #[serde(flatten)]
     points: Map<String, Value>,
@@ -237,10 +228,9 @@ impl Summary {
             };
             self.participants.push((participant.name.clone(), summary));
         }
-        let naive = |interface: &&Interface| {
+        let naive = scenario.interface.iter().filter(|interface| {
             interface.unsafe_window && matches!(interface.scheme, Scheme::Staggered { .. })
-        };
-        let naive = scenario.interface.iter().filter(naive);
+        });
         self.shown_to_fail = naive.map(|interface| interface.name.clone()).collect();
     }
 
@@ -253,13 +243,13 @@ impl Summary {
             nodes += group.nodes.len();
             points += group.points.len();
             let patches = group.patches.iter().zip(&coupling.ledgers);
-            for (place, (patch, ledger)) in patches.enumerate() {
-                all.merge(ledger, place > 0);
+            for (index, (patch, ledger)) in patches.enumerate() {
+                all.merge(ledger, index > 0);
                 self.joins.push(Join {
                     index: patch.index,
                     entry: self.interfaces.len(),
                     continuum: group.force_driven[patch.force_driven].peer,
-                    wall: group.motion_driven[patch.motion_driven].peer,
+                    motion_driven: group.motion_driven[patch.motion_driven].peer,
                 });
                 let summary = InterfaceSummary::of(ledger);
                 self.interfaces.push((patch.name.clone(), summary));
@@ -352,15 +342,13 @@ impl Summary {
     /// Enters the finished journal, so long (s) after the start of the run.
     pub fn close(&mut self, closed: &Closed, closed_wall_s: f64) {
         self.hashes.exchange = Some(closed.hash.clone());
+        let [least, most] = [0, 1].map(|end| self.log_predicted_bytes.map(|bytes| bytes[end]));
         self.log = closed.log.map(|log| {
             let wall_s = log.caller_wall.as_secs_f64();
-            let most = self.log_predicted_bytes;
             LogSummary {
                 bytes: log.bytes,
-                predicted_bytes: self.log_predicted_bytes.map(|[least, _]| least),
-                predicted_max_bytes: most
-                    .filter(|[least, most]| most > least)
-                    .map(|[_, most]| most),
+                predicted_bytes: least,
+                predicted_max_bytes: most.filter(|_| most > least),
                 messages: log.messages,
                 wall_s,
                 share: ratio(wall_s, closed_wall_s),
@@ -374,22 +362,31 @@ impl Summary {
     /// are sampled, as it pushes the continuum down (N).
     pub fn judged(&self, bounds: &Plausible, through_n: &[Option<f64>]) -> Vec<Warning> {
         let mut found = Vec::new();
-        let mut add = |place: &str, finding: Option<Finding>| {
-            found.extend(finding.map(|finding| Warning::of(place, finding)));
+        let mut add = |about: &str, finding: Option<Finding>| {
+            found.extend(finding.map(|finding| Warning::of(about, finding)));
         };
         for (peer, (name, participant)) in self.participants.iter().enumerate() {
-            let balance = participant.energy_balance_rel;
-            let judged = |value| plausible::energy_balance(bounds.energy_balance_rel, value);
-            add(name, balance.and_then(judged));
+            if let Some(balance) = participant.energy_balance_rel {
+                add(
+                    name,
+                    plausible::energy_balance(bounds.energy_balance_rel, balance),
+                );
+            }
             let load = self.held.get(peer).copied().flatten();
             let through = self.joins.iter().map(|join| join.force_of(peer, through_n));
             let through: Option<f64> = through.flatten().reduce(|sum, force| sum + force);
-            let judged =
-                |(load, through)| plausible::force_balance(bounds.force_balance_rel, load, through);
-            add(name, load.zip(through).and_then(judged));
-            let works = self.works_of(peer);
-            let judged = |works| plausible::interface_work(bounds.interface_work_rel, works);
-            add(name, works.and_then(judged));
+            if let Some((load, through)) = load.zip(through) {
+                add(
+                    name,
+                    plausible::force_balance(bounds.force_balance_rel, load, through),
+                );
+            }
+            if let Some(works) = self.works_of(peer) {
+                add(
+                    name,
+                    plausible::interface_work(bounds.interface_work_rel, works),
+                );
+            }
         }
         for (name, interface) in &self.interfaces {
             let energy = interface.energy_defect_rel;
@@ -401,9 +398,12 @@ impl Summary {
             add(name, judged);
         }
         let total = self.results.get("energy_balance_rel");
-        let judged = |value: &f64| plausible::energy_balance(bounds.energy_balance_rel, *value);
-        let several = self.participants.len() > 1;
-        add("run", total.filter(|_| several).and_then(judged));
+        if let Some(total) = total.filter(|_| self.participants.len() > 1) {
+            add(
+                "run",
+                plausible::energy_balance(bounds.energy_balance_rel, *total),
+            );
+        }
         found
     }
 
@@ -411,15 +411,16 @@ impl Summary {
     fn works_of(&self, peer: usize) -> Option<InterfaceWorks> {
         let told_j = self.participants[peer].1.through_j?;
         let of = |join: &Join| {
-            let works = self.interfaces.get(join.entry)?.1.works;
+            let ledger = &self.interfaces.get(join.entry)?.1.ledger;
+            // Points with masses of their own go on between the velocities that are told.
             let seen_j = if peer == join.continuum {
-                works.continuum_j
-            } else if peer == join.wall {
-                -works.wall_j?
+                ledger.work_j
+            } else if peer == join.motion_driven && ledger.points().is_none() {
+                -ledger.boundary_work_j
             } else {
                 return None;
             };
-            Some([seen_j, works.size_j])
+            Some([seen_j, ledger.energy_j])
         };
         let each = self.joins.iter().filter_map(of);
         let [seen_j, size_j] = each.reduce(|sum, one| [sum[0] + one[0], sum[1] + one[1]])?;
@@ -441,10 +442,9 @@ impl Summary {
     /// Enters how it ended; `strict` makes any warning suspect.
     pub fn end(&mut self, wall_s: f64, error: Option<&Error>, strict: bool) {
         let suspect = |warning: &Warning| strict || warning.suspect;
-        let (code, status) = if self.warnings.iter().any(suspect) {
-            (CHECK_FAILED, "suspect")
-        } else {
-            (0, "completed")
+        let (code, status) = match self.warnings.iter().any(suspect) {
+            true => (CHECK_FAILED, "suspect"),
+            false => (0, "completed"),
         };
         self.wall_s = wall_s;
         if let Some(spent) = &mut self.spent {
@@ -478,16 +478,17 @@ impl Summary {
 }
 
 impl Join {
-    /// The mean force that leaves a participant downwards here (N): a wall pushes its continuum, which pushes back.
+    /// The mean force that leaves a participant downwards here (N): a layer pushes its continuum, which pushes back.
     fn force_of(&self, peer: usize, through_n: &[Option<f64>]) -> Option<f64> {
         let force = through_n.get(self.index).copied().flatten()?;
-        if peer == self.wall {
-            Some(force)
-        } else if peer == self.continuum {
-            Some(-force)
+        let sign = if peer == self.motion_driven {
+            1.0
         } else {
-            None
-        }
+            -1.0
+        };
+        [self.motion_driven, self.continuum]
+            .contains(&peer)
+            .then_some(sign * force)
     }
 }
 
@@ -502,12 +503,7 @@ impl InterfaceSummary {
             halved_windows: ledger.halved,
             contact_iterations: ledger.contact_iterations,
             contact_residual_max: ledger.contact_residual_max,
-            works: Works {
-                continuum_j: ledger.work_j,
-                // Points with masses of their own go on between the velocities that are told.
-                wall_j: ledger.points().is_none().then_some(ledger.wall_work_j),
-                size_j: ledger.energy_j,
-            },
+            ledger: ledger.clone(),
             points: joules("points_", &points),
             wall_s: None,
             share: None,

@@ -30,13 +30,13 @@ pub enum LogError {
         torn: bool,
     },
     #[error(
-        "{path} {found} at byte {offset}, in {place}: {why}; what comes before is valid, and --recover accepts it", path = .path.display(),
+        "{path} {found} at byte {offset}, in {part}: {why}; what comes before is valid, and --recover accepts it", path = .path.display(),
         found = if *.torn { "was cut off by the end of its writer" } else { "is damaged" }
     )]
     Damaged {
         path: PathBuf,
         offset: u64,
-        place: String,
+        part: String,
         why: String,
         torn: bool,
     },
@@ -51,11 +51,16 @@ impl LogError {
         *torn
     }
 
-    pub(super) fn write(path: &Path, error: &(dyn Error + 'static)) -> LogError {
-        LogError::Write {
+    pub(super) fn write<E: Error + 'static>(path: &Path) -> impl FnOnce(E) -> LogError {
+        move |error| LogError::Write {
             path: path.into(),
-            why: chain(error),
+            why: chain(&error),
         }
+    }
+
+    pub(super) fn read(path: &Path) -> impl FnOnce(std::io::Error) -> LogError {
+        let path = path.into();
+        move |source| LogError::Read { path, source }
     }
 }
 

@@ -64,9 +64,7 @@ pub fn wide(log: &Path, selection: &Selection, folder: &Path) -> Result<Exported
     std::fs::create_dir_all(folder).map_err(ExportError::write(folder))?;
     let mut tables = BTreeMap::new();
     for (name, width) in widths {
-        let numbers = (0..width).map(|entry| entry.to_string());
-        let header = [TIMES.to_string()].into_iter().chain(numbers);
-        let header = header.collect::<Vec<_>>().join(",");
+        let header = (0..width).fold(TIMES.to_string(), |line, entry| format!("{line},{entry}"));
         let table = Table::create(&folder.join(&name), &header)?;
         tables.insert(name, table);
     }
@@ -118,14 +116,12 @@ fn cells(message: &Exchange) -> impl Iterator<Item = (usize, String)> + '_ {
     let frame = &message.frame;
     let is_text = matches!(frame.kind(), Ok(Kind::Couple));
     let text = is_text.then(|| frame.text().ok()).flatten();
-    let count = if text.is_some() {
-        0
+    let numbers = if text.is_some() {
+        &[]
     } else {
-        frame.payload.len()
+        &frame.payload[..]
     };
-    let numbers = frame.payload[..count]
-        .iter()
-        .map(|value| format!("{value:e}"));
+    let numbers = numbers.iter().map(|value| format!("{value:e}"));
     text.into_iter().chain(numbers).enumerate()
 }
 
@@ -144,10 +140,8 @@ struct Table {
 impl Table {
     fn create(path: &Path, header: &str) -> Result<Table, ExportError> {
         let file = File::create(path).map_err(ExportError::write(path))?;
-        let mut table = Table {
-            path: path.into(),
-            file: BufWriter::new(file),
-        };
+        let (path, file) = (path.into(), BufWriter::new(file));
+        let mut table = Table { path, file };
         table.line(header)?;
         Ok(table)
     }

@@ -3,7 +3,7 @@
 use protocol::{Frame, Kind};
 
 /// Order of a frame inside its block; frames that compare equal keep the order of their arrival.
-type Place = (u64, bool, u32, String, u32);
+type Order = (u64, bool, u32, String, u32);
 
 /// blake3 over the digests of all exchanged frames, ordered by (window, iteration, sender), then by kind and
 /// arrival. The frames of the handshake come before those of the window that they name.
@@ -16,7 +16,7 @@ type Place = (u64, bool, u32, String, u32);
 /// answer at the same time, the order of their arrival differs from run to run.
 ///
 /// ```
-/// use crate::ExchangeHasher;
+/// use exchange_log::ExchangeHasher;
 /// use protocol::{Frame, Header, Kind};
 /// let frame = Frame::new(Header::of(Kind::Motion), vec![1.0]);
 /// let mut hasher = ExchangeHasher::new();
@@ -27,7 +27,7 @@ type Place = (u64, bool, u32, String, u32);
 #[derive(Clone, Debug, Default)]
 pub struct ExchangeHasher {
     whole: blake3::Hasher,
-    block: Vec<(Place, blake3::Hash)>,
+    block: Vec<(Order, blake3::Hash)>,
 }
 
 impl ExchangeHasher {
@@ -39,14 +39,14 @@ impl ExchangeHasher {
     /// One frame of the current window.
     pub fn add(&mut self, interface: &str, sender: &str, frame: &Frame) {
         let header = &frame.header;
-        let place = (
+        let order = (
             header.window,
             !is_handshake(header.kind),
             header.iteration,
             sender.to_string(),
             header.kind,
         );
-        self.block.push((place, digest(interface, sender, frame)));
+        self.block.push((order, digest(interface, sender, frame)));
     }
 
     /// The window stands, its frames are put in order.

@@ -4,36 +4,36 @@ use mcap::records::{Record, op};
 
 use super::error::chain;
 
-/// The parts of a record that carry their lengths (MCAP 0, "Records").
-struct Layout {
-    /// Bytes before the first text.
-    fixed: usize,
-    /// Texts, each behind its length in four bytes.
-    texts: usize,
-    /// The rest of the record, behind its texts.
-    tail: Tail,
+/// The parts of a record in their order (MCAP 0, "Records").
+pub(super) struct Layout {
+    /// Bytes of the numbers in front.
+    pub(super) front: u64,
+    /// Parts that follow their own length, by the bytes of that length.
+    pub(super) counted: &'static [u64],
+    /// The last of these holds texts, each behind its length in four bytes.
+    map: bool,
+    /// Bytes of the numbers at the end.
+    pub(super) back: u64,
 }
 
-enum Tail {
-    /// Bytes that the reader does not copy.
-    Rest,
-    /// Bytes behind their length in four bytes.
-    Block,
-    /// Texts in such a block.
-    Map,
-}
-
-fn layout(opcode: u8) -> Layout {
-    let (fixed, texts, tail) = match opcode {
-        op::SCHEMA => (2, 2, Tail::Block),
-        op::CHANNEL => (4, 2, Tail::Map),
-        op::MESSAGE_INDEX => (2, 0, Tail::Block),
-        op::CHUNK => (28, 1, Tail::Rest),
-        op::ATTACHMENT => (16, 2, Tail::Rest),
-        op::METADATA => (0, 1, Tail::Map),
-        _ => (0, 0, Tail::Rest),
+/// The layout of a record that has parts of a length of their own.
+pub(super) fn layout(opcode: u8) -> Option<Layout> {
+    let (front, counted, map, back): (_, &[_], _, _) = match opcode {
+        op::HEADER => (0, &[4, 4], false, 0),
+        op::SCHEMA => (2, &[4, 4, 4], false, 0),
+        op::CHANNEL => (2 + 2, &[4, 4, 4], true, 0),
+        op::CHUNK => (8 + 8 + 8 + 4, &[4, 8], false, 0),
+        op::MESSAGE_INDEX => (2, &[4], false, 0),
+        op::ATTACHMENT => (8 + 8, &[4, 4, 8], false, 4),
+        op::METADATA => (0, &[4, 4], true, 0),
+        _ => return None,
     };
-    Layout { fixed, texts, tail }
+    Some(Layout {
+        front,
+        counted,
+        map,
+        back,
+    })
 }
 
 /// A record whose lengths fit into it.
@@ -47,22 +47,17 @@ pub(super) fn parse(opcode: u8, data: &[u8]) -> Result<Record<'_>, String> {
     mcap::parse_record(opcode, data).map_err(|error| chain(&error))
 }
 
-/// Nothing if a length passes the end of the record.
+/// Nothing if a length passes the end of the record. Parts whose length has eight bytes are not copied by the reader.
 fn fits(opcode: u8, data: &[u8]) -> Option<()> {
-    let Layout { fixed, texts, tail } = layout(opcode);
-    let mut rest = data.get(fixed..)?;
-    for _ in 0..texts {
-        (_, rest) = block(rest)?;
+    let Some(layout) = layout(opcode) else {
+        return Some(());
+    };
+    let (mut part, mut rest) = (&[][..], data.get(layout.front as usize..)?);
+    for _ in layout.counted.iter().filter(|width| **width == 4) {
+        (part, rest) = block(rest)?;
     }
-    match tail {
-        Tail::Rest => {}
-        Tail::Block => drop(block(rest)?),
-        Tail::Map => {
-            let (mut texts, _) = block(rest)?;
-            while !texts.is_empty() {
-                (_, texts) = block(texts)?;
-            }
-        }
+    while layout.map && !part.is_empty() {
+        (_, part) = block(part)?;
     }
     Some(())
 }

@@ -71,21 +71,14 @@ impl Mismatch {
 
     /// The same, naming another entry of the payload.
     pub fn at_entry(self, logged: &Frame, ours: &Frame, entry: usize) -> Mismatch {
-        Mismatch {
-            difference: number(logged, ours, entry),
-            ..self
-        }
-    }
-}
-
-/// The difference of one number of two frames.
-fn number(logged: &Frame, ours: &Frame, entry: usize) -> Difference {
-    let (logged, ours) = (logged.payload[entry], ours.payload[entry]);
-    Difference::Number {
-        entry,
-        logged,
-        ours,
-        ulps: ulps(logged, ours),
+        let (logged, ours) = (logged.payload[entry], ours.payload[entry]);
+        let difference = Difference::Number {
+            entry,
+            logged,
+            ours,
+            ulps: ulps(logged, ours),
+        };
+        Mismatch { difference, ..self }
     }
 }
 
@@ -116,10 +109,8 @@ impl fmt::Display for Mismatch {
 }
 
 fn kind(frame: &Frame) -> String {
-    Kind::from_number(frame.header.kind).map_or_else(
-        || format!("kind {}", frame.header.kind),
-        |kind| format!("{kind:?}"),
-    )
+    let number = frame.header.kind;
+    Kind::from_number(number).map_or(format!("kind {number}"), |kind| kind.word().into())
 }
 
 /// Everything of a frame but run, checksum and numbers, as bits. The log does not keep the sign of a time that is zero.

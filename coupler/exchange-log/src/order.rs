@@ -44,10 +44,7 @@ impl Order {
         } else {
             &exchange.sender
         };
-        if !self.participants.contains_key(name) {
-            self.participants.insert(name.clone(), Progress::default());
-        }
-        let progress = self.participants.get_mut(name).expect("just inserted");
+        let progress = self.participants.entry(name.clone()).or_default();
         if progress.over.is_some_and(|over| window <= over) {
             return Err(format!("window {window} of `{name}` is repeated"));
         }

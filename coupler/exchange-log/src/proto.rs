@@ -6,7 +6,7 @@ use prost_types::{
     DescriptorProto, FieldDescriptorProto, FieldOptions, FileDescriptorProto, FileDescriptorSet,
 };
 
-/// Full name of [`Exchange`].
+/// Full name of [`ExchangeMessage`].
 pub const EXCHANGE: &str = "thirdbody.Exchange";
 
 /// Full name of [`WindowEnd`].
@@ -14,7 +14,7 @@ pub const WINDOW_END: &str = "thirdbody.WindowEnd";
 
 /// One frame, without the number of its run.
 #[derive(Clone, PartialEq, Message)]
-pub struct Exchange {
+pub struct ExchangeMessage {
     /// [`protocol::Kind`] as its number.
     #[prost(uint32, tag = "1")]
     pub kind: u32,
@@ -103,15 +103,13 @@ const PACKED: &str = "payload";
 
 /// A message with these fields, numbered from 1: the names that follow each other with one type.
 fn message(name: &str, fields: &[(Type, &[&str])]) -> DescriptorProto {
-    let all = fields
-        .iter()
-        .flat_map(|(kind, names)| names.iter().map(|name| (*kind, *name)));
+    let all = fields.iter();
+    let all = all.flat_map(|(kind, names)| names.iter().map(|name| (*kind, *name)));
     let numbered = (1..).zip(all);
+    let fields = numbered.map(|(number, (kind, name))| field(number, name, kind));
     DescriptorProto {
         name: Some(name.into()),
-        field: numbered
-            .map(|(number, (kind, name))| field(number, name, kind))
-            .collect(),
+        field: fields.collect(),
         ..DescriptorProto::default()
     }
 }
@@ -122,14 +120,7 @@ fn field(number: i32, name: &str, kind: Type) -> FieldDescriptorProto {
         name: Some(name.into()),
         json_name: Some(name.into()),
         number: Some(number),
-        label: Some(
-            if list {
-                Label::Repeated
-            } else {
-                Label::Optional
-            }
-            .into(),
-        ),
+        label: Some([Label::Optional, Label::Repeated][usize::from(list)].into()),
         r#type: Some(kind.into()),
         options: list.then(|| FieldOptions {
             packed: Some(true),
@@ -184,7 +175,7 @@ mod tests {
 
     #[test]
     fn the_description_is_what_the_messages_put_on_the_wire() {
-        let exchange = Exchange {
+        let exchange = ExchangeMessage {
             kind: 1,
             protocol: 1,
             interface: 1,

@@ -60,11 +60,7 @@ pub fn damage(path: &Path) -> Result<Option<LogError>, LogError> {
 /// True if the checksum that a recorder puts behind all data holds for the whole file. Nothing is decoded for it: where it does not
 /// hold, or was never written, the entries tell more.
 pub(super) fn is_as_written(path: &Path) -> Result<bool, LogError> {
-    let failed = |source| LogError::Read {
-        path: path.into(),
-        source,
-    };
-    let mut file = File::open(path).map_err(failed)?;
+    let mut file = File::open(path).map_err(LogError::read(path))?;
     let mut reader = LinearReader::new_with_options(options());
     let mut summed = false;
     loop {
@@ -72,7 +68,7 @@ pub(super) fn is_as_written(path: &Path) -> Result<bool, LogError> {
             // A checksum of zero stands for none (MCAP 0, "Data End").
             Ok(Some((opcode, data))) => summed |= opcode == op::DATA_END && data != [0; 4],
             Ok(None) => return Ok(summed),
-            Err(Failure::Io(source)) => return Err(failed(source)),
+            Err(Failure::Io(source)) => return Err(LogError::read(path)(source)),
             Err(Failure::Damage(_)) => return Ok(false),
         }
     }
@@ -113,10 +109,7 @@ pub struct LogFile {
 impl LogFile {
     /// Opens a log; `tolerant` of damage.
     pub(super) fn open(path: &Path, tolerant: bool) -> Result<LogFile, LogError> {
-        let file = File::open(path).map_err(|source| LogError::Read {
-            path: path.into(),
-            source,
-        })?;
+        let file = File::open(path).map_err(LogError::read(path))?;
         let mut log = LogFile {
             path: path.into(),
             file,
@@ -133,14 +126,14 @@ impl LogFile {
             data_ended: false,
             ended: false,
         };
-        let path = path.to_path_buf();
         match log.read_provenance() {
             Ok(()) => Ok(log),
-            Err(Failure::Io(source)) => Err(LogError::Read { path, source }),
-            Err(Failure::Damage(why)) => {
-                let torn = is_torn(&log.file, log.offset).unwrap_or(false);
-                Err(LogError::NotALog { path, why, torn })
-            }
+            Err(Failure::Io(source)) => Err(LogError::read(path)(source)),
+            Err(Failure::Damage(why)) => Err(LogError::NotALog {
+                path: path.into(),
+                why,
+                torn: log.is_torn(),
+            }),
         }
     }
 
@@ -156,19 +149,18 @@ impl LogFile {
 
     /// The first two records are the header and the metadata; a file without them is something else.
     fn read_provenance(&mut self) -> Result<(), Failure> {
-        for expected in [op::HEADER, op::METADATA] {
-            let start = self.offset;
-            let record = self.next_record()?;
-            let (_, data) = record
-                .filter(|(opcode, _)| *opcode == expected)
-                .ok_or_else(|| Failure::Damage("it does not begin with its provenance".into()))?;
-            if expected == op::METADATA {
-                self.provenance = provenance::read(&data).map_err(|why| {
-                    self.offset = start;
-                    Failure::Damage(why)
-                })?;
-            }
-        }
+        let missing = || Failure::Damage("it does not begin with its provenance".into());
+        let header = self
+            .next_record()?
+            .filter(|(opcode, _)| *opcode == op::HEADER);
+        header.ok_or_else(missing)?;
+        let start = self.offset;
+        let metadata = self
+            .next_record()?
+            .filter(|(opcode, _)| *opcode == op::METADATA);
+        let (_, data) = metadata.ok_or_else(missing)?;
+        let read = provenance::read(&data).inspect_err(|_| self.offset = start);
+        self.provenance = read.map_err(Failure::Damage)?;
         Ok(())
     }
 
@@ -188,10 +180,7 @@ impl LogFile {
                 op::CHUNK => self.read_chunk(&data),
                 _ => plain_record(opcode, &data),
             };
-            if taken.is_err() {
-                self.offset = start;
-                return taken;
-            }
+            taken.inspect_err(|_| self.offset = start)?;
             self.in_chunk = false;
         }
         Ok(())
@@ -217,14 +206,11 @@ impl LogFile {
                     self.interfaces.insert(channel.id, interface);
                 }
                 Record::Message { header, data } => {
+                    let entry = self.entry(header.channel_id, &data);
+                    let taken = entry.and_then(|entry| self.order.take(&entry).map(|()| entry));
                     let number = entries.len() + 1;
-                    let entry = self.entry(header.channel_id, &data).and_then(|entry| {
-                        self.order.take(&entry)?;
-                        Ok(entry)
-                    });
-                    entries.push_back(
-                        entry.map_err(|why| Failure::Damage(format!("message {number}: {why}")))?,
-                    );
+                    let damaged = |why| Failure::Damage(format!("message {number}: {why}"));
+                    entries.push_back(taken.map_err(damaged)?);
                 }
                 _ => (),
             }
@@ -234,18 +220,16 @@ impl LogFile {
     }
 
     fn entry(&self, channel: u16, data: &[u8]) -> Result<Entry, String> {
-        match self.interfaces.get(&channel) {
-            None => Err(format!("channel {channel} was never opened")),
-            Some(None) => proto::WindowEnd::decode(data)
-                .map(|end| Entry::WindowEnd(end.window))
-                .map_err(|error| error.to_string()),
-            Some(Some(interface)) => proto::Exchange::decode(data)
-                .map(|message| Entry::Exchange(self.exchange(interface, message)))
-                .map_err(|error| error.to_string()),
-        }
+        let entry = match self.interfaces.get(&channel) {
+            None => return Err(format!("channel {channel} was never opened")),
+            Some(None) => proto::WindowEnd::decode(data).map(|end| Entry::WindowEnd(end.window)),
+            Some(Some(interface)) => proto::ExchangeMessage::decode(data)
+                .map(|message| Entry::Exchange(self.exchange(interface, message))),
+        };
+        entry.map_err(|error| error.to_string())
     }
 
-    fn exchange(&self, interface: &str, message: proto::Exchange) -> Exchange {
+    fn exchange(&self, interface: &str, message: proto::ExchangeMessage) -> Exchange {
         let header = Header {
             kind: message.kind,
             protocol: message.protocol,
@@ -278,15 +262,19 @@ impl LogFile {
             Failure::Damage(why) => LogError::Damaged {
                 path,
                 offset: self.offset,
-                place: if self.in_chunk {
+                part: if self.in_chunk {
                     format!("chunk {}", self.chunks)
                 } else {
                     format!("a record after {} chunks", self.chunks)
                 },
                 why,
-                torn: is_torn(&self.file, self.offset).unwrap_or(false),
+                torn: self.is_torn(),
             },
         }
+    }
+
+    fn is_torn(&self) -> bool {
+        is_torn(&self.file, self.offset).unwrap_or(false)
     }
 }
 

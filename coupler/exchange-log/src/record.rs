@@ -39,7 +39,7 @@ pub struct LogStats {
     pub messages: u64,
     /// Windows that ended.
     pub windows: u64,
-    /// Wall-clock time that whoever records spent on it, the wait for a writer that fell behind included.
+    /// Wall-clock time that the caller spent on recording, waits for a slow writer included.
     pub caller_wall: Duration,
     /// Wall-clock time that the writing thread was at work.
     pub writer_wall: Duration,
@@ -72,18 +72,18 @@ impl Recorder {
         provenance: &Provenance,
         flush_every_windows: u64,
     ) -> Result<Recorder, LogError> {
-        let file = Counted::create(path).map_err(|error| LogError::write(path, &error))?;
-        let file = LogWriter::start(path, file, provenance, flush_every_windows.max(1))
-            .map_err(|error| LogError::write(path, &error))?;
+        let file = Counted::create(path).map_err(LogError::write(path))?;
+        let file = LogWriter::start(path, file, provenance, flush_every_windows.max(1));
+        let file = file.map_err(LogError::write(path))?;
         let (jobs, taken) = bounded(WAITING);
         let (report, outcome) = bounded(1);
         thread::Builder::new()
             .name("exchange-log".into())
             .spawn(move || {
-                // Nobody hears it if the recorder was dropped, and then nobody cares.
+                // If the recorder was dropped, nothing needs the outcome.
                 let _ = report.send(file.write_all(&taken));
             })
-            .map_err(|error| LogError::write(path, &error))?;
+            .map_err(LogError::write(path))?;
         Ok(Recorder {
             path: path.into(),
             jobs: Some(jobs),
@@ -167,16 +167,13 @@ impl Recorder {
     }
 
     fn stalled(&self) -> LogError {
-        LogError::Stalled {
-            path: self.path.clone(),
-            seconds: PATIENCE.as_secs(),
-        }
+        let (path, seconds) = (self.path.clone(), PATIENCE.as_secs());
+        LogError::Stalled { path, seconds }
     }
 
     fn closed(&self) -> LogError {
-        LogError::Closed {
-            path: self.path.clone(),
-        }
+        let path = self.path.clone();
+        LogError::Closed { path }
     }
 }
 
@@ -238,16 +235,15 @@ impl LogWriter {
                 Job::Write { exchanges, window } => self.write(exchanges, window),
                 Job::Sync(done) => self.sync(&done),
             };
-            written.map_err(|error| LogError::write(&self.path, &error))?;
+            written.map_err(LogError::write(&self.path))?;
             self.stats.writer_wall += start.elapsed();
         }
         self.finish()
     }
 
     fn write(&mut self, exchanges: Vec<Exchange>, window: Option<u64>) -> Result<(), McapError> {
-        exchanges
-            .into_iter()
-            .try_for_each(|exchange| self.write_one(exchange))?;
+        let mut exchanges = exchanges.into_iter();
+        exchanges.try_for_each(|exchange| self.write_one(exchange))?;
         window.map_or(Ok(()), |window| self.end_window(window))
     }
 
@@ -256,7 +252,7 @@ impl LogWriter {
         let header = exchange.frame.header;
         // Not a number becomes 0 here; the exact time is in the message.
         self.log_time = (header.t1_s * 1e9).round() as u64;
-        let message = proto::Exchange {
+        let message = proto::ExchangeMessage {
             kind: header.kind,
             protocol: header.protocol,
             interface: header.interface,
@@ -291,7 +287,7 @@ impl LogWriter {
         self.writer.flush()?;
         self.disk.file.sync_data()?;
         self.disk.in_place(&self.path)?;
-        // Whoever waited in vain has gone.
+        // The caller may have stopped waiting.
         let _ = done.send(());
         Ok(())
     }
@@ -314,17 +310,17 @@ impl LogWriter {
             ("receiver".to_string(), exchange.receiver.clone()),
         ]);
         let (schema, topic) = (self.exchange_schema, exchange.topic());
-        self.writer
-            .add_channel(schema, &topic, "protobuf", &metadata)
+        let writer = &mut self.writer;
+        writer.add_channel(schema, &topic, "protobuf", &metadata)
     }
 
     fn finish(mut self) -> Result<LogStats, LogError> {
         let start = Instant::now();
         let ended = self.writer.finish();
-        ended.map_err(|error| LogError::write(&self.path, &error))?;
+        ended.map_err(LogError::write(&self.path))?;
         let mut buffer = self.writer.into_inner();
         let size = buffer.flush().and_then(|()| self.disk.in_place(&self.path));
-        let bytes = size.map_err(|error| LogError::write(&self.path, &error))?;
+        let bytes = size.map_err(LogError::write(&self.path))?;
         Ok(LogStats {
             bytes,
             writer_wall: self.stats.writer_wall + start.elapsed(),
@@ -358,12 +354,10 @@ impl Counted {
             Ok(found) if (found.dev(), found.ino()) != (ours.dev(), ours.ino()) => {
                 refuse("it was replaced by another file during the run".into())
             }
-            Ok(found) if found.len() != written => {
-                let size = found.len();
-                refuse(format!(
-                    "it was changed during the run: it holds {size} bytes, {written} were written"
-                ))
-            }
+            Ok(found) if found.len() != written => refuse(format!(
+                "it was changed during the run: it holds {} bytes, {written} were written",
+                found.len()
+            )),
             Ok(_) => Ok(written),
         }
     }

@@ -6,6 +6,7 @@
 //! totals. Times are ns of the monotonic clock, which the processes of a host share.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::Path;
@@ -16,6 +17,7 @@ use mcap::{Compression, McapError, MessageStream, WriteOptions, Writer};
 use protocol::Header;
 use protocol::busy::{BusyTimes, monotonic_ns};
 use protocol::serve::Farewell;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::error::LogError;
@@ -70,16 +72,16 @@ struct Batch {
 
 impl Batch {
     fn of(requests: &[RequestTimes]) -> Batch {
-        let times =
-            |of: fn(&RequestTimes) -> u64| -> Vec<u64> { requests.iter().map(of).collect() };
-        Batch {
-            kind: requests.iter().map(|one| one.kind).collect(),
-            iteration: requests.iter().map(|one| one.iteration).collect(),
-            window: times(|one| one.window),
-            asked_ns: times(|one| one.asked_ns),
-            awaited_ns: times(|one| one.awaited_ns),
-            answered_ns: times(|one| one.answered_ns),
+        let mut batch = Batch::default();
+        for one in requests {
+            batch.kind.push(one.kind);
+            batch.window.push(one.window);
+            batch.iteration.push(one.iteration);
+            batch.asked_ns.push(one.asked_ns);
+            batch.awaited_ns.push(one.awaited_ns);
+            batch.answered_ns.push(one.answered_ns);
         }
+        batch
     }
 
     /// The requests; `None` if the lists do not have one length.
@@ -149,8 +151,8 @@ struct Waiting {
 impl TimingLog {
     /// Starts the file for participants of these names, in place of what is there.
     pub fn create(path: &Path, names: &[&str]) -> Result<TimingLog, LogError> {
-        let file = File::create(path).map_err(|error| LogError::write(path, &error))?;
-        TimingLog::start(file, names).map_err(|error| LogError::write(path, &error))
+        let file = File::create(path).map_err(LogError::write(path))?;
+        TimingLog::start(file, names).map_err(LogError::write(path))
     }
 
     fn start(file: File, names: &[&str]) -> Result<TimingLog, McapError> {
@@ -242,10 +244,7 @@ pub struct Timing {
 
 /// Reads timing.mcap, as far as it is whole.
 pub fn read(path: &Path) -> Result<Timing, LogError> {
-    let bytes = fs::read(path).map_err(|source| LogError::Read {
-        path: path.into(),
-        source,
-    })?;
+    let bytes = fs::read(path).map_err(LogError::read(path))?;
     let stream = MessageStream::new_with_options(&bytes, Options::IgnoreEndMagic.into());
     let not_ours = |why: String| LogError::NotALog {
         path: path.into(),
@@ -272,21 +271,14 @@ impl Timing {
         let unknown = || format!("it has a channel `{topic}`");
         let (name, what) = topic.rsplit_once('/').ok_or_else(unknown)?;
         let participant = self.participant(name);
-        let broken = |why: String| format!("a message of `{topic}` cannot be read: {why}");
         match what {
             REQUESTS => {
-                let batch: Batch =
-                    serde_json::from_slice(data).map_err(|error| broken(error.to_string()))?;
-                let uneven = || broken("its lists are of several lengths".into());
-                participant
-                    .requests
-                    .extend(batch.requests().ok_or_else(uneven)?);
+                let batch: Batch = parsed(topic, data)?;
+                let uneven = || broken(topic, "its lists are of several lengths");
+                let requests = batch.requests().ok_or_else(uneven)?;
+                participant.requests.extend(requests);
             }
-            WORK => {
-                let own =
-                    serde_json::from_slice(data).map_err(|error| broken(error.to_string()))?;
-                participant.own = Some(own);
-            }
+            WORK => participant.own = Some(parsed(topic, data)?),
             _ => return Err(unknown()),
         }
         Ok(())
@@ -303,6 +295,14 @@ impl Timing {
         });
         &mut self.participants[at]
     }
+}
+
+fn parsed<T: DeserializeOwned>(topic: &str, data: &[u8]) -> Result<T, String> {
+    serde_json::from_slice(data).map_err(|error| broken(topic, error))
+}
+
+fn broken(topic: &str, why: impl Display) -> String {
+    format!("a message of `{topic}` cannot be read: {why}")
 }
 
 #[cfg(test)]

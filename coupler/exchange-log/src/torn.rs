@@ -7,6 +7,8 @@ use std::os::unix::fs::FileExt;
 use mcap::MAGIC;
 use mcap::records::op;
 
+use super::lengths::{Layout, layout};
+
 /// The kind and the length before the data of each record (bytes).
 const FRAMING: usize = 9;
 
@@ -44,43 +46,17 @@ pub(super) fn is_torn(file: &File, offset: u64) -> io::Result<bool> {
 fn may_have_length(opcode: u8, data: &[u8], length: u64) -> bool {
     match opcode {
         op::DATA_END => length == 4,
-        // The description of the data at the end of the file, which is read by nobody here.
+        // The description of the data at the end of the file, which is not read here.
         op::FOOTER | op::SCHEMA | op::CHANNEL | op::STATISTICS | op::SUMMARY_OFFSET => true,
         op::CHUNK_INDEX | op::ATTACHMENT_INDEX | op::METADATA_INDEX => true,
-        _ => match parts_of(opcode) {
-            None => false,
-            Some(parts) => parts.length(data).is_none_or(|due| due == length),
-        },
+        _ => {
+            layout(opcode).is_some_and(|layout| layout.length(data).is_none_or(|due| due == length))
+        }
     }
 }
 
-/// Parts of a record in their order (MCAP 0, "Records").
-struct Parts {
-    /// Bytes of the numbers in front.
-    front: u64,
-    /// Parts that follow their own length, by the bytes of that length.
-    counted: &'static [u64],
-    /// Bytes of the numbers at the end.
-    back: u64,
-}
-
-fn parts_of(opcode: u8) -> Option<Parts> {
-    let (front, counted, back): (_, &[u64], _) = match opcode {
-        op::HEADER | op::METADATA => (0, &[4, 4], 0),
-        op::CHUNK => (8 + 8 + 8 + 4, &[4, 8], 0),
-        op::MESSAGE_INDEX => (2, &[4], 0),
-        op::ATTACHMENT => (8 + 8, &[4, 4, 8], 4),
-        _ => return None,
-    };
-    Some(Parts {
-        front,
-        counted,
-        back,
-    })
-}
-
-impl Parts {
-    /// Length of all of them, if so much of the record is there that it can be told.
+impl Layout {
+    /// Length of all parts, if so much of the record is there that it can be told.
     fn length(&self, data: &[u8]) -> Option<u64> {
         let mut end = self.front;
         for width in self.counted {

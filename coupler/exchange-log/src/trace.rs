@@ -36,19 +36,15 @@ pub struct Traced {
 /// Writes the trace of all windows, or of some with what else happened between the first and the last of them.
 pub fn write(timing: &Timing, windows: Option<Windows>, out: &Path) -> Result<Traced, ExportError> {
     let range = range(timing, windows)?;
-    let mut notes = Vec::new();
-    let mut processes = vec![coordinator(timing)];
-    for participant in &timing.participants {
-        let (process, note) = process(participant);
-        processes.push(process);
-        notes.extend(note);
-    }
+    let (mut processes, notes): (Vec<_>, Vec<_>) = timing.participants.iter().map(process).unzip();
+    processes.insert(0, coordinator(timing));
+    let mut notes: Vec<String> = notes.into_iter().flatten().collect();
     notes.extend(timing.cut_off.iter().map(|why| {
         format!("timing.mcap ends early ({why}): the run was killed; its beginning is drawn")
     }));
-    let failed = |error: io::Error| ExportError::write(out)(error);
-    let events = put(&processes, range, &notes, out).map_err(failed)?;
-    let bytes = fs::metadata(out).map_err(failed)?.len();
+    let written = put(&processes, range, &notes, out);
+    let written = written.and_then(|events| Ok((events, fs::metadata(out)?.len())));
+    let (events, bytes) = written.map_err(ExportError::write(out))?;
     Ok(Traced {
         events,
         bytes,
@@ -131,15 +127,20 @@ fn coordinator(timing: &Timing) -> Process {
 
 /// A participant: its work, and its waits between. The note tells why its work is not drawn as it says it.
 fn process(participant: &ParticipantTimes) -> (Process, Option<String>) {
+    let name = participant.name.clone();
     let (work, begin_ns, note) = match told(participant) {
         Ok((work, begin_ns)) => (work, begin_ns, None),
         Err(why) => {
-            let name = &participant.name;
-            let note =
-                format!("participant `{name}` {why}: its work is drawn from request to answer");
-            let work = seen(participant);
+            let (work, how) = (
+                seen(participant),
+                "its work is drawn from request to answer",
+            );
             let begin_ns = work.first().map_or(0, |first| first.from_ns);
-            (work, begin_ns, Some(note))
+            (
+                work,
+                begin_ns,
+                Some(format!("participant `{name}` {why}: {how}")),
+            )
         }
     };
     let mut reached_ns = begin_ns;
@@ -153,7 +154,7 @@ fn process(participant: &ParticipantTimes) -> (Process, Option<String>) {
         }
     });
     let process = Process {
-        name: participant.name.clone(),
+        name,
         wait: between.filter(|span| span.from_ns < span.to_ns).collect(),
         work,
     };
@@ -177,12 +178,11 @@ fn told(participant: &ParticipantTimes) -> Result<(Vec<Span>, u64), String> {
         return Err("has answered no request".into());
     };
     let spans = &own.busy.spans_ns;
-    if own.busy.every != 1 {
-        let every = own.busy.every;
+    let (every, found, due) = (own.busy.every, spans.len(), requests.len());
+    if every != 1 {
         return Err(format!("kept one of {every} slots of its time"));
     }
-    if spans.len() != requests.len() {
-        let (found, due) = (spans.len(), requests.len());
+    if found != due {
         return Err(format!("tells of {found} requests, {due} were answered"));
     }
     let fits = |(request, [from, to]): (&RequestTimes, &[u64; 2])| {
@@ -231,13 +231,12 @@ fn seen(participant: &ParticipantTimes) -> Vec<Span> {
         reached_ns = request.answered_ns.max(from_ns);
         let mut args = args(request);
         args["seen_by"] = "coordinator".into();
-        let is_hello = request.kind == Kind::Hello as u32;
+        let name = match request.kind == Kind::Hello as u32 {
+            true => "set-up".into(),
+            false => word(request),
+        };
         Span {
-            name: if is_hello {
-                "set-up".into()
-            } else {
-                word(request)
-            },
+            name,
             from_ns,
             to_ns: reached_ns,
             args,
@@ -253,19 +252,23 @@ fn range(timing: &Timing, windows: Option<Windows>) -> Result<[u64; 2], ExportEr
     };
     let requests = timing.participants.iter().flat_map(|one| &one.requests);
     let about = requests.filter(|request| is_about_window(request));
-    let drawn = about
+    let mut drawn = about
         .clone()
         .filter(|request| (first..=last).contains(&request.window));
-    let from_ns = drawn.clone().map(|request| request.asked_ns).min();
-    let to_ns = drawn.map(|request| request.answered_ns).max();
-    from_ns
-        .zip(to_ns)
-        .map(|(from, to)| [from, to])
-        .ok_or_else(|| {
-            let has = about.map(|request| request.window).max();
-            let has = has.map_or("none".into(), |end| format!("windows up to {end}"));
-            ExportError::NoWindow { first, last, has }
-        })
+    let Some(one) = drawn.next() else {
+        let has = about.map(|request| request.window).max();
+        let has = has.map_or("none".into(), |end| format!("windows up to {end}"));
+        return Err(ExportError::NoWindow { first, last, has });
+    };
+    Ok(drawn.fold(
+        [one.asked_ns, one.answered_ns],
+        |[from_ns, to_ns], request| {
+            [
+                from_ns.min(request.asked_ns),
+                to_ns.max(request.answered_ns),
+            ]
+        },
+    ))
 }
 
 /// Writes all events; returns their number.
@@ -275,25 +278,18 @@ fn put(processes: &[Process], range: [u64; 2], notes: &[String], out: &Path) -> 
         "software": concat!("thirdbody ", env!("CARGO_PKG_VERSION")),
         "notes": notes,
     });
-    writeln!(
-        file,
-        "{{\"displayTimeUnit\": \"ms\", \"otherData\": {about}, \"traceEvents\": ["
-    )?;
-    let threads = |process: &Process| [process.work.clone(), process.wait.clone()];
-    let drawn: Vec<[Vec<Span>; 2]> = processes
-        .iter()
-        .map(|process| threads(process).map(|spans| clipped(spans, range)))
-        .collect();
+    let head = format!("{{\"displayTimeUnit\": \"ms\", \"otherData\": {about}, \"traceEvents\": [");
+    writeln!(file, "{head}")?;
+    let clip = |spans: &Vec<Span>| clipped(spans.clone(), range);
+    let drawn = processes.iter().map(|of| [clip(&of.work), clip(&of.wait)]);
+    let drawn: Vec<[Vec<Span>; 2]> = drawn.collect();
     let all = drawn.iter().flatten().flatten();
     let zero_ns = all.map(|span| span.from_ns).min().unwrap_or(0);
     let mut events = 0;
     for (pid, (process, threads)) in processes.iter().zip(&drawn).enumerate() {
         let lead = if pid == 0 { "" } else { ",\n" };
-        write!(
-            file,
-            "{lead}{}",
-            named("process_name", pid, 0, &process.name)
-        )?;
+        let name = named("process_name", pid, 0, &process.name);
+        write!(file, "{lead}{name}")?;
         for (tid, (name, spans)) in (1..).zip(["work", "wait"].into_iter().zip(threads)) {
             write!(file, ",\n{}", named("thread_name", pid, tid, name))?;
             for span in spans {

@@ -2,7 +2,7 @@
 
 /// Shares that lz4 leaves of the payload and of everything around it. They are fitted to the log of the scene `quick`, the
 /// second one being a guess; short runs pack up to a quarter better. Mantissas hardly pack, but each window begins with
-/// the force that ended the one before, and grains that hang on the wall repeat zeros.
+/// the force that ended the one before, and grains that hang on the boundary repeat zeros.
 const PAYLOAD_PACKED: f64 = 0.79;
 const HEADER_PACKED: f64 = 0.3;
 

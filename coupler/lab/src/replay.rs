@@ -14,7 +14,7 @@ use protocol::{Frame, Header, Kind};
 use coordinator::error::Error;
 use coordinator::run::checkpoint::RestartPoint;
 use coordinator::scenario::load::{Loaded, folder_of_manifest, parse};
-use coordinator::scenario::source::Source;
+use coordinator::scenario::source::ScenarioSource;
 use exchange_log::{Entry, Exchange, LogError, Mismatch, recover};
 use tape::turns;
 
@@ -123,7 +123,7 @@ impl Replayed {
 /// Reads a log; of a truncated one, the valid beginning. `overrides` change the scenario that made it.
 pub fn recording(path: &Path, overrides: &[String]) -> Result<Recording, Error> {
     let mut log = recover(path)?;
-    let source = Source {
+    let source = ScenarioSource {
         name: format!("{} (scenario)", path.display()),
         text: log.provenance().scenario_toml.clone(),
         overrides: overrides.to_vec(),

@@ -2,7 +2,7 @@
 
 use protocol::Window;
 
-use crate::error::{SchemeError, Unfit};
+use crate::error::{Result, SchemeError, Unfit};
 
 /// More steps than this are taken for a mistyped unit: at a tenth of a microsecond a step they last 28 hours.
 const STEPS_MAX: f64 = 1e12;
@@ -36,7 +36,7 @@ impl Clock {
 
     /// Explicit steps until `end_s`, the last one included whole. The margin keeps an end time that is a multiple of
     /// the step up to rounding from costing one step more.
-    pub fn steps_until(&self, end_s: f64) -> Result<u64, SchemeError> {
+    pub fn steps_until(&self, end_s: f64) -> Result<u64> {
         let steps = (end_s / self.step_s - 1e-6).ceil();
         if steps <= STEPS_MAX {
             return Ok(steps.max(0.0) as u64);

@@ -9,14 +9,14 @@ use serde::{Deserialize, Serialize};
 
 use super::group::{Group, Side};
 use super::participants::Participants;
-use super::source::Source;
-use crate::error::SchemeError;
+use super::source::ComplianceSource;
+use crate::error::Result;
 
 /// C (m/N) of the exchanged nodes by substeps: block-diagonal, one block a force-driven participant. A window of other length
 /// has another C.
 #[derive(Clone, Debug)]
 pub struct Compliance {
-    source: Source,
+    source: ComplianceSource,
     /// Factor on what the source gives.
     factor: f64,
     by_substeps: BTreeMap<u32, Vec<DMatrix<f64>>>,
@@ -49,7 +49,7 @@ const EXPLAINED: f64 = 1e-10;
 
 impl Compliance {
     /// Starts without any matrix; each is made when its number of substeps first comes up.
-    pub fn new(source: Source, factor: f64) -> Compliance {
+    pub fn new(source: ComplianceSource, factor: f64) -> Compliance {
         Compliance {
             source,
             factor,
@@ -64,7 +64,7 @@ impl Compliance {
             let blocks = blocks.iter();
             blocks.map(|block| block.as_slice().to_vec()).collect()
         };
-        let rigid = self.source == Source::Rigid;
+        let rigid = self.source == ComplianceSource::Rigid;
         ComplianceState {
             by_substeps: self
                 .by_substeps
@@ -115,8 +115,8 @@ impl Compliance {
         &mut self,
         participants: &mut dyn Participants,
         group: &Group,
-    ) -> Result<Option<Vec<DMatrix<f64>>>, SchemeError> {
-        if self.source != Source::Columns {
+    ) -> Result<Option<Vec<DMatrix<f64>>>> {
+        if self.source != ComplianceSource::Columns {
             return Ok(None);
         }
         let window = group.clock.window(0, 0, group.clock.substeps);
@@ -131,8 +131,9 @@ impl Compliance {
         participants: &mut dyn Participants,
         group: &Group,
         window: &Window,
-    ) -> Result<(), SchemeError> {
-        let known = self.source == Source::Rigid || self.by_substeps.contains_key(&window.substeps);
+    ) -> Result<()> {
+        let known = self.source == ComplianceSource::Rigid
+            || self.by_substeps.contains_key(&window.substeps);
         if !known {
             let mut blocks = Vec::new();
             for side in &group.force_driven {
@@ -153,7 +154,7 @@ impl Compliance {
         &self,
         participants: &mut dyn Participants,
         group: &Group,
-    ) -> Result<(), SchemeError> {
+    ) -> Result<()> {
         match self.told {
             None => Ok(()),
             Some(substeps) => {
@@ -170,7 +171,7 @@ impl Compliance {
         participants: &mut dyn Participants,
         group: &Group,
         window: &Window,
-    ) -> Result<(), SchemeError> {
+    ) -> Result<()> {
         let window_s = group.window_s(window);
         for side in &group.motion_driven {
             let matrix = match self.by_substeps.get(&window.substeps) {
@@ -234,7 +235,7 @@ mod tests {
 
     #[test]
     fn the_update_explains_the_pair_and_stays_symmetric_positive() {
-        let mut compliance = Compliance::new(Source::Mass, 1.0);
+        let mut compliance = Compliance::new(ComplianceSource::Mass, 1.0);
         compliance
             .by_substeps
             .insert(5, vec![DMatrix::identity(4, 4) * 0.3]);
@@ -256,7 +257,7 @@ mod tests {
 
     #[test]
     fn a_pair_without_positive_curvature_changes_nothing() {
-        let mut compliance = Compliance::new(Source::Mass, 1.0);
+        let mut compliance = Compliance::new(ComplianceSource::Mass, 1.0);
         let identity = vec![DMatrix::identity(2, 2)];
         compliance.by_substeps.insert(1, identity.clone());
         compliance.update(1, &[1.0, 0.0], &[-1.0, 0.0]);

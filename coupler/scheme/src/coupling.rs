@@ -11,11 +11,11 @@ use super::fixed_point::FixedPoint;
 use super::group::Group;
 use super::ledger::{InterfaceLedger, PointMotion, total};
 use super::participants::Participants;
-use super::problem::Problem;
-use super::source::Source;
+use super::problem::WindowProblem;
+use super::source::ComplianceSource;
 use super::window::{AcceptedWindow, Attempt, InterfaceSignals, InterfaceState, SolvedWindow};
 use super::{dual_schur, fixed_point, neumann_dirichlet, staggered, velocity};
-use crate::error::{SchemeError, Unfit};
+use crate::error::{Result, SchemeError, Unfit};
 use crate::keys::{Dirichlet, Policy, Scheme, SchemeWord};
 
 /// The coupler's own state of one group: it changes only when a window is accepted.
@@ -49,7 +49,7 @@ impl Coupling {
             name: name.to_string(),
             scheme,
             policy,
-            compliance: Compliance::new(Source::of(&scheme), factor),
+            compliance: Compliance::new(ComplianceSource::of(&scheme), factor),
             state: InterfaceState::at_rest(group.nodes.len(), group.points.len()),
             ledgers: vec![InterfaceLedger::default(); group.patches.len()],
             group,
@@ -73,7 +73,7 @@ impl Coupling {
         participants: &mut dyn Participants,
         window: Window,
         following: impl Fn(&Window) -> Option<Window>,
-    ) -> Result<Attempt, SchemeError> {
+    ) -> Result<Attempt> {
         let mut solved = match self.solve(participants, window) {
             Err(SchemeError::NotFinite(_)) if self.may_halve(&window) => return Ok(self.halve()),
             solved => solved?,
@@ -106,8 +106,8 @@ impl Coupling {
         &mut self,
         participants: &mut dyn Participants,
         window: Window,
-    ) -> Result<SolvedWindow, SchemeError> {
-        let problem = &mut Problem {
+    ) -> Result<SolvedWindow> {
+        let problem = &mut WindowProblem {
             group: &self.group,
             start: &self.state,
             compliance: &mut self.compliance,
@@ -122,8 +122,10 @@ impl Coupling {
             } => dual_schur::solve(problem, update, repeats_max, window),
             Scheme::Velocity { repeats_max } => velocity::solve(problem, repeats_max, window),
             Scheme::Staggered { order, dirichlet } => match dirichlet {
-                Dirichlet::Wall => staggered::solve(problem, order, window),
-                Dirichlet::Continuum => neumann_dirichlet::solve_staggered(problem, order, window),
+                Dirichlet::MotionDriven => staggered::solve(problem, order, window),
+                Dirichlet::ForceDriven => {
+                    neumann_dirichlet::solve_staggered(problem, order, window)
+                }
             },
             Scheme::FixedPoint {
                 order,
@@ -138,8 +140,8 @@ impl Coupling {
                     repeats_max,
                 };
                 match dirichlet {
-                    Dirichlet::Wall => fixed_point::solve(problem, rules, window),
-                    Dirichlet::Continuum => {
+                    Dirichlet::MotionDriven => fixed_point::solve(problem, rules, window),
+                    Dirichlet::ForceDriven => {
                         neumann_dirichlet::solve_fixed_point(problem, rules, relaxation, window)
                     }
                 }
@@ -172,7 +174,7 @@ impl Coupling {
         participants: &mut dyn Participants,
         solved: SolvedWindow,
         next: Option<Window>,
-    ) -> Result<AcceptedWindow, SchemeError> {
+    ) -> Result<AcceptedWindow> {
         for (total, increment) in self.state.displacement.iter_mut().zip(&solved.increment) {
             *total += increment;
         }
@@ -189,7 +191,7 @@ impl Coupling {
             .force_driven
             .iter()
             .chain(&self.group.motion_driven);
-        let reports: Result<_, SchemeError> = sides
+        let reports: Result<_> = sides
             .map(|side| Ok((side.peer, participants.report(side.peer)?)))
             .collect();
         Ok(AcceptedWindow {
@@ -205,7 +207,7 @@ impl Coupling {
         participants: &mut dyn Participants,
         window: &Window,
         next: Option<Window>,
-    ) -> Result<(), SchemeError> {
+    ) -> Result<()> {
         let next = next.filter(|_| matches!(self.scheme, Scheme::DualSchur { .. }));
         for side in &self.group.force_driven {
             participants.accept(side.peer, &side.window(window), &[])?;
@@ -214,11 +216,11 @@ impl Coupling {
                 participants.begin_early(side.peer, &side.window(next), force)?;
             }
         }
-        let place = self.group.mapping.motion(&self.state.displacement);
+        let position = self.group.mapping.motion(&self.state.displacement);
         self.group
             .motion_driven
             .iter()
-            .try_for_each(|side| participants.accept(side.peer, window, side.of(&place)))
+            .try_for_each(|side| participants.accept(side.peer, window, side.of(&position)))
     }
 
     /// Enters a window into the ledger of each interface.
@@ -258,7 +260,7 @@ impl Coupling {
     pub fn columns(
         &mut self,
         participants: &mut dyn Participants,
-    ) -> Result<Option<Vec<DMatrix<f64>>>, SchemeError> {
+    ) -> Result<Option<Vec<DMatrix<f64>>>> {
         self.compliance.columns(participants, &self.group)
     }
 
@@ -272,7 +274,7 @@ impl Coupling {
     }
 
     /// Takes up a state after the same handshake.
-    pub fn restore(&mut self, state: &CouplingState) -> Result<(), SchemeError> {
+    pub fn restore(&mut self, state: &CouplingState) -> Result<()> {
         let lengths = |state: &InterfaceState, ledgers: &[InterfaceLedger]| {
             [state.lengths().as_slice(), &[ledgers.len()]].concat()
         };
@@ -290,10 +292,7 @@ impl Coupling {
     }
 
     /// Tells the boundaries once more, after a restart.
-    pub fn repeat_boundaries(
-        &self,
-        participants: &mut dyn Participants,
-    ) -> Result<(), SchemeError> {
+    pub fn repeat_boundaries(&self, participants: &mut dyn Participants) -> Result<()> {
         self.compliance.repeat_boundaries(participants, &self.group)
     }
 }

@@ -5,14 +5,14 @@ use protocol::Window;
 use super::group::{Group, Patch};
 use super::ledger::{InterfaceLedger, WindowEntry, largest_difference};
 use super::vectors::motion_of;
-use super::window::{Answer, Fault, Solve, SolvedWindow};
+use super::window::{Answer, Solve, SolvedWindow, WindowFault};
 
 /// The contact solves that ran out of iterations. Such a solve gives garbage while the gap still reads zero, so it
 /// is the contact solver's own residual that decides.
-pub fn starved(group: &Group, window: &Window, answer: &Answer) -> Vec<Fault> {
+pub fn starved(group: &Group, window: &Window, answer: &Answer) -> Vec<WindowFault> {
     let starving = |(participant, solve): (usize, &Solve)| {
         let patch = group.first_of(participant);
-        (!solve.converged).then(|| Fault {
+        (!solve.converged).then(|| WindowFault {
             patch,
             why: format!(
                 "interface `{}`: the contact solve of window {}, iteration {} (t = {:.6e} s) was starved: true residual {:.3e} after {} iterations; let the participant on the wall iterate longer (solver.max_iterations of the built-in grains, repeats_max of a layer in Python), or lower the window",
@@ -31,13 +31,13 @@ pub fn open(
     increment: &[f64],
     answer: &Answer,
     advice: &str,
-) -> Vec<Fault> {
+) -> Vec<WindowFault> {
     let dictated = group.mapping.motion(increment);
     let followed = motion_of(&answer.velocity, group.window_s(window));
     let open = |(index, patch): (usize, &Patch)| {
         let gap_m = largest_difference(patch.of_points(&dictated), patch.of_points(&followed));
         let tolerance_m = patch.tolerance_rel * patch.spacing_m;
-        (gap_m > tolerance_m || gap_m.is_nan()).then(|| Fault {
+        (gap_m > tolerance_m || gap_m.is_nan()).then(|| WindowFault {
             patch: index,
             why: format!(
                 "interface `{}`: window {} (t = {:.6e} s) has a gap of {gap_m:.3e} m = {:.3e} node spacings after {} repeats, tolerance_rel is {:.1e}: {advice}",
@@ -55,13 +55,17 @@ pub fn open(
 }
 
 /// The interfaces whose energy defect would be above its bound if the window were accepted.
-pub fn leaking(group: &Group, ledgers: &[InterfaceLedger], solved: &SolvedWindow) -> Vec<Fault> {
+pub fn leaking(
+    group: &Group,
+    ledgers: &[InterfaceLedger],
+    solved: &SolvedWindow,
+) -> Vec<WindowFault> {
     let leaking = |(index, patch): (usize, &Patch)| {
         let bound = patch.energy_defect_max_rel?;
         let mut ledger = ledgers[index].clone();
         ledger.add(&Motions::of(group, solved).entry(patch, solved));
         let defect = ledger.energy_defect_rel();
-        (defect > bound || defect.is_nan()).then(|| Fault {
+        (defect > bound || defect.is_nan()).then(|| WindowFault {
             patch: index,
             why: format!(
                 "interface `{}`: with window {} (t = {:.6e} s) the interface has lost or made {defect:.3e} of the energy that went through it, energy_defect_max_rel is {bound:.1e}: lower substeps, or take a dual-schur scheme",
@@ -104,7 +108,7 @@ impl Motions {
             point_force: patch.of_points(&solved.answer.force),
             nodal_force: patch.of_nodes(&solved.borne),
             point_motion: patch.of_points(&self.points),
-            wall_motion: patch.of_points(&self.boundary),
+            boundary_motion: patch.of_points(&self.boundary),
             spacing_m: patch.spacing_m,
         }
     }

@@ -20,10 +20,10 @@
 
 use protocol::Window;
 
-use super::problem::Problem;
+use super::problem::WindowProblem;
 use super::vectors::difference;
 use super::window::SolvedWindow;
-use crate::error::SchemeError;
+use crate::error::Result;
 use crate::keys::Update;
 
 /// Softness of the first compliance of `dual-schur-cheap` over the true one: it never looks back, so that its compliance
@@ -32,11 +32,11 @@ pub const CHEAP_FACTOR: f64 = 1.2;
 
 /// Solves a window.
 pub fn solve(
-    problem: &mut Problem,
+    problem: &mut WindowProblem,
     update: Update,
     repeats_max: u32,
     mut window: Window,
-) -> Result<SolvedWindow, SchemeError> {
+) -> Result<SolvedWindow> {
     let repeats_max = if update == Update::Cheap {
         1
     } else {

@@ -4,6 +4,8 @@ use std::error::Error as StdError;
 
 use thiserror::Error;
 
+use crate::keys::Interface;
+
 /// Reasons for which a scheme cannot go on.
 #[derive(Debug, Error)]
 pub enum SchemeError {
@@ -16,10 +18,13 @@ pub enum SchemeError {
     /// A participant answered something that is not a number and can be asked again.
     #[error("{0}")]
     NotFinite(String),
-    /// What kept a participant from answering, as whoever speaks to it says.
+    /// The reason for which a participant did not answer, from the layer that speaks to it.
     #[error("{0}")]
     Participant(Box<dyn StdError + Send + Sync>),
 }
+
+/// Result of what a scheme or a participant may fail at.
+pub type Result<T, E = SchemeError> = std::result::Result<T, E>;
 
 /// Interfaces, participants and keys that do not go together.
 #[derive(Debug, Error)]
@@ -132,9 +137,12 @@ impl Unfit {
 
     /// A key of the scenario that does not fit what the participants said; the problem goes on from it.
     pub fn key(key: impl Into<String>, problem: impl Into<String>) -> Unfit {
-        Unfit::Key {
-            key: key.into(),
-            problem: problem.into(),
-        }
+        let (key, problem) = (key.into(), problem.into());
+        Unfit::Key { key, problem }
+    }
+
+    /// The same of a key of an interface.
+    pub fn interface_key(interface: &Interface, key: &str, problem: impl Into<String>) -> Unfit {
+        Unfit::key(format!("interface.{}.{key}", interface.name), problem)
     }
 }

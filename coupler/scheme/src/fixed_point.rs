@@ -16,9 +16,9 @@
 use protocol::Window;
 
 use super::acceleration::Accelerator;
-use super::problem::Problem;
+use super::problem::WindowProblem;
 use super::window::SolvedWindow;
-use crate::error::SchemeError;
+use crate::error::Result;
 use crate::keys::Order;
 
 /// The rules of a fixed point.
@@ -36,10 +36,10 @@ const ADVICE: &str = "the fixed point was not reached; raise repeats_max, take a
 
 /// Solves a window.
 pub fn solve(
-    problem: &mut Problem,
+    problem: &mut WindowProblem,
     rules: FixedPoint,
     mut window: Window,
-) -> Result<SolvedWindow, SchemeError> {
+) -> Result<SolvedWindow> {
     let FixedPoint {
         order,
         mut accelerator,

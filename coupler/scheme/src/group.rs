@@ -18,7 +18,7 @@ pub struct Group {
     pub patches: Vec<Patch>,
     /// Participants that take forces and answer motion, in the order in which the interfaces name them: the continua.
     pub force_driven: Vec<Side>,
-    /// Participants that take the motion of their boundary and answer force, in the same order: the walls.
+    /// Participants that take the motion of their boundary and answer force, in the same order: the layers.
     pub motion_driven: Vec<Side>,
     /// Exchanged surface nodes, one force-driven participant after the other.
     pub nodes: Surface,
@@ -50,13 +50,13 @@ pub struct Patch {
     pub name: String,
     /// Its continuum, as an index into [`Group::force_driven`].
     pub force_driven: usize,
-    /// Its wall, as an index into [`Group::motion_driven`].
+    /// Its layer, as an index into [`Group::motion_driven`].
     pub motion_driven: usize,
     /// Its nodes among the group's.
     pub nodes: Range<usize>,
     /// Its points among the group's.
     pub points: Range<usize>,
-    /// 1 where the wall lies above the continuum, -1 where it hangs below: the side of the continuum's outward normal.
+    /// 1 where the layer lies above the continuum, -1 where it hangs below: the side of the continuum's outward normal.
     pub outward_y: f64,
     /// Difference between its points and its surface line.
     pub offset: Offset,
@@ -88,10 +88,10 @@ impl Group {
     }
 
     /// Nodal forces (N) that the points of one motion-driven participant exert; zero on the nodes of the others.
-    pub fn borne_by(&self, wall: usize, force: &[f64]) -> Vec<f64> {
+    pub fn borne_by(&self, motion_driven: usize, force: &[f64]) -> Vec<f64> {
         let mut own = vec![0.0; force.len()];
         let patches = self.patches.iter();
-        for patch in patches.filter(|patch| patch.motion_driven == wall) {
+        for patch in patches.filter(|patch| patch.motion_driven == motion_driven) {
             let range = components(&patch.nodes);
             own[range.clone()].copy_from_slice(&force[range]);
         }
@@ -99,9 +99,9 @@ impl Group {
     }
 
     /// The interface that speaks for a motion-driven participant: its first.
-    pub fn first_of(&self, wall: usize) -> usize {
+    pub fn first_of(&self, motion_driven: usize) -> usize {
         let mut patches = self.patches.iter();
-        let found = patches.position(|patch| patch.motion_driven == wall);
+        let found = patches.position(|patch| patch.motion_driven == motion_driven);
         found.expect("it is in the group because of an interface")
     }
 }
@@ -134,7 +134,7 @@ impl Patch {
     }
 }
 
-/// Two components a place.
+/// Two components a position.
 pub fn components(range: &Range<usize>) -> Range<usize> {
     2 * range.start..2 * range.end
 }

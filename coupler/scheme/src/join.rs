@@ -12,23 +12,17 @@ use super::clock::Clock;
 use super::group::{Group, Offset, Patch, Side};
 use super::mapping::Mapping;
 use super::participants::Participants;
-use crate::error::{SchemeError, Unfit, WindowOf};
+use crate::error::{Result, SchemeError, Unfit, WindowOf};
 use crate::keys::{Dirichlet, Interface, MappingKind, connected};
 use geometry::{common_period, offset, same_side};
 use point_mass::{point_masses, refuse_massless};
-use suitability::{
-    refuse_finer_than_solver, refuse_weightless, refuse_what_is_not_offered,
-    refuse_without_prescribed_velocity,
-};
+use suitability::{refuse_unsuited, refuse_weightless};
 
 /// Largest relative difference between the windows of connected interfaces that counts as rounding.
 const SAME_WINDOW: f64 = 1e-9;
 
 /// Couples the named sets of all interfaces, group by group, and agrees on what is exchanged.
-pub fn join(
-    participants: &mut dyn Participants,
-    interfaces: &[Interface],
-) -> Result<Vec<Group>, SchemeError> {
+pub fn join(participants: &mut dyn Participants, interfaces: &[Interface]) -> Result<Vec<Group>> {
     let mut groups = Vec::new();
     for members in connected(interfaces) {
         let joined = members.iter().map(|index| &interfaces[*index]);
@@ -41,33 +35,28 @@ pub fn join(
     Ok(groups)
 }
 
-fn join_group(
-    participants: &mut dyn Participants,
-    interfaces: Vec<&Interface>,
-) -> Result<Group, SchemeError> {
+fn join_group(participants: &mut dyn Participants, interfaces: Vec<&Interface>) -> Result<Group> {
     let mut pairs = Vec::new();
     for interface in &interfaces {
         let pair = roles(participants, interface)?;
-        let (wall, continuum) = (pair.motion_driven.peer, pair.force_driven.peer);
-        let [wall_name, continuum_name] = [wall, continuum].map(|peer| participants.name(peer));
-        refuse_finer_than_solver(interface, wall_name, participants.description(wall))?;
-        let description = participants.description(continuum);
-        refuse_without_prescribed_velocity(interface, continuum_name, description)?;
-        refuse_what_is_not_offered(
+        let told = |end: &End| {
+            (
+                participants.name(end.peer),
+                participants.description(end.peer),
+            )
+        };
+        refuse_unsuited(
             interface,
-            [
-                (continuum_name, description),
-                (wall_name, participants.description(wall)),
-            ],
+            told(&pair.force_driven),
+            told(&pair.motion_driven),
         )?;
         pairs.push(pair);
     }
     refuse_two_roles(participants, &pairs)?;
     let clock = clock(participants, &interfaces, &pairs)?;
-    let mut seams = Vec::new();
-    for (interface, pair) in interfaces.iter().zip(pairs) {
-        seams.push(seam(participants, interface, pair)?);
-    }
+    let pairs = interfaces.iter().zip(pairs);
+    let seams = pairs.map(|(interface, pair)| seam(participants, interface, pair));
+    let seams = seams.collect::<Result<Vec<Seam>>>()?;
     select(participants, &seams)?;
     Ok(assemble(&interfaces, &seams, clock))
 }
@@ -98,18 +87,14 @@ struct Seam {
     period_m: Option<f64>,
 }
 
-fn refused(interface: &Interface, why: impl std::fmt::Display) -> SchemeError {
-    Unfit::interface(&interface.name, why.to_string()).into()
-}
-
-/// The side that takes forces and the one that stands on the wall, told by what they can do, not by their order.
-fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<Pair, SchemeError> {
-    let (mut continuum, mut wall) = (None, None);
+/// The side that takes forces and the one that stands on a boundary, told by what they can do, not by their order.
+fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<Pair> {
+    let (mut continuum, mut motion_driven) = (None, None);
     for side in &interface.between {
         let (name, set) = side.split_once('.').unwrap_or((side, ""));
-        let peer = (0..participants.count())
-            .find(|peer| participants.name(*peer) == name)
-            .ok_or_else(|| refused(interface, format!("no participant `{name}`")))?;
+        let peer = (0..participants.count()).find(|peer| participants.name(*peer) == name);
+        let unknown = || Unfit::interface(&interface.name, format!("no participant `{name}`"));
+        let peer = peer.ok_or_else(unknown)?;
         let description = participants.description(peer);
         if !description.sets.iter().any(|known| known == set) {
             return Err(SchemeError::from(Unfit::UnknownSet {
@@ -127,11 +112,11 @@ fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<P
         let set = set.to_string();
         if capabilities.advance && continuum.is_none() {
             continuum = Some(End { peer, set });
-        } else if capabilities.motion_driven() && wall.is_none() {
-            wall = Some(End { peer, set });
+        } else if capabilities.motion_driven() && motion_driven.is_none() {
+            motion_driven = Some(End { peer, set });
         }
     }
-    let (Some(force_driven), Some(motion_driven)) = (continuum, wall) else {
+    let (Some(force_driven), Some(motion_driven)) = (continuum, motion_driven) else {
         return Err(SchemeError::from(Unfit::Roles {
             interface: interface.name.clone(),
             between: interface.between.clone(),
@@ -144,24 +129,22 @@ fn roles(participants: &mut dyn Participants, interface: &Interface) -> Result<P
 }
 
 /// A participant answers either motion or force in a window, on all of its interfaces.
-fn refuse_two_roles(participants: &dyn Participants, pairs: &[Pair]) -> Result<(), SchemeError> {
-    let walls: Vec<usize> = pairs.iter().map(|pair| pair.motion_driven.peer).collect();
+fn refuse_two_roles(participants: &dyn Participants, pairs: &[Pair]) -> Result<()> {
+    let layers: Vec<usize> = pairs.iter().map(|pair| pair.motion_driven.peer).collect();
     let mut continua = pairs.iter().map(|pair| pair.force_driven.peer);
-    match continua.find(|peer| walls.contains(peer)) {
-        None => Ok(()),
-        Some(peer) => Err(SchemeError::from(Unfit::participant(
-            participants.name(peer),
-            "would take forces on one interface and stand on a wall on another: a participant has one role on all of its interfaces",
-        ))),
-    }
+    let Some(peer) = continua.find(|peer| layers.contains(peer)) else {
+        return Ok(());
+    };
+    let problem = "would take forces on one interface and stand on a wall on another: a participant has one role on all of its interfaces";
+    Err(Unfit::participant(participants.name(peer), problem).into())
 }
 
-/// The windows of the group, from the steps of its continua and within the bounds of its walls.
+/// The windows of the group, from the steps of its continua and within the bounds of its layers.
 fn clock(
     participants: &dyn Participants,
     interfaces: &[&Interface],
     pairs: &[Pair],
-) -> Result<Clock, SchemeError> {
+) -> Result<Clock> {
     let mut first: Option<(&Interface, f64)> = None;
     let mut common = 0;
     for (interface, pair) in interfaces.iter().zip(pairs) {
@@ -191,53 +174,40 @@ fn clock(
 }
 
 /// The step (s) that the windows of an interface are counted in, `own` being that of its continuum.
-pub fn step_of(
-    interface: &Interface,
-    continuum: &str,
-    own: Option<f64>,
-) -> Result<f64, SchemeError> {
-    let key = || format!("interface.{}.window_s", interface.name);
-    match (own, interface.window_s) {
-        (Some(step_s), None) => Ok(step_s),
-        (None, Some(window_s)) => Ok(window_s / f64::from(interface.substeps)),
-        (None, None) => {
-            let problem = format!(
-                "is missing: participant `{continuum}` has no step of its own, so that its window must be given here"
-            );
-            Err(Unfit::key(key(), problem).into())
-        }
-        (Some(step_s), Some(_)) => {
-            let problem = format!(
-                "is for a continuum without a step of its own, and participant `{continuum}` has one of {step_s:e} s: remove the key and give substeps"
-            );
-            Err(Unfit::key(key(), problem).into())
-        }
-    }
+pub fn step_of(interface: &Interface, continuum: &str, own: Option<f64>) -> Result<f64> {
+    let problem = match (own, interface.window_s) {
+        (Some(step_s), None) => return Ok(step_s),
+        (None, Some(window_s)) => return Ok(window_s / f64::from(interface.substeps)),
+        (None, None) => format!(
+            "is missing: participant `{continuum}` has no step of its own, so that its window must be given here"
+        ),
+        (Some(step_s), Some(_)) => format!(
+            "is for a continuum without a step of its own, and participant `{continuum}` has one of {step_s:e} s: remove the key and give substeps"
+        ),
+    };
+    Err(Unfit::interface_key(interface, "window_s", problem).into())
 }
 
 fn refuse_above_limit(
     participants: &dyn Participants,
     interface: &Interface,
     step_s: f64,
-    wall: usize,
-) -> Result<(), SchemeError> {
-    let (name, wall) = (participants.name(wall), participants.description(wall));
+    layer: usize,
+) -> Result<()> {
+    let (name, layer) = (participants.name(layer), participants.description(layer));
     let substeps = interface.substeps;
     let window_s = step_s * f64::from(substeps);
-    let Some(limit) = wall.step_limit_s.filter(|limit| window_s > *limit) else {
+    let Some(limit) = layer.step_limit_s.filter(|limit| window_s > *limit) else {
         return Ok(());
     };
     let problem = format!(
         "the window of {substeps} substeps x {step_s:.4e} s = {window_s:.4e} s is above {} = {limit:.4e} s of participant `{name}`; lower interface.{}.substeps to {} or less",
-        wall.step_limit_name,
+        layer.step_limit_name,
         interface.name,
         (limit / step_s).floor()
     );
     let interface = interface.name.clone();
-    Err(SchemeError::from(Unfit::WindowTooLong {
-        interface,
-        problem,
-    }))
+    Err(Unfit::WindowTooLong { interface, problem }.into())
 }
 
 fn greatest_common_divisor(a: u32, b: u32) -> u32 {
@@ -248,19 +218,15 @@ fn greatest_common_divisor(a: u32, b: u32) -> u32 {
     }
 }
 
-fn seam(
-    participants: &mut dyn Participants,
-    interface: &Interface,
-    pair: Pair,
-) -> Result<Seam, SchemeError> {
-    let [continuum, wall] = [&pair.force_driven, &pair.motion_driven];
+fn seam(participants: &mut dyn Participants, interface: &Interface, pair: Pair) -> Result<Seam> {
+    let [continuum, layer] = [&pair.force_driven, &pair.motion_driven];
     let offered = participants.couple(continuum.peer, &continuum.set)?;
-    let mut points = participants.couple(wall.peer, &wall.set)?;
-    let swapped = interface.scheme.dirichlet() == Dirichlet::Continuum;
+    let mut points = participants.couple(layer.peer, &layer.set)?;
+    let told = participants.description(layer.peer);
+    let swapped = interface.scheme.dirichlet() == Dirichlet::ForceDriven;
     if swapped {
-        let name = participants.name(wall.peer);
-        let told = participants.description(wall.peer);
-        points.mass_kg = point_masses(interface, name, &wall.set, told, points.len())?;
+        let name = participants.name(layer.peer);
+        points.mass_kg = point_masses(interface, name, &layer.set, told, points.len())?;
     }
     let refuse = |why: String| {
         SchemeError::from(Unfit::Geometry {
@@ -270,17 +236,17 @@ fn seam(
         })
     };
     let normal = |end: &End| participants.description(end.peer).outward.get(&end.set);
-    if let Some(why) = normal(continuum).zip(normal(wall)).and_then(same_side) {
+    let normals = normal(continuum).zip(normal(layer));
+    if let Some(why) = normals.and_then(same_side) {
         return Err(refuse(why));
     }
-    let sides = [continuum, wall].map(|end| {
+    let sides = [continuum, layer].map(|end| {
         let told = participants.description(end.peer).period_m.get(&end.set);
         let name = format!("{}.{}", participants.name(end.peer), end.set);
         (name, told.copied())
     });
-    let sides = sides.each_ref().map(|(name, told)| (&**name, *told));
     let period_m = common_period(sides).map_err(&refuse)?;
-    let (nodes, glued) = (places(&offered), places(&points));
+    let (nodes, glued) = (positions(&offered), positions(&points));
     let relate = |kind| {
         let mapping = match period_m {
             None => Mapping::new(kind, &nodes, &glued),
@@ -288,8 +254,8 @@ fn seam(
         };
         mapping.map_err(|error| refuse(error.to_string()))
     };
-    let smooth = participants.description(wall.peer).smooth_m.get(&wall.set);
-    let shape = smooth.filter(|places| places.len() == glued.len());
+    let smooth = told.smooth_m.get(&layer.set);
+    let shape = smooth.filter(|positions| positions.len() == glued.len());
     let linear = relate(MappingKind::Linear)?;
     let offset = offset(&linear, &nodes, shape.unwrap_or(&glued), period_m);
     let mapping = relate(interface.mapping)?;
@@ -312,33 +278,27 @@ fn seam(
     })
 }
 
-fn places(surface: &Surface) -> Vec<[f64; 2]> {
-    let places = surface.x_m.iter().zip(&surface.y_m);
-    places.map(|(x, y)| [*x, *y]).collect()
+fn positions(surface: &Surface) -> Vec<[f64; 2]> {
+    let positions = surface.x_m.iter().zip(&surface.y_m);
+    positions.map(|(x, y)| [*x, *y]).collect()
 }
 
 fn pick(surface: &Surface, indices: &[usize]) -> Surface {
-    let take = |values: &[f64]| indices.iter().map(|index| values[*index]).collect();
-    Surface {
-        x_m: take(&surface.x_m),
-        y_m: take(&surface.y_m),
-        mass_kg: take(&surface.mass_kg),
-        radius_m: take(&surface.radius_m),
-        length_m: take(&surface.length_m),
-    }
+    let take = |values: &Vec<f64>| indices.iter().map(|index| values[*index]).collect();
+    Surface::of_columns(surface.columns().map(take))
 }
 
-/// Restricts every participant to the points of its sets that are exchanged; a wall exchanges all.
-fn select(participants: &mut dyn Participants, seams: &[Seam]) -> Result<(), SchemeError> {
+/// Restricts every participant to the points of its sets that are exchanged; a layer exchanges all.
+fn select(participants: &mut dyn Participants, seams: &[Seam]) -> Result<()> {
     let continua = seams.iter().map(|seam| {
         let peer = seam.pair.force_driven.peer;
         (peer, seam.offered, seam.active.clone())
     });
-    let walls = seams.iter().map(|seam| {
+    let layers = seams.iter().map(|seam| {
         let (peer, points) = (seam.pair.motion_driven.peer, seam.points.len());
         (peer, points, (0..points).collect())
     });
-    let sets: Vec<(usize, usize, Vec<usize>)> = continua.chain(walls).collect();
+    let sets: Vec<(usize, usize, Vec<usize>)> = continua.chain(layers).collect();
     for peer in each_once(sets.iter().map(|(peer, ..)| *peer)) {
         let (mut points, mut offset) = (Vec::new(), 0);
         for (_, offered, wanted) in sets.iter().filter(|(owner, ..)| *owner == peer) {
@@ -351,18 +311,16 @@ fn select(participants: &mut dyn Participants, seams: &[Seam]) -> Result<(), Sch
 }
 
 fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
-    let nodes = seams
-        .iter()
-        .map(|seam| (seam.pair.force_driven.peer, &seam.nodes));
-    let points = seams
-        .iter()
-        .map(|seam| (seam.pair.motion_driven.peer, &seam.points));
-    let (mut continua, walls) = (Row::of(nodes.collect()), Row::of(points.collect()));
-    let mut mapping = Mapping::empty(continua.surface.len(), walls.surface.len());
+    let nodes = |seam: &Seam| (seam.pair.force_driven.peer, seam.nodes.clone());
+    let points = |seam: &Seam| (seam.pair.motion_driven.peer, seam.points.clone());
+    let mut continua = SideSurfaces::of(seams.iter().map(nodes).collect());
+    let layers = SideSurfaces::of(seams.iter().map(points).collect());
+    let mut mapping = Mapping::empty(continua.surface.len(), layers.surface.len());
     let mut patches = Vec::new();
     for (index, (interface, seam)) in interfaces.iter().zip(seams).enumerate() {
         let (force_driven, nodes) = continua.parts[index].clone();
-        let (motion_driven, points) = walls.parts[index].clone();
+        let (motion_driven, points) = layers.parts[index].clone();
+        let all_points = &layers.sides[motion_driven].range;
         mapping.put(points.start, nodes.start, &seam.mapping);
         continua.sides[force_driven].steps = interface.substeps / clock.substeps;
         patches.push(Patch {
@@ -370,7 +328,7 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
             name: interface.name.clone(),
             force_driven,
             motion_driven,
-            outward_y: outward(&walls.surface, &points, &walls.sides[motion_driven].range),
+            outward_y: outward(&layers.surface, &points, all_points),
             offset: seam.offset,
             period_m: seam.period_m,
             spacing_m: seam.nodes.length_m.iter().sum::<f64>() / nodes.len() as f64,
@@ -383,52 +341,53 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
     Group {
         patches,
         force_driven: continua.sides,
-        motion_driven: walls.sides,
+        motion_driven: layers.sides,
         nodes: continua.surface,
-        points: walls.surface,
+        points: layers.surface,
         mapping,
         clock,
     }
 }
 
-/// A row above the other rows of its wall is glued to a continuum that lies on top, whose outward normal points down.
-fn outward(glued: &Surface, row: &Range<usize>, wall: &Range<usize>) -> f64 {
-    let mean =
-        |range: &Range<usize>| glued.y_m[range.clone()].iter().sum::<f64>() / range.len() as f64;
-    if mean(row) > mean(wall) { -1.0 } else { 1.0 }
+/// A row above the other rows of its layer is glued to a continuum that lies on top, whose outward normal points down.
+fn outward(glued: &Surface, row: &Range<usize>, layer: &Range<usize>) -> f64 {
+    let sum = |range: &Range<usize>| glued.y_m[range.clone()].iter().sum::<f64>();
+    let mean = |range: &Range<usize>| sum(range) / range.len() as f64;
+    if mean(row) > mean(layer) { -1.0 } else { 1.0 }
 }
 
 /// Surfaces of several participants in one, participant after participant.
-struct Row {
+struct SideSurfaces {
     sides: Vec<Side>,
     surface: Surface,
-    /// Side of each surface, and its place in the whole.
+    /// Side of each surface, and its position in the whole.
     parts: Vec<(usize, Range<usize>)>,
 }
 
-impl Row {
-    fn of(surfaces: Vec<(usize, &Surface)>) -> Row {
-        let mut row = Row {
+impl SideSurfaces {
+    fn of(surfaces: Vec<(usize, Surface)>) -> SideSurfaces {
+        let mut all = SideSurfaces {
             sides: Vec::new(),
             surface: Surface::default(),
             parts: vec![(0, 0..0); surfaces.len()],
         };
         for peer in each_once(surfaces.iter().map(|(peer, _)| *peer)) {
-            let start = row.surface.len();
+            let start = all.surface.len();
             for (index, (owner, surface)) in surfaces.iter().enumerate() {
                 if *owner == peer {
-                    let from = row.surface.len();
-                    append(&mut row.surface, surface);
-                    row.parts[index] = (row.sides.len(), from..row.surface.len());
+                    let from = all.surface.len();
+                    append(&mut all.surface, surface);
+                    all.parts[index] = (all.sides.len(), from..all.surface.len());
                 }
             }
-            row.sides.push(Side {
+            let range = start..all.surface.len();
+            all.sides.push(Side {
                 peer,
-                range: start..row.surface.len(),
+                range,
                 steps: 1,
             });
         }
-        row
+        all
     }
 }
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct Interface {
     /// Its name.
     pub name: String,
-    /// The two sets, `participant.set`: one of a continuum that takes forces, one of a solver on a wall.
+    /// The two sets, `participant.set`: one of a continuum that takes forces, one of a solver on a boundary.
     pub between: [String; 2],
     /// The scheme with its own data.
     pub scheme: Scheme,
@@ -120,13 +120,13 @@ pub enum Scheme {
 }
 
 impl Scheme {
-    /// The side that takes motion and answers force; the solver on the wall in schemes without that choice.
+    /// The side that takes motion and answers force; the solver on the boundary in schemes without that choice.
     pub fn dirichlet(&self) -> Dirichlet {
         match self {
             Scheme::FixedPoint { dirichlet, .. } | Scheme::Staggered { dirichlet, .. } => {
                 *dirichlet
             }
-            Scheme::DualSchur { .. } | Scheme::Velocity { .. } => Dirichlet::Wall,
+            Scheme::DualSchur { .. } | Scheme::Velocity { .. } => Dirichlet::MotionDriven,
         }
     }
 
@@ -304,7 +304,7 @@ pub struct InterfaceKeys {
     between: [String; 2],
     /// The scheme that joins them.
     scheme: SchemeWord,
-    /// The side that takes motion and answers force, with `fixed-point-` and `staggered-` schemes; `wall` when absent.
+    /// The side that takes motion and answers force, with `fixed-point-` and `staggered-` schemes; `motion_driven` when absent.
     dirichlet: Option<Dirichlet>,
     /// Explicit steps in a window, at least 1; 1 where `window_s` is given and it is absent.
     #[schemars(range(min = 1))]
@@ -371,14 +371,15 @@ impl TryFrom<InterfaceKeys> for Interface {
 
 /// The side that takes motion and answers force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
 pub enum Dirichlet {
     /// The solver on the wall follows the continuum.
     #[default]
-    Wall,
+    #[serde(rename = "wall")]
+    MotionDriven,
     /// The continuum follows the wall, whose points move by the forces on them and by masses of their own: for a wall that is
     /// heavy beside what the continuum moves in a window.
-    Continuum,
+    #[serde(rename = "continuum")]
+    ForceDriven,
 }
 
 /// Origin of the compliance of a dual Schur scheme.

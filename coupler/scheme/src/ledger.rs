@@ -14,7 +14,7 @@ pub struct InterfaceLedger {
     /// Sum over windows of W (J): what the interface has given to the continuum.
     pub work_j: f64,
     /// Sum over windows of F_g . H v_g (J): what the solver on the boundary has given to the interface.
-    pub wall_work_j: f64,
+    pub boundary_work_j: f64,
     /// Largest gap at the end of a window, over the mean node spacing.
     pub gap_max_rel: f64,
     /// Largest |sum of the forces that the continuum bore - sum F_g| (N).
@@ -53,7 +53,7 @@ pub struct PointMotion<'a> {
 
 /// One window as the ledger sees it, vectors over the glued points.
 pub struct WindowEntry<'a> {
-    /// Force of the grains on the wall (N).
+    /// Force of the grains on the boundary (N).
     pub point_force: &'a [f64],
     /// Force that the surface nodes bore (N).
     pub nodal_force: &'a [f64],
@@ -63,7 +63,7 @@ pub struct WindowEntry<'a> {
     /// uses a force one window late, or one that is not constant in it (J).
     pub late_work_j: f64,
     /// Motion of the points in the contact solve, H v_g (m).
-    pub wall_motion: &'a [f64],
+    pub boundary_motion: &'a [f64],
     /// Mean spacing of the surface nodes (m).
     pub spacing_m: f64,
 }
@@ -75,12 +75,12 @@ impl InterfaceLedger {
             let forces = entry.point_force.iter().enumerate();
             forces.map(|(i, force)| force * motion(i)).sum()
         };
-        let defect = dot(&|i| entry.point_motion[i] - entry.wall_motion[i]) + entry.late_work_j;
+        let defect = dot(&|i| entry.point_motion[i] - entry.boundary_motion[i]) + entry.late_work_j;
         let work = dot(&|i| entry.point_motion[i]) + entry.late_work_j;
         self.energy_defect_j += defect.abs();
         self.energy_j += work.abs();
         self.work_j += work;
-        self.wall_work_j += dot(&|i| entry.wall_motion[i]);
+        self.boundary_work_j += dot(&|i| entry.boundary_motion[i]);
         self.gap_max_rel = larger(self.gap_max_rel, entry.gap());
         let (point, nodal) = (total(entry.point_force), total(entry.nodal_force));
         let residual = (point[0] - nodal[0]).hypot(point[1] - nodal[1]);
@@ -127,7 +127,7 @@ impl InterfaceLedger {
         self.energy_defect_j += other.energy_defect_j;
         self.energy_j += other.energy_j;
         self.work_j += other.work_j;
-        self.wall_work_j += other.wall_work_j;
+        self.boundary_work_j += other.boundary_work_j;
         self.gap_max_rel = larger(self.gap_max_rel, other.gap_max_rel);
         self.force_residual_n = larger(self.force_residual_n, other.force_residual_n);
         self.force_max_n = larger(self.force_max_n, other.force_max_n);
@@ -162,7 +162,7 @@ impl InterfaceLedger {
 impl WindowEntry<'_> {
     /// Largest |N du - H v_g| over the mean spacing.
     pub fn gap(&self) -> f64 {
-        largest_difference(self.point_motion, self.wall_motion) / self.spacing_m
+        largest_difference(self.point_motion, self.boundary_motion) / self.spacing_m
     }
 }
 
@@ -291,13 +291,13 @@ mod tests {
     #[test]
     fn a_force_that_is_not_passed_on_shows_until_the_end() {
         let mut ledger = InterfaceLedger::default();
-        let mut add = |nodal_force: &[f64], wall_motion: &[f64]| {
+        let mut add = |nodal_force: &[f64], boundary_motion: &[f64]| {
             ledger.add(&WindowEntry {
                 point_force: &[0.0, -3.0, 0.0, -1.0],
                 nodal_force,
                 point_motion: &[0.0, -2e-6, 0.0, -2e-6],
                 late_work_j: 0.0,
-                wall_motion,
+                boundary_motion,
                 spacing_m: 1e-3,
             });
         };
@@ -320,7 +320,7 @@ mod tests {
                 nodal_force: &[3.0 + 0.5 * late_work_j, 0.0],
                 point_motion: &[2.0, 0.0],
                 late_work_j,
-                wall_motion: &[2.0, 0.0],
+                boundary_motion: &[2.0, 0.0],
                 spacing_m: 1.0,
             });
         }
@@ -337,7 +337,7 @@ mod tests {
                 nodal_force: &[1.0, 0.0],
                 point_motion: &[motion, 0.0],
                 late_work_j: 0.0,
-                wall_motion: &[1.0, 0.0],
+                boundary_motion: &[1.0, 0.0],
                 spacing_m: 1.0,
             });
         };

@@ -53,7 +53,7 @@ impl Mapping {
         Mapping::new(MappingKind::Mortar, nodes, points)
     }
 
-    /// Rows made from each point's place and segment on the line through the nodes; a single node carries all.
+    /// Rows made from each point's position and segment on the line through the nodes; a single node carries all.
     fn along(
         kind: MappingKind,
         nodes: &[[f64; 2]],
@@ -71,11 +71,11 @@ impl Mapping {
             None => Line::through(nodes)?,
             Some(period_m) => Line::repeating(nodes, period_m)?,
         };
-        let places: Vec<f64> = points.iter().map(|point| line.place(*point)).collect();
-        line.check(points, &places)?;
+        let positions: Vec<f64> = points.iter().map(|point| line.position(*point)).collect();
+        line.check(points, &positions)?;
         let mut rows = vec![Vec::new(); points.len()];
-        for (point, low, high) in line.segments(points, &places)? {
-            let s = places[point];
+        for (point, low, high) in line.segments(points, &positions)? {
+            let s = positions[point];
             rows[point] = match kind {
                 MappingKind::Mortar => line.row(s, [low, high]),
                 MappingKind::Linear => line.interpolation(s),
@@ -125,10 +125,10 @@ impl Mapping {
     /// Puts another mapping in place, from the point `first_point` and the node `first_node` on.
     pub fn put(&mut self, first_point: usize, first_node: usize, other: &Mapping) {
         for (row, theirs) in self.rows[first_point..].iter_mut().zip(&other.rows) {
-            *row = theirs
+            let moved = theirs
                 .iter()
-                .map(|(node, weight)| (first_node + node, *weight))
-                .collect();
+                .map(|(node, weight)| (first_node + node, *weight));
+            *row = moved.collect();
         }
     }
 
@@ -136,8 +136,8 @@ impl Mapping {
     pub fn block(&self, points: &Range<usize>, nodes: &Range<usize>) -> Mapping {
         let rows = self.rows[points.clone()].iter();
         let inside = |row: &Vec<(usize, f64)>| {
-            row.iter()
-                .filter(|(node, _)| nodes.contains(node))
+            let inside = row.iter().filter(|(node, _)| nodes.contains(node));
+            inside
                 .map(|(node, weight)| (node - nodes.start, *weight))
                 .collect()
         };
@@ -151,12 +151,11 @@ impl Mapping {
     pub fn motion(&self, nodal: &[f64]) -> Vec<f64> {
         let mut result = Vec::with_capacity(2 * self.rows.len());
         for row in &self.rows {
-            for component in 0..2 {
-                result.push(
-                    row.iter()
-                        .map(|(node, weight)| weight * nodal[2 * node + component])
-                        .sum(),
-                );
+            for k in 0..2 {
+                let moved = row
+                    .iter()
+                    .map(|(node, weight)| weight * nodal[2 * node + k]);
+                result.push(moved.sum());
             }
         }
         result

@@ -1,42 +1,42 @@
-//! Fixed point and staggered coupling with the roles exchanged: the wall takes forces (Neumann side), the continuum takes
+//! Fixed point and staggered coupling with the roles exchanged: the layer takes forces (Neumann side), the continuum takes
 //! motion (Dirichlet side).
 //!
 //! The continuum's velocity goes in a straight line from v_0 to v, as in [`super::velocity`], and lambda is the force that
-//! it takes at the end. The points of the wall ride on the line of the nodes and push it by F_g; with their own masses M_p,
+//! it takes at the end. The points of the layer ride on the line of the nodes and push it by F_g; with their own masses M_p,
 //! M_n = N^T M_p N and -lambda on the line its velocity at the end is that of one implicit step,
 //!
 //! ```text
 //! v' = v_0 + M_n^-1 (H N^T F_g - H lambda),   v_g = N v',   v <- accelerated (v, v')
 //! ```
 //!
-//! until H N (v - v') is within the tolerance. With p = H F_g the wall is told just that as its free velocity and its
+//! until H N (v - v') is within the tolerance. With p = H F_g the layer is told just that as its free velocity and its
 //! compliance: a_g = N (v_0 - H M_n^-1 lambda), W_g = N M_n^-1 N^T, which is what [`super::dual_schur`] tells it with
 //! C = H^2 M_n^-1. What cannot move of the continuum cannot on the line.
 //!
 //! Converged, it equals scheme `velocity` for a continuum that is M_n heavier: the masses of the points are a part of the
-//! model, which they are not where the wall takes the motion. A repeat contracts by |1 - omega (1 + 1 / (C S))| with C = H D^-1,
-//! D the impedance of the continuum, and S what the wall with its points resists: where the wall is heavy the continuum is
+//! model, which they are not where the layer takes the motion. A repeat contracts by |1 - omega (1 + 1 / (C S))| with C = H D^-1,
+//! D the impedance of the continuum, and S what the layer with its points resists: where the layer is heavy the continuum is
 //! a good follower, and the added mass of Causin, Gerbeau and Nobile (2005) works the other way round (relaxations: Kuettler
 //! and Wall 2008).
 //!
-//! The points' own inertia counts to the wall: what the nodes are given is F_g - M_p (v_g - N v_0) / H.
+//! The points' own inertia counts to the layer: what the nodes are given is F_g - M_p (v_g - N v_0) / H.
 
 use protocol::{Reaction, Window};
 
 use super::acceleration::Accelerator;
 use super::criteria::starved;
 use super::fixed_point::FixedPoint;
-use super::problem::Problem;
+use super::problem::WindowProblem;
 use super::vectors::{difference, motion_of};
 use super::window::{Answer, SolvedWindow};
-use crate::error::SchemeError;
+use crate::error::Result;
 use crate::keys::Order;
 
-/// Motion of the walls under a force.
+/// Motion of the layers under a force.
 struct Pushed {
     /// With the forces that are left for the nodes.
     answer: Answer,
-    /// The part of those of the walls that the masses of the points take (N).
+    /// The part of those of the layers that the masses of the points take (N).
     inertia: Vec<f64>,
     /// v' (m/s).
     velocity: Vec<f64>,
@@ -45,13 +45,13 @@ struct Pushed {
 /// Advice to a user whose fixed point was not reached.
 const ADVICE: &str = "the fixed point was not reached; raise repeats_max, take acceleration = \"iqn-ils\", lower relaxation, or take dirichlet = \"wall\" for a wall that is light beside the continuum";
 
-/// Solves a window in one pass: the continuum follows the velocity that the walls had at the end of the window before, and they
+/// Solves a window in one pass: the continuum follows the velocity that the layers had at the end of the window before, and they
 /// take its force, or both at once, each with the answer of the other one window before. Nothing is repeated and no gap is judged.
 pub fn solve_staggered(
-    problem: &mut Problem,
+    problem: &mut WindowProblem,
     order: Order,
     window: Window,
-) -> Result<SolvedWindow, SchemeError> {
+) -> Result<SolvedWindow> {
     problem.prepare_boundaries(&window)?;
     let followed = problem.start.velocity.clone();
     let (reaction, pushed) = match order {
@@ -70,11 +70,11 @@ pub fn solve_staggered(
 
 /// Solves a window by v -> v'(lambda(v)), accelerated, until both are the same; `relaxation` is that of a first parallel pass.
 pub fn solve_fixed_point(
-    problem: &mut Problem,
+    problem: &mut WindowProblem,
     rules: FixedPoint,
     relaxation: f64,
     mut window: Window,
-) -> Result<SolvedWindow, SchemeError> {
+) -> Result<SolvedWindow> {
     problem.prepare_boundaries(&window)?;
     let window_s = problem.group.window_s(&window);
     let mut accelerator: Accelerator = rules.accelerator;
@@ -107,9 +107,9 @@ pub fn solve_fixed_point(
     }
 }
 
-/// The window in which the continua went along a velocity and the walls were pushed.
+/// The window in which the continua went along a velocity and the layers were pushed.
 fn solved(
-    problem: &Problem,
+    problem: &WindowProblem,
     window: Window,
     followed: &[f64],
     reaction: Reaction,
@@ -131,23 +131,23 @@ fn solved(
     }
 }
 
-/// The continua along a velocity, then the walls under the force that this takes.
+/// The continua along a velocity, then the layers under the force that this takes.
 fn one_by_one(
-    problem: &mut Problem,
+    problem: &mut WindowProblem,
     window: &Window,
     velocity: &[f64],
-) -> Result<(Reaction, Pushed), SchemeError> {
+) -> Result<(Reaction, Pushed)> {
     let reaction = problem.prescribe_velocity(window, velocity)?;
     let pushed = push(problem, window, &reaction.force)?;
     Ok((reaction, pushed))
 }
 
-/// Both at once, the walls under the force of the window before.
+/// Both at once, the layers under the force of the window before.
 fn at_once(
-    problem: &mut Problem,
+    problem: &mut WindowProblem,
     window: &Window,
     velocity: &[f64],
-) -> Result<(Reaction, Pushed), SchemeError> {
+) -> Result<(Reaction, Pushed)> {
     problem.begin_prescribed_velocity(window, velocity)?;
     let start = problem.start;
     let pushed = push(problem, window, &start.lambda);
@@ -155,8 +155,8 @@ fn at_once(
     Ok((reaction?, pushed?))
 }
 
-/// The walls with -lambda (N) on the line of the nodes.
-fn push(problem: &mut Problem, window: &Window, lambda: &[f64]) -> Result<Pushed, SchemeError> {
+/// The layers with -lambda (N) on the line of the nodes.
+fn push(problem: &mut WindowProblem, window: &Window, lambda: &[f64]) -> Result<Pushed> {
     let (group, v_0) = (problem.group, &problem.start.velocity);
     let window_s = group.window_s(window);
     let c_lambda = problem.carried(window, lambda);
@@ -178,7 +178,7 @@ fn push(problem: &mut Problem, window: &Window, lambda: &[f64]) -> Result<Pushed
 }
 
 /// M_p (v_g - N v_0) / H (N).
-fn inertia(problem: &Problem, window_s: f64, velocity: &[f64]) -> Vec<f64> {
+fn inertia(problem: &WindowProblem, window_s: f64, velocity: &[f64]) -> Vec<f64> {
     let before = problem.group.mapping.motion(&problem.start.velocity);
     let change = velocity.iter().zip(&before).enumerate();
     let mass_kg = &problem.group.points.mass_kg;
@@ -187,8 +187,13 @@ fn inertia(problem: &Problem, window_s: f64, velocity: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Force on the nodes (N): the one that the continua took, and on what cannot move the rest that the walls leave for it.
-fn acting(problem: &Problem, window: &Window, reaction: &Reaction, answer: &Answer) -> Vec<f64> {
+/// Force on the nodes (N): the one that the continua took, and on what cannot move the rest that the layers leave for it.
+fn acting(
+    problem: &WindowProblem,
+    window: &Window,
+    reaction: &Reaction,
+    answer: &Answer,
+) -> Vec<f64> {
     let left = problem.group.mapping.force(&answer.force);
     let moves = problem.compliance.moves(window.substeps);
     let taken = reaction.force.iter().zip(left).zip(moves);

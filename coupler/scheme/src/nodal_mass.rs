@@ -1,4 +1,4 @@
-//! Masses of the points of a wall on the nodes that they ride on.
+//! Masses of the points of a layer on the nodes that they ride on.
 //!
 //! With v_g = N v and the masses M_p of the points their inertia is on the nodes M_n = N^T M_p N, the same in both components.
 

@@ -7,7 +7,7 @@
 use nalgebra::DMatrix;
 use protocol::{BoundaryAnswer, Description, Reaction, Surface, Window};
 
-use crate::error::SchemeError;
+use crate::error::Result;
 
 /// A window that a participant is asked for, by component.
 #[derive(Clone, Copy, Debug)]
@@ -34,26 +34,16 @@ pub trait Participants {
     fn description(&self, peer: usize) -> &Description;
 
     /// Couples a named set and returns its points.
-    fn couple(&mut self, peer: usize, set: &str) -> Result<Surface, SchemeError>;
+    fn couple(&mut self, peer: usize, set: &str) -> Result<Surface>;
 
     /// Restricts the exchange to these points of all coupled sets.
-    fn select(&mut self, peer: usize, points: &[usize]) -> Result<(), SchemeError>;
+    fn select(&mut self, peer: usize, points: &[usize]) -> Result<()>;
 
     /// Condensed compliance C (m/N), n x n, of a first window like this one, in own steps, n being its exchanged components.
-    fn compliance(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        n: usize,
-    ) -> Result<DMatrix<f64>, SchemeError>;
+    fn compliance(&mut self, peer: usize, window: &Window, n: usize) -> Result<DMatrix<f64>>;
 
     /// Impedance D (kg/s), n x n, of such a window.
-    fn impedance(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        n: usize,
-    ) -> Result<DMatrix<f64>, SchemeError>;
+    fn impedance(&mut self, peer: usize, window: &Window, n: usize) -> Result<DMatrix<f64>>;
 
     /// Announces windows of the length H (s) of this one, and the compliance W_g (1/kg), n x n, of the boundary in it:
     /// v_g = a_g + W_g p. Zero for a boundary that moves exactly as it is told.
@@ -63,18 +53,13 @@ pub trait Participants {
         window: &Window,
         window_s: f64,
         compliance: &DMatrix<f64>,
-    ) -> Result<(), SchemeError>;
+    ) -> Result<()>;
 
     /// Begins a window.
-    fn begin(&mut self, peer: usize, window: &Window, request: Request) -> Result<(), SchemeError>;
+    fn begin(&mut self, peer: usize, window: &Window, request: Request) -> Result<()>;
 
     /// Displacement increments (m) of the window begun under a force, `n` components.
-    fn finish_advance(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        n: usize,
-    ) -> Result<Vec<f64>, SchemeError>;
+    fn finish_advance(&mut self, peer: usize, window: &Window, n: usize) -> Result<Vec<f64>>;
 
     /// Reaction of the window begun along a velocity, `n` components.
     fn finish_prescribed_velocity(
@@ -82,36 +67,21 @@ pub trait Participants {
         peer: usize,
         window: &Window,
         n: usize,
-    ) -> Result<Reaction, SchemeError>;
+    ) -> Result<Reaction>;
 
     /// Answer of the contact solve begun, `n` components.
-    fn finish_solve(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        n: usize,
-    ) -> Result<BoundaryAnswer, SchemeError>;
+    fn finish_solve(&mut self, peer: usize, window: &Window, n: usize) -> Result<BoundaryAnswer>;
 
     /// Makes the last answer for this window the state; `displacement` (m) is that of the boundary, empty for a force-driven
     /// participant.
-    fn accept(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        displacement: &[f64],
-    ) -> Result<(), SchemeError>;
+    fn accept(&mut self, peer: usize, window: &Window, displacement: &[f64]) -> Result<()>;
 
     /// Lets the participant begin an advance that will be asked for next, as soon as it has accepted.
-    fn begin_early(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        force: &[f64],
-    ) -> Result<(), SchemeError> {
+    fn begin_early(&mut self, peer: usize, window: &Window, force: &[f64]) -> Result<()> {
         let _ = (peer, window, force);
         Ok(())
     }
 
     /// The report of an accepted window: signals, then energies (J).
-    fn report(&mut self, peer: usize) -> Result<Vec<f64>, SchemeError>;
+    fn report(&mut self, peer: usize) -> Result<Vec<f64>>;
 }

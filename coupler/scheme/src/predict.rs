@@ -2,13 +2,13 @@
 //! bound decides.
 //!
 //! The handshake tells the continuum's step, step limit, first period and compliance, and the masses behind a point of
-//! the wall ([`inputs`]). In the softest motion of the interface the continuum is taken for the elastic bar that agrees with
-//! all of this ([`response`]), the wall for a mass behind a spring ([`sprung_mass`]); the two are participants in memory
+//! the layer ([`inputs`]). In the softest motion of the interface the continuum is taken for the elastic bar that agrees with
+//! all of this ([`response`]), the layer for a mass behind a spring ([`sprung_mass`]); the two are participants in memory
 //! ([`linear_pair`]), the scheme itself runs on them ([`growth`]), and it is stable if no disturbance grows ([`prediction`]).
 //!
 //! Schemes that send force one way and motion the other fail by *added mass*: the light continuum is pushed by the
-//! inertia of a heavy wall. With C the continuum's compliance in the window and S the wall's resistance -dF/du, the
-//! number that counts is C S, the wall's mass over the mass that the continuum moves in a window. A fixed point with
+//! inertia of a heavy layer. With C the continuum's compliance in the window and S the layer's resistance -dF/du, the
+//! number that counts is C S, the layer's mass over the mass that the continuum moves in a window. A fixed point with
 //! relaxation omega contracts by |1 - omega (1 + C S)| a repeat, so it converges for omega < 2 / (1 + C S) (Causin,
 //! Gerbeau and Nobile 2005, relaxed Dirichlet-Neumann iterations); without repeats the force comes back C S times as
 //! large one window later, and the limit is that of the window's map. With `dirichlet = "continuum"` it is the

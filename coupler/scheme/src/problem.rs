@@ -8,12 +8,12 @@ use super::group::{Group, Side};
 use super::ledger::InterfaceLedger;
 use super::participants::{Participants, Request};
 use super::vectors::difference;
-use super::window::{Answer, InterfaceState, Solve, Verdict};
-use crate::error::SchemeError;
+use super::window::{Answer, InterfaceState, Solve, WindowVerdict};
+use crate::error::{Result, SchemeError};
 
 /// A window to be solved. A scheme reads the group and the state at the start, asks the participants, and changes nothing but
 /// the compliance that it learns.
-pub struct Problem<'a> {
+pub struct WindowProblem<'a> {
     /// The interfaces and the participants that they join.
     pub group: &'a Group,
     /// State of the interfaces at the start of the window.
@@ -26,29 +26,25 @@ pub struct Problem<'a> {
     pub participants: &'a mut dyn Participants,
 }
 
-impl Problem<'_> {
+impl WindowProblem<'_> {
     /// Sees that C is known for this window and that all boundaries yield by it.
-    pub fn prepare_boundaries(&mut self, window: &Window) -> Result<(), SchemeError> {
+    pub fn prepare_boundaries(&mut self, window: &Window) -> Result<()> {
         self.compliance
             .prepare(self.participants, self.group, window)
     }
 
     /// Force-driven participants under a force (N) that is constant in the window: their increments du (m).
-    pub fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, SchemeError> {
+    pub fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>> {
         self.begin_advance(window, force)?;
         self.finish_advance(window)
     }
 
-    /// The beginning of [`Problem::advance`]: all participants are at work after it.
-    pub fn begin_advance(&mut self, window: &Window, force: &[f64]) -> Result<(), SchemeError> {
+    /// The beginning of [`WindowProblem::advance`]: all participants are at work after it.
+    pub fn begin_advance(&mut self, window: &Window, force: &[f64]) -> Result<()> {
         self.begin(window, |side| Request::Advance(side.of(force)))
     }
 
-    fn begin<'r>(
-        &mut self,
-        window: &Window,
-        request: impl Fn(&Side) -> Request<'r>,
-    ) -> Result<(), SchemeError> {
+    fn begin<'r>(&mut self, window: &Window, request: impl Fn(&Side) -> Request<'r>) -> Result<()> {
         let mut sides = self.group.force_driven.iter();
         sides.try_for_each(|side| {
             let window = side.window(window);
@@ -57,7 +53,7 @@ impl Problem<'_> {
     }
 
     /// The increments du (m) of the window begun.
-    pub fn finish_advance(&mut self, window: &Window) -> Result<Vec<f64>, SchemeError> {
+    pub fn finish_advance(&mut self, window: &Window) -> Result<Vec<f64>> {
         let increments = hear_all(&self.group.force_driven, |side, n| {
             self.participants
                 .finish_advance(side.peer, &side.window(window), n)
@@ -66,26 +62,18 @@ impl Problem<'_> {
     }
 
     /// Force-driven participants whose velocity goes in a straight line to this one (m/s): their reaction.
-    pub fn prescribe_velocity(
-        &mut self,
-        window: &Window,
-        velocity: &[f64],
-    ) -> Result<Reaction, SchemeError> {
+    pub fn prescribe_velocity(&mut self, window: &Window, velocity: &[f64]) -> Result<Reaction> {
         self.begin_prescribed_velocity(window, velocity)?;
         self.finish_prescribed_velocity(window)
     }
 
-    /// The beginning of [`Problem::prescribe_velocity`].
-    pub fn begin_prescribed_velocity(
-        &mut self,
-        window: &Window,
-        velocity: &[f64],
-    ) -> Result<(), SchemeError> {
+    /// The beginning of [`WindowProblem::prescribe_velocity`].
+    pub fn begin_prescribed_velocity(&mut self, window: &Window, velocity: &[f64]) -> Result<()> {
         self.begin(window, |side| Request::PrescribeVelocity(side.of(velocity)))
     }
 
     /// The reaction of the window begun.
-    pub fn finish_prescribed_velocity(&mut self, window: &Window) -> Result<Reaction, SchemeError> {
+    pub fn finish_prescribed_velocity(&mut self, window: &Window) -> Result<Reaction> {
         let reactions = hear_all(&self.group.force_driven, |side, n| {
             self.participants
                 .finish_prescribed_velocity(side.peer, &side.window(window), n)
@@ -100,7 +88,7 @@ impl Problem<'_> {
     }
 
     /// Contact solves of the motion-driven participants on boundaries v_g = a_g + W_g p with this a_g (m/s).
-    pub fn solve(&mut self, window: &Window, free_velocity: &[f64]) -> Result<Answer, SchemeError> {
+    pub fn solve(&mut self, window: &Window, free_velocity: &[f64]) -> Result<Answer> {
         for side in &self.group.motion_driven {
             let request = Request::Solve(side.of(free_velocity));
             self.participants.begin(side.peer, window, request)?;
@@ -127,7 +115,7 @@ impl Problem<'_> {
     }
 
     /// Contact solves on boundaries that follow a motion (m) exactly.
-    pub fn solve_rigid(&mut self, window: &Window, motion: &[f64]) -> Result<Answer, SchemeError> {
+    pub fn solve_rigid(&mut self, window: &Window, motion: &[f64]) -> Result<Answer> {
         let window_s = self.group.window_s(window);
         let velocity: Vec<f64> = motion.iter().map(|du| du / window_s).collect();
         self.solve(window, &velocity)
@@ -166,8 +154,8 @@ impl Problem<'_> {
         increment: &[f64],
         answer: &Answer,
         advice: &str,
-    ) -> Verdict {
-        Verdict {
+    ) -> WindowVerdict {
+        WindowVerdict {
             starved: starved(self.group, window, answer),
             open: open(self.group, window, increment, answer, advice),
         }
@@ -176,10 +164,7 @@ impl Problem<'_> {
 
 /// The answers of all sides, `ask` being told the components of each. One that is not finite is an error after the others have
 /// answered too, so that the window may be tried again.
-fn hear_all<T>(
-    sides: &[Side],
-    mut ask: impl FnMut(&Side, usize) -> Result<T, SchemeError>,
-) -> Result<Vec<T>, SchemeError> {
+fn hear_all<T>(sides: &[Side], mut ask: impl FnMut(&Side, usize) -> Result<T>) -> Result<Vec<T>> {
     let mut answers = Vec::with_capacity(sides.len());
     let mut fault = None;
     for side in sides {

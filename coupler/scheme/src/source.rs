@@ -6,12 +6,12 @@ use protocol::Window;
 use super::group::{Group, Side};
 use super::nodal_mass::{both_components, nodal_mass};
 use super::participants::Participants;
-use crate::error::{SchemeError, Unfit};
+use crate::error::{Result, SchemeError, Unfit};
 use crate::keys::{CompliancePrior, Dirichlet, Scheme};
 
 /// Source of a matrix that is not known yet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
+pub enum ComplianceSource {
     /// The participant's own columns: the motion under a constant force.
     Columns,
     /// Surface masses alone.
@@ -26,17 +26,17 @@ pub enum Source {
     Rigid,
 }
 
-impl Source {
+impl ComplianceSource {
     /// The source of the compliance that a scheme goes by.
-    pub fn of(scheme: &Scheme) -> Source {
+    pub fn of(scheme: &Scheme) -> ComplianceSource {
         match (scheme, scheme.dirichlet()) {
             (Scheme::DualSchur { compliance, .. }, _) => match compliance {
-                CompliancePrior::Columns => Source::Columns,
-                CompliancePrior::Mass => Source::Mass,
+                CompliancePrior::Columns => ComplianceSource::Columns,
+                CompliancePrior::Mass => ComplianceSource::Mass,
             },
-            (Scheme::Velocity { .. }, _) => Source::Impedance,
-            (_, Dirichlet::Wall) => Source::Rigid,
-            (_, Dirichlet::Continuum) => Source::Points,
+            (Scheme::Velocity { .. }, _) => ComplianceSource::Impedance,
+            (_, Dirichlet::MotionDriven) => ComplianceSource::Rigid,
+            (_, Dirichlet::ForceDriven) => ComplianceSource::Points,
         }
     }
 
@@ -47,28 +47,27 @@ impl Source {
         group: &Group,
         side: &Side,
         window: &Window,
-    ) -> Result<DMatrix<f64>, SchemeError> {
+    ) -> Result<DMatrix<f64>> {
         let first = &side.window(&group.clock.window(0, 0, window.substeps));
         let (steps, n) = (first.substeps, 2 * side.range.len());
         match self {
-            Source::Columns => participants.compliance(side.peer, first, n),
-            Source::Mass => Ok(mass_only(group, side, window)),
-            Source::Impedance => {
+            ComplianceSource::Columns => participants.compliance(side.peer, first, n),
+            ComplianceSource::Mass => Ok(mass_only(group, side, window)),
+            ComplianceSource::Impedance => {
                 let resists = participants.impedance(side.peer, first, n)?;
                 let yields = inverse_of_what_moves(&resists).ok_or_else(|| {
-                    let name = participants.name(side.peer);
                     SchemeError::from(Unfit::SingularImpedance {
-                        participant: name.to_string(),
+                        participant: participants.name(side.peer).to_string(),
                         problem: format!("its impedance over {steps} steps has no inverse, as that of every explicit body below its stability limit has; lower its time.step_s, or take scheme = \"dual-schur\""),
                     })
                 })?;
                 Ok(yields * group.window_s(window))
             }
-            Source::Points => {
+            ComplianceSource::Points => {
                 let resists = participants.impedance(side.peer, first, n)?;
                 points_only(group, side, window, &resists)
             }
-            Source::Rigid => Ok(DMatrix::zeros(n, n)),
+            ComplianceSource::Rigid => Ok(DMatrix::zeros(n, n)),
         }
     }
 }
@@ -76,9 +75,8 @@ impl Source {
 /// The inverse of a symmetric matrix on the components that move; zero for the others, which have zeros in their columns.
 /// `None` unless it is positive definite there.
 fn inverse_of_what_moves(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let moving: Vec<usize> = (0..matrix.nrows())
-        .filter(|i| matrix[(*i, *i)] != 0.0)
-        .collect();
+    let moving = (0..matrix.nrows()).filter(|i| matrix[(*i, *i)] != 0.0);
+    let moving: Vec<usize> = moving.collect();
     let own = matrix.select_rows(&moving).select_columns(&moving);
     let symmetric = 0.5 * (&own + own.transpose());
     let inverse = symmetric.cholesky()?.inverse();
@@ -97,9 +95,8 @@ pub fn mass_only(group: &Group, side: &Side, window: &Window) -> DMatrix<f64> {
     let own_steps = f64::from(window.substeps * side.steps);
     let scale = window_s * window_s / (2.0 * own_steps.sqrt());
     let mass = &group.nodes.mass_kg[side.range.clone()];
-    DMatrix::from_diagonal(&DVector::from_fn(2 * mass.len(), |i, _| {
-        scale / mass[i / 2]
-    }))
+    let diagonal = DVector::from_fn(2 * mass.len(), |i, _| scale / mass[i / 2]);
+    DMatrix::from_diagonal(&diagonal)
 }
 
 /// H^2 M_n^-1 on the components that have an impedance; zero for the others.
@@ -108,7 +105,7 @@ fn points_only(
     side: &Side,
     window: &Window,
     impedance: &DMatrix<f64>,
-) -> Result<DMatrix<f64>, SchemeError> {
+) -> Result<DMatrix<f64>> {
     let masses = nodal_mass(&group.mapping, &group.points.mass_kg, &side.range);
     let mut resists = both_components(&masses);
     for i in (0..resists.nrows()).filter(|i| impedance[(*i, *i)] == 0.0) {

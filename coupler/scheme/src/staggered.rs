@@ -10,17 +10,13 @@
 
 use protocol::Window;
 
-use super::problem::Problem;
+use super::problem::WindowProblem;
 use super::window::SolvedWindow;
-use crate::error::SchemeError;
+use crate::error::Result;
 use crate::keys::Order;
 
 /// Solves a window.
-pub fn solve(
-    problem: &mut Problem,
-    order: Order,
-    window: Window,
-) -> Result<SolvedWindow, SchemeError> {
+pub fn solve(problem: &mut WindowProblem, order: Order, window: Window) -> Result<SolvedWindow> {
     problem.prepare_boundaries(&window)?;
     let start = problem.start;
     let (du, answer) = match order {

@@ -115,7 +115,7 @@ pub struct SolvedWindow {
     /// The answers of the motion-driven participants.
     pub answer: Answer,
     /// Reasons against accepting it.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<WindowFault>,
 }
 
 impl SolvedWindow {
@@ -126,7 +126,7 @@ impl SolvedWindow {
         increment: Vec<f64>,
         lambda: Vec<f64>,
         answer: Answer,
-        faults: Vec<Fault>,
+        faults: Vec<WindowFault>,
     ) -> SolvedWindow {
         let pairs = acting.iter().zip(&increment);
         SolvedWindow {
@@ -146,7 +146,7 @@ impl SolvedWindow {
 
 /// A reason against accepting a window.
 #[derive(Clone, Debug)]
-pub struct Fault {
+pub struct WindowFault {
     /// The interface, as an index into the group's patches.
     pub patch: usize,
     /// The reason, for the user.
@@ -155,21 +155,21 @@ pub struct Fault {
 
 /// Judgement of a window after a repeat.
 #[derive(Clone, Debug, Default)]
-pub struct Verdict {
+pub struct WindowVerdict {
     /// Contact solves that ran out of iterations.
-    pub starved: Vec<Fault>,
+    pub starved: Vec<WindowFault>,
     /// Interfaces whose gap is above their tolerance.
-    pub open: Vec<Fault>,
+    pub open: Vec<WindowFault>,
 }
 
-impl Verdict {
+impl WindowVerdict {
     /// True if another repeat could close a gap: after a starved solve none can.
     pub fn wants_repeat(&self) -> bool {
         !self.open.is_empty() && self.starved.is_empty()
     }
 
     /// The reasons against accepting the window.
-    pub fn faults(self) -> Vec<Fault> {
+    pub fn faults(self) -> Vec<WindowFault> {
         if self.starved.is_empty() {
             self.open
         } else {

@@ -72,7 +72,7 @@ impl BudgetArguments {
     }
 }
 
-/// The most accurate setting whose time is foretold to keep within the limit: the study tells how times compare, rehearsals what they
+/// The most accurate setting whose time is foretold to keep within the limit: the study tells how times compare, dry runs what they
 /// are on this machine. One that fits is not the last to be tried where this machine is faster than that of the study.
 fn within_wall<'a, 'b>(
     choice: &'b Choice<'a>,
@@ -113,7 +113,7 @@ fn foretold_wall_s(loaded: &Loaded, threads: usize, registry: &Registry) -> Resu
     let scratch = Scratch::new("budget", fresh_run_id());
     let mut options = options(Some(scratch.path()), threads, registry)?;
     options.progress = false;
-    options.rehearsal = true;
+    options.dry_run = true;
     let ended = run(loaded, &options)?;
     let told = ended.summary.spent.as_ref().and_then(|spent| spent.told);
     match (told, ended.error) {

@@ -59,7 +59,7 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     let scratch = Scratch::new("check", fresh_run_id());
     let mut options = options(Some(scratch.path()), threads, registry)?;
     options.progress = false;
-    options.rehearsal = true;
+    options.dry_run = true;
     for line in foretold(run(&loaded, &options)?)? {
         print(&line)?;
     }
@@ -74,7 +74,7 @@ fn print_schema(registry: &Registry) -> Result<(), Error> {
     print(&format!("{:#}", schema(&solvers)))
 }
 
-/// Stability, log and cost as a rehearsal foretold them. One that came to no window is an error, unless it told the reason to
+/// Stability, log and cost as a dry run foretold them. One that came to no window is an error, unless it told the reason to
 /// expect that.
 fn foretold(ended: Ended) -> Result<Vec<String>, Error> {
     let summary = &ended.summary;
@@ -125,7 +125,7 @@ fn cost_lines(summary: &Summary, cost: &CostPrediction) -> Vec<String> {
     lines
 }
 
-/// Work of a participant in a rehearsal, and the time of each piece.
+/// Work of a participant in a dry run, and the time of each piece.
 fn work_line(name: &str, participant: &Value) -> Option<String> {
     let work = participant["work"].as_object()?;
     let done = work.iter().filter(|(_, amount)| number(amount) > 0.0);

@@ -3,7 +3,7 @@
 use kit::keys::proposal;
 
 use super::common::{VerbResult, print};
-use coordinator::error::{Refusal, entries, entry};
+use coordinator::error::{Refusal, explanation, explanations};
 
 /// Arguments of `explain`.
 #[derive(Debug, clap::Args)]
@@ -15,8 +15,8 @@ pub struct ExplainArguments {
 /// Prints an entry of the page of causes and cures, or a line for each.
 pub fn explain(arguments: &ExplainArguments) -> VerbResult {
     let Some(code) = &arguments.code else {
-        for entry in entries() {
-            print(&format!("{:24}{}", entry.code, entry.line()))?;
+        for explanation in explanations() {
+            print(&format!("{:24}{}", explanation.code, explanation.line()))?;
         }
         return Ok(0);
     };
@@ -24,10 +24,10 @@ pub fn explain(arguments: &ExplainArguments) -> VerbResult {
     let word = code
         .trim_start_matches("error[")
         .trim_end_matches([']', ':']);
-    match entry(word) {
-        Some(entry) => print(&format!("{}\n\n{}", entry.code, entry.text))?,
+    match explanation(word) {
+        Some(explanation) => print(&format!("{}\n\n{}", explanation.code, explanation.text))?,
         None => {
-            let codes: Vec<&str> = entries().map(|entry| entry.code).collect();
+            let codes: Vec<&str> = explanations().map(|explanation| explanation.code).collect();
             let problem = format!(
                 "no error or warning has this code; {}",
                 proposal(word, "codes", &codes)

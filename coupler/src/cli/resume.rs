@@ -10,7 +10,7 @@ use super::start::options;
 use coordinator::error::Refusal;
 use coordinator::output::tell;
 use coordinator::participants::Registry;
-use coordinator::run::session::go_on;
+use coordinator::run::session::run_from;
 use coordinator::scenario::load::load;
 use exchange_log::damage;
 
@@ -66,7 +66,10 @@ pub fn resume(arguments: &ResumeArguments, registry: &Registry) -> VerbResult {
         registry,
     )?;
     options.strict = arguments.ending.strict;
-    conclude(go_on(&loaded, &options, origin.as_ref())?, arguments.ending)
+    conclude(
+        run_from(&loaded, &options, origin.as_ref())?,
+        arguments.ending,
+    )
 }
 
 /// The folder that the path stands for now: runs/latest points to the resumed run as soon as that begins.

@@ -7,15 +7,15 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use super::common::own_program;
 use coordinator::error::Error;
 use coordinator::participants::{Registry, Watch};
-use coordinator::run::session::Options;
+use coordinator::run::session::RunOptions;
 
 /// Options of a run that is started here and shows its progress.
 pub(super) fn options<'a>(
     out: Option<&'a Path>,
     threads: usize,
     registry: &'a Registry,
-) -> Result<Options<'a>, Error> {
-    Ok(Options {
+) -> Result<RunOptions<'a>, Error> {
+    Ok(RunOptions {
         out,
         threads,
         registry,
@@ -23,7 +23,7 @@ pub(super) fn options<'a>(
         watch: listen()?,
         progress: true,
         strict: false,
-        rehearsal: false,
+        dry_run: false,
         budget: None,
     })
 }

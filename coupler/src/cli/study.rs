@@ -11,7 +11,7 @@ use super::common::{VerbResult, own_program, print, threads};
 use super::start::{listen, options};
 use coordinator::error::{CHECK_FAILED, Error, Refusal};
 use coordinator::participants::Registry;
-use coordinator::run::session::Options;
+use coordinator::run::session::RunOptions;
 use coordinator::rundir::write_whole;
 use study::collect::{Results, line};
 use study::digest::Digest;
@@ -165,7 +165,7 @@ fn threads_of(opened: &Opened) -> u16 {
     opened.plan.file.study.threads.max(1)
 }
 
-fn quiet<'a>(opened: &Opened, registry: &'a Registry) -> Result<Options<'a>, Error> {
+fn quiet<'a>(opened: &Opened, registry: &'a Registry) -> Result<RunOptions<'a>, Error> {
     let mut options = options(None, threads_of(opened).into(), registry)?;
     options.progress = false;
     Ok(options)

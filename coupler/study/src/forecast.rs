@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::plan::Task;
 use super::slurm::Ask;
 use coordinator::error::Error;
-use coordinator::run::session::{Options, fresh_run_id, run};
+use coordinator::run::session::{RunOptions, fresh_run_id, run};
 use coordinator::rundir::BUILD;
 use kit::scratch::Scratch;
 
@@ -36,7 +36,7 @@ impl Forecast {
     ///
     /// # Errors
     /// The folder cannot be written, or a signal came. A task whose run ends early foretells nothing: then the least is asked for.
-    pub fn of(task: &Task, folder: &Path, options: &Options) -> Result<Forecast, Error> {
+    pub fn of(task: &Task, folder: &Path, options: &RunOptions) -> Result<Forecast, Error> {
         let path = folder.join("cost.json");
         let kept = fs::read_to_string(&path).ok();
         let kept = kept.and_then(|text| serde_json::from_str::<Forecast>(&text).ok());
@@ -46,9 +46,9 @@ impl Forecast {
         let scratch = Scratch::new("study", fresh_run_id());
         let ended = run(
             &task.loaded,
-            &Options {
+            &RunOptions {
                 out: Some(scratch.path()),
-                rehearsal: true,
+                dry_run: true,
                 ..options.clone()
             },
         )?;

@@ -9,7 +9,7 @@ use serde_json::json;
 use super::plan::{Task, runs};
 use super::task::{Stage, TaskFolder};
 use coordinator::error::Error;
-use coordinator::output::stderr::{Manner, manner, tell_of};
+use coordinator::output::stderr::{StderrMode, stderr_mode, tell_of};
 use coordinator::output::{Count, tell, tell_progress};
 
 /// Attempts at a run. One that was killed so often is killed by something that does not go away.
@@ -106,7 +106,7 @@ impl<'a> StudyProgress<'a> {
         });
         let words =
             || format!("{done} of {total}: task {index} {status}{colon}{why}; {left:.0} s left");
-        if manner() != Manner::Quiet {
+        if stderr_mode() != StderrMode::Quiet {
             tell_of("task", object, words);
         }
         Ok(())

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use super::plan::Task;
 use coordinator::error::Error;
-use coordinator::run::session::{Options, run};
+use coordinator::run::session::{RunOptions, run};
 use coordinator::rundir::write_whole;
 use exchange_log::timing::TIMING;
 
@@ -167,7 +167,7 @@ impl TaskFolder {
     ///
     /// # Errors
     /// Its folder cannot be written. A run that fails is an outcome.
-    pub fn execute(&self, task: &Task, options: &Options) -> Result<Stage, Error> {
+    pub fn execute(&self, task: &Task, options: &RunOptions) -> Result<Stage, Error> {
         fs::create_dir_all(&self.path).map_err(Error::output(self.path.display()))?;
         let Some(_lock) = self.lock()? else {
             return Ok(Stage::Running);
@@ -183,7 +183,7 @@ impl TaskFolder {
         let out = self.path.join(format!("attempt-{attempt}"));
         let ended = run(
             &task.loaded,
-            &Options {
+            &RunOptions {
                 out: Some(&out),
                 ..options.clone()
             },
@@ -225,7 +225,12 @@ impl TaskFolder {
 
     /// True where a run that lost a participant, waited in vain or could not write is to be done once more: a cluster that ends a task
     /// ends its participants too, some before the coordinator.
-    fn blames_circumstances(&self, outcome: &Outcome, attempt: usize, options: &Options) -> bool {
+    fn blames_circumstances(
+        &self,
+        outcome: &Outcome,
+        attempt: usize,
+        options: &RunOptions,
+    ) -> bool {
         if !CIRCUMSTANCES.contains(&outcome.status.as_str()) {
             return false;
         }

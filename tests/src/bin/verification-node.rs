@@ -6,7 +6,7 @@ use std::error::Error;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use coordinator::participants::Solver;
+use coordinator::participants::ShippedSolver;
 use protocol::link::shm::ShmLink;
 use protocol::{Frame, Header, Kind, Link, LinkError, Transport};
 
@@ -40,7 +40,7 @@ fn main() -> ExitCode {
 }
 
 /// Serves a solver whose answers to windows have one field of their header wrong.
-fn serve_misframed(solver: &Solver, field: String) -> Result<(), Box<dyn Error>> {
+fn serve_misframed(solver: &ShippedSolver, field: String) -> Result<(), Box<dyn Error>> {
     let session = protocol::participate::read_session()?;
     let Transport::Shm { root, prefix } = &session.transport else {
         return Err("no shared memory".into());

@@ -18,17 +18,14 @@ impl TimeAccount {
     /// Accounts for the time between two instants (ns), from the times in which each participant says it was at work and those in which
     /// the coordinator did nothing but wait for it. For a participant that tells no times of this stretch the latter stand.
     pub fn of(stretch_ns: [u64; 2], told: &[BusyTimes], awaited: &[BusyTimes]) -> TimeAccount {
-        let busy: Vec<&BusyTimes> = told
+        let busy = told
             .iter()
             .zip(awaited)
-            .map(|(told, seen)| {
-                if speaks_of(told, stretch_ns) {
-                    told
-                } else {
-                    seen
-                }
-            })
-            .collect();
+            .map(|(told, seen)| match speaks_of(told, stretch_ns) {
+                true => told,
+                false => seen,
+            });
+        let busy: Vec<&BusyTimes> = busy.collect();
         let all = busy.iter().copied().chain(awaited);
         let every = all.clone().map(|times| times.every).max().unwrap_or(1);
         let solving = union_ns(busy.iter().copied(), stretch_ns, every);

@@ -47,6 +47,7 @@ struct Mark {
 }
 
 /// A run on its way, until its cost can be predicted.
+#[derive(Default)]
 pub struct Pace {
     pids: Vec<u32>,
     begun: Option<Begun>,
@@ -72,11 +73,7 @@ impl Pace {
     pub fn new(pids: Vec<u32>) -> Pace {
         Pace {
             pids,
-            begun: None,
-            marks: Vec::new(),
-            prediction: None,
-            ended_ns: None,
-            memory_bytes: 0,
+            ..Pace::default()
         }
     }
 
@@ -105,13 +102,9 @@ impl Pace {
             return;
         }
         let mut prediction = predict(&self.marks, begun.end_s);
-        for wall_s in [
-            &mut prediction.wall_s,
-            &mut prediction.wall_low_s,
-            &mut prediction.wall_high_s,
-        ] {
-            *wall_s += begun.setup_wall_s;
-        }
+        prediction.wall_s += begun.setup_wall_s;
+        prediction.wall_low_s += begun.setup_wall_s;
+        prediction.wall_high_s += begun.setup_wall_s;
         prediction.memory_bytes = peak_bytes(&self.pids);
         self.prediction = Some(prediction);
         self.marks = Vec::new();

@@ -5,7 +5,7 @@ const PAGE: &str = include_str!("../../../ERRORS.md");
 
 /// An entry of the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Entry {
+pub struct Explanation {
     /// The code that it is about.
     pub code: &'static str,
     /// Everything below the code.
@@ -13,22 +13,22 @@ pub struct Entry {
 }
 
 /// All entries, errors before warnings.
-pub fn entries() -> impl Iterator<Item = Entry> {
+pub fn explanations() -> impl Iterator<Item = Explanation> {
     let sections = PAGE.split("\n## ").skip(1);
     let with_codes = sections.flat_map(|section| section.split("\n### `").skip(1));
-    with_codes.filter_map(|entry| {
-        let (code, text) = entry.split_once("`\n")?;
+    with_codes.filter_map(|explanation| {
+        let (code, text) = explanation.split_once("`\n")?;
         let text = text.trim();
-        Some(Entry { code, text })
+        Some(Explanation { code, text })
     })
 }
 
 /// The entry of a code.
-pub fn entry(code: &str) -> Option<Entry> {
-    entries().find(|entry| entry.code == code)
+pub fn explanation(code: &str) -> Option<Explanation> {
+    explanations().find(|explanation| explanation.code == code)
 }
 
-impl Entry {
+impl Explanation {
     /// What happened, in a line.
     pub fn line(&self) -> &'static str {
         let first = self.text.lines().next().unwrap_or_default();

@@ -1,6 +1,7 @@
 //! Reasons for which a run or a verb is refused.
 
-use std::path::PathBuf;
+use std::fmt::Display;
+use std::path::Path;
 
 use protocol::participate::ParticipateError;
 use protocol::{Cause, FrameError, ServeError};
@@ -15,8 +16,6 @@ use super::code::Code;
 pub enum Refusal {
     #[error(transparent)]
     Unfit(#[from] Unfit),
-    #[error("{argument}: {problem}")]
-    Argument { argument: String, problem: String },
     #[error(
         "no scenario `{name}`: give a folder with scenario.toml, a file, a name under scenarios/, or one that `thirdbody scenes` lists{}", .meant.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default()
     )]
@@ -24,8 +23,6 @@ pub enum Refusal {
         name: String,
         meant: Option<&'static str>,
     },
-    #[error("{}: {problem}", path.display())]
-    File { path: PathBuf, problem: String },
     #[error("no message was chosen: `thirdbody inspect` lists the streams")]
     EmptyExport,
     #[error("the picture cannot be drawn: {0}")]
@@ -43,55 +40,19 @@ pub enum Refusal {
     },
     #[error("no solver of kind `{0}` is built in")]
     NoSolver(String),
-    #[error("participant `{participant}`: {problem}")]
-    UnknownKind {
-        participant: String,
-        problem: String,
-    },
-    #[error("participant `{participant}`: {problem}")]
-    NoProgram {
-        participant: String,
-        problem: String,
-    },
-    #[error("the run's state cannot be written down: {0}")]
-    NoState(String),
     #[error("the log: {0}")]
     Frame(#[from] FrameError),
     #[error("a tape broke")]
     BrokenTape,
-    #[error("{0}; resume with the build and the scenario that wrote it")]
-    Unusable(String),
-    #[error(
-        "participant `{participant}` speaks protocol version {theirs}, the coordinator speaks {ours}: build both from the same release"
-    )]
-    Version {
-        participant: String,
-        theirs: u32,
-        ours: u32,
-    },
-    #[error(
-        "participant `{participant}` {what} {theirs}, the coordinator {ours}: build both from the same release and launch both for the same run"
-    )]
-    OtherRun {
-        participant: String,
-        what: &'static str,
-        theirs: String,
-        ours: String,
-    },
     #[error("no participant `{name}` in this run; participants: {known}")]
     NoParticipant { name: String, known: String },
     #[error("no participant has a load history that ends: give run.end_s")]
     NoEnd,
     #[error("a solver that ran alone has no coupler to replay")]
     NoCoupler,
-    #[error("checkpoint {}: {problem}", path.display())]
-    Checkpoint { path: PathBuf, problem: String },
-    #[error("the handshake is not that of the log: {why}; resume with the build that wrote it")]
-    OtherHandshake { why: String },
-    #[error(
-        "the handshake ended before that of the log, which goes on with a message of `{sender}`: resume with the build that wrote it"
-    )]
-    ShortHandshake { sender: String },
+    /// Any other: its text is written where the fault is found, and no code reads it.
+    #[error("{text}")]
+    Other { code: Code, text: String },
 }
 
 impl Refusal {
@@ -99,45 +60,42 @@ impl Refusal {
     pub fn code(&self) -> Code {
         match self {
             Refusal::Unfit(unfit) => code_of_unfit(unfit),
-            Refusal::Argument { .. } => Code::Usage,
             Refusal::NoScenario { .. } => Code::NoScenario,
-            Refusal::File { .. } => Code::FileUnfit,
             Refusal::EmptyExport => Code::NothingChosen,
             Refusal::Picture(_) => Code::PictureFailed,
             Refusal::Benchmark(_) => Code::MeasurementFailed,
             Refusal::NotLaunched(error) => code_of_participation(error),
             Refusal::ForeignCommand { .. } => Code::ForeignCommand,
-            Refusal::NoSolver(_) | Refusal::UnknownKind { .. } => Code::UnknownKind,
-            Refusal::NoProgram { .. } => Code::CommandNotFound,
-            Refusal::NoState(_) | Refusal::Unusable(_) | Refusal::Checkpoint { .. } => {
-                Code::Of(Cause::CheckpointUnusable)
-            }
-            Refusal::OtherHandshake { .. } | Refusal::ShortHandshake { .. } => {
-                Code::Of(Cause::CheckpointUnusable)
-            }
+            Refusal::NoSolver(_) => Code::UnknownKind,
             Refusal::Frame(_) => Code::FileUnfit,
             Refusal::BrokenTape => Code::ReplayBroken,
-            Refusal::Version { .. } | Refusal::OtherRun { .. } => Code::Of(Cause::OtherRelease),
             Refusal::NoParticipant { .. } => Code::UnknownParticipant,
             Refusal::NoEnd => Code::NoEnd,
             Refusal::NoCoupler => Code::NoCoupler,
+            Refusal::Other { code, .. } => *code,
         }
+    }
+
+    /// A refusal with a code of its own.
+    pub fn other(code: Code, text: impl Into<String>) -> Refusal {
+        let text = text.into();
+        Refusal::Other { code, text }
     }
 
     /// An argument of the command line.
-    pub fn argument(argument: impl Into<String>, problem: impl Into<String>) -> Refusal {
-        Refusal::Argument {
-            argument: argument.into(),
-            problem: problem.into(),
-        }
+    pub fn argument(argument: impl Display, problem: impl Display) -> Refusal {
+        Refusal::other(Code::Usage, format!("{argument}: {problem}"))
     }
 
     /// A file that is not what it should be.
-    pub fn file(path: impl Into<PathBuf>, problem: impl Into<String>) -> Refusal {
-        Refusal::File {
-            path: path.into(),
-            problem: problem.into(),
-        }
+    pub fn file(path: impl AsRef<Path>, problem: impl Display) -> Refusal {
+        let text = format!("{}: {problem}", path.as_ref().display());
+        Refusal::other(Code::FileUnfit, text)
+    }
+
+    /// A checkpoint, or a handshake after one, with which a run cannot go on.
+    pub fn checkpoint(text: impl Into<String>) -> Refusal {
+        Refusal::other(Code::Of(Cause::CheckpointUnusable), text)
     }
 
     /// A participant that cannot do its part; the problem goes on from its name.

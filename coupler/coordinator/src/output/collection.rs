@@ -9,16 +9,16 @@ use std::path::PathBuf;
 use protocol::Phase;
 use serde::Serialize;
 
-use crate::error::{Error, Refusal};
-use crate::output::vtk_arrays::Ranges;
+use crate::error::{Error, Refusal, Result};
+use crate::output::vtk_arrays::ArrayRanges;
 use scheme::error::Unfit;
 
-/// Most moments within a phase: a folder with more files is nobody's wish.
+/// Most snapshots within a phase: more files in a folder are of no use.
 const MOST: f64 = 10_000.0;
 
 /// A moment at which the participants write their fields.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Moment {
+pub struct SnapshotTime {
     /// Name of the snapshot.
     pub name: String,
     /// Simulated time (s).
@@ -33,20 +33,24 @@ pub struct Moment {
 ///
 /// # Errors
 /// More than 10 000 moments in a phase.
-pub fn moments(phases: &[Phase], every_s: Option<f64>, end_s: f64) -> Result<Vec<Moment>, Refusal> {
-    let mut moments = Vec::new();
+pub fn snapshot_times(
+    phases: &[Phase],
+    every_s: Option<f64>,
+    end_s: f64,
+) -> Result<Vec<SnapshotTime>, Refusal> {
+    let mut snapshot_times = Vec::new();
     for phase in phases {
         let span = [phase.t0_s, phase.t1_s];
-        moments.extend(within(&phase.name, span, every_s)?);
-        moments.push(Moment {
+        snapshot_times.extend(within(&phase.name, span, every_s)?);
+        snapshot_times.push(SnapshotTime {
             name: phase.name.clone(),
             time_s: phase.t1_s,
             sampled: phase.sampled,
         });
     }
     let rest = [phases.last().map_or(0.0, |phase| phase.t1_s), end_s];
-    moments.extend(within("run", rest, every_s)?);
-    Ok(moments)
+    snapshot_times.extend(within("run", rest, every_s)?);
+    Ok(snapshot_times)
 }
 
 /// Moments within a span of time (s), ends excluded.
@@ -54,7 +58,7 @@ fn within(
     name: &str,
     [start, end]: [f64; 2],
     every_s: Option<f64>,
-) -> Result<impl Iterator<Item = Moment>, Refusal> {
+) -> Result<impl Iterator<Item = SnapshotTime>, Refusal> {
     let every = every_s.unwrap_or(f64::INFINITY);
     let parts = (end - start) * (1.0 - 1e-9) / every;
     if parts > MOST {
@@ -63,7 +67,7 @@ fn within(
         );
         return Err(Unfit::key("run.output.fields_every_s", problem).into());
     }
-    Ok((1..=parts as u64).map(move |k| Moment {
+    Ok((1..=parts as u64).map(move |k| SnapshotTime {
         name: format!("{name}-{k}"),
         time_s: start + k as f64 * every,
         sampled: false,
@@ -84,14 +88,12 @@ const END: &str = "</Collection>\n</VTKFile>\n";
 impl Collection {
     /// A file that begins with its first set.
     pub fn new(path: PathBuf) -> Collection {
-        Collection {
-            path,
-            sets_end: None,
-        }
+        let sets_end = None;
+        Collection { path, sets_end }
     }
 
     /// Adds sets, which [`data_set`] makes.
-    pub fn add(&mut self, sets: &str) -> Result<(), Error> {
+    pub fn add(&mut self, sets: &str) -> Result<()> {
         let written = self.write(sets).map_err(Error::output(self.path.display()));
         self.sets_end = Some(written?);
         Ok(())
@@ -125,7 +127,7 @@ pub struct FieldsSummary {
     /// Wall-clock time in which fields were written (s); of a resumed run that since it was resumed.
     pub wall_s: f64,
     /// By part, the range of each array at its last time: of numbers, or of the lengths of vectors.
-    pub last: BTreeMap<String, Ranges>,
+    pub last: BTreeMap<String, ArrayRanges>,
 }
 
 /// A file of a collection.
@@ -162,7 +164,7 @@ mod tests {
         };
         let phases = [phase("hold", [0.5, 2.0]), phase("cycling", [2.0, 6.0])];
         let told = |every| {
-            let all = moments(&phases, every, 6.0).expect("they are few");
+            let all = snapshot_times(&phases, every, 6.0).expect("they are few");
             Vec::from_iter(all.into_iter().map(|m| (m.name, m.time_s, m.sampled)))
         };
         let ends = [("hold", 2.0, true), ("cycling", 6.0, false)];
@@ -174,14 +176,14 @@ mod tests {
         assert_eq!(told(None), own(&ends));
         let all = [inner[0], ends[0], inner[1], last[0], last[1], ends[1]];
         assert_eq!(told(Some(1.0)), own(&all));
-        let error = moments(&phases, Some(1e-4), 6.0).expect_err("they are many");
+        let error = snapshot_times(&phases, Some(1e-4), 6.0).expect_err("they are many");
         assert!(error.to_string().contains("fields_every_s"), "{error}");
     }
 
     #[test]
     fn a_run_without_phases_or_beyond_them_has_the_moments_that_are_asked_for() {
         let told = |phases: &[Phase], every| {
-            let all = moments(phases, every, 3.0).expect("they are few");
+            let all = snapshot_times(phases, every, 3.0).expect("they are few");
             Vec::from_iter(all.into_iter().map(|m| (m.name, m.time_s)))
         };
         let two = [("run-1".to_string(), 1.0), ("run-2".to_string(), 2.0)];

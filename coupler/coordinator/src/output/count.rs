@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use super::facts::{bar, lasting};
 use super::pace::Remaining;
 use super::progress::{LINE_EVERY_S, OBJECT_EVERY_S};
-use super::stderr::{Manner, columns, draw, manner, tell_of};
+use super::run_progress::{bar, lasting};
+use super::stderr::{StderrMode, columns, draw, stderr_mode, tell_of};
 
 /// Time between two updates of the bar (s).
 const UPDATE_EVERY_S: f64 = 0.2;
@@ -29,18 +29,18 @@ pub struct Count {
 impl Count {
     /// Nothing is done yet.
     pub fn new(what: String, things: &'static str, total: usize) -> Count {
-        let drawn = manner() == Manner::Progress && columns().is_some();
+        let drawn = stderr_mode() == StderrMode::Progress && columns().is_some();
         Count {
             what,
             things,
             total,
             begun: Instant::now(),
             shown_s: 0.0,
-            every_s: match manner() {
-                Manner::Quiet => f64::INFINITY,
-                Manner::JsonLines => OBJECT_EVERY_S,
-                Manner::Progress if drawn => UPDATE_EVERY_S,
-                Manner::Progress => LINE_EVERY_S,
+            every_s: match stderr_mode() {
+                StderrMode::Quiet => f64::INFINITY,
+                StderrMode::JsonLines => OBJECT_EVERY_S,
+                StderrMode::Progress if drawn => UPDATE_EVERY_S,
+                StderrMode::Progress => LINE_EVERY_S,
             },
             drawn,
             remaining: Remaining::from(0.0),
@@ -50,7 +50,7 @@ impl Count {
     /// So many are done now; shows it if it is time to, and to a program when all are.
     pub fn at(&mut self, done: usize) {
         let spent_s = self.begun.elapsed().as_secs_f64();
-        let last = done == self.total && manner() == Manner::JsonLines;
+        let last = done == self.total && stderr_mode() == StderrMode::JsonLines;
         if spent_s - self.shown_s < self.every_s && !last {
             return;
         }
@@ -58,9 +58,10 @@ impl Count {
         self.remaining.add(done as f64, spent_s);
         let left_s = self.remaining.until(self.total as f64);
         match columns().filter(|_| self.drawn) {
-            Some(columns) => draw(vec![
-                self.line(done, left_s).chars().take(columns).collect(),
-            ]),
+            Some(columns) => {
+                let line = self.line(done, left_s);
+                draw(vec![line.chars().take(columns).collect()]);
+            }
             None => tell_of("count", self.object(done, left_s), || {
                 self.line(done, left_s)
             }),
@@ -69,10 +70,10 @@ impl Count {
 
     fn line(&self, done: usize, left_s: Option<f64>) -> String {
         let bar = bar(done as f64 / self.total.max(1) as f64);
-        let clock = left_s.map_or_else(
-            || format!("{} spent", lasting(self.shown_s)),
-            |left_s| format!("{} left", lasting(left_s)),
-        );
+        let clock = match left_s {
+            None => format!("{} spent", lasting(self.shown_s)),
+            Some(left_s) => format!("{} left", lasting(left_s)),
+        };
         let (what, total, things) = (&self.what, self.total, self.things);
         format!("{what} [{bar}] {done} of {total} {things}, {clock}")
     }

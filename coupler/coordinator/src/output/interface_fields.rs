@@ -4,7 +4,7 @@ use std::path::Path;
 
 use kit::vtk::{Kind, VtkFile};
 
-use crate::error::Error;
+use crate::error::{Error, Result};
 use scheme::group::{Group, Patch};
 use scheme::window::InterfaceState;
 
@@ -17,7 +17,7 @@ pub fn write(
     patch: &Patch,
     state: &InterfaceState,
     thickness_m: f64,
-) -> Result<(), Error> {
+) -> Result<()> {
     let nodes = &group.nodes;
     let mut order: Vec<usize> = patch.nodes.clone().collect();
     order.sort_by(|a, b| nodes.x_m[*a].total_cmp(&nodes.x_m[*b]));

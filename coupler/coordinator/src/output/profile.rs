@@ -6,12 +6,12 @@ use std::ops::Range;
 use protocol::{Surface, larger};
 use serde::{Deserialize, Serialize};
 
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::rundir::RunDir;
 
 /// Traction at the exchanged nodes, sorted by place.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Traction {
+pub struct InterfaceTraction {
     /// Places (m).
     pub x_m: Vec<f64>,
     /// Normal force (N), compression positive.
@@ -38,14 +38,14 @@ pub struct LoadedNodes<'a> {
     pub period_m: Option<f64>,
 }
 
-impl Traction {
+impl InterfaceTraction {
     /// The traction of an interface under these forces.
-    pub fn of(loaded: LoadedNodes, thickness_m: f64) -> Traction {
+    pub fn of(loaded: LoadedNodes, thickness_m: f64) -> InterfaceTraction {
         let nodes = loaded.nodes;
         let mut order: Vec<usize> = loaded.own.collect();
         order.sort_by(|a, b| nodes.x_m[*a].total_cmp(&nodes.x_m[*b]));
         let take = |value: &dyn Fn(usize) -> f64| order.iter().map(|i| value(*i)).collect();
-        Traction {
+        InterfaceTraction {
             x_m: take(&|i| nodes.x_m[i]),
             normal_n: take(&|i| -loaded.outward_y * loaded.force[2 * i + 1]),
             shear_n: take(&|i| loaded.force[2 * i]),
@@ -74,9 +74,10 @@ impl Traction {
     pub fn peak_of_means(&self, width_m: f64) -> f64 {
         let mut boxes = std::collections::BTreeMap::new();
         let images = self.period_m.map_or(vec![0.0], |p| vec![0.0, -p, p]);
-        let places = self.x_m.iter().enumerate();
-        let places = places.flat_map(|(node, x)| images.iter().map(move |by| (node, x + by)));
-        for (node, x) in places {
+        let nodes_and_images = self.x_m.iter().enumerate();
+        let nodes_and_images =
+            nodes_and_images.flat_map(|(node, x)| images.iter().map(move |by| (node, x + by)));
+        for (node, x) in nodes_and_images {
             let length = self.area_m2[node] / self.thickness_m;
             let (low, high) = (x - 0.5 * length, x + 0.5 * length);
             let index = |x: f64| (x / width_m).round() as i64;
@@ -110,7 +111,7 @@ impl Traction {
 }
 
 /// Makes the traction that a solver alone wrote at the end of this phase, if it wrote one, the run's `profile.csv`.
-pub fn adopt(rundir: &RunDir, phase: &str) -> Result<(), Error> {
+pub fn adopt(rundir: &RunDir, phase: &str) -> Result<()> {
     let fields = rundir.fields();
     let entries = std::fs::read_dir(&fields).map_err(Error::input(fields.display()))?;
     let ending = format!("-{phase}-profile.csv");
@@ -127,7 +128,7 @@ mod tests {
 
     #[test]
     fn boxes_share_nodes_that_lie_across_their_edges() {
-        let uniform = Traction {
+        let uniform = InterfaceTraction {
             x_m: vec![-0.8e-3, -0.4e-3, 0.0, 0.4e-3, 0.8e-3],
             normal_n: vec![40.0; 5],
             shear_n: vec![0.0; 5],
@@ -143,7 +144,7 @@ mod tests {
     /// 200 MPa over the 0.4 mm at both ends of 2 mm are 80 N + 80 N in the box of 1 mm across the seam, beside 20 N of its own.
     #[test]
     fn a_box_across_the_seam_of_a_line_that_repeats_is_a_whole_one() {
-        let at = |period_m| Traction {
+        let at = |period_m| InterfaceTraction {
             x_m: vec![-0.8e-3, -0.4e-3, 0.0, 0.4e-3, 0.8e-3],
             normal_n: vec![80.0, 40.0, 40.0, 40.0, 80.0],
             shear_n: vec![0.0; 5],

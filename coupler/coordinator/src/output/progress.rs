@@ -2,11 +2,11 @@
 
 use serde_json::{Value, json};
 
-use super::facts::Facts;
 use super::pace::Remaining;
-use super::stderr::{Manner, columns, draw, manner, tell_of};
+use super::run_progress::RunProgress;
+use super::stderr::{StderrMode, columns, draw, stderr_mode, tell_of};
 
-/// Parts of a run that a line is told after, and the time (s) after which one is told at any rate.
+/// A line is printed after each tenth of a run, and after this time (s) at the latest.
 const PARTS: f64 = 10.0;
 pub(super) const LINE_EVERY_S: f64 = 60.0;
 
@@ -18,7 +18,7 @@ pub(super) const OBJECT_EVERY_S: f64 = 1.0;
 
 /// A run that is on its way between two simulated times, from an instant on.
 #[derive(Clone, Debug, Default)]
-pub struct Course {
+pub struct ProgressSpan {
     /// Simulated time at which its windows begin (s).
     pub from_s: f64,
     /// Simulated time of its end (s).
@@ -34,7 +34,7 @@ pub struct Course {
 /// Progress of a run. It reads no clock: instants are those at which the coordinator last looked at its own.
 pub struct Progress {
     shown: bool,
-    course: Course,
+    course: ProgressSpan,
     remaining: Remaining,
     looked_ns: u64,
     told_ns: u64,
@@ -45,8 +45,8 @@ impl Progress {
     /// Progress of a run; silent unless `shown`.
     pub fn new(shown: bool) -> Progress {
         Progress {
-            shown: shown && manner() != Manner::Quiet,
-            course: Course::default(),
+            shown: shown && stderr_mode() != StderrMode::Quiet,
+            course: ProgressSpan::default(),
             remaining: Remaining::default(),
             looked_ns: 0,
             told_ns: 0,
@@ -55,7 +55,7 @@ impl Progress {
     }
 
     /// The windows start now.
-    pub fn begin(&mut self, course: Course) {
+    pub fn begin(&mut self, course: ProgressSpan) {
         self.looked_ns = course.at_ns;
         self.told_ns = course.at_ns;
         self.told_parts = (PARTS * course.from_s / course.end_s) as u64;
@@ -64,7 +64,7 @@ impl Progress {
     }
 
     /// The course, if it is time to look at a run that has come to `t_s` at the instant `now_ns`.
-    pub fn due(&self, t_s: f64, now_ns: u64) -> Option<&Course> {
+    pub fn due(&self, t_s: f64, now_ns: u64) -> Option<&ProgressSpan> {
         let due = now_ns.saturating_sub(self.looked_ns) >= UPDATE_NS || self.is_over(t_s);
         Some(&self.course).filter(|_| self.shown && due)
     }
@@ -74,21 +74,21 @@ impl Progress {
     }
 
     /// Shows how far a run has come; it was due.
-    pub fn show(&mut self, mut facts: Facts, now_ns: u64) {
+    pub fn show(&mut self, mut run_progress: RunProgress, now_ns: u64) {
         let seconds = |since_ns: u64| 1e-9 * now_ns.saturating_sub(since_ns) as f64;
         self.looked_ns = now_ns;
-        facts.spent_s = seconds(self.course.at_ns);
-        self.remaining.add(facts.t_s, facts.spent_s);
-        facts.left_s = self.remaining.until(self.course.end_s);
-        let over = self.is_over(facts.t_s);
-        let parts = (PARTS * facts.t_s / facts.end_s + 1e-9) as u64;
+        run_progress.spent_s = seconds(self.course.at_ns);
+        self.remaining.add(run_progress.t_s, run_progress.spent_s);
+        run_progress.left_s = self.remaining.until(self.course.end_s);
+        let over = self.is_over(run_progress.t_s);
+        let parts = (PARTS * run_progress.t_s / run_progress.end_s + 1e-9) as u64;
         let since_s = seconds(self.told_ns);
-        match (manner(), columns()) {
-            (Manner::JsonLines, _) if since_s < OBJECT_EVERY_S && !over => return,
-            (Manner::JsonLines, _) => tell_of("progress", facts.object(), String::new),
-            (_, Some(columns)) => draw(facts.block(columns)),
+        match (stderr_mode(), columns()) {
+            (StderrMode::JsonLines, _) if since_s < OBJECT_EVERY_S && !over => return,
+            (StderrMode::JsonLines, _) => tell_of("progress", run_progress.object(), String::new),
+            (_, Some(columns)) => draw(run_progress.block(columns)),
             _ if parts == self.told_parts && since_s < LINE_EVERY_S => return,
-            _ => tell_of("progress", Value::Null, || facts.line()),
+            _ => tell_of("progress", Value::Null, || run_progress.line()),
         }
         self.told_ns = now_ns;
         self.told_parts = parts;
@@ -99,9 +99,9 @@ impl Progress {
 pub fn prepare(run: &str, participants: &[&str]) {
     let object = json!({ "run": run, "participants": participants });
     let line = format!("{run}: {} prepare", participants.join(", "));
-    match (manner(), columns()) {
-        (Manner::JsonLines, _) => tell_of("prepare", object, String::new),
-        (Manner::Progress, Some(columns)) => draw(vec![line.chars().take(columns).collect()]),
+    match (stderr_mode(), columns()) {
+        (StderrMode::JsonLines, _) => tell_of("prepare", object, String::new),
+        (StderrMode::Progress, Some(columns)) => draw(vec![line.chars().take(columns).collect()]),
         _ => {}
     }
 }

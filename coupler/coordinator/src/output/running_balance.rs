@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use scheme::ledger::EnergySums;
 
-/// Windows in a row after which a balance is hopeless. What a scheme loses in a window is of first order in its length, so that
+/// Windows in a row beyond the bound after which a balance counts as lost. What a scheme loses in a window is of first order in its length, so that
 /// the beginning of a sound run may be off by a few windows over the time so far: scheme `velocity` in `quick` by 0.147 after twenty
 /// windows and 0.011 at the end.
 const PATIENCE: u32 = 100;
@@ -23,13 +23,13 @@ pub struct RunningBalance {
 }
 
 impl RunningBalance {
-    /// Adds the energies of a ledger after a window; the value where that makes them hopeless, once.
+    /// Adds the energies of a ledger after a window; its value, once, when that makes the balance lost.
     pub fn add(&mut self, sums: &EnergySums, bounds: Bounds) -> Option<f64> {
         let scale_j = larger(sums.worked_j(), sums.kept_size_j);
         self.see(sums.defect_j().abs(), scale_j, bounds.suspect)
     }
 
-    /// Adds a defect and its scale (J) after a window; the value where that makes them hopeless, once.
+    /// Adds a defect and its scale (J) after a window; its value, once, when that makes the balance lost.
     pub fn see(&mut self, defect_j: f64, scale_j: f64, bound: f64) -> Option<f64> {
         self.defect_j = larger(self.defect_j, defect_j);
         self.scale_j = larger(self.scale_j, scale_j);

@@ -3,7 +3,7 @@
 use protocol::{Description, Phase, Window};
 use serde::{Deserialize, Serialize};
 
-use super::profile::Traction;
+use super::profile::InterfaceTraction;
 use scheme::keys::Interface;
 use scheme::window::InterfaceSignals;
 
@@ -32,7 +32,7 @@ struct InterfaceMean {
     force_sum_n: f64,
     /// Force that pushes the continuum down (N).
     down_sum_n: f64,
-    traction: Option<Traction>,
+    traction: Option<InterfaceTraction>,
 }
 
 impl SampledMeans {
@@ -65,7 +65,7 @@ impl SampledMeans {
     }
 
     /// Keeps the traction of an interface at the end of the phase.
-    pub fn keep_traction(&mut self, interface: usize, traction: Traction) {
+    pub fn keep_traction(&mut self, interface: usize, traction: InterfaceTraction) {
         self.interfaces[interface].traction = Some(traction);
     }
 

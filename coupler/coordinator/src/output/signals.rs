@@ -7,7 +7,7 @@ use std::path::Path;
 
 use protocol::Description;
 
-use crate::error::{Error, Refusal};
+use crate::error::{Error, Refusal, Result};
 use crate::rundir::RunDir;
 use scheme::keys::Interface;
 use scheme::window::InterfaceSignals;
@@ -22,12 +22,12 @@ pub struct SignalsFile {
 impl SignalsFile {
     /// Starts the file with its header: time, what the coupler sees, then each participant's signals and ledger
     /// terms. A participant that runs alone needs no prefix, and neither does the only interface.
-    pub fn create<'a>(
+    pub fn create(
         rundir: &RunDir,
-        names: impl Iterator<Item = &'a str>,
+        names: &[&str],
         descriptions: &[&Description],
         interfaces: &[Interface],
-    ) -> Result<SignalsFile, Error> {
+    ) -> Result<SignalsFile> {
         let path = rundir.path().join("signals.csv");
         let name = path.display().to_string();
         let file = File::create(&path).map_err(Error::output(&name))?;
@@ -38,7 +38,7 @@ impl SignalsFile {
             header.extend(seen.map(|signal| format!("{prefix}{signal}")));
         }
         let coupled = !interfaces.is_empty();
-        for (participant, description) in names.zip(descriptions) {
+        for (participant, description) in names.iter().zip(descriptions) {
             let dotted = format!("{participant}.");
             let prefix = if coupled { &dotted } else { "" };
             let signals = description.signals.iter();
@@ -56,7 +56,7 @@ impl SignalsFile {
     }
 
     /// Takes over the first `bytes` of the file of another run in place of what is there.
-    pub fn carry_over(&mut self, from: &Path, bytes: u64) -> Result<(), Error> {
+    pub fn carry_over(&mut self, from: &Path, bytes: u64) -> Result<()> {
         let mut rows = Vec::new();
         let source = File::open(from).and_then(|source| source.take(bytes).read_to_end(&mut rows));
         source.map_err(Error::input(from.display()))?;
@@ -75,7 +75,7 @@ impl SignalsFile {
     }
 
     /// Sees that all rows are on the disk; returns the size of the file.
-    pub fn sync(&mut self) -> Result<u64, Error> {
+    pub fn sync(&mut self) -> Result<u64> {
         let synced = self.file.flush().and_then(|()| {
             self.file.get_ref().sync_data()?;
             self.file.stream_position()
@@ -89,7 +89,7 @@ impl SignalsFile {
         time_s: f64,
         reports: &[Vec<f64>],
         interfaces: &[InterfaceSignals],
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let _ = write!(self.line, "{time_s:e}");
         for seen in interfaces {
             let [fx, fy] = seen.force_n;
@@ -103,11 +103,11 @@ impl SignalsFile {
     }
 
     /// Writes out what is buffered.
-    pub fn finish(&mut self) -> Result<(), Error> {
+    pub fn finish(&mut self) -> Result<()> {
         self.file.flush().map_err(Error::output(&self.name))
     }
 
-    fn end_line(&mut self) -> Result<(), Error> {
+    fn end_line(&mut self) -> Result<()> {
         self.line.push('\n');
         let written = self.file.write_all(self.line.as_bytes());
         self.line.clear();

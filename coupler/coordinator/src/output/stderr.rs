@@ -12,7 +12,7 @@ use terminal_size::{Width, terminal_size_of};
 
 /// The manner in which this process speaks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Manner {
+pub enum StderrMode {
     /// Sentences, and progress.
     #[default]
     Progress,
@@ -22,36 +22,36 @@ pub enum Manner {
     JsonLines,
 }
 
-static MANNER: OnceLock<Manner> = OnceLock::new();
+static STDERR_MODE: OnceLock<StderrMode> = OnceLock::new();
 static BLOCK: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 /// Has this process speak in a manner. The first word counts.
-pub fn speak(manner: Manner) {
-    let _ = MANNER.set(manner);
+pub fn set_stderr_mode(stderr_mode: StderrMode) {
+    let _ = STDERR_MODE.set(stderr_mode);
 }
 
 /// The manner in which this process speaks.
-pub fn manner() -> Manner {
-    MANNER.get().copied().unwrap_or_default()
+pub fn stderr_mode() -> StderrMode {
+    STDERR_MODE.get().copied().unwrap_or_default()
 }
 
-/// Tells a person something, a program the same as the `text` of a `note`. Whoever closed stderr does not want to know.
+/// Tells a person something, a program the same as the `text` of a `note`. Errors of a closed stderr are ignored.
 pub fn tell(text: &str) {
     tell_of("note", json!({ "text": text }), || text.into());
 }
 
 /// The same about how far something has come, which is not told to who wants it quiet.
 pub fn tell_progress(text: &str) {
-    if manner() != Manner::Quiet {
+    if stderr_mode() != StderrMode::Quiet {
         tell(text);
     }
 }
 
 /// Tells a person in words what a program is told as an object, which gets its name as `event`.
 pub fn tell_of(event: &str, object: Value, words: impl FnOnce() -> String) {
-    let line = match manner() {
-        Manner::JsonLines => named(event, object).to_string(),
-        Manner::Progress | Manner::Quiet => words(),
+    let line = match stderr_mode() {
+        StderrMode::JsonLines => named(event, object).to_string(),
+        StderrMode::Progress | StderrMode::Quiet => words(),
     };
     let block = BLOCK.lock().unwrap_or_else(PoisonError::into_inner);
     write(&redrawn(&block, &format!("{line}\n"), &block));

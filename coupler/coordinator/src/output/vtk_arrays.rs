@@ -5,13 +5,13 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
-use crate::error::{Error, Refusal};
+use crate::error::{Error, Refusal, Result};
 
 /// The data arrays of a file by their names; `points` are the coordinates.
 pub type Arrays = BTreeMap<String, Vec<f64>>;
 
 /// Range of each array of points or cells: least and largest number, or lengths of vectors; none of one that is empty.
-pub type Ranges = BTreeMap<String, Option<[f64; 2]>>;
+pub type ArrayRanges = BTreeMap<String, Option<[f64; 2]>>;
 
 /// Beginning of the part that is no text.
 const APPENDED: &[u8] = b"<AppendedData";
@@ -20,7 +20,7 @@ const APPENDED: &[u8] = b"<AppendedData";
 const MARKUP: u64 = 64 << 10;
 
 /// Reads every array. Those that share a name (connectivity of several kinds of cells) keep the last one's numbers.
-pub fn read(path: &Path) -> Result<Arrays, Error> {
+pub fn read(path: &Path) -> Result<Arrays> {
     let bytes = fs::read(path).map_err(Error::input(path.display()))?;
     let damaged = |why: String| Refusal::file(path, format!("{why}; run the scenario again"));
     let markup = find(&bytes, APPENDED).unwrap_or(bytes.len());
@@ -44,13 +44,13 @@ pub fn read(path: &Path) -> Result<Arrays, Error> {
 }
 
 /// Ranges that the file itself tells, which are those of the numbers that its author had; none of a file that tells none.
-pub fn ranges(path: &Path) -> Result<Ranges, Error> {
+pub fn ranges(path: &Path) -> Result<ArrayRanges> {
     let mut start = Vec::new();
     File::open(path)
         .and_then(|file| file.take(MARKUP).read_to_end(&mut start))
         .map_err(Error::input(path.display()))?;
     let Some(markup) = find(&start, APPENDED) else {
-        return Ok(Ranges::new());
+        return Ok(ArrayRanges::new());
     };
     let text = String::from_utf8_lossy(&start[..markup]);
     let sections = ["PointData", "CellData"].map(|section| {

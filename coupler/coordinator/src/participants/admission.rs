@@ -94,30 +94,16 @@ pub fn fault_of_surface(surface: &Surface) -> Option<String> {
     let finite = |value: f64| value.is_finite();
     let some = |value: f64| value.is_finite() && value >= 0.0;
     let positive = |value: f64| value.is_finite() && value > 0.0;
-    type Column<'a> = (&'a str, &'a [f64], fn(f64) -> bool, &'a str);
-    let columns: [Column; 5] = [
-        ("x (m)", &surface.x_m, finite, "be finite"),
-        ("y (m)", &surface.y_m, finite, "be finite"),
-        (
-            "mass (kg)",
-            &surface.mass_kg,
-            some,
-            "be finite and not below zero",
-        ),
-        (
-            "radius (m)",
-            &surface.radius_m,
-            some,
-            "be finite and not below zero",
-        ),
-        (
-            "length (m)",
-            &surface.length_m,
-            positive,
-            "be finite and above zero",
-        ),
+    type Rule = (&'static str, fn(f64) -> bool, &'static str);
+    let rules: [Rule; 5] = [
+        ("x (m)", finite, "be finite"),
+        ("y (m)", finite, "be finite"),
+        ("mass (kg)", some, "be finite and not below zero"),
+        ("radius (m)", some, "be finite and not below zero"),
+        ("length (m)", positive, "be finite and above zero"),
     ];
-    columns.into_iter().find_map(|(what, values, sound, must)| {
+    let mut columns = surface.columns().into_iter().zip(rules);
+    columns.find_map(|(values, (what, sound, must))| {
         let point = values.iter().position(|value| !sound(*value))?;
         Some(format!(
             "sent a surface whose point {point} has the {what} {}: it must {must}",

@@ -1,4 +1,9 @@
 //! Requests and answers between the coordinator and its participants.
+//!
+//! A request goes from the port of the schemes ([`Remote`](super::remote::Remote)) to [`send`](trait.Communicator.html) here, from
+//! there to [`Peer::send`], and onto the link.
+
+use std::borrow::Cow;
 
 use protocol::busy::BusyTimes;
 use protocol::{Frame, Header, Kind, PROTOCOL_VERSION, Window};
@@ -6,11 +11,11 @@ use protocol::{Frame, Header, Kind, PROTOCOL_VERSION, Window};
 use super::peer::{Peer, Wait};
 use super::process::SharedMemory;
 use super::watch::Watch;
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::scenario::{Deadlines, Label, Scenario};
 
-/// A way to speak to all participants of a run, frame by frame. [`Peers`] is the plain one; recording and rehearsing are
-/// wrapped around it and see every frame.
+/// A way to speak to all participants of a run, frame by frame. [`Peers`] is the plain one; those that record an exchange or
+/// compare it with a log are wrapped around it and see every frame.
 pub trait Communicator {
     /// The participants themselves.
     fn peers(&self) -> &Peers;
@@ -19,48 +24,53 @@ pub trait Communicator {
     fn peers_mut(&mut self) -> &mut Peers;
 
     /// Takes note of a frame that passed: a request whose turn has come, or an answer.
-    fn witness(&mut self, peer: usize, answer: bool, frame: &Frame) -> Result<(), Error> {
-        let _ = (peer, answer, frame);
+    fn passed(&mut self, peer: usize, by: SentBy, frame: Cow<Frame>) -> Result<()> {
+        let _ = (peer, by, frame);
         Ok(())
     }
 
     /// Closes a window.
-    fn end_window(&mut self, window: u64) -> Result<(), Error> {
+    fn end_window(&mut self, window: u64) -> Result<()> {
         let _ = window;
         Ok(())
     }
+}
 
-    /// Sends a request whose turn has come.
-    fn send(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<(), Error> {
-        let frame = self.peers_mut().transmit(peer, header, payload)?;
-        self.witness(peer, false, &frame)
-    }
-
-    /// Waits for the answer of this kind.
-    fn receive(&mut self, peer: usize, kind: Kind) -> Result<Frame, Error> {
-        let frame = self.peers_mut().await_answer(peer, kind)?;
-        self.witness(peer, true, &frame)?;
-        Ok(frame)
-    }
+/// The sender of a frame between the coordinator and one of its participants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SentBy {
+    /// A request.
+    Coordinator,
+    /// An answer.
+    Participant,
 }
 
 impl dyn Communicator + '_ {
-    /// Sends a request of numbers.
-    pub fn tell(
+    /// Sends a request whose turn has come. A payload that is borrowed is copied only where the request was not sent early.
+    pub fn send<'p>(
         &mut self,
         peer: usize,
         kind: Kind,
         window: &Window,
-        payload: Vec<f64>,
-    ) -> Result<(), Error> {
+        payload: impl Into<Cow<'p, [f64]>>,
+    ) -> Result<()> {
         let header = self.peers().header(peer, kind, window);
-        self.send(peer, header, payload)
+        let (to, wait) = self.peers_mut().waiting(peer, kind == Kind::Hello);
+        let frame = to.send(header, payload.into(), &wait)?;
+        self.passed(peer, SentBy::Coordinator, Cow::Owned(frame))
     }
 
-    /// Sends a request that is a text.
-    pub fn tell_text(&mut self, peer: usize, kind: Kind, text: &str) -> Result<(), Error> {
-        let header = self.peers().header(peer, kind, &Window::default());
-        self.send(peer, header, Frame::with_text(header, text).payload)
+    /// Waits for the answer of this kind.
+    pub fn receive(&mut self, peer: usize, kind: Kind) -> Result<Frame> {
+        let (from, wait) = self.peers_mut().waiting(peer, kind == Kind::Welcome);
+        let frame = from.receive(kind, &wait)?;
+        let (theirs, ours) = (frame.header.run_id, self.peers().run_id);
+        if theirs != ours {
+            let why = format!("answered for run {theirs:016x}, this is run {ours:016x}");
+            return Err(self.peers().protocol_error(peer, why));
+        }
+        self.passed(peer, SentBy::Participant, Cow::Borrowed(&frame))?;
+        Ok(frame)
     }
 
     /// Asks all for the same at once, so that they work side by side, and reads their answers.
@@ -69,10 +79,10 @@ impl dyn Communicator + '_ {
         (kind, answer): (Kind, Kind),
         payload: &[f64],
         read: impl Fn(&Frame) -> Result<T, String>,
-    ) -> Result<Vec<T>, Error> {
+    ) -> Result<Vec<T>> {
         let count = self.peers().count();
         for peer in 0..count {
-            self.tell(peer, kind, &Window::default(), payload.to_vec())?;
+            self.send(peer, kind, &Window::default(), payload)?;
         }
         (0..count)
             .map(|peer| {
@@ -82,26 +92,26 @@ impl dyn Communicator + '_ {
             .collect()
     }
 
-    /// A request of numbers and its answer's numbers.
-    pub fn ask(
+    /// A request of numbers and its answer.
+    pub fn ask<'p>(
         &mut self,
         peer: usize,
         (kind, answer): (Kind, Kind),
         window: &Window,
-        payload: Vec<f64>,
-    ) -> Result<Vec<f64>, Error> {
-        self.tell(peer, kind, window, payload)?;
-        Ok(self.receive(peer, answer)?.payload)
+        payload: impl Into<Cow<'p, [f64]>>,
+    ) -> Result<Frame> {
+        self.send(peer, kind, window, payload)?;
+        self.receive(peer, answer)
     }
 
     /// Waits for an answer that must hold exactly `length` finite numbers.
-    pub fn hear_exactly(
+    pub fn receive_numbers(
         &mut self,
         peer: usize,
         kind: Kind,
         window: &Window,
         length: usize,
-    ) -> Result<Vec<f64>, Error> {
+    ) -> Result<Vec<f64>> {
         let numbers = self.receive(peer, kind)?.payload;
         if numbers.len() != length {
             let why = format!("answered {} numbers where {length} were due", numbers.len());
@@ -179,8 +189,8 @@ impl Peers {
     }
 
     /// The instant of the last answer (ns of the monotonic clock).
-    pub fn heard_ns(&self) -> u64 {
-        let instants = self.peers.iter().map(|peer| peer.heard_ns);
+    pub fn last_answer_ns(&self) -> u64 {
+        let instants = self.peers.iter().map(|peer| peer.last_answer_ns);
         instants.max().unwrap_or(0)
     }
 
@@ -220,34 +230,34 @@ impl Peers {
         }
     }
 
-    /// Sends a request and returns its frame.
-    fn transmit(&mut self, peer: usize, header: Header, payload: Vec<f64>) -> Result<Frame, Error> {
-        let greeting = header.kind == Kind::Hello as u32;
-        let wait = wait(&self.deadlines, &self.watch, greeting);
-        self.peers[peer].send(header, payload, &wait)
-    }
-
-    /// Sends a request that will be told next, while the peer still answers the one before: it then need not sleep in
+    /// Sends a request that will come next, while the peer still answers the one before: it then need not sleep in
     /// between, and what the coordinator does with that answer costs no time.
     pub fn send_early(
         &mut self,
         peer: usize,
-        header: Header,
-        payload: Vec<f64>,
-    ) -> Result<(), Error> {
-        let wait = wait(&self.deadlines, &self.watch, false);
-        self.peers[peer].send_early(header, payload, &wait)
+        kind: Kind,
+        window: &Window,
+        payload: &[f64],
+    ) -> Result<()> {
+        let header = self.header(peer, kind, window);
+        let (to, wait) = self.waiting(peer, false);
+        to.send_early(header, payload, &wait)
     }
 
-    fn await_answer(&mut self, peer: usize, kind: Kind) -> Result<Frame, Error> {
-        let wait = wait(&self.deadlines, &self.watch, kind == Kind::Welcome);
-        let frame = self.peers[peer].receive(kind, &wait)?;
-        if frame.header.run_id == self.run_id {
-            return Ok(frame);
-        }
-        let (theirs, ours) = (frame.header.run_id, self.run_id);
-        let why = format!("answered for run {theirs:016x}, this is run {ours:016x}");
-        Err(self.protocol_error(peer, why))
+    /// A participant and how long it may be waited for: set-ups, which greetings wait for, take longer than answers.
+    fn waiting(&mut self, peer: usize, greeting: bool) -> (&mut Peer, Wait<'_>) {
+        let (seconds, key) = if greeting {
+            (self.deadlines.setup_s, "setup_s")
+        } else {
+            (self.deadlines.answer_s, "answer_s")
+        };
+        let watch = &self.watch;
+        let wait = Wait {
+            seconds,
+            key,
+            watch,
+        };
+        (&mut self.peers[peer], wait)
     }
 }
 
@@ -258,19 +268,5 @@ impl Communicator for Peers {
 
     fn peers_mut(&mut self) -> &mut Peers {
         self
-    }
-}
-
-/// Set-ups take longer than answers.
-fn wait<'a>(deadlines: &Deadlines, watch: &'a Watch, greeting: bool) -> Wait<'a> {
-    let (seconds, key) = if greeting {
-        (deadlines.setup_s, "setup_s")
-    } else {
-        (deadlines.answer_s, "answer_s")
-    };
-    Wait {
-        seconds,
-        key,
-        watch,
     }
 }

@@ -1,4 +1,4 @@
-//! The farewell of a participant, read with patience: one number that is none must not cost a whole run.
+//! The farewell of a participant, read leniently: one number that is not finite must not spoil a whole run.
 
 use protocol::Frame;
 use protocol::serve::Farewell;
@@ -7,8 +7,9 @@ use serde_json::Value;
 /// Reads a farewell. `NaN` and `Infinity`, which JSON does not have and some programs write all the same, count as missing: a result
 /// or a work without value is left out with a warning, a time or a memory is zero.
 pub fn read_farewell(frame: &Frame) -> Result<Farewell, String> {
-    let text = frame.text().map_err(|error| error.to_string())?;
-    parse(&text).map_err(|error| error.to_string())
+    let text = frame.text().map_err(|error| error.to_string());
+    let read = text.and_then(|text| parse(&text).map_err(|error| error.to_string()));
+    read.map_err(|why| format!("sent an outcome that cannot be read: {why}"))
 }
 
 fn parse(text: &str) -> serde_json::Result<Farewell> {
@@ -30,7 +31,7 @@ fn parse(text: &str) -> serde_json::Result<Farewell> {
             *number = 0.into();
         }
     }
-    // Times that cannot be read are as good as none.
+    // Times that cannot be read are left out.
     let busy = value.as_object_mut().and_then(|told| told.remove("busy"));
     let mut farewell: Farewell = serde_json::from_value(value)?;
     let busy = busy.and_then(|busy| serde_json::from_value(busy).ok());

@@ -1,12 +1,13 @@
 //! The greeting of all participants, and the check that everybody speaks of the same run.
 
+use protocol::frame::packed;
 use protocol::serve::{Hello, Welcome};
-use protocol::{Description, Kind, PROTOCOL_VERSION};
+use protocol::{Cause, Description, Kind, PROTOCOL_VERSION, Window};
 
 use super::admission::fault_of_description;
 use super::communicator::Communicator;
 use super::peer::read_json;
-use crate::error::{Error, Refusal};
+use crate::error::{Code, Refusal, Result};
 use crate::scenario::load::Loaded;
 
 /// A participant that answered the greeting.
@@ -24,7 +25,7 @@ pub fn greet(
     communicator: &mut dyn Communicator,
     loaded: &Loaded,
     run_id: u64,
-) -> Result<Vec<Greeted>, Error> {
+) -> Result<Vec<Greeted>> {
     let count = communicator.peers().count();
     for peer in 0..count {
         let hello = Hello {
@@ -35,18 +36,14 @@ pub fn greet(
             units: "SI".into(),
         };
         let text = serde_json::to_string(&hello).expect("our own types always serialise");
-        communicator.tell_text(peer, Kind::Hello, &text)?;
+        communicator.send(peer, Kind::Hello, &Window::default(), packed(&text))?;
     }
     (0..count)
         .map(|peer| welcome(communicator, peer, loaded))
         .collect()
 }
 
-fn welcome(
-    communicator: &mut dyn Communicator,
-    peer: usize,
-    loaded: &Loaded,
-) -> Result<Greeted, Error> {
+fn welcome(communicator: &mut dyn Communicator, peer: usize, loaded: &Loaded) -> Result<Greeted> {
     let frame = communicator.receive(peer, Kind::Welcome)?;
     let welcome: Welcome = read_json(&frame).map_err(|why| {
         let why = format!("sent a greeting that cannot be read: {why}");
@@ -61,13 +58,11 @@ fn welcome(
     ];
     for (what, [theirs, ours]) in told {
         if theirs != ours {
-            let participant = communicator.peers().name(peer).to_string();
-            return Err(Error::from(Refusal::OtherRun {
-                participant,
-                what,
-                theirs,
-                ours,
-            }));
+            let participant = communicator.peers().name(peer);
+            let text = format!(
+                "participant `{participant}` {what} {theirs}, the coordinator {ours}: build both from the same release and launch both for the same run"
+            );
+            return Err(Refusal::other(Code::Of(Cause::OtherRelease), text).into());
         }
     }
     if let Some(why) = fault_of_description(&welcome.description) {

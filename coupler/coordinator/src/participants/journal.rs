@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::error::{Error, Refusal};
+use crate::error::{Refusal, Result};
 use exchange_log::{Entry, Exchange, ExchangeHasher, LogStats, Recorder, recover};
 
 /// Doubles that may wait for the end of their window.
@@ -41,9 +41,9 @@ impl Journal {
         }
     }
 
-    /// Begins with the first `blocks` of the log of another run, which is gone on with. Returns the messages of the
+    /// Begins with the first `blocks` of the log of another run, which this one resumes. Returns the messages of the
     /// first of them, the handshake of a coupled run.
-    pub fn carry_over(&mut self, log: &Path, blocks: u64) -> Result<Vec<Exchange>, Error> {
+    pub fn carry_over(&mut self, log: &Path, blocks: u64) -> Result<Vec<Exchange>> {
         let mut first = Vec::new();
         for entry in recover(log)? {
             match entry? {
@@ -64,7 +64,7 @@ impl Journal {
     }
 
     /// Adds a message.
-    pub fn add(&mut self, exchange: Exchange) -> Result<(), Error> {
+    pub fn add(&mut self, exchange: Exchange) -> Result<()> {
         self.waiting_doubles += exchange.frame.payload.len();
         self.waiting.push(exchange);
         if self.waiting_doubles < WAITING_DOUBLES {
@@ -74,13 +74,13 @@ impl Journal {
     }
 
     /// Ends a block, the handshake or a window.
-    pub fn end_window(&mut self, window: u64) -> Result<(), Error> {
+    pub fn end_window(&mut self, window: u64) -> Result<()> {
         self.blocks += 1;
         self.write_down(Some(window))
     }
 
     /// Sees that the log is on the disk; returns how many blocks it holds.
-    pub fn sync(&mut self) -> Result<u64, Error> {
+    pub fn sync(&mut self) -> Result<u64> {
         self.write_down(None)?;
         if let Some(recorder) = &mut self.recorder {
             recorder.sync()?;
@@ -89,7 +89,7 @@ impl Journal {
     }
 
     /// Completes both; the messages of a window that did not end are in them.
-    pub fn close(&mut self) -> Result<Closed, Error> {
+    pub fn close(&mut self) -> Result<Closed> {
         let written = self.write_down(None);
         let start = Instant::now();
         let hash = std::mem::take(&mut self.hasher).finish();
@@ -104,7 +104,7 @@ impl Journal {
     }
 
     /// Hashes and logs the waiting messages, and the end of a window if it is one.
-    fn write_down(&mut self, window: Option<u64>) -> Result<(), Error> {
+    fn write_down(&mut self, window: Option<u64>) -> Result<()> {
         self.waiting_doubles = 0;
         let waiting = std::mem::take(&mut self.waiting);
         let start = Instant::now();

@@ -9,11 +9,11 @@ use protocol::link::shm::{ShmLink, WaitMode};
 use protocol::{Link, PROTOCOL_VERSION, Session, Setting, Transport, serve};
 
 use super::communicator::Peers;
-use super::peer::{Life, Peer};
+use super::peer::{OtherEnd, Peer};
 use super::process::{SharedMemory, require_open_files, require_program, spawn};
 use super::registry::Registry;
 use super::watch::Watch;
-use crate::error::{Error, Refusal};
+use crate::error::{Error, Refusal, Result};
 use crate::rundir::RunDir;
 use crate::scenario::load::Loaded;
 use crate::scenario::{Participant, TransportKind};
@@ -37,7 +37,7 @@ pub struct Launcher<'a> {
 impl Launcher<'_> {
     /// Starts participants of the scenario, each in its process or thread. Children are spawned by the calling thread,
     /// which must outlive them: a child is told to end when the thread that spawned it ends.
-    pub fn start(&self, participants: &[Participant], watch: Watch) -> Result<Peers, Error> {
+    pub fn start(&self, participants: &[Participant], watch: Watch) -> Result<Peers> {
         let memory = SharedMemory::new(self.run_id);
         let scenario = &self.loaded.scenario;
         if scenario.run.transport == TransportKind::Shm {
@@ -49,29 +49,22 @@ impl Launcher<'_> {
             let (link, life) = match scenario.run.transport {
                 TransportKind::Shm => self.start_process(participant, &memory)?,
                 TransportKind::Channel if participant.command.is_some() => {
-                    return Err(Error::from(Refusal::participant(
-                        name,
-                        "has a command of its own and cannot run inside the coordinator: set run.transport = \"shm\"",
-                    )));
+                    let problem = "has a command of its own and cannot run inside the coordinator: set run.transport = \"shm\"";
+                    return Err(Refusal::participant(name, problem).into());
                 }
                 TransportKind::Channel => self.start_thread(participant)?,
             };
             peers.push(Peer::new(name, link, life));
         }
-        Ok(Peers::new(
-            peers,
-            Some(memory),
-            self.run_id,
-            scenario,
-            watch,
-        ))
+        let memory = Some(memory);
+        Ok(Peers::new(peers, memory, self.run_id, scenario, watch))
     }
 
     fn start_process(
         &self,
         participant: &Participant,
         memory: &SharedMemory,
-    ) -> Result<(Box<dyn Link>, Life), Error> {
+    ) -> Result<(Box<dyn Link>, OtherEnd)> {
         let SharedMemory { root, prefix } = memory;
         let transport = Transport::Shm {
             root: root.clone(),
@@ -79,27 +72,23 @@ impl Launcher<'_> {
         };
         let processes = self.loaded.scenario.participant.len() + 1;
         let wait = WaitMode::Auto { processes };
-        let link =
-            ShmLink::coordinator(root, prefix, &participant.name, wait).map_err(|error| {
-                Error::Protocol {
-                    peer: participant.name.clone(),
-                    phase: "before its launch".into(),
-                    why: error.to_string(),
-                }
-            })?;
+        let (name, kind) = (&participant.name, &participant.kind);
+        let link = ShmLink::coordinator(root, prefix, name, wait);
+        let link = link.map_err(|error| Error::Protocol {
+            peer: name.clone(),
+            phase: "before its launch".into(),
+            why: error.to_string(),
+        })?;
         let session = self.session(participant, transport);
-        let child = spawn(
-            self.command(participant)?,
-            &session,
-            &absolute(self.rundir.logs()),
-        )?;
-        let (name, kind, pid) = (&participant.name, &participant.kind, child.id());
+        let logs = absolute(self.rundir.logs());
+        let child = spawn(self.command(participant)?, &session, &logs)?;
+        let pid = child.id();
         self.rundir
             .note(&format!("participant `{name}` ({kind}) pid {pid}"));
-        Ok((Box::new(link), Life::Process(child)))
+        Ok((Box::new(link), OtherEnd::Process(child)))
     }
 
-    fn start_thread(&self, participant: &Participant) -> Result<(Box<dyn Link>, Life), Error> {
+    fn start_thread(&self, participant: &Participant) -> Result<(Box<dyn Link>, OtherEnd)> {
         let build = self.registry.find(participant)?.build;
         let session = self.session(participant, Transport::Channel);
         let (ours, mut theirs) = channel::pair();
@@ -109,12 +98,12 @@ impl Launcher<'_> {
             .name(name)
             .spawn(move || serve(&session, &mut theirs, build).map_err(|error| error.to_string()))
             .map_err(Error::input(what))?;
-        Ok((Box::new(ours), Life::Thread(Some(thread))))
+        Ok((Box::new(ours), OtherEnd::Thread(Some(thread))))
     }
 
     /// The shipped solvers are served by this very program; a foreign program is started through `exec-child`,
     /// which ties its life to the coordinator's before handing over.
-    fn command(&self, participant: &Participant) -> Result<Command, Error> {
+    fn command(&self, participant: &Participant) -> Result<Command> {
         let mut command = Command::new(&self.program);
         match &participant.command {
             None => {

@@ -1,5 +1,6 @@
-//! One participant, seen from the coordinator: its connection and its life.
+//! One participant, seen from the coordinator: its connection and what is at its other end.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
@@ -7,19 +8,19 @@ use std::time::Duration;
 
 use protocol::busy::{BusyTimes, monotonic_ns};
 use protocol::link::channel;
-use protocol::{Frame, Header, Kind, Link, LinkError, NodeError, PROTOCOL_VERSION};
+use protocol::{Cause, Frame, Header, Kind, Link, LinkError, NodeError, PROTOCOL_VERSION};
 use serde::de::DeserializeOwned;
 
 use super::process::{self, Process};
 use super::watch::Watch;
-use crate::error::{Error, Refusal};
+use crate::error::{Code, Error, Refusal, Result};
 use exchange_log::timing::RequestTimes;
 
 /// Time after which a wait looks up from the connection to see whether the peer still lives.
 const SLICE: Duration = Duration::from_millis(50);
 
-/// The life at the other end of a connection.
-pub enum Life {
+/// The participant at the other end of a connection, and what it runs in.
+pub enum OtherEnd {
     /// In a process of its own.
     Process(Process),
     /// In a thread of the coordinator.
@@ -46,7 +47,7 @@ pub struct Peer {
     pub name: String,
     link: Box<dyn Link>,
     /// Ends after its connection was closed.
-    life: Life,
+    other_end: OtherEnd,
     /// The last request, for messages.
     asked: String,
     /// A request that was sent before its turn.
@@ -62,7 +63,7 @@ pub struct Peer {
     /// Length of all of these times (ns).
     pub waited_ns: u64,
     /// The end of the last one (ns of the monotonic clock).
-    pub heard_ns: u64,
+    pub last_answer_ns: u64,
     /// Times of the requests that it answered, if they are kept.
     pub times: Option<Vec<RequestTimes>>,
 }
@@ -75,12 +76,12 @@ struct Asked {
 }
 
 impl Peer {
-    /// Joins a connection with the life at its other end.
-    pub fn new(name: &str, link: Box<dyn Link>, life: Life) -> Peer {
+    /// Joins a connection with what is at its other end.
+    pub fn new(name: &str, link: Box<dyn Link>, other_end: OtherEnd) -> Peer {
         Peer {
             name: name.to_string(),
             link,
-            life,
+            other_end,
             asked: "during its launch".into(),
             early: None,
             open: VecDeque::new(),
@@ -88,16 +89,16 @@ impl Peer {
             fault: None,
             awaited: BusyTimes::default(),
             waited_ns: 0,
-            heard_ns: 0,
+            last_answer_ns: 0,
             times: None,
         }
     }
 
     /// Its process, unless it lives in this one.
     pub fn process(&mut self) -> Option<&mut Process> {
-        match &mut self.life {
-            Life::Process(process) => Some(process),
-            Life::Thread(_) | Life::Tape | Life::Simulated(_) => None,
+        match &mut self.other_end {
+            OtherEnd::Process(process) => Some(process),
+            OtherEnd::Thread(_) | OtherEnd::Tape | OtherEnd::Simulated(_) => None,
         }
     }
 
@@ -108,63 +109,44 @@ impl Peer {
 
     /// Sends a request whose turn has come and returns its frame. One that was sent early is taken as it is, so that it is made,
     /// and its payload summed up, once.
-    pub fn send(&mut self, header: Header, payload: Vec<f64>, wait: &Wait) -> Result<Frame, Error> {
+    pub fn send(&mut self, header: Header, payload: Cow<[f64]>, wait: &Wait) -> Result<Frame> {
         if let Some(sent) = self.early.take() {
+            self.asked = asked(&sent.header);
             if says(&sent, &header, &payload) {
-                self.asked = asked(&sent);
                 return Ok(sent);
             }
-            self.discard(&sent, wait)?;
+            // Something else comes first: a checkpoint, fields, the end. Only windows are begun early, and a window that is not
+            // accepted changes nothing.
+            self.receive(Kind::Motion, wait)?;
         }
-        let mut frame = Frame::new(header, payload);
-        self.asked = asked(&frame);
-        self.transmit(&mut frame, wait)?;
-        Ok(frame)
+        self.asked = asked(&header);
+        self.put_on_link(Frame::new(header, payload.into_owned()), wait)
     }
 
     /// Sends a request that will be the next while the answer to the one before is still to come: the peer then need not sleep in
     /// between. One at most is under way; a tape is told nothing before its turn.
-    pub fn send_early(
-        &mut self,
-        header: Header,
-        payload: Vec<f64>,
-        wait: &Wait,
-    ) -> Result<(), Error> {
-        if self.early.is_none() && !matches!(self.life, Life::Tape) {
-            let mut frame = Frame::new(header, payload);
-            self.transmit(&mut frame, wait)?;
-            self.early = Some(frame);
+    pub fn send_early(&mut self, header: Header, payload: &[f64], wait: &Wait) -> Result<()> {
+        if self.early.is_none() && !matches!(self.other_end, OtherEnd::Tape) {
+            let frame = Frame::new(header, payload.to_vec());
+            self.early = Some(self.put_on_link(frame, wait)?);
         }
         Ok(())
     }
 
-    /// Waits for the answer to a request that something else came before: a checkpoint, fields, the end. Only windows
-    /// are begun early, and a window that is not accepted changes nothing.
-    fn discard(&mut self, sent: &Frame, wait: &Wait) -> Result<(), Error> {
-        self.asked = asked(sent);
-        self.receive(Kind::Motion, wait).map(|_| ())
-    }
-
-    fn transmit(&mut self, frame: &mut Frame, wait: &Wait) -> Result<(), Error> {
+    /// Returns the frame as the log has it: without the stamp of its turn on this link.
+    fn put_on_link(&mut self, mut frame: Frame, wait: &Wait) -> Result<Frame> {
         let turn = self.answered + self.open.len() as u64;
-        // The log has frames as they are without a link.
         let header = frame.header;
         self.open.push_back(Asked {
             header,
             at_ns: monotonic_ns(),
         });
         frame.stamp(turn);
-        let sent = self.hand_over(frame, wait);
-        frame.header = header;
-        sent
-    }
-
-    fn hand_over(&mut self, frame: &Frame, wait: &Wait) -> Result<(), Error> {
         let mut waited = Duration::ZERO;
         loop {
             wait.watch.check()?;
-            match self.link.send(frame, SLICE) {
-                Ok(()) => return Ok(()),
+            match self.link.send(&frame, SLICE) {
+                Ok(()) => return Ok(Frame { header, ..frame }),
                 Err(LinkError::Full { .. }) => self.still_alive(&mut waited, wait)?,
                 Err(error) => return Err(self.broken(error)),
             }
@@ -172,13 +154,13 @@ impl Peer {
     }
 
     /// Waits for the answer to the last request.
-    pub fn receive(&mut self, expected: Kind, wait: &Wait) -> Result<Frame, Error> {
+    pub fn receive(&mut self, expected: Kind, wait: &Wait) -> Result<Frame> {
         let start_ns = monotonic_ns();
         let asked = self.open.front().copied();
         let answer = self.wait_for(expected, wait);
-        self.heard_ns = monotonic_ns();
-        self.waited_ns += self.heard_ns - start_ns;
-        self.awaited.add([start_ns, self.heard_ns]);
+        self.last_answer_ns = monotonic_ns();
+        self.waited_ns += self.last_answer_ns - start_ns;
+        self.awaited.add([start_ns, self.last_answer_ns]);
         if let (Ok(_), Some(asked), Some(times)) = (&answer, asked, &mut self.times) {
             let answered = RequestTimes::answered_now(&asked.header, asked.at_ns, start_ns);
             times.push(answered);
@@ -186,43 +168,38 @@ impl Peer {
         answer
     }
 
-    fn wait_for(&mut self, expected: Kind, wait: &Wait) -> Result<Frame, Error> {
+    fn wait_for(&mut self, expected: Kind, wait: &Wait) -> Result<Frame> {
         let mut waited = Duration::ZERO;
         loop {
             wait.watch.check()?;
             match self.link.receive(SLICE) {
                 Ok(Some(frame)) => return self.accept(frame, expected),
-                Ok(None) => {
-                    if let Err(error) = self.still_alive(&mut waited, wait) {
-                        return self.last_word(error, expected);
-                    }
-                }
+                Ok(None) => {}
                 Err(error) => return Err(self.broken(error)),
+            }
+            if let Err(error) = self.still_alive(&mut waited, wait) {
+                // A peer that has ended may have answered since the last look: its farewell or its fault.
+                return match self.link.receive(Duration::ZERO) {
+                    Ok(Some(frame)) => self.accept(frame, expected),
+                    _ => Err(error),
+                };
             }
         }
     }
 
-    /// Looks once more for an answer: a peer that has ended may have given it since the last look, its farewell or its fault.
-    fn last_word(&mut self, error: Error, expected: Kind) -> Result<Frame, Error> {
-        match self.link.receive(Duration::ZERO) {
-            Ok(Some(frame)) => self.accept(frame, expected),
-            _ => Err(error),
-        }
-    }
-
     /// Takes an answer for what it says it is: it must have the turn of the oldest open request, and its header.
-    fn accept(&mut self, mut frame: Frame, expected: Kind) -> Result<Frame, Error> {
+    fn accept(&mut self, mut frame: Frame, expected: Kind) -> Result<Frame> {
         if frame.header.protocol != PROTOCOL_VERSION {
-            return Err(Error::from(Refusal::Version {
-                participant: self.name.clone(),
-                theirs: frame.header.protocol,
-                ours: PROTOCOL_VERSION,
-            }));
+            let text = format!(
+                "participant `{}` speaks protocol version {}, the coordinator speaks {PROTOCOL_VERSION}: build both from the same release",
+                self.name, frame.header.protocol
+            );
+            return Err(Refusal::other(Code::Of(Cause::OtherRelease), text).into());
         }
         let opened = frame.open(self.answered).and_then(|()| frame.kind());
         let kind = opened.map_err(|error| self.protocol_error(error.to_string()))?;
         if kind == Kind::Fault {
-            return Err(self.hear_fault(&frame));
+            return Err(self.take_fault(&frame));
         }
         if kind != expected {
             let why = format!("answered {kind:?} where {expected:?} was due");
@@ -231,7 +208,7 @@ impl Peer {
         let request = self.open.pop_front();
         self.answered += 1;
         if kind == Kind::Finished {
-            self.life.take_leave();
+            self.other_end.take_leave();
         }
         match request.and_then(|asked| other_subject(&asked.header, &frame.header)) {
             None => Ok(frame),
@@ -239,14 +216,12 @@ impl Peer {
         }
     }
 
-    fn hear_fault(&mut self, frame: &Frame) -> Error {
-        match read_json::<NodeError>(frame) {
-            Ok(error) => {
-                self.fault = Some(error.clone());
-                Error::of_participant(&self.name, &self.asked, error)
-            }
-            Err(_) => self.protocol_error("reported a fault that cannot be read".into()),
-        }
+    fn take_fault(&mut self, frame: &Frame) -> Error {
+        let Ok(error) = read_json::<NodeError>(frame) else {
+            return self.protocol_error("reported a fault that cannot be read".into());
+        };
+        self.fault = Some(error.clone());
+        Error::of_participant(&self.name, &self.asked, error)
     }
 
     fn lost(&self, why: String) -> Error {
@@ -267,30 +242,17 @@ impl Peer {
     }
 
     /// Tells a peer that died from one that is silent, and a silent one from one that is stopped.
-    /// The time waited is what calls of the link have taken: a coordinator that was stopped itself has waited for nobody.
-    fn still_alive(&mut self, waited: &mut Duration, wait: &Wait) -> Result<(), Error> {
-        let ended = match &mut self.life {
-            Life::Process(child) => match child.try_wait() {
-                Ok(Some(status)) => {
-                    let words = child.last_words();
-                    let said = if words.is_empty() {
-                        "it printed nothing".to_string()
-                    } else {
-                        format!("it printed last: {words}")
-                    };
-                    Some(format!("its process ended with {status}; {said}"))
-                }
-                _ => None,
-            },
-            Life::Thread(Some(thread)) if thread.is_finished() => Some("its thread ended".into()),
-            Life::Simulated(end) => end.get().cloned(),
-            _ => None,
-        };
-        if let Some(why) = ended {
+    /// Only time inside calls of the link counts as waited: a coordinator that was stopped itself was not waiting.
+    fn still_alive(&mut self, waited: &mut Duration, wait: &Wait) -> Result<()> {
+        if let Some(why) = self.other_end.ended() {
             return Err(self.lost(why));
         }
         // The grace that a signal leaves to a window is wasted on a peer that stands still.
-        if let Some(error) = wait.watch.interrupted().filter(|_| self.life.is_stopped()) {
+        if let Some(error) = wait
+            .watch
+            .interrupted()
+            .filter(|_| self.other_end.is_stopped())
+        {
             return Err(error);
         }
         *waited += SLICE;
@@ -301,7 +263,7 @@ impl Peer {
             peer: self.name.clone(),
             phase: self.asked.clone(),
             seconds: wait.seconds,
-            state: self.life.state(),
+            state: self.other_end.state(),
             key: wait.key,
         })
     }
@@ -314,15 +276,34 @@ impl Peer {
     }
 }
 
-impl Life {
+impl OtherEnd {
+    /// How it ended, once it has.
+    fn ended(&mut self) -> Option<String> {
+        match self {
+            OtherEnd::Process(child) => {
+                let status = child.try_wait().ok()??;
+                let said = match child.last_words() {
+                    words if words.is_empty() => "it printed nothing".into(),
+                    words => format!("it printed last: {words}"),
+                };
+                Some(format!("its process ended with {status}; {said}"))
+            }
+            OtherEnd::Thread(Some(thread)) if thread.is_finished() => {
+                Some("its thread ended".into())
+            }
+            OtherEnd::Simulated(end) => end.get().cloned(),
+            _ => None,
+        }
+    }
+
     /// True for a process that was stopped from outside.
     fn is_stopped(&self) -> bool {
-        matches!(self, Life::Process(process) if process::is_stopped(process.id()))
+        matches!(self, OtherEnd::Process(process) if process::is_stopped(process.id()))
     }
 
     /// Gives it time to end after its farewell.
     fn take_leave(&mut self) {
-        if let Life::Process(process) = self {
+        if let OtherEnd::Process(process) = self {
             process.said_farewell();
         }
     }
@@ -330,25 +311,27 @@ impl Life {
     /// Describes what can be seen of a peer that does not answer.
     fn state(&self) -> String {
         match self {
-            Life::Process(child) if process::is_stopped(child.id()) => {
-                let pid = child.id();
-                format!("process {pid} is alive but stopped (SIGSTOP or a debugger)")
+            OtherEnd::Process(child) => {
+                let stopped = if self.is_stopped() {
+                    "stopped (SIGSTOP or a debugger)"
+                } else {
+                    "silent"
+                };
+                format!("process {} is alive but {stopped}", child.id())
             }
-            Life::Process(child) => format!("process {} is alive but silent", child.id()),
-            Life::Thread(_) => "its thread is alive but silent".into(),
-            Life::Tape => "the log holds no answer".into(),
-            Life::Simulated(_) => "it is silent".into(),
+            OtherEnd::Thread(_) => "its thread is alive but silent".into(),
+            OtherEnd::Tape => "the log holds no answer".into(),
+            OtherEnd::Simulated(_) => "it is silent".into(),
         }
     }
 }
 
-impl Drop for Life {
+impl Drop for OtherEnd {
     /// Sees that nothing of the participant is left running.
     fn drop(&mut self) {
-        match self {
-            Life::Thread(thread) => drop(thread.take().map(JoinHandle::join)),
-            // A process ends itself when dropped.
-            Life::Process(_) | Life::Tape | Life::Simulated(_) => {}
+        // A process ends itself when dropped.
+        if let OtherEnd::Thread(thread) = self {
+            drop(thread.take().map(JoinHandle::join));
         }
     }
 }
@@ -385,8 +368,7 @@ fn says(frame: &Frame, header: &Header, payload: &[f64]) -> bool {
 }
 
 /// The request and its time, as messages say it.
-fn asked(frame: &Frame) -> String {
-    let header = &frame.header;
+fn asked(header: &Header) -> String {
     match Kind::from_number(header.kind) {
         Some(
             kind @ (Kind::Advance

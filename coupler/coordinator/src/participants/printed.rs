@@ -1,4 +1,4 @@
-//! The words that a participant prints, kept up to a length: one that prints without end must not fill the disk.
+//! What a participant prints, kept up to a length: one that prints without end must not fill the disk.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -15,11 +15,11 @@ const TAIL: usize = 64 << 10;
 /// Time that the last words may take to arrive after the process has ended: a program that it left behind may hold the pipe open.
 const LAST_WORDS: Duration = Duration::from_millis(200);
 
-/// A thread that carries words from a pipe into a log.
+/// A thread that copies what a participant prints from a pipe into a log.
 pub struct Printed(Option<JoinHandle<()>>);
 
 impl Printed {
-    /// Carries on until the other end of the pipe is closed, whatever becomes of the log: nobody may wait for a full pipe.
+    /// Reads until the other end of the pipe is closed, even if the log cannot be written: a full pipe would stop the participant.
     pub fn keep(mut pipe: PipeReader, mut log: File) -> std::io::Result<Printed> {
         let thread = std::thread::Builder::new().name("printed".into());
         let carry = move || {

@@ -15,12 +15,12 @@ use protocol::link::shm;
 use protocol::session::SESSION_VARIABLE;
 
 use super::printed::Printed;
-use crate::error::{Error, Refusal};
+use crate::error::{Code, Error, Refusal, Result};
 
 /// Time that a participant may take to end by itself once it has said farewell, and to end after it was asked to.
 const GRACE: Duration = Duration::from_millis(1000);
 
-/// Time that it may take to end by itself when its run was cut off: it may be in the midst of a set-up that nobody needs.
+/// Time that it may take to end by itself when its run was cut off: it may be in a set-up that is no longer needed.
 const CUT_OFF: Duration = Duration::from_millis(100);
 
 /// The files of a run in shared memory; removed when dropped, whatever ended the run.
@@ -86,11 +86,8 @@ impl Process {
         let start = (start..text.len()).find(|at| text.is_char_boundary(*at));
         let lines = text[start.unwrap_or(text.len())..].lines();
         let lines = lines.map(str::trim).filter(|line| !line.is_empty());
-        lines
-            .collect::<Vec<_>>()
-            .join(" | ")
-            .escape_debug()
-            .to_string()
+        let line = lines.collect::<Vec<_>>().join(" | ");
+        line.escape_debug().to_string()
     }
 
     /// Asks it to end, with all that it started.
@@ -128,7 +125,7 @@ const OPEN_FILES: u64 = 24;
 const OPEN_FILES_EACH: u64 = 26;
 
 /// Refuses a limit on open files that so many participants would run into, after raising it as far as is needed and allowed.
-pub fn require_open_files(participants: usize) -> Result<(), Error> {
+pub fn require_open_files(participants: usize) -> Result<()> {
     let needed = OPEN_FILES + OPEN_FILES_EACH * participants as u64;
     let Ok((now, most)) = getrlimit(Resource::RLIMIT_NOFILE) else {
         return Ok(());
@@ -148,7 +145,7 @@ pub fn require_open_files(participants: usize) -> Result<(), Error> {
 
 /// Starts the command of a participant in its own process group (an interrupt from the keyboard must reach the coordinator alone,
 /// which then ends the run in order), the words that it prints going to `<name>.log` in this folder.
-pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Process, Error> {
+pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Process> {
     let name = &session.setting.participant;
     let path = logs.join(format!("{name}.session.json"));
     let text = serde_json::to_string_pretty(session).expect("our own types always serialise");
@@ -180,30 +177,27 @@ pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Pro
 }
 
 /// Refuses a command that cannot be started in this folder: one that names no file there or on `PATH`, or a folder that is gone.
-pub fn require_program(participant: &str, program: &str, folder: &Path) -> Result<(), Error> {
+pub fn require_program(participant: &str, program: &str, folder: &Path) -> Result<()> {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let found = if program.contains('/') {
         folder.join(program).is_file()
     } else {
-        std::env::split_paths(&path).any(|place| place.join(program).is_file())
+        std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
     };
-    let place = folder.display();
+    let shown = folder.display();
     let problem = if !folder.is_dir() {
         format!(
-            "command `{program}` starts in {place}, the folder of its scenario, which is gone: put it back"
+            "command `{program}` starts in {shown}, the folder of its scenario, which is gone: put it back"
         )
     } else if found {
         return Ok(());
     } else {
         format!(
-            "command `{program}` is not a program that can be started; give a name on PATH, or a path that is absolute or begins in {place}, the folder of its scenario"
+            "command `{program}` is not a program that can be started; give a name on PATH, or a path that is absolute or begins in {shown}, the folder of its scenario"
         )
     };
-    Err(Refusal::NoProgram {
-        participant: participant.into(),
-        problem,
-    }
-    .into())
+    let text = format!("participant `{participant}`: {problem}");
+    Err(Refusal::other(Code::CommandNotFound, text).into())
 }
 
 /// Waits for a child that should end by itself, for this long, then asks it to, then ends it.

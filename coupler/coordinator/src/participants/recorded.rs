@@ -1,12 +1,14 @@
 //! A communicator whose exchange is written down.
 
+use std::borrow::Cow;
+
 use mcap::McapError;
 use protocol::serve::Farewell;
 use protocol::{Frame, Kind};
 
-use super::communicator::{Communicator, Peers};
+use super::communicator::{Communicator, Peers, SentBy};
 use super::journal::Journal;
-use crate::error::Error;
+use crate::error::Result;
 use exchange_log::timing::{OwnTimes, TimingLog};
 use exchange_log::{COUPLER, Exchange};
 
@@ -77,21 +79,20 @@ impl Recorded {
 }
 
 /// A message between the coupler and a participant, as the log has it; `None` for a frame that carries no interface data.
-pub fn exchange(peers: &Peers, peer: usize, answer: bool, frame: &Frame) -> Option<Exchange> {
+pub fn exchange(peers: &Peers, peer: usize, by: SentBy, frame: Cow<Frame>) -> Option<Exchange> {
     if !Kind::from_number(frame.header.kind).is_some_and(Kind::is_exchange) {
         return None;
     }
     let (name, coupler) = (peers.name(peer).to_string(), COUPLER.to_string());
-    let (sender, receiver) = if answer {
-        (name, coupler)
-    } else {
-        (coupler, name)
+    let (sender, receiver) = match by {
+        SentBy::Coordinator => (coupler, name),
+        SentBy::Participant => (name, coupler),
     };
     Some(Exchange {
         interface: peers.labels[peer].name.clone(),
         sender,
         receiver,
-        frame: frame.clone(),
+        frame: frame.into_owned(),
     })
 }
 
@@ -104,14 +105,12 @@ impl Communicator for Recorded {
         &mut self.peers
     }
 
-    fn witness(&mut self, peer: usize, answer: bool, frame: &Frame) -> Result<(), Error> {
-        match exchange(&self.peers, peer, answer, frame) {
-            Some(exchange) => self.journal.add(exchange),
-            None => Ok(()),
-        }
+    fn passed(&mut self, peer: usize, by: SentBy, frame: Cow<Frame>) -> Result<()> {
+        let exchange = exchange(&self.peers, peer, by, frame);
+        exchange.map_or(Ok(()), |exchange| self.journal.add(exchange))
     }
 
-    fn end_window(&mut self, window: u64) -> Result<(), Error> {
+    fn end_window(&mut self, window: u64) -> Result<()> {
         self.note_times();
         self.journal.end_window(window)
     }

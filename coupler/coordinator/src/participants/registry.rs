@@ -6,12 +6,12 @@ use kit::ConfigError;
 use kit::keys::proposal;
 use protocol::{Node, NodeError, Session, Setting};
 
-use crate::error::{Error, Refusal};
+use crate::error::{Code, Refusal, Result};
 use crate::scenario::Participant;
 
 /// A shipped solver.
 #[derive(Clone, Copy)]
-pub struct Solver {
+pub struct ShippedSolver {
     /// Word that `kind` in the scenario gives.
     pub kind: &'static str,
     /// Validates its keys; returns what the user should know beforehand.
@@ -28,29 +28,27 @@ pub struct Solver {
 #[derive(Clone, Default)]
 pub struct Registry {
     /// One entry a kind.
-    pub solvers: Vec<Solver>,
+    pub solvers: Vec<ShippedSolver>,
     /// Folder in which solvers keep what is long to prepare; nothing is kept when absent.
     pub cache: Option<PathBuf>,
 }
 
 impl Registry {
     /// The solver of this kind.
-    pub fn get(&self, kind: &str) -> Option<&Solver> {
+    pub fn get(&self, kind: &str) -> Option<&ShippedSolver> {
         self.solvers.iter().find(|solver| solver.kind == kind)
     }
 
     /// The solver that a participant without a command of its own asks for.
-    pub fn find(&self, participant: &Participant) -> Result<&Solver, Error> {
+    pub fn find(&self, participant: &Participant) -> Result<&ShippedSolver> {
         self.get(&participant.kind).ok_or_else(|| {
             let kinds: Vec<&str> = self.solvers.iter().map(|solver| solver.kind).collect();
             let proposal = proposal(&participant.kind, "kinds", &kinds);
-            Error::from(Refusal::UnknownKind {
-                participant: participant.name.clone(),
-                problem: format!(
-                    "no solver of kind `{}` is built in; {proposal} For a program of your own, give its command",
-                    participant.kind
-                ),
-            })
+            let text = format!(
+                "participant `{}`: no solver of kind `{}` is built in; {proposal} For a program of your own, give its command",
+                participant.name, participant.kind
+            );
+            Refusal::other(Code::UnknownKind, text).into()
         })
     }
 }

@@ -1,6 +1,7 @@
 //! Participants behind a communicator: every request of the port is a frame, every answer is checked.
 
 use nalgebra::DMatrix;
+use protocol::frame::packed;
 use protocol::serve::unpack_boundary_answer;
 use protocol::{BoundaryAnswer, Description, Kind, Reaction, Surface, Window};
 
@@ -8,7 +9,7 @@ use super::admission::{fault_of_columns, fault_of_surface};
 use super::communicator::Communicator;
 use super::handshake::Greeted;
 use crate::error::Error;
-use scheme::error::SchemeError;
+use scheme::error::Result;
 use scheme::participants::{Participants, Request};
 
 /// The participants of a run as schemes see them.
@@ -34,10 +35,9 @@ impl<'a> Remote<'a> {
         window: &Window,
         n: usize,
     ) -> Result<DMatrix<f64>, Error> {
-        self.communicator.tell(peer, kind, window, Vec::new())?;
-        let numbers = self
-            .communicator
-            .hear_exactly(peer, answer, window, n * n)?;
+        let communicator = &mut self.communicator;
+        communicator.send(peer, kind, window, &[])?;
+        let numbers = communicator.receive_numbers(peer, answer, window, n * n)?;
         let matrix = DMatrix::from_vec(n, n, numbers);
         match fault_of_columns(&matrix) {
             None => Ok(matrix),
@@ -59,41 +59,32 @@ impl Participants for Remote<'_> {
         &self.greeted[peer].description
     }
 
-    fn couple(&mut self, peer: usize, set: &str) -> Result<Surface, SchemeError> {
-        self.communicator.tell_text(peer, Kind::Couple, set)?;
-        let frame = self.communicator.receive(peer, Kind::Surface)?;
-        let sound = |surface| fault_of_surface(&surface).map_or(Ok(surface), Err);
-        let incomplete = || "sent an incomplete surface".to_string();
-        let surface = Surface::from_rows(&frame.payload).ok_or_else(incomplete);
-        let peers = self.communicator.peers();
-        surface
-            .and_then(sound)
-            .map_err(|why| peers.protocol_error(peer, why).into())
+    fn couple(&mut self, peer: usize, set: &str) -> Result<Surface> {
+        let kinds = (Kind::Couple, Kind::Surface);
+        let window = Window::default();
+        let answer = self.communicator.ask(peer, kinds, &window, packed(set))?;
+        let surface = Surface::from_rows(&answer.payload);
+        let why = match surface.as_ref().map(fault_of_surface) {
+            None => "sent an incomplete surface".into(),
+            Some(Some(why)) => why,
+            Some(None) => return Ok(surface.expect("it was just looked at")),
+        };
+        Err(self.communicator.peers().protocol_error(peer, why).into())
     }
 
-    fn select(&mut self, peer: usize, points: &[usize]) -> Result<(), SchemeError> {
-        let indices = points.iter().map(|index| *index as f64).collect();
+    fn select(&mut self, peer: usize, points: &[usize]) -> Result<()> {
+        let indices: Vec<f64> = points.iter().map(|index| *index as f64).collect();
         let kinds = (Kind::Select, Kind::Ready);
         self.communicator
             .ask(peer, kinds, &Window::default(), indices)?;
         Ok(())
     }
 
-    fn compliance(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        n: usize,
-    ) -> Result<DMatrix<f64>, SchemeError> {
+    fn compliance(&mut self, peer: usize, window: &Window, n: usize) -> Result<DMatrix<f64>> {
         Ok(self.columns(peer, (Kind::Columns, Kind::Compliance), window, n)?)
     }
 
-    fn impedance(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        n: usize,
-    ) -> Result<DMatrix<f64>, SchemeError> {
+    fn impedance(&mut self, peer: usize, window: &Window, n: usize) -> Result<DMatrix<f64>> {
         Ok(self.columns(peer, (Kind::ImpedanceColumns, Kind::Impedance), window, n)?)
     }
 
@@ -103,33 +94,25 @@ impl Participants for Remote<'_> {
         window: &Window,
         window_s: f64,
         compliance: &DMatrix<f64>,
-    ) -> Result<(), SchemeError> {
+    ) -> Result<()> {
         let payload = [&[window_s], compliance.as_slice()].concat();
         let kinds = (Kind::CompliantBoundary, Kind::Ready);
         self.communicator.ask(peer, kinds, window, payload)?;
         Ok(())
     }
 
-    fn begin(&mut self, peer: usize, window: &Window, request: Request) -> Result<(), SchemeError> {
+    fn begin(&mut self, peer: usize, window: &Window, request: Request) -> Result<()> {
         let (kind, numbers) = match request {
             Request::Advance(force) => (Kind::Advance, force),
             Request::PrescribeVelocity(velocity) => (Kind::PrescribeVelocity, velocity),
             Request::Solve(free_velocity) => (Kind::Solve, free_velocity),
         };
-        Ok(self
-            .communicator
-            .tell(peer, kind, window, numbers.to_vec())?)
+        Ok(self.communicator.send(peer, kind, window, numbers)?)
     }
 
-    fn finish_advance(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        n: usize,
-    ) -> Result<Vec<f64>, SchemeError> {
-        Ok(self
-            .communicator
-            .hear_exactly(peer, Kind::Motion, window, n)?)
+    fn finish_advance(&mut self, peer: usize, window: &Window, n: usize) -> Result<Vec<f64>> {
+        let communicator = &mut self.communicator;
+        Ok(communicator.receive_numbers(peer, Kind::Motion, window, n)?)
     }
 
     fn finish_prescribed_velocity(
@@ -137,10 +120,9 @@ impl Participants for Remote<'_> {
         peer: usize,
         window: &Window,
         n: usize,
-    ) -> Result<Reaction, SchemeError> {
-        let numbers = self
-            .communicator
-            .hear_exactly(peer, Kind::Reaction, window, 3 * n)?;
+    ) -> Result<Reaction> {
+        let communicator = &mut self.communicator;
+        let numbers = communicator.receive_numbers(peer, Kind::Reaction, window, 3 * n)?;
         Ok(Reaction {
             force: numbers[..n].to_vec(),
             increment: numbers[n..2 * n].to_vec(),
@@ -148,44 +130,23 @@ impl Participants for Remote<'_> {
         })
     }
 
-    fn finish_solve(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        n: usize,
-    ) -> Result<BoundaryAnswer, SchemeError> {
-        let numbers = self
-            .communicator
-            .hear_exactly(peer, Kind::Force, window, 2 * n + 3)?;
+    fn finish_solve(&mut self, peer: usize, window: &Window, n: usize) -> Result<BoundaryAnswer> {
+        let communicator = &mut self.communicator;
+        let numbers = communicator.receive_numbers(peer, Kind::Force, window, 2 * n + 3)?;
         Ok(unpack_boundary_answer(&numbers, n).expect("the length was checked"))
     }
 
-    fn accept(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        displacement: &[f64],
-    ) -> Result<(), SchemeError> {
-        Ok(self
-            .communicator
-            .tell(peer, Kind::Commit, window, displacement.to_vec())?)
+    fn accept(&mut self, peer: usize, window: &Window, displacement: &[f64]) -> Result<()> {
+        let communicator = &mut self.communicator;
+        Ok(communicator.send(peer, Kind::Commit, window, displacement)?)
     }
 
-    fn begin_early(
-        &mut self,
-        peer: usize,
-        window: &Window,
-        force: &[f64],
-    ) -> Result<(), SchemeError> {
-        let header = self
-            .communicator
-            .peers()
-            .header(peer, Kind::Advance, window);
+    fn begin_early(&mut self, peer: usize, window: &Window, force: &[f64]) -> Result<()> {
         let peers = self.communicator.peers_mut();
-        Ok(peers.send_early(peer, header, force.to_vec())?)
+        Ok(peers.send_early(peer, Kind::Advance, window, force)?)
     }
 
-    fn report(&mut self, peer: usize) -> Result<Vec<f64>, SchemeError> {
+    fn report(&mut self, peer: usize) -> Result<Vec<f64>> {
         Ok(self.communicator.receive(peer, Kind::Report)?.payload)
     }
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use crate::error::Error;
+use crate::error::{Error, Result};
 
 /// Signals that reached the coordinator; 0 while there was none.
 #[derive(Clone, Debug, Default)]
@@ -16,7 +16,7 @@ pub struct Watch {
     grace: Duration,
 }
 
-/// Windows take milliseconds. A participant that needs longer than this is waited for in vain.
+/// Windows take milliseconds. A participant that needs longer than this is not waited for.
 const WINDOW_GRACE: Duration = Duration::from_secs(2);
 
 impl Watch {
@@ -42,7 +42,7 @@ impl Watch {
     }
 
     /// Passes on the error of [`Watch::interrupted`] once the grace of a window has passed: for waits inside of one.
-    pub fn check(&self) -> Result<(), Error> {
+    pub fn check(&self) -> Result<()> {
         match self.interrupted() {
             Some(error) if self.seen.get_or_init(Instant::now).elapsed() >= self.grace => {
                 Err(error)

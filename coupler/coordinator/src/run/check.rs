@@ -1,6 +1,6 @@
 //! Everything that can be said of a scenario without starting anything.
 
-use crate::error::Error;
+use crate::error::Result;
 use crate::participants::Registry;
 use crate::participants::launch::{config_value, setting};
 use crate::participants::process::require_program;
@@ -8,7 +8,7 @@ use crate::plausible::Warning;
 use crate::scenario::load::Loaded;
 
 /// Checks a scenario as far as that goes without starting anything; returns what the user should know.
-pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec<Warning>, Error> {
+pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec<Warning>> {
     let mut warnings = Vec::new();
     for participant in &loaded.scenario.participant {
         let name = &participant.name;
@@ -28,17 +28,17 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
     let output = &loaded.scenario.run.output;
     if output.fields_every_s.is_some() && !output.fields {
         let text = "means nothing with run.output.fields = false and is not used";
-        let place = "run.output.fields_every_s";
-        warnings.push(Warning::advice("unused_key", place, text));
+        let key = "run.output.fields_every_s";
+        warnings.push(Warning::advice("unused_key", key, text));
     }
     for interface in &loaded.scenario.interface {
         let scheme = toml::Value::try_from(interface.scheme.word()).expect("it is a word");
         let name = &interface.name;
         let unused = interface.given.unused().into_iter();
         warnings.extend(unused.map(|key| {
-            let place = format!("interface.{name}.{key}");
+            let key = format!("interface.{name}.{key}");
             let text = format!("means nothing for scheme = {scheme} and is not used");
-            Warning::advice("unused_key", &place, text)
+            Warning::advice("unused_key", &key, text)
         }));
     }
     Ok(warnings)

@@ -3,7 +3,7 @@
 //! - [`content`]: the parts of one;
 //! - [`mod@file`]: its form on the disk, and the choice among several;
 //! - [`keeper`]: writing them while a run goes on;
-//! - [`restart`]: a run that goes on from one.
+//! - [`restart`]: a run that is resumed from one.
 //!
 //! A checkpoint is complete only together with the log and the signals up to its window: both are on the disk before
 //! it gets its name.
@@ -14,6 +14,6 @@ pub mod keeper;
 pub mod restart;
 
 pub use content::{About, Checkpoint, FOLDER};
-pub use file::{Found, Unusable};
+pub use file::{CheckpointFile, Unusable};
 pub use keeper::Keeper;
 pub use restart::{RestartPoint, find};

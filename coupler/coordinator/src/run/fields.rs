@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use protocol::{Description, Frame, Header, Kind};
+use protocol::frame::packed;
+use protocol::{Description, Kind};
 
 use super::time_loop::GroupRun;
-use crate::error::Error;
-use crate::output::collection::{self, Collection, DataSet, FieldsSummary, Moment};
+use crate::error::Result;
+use crate::output::collection::{self, Collection, DataSet, FieldsSummary, SnapshotTime};
 use crate::output::interface_fields;
 use crate::output::sample::load_history;
 use crate::output::vtk_arrays::ranges;
@@ -25,7 +26,7 @@ pub struct Fields<'a> {
     thickness_m: f64,
     /// False where `run.output.fields` is.
     wanted: bool,
-    moments: Vec<Moment>,
+    snapshot_times: Vec<SnapshotTime>,
     parts: Vec<Part>,
     /// `fields.pvd`, which lists all parts.
     whole: Collection,
@@ -51,7 +52,7 @@ impl<'a> Fields<'a> {
         scenario: &Scenario,
         descriptions: &[&Description],
         end_s: f64,
-    ) -> Result<Fields<'a>, Error> {
+    ) -> Result<Fields<'a>> {
         let phases = load_history(descriptions.iter().copied());
         let output = &scenario.run.output;
         let every_s = output.fields_every_s.filter(|_| output.fields);
@@ -72,7 +73,7 @@ impl<'a> Fields<'a> {
         Ok(Fields {
             thickness_m: scenario.run.thickness_m,
             wanted: output.fields,
-            moments: collection::moments(&phases, every_s, end_s)?,
+            snapshot_times: collection::snapshot_times(&phases, every_s, end_s)?,
             parts: participants.chain(interfaces).collect(),
             whole: Collection::new(rundir.path().join("fields.pvd")),
             told: FieldsSummary::default(),
@@ -82,13 +83,13 @@ impl<'a> Fields<'a> {
     }
 
     /// All moments, in their order.
-    pub fn moments(&self) -> &[Moment] {
-        &self.moments
+    pub fn snapshot_times(&self) -> &[SnapshotTime] {
+        &self.snapshot_times
     }
 
     /// Lists the fields that were taken over from another run, which wrote them at these times (s).
-    pub fn carry_over(&mut self, times_s: &[f64]) -> Result<(), Error> {
-        let taken = self.moments.iter().zip(times_s);
+    pub fn carry_over(&mut self, times_s: &[f64]) -> Result<()> {
+        let taken = self.snapshot_times.iter().zip(times_s);
         let taken: Vec<_> = taken.map(|(m, time_s)| (m.name.clone(), *time_s)).collect();
         let mut taken = taken.iter();
         taken.try_for_each(|(name, time_s)| self.list(name, *time_s))
@@ -102,13 +103,13 @@ impl<'a> Fields<'a> {
         groups: &[GroupRun],
         times_s: &mut Vec<f64>,
         time_s: f64,
-    ) -> Result<Option<Moment>, Error> {
-        let come = |moment: &&Moment| time_s >= moment.time_s * (1.0 - 1e-9);
+    ) -> Result<Option<SnapshotTime>> {
+        let come = |snapshot: &&SnapshotTime| time_s >= snapshot.time_s * (1.0 - 1e-9);
         let mut sampled = None;
-        while let Some(moment) = self.moments.get(times_s.len()).filter(come).cloned() {
+        while let Some(snapshot) = self.snapshot_times.get(times_s.len()).filter(come).cloned() {
             times_s.push(time_s);
-            self.write(communicator, groups, &moment.name, time_s)?;
-            sampled = sampled.or(Some(moment).filter(|moment| moment.sampled));
+            self.write(communicator, groups, &snapshot.name, time_s)?;
+            sampled = sampled.or(Some(snapshot).filter(|snapshot| snapshot.sampled));
         }
         Ok(sampled)
     }
@@ -119,7 +120,7 @@ impl<'a> Fields<'a> {
         communicator: &mut dyn Communicator,
         groups: &[GroupRun],
         time_s: f64,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         self.write(communicator, groups, AT_THE_END, time_s)
     }
 
@@ -130,11 +131,10 @@ impl<'a> Fields<'a> {
         groups: &[GroupRun],
         name: &str,
         time_s: f64,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let start = Instant::now();
-        let text = Frame::with_text(Header::default(), name).payload;
         let kinds = (Kind::Snapshot, Kind::Saved);
-        communicator.ask_all(kinds, &text, |_| Ok(()))?;
+        communicator.ask_all(kinds, &packed(name), |_| Ok(()))?;
         if self.wanted {
             self.write_interfaces(groups, name)?;
             self.list(name, time_s)?;
@@ -144,7 +144,7 @@ impl<'a> Fields<'a> {
         Ok(())
     }
 
-    fn write_interfaces(&self, groups: &[GroupRun], name: &str) -> Result<(), Error> {
+    fn write_interfaces(&self, groups: &[GroupRun], name: &str) -> Result<()> {
         let folder = self.rundir.fields();
         for coupling in groups.iter().map(|group| &group.coupling) {
             let group = coupling.group();
@@ -157,7 +157,7 @@ impl<'a> Fields<'a> {
     }
 
     /// Lists the files of a moment, unless those of the same time are listed.
-    fn list(&mut self, name: &str, time_s: f64) -> Result<(), Error> {
+    fn list(&mut self, name: &str, time_s: f64) -> Result<()> {
         let before = self.told.times_s.last();
         if before.is_some_and(|before| time_s <= before * (1.0 + 1e-9)) {
             return Ok(());
@@ -194,22 +194,23 @@ impl<'a> Fields<'a> {
     }
 
     /// Size of the fields of the whole run, if each moment takes what the end took; with a warning where that is more than the disk
-    /// that `place` lies on has left.
-    pub fn foretold(&self, place: &Path) -> Option<String> {
+    /// that `folder` lies on has left.
+    pub fn foretold(&self, folder: &Path) -> Option<String> {
         let [files, bytes] = self.of_the_end();
-        let moments = self.moments.len() as u64 + 1;
+        let snapshot_times = self.snapshot_times.len() as u64 + 1;
         let line = format!(
-            "fields: about {:.3e} bytes, {moments} moments of {files} files",
-            (moments * bytes) as f64
+            "fields: about {:.3e} bytes, {snapshot_times} moments of {files} files",
+            (snapshot_times * bytes) as f64
         );
-        let warning = lack(moments * bytes, free_bytes(place)).map(|w| format!("\n{}", w.line()));
+        let warning =
+            lack(snapshot_times * bytes, free_bytes(folder)).map(|w| format!("\n{}", w.line()));
         (files > 0).then(|| line + &warning.unwrap_or_default())
     }
 
     /// Once the first moment is written, a warning if the others will not fit on the disk.
     fn look_ahead(&mut self) {
         if self.told.times_s.len() == 1 {
-            let left = self.moments.len() as u64 * self.told.bytes;
+            let left = self.snapshot_times.len() as u64 * self.told.bytes;
             self.advice = lack(left, free_bytes(self.rundir.path()));
         }
     }
@@ -220,7 +221,7 @@ impl<'a> Fields<'a> {
     }
 
     /// The end of the fields, as far as they came; none where they are switched off.
-    pub fn summary(&self) -> Result<Option<FieldsSummary>, Error> {
+    pub fn summary(&self) -> Result<Option<FieldsSummary>> {
         if !self.wanted {
             return Ok(None);
         }
@@ -236,9 +237,9 @@ impl<'a> Fields<'a> {
 
 impl Part {
     /// Name and size (bytes) of its file of a moment, where there is one.
-    fn file(&self, folder: &Path, moment: &str) -> Option<(String, u64)> {
+    fn file(&self, folder: &Path, snapshot: &str) -> Option<(String, u64)> {
         self.endings.iter().find_map(|ending| {
-            let file = format!("{}-{moment}{ending}", self.stem);
+            let file = format!("{}-{snapshot}{ending}", self.stem);
             let bytes = std::fs::metadata(folder.join(&file)).ok()?.len();
             Some((file, bytes))
         })

@@ -6,7 +6,7 @@ use std::path::Path;
 use protocol::Description;
 
 use super::time_loop::GroupRun;
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::participants::handshake::Greeted;
 use crate::scenario::Scenario;
 use exchange_log::{COUPLER, Volume};
@@ -37,7 +37,7 @@ impl Repeats {
     }
 }
 
-/// Messages of a coupled run if every window takes these repeats and none is halved; the new walls of a compliance that is
+/// Messages of a coupled run if every window takes these repeats and none is halved; the new boundaries of a compliance that is
 /// learnt on the way come on top.
 pub fn coupled(
     scenario: &Scenario,
@@ -51,7 +51,7 @@ pub fn coupled(
         // Runs of each side in a window.
         let again = repeats.of(scheme);
         let both_again = matches!(scheme, Scheme::FixedPoint { .. })
-            && scheme.dirichlet() == Dirichlet::Continuum;
+            && scheme.dirichlet() == Dirichlet::ForceDriven;
         let force_runs = 1 + again;
         let motion_runs = if both_again { 1 + again } else { again.max(1) };
         let group = run.coupling.group();
@@ -69,7 +69,7 @@ pub fn coupled(
         for side in &group.motion_driven {
             let mut turn = turns(&mut volume, scenario, side.peer);
             let size = 2 * side.range.len();
-            // Forces, velocities, and what the wall says of its solve.
+            // Forces, velocities, and what the layer says of its solve.
             turn(windows * motion_runs, size, 2 * size + 3);
             turn(windows, size, report(&greeted[side.peer].description));
             turn(1, 1 + size * size, 0);
@@ -104,22 +104,19 @@ fn turns<'a>(
 
 /// The prediction for a person: the bytes of these messages, and of a run that repeats each window as often as it may.
 pub fn line(volume: &Volume, bytes: u64, most: u64) -> String {
-    let more = if most > bytes {
-        format!(
-            ", up to {:.3e} bytes if each takes repeats_max",
-            most as f64
-        )
-    } else {
-        String::new()
-    };
+    let (windows, messages, bytes) = (volume.windows, volume.messages, bytes as f64);
+    let more = format!(
+        ", up to {:.3e} bytes if each takes repeats_max",
+        most as f64
+    );
+    let more = if most as f64 > bytes { &more } else { "" };
     format!(
-        "log: about {:.3e} bytes, {} windows and {} messages if none is repeated more than once{more}",
-        bytes as f64, volume.windows, volume.messages
+        "log: about {bytes:.3e} bytes, {windows} windows and {messages} messages if none is repeated more than once{more}"
     )
 }
 
 /// Refuses a log that the disk has no room for.
-pub fn require_space(bytes: u64, free: Option<u64>, log: &Path) -> Result<(), Error> {
+pub fn require_space(bytes: u64, free: Option<u64>, log: &Path) -> Result<()> {
     let Some(free) = free.filter(|free| *free < bytes) else {
         return Ok(());
     };
@@ -141,7 +138,7 @@ fn matrices(scheme: &Scheme, gives_columns: bool) -> u64 {
         // Its impedance, and the columns for the prediction.
         Scheme::Velocity { .. } => 1 + u64::from(gives_columns),
         // Its impedance: for the prediction, and for the components that can move at all.
-        _ if scheme.dirichlet() == Dirichlet::Continuum => 2,
+        _ if scheme.dirichlet() == Dirichlet::ForceDriven => 2,
         _ => 0,
     }
 }
@@ -151,7 +148,7 @@ fn answers(scheme: &Scheme) -> usize {
     match scheme {
         // Force, increment and work.
         Scheme::Velocity { .. } => 3,
-        _ if scheme.dirichlet() == Dirichlet::Continuum => 3,
+        _ if scheme.dirichlet() == Dirichlet::ForceDriven => 3,
         _ => 1,
     }
 }

@@ -2,19 +2,20 @@
 
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::time::Instant;
 
 use kit::Bounds;
-use protocol::{Description, Phase, Window};
+use protocol::{Description, Finding, Phase, Window};
 
 use super::checkpoint::{Checkpoint, Keeper, RestartPoint};
 use super::fields::Fields;
-use super::position::Position;
+use super::position::RunPosition;
 use super::time_loop::{GroupRun, end_s};
 use crate::cost::prediction::Pace;
-use crate::error::Error;
-use crate::output::facts::Facts;
-use crate::output::profile::{self, LoadedNodes, Traction};
-use crate::output::progress::Course;
+use crate::error::{Error, Result};
+use crate::output::profile::{self, InterfaceTraction, LoadedNodes};
+use crate::output::progress::ProgressSpan;
+use crate::output::run_progress::RunProgress;
 use crate::output::sample::load_history;
 use crate::output::{OutputState, Progress, RunningBalance, SampledMeans, SignalsFile};
 use crate::participants::handshake::Greeted;
@@ -46,80 +47,38 @@ pub struct Outputs<'a> {
     pub fields: Fields<'a>,
     /// The checkpoints.
     pub keeper: Keeper,
-    /// On stderr.
-    progress: Progress,
-    told: Told,
+    /// On stderr, where somebody wants it.
+    pub progress: Progress,
+    run: &'a str,
+    /// The load history, for the progress.
+    phases: Vec<Phase>,
     /// The cost so far.
     pub pace: Pace,
-    /// A rehearsal ends once its cost is predicted.
-    rehearsal: bool,
+    /// A dry run ends once its cost is predicted.
+    pub dry_run: bool,
 }
 
-/// The parts of a run that its progress tells of.
-struct Told {
-    run: String,
-    phases: Vec<Phase>,
-    /// Participant and index of the signal `sn_pct`.
-    sn: Option<[usize; 2]>,
-    /// Participant and indices of the normal and the tangential force on the wheel.
-    forces: Option<[usize; 3]>,
-}
-
-impl Told {
-    fn new(run: &str, phases: Vec<Phase>, descriptions: &[&Description]) -> Told {
-        let of = |peer: usize, name: &str| {
-            let mut signals = descriptions[peer].signals.iter();
-            signals.position(|signal| signal == name)
-        };
-        let mut peers = 0..descriptions.len();
-        Told {
-            run: run.into(),
-            phases,
-            sn: peers
-                .clone()
-                .find_map(|peer| Some([peer, of(peer, "sn_pct")?])),
-            forces: peers
-                .find_map(|peer| Some([peer, of(peer, "wheel_fn_n")?, of(peer, "wheel_ft_n")?])),
-        }
-    }
-
-    /// The phase at a time, and the share of it that has passed.
-    fn phase(&self, t_s: f64) -> Option<(String, f64)> {
-        let in_it = |phase: &&Phase| t_s <= phase.t1_s * (1.0 + 1e-9);
-        // The last window may end beyond the last phase.
-        let phase = self.phases.iter().find(in_it).or(self.phases.last())?;
-        let part = (t_s - phase.t0_s) / (phase.t1_s - phase.t0_s);
-        Some((phase.name.clone(), part.clamp(0.0, 1.0)))
-    }
-
-    fn sn_pct(&self, reports: &[Vec<f64>]) -> Option<f64> {
-        let [peer, sn] = self.sn?;
-        reports[peer].get(sn).copied().filter(|sn| sn.is_finite())
-    }
-
-    fn friction(&self, reports: &[Vec<f64>]) -> Option<f64> {
-        let [peer, normal, tangential] = self.forces?;
-        let ratio = reports[peer].get(tangential)? / reports[peer].get(normal)?;
-        Some(ratio).filter(|ratio| ratio.is_finite())
-    }
+/// The phase at a time, and the share of it that has passed.
+fn phase_at(phases: &[Phase], t_s: f64) -> Option<(String, f64)> {
+    let in_it = |phase: &&Phase| t_s <= phase.t1_s * (1.0 + 1e-9);
+    // The last window may end beyond the last phase.
+    let phase = phases.iter().find(in_it).or(phases.last())?;
+    let part = (t_s - phase.t0_s) / (phase.t1_s - phase.t0_s);
+    Some((phase.name.clone(), part.clamp(0.0, 1.0)))
 }
 
 impl<'a> Outputs<'a> {
-    /// Nothing yet, of participants that were greeted; `progress` shows it on stderr, a `rehearsal` ends early.
+    /// Nothing yet, of participants that were greeted.
     pub fn new(
         rundir: &'a RunDir,
         loaded: &'a Loaded,
         greeted: &'a [Greeted],
-        (progress, rehearsal): (bool, bool),
-    ) -> Result<Outputs<'a>, Error> {
+    ) -> Result<Outputs<'a>> {
         let scenario = &loaded.scenario;
         let descriptions: Vec<_> = greeted.iter().map(|greeted| &greeted.description).collect();
         let phases = load_history(descriptions.iter().copied());
-        let names: Vec<_> = scenario
-            .participant
-            .iter()
-            .map(|p| p.name.as_str())
-            .collect();
+        let names = scenario.participant.iter().map(|p| p.name.as_str());
+        let names: Vec<_> = names.collect();
         let balances = names.len() + scenario.interface.len() + 1;
         let zeros = |description: &&Description| vec![0.0; description.ledger.len()];
         Ok(Outputs {
@@ -135,53 +94,62 @@ impl<'a> Outputs<'a> {
                 ..OutputState::default()
             },
             fields: Fields::new(rundir, scenario, &descriptions, end_s(scenario, greeted)?)?,
-            signals: SignalsFile::create(
-                rundir,
-                names.iter().copied(),
-                &descriptions,
-                &scenario.interface,
-            )?,
+            signals: SignalsFile::create(rundir, &names, &descriptions, &scenario.interface)?,
             names,
             bounds: scenario.run.plausible,
             passed_on: 0,
             keeper: Keeper::new(rundir, loaded, greeted)?,
-            told: Told::new(&scenario.run.name, phases, &descriptions),
-            progress: Progress::new(progress),
+            progress: Progress::new(false),
+            run: &scenario.run.name,
+            phases,
             descriptions,
             pace: Pace::new(greeted.iter().map(|one| one.pid).collect()),
-            rehearsal,
+            dry_run: false,
         })
     }
 
-    /// Takes over what the run wrote that is gone on with.
-    pub fn carry_over(&mut self, restart: &RestartPoint) -> Result<(), Error> {
+    /// Takes over what the resumed run wrote.
+    pub fn carry_over(&mut self, restart: &RestartPoint) -> Result<()> {
         self.state = restart.checkpoint.outputs.clone();
         let signals = restart.run.join("signals.csv");
         self.signals
             .carry_over(&signals, self.state.signals_bytes)?;
         self.signals.sync()?;
-        restart.copy_fields(self.rundir, self.fields.moments())?;
+        restart.copy_fields(self.rundir, self.fields.snapshot_times())?;
         self.fields.carry_over(&self.state.snapshots_s)
     }
 
     /// The latest energies of all participants.
     pub fn energies(&self) -> Vec<EnergyLedger> {
-        let all = self.descriptions.iter().zip(&self.state.energies);
-        all.map(|(description, values)| EnergyLedger {
-            terms: description.ledger.clone(),
-            values: values.clone(),
+        let all = self.descriptions.iter().zip(self.state.energies.clone());
+        let terms = |told: &Description| told.ledger.clone();
+        all.map(|(told, values)| EnergyLedger {
+            terms: terms(told),
+            values,
         })
         .collect()
     }
 
-    /// Between two windows: writes a checkpoint if one is due, and ends the run if it was interrupted or is a rehearsal that has
+    /// True if all participants tell their energies.
+    fn all_tell_energies(&self) -> bool {
+        self.descriptions.iter().all(|told| !told.ledger.is_empty())
+    }
+
+    /// Sums of the latest energies of each participant.
+    fn sums(&self) -> Vec<EnergySums> {
+        let all = self.descriptions.iter().zip(&self.state.energies);
+        all.map(|(told, values)| EnergySums::of(&told.ledger, values))
+            .collect()
+    }
+
+    /// Between two windows: writes a checkpoint if one is due, and ends the run if it was interrupted or is a dry run that has
     /// seen enough.
     pub fn pause(
         &mut self,
         recorded: &mut Recorded,
         groups: &[GroupRun],
-        position: Position,
-    ) -> Result<ControlFlow<()>, Error> {
+        position: RunPosition,
+    ) -> Result<ControlFlow<()>> {
         let t_s = position.t_s;
         let interrupted = recorded.peers.watch.interrupted();
         if self.keeper.due(&position, interrupted.is_some()) {
@@ -198,7 +166,7 @@ impl<'a> Outputs<'a> {
         self.pace.see(t_s);
         match interrupted {
             Some(error) => Err(error),
-            None if self.rehearsal && self.pace.prediction.is_some() => Ok(ControlFlow::Break(())),
+            None if self.dry_run && self.pace.prediction.is_some() => Ok(ControlFlow::Break(())),
             None => Ok(ControlFlow::Continue(())),
         }
     }
@@ -211,7 +179,7 @@ impl<'a> Outputs<'a> {
         window: &Window,
         accepted: AcceptedWindow,
         reached_s: f64,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         for (peer, report) in accepted.reports {
             self.keep(communicator, window, peer, report)?;
         }
@@ -233,7 +201,7 @@ impl<'a> Outputs<'a> {
         let times_s = &mut self.state.snapshots_s;
         let sampled = self.fields.take(communicator, groups, times_s, reached_s)?;
         match (sampled, groups) {
-            (Some(moment), []) => profile::adopt(self.rundir, &moment.name)?,
+            (Some(snapshot), []) => profile::adopt(self.rundir, &snapshot.name)?,
             (Some(_), groups) => self.write_profiles(groups)?,
             (None, _) => {}
         }
@@ -241,63 +209,78 @@ impl<'a> Outputs<'a> {
         Ok(())
     }
 
-    /// Begins to show progress: the windows start now, at the simulated time `from_s` of `end_s`, and are so many in all.
-    pub fn begin_progress(&mut self, peers: &Peers, [from_s, end_s]: [f64; 2], windows: u64) {
-        self.progress.begin(Course {
+    /// The windows of a run that started at `start` begin now, at the simulated time `from_s` of `end_s`, and are so many in all.
+    pub fn begin(
+        &mut self,
+        peers: &Peers,
+        start: Instant,
+        [from_s, end_s]: [f64; 2],
+        windows: u64,
+    ) {
+        self.pace.begin(start, from_s, end_s);
+        self.progress.begin(ProgressSpan {
             from_s,
             end_s,
             windows,
-            at_ns: peers.heard_ns(),
+            at_ns: peers.last_answer_ns(),
             waited_ns: peers.waited_ns(),
         });
     }
 
     /// Shows how far the run has come, if it is time to.
     fn show(&mut self, peers: &Peers, groups: &[GroupRun], window: &Window, reached_s: f64) {
-        let now_ns = peers.heard_ns();
+        let now_ns = peers.last_answer_ns();
         let Some(course) = self.progress.due(reached_s, now_ns) else {
             return;
         };
-        let (state, told) = (&self.state, &self.told);
+        let state = &self.state;
         let passed_ns = now_ns.saturating_sub(course.at_ns).max(1) as f64;
         let waited = peers.waited_ns().into_iter().zip(&course.waited_ns);
         let shares = waited.map(|(now, then)| (now - then) as f64 / passed_ns);
         let names = self.names.iter().map(|name| name.to_string());
-        let done = |groups: &[GroupRun]| groups.iter().map(|group| group.at.window).sum();
-        let facts = Facts {
-            run: told.run.clone(),
-            phase: told.phase(reached_s),
+        let done = match groups {
+            [] => window.index + 1,
+            _ => groups.iter().map(|group| group.at.window).sum(),
+        };
+        let force_n = |name| self.signal(name);
+        let friction = || Some(force_n("wheel_ft_n")? / force_n("wheel_fn_n")?);
+        let run_progress = RunProgress {
+            run: self.run.into(),
+            phase: phase_at(&self.phases, reached_s),
             t_s: reached_s,
             end_s: course.end_s,
-            window: if groups.is_empty() {
-                window.index + 1
-            } else {
-                done(groups)
-            },
+            window: done,
             windows: course.windows,
             repeats: repeats(&state.interfaces, groups),
-            sn_pct: told.sn_pct(&state.reports),
-            friction_coefficient: told.friction(&state.reports),
+            sn_pct: self.signal("sn_pct").filter(|sn| sn.is_finite()),
+            friction_coefficient: friction().filter(|ratio: &f64| ratio.is_finite()),
             energy_defect_rel: self.total_balance_rel(groups),
             waited: names.zip(shares).collect(),
             spent_s: 0.0,
             left_s: None,
         };
-        self.progress.show(facts, now_ns);
+        self.progress.show(run_progress, now_ns);
+    }
+
+    /// The latest value of the first signal of this name.
+    fn signal(&self, name: &str) -> Option<f64> {
+        let told = self.descriptions.iter().zip(&self.state.reports);
+        let mut signals = told.flat_map(|(told, report)| told.signals.iter().zip(report));
+        signals
+            .find(|(signal, _)| *signal == name)
+            .map(|(_, value)| *value)
     }
 
     /// The energy balance of all participants together, where all tell their energies.
     fn total_balance_rel(&self, groups: &[GroupRun]) -> Option<f64> {
-        let told = self.descriptions.iter().zip(&self.state.energies);
-        let sums = told.map(|(told, values)| EnergySums::of(&told.ledger, values));
         let ledgers = groups.iter().flat_map(|group| &group.coupling.ledgers);
         let points = EnergySums {
             kept_j: ledgers.map(InterfaceLedger::points_kept_j).sum(),
             ..EnergySums::default()
         };
-        let total = EnergySums::together(sums.chain([points])).balance_rel();
-        let all_tell = self.descriptions.iter().all(|told| !told.ledger.is_empty());
-        Some(total).filter(|total| all_tell && total.is_finite())
+        let all = self.sums().into_iter().chain([points]);
+        let total = EnergySums::together(all).balance_rel();
+        Some(total).filter(|total| total.is_finite() && self.all_tell_energies())
     }
 
     /// Keeps what a participant reported, if it is as long as was announced and its energies are numbers. A signal may be none:
@@ -308,7 +291,7 @@ impl<'a> Outputs<'a> {
         window: &Window,
         peer: usize,
         report: Vec<f64>,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let Description {
             signals, ledger, ..
         } = self.descriptions[peer];
@@ -341,24 +324,21 @@ impl<'a> Outputs<'a> {
             if !value.is_finite() && !known {
                 self.state.odd_signals.push([peer, index]);
                 let finding = plausible::not_a_number(&names[index], *value, time_s);
-                let finding = finding.map(|finding| (self.names[peer].to_string(), finding));
-                self.state.findings.extend(finding);
+                self.keep_finding(self.names[peer], finding);
             }
         }
     }
 
     /// Judges the energies after a window: of each participant, each interface, and of all together where all tell theirs.
     fn judge_energies(&mut self, groups: &[GroupRun], time_s: f64) {
-        let told = self.descriptions.iter().zip(&self.state.energies);
-        let sums = told.map(|(told, values)| EnergySums::of(&told.ledger, values));
-        let sums: Vec<EnergySums> = sums.collect();
+        let sums = self.sums();
         let bounds = self.bounds.energy_balance_rel;
         for (peer, own) in sums.iter().enumerate() {
             let value = self.state.balances[peer].add(own, bounds);
             self.lost(("energy_balance", bounds), self.names[peer], value, time_s);
         }
         let points = self.judge_interfaces(groups, time_s);
-        let all_tell = self.descriptions.iter().all(|told| !told.ledger.is_empty());
+        let all_tell = self.all_tell_energies();
         if let Some(total) = self.state.balances.last_mut().filter(|_| all_tell) {
             let sums = EnergySums::together(sums.into_iter().chain([points]));
             let value = total.add(&sums, bounds).filter(|_| self.names.len() > 1);
@@ -385,12 +365,16 @@ impl<'a> Outputs<'a> {
     fn lost(
         &mut self,
         (code, bounds): (&str, Bounds),
-        place: &str,
+        about: &str,
         value: Option<f64>,
         time_s: f64,
     ) {
         let finding = value.and_then(|v| plausible::lost_balance(code, bounds, v, time_s));
-        let finding = finding.map(|finding| (place.to_string(), finding));
+        self.keep_finding(about, finding);
+    }
+
+    fn keep_finding(&mut self, about: &str, finding: Option<Finding>) {
+        let finding = finding.map(|finding| (about.to_string(), finding));
         self.state.findings.extend(finding);
     }
 
@@ -398,14 +382,15 @@ impl<'a> Outputs<'a> {
     pub fn warnings(&mut self) -> Vec<Warning> {
         let new = &self.state.findings[self.passed_on..];
         self.passed_on = self.state.findings.len();
-        let warnings = new
-            .iter()
-            .map(|(place, finding)| Warning::of(place, finding.clone()));
-        warnings.chain(self.fields.advice()).collect()
+        let warning = |(about, finding): &(String, Finding)| Warning::of(about, finding.clone());
+        new.iter()
+            .map(warning)
+            .chain(self.fields.advice())
+            .collect()
     }
 
     /// Writes and keeps the traction of each interface in its last accepted window.
-    fn write_profiles(&mut self, groups: &[GroupRun]) -> Result<(), Error> {
+    fn write_profiles(&mut self, groups: &[GroupRun]) -> Result<()> {
         let only = self.state.interfaces.len() == 1;
         for coupling in groups.iter().map(|group| &group.coupling) {
             let group = coupling.group();
@@ -417,11 +402,10 @@ impl<'a> Outputs<'a> {
                     outward_y: patch.outward_y,
                     period_m: patch.period_m,
                 };
-                let traction = Traction::of(loaded, self.thickness_m);
-                let name = if only {
-                    "profile.csv".into()
-                } else {
-                    format!("profile-{}.csv", patch.name)
+                let traction = InterfaceTraction::of(loaded, self.thickness_m);
+                let name = match only {
+                    true => "profile.csv".into(),
+                    false => format!("profile-{}.csv", patch.name),
                 };
                 self.rundir.write(&name, &traction.csv())?;
                 self.state.sampled.keep_traction(patch.index, traction);
@@ -441,14 +425,11 @@ impl<'a> Outputs<'a> {
         communicator: &mut dyn Communicator,
         groups: &[GroupRun],
         summary: &mut Summary,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         self.pace.end();
         self.fields.end(communicator, groups, summary.sim_time_s)?;
-        if self.rehearsal {
-            summary
-                .foreseen
-                .extend(self.fields.foretold(Path::new(".")));
-        }
+        let foretold = self.dry_run.then(|| self.fields.foretold(Path::new(".")));
+        summary.foreseen.extend(foretold.flatten());
         summary.results.extend(self.state.sampled.results());
         Ok(())
     }
@@ -457,9 +438,8 @@ impl<'a> Outputs<'a> {
 /// Repeats of the last windows, the most of all interfaces, and the mean of the group that has most of them.
 fn repeats(last: &[InterfaceSignals], groups: &[GroupRun]) -> Option<(u32, f64)> {
     let last = last.iter().map(|seen| seen.repeats).max()?;
-    let ledgers = groups
-        .iter()
-        .filter_map(|group| group.coupling.ledgers.first());
+    let groups = groups.iter();
+    let ledgers = groups.filter_map(|group| group.coupling.ledgers.first());
     let means = ledgers.map(InterfaceLedger::repeats_mean);
     Some((last, means.fold(0.0, f64::max)))
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Progress of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Position {
+pub struct RunPosition {
     /// Accepted windows, of all groups of interfaces together.
     pub windows: u64,
     /// Simulated time that is accepted (s).

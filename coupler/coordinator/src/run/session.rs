@@ -12,21 +12,21 @@ use super::check::check;
 use super::checkpoint::RestartPoint;
 use super::log_volume::{self, Repeats};
 use super::outputs::Outputs;
-use super::position::Position;
+use super::position::RunPosition;
 use super::time_loop::{
     GroupRun, describe, each_window, end_s, groups_at_start, position, reached_s,
 };
 use crate::cost::memory::own_cpu_s;
-use crate::error::{Error, Refusal};
-use crate::output::progress::prepare;
+use crate::error::{Error, Refusal, Result};
+use crate::output::progress::{Progress, prepare};
 use crate::output::stderr::{leave, tell_of};
 use crate::participants::farewell::read_farewell;
 use crate::participants::handshake::{self, Greeted};
 use crate::participants::journal::Journal;
 use crate::participants::launch::Launcher;
 use crate::participants::recorded::Recorded;
-use crate::participants::rehearsed::Rehearsed;
 use crate::participants::remote::Remote;
+use crate::participants::resume_check::ResumeCheck;
 use crate::participants::{Communicator, Peers, Registry, Watch};
 use crate::plausible::{self, Warning};
 use crate::rundir::{RunDir, manifest};
@@ -42,7 +42,7 @@ use scheme::window::AcceptedWindow;
 
 /// Circumstances of a run, beside the scenario.
 #[derive(Clone)]
-pub struct Options<'a> {
+pub struct RunOptions<'a> {
     /// Place of the run directory; by default a new folder below `runs/`.
     pub out: Option<&'a Path>,
     /// Threads of each participant.
@@ -58,7 +58,7 @@ pub struct Options<'a> {
     /// Any warning makes the run suspect.
     pub strict: bool,
     /// The run ends, in order, as soon as its cost is predicted.
-    pub rehearsal: bool,
+    pub dry_run: bool,
     /// The budget that its setting was chosen by.
     pub budget: Option<RunBudget>,
 }
@@ -84,34 +84,34 @@ pub struct Ended {
 
 /// Runs a scenario. An error before anything was started is returned as such; from then on the run directory
 /// keeps what was valid, and the error is part of [`Ended`].
-pub fn run(loaded: &Loaded, options: &Options) -> Result<Ended, Error> {
-    go_on(loaded, options, None)
+pub fn run(loaded: &Loaded, options: &RunOptions) -> Result<Ended> {
+    run_from(loaded, options, None)
 }
 
 /// Runs a scenario on from a checkpoint of another run of it, in a run directory of its own: it ends as
 /// if that run had never been cut off.
-pub fn go_on(
+pub fn run_from(
     loaded: &Loaded,
-    options: &Options,
+    options: &RunOptions,
     restart: Option<&RestartPoint>,
-) -> Result<Ended, Error> {
+) -> Result<Ended> {
     let launch = |launcher: &Launcher| {
         let participants = &launcher.loaded.scenario.participant;
         launcher.start(participants, options.watch.clone())
     };
-    go_on_among(loaded, options, restart, &launch)
+    run_among(loaded, options, restart, &launch)
 }
 
 /// A way to start the participants of a run.
-pub type Start<'a> = &'a dyn Fn(&Launcher) -> Result<Peers, Error>;
+pub type LaunchAll<'a> = &'a dyn Fn(&Launcher) -> Result<Peers>;
 
 /// The same among participants that are started in another way.
-pub fn go_on_among(
+pub fn run_among(
     loaded: &Loaded,
-    options: &Options,
+    options: &RunOptions,
     restart: Option<&RestartPoint>,
-    launch: Start,
-) -> Result<Ended, Error> {
+    launch: LaunchAll,
+) -> Result<Ended> {
     let start = Instant::now();
     let start_cpu_s = own_cpu_s();
     let warnings = check(loaded, options.registry, options.threads)?;
@@ -140,7 +140,7 @@ pub fn go_on_among(
         launch,
         summary: Summary::new(&loaded.scenario.run.name, &loaded.hash),
     };
-    session.found(warnings);
+    session.warn(warnings);
     let error = session.run().err();
     if options.progress {
         leave();
@@ -176,18 +176,18 @@ pub fn fresh_run_id() -> u64 {
 struct RunSession<'a> {
     start: Instant,
     loaded: &'a Loaded,
-    options: &'a Options<'a>,
+    options: &'a RunOptions<'a>,
     rundir: &'a RunDir,
     run_id: u64,
     manifest: String,
     restart: Option<&'a RestartPoint>,
-    launch: Start<'a>,
+    launch: LaunchAll<'a>,
     summary: Summary,
 }
 
 impl RunSession<'_> {
     /// Starts the participants, lets them talk, and closes the log whatever came of it.
-    fn run(&mut self) -> Result<(), Error> {
+    fn run(&mut self) -> Result<()> {
         let launcher = Launcher {
             loaded: self.loaded,
             registry: self.options.registry,
@@ -202,7 +202,7 @@ impl RunSession<'_> {
         let result = self.converse(&mut recorded);
         recorded.close_times();
         let untimed = recorded.untimed.take();
-        self.found(untimed.map(|why| Warning::advice("timing_log", TIMING, why)));
+        self.warn(untimed.map(|why| Warning::advice("timing_log", TIMING, why)));
         let closed = recorded.journal.close();
         if let Ok(closed) = &closed {
             let wall_s = self.start.elapsed().as_secs_f64();
@@ -211,32 +211,28 @@ impl RunSession<'_> {
         result.and(closed.map(|_| ()))
     }
 
-    fn recorder(&self) -> Result<Option<Recorder>, Error> {
+    fn recorder(&self) -> Result<Option<Recorder>> {
         let output = &self.loaded.scenario.run.output;
-        if !output.exchange {
-            return Ok(None);
-        }
         let provenance = Provenance {
             scenario_toml: self.loaded.resolved.clone(),
             manifest_json: self.manifest.clone(),
             run_id: self.run_id,
         };
         let path = self.rundir.path().join("exchange.mcap");
-        let recorder = Recorder::create(&path, &provenance, output.flush_every_windows)?;
-        Ok(Some(recorder))
+        let create = || Recorder::create(&path, &provenance, output.flush_every_windows);
+        Ok(output.exchange.then(create).transpose()?)
     }
 
-    fn timing_log(&self) -> Result<Option<TimingLog>, Error> {
+    fn timing_log(&self) -> Result<Option<TimingLog>> {
         let scenario = &self.loaded.scenario;
         let names: Vec<&str> = scenario.participant.iter().map(|p| &*p.name).collect();
         let path = self.rundir.path().join(TIMING);
-        let wanted = scenario.run.output.exchange;
-        let log = wanted.then(|| TimingLog::create(&path, &names)).transpose();
-        Ok(log?)
+        let create = || TimingLog::create(&path, &names);
+        Ok(scenario.run.output.exchange.then(create).transpose()?)
     }
 
-    /// All that is said: greeting, what came before if the run goes on, windows, farewell.
-    fn converse(&mut self, recorded: &mut Recorded) -> Result<(), Error> {
+    /// The whole conversation: greeting, the state of a resumed run, windows, farewell.
+    fn converse(&mut self, recorded: &mut Recorded) -> Result<()> {
         let scenario = &self.loaded.scenario;
         if self.options.progress {
             let names = scenario.participant.iter().map(|p| p.name.as_str());
@@ -249,12 +245,12 @@ impl RunSession<'_> {
             self.rundir.note(&format!(
                 "participant `{name}` is {software} in process {pid}"
             ));
-            let said = description.warnings.iter();
-            self.found(said.map(|text| Warning::advice("advice", name, text)));
+            self.advise(name, &description.warnings);
         }
         self.summary.greet(scenario, &greeted);
-        let ways = (self.options.progress, self.options.rehearsal);
-        let mut outputs = Outputs::new(self.rundir, self.loaded, &greeted, ways)?;
+        let mut outputs = Outputs::new(self.rundir, self.loaded, &greeted)?;
+        outputs.progress = Progress::new(self.options.progress);
+        outputs.dry_run = self.options.dry_run;
         if outputs.keeper.writes() {
             recorded.peers.watch.let_windows_end();
         }
@@ -277,19 +273,15 @@ impl RunSession<'_> {
         result.and(fields)?;
         let communicator: &mut dyn Communicator = recorded;
         let kinds = (Kind::Finish, Kind::Finished);
-        let farewells: Vec<Farewell> = communicator.ask_all(kinds, &[], |frame| {
-            read_farewell(frame)
-                .map_err(|why| format!("sent an outcome that cannot be read: {why}"))
-        })?;
+        let farewells: Vec<Farewell> = communicator.ask_all(kinds, &[], read_farewell)?;
         recorded.tell_times(&farewells);
         let run_wall_s = self.start.elapsed().as_secs_f64();
         let awaited = recorded.peers.awaited();
         for (participant, farewell) in scenario.participant.iter().zip(&farewells) {
             let (name, outcome) = (&participant.name, &farewell.outcome);
-            let found = outcome.findings.iter().cloned();
-            self.found(found.map(|finding| Warning::of(name, finding)));
-            let said = outcome.warnings.iter();
-            self.found(said.map(|text| Warning::advice("advice", name, text)));
+            let findings = outcome.findings.iter().cloned();
+            self.warn(findings.map(|finding| Warning::of(name, finding)));
+            self.advise(name, &outcome.warnings);
         }
         self.summary
             .spent(&outputs.pace, &farewells, &awaited, run_wall_s);
@@ -299,22 +291,22 @@ impl RunSession<'_> {
         // One that was told on the way says more than one about the end.
         let known = &self.summary.warnings;
         judged.retain(|new| {
-            let same = |old: &Warning| old.code == new.code && old.place == new.place;
+            let same = |old: &Warning| old.code == new.code && old.about == new.about;
             !known.iter().any(same)
         });
         let proven = plausible::refuse_contradiction(&judged);
-        self.found(judged);
+        self.warn(judged);
         proven
     }
 
-    /// Takes over the log and the outputs of the run that is gone on with. From the adoption of its checkpoint on, this run
+    /// Takes over the log and the outputs of the resumed run. From the adoption of its checkpoint on, this run
     /// directory can be resumed as well. Returns the messages of the logged handshake.
     fn carry_over(
         &mut self,
         recorded: &mut Recorded,
         outputs: &mut Outputs,
         restart: &RestartPoint,
-    ) -> Result<Vec<Exchange>, Error> {
+    ) -> Result<Vec<Exchange>> {
         let state = &restart.checkpoint;
         let journal = &mut recorded.journal;
         let log = restart.run.join("exchange.mcap");
@@ -334,7 +326,7 @@ impl RunSession<'_> {
         greeted: &[Greeted],
         logged: Vec<Exchange>,
         outputs: &mut Outputs,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let scenario = &self.loaded.scenario;
         let joined = self.join(recorded, greeted, logged)?;
         let mut groups = groups_at_start(scenario, greeted, joined)?;
@@ -346,14 +338,13 @@ impl RunSession<'_> {
                 let name = &scenario.participant[peer].name;
                 let continuum = (name.as_str(), &greeted[peer].description);
                 let bounds = &scenario.run.plausible;
-                self.found(plausible::joined(bounds, joined, patch, continuum));
+                self.warn(plausible::joined(bounds, joined, patch, continuum));
             }
         }
-        let volumes = [Repeats::Least, Repeats::Most]
-            .map(|repeats| log_volume::coupled(scenario, greeted, &groups, repeats));
-        self.foresee_log(volumes)?;
+        let volume = |repeats| log_volume::coupled(scenario, greeted, &groups, repeats);
+        self.foresee_log([Repeats::Least, Repeats::Most].map(volume))?;
         match self.restart {
-            // The prediction, and what was asked for it, is in the log that is gone on with.
+            // The prediction, and what was asked for it, is in the log of the resumed run.
             Some(restart) => restart.restore(&mut recorded.peers, greeted, &mut groups)?,
             None => self.predict(recorded, greeted, &mut groups)?,
         }
@@ -363,20 +354,19 @@ impl RunSession<'_> {
             group.end.div_ceil(substeps.into())
         };
         let all = groups.iter().map(windows).sum();
-        outputs.begin_progress(&recorded.peers, [t_s, end_s], all);
-        outputs.pace.begin(self.start, t_s, end_s);
-        let (summary, rundir, shown) = (&mut self.summary, self.rundir, self.options.progress);
+        outputs.begin(&recorded.peers, self.start, [t_s, end_s], all);
         let seen = |recorded: &mut Recorded, groups: &[GroupRun], window: &_, accepted| {
             let position = position(groups);
-            summary.sim_time_s = position.t_s;
+            self.summary.sim_time_s = position.t_s;
             outputs.add(recorded, groups, window, accepted, position.t_s)?;
-            keep_and_tell(summary, rundir, shown, outputs.warnings());
+            self.warn(outputs.warnings());
             outputs.pause(recorded, groups, position)
         };
         let result = each_window(recorded, greeted, &mut groups, seen);
-        summary.interfaces(groups.iter().map(|group| &group.coupling));
+        let couplings = groups.iter().map(|group| &group.coupling);
+        self.summary.interfaces(couplings);
         result?;
-        outputs.finish(recorded, &groups, summary)
+        outputs.finish(recorded, &groups, &mut self.summary)
     }
 
     /// Joins the interfaces. A resumed run must say just what the log already holds.
@@ -385,19 +375,16 @@ impl RunSession<'_> {
         recorded: &mut Recorded,
         greeted: &[Greeted],
         logged: Vec<Exchange>,
-    ) -> Result<Vec<Group>, Error> {
+    ) -> Result<Vec<Group>> {
         let scenario = &self.loaded.scenario;
         if self.restart.is_none() {
             let groups = join(&mut Remote::new(recorded, greeted), &scenario.interface)?;
             recorded.end_window(0)?;
             return Ok(groups);
         }
-        let mut rehearsed = Rehearsed::new(&mut recorded.peers, logged);
-        let groups = join(
-            &mut Remote::new(&mut rehearsed, greeted),
-            &scenario.interface,
-        )?;
-        rehearsed.finish()?;
+        let mut check = ResumeCheck::new(&mut recorded.peers, logged);
+        let groups = join(&mut Remote::new(&mut check, greeted), &scenario.interface)?;
+        check.finish()?;
         Ok(groups)
     }
 
@@ -407,7 +394,7 @@ impl RunSession<'_> {
         recorded: &mut Recorded,
         greeted: &[Greeted],
         groups: &mut [GroupRun],
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let remote = &mut Remote::new(recorded, greeted);
         let mut predicted = Vec::new();
         for coupling in groups.iter_mut().map(|group| &mut group.coupling) {
@@ -439,7 +426,7 @@ impl RunSession<'_> {
         recorded: &mut Recorded,
         greeted: &[Greeted],
         outputs: &mut Outputs,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let scenario = &self.loaded.scenario;
         let description = &greeted[0].description;
         let name = &scenario.participant[0].name;
@@ -468,24 +455,23 @@ impl RunSession<'_> {
         let [start_s, end_s] =
             [start * u64::from(clock.substeps), end].map(|s| s as f64 * clock.step_s);
         let windows = end.div_ceil(clock.substeps.into());
-        outputs.begin_progress(&recorded.peers, [start_s, end_s], windows);
-        outputs.pace.begin(self.start, start_s, end_s);
+        outputs.begin(&recorded.peers, self.start, [start_s, end_s], windows);
         for index in start..windows {
             let step = index * u64::from(clock.substeps);
             let window = clock.window(index, step, clock.substeps_before(step, end));
             let communicator: &mut dyn Communicator = recorded;
             let kinds = (Kind::AdvanceAlone, Kind::Report);
-            let report = communicator.ask(0, kinds, &window, Vec::new())?;
+            let report = communicator.ask(0, kinds, &window, &[])?.payload;
             communicator.end_window(index)?;
             let accepted = AcceptedWindow {
                 reports: vec![(0, report)],
                 ..AcceptedWindow::default()
             };
             outputs.add(communicator, &[], &window, accepted, window.t1_s)?;
-            self.found(outputs.warnings());
+            self.warn(outputs.warnings());
             self.summary.windows = index + 1;
             self.summary.sim_time_s = window.t1_s;
-            let position = Position {
+            let position = RunPosition {
                 windows: index + 1,
                 t_s: window.t1_s,
                 groups: Vec::new(),
@@ -499,7 +485,7 @@ impl RunSession<'_> {
     }
 
     /// Notes the predicted length of the log, with the fewest and the most repeats, and refuses one that the disk has no room for.
-    fn foresee_log(&mut self, volumes: [Volume; 2]) -> Result<(), Error> {
+    fn foresee_log(&mut self, volumes: [Volume; 2]) -> Result<()> {
         let output = &self.loaded.scenario.run.output;
         if !output.exchange {
             return Ok(());
@@ -510,43 +496,36 @@ impl RunSession<'_> {
         self.rundir.note(&line);
         self.summary.foreseen.push(line);
         self.summary.log_predicted_bytes = Some([least, most]);
-        // A rehearsal writes little, and not where the run will.
+        // A dry run writes little, and not where the run will.
         let free = self.rundir.free_bytes();
-        let free = free.filter(|_| !self.options.rehearsal);
+        let free = free.filter(|_| !self.options.dry_run);
         let log = self.rundir.path().join("exchange.mcap");
         log_volume::require_space(least, free, &log)?;
-        let rest = log_volume::require_space(most, free, &log).err();
-        self.found(
-            rest.map(|error| {
-                Warning::advice("log_space", "run.output.exchange", error.to_string())
-            }),
-        );
+        if let Err(error) = log_volume::require_space(most, free, &log) {
+            let text = error.to_string();
+            self.warn([Warning::advice("log_space", "run.output.exchange", text)]);
+        }
         Ok(())
     }
 
-    /// Tells and keeps warnings, each once: what `check` said of a participant it may say again.
-    fn found(&mut self, warnings: impl IntoIterator<Item = Warning>) {
-        let shown = self.options.progress;
-        keep_and_tell(&mut self.summary, self.rundir, shown, warnings);
+    /// Tells and keeps what a participant says of itself.
+    fn advise(&mut self, participant: &str, texts: &[String]) {
+        let advice = texts.iter();
+        self.warn(advice.map(|text| Warning::advice("advice", participant, text)));
     }
-}
 
-/// Tells and keeps warnings, each once; `shown` on stderr too.
-fn keep_and_tell(
-    summary: &mut Summary,
-    rundir: &RunDir,
-    shown: bool,
-    warnings: impl IntoIterator<Item = Warning>,
-) {
-    for warning in warnings {
-        if summary.warnings.contains(&warning) {
-            continue;
+    /// Tells and keeps warnings, each once: what `check` said of a participant it may say again.
+    fn warn(&mut self, warnings: impl IntoIterator<Item = Warning>) {
+        for warning in warnings {
+            if self.summary.warnings.contains(&warning) {
+                continue;
+            }
+            self.rundir.note(&warning.line());
+            if self.options.progress {
+                let object = serde_json::to_value(&warning).unwrap_or_default();
+                tell_of("warning", object, || warning.line());
+            }
+            self.summary.warnings.push(warning);
         }
-        rundir.note(&warning.line());
-        if shown {
-            let object = serde_json::to_value(&warning).unwrap_or_default();
-            tell_of("warning", object, || warning.line());
-        }
-        summary.warnings.push(warning);
     }
 }

@@ -5,8 +5,8 @@ use std::ops::ControlFlow;
 
 use protocol::{Window, larger};
 
-use super::position::{GroupPosition, Position};
-use crate::error::{Error, Refusal};
+use super::position::{GroupPosition, RunPosition};
+use crate::error::{Refusal, Result};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::remote::Remote;
@@ -32,7 +32,7 @@ pub fn groups_at_start(
     scenario: &Scenario,
     greeted: &[Greeted],
     groups: Vec<Group>,
-) -> Result<Vec<GroupRun>, Error> {
+) -> Result<Vec<GroupRun>> {
     let end_s = end_s(scenario, greeted)?;
     let rules = connected(&scenario.interface);
     let start = |(group, members): (Group, Vec<usize>)| {
@@ -48,7 +48,7 @@ pub fn groups_at_start(
 }
 
 /// `run.end_s`, or the end of the longest load history.
-pub fn end_s(scenario: &Scenario, greeted: &[Greeted]) -> Result<f64, Error> {
+pub fn end_s(scenario: &Scenario, greeted: &[Greeted]) -> Result<f64> {
     let ends = greeted.iter().filter_map(|one| one.description.end_s);
     let end_s = scenario.run.end_s.or(ends.reduce(larger));
     end_s.ok_or_else(|| Refusal::NoEnd.into())
@@ -61,10 +61,10 @@ pub fn each_window<C, F>(
     greeted: &[Greeted],
     groups: &mut [GroupRun],
     mut seen: F,
-) -> Result<(), Error>
+) -> Result<()>
 where
     C: Communicator,
-    F: FnMut(&mut C, &[GroupRun], &Window, AcceptedWindow) -> Result<ControlFlow<()>, Error>,
+    F: FnMut(&mut C, &[GroupRun], &Window, AcceptedWindow) -> Result<ControlFlow<()>>,
 {
     while let Some((index, window)) = earliest(groups) {
         let remote = &mut Remote::new(communicator, greeted);
@@ -91,8 +91,8 @@ pub fn reached_s(groups: &[GroupRun]) -> f64 {
 }
 
 /// The position of all groups together.
-pub fn position(groups: &[GroupRun]) -> Position {
-    Position {
+pub fn position(groups: &[GroupRun]) -> RunPosition {
+    RunPosition {
         windows: groups.iter().map(|group| group.at.window).sum(),
         t_s: reached_s(groups),
         groups: groups.iter().map(|group| group.at).collect(),
@@ -116,7 +116,7 @@ impl GroupRun {
         &mut self,
         participants: &mut dyn Participants,
         mut window: Window,
-    ) -> Result<(Window, AcceptedWindow), Error> {
+    ) -> Result<(Window, AcceptedWindow)> {
         self.at.rest = None;
         let clock = self.coupling.group().clock;
         let accepted = loop {

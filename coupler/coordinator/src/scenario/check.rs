@@ -25,7 +25,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
         positive(key, size)?;
         if key.contains("deadlines") && size > Some(LONGEST_WAIT) {
             let problem = format!("must be at most {LONGEST_WAIT:e} s");
-            return Err(ConfigError::new(key, problem).because(Cause::OutOfRange));
+            return refuse(key, Cause::OutOfRange, problem, None);
         }
     }
     let counts = [
@@ -39,22 +39,20 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), ConfigError> {
     at_least_one("run.checkpoints_kept", Some(run.checkpoints_kept))?;
     run.plausible.check()?;
     if run.checkpoint_every_windows.is_some_and(|every| every > 0) && !run.output.exchange {
-        return Err(ConfigError::new(
-            "run.checkpoint_every_windows",
-            "a resumed run goes on with the log of the first, and run.output.exchange is false",
-        )
-        .because(Cause::ConflictingKeys)
-        .help("let run.output.exchange be true, or write no checkpoints"));
+        let problem =
+            "a resumed run goes on with the log of the first, and run.output.exchange is false";
+        let help = "let run.output.exchange be true, or write no checkpoints";
+        let key = "run.checkpoint_every_windows";
+        return refuse(key, Cause::ConflictingKeys, problem, Some(help));
     }
     check_participants(&scenario.participant)?;
     match (scenario.participant.len(), scenario.interface.as_slice()) {
         (1, []) => Ok(()),
-        (count, []) => Err(ConfigError::new(
-            "interface",
-            format!("{count} participants and nothing that joins them"),
-        )
-        .because(Cause::MissingKey)
-        .help("add [[interface]], or keep one participant, which then runs alone")),
+        (count, []) => {
+            let problem = format!("{count} participants and nothing that joins them");
+            let help = "add [[interface]], or keep one participant, which then runs alone";
+            refuse("interface", Cause::MissingKey, problem, Some(help))
+        }
         (_, interfaces) => check_interfaces(scenario, interfaces),
     }
 }
@@ -69,12 +67,10 @@ fn check_interfaces(scenario: &Scenario, interfaces: &[Interface]) -> Result<(),
     for (index, participant) in scenario.participant.iter().enumerate() {
         let joined = |interface: &Interface| interface.participants().contains(&&*participant.name);
         if !interfaces.iter().any(joined) {
-            return Err(ConfigError::new(
-                &format!("participant[{index}].name"),
-                format!("no interface joins `{}`", participant.name),
-            )
-            .because(Cause::MissingKey)
-            .help("add an [[interface]] with one of its sets, or run it alone"));
+            let problem = format!("no interface joins `{}`", participant.name);
+            let help = "add an [[interface]] with one of its sets, or run it alone";
+            let key = format!("participant[{index}].name");
+            return refuse(&key, Cause::MissingKey, problem, Some(help));
         }
     }
     for group in connected(&scenario.interface) {
@@ -92,28 +88,18 @@ fn check_two_interfaces(
     index: usize,
 ) -> Result<(), ConfigError> {
     if before.name == interface.name {
-        return Err(ConfigError::new(
-            &format!("interface[{index}].name"),
-            format!(
-                "the name `{}` is taken by another interface",
-                interface.name
-            ),
-        )
-        .because(Cause::DuplicateName)
-        .help("give each interface a name of its own"));
+        let (key, name) = (format!("interface[{index}].name"), &interface.name);
+        let problem = format!("the name `{name}` is taken by another interface");
+        let help = "give each interface a name of its own";
+        return refuse(&key, Cause::DuplicateName, problem, Some(help));
     }
     let mut sides = interface.between.iter();
     let twice = sides.find(|side| before.between.contains(side));
     twice.map_or(Ok(()), |set| {
-        let error = ConfigError::new(
-            &format!("interface[{index}].between"),
-            format!(
-                "`{set}` is joined by the interface `{}` already",
-                before.name
-            ),
-        );
-        let error = error.because(Cause::SetCoupledTwice);
-        Err(error.help("one interface carries a set: name another set of the participant"))
+        let (key, name) = (format!("interface[{index}].between"), &before.name);
+        let problem = format!("`{set}` is joined by the interface `{name}` already");
+        let help = "one interface carries a set: name another set of the participant";
+        refuse(&key, Cause::SetCoupledTwice, problem, Some(help))
     })
 }
 
@@ -137,33 +123,29 @@ fn check_one_solution(
         ),
     ];
     agree.iter().find(|(_, same)| !same).map_or(Ok(()), |(key, _)| {
-        let error = ConfigError::new(
-            &format!("interface[{index}].{key}"),
-            format!(
-                "differs from that of the interface `{}`, which is connected through participants and solved together with `{}`",
-                first.name, interface.name
-            ),
+        let problem = format!(
+            "differs from that of the interface `{}`, which is connected through participants and solved together with `{}`",
+            first.name, interface.name
         );
-        Err(error.because(Cause::ConflictingKeys).help("give both the same value"))
+        let (key, help) = (format!("interface[{index}].{key}"), "give both the same value");
+        refuse(&key, Cause::ConflictingKeys, problem, Some(help))
     })
 }
 
 fn check_participants(participants: &[Participant]) -> Result<(), ConfigError> {
     if participants.is_empty() {
         let problem = "a run needs at least one participant";
-        return Err(ConfigError::new("participant", problem)
-            .because(Cause::MissingKey)
-            .help("add [[participant]] with name, kind and config"));
+        let help = "add [[participant]] with name, kind and config";
+        return refuse("participant", Cause::MissingKey, problem, Some(help));
     }
     for (index, participant) in participants.iter().enumerate() {
         let (key, name) = (format!("participant[{index}].name"), &participant.name);
         plain_name(&key, name)?;
         refuse_taken(&key, name, &participants[..index])?;
         if participant.command.as_ref().is_some_and(Vec::is_empty) {
-            return Err(ConfigError::new(
-                &format!("participant[{index}].command"),
-                "is empty: give the program and its arguments, or leave the key out",
-            ));
+            let problem = "is empty: give the program and its arguments, or leave the key out";
+            let key = format!("participant[{index}].command");
+            return refuse(&key, Cause::InvalidValue, problem, None);
         }
     }
     Ok(())
@@ -179,9 +161,8 @@ fn refuse_taken(key: &str, name: &str, before: &[Participant]) -> Result<(), Con
         return Ok(());
     };
     let problem = format!("the name `{name}` is taken by {by}");
-    Err(ConfigError::new(key, problem)
-        .because(Cause::DuplicateName)
-        .help("give each participant a name of its own: messages, logs and interfaces go by it"))
+    let help = "give each participant a name of its own: messages, logs and interfaces go by it";
+    refuse(key, Cause::DuplicateName, problem, Some(help))
 }
 
 fn check_interface(
@@ -201,20 +182,30 @@ fn check_interface(
     positive(&key("energy_defect_max_rel"), bound)?;
     if let Some(relaxation) = given.relaxation.filter(|relaxation| *relaxation > 1.0) {
         let problem = format!("must be at most 1, got {relaxation}");
-        return Err(ConfigError::new(&key("relaxation"), problem).because(Cause::OutOfRange));
+        return refuse(&key("relaxation"), Cause::OutOfRange, problem, None);
     }
     if given.scheme == SchemeWord::Velocity && given.compliance == Some(CompliancePrior::Mass) {
         let problem =
             "scheme = \"velocity\" goes by the impedance that the continuum tells, not by masses";
-        let error = ConfigError::new(&key("compliance"), problem).because(Cause::ConflictingKeys);
-        return Err(error.help("remove the key, or take scheme = \"dual-schur-secant\""));
+        let help = "remove the key, or take scheme = \"dual-schur-secant\"";
+        return refuse(
+            &key("compliance"),
+            Cause::ConflictingKeys,
+            problem,
+            Some(help),
+        );
     }
-    if given.dirichlet == Some(Dirichlet::Continuum)
-        && interface.scheme.dirichlet() != Dirichlet::Continuum
+    if given.dirichlet == Some(Dirichlet::ForceDriven)
+        && interface.scheme.dirichlet() != Dirichlet::ForceDriven
     {
         let problem = "the scheme gives both sides force and motion at once, so that neither follows the other";
-        let error = ConfigError::new(&key("dirichlet"), problem).because(Cause::ConflictingKeys);
-        return Err(error.help("remove the key, or take scheme = \"fixed-point-serial\""));
+        let help = "remove the key, or take scheme = \"fixed-point-serial\"";
+        return refuse(
+            &key("dirichlet"),
+            Cause::ConflictingKeys,
+            problem,
+            Some(help),
+        );
     }
     check_between(scenario, interface, &key("between"))
 }
@@ -227,20 +218,19 @@ fn check_between(scenario: &Scenario, interface: &Interface, key: &str) -> Resul
         let Some((participant, _)) = side.split_once('.') else {
             let problem =
                 format!("`{side}` must be written participant.set, for instance rail.top");
-            return Err(ConfigError::new(key, problem));
+            return refuse(key, Cause::InvalidValue, problem, None);
         };
         if !names.contains(&participant) {
             let problem = format!("no participant is named `{participant}`");
             let help = proposal(participant, "participants", &names);
-            return Err(ConfigError::new(key, problem)
-                .because(Cause::UnknownName)
-                .help(help));
+            return refuse(key, Cause::UnknownName, problem, Some(&help));
         }
     }
     let [one, other] = interface.participants();
     if one == other {
-        return Err(ConfigError::new(key, "joins a participant with itself")
-            .help("name a set of another participant in the second place"));
+        let problem = "joins a participant with itself";
+        let help = "name a set of another participant in the second place";
+        return refuse(key, Cause::InvalidValue, problem, Some(help));
     }
     Ok(())
 }
@@ -249,15 +239,14 @@ fn positive(key: &str, value: Option<f64>) -> Result<(), ConfigError> {
     let refused = value.filter(|value| !(*value > 0.0 && value.is_finite()));
     refused.map_or(Ok(()), |value| {
         let problem = format!("must be a positive number, got {value}");
-        Err(ConfigError::new(key, problem)
-            .because(Cause::OutOfRange)
-            .help("write a number above 0, in the unit that the key ends with"))
+        let help = "write a number above 0, in the unit that the key ends with";
+        refuse(key, Cause::OutOfRange, problem, Some(help))
     })
 }
 
 fn at_least_one(key: &str, value: Option<u64>) -> Result<(), ConfigError> {
     if value == Some(0) {
-        return Err(ConfigError::new(key, "must be at least 1, got 0").because(Cause::OutOfRange));
+        return refuse(key, Cause::OutOfRange, "must be at least 1, got 0", None);
     }
     Ok(())
 }
@@ -272,5 +261,16 @@ fn plain_name(key: &str, name: &str) -> Result<(), ConfigError> {
         "`{}` must be 1 to 64 letters, digits, `-` or `_`, the first no `-`: it becomes a file name",
         name.escape_debug()
     );
-    Err(ConfigError::new(key, problem))
+    refuse(key, Cause::InvalidValue, problem, None)
+}
+
+fn refuse(
+    key: &str,
+    cause: Cause,
+    problem: impl Into<String>,
+    help: Option<&str>,
+) -> Result<(), ConfigError> {
+    let mut error = ConfigError::new(key, problem).because(cause);
+    error.help = help.map(String::from);
+    Err(error)
 }

@@ -10,8 +10,8 @@ use super::Scenario;
 use super::check::check;
 use super::overrides::apply;
 use super::paths;
-use super::source::Source;
-use crate::error::{Code, Error, Refusal, ScenarioError};
+use super::source::ScenarioSource;
+use crate::error::{Code, Error, Refusal, Result, ScenarioError};
 use scenes::kept;
 
 /// A scenario that passed all checks which need no solver.
@@ -24,12 +24,12 @@ pub struct Loaded {
     /// blake3 of `resolved`, in hexadecimal.
     pub hash: String,
     /// The original file, for messages.
-    pub source: Source,
+    pub source: ScenarioSource,
     /// Folder of the scenario when it was first run, in which the commands of participants start (absolute).
     pub folder: PathBuf,
 }
 
-/// Key of the manifest that keeps [`Loaded::folder`] for whoever goes on with a run or repeats it.
+/// Key of the manifest that keeps [`Loaded::folder`] for a run that is resumed or repeated.
 pub const FOLDER_KEY: &str = "scenario_folder";
 
 /// The folder that a manifest keeps.
@@ -42,10 +42,10 @@ pub fn folder_of_manifest(manifest: &str) -> Option<PathBuf> {
 const LONGEST_FILE: u64 = 64 << 20;
 
 /// Reads a scenario by folder, file, name under `scenarios/` or name of a shipped one, and applies `KEY=VALUE` overrides in order.
-pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded, Error> {
+pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded> {
     match find(scenario)? {
         Found::File(path) => read(&path, overrides),
-        Found::Shipped(file) if scenes::stands_alone(&file) => parse(Source {
+        Found::Shipped(file) if scenes::stands_alone(&file) => parse(ScenarioSource {
             name: format!("{scenario} (built in)"),
             text: scenes::text(&file).unwrap_or_default().into(),
             overrides: overrides.to_vec(),
@@ -55,7 +55,7 @@ pub fn load(scenario: &str, overrides: &[String]) -> Result<Loaded, Error> {
 }
 
 /// Reads the file of a scenario.
-fn read(path: &Path, overrides: &[String]) -> Result<Loaded, Error> {
+fn read(path: &Path, overrides: &[String]) -> Result<Loaded> {
     let length = path.metadata().map_or(0, |file| file.len());
     if length > LONGEST_FILE {
         let problem = format!("a scenario has at most {LONGEST_FILE} bytes, this file {length}");
@@ -65,7 +65,7 @@ fn read(path: &Path, overrides: &[String]) -> Result<Loaded, Error> {
     let beside = path.parent().unwrap_or(Path::new(""));
     let manifest = std::fs::read_to_string(beside.join("manifest.json"));
     let kept = manifest.ok().as_deref().and_then(folder_of_manifest);
-    let source = Source {
+    let source = ScenarioSource {
         name: path.display().to_string(),
         text,
         overrides: overrides.to_vec(),
@@ -86,7 +86,7 @@ fn absolute(folder: &Path) -> PathBuf {
 }
 
 /// Reads a scenario from a text with its overrides.
-pub fn parse(source: Source) -> Result<Loaded, Error> {
+pub fn parse(source: ScenarioSource) -> Result<Loaded> {
     let table: Result<toml::Table, _> = source.text.parse();
     let mut table = table.map_err(|error| syntax_error(&source, &error))?;
     for set in &source.overrides {
@@ -116,7 +116,7 @@ pub fn parse(source: Source) -> Result<Loaded, Error> {
     })
 }
 
-/// The place of a scenario.
+/// Where a scenario was found.
 enum Found {
     File(PathBuf),
     /// Its file among the shipped ones.
@@ -124,7 +124,7 @@ enum Found {
 }
 
 /// A folder with `scenario.toml`, a file, or a name under `scenarios/`; else a shipped one.
-fn find(scenario: &str) -> Result<Found, Error> {
+fn find(scenario: &str) -> Result<Found> {
     let given = Path::new(scenario);
     let named = Path::new("scenarios").join(scenario);
     for candidate in [given, &named] {
@@ -149,7 +149,7 @@ fn find(scenario: &str) -> Result<Found, Error> {
         })
 }
 
-fn syntax_error(source: &Source, error: &toml::de::Error) -> Error {
+fn syntax_error(source: &ScenarioSource, error: &toml::de::Error) -> Error {
     Error::Scenario(Box::new(ScenarioError {
         code: Code::TomlSyntax,
         key: source.name.clone(),
@@ -195,8 +195,8 @@ kind = "fem"
 load_n = 8000.0
 "#;
 
-    fn read(text: &str, overrides: &[&str]) -> Result<Loaded, Error> {
-        let source = Source {
+    fn read(text: &str, overrides: &[&str]) -> Result<Loaded> {
+        let source = ScenarioSource {
             name: "small.toml".into(),
             text: text.into(),
             overrides: overrides.iter().map(|s| s.to_string()).collect(),

@@ -1,11 +1,11 @@
 //! `KEY=VALUE` of the command line, put into the table of a scenario.
 
 use super::source::segments;
-use crate::error::{Error, Refusal};
+use crate::error::{Refusal, Result};
 
 /// Applies one `KEY=VALUE`. VALUE is TOML; what does not parse as TOML is a string. Entries of
 /// `[[participant]]` and `[[interface]]` are addressed by name.
-pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<(), Error> {
+pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<()> {
     let refuse = |why: &str| Refusal::argument(format!("--set {}", set.escape_debug()), why);
     if set.chars().any(|c| c.is_control() && c != '\t') {
         return Err(

@@ -3,7 +3,7 @@
 use kit::schema::schema_of;
 use serde_json::{Map, Value, json};
 
-use super::{Participant, Run};
+use super::{Participant, RunKeys};
 use scheme::keys::InterfaceKeys;
 
 /// The schema, for solvers of these kinds with the schemas of their own keys where they have one.
@@ -15,7 +15,7 @@ pub fn schema(solvers: &[(&str, Option<Value>)]) -> Value {
         "title": "Scenario of thirdbody",
         "type": "object",
         "properties": {
-            "run": schema_of::<Run>(),
+            "run": schema_of::<RunKeys>(),
             "participant": {
                 "description": "The solvers.",
                 "type": "array",

@@ -9,7 +9,7 @@ use crate::error::{Code, Error, ScenarioError};
 
 /// The text of a scenario with its name.
 #[derive(Clone, Debug)]
-pub struct Source {
+pub struct ScenarioSource {
     /// Path as the user gave it.
     pub name: String,
     /// The whole text.
@@ -18,7 +18,7 @@ pub struct Source {
     pub overrides: Vec<String>,
 }
 
-impl Source {
+impl ScenarioSource {
     /// An error about `key`, a dotted path from the top of the scenario in which list entries are named or
     /// numbered (`participant.rail.config.mesh.size_m`, `participant[0].kind`), pointing at the nearest
     /// part of the path that the file contains.
@@ -127,8 +127,8 @@ mod tests {
 
     const TEXT: &str = "[run]\nname = \"x\"\n\n[[participant]]\nname = \"rail\"\n[participant.config.mesh]\nsize = 1\n";
 
-    fn source() -> Source {
-        Source {
+    fn source() -> ScenarioSource {
+        ScenarioSource {
             name: "scenario.toml".into(),
             text: TEXT.into(),
             overrides: vec!["participant.rail.config.mesh.size=-1".into()],

@@ -17,7 +17,7 @@ pub struct Spent {
     /// Absent for a run that was over before anything could be foretold.
     #[serde(skip_serializing_if = "Option::is_none")]
     prediction: Option<Outcome>,
-    /// The prediction, of a rehearsal too.
+    /// The prediction, of a dry run too.
     #[serde(skip)]
     pub told: Option<CostPrediction>,
     #[serde(skip)]

@@ -14,7 +14,7 @@ fn held(ledger: &InterfaceLedger) -> Summary {
             index: 0,
             entry: 0,
             continuum: 0,
-            wall: 1,
+            motion_driven: 1,
         }],
         held: vec![None, Some(load)],
         ..Summary::new("test", "")
@@ -75,10 +75,10 @@ fn forces_and_the_energies_of_all_are_judged() {
     let mut summary = held(&InterfaceLedger::default());
     let judged = |summary: &Summary, through| {
         let found = summary.judged(&Plausible::default(), &[Some(through)]);
-        let told = found.into_iter().map(|found| (found.code, found.place));
+        let told = found.into_iter().map(|found| (found.code, found.about));
         told.collect::<Vec<_>>()
     };
-    let one = |code: &str, place: &str| vec![(code.to_string(), place.to_string())];
+    let one = |code: &str, about: &str| vec![(code.to_string(), about.to_string())];
     assert_eq!(judged(&summary, 50.0), one("force_balance", "layer"));
     summary.results.insert("energy_balance_rel".into(), 0.05);
     assert_eq!(judged(&summary, 100.0), one("energy_balance", "run"));
@@ -89,12 +89,12 @@ fn forces_and_the_energies_of_all_are_judged() {
 }
 
 #[test]
-fn a_wall_gives_its_load_to_the_continuum_and_not_the_other_way_round() {
+fn a_layer_gives_its_load_to_the_continuum_and_not_the_other_way_round() {
     let join = Join {
         index: 1,
         entry: 0,
         continuum: 0,
-        wall: 2,
+        motion_driven: 2,
     };
     let through = [None, Some(7.0)];
     assert_eq!(join.force_of(2, &through), Some(7.0));

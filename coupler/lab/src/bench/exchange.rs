@@ -11,7 +11,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use coordinator::error::{Error, Refusal};
-use coordinator::participants::Life;
+use coordinator::participants::OtherEnd;
 use coordinator::participants::process::{SharedMemory, spawn};
 use kit::scratch::Scratch;
 
@@ -81,7 +81,7 @@ pub fn echo() -> Result<(), ParticipateError> {
 /// Links and processes of one set-up; everything is ended and removed when dropped, in this order.
 struct Bench {
     links: Vec<ShmLink>,
-    lives: Vec<Life>,
+    lives: Vec<OtherEnd>,
     memory: SharedMemory,
     /// Folder of the other ends' sessions and texts.
     folder: Scratch,
@@ -108,7 +108,7 @@ impl Bench {
             command.args(["bench", "echo"]);
             let child = spawn(command, &session, bench.folder.path())?;
             bench.links.push(link);
-            bench.lives.push(Life::Process(child));
+            bench.lives.push(OtherEnd::Process(child));
         }
         Ok(bench)
     }

@@ -11,7 +11,7 @@ use crate::conform::life::Life;
 use crate::conform::subject::{Options, Part, Stage, Subject};
 use coordinator::error::{Error, Refusal};
 use coordinator::scenario::load::{Loaded, parse};
-use coordinator::scenario::source::Source;
+use coordinator::scenario::source::ScenarioSource;
 use scheme::clock::Clock;
 
 /// Windows that pass before counting starts.
@@ -39,7 +39,7 @@ pub struct Row {
 
 /// A scenario for a program that is asked without one.
 pub fn scenario_of_a_command() -> Result<Loaded, Error> {
-    parse(Source {
+    parse(ScenarioSource {
         name: "scenario.toml".into(),
         text: format!(
             "[run]\nname = \"bench\"\nthickness_m = 1e-3\n[[participant]]\nname = \"{NAME}\"\nkind = \"foreign\"\n"

@@ -8,7 +8,7 @@ use serde::Serialize;
 use coordinator::cost::prediction::Pace;
 use coordinator::error::{Error, Refusal};
 use coordinator::participants::{Registry, Watch};
-use coordinator::run::session::{Options, fresh_run_id, run};
+use coordinator::run::session::{RunOptions, fresh_run_id, run};
 use coordinator::scenario::load::load;
 use kit::scratch::Scratch;
 use runs::curve::median;
@@ -177,7 +177,7 @@ fn cpu_s(piece: &Piece, set: &[&str], registry: &Registry, program: &Path) -> Re
         .collect();
     let loaded = load(piece.scenario, &overrides)?;
     let scratch = Scratch::new("pieces", fresh_run_id());
-    let options = Options {
+    let options = RunOptions {
         out: Some(scratch.path()),
         threads: 1,
         registry,
@@ -185,7 +185,7 @@ fn cpu_s(piece: &Piece, set: &[&str], registry: &Registry, program: &Path) -> Re
         watch: Watch::default(),
         progress: false,
         strict: false,
-        rehearsal: false,
+        dry_run: false,
         budget: None,
     };
     run(&loaded, &options)?.error.map_or(Ok(()), Err)?;

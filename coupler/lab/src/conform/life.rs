@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use nalgebra::DMatrix;
+use protocol::frame::packed;
 use protocol::serve::Farewell;
 use protocol::{Frame, Kind, NodeError, Reaction, Surface, Window};
 
@@ -118,15 +119,15 @@ impl<'a> Life<'a> {
             Part::ForceDriven => (Kind::Advance, Kind::Motion, size),
             Part::MotionDriven => (Kind::Solve, Kind::Force, 2 * size + 3),
         };
-        self.speak().tell(IT, kind, window, load.to_vec())?;
-        self.speak().hear_exactly(IT, answer, window, length)
+        self.speak().send(IT, kind, window, load)?;
+        self.speak().receive_numbers(IT, answer, window, length)
     }
 
     /// Accepts the window that this was the answer for, and returns the report. One that runs alone is asked for its window here.
     pub fn accept(&mut self, window: &Window, answer: &[f64]) -> Result<Vec<f64>, Error> {
         if self.subject.part == Part::Alone {
             let kinds = (Kind::AdvanceAlone, Kind::Report);
-            return self.speak().ask(IT, kinds, window, Vec::new());
+            return Ok(self.speak().ask(IT, kinds, window, &[])?.payload);
         }
         self.accept_without_reading(window, answer)?;
         self.report()
@@ -156,8 +157,8 @@ impl<'a> Life<'a> {
     ) -> Result<DMatrix<f64>, Error> {
         let size = self.size();
         let speak = self.speak();
-        speak.tell(IT, kind, window, Vec::new())?;
-        let numbers = speak.hear_exactly(IT, answer, window, size * size)?;
+        speak.send(IT, kind, window, &[])?;
+        let numbers = speak.receive_numbers(IT, answer, window, size * size)?;
         Ok(DMatrix::from_vec(size, size, numbers))
     }
 
@@ -177,25 +178,24 @@ impl<'a> Life<'a> {
 
     /// Lets it write its fields.
     pub fn snapshot(&mut self, name: &str) -> Result<(), Error> {
-        self.speak().tell_text(IT, Kind::Snapshot, name)?;
-        self.speak().receive(IT, Kind::Saved).map(|_| ())
+        let kinds = (Kind::Snapshot, Kind::Saved);
+        let window = Window::default();
+        self.speak().ask(IT, kinds, &window, packed(name))?;
+        Ok(())
     }
 
     /// Its committed state.
     pub fn checkpoint(&mut self) -> Result<Frame, Error> {
-        let window = Window::default();
-        self.speak()
-            .tell(IT, Kind::Checkpoint, &window, Vec::new())?;
-        self.speak().receive(IT, Kind::State)
+        let kinds = (Kind::Checkpoint, Kind::State);
+        self.speak().ask(IT, kinds, &Window::default(), &[])
     }
 
     /// Makes a state of another life the committed one, its points being where those were.
     pub fn restore(&mut self, state: &Frame, place: &[f64]) -> Result<(), Error> {
         self.place = place.to_vec();
-        let window = Window::default();
-        let payload = state.payload.clone();
-        self.speak().tell(IT, Kind::Restore, &window, payload)?;
-        self.speak().receive(IT, Kind::Restored).map(|_| ())
+        let (kinds, window) = ((Kind::Restore, Kind::Restored), Window::default());
+        self.speak().ask(IT, kinds, &window, &state.payload)?;
+        Ok(())
     }
 
     /// Announces the boundary; once more as the coordinator does after a restart.
@@ -220,13 +220,9 @@ impl<'a> Life<'a> {
 
     /// Says farewell.
     pub fn finish(&mut self) -> Result<Death, Error> {
-        let window = Window::default();
-        self.speak().tell(IT, Kind::Finish, &window, Vec::new())?;
-        let frame = self.speak().receive(IT, Kind::Finished)?;
-        let farewell = read_farewell(&frame).map_err(|why| {
-            let why = format!("sent an outcome that cannot be read: {why}");
-            self.peers.protocol_error(IT, why)
-        })?;
+        let (kinds, window) = ((Kind::Finish, Kind::Finished), Window::default());
+        let frame = self.speak().ask(IT, kinds, &window, &[])?;
+        let farewell = read_farewell(&frame).map_err(|why| self.peers.protocol_error(IT, why))?;
         Ok(Death {
             farewell,
             lived: self.born.elapsed(),

@@ -11,7 +11,7 @@ use coordinator::output::Count;
 use coordinator::participants::handshake;
 use coordinator::participants::handshake::Greeted;
 use coordinator::participants::remote::Remote;
-use coordinator::participants::{Launcher, Life, Peer, Peers, Watch};
+use coordinator::participants::{Launcher, OtherEnd, Peer, Peers, Watch};
 use coordinator::run::checkpoint::RestartPoint;
 use coordinator::run::time_loop::{each_window, groups_at_start};
 use coordinator::scenario::Scenario;
@@ -38,7 +38,7 @@ pub fn replay(
         tape.extend(turns(&recording.messages[past..], &participant.name));
         let open = recording.open_turns(&participant.name);
         let link = TapeLink::new(tape, open, Arc::clone(&seen));
-        Peer::new(&participant.name, Box::new(link), Life::Tape)
+        Peer::new(&participant.name, Box::new(link), OtherEnd::Tape)
     });
     let run_id = launcher.run_id;
     let mut peers = Peers::new(peers.collect(), None, run_id, scenario, watch.clone());
@@ -93,7 +93,7 @@ fn windows(
     let remote = &mut Remote::new(peers, greeted);
     let mut groups = groups_at_start(scenario, greeted, join(remote, &scenario.interface)?)?;
     match from {
-        Some(restart) => restart.place(&mut groups)?,
+        Some(restart) => restart.restore_coupler(&mut groups)?,
         None => {
             for group in &mut groups {
                 foresee(&mut group.coupling, remote)?;
@@ -101,10 +101,10 @@ fn windows(
         }
     }
     let mut done = 0;
-    let go_on = |_: &mut _, _: &_, _: &_, _| {
+    let run_from = |_: &mut _, _: &_, _: &_, _| {
         done += 1;
         count.at(done);
         Ok(ControlFlow::Continue(()))
     };
-    each_window(peers, greeted, &mut groups, go_on)
+    each_window(peers, greeted, &mut groups, run_from)
 }

@@ -2,7 +2,8 @@
 
 use std::time::Instant;
 
-use protocol::{Frame, Header, Kind, Window};
+use protocol::serve::window_of;
+use protocol::{Frame, Kind, Window};
 
 use super::judge::Ruler;
 use super::tape::{Turn, turns};
@@ -75,8 +76,8 @@ pub fn replay(
         replayed.mismatch = Some(found);
     }
     if left == 0 {
-        communicator.tell(0, Kind::Finish, &Window::default(), Vec::new())?;
-        let outcome = communicator.receive(0, Kind::Finished)?;
+        let kinds = (Kind::Finish, Kind::Finished);
+        let outcome = communicator.ask(0, kinds, &Window::default(), &[])?;
         // What a foreign solver says of its time may be unreadable; the replay is none the worse.
         if let Ok(farewell) = read_farewell(&outcome) {
             replayed.solve_wall_s = Some(farewell.solve_wall_s);
@@ -164,15 +165,14 @@ fn ask_again(
     answer: &Frame,
     next: Option<&Turn>,
 ) -> Result<Frame, Error> {
-    let run_id = communicator.peers().run_id;
-    let ours = |frame: &Frame| Header {
-        run_id,
-        ..frame.header
-    };
-    communicator.send(0, ours(&turn.request), turn.request.payload.clone())?;
-    if let Some(next) = next.filter(|next| next.answer.is_some()) {
-        let peers = communicator.peers_mut();
-        peers.send_early(0, ours(&next.request), next.request.payload.clone())?;
+    let request = &turn.request;
+    let kind = request.kind().map_err(Refusal::from)?;
+    let window = window_of(&request.header);
+    communicator.send(0, kind, &window, &request.payload)?;
+    if let Some(Turn { request, .. }) = next.filter(|next| next.answer.is_some()) {
+        let kind = request.kind().map_err(Refusal::from)?;
+        let (peers, window) = (communicator.peers_mut(), window_of(&request.header));
+        peers.send_early(0, kind, &window, &request.payload)?;
     }
     let kind = answer.kind().map_err(Refusal::from)?;
     communicator.receive(0, kind)

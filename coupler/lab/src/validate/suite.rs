@@ -13,7 +13,7 @@ use coordinator::error::{Error, Refusal};
 use coordinator::output::tell_progress;
 use coordinator::participants::{Registry, Watch};
 use coordinator::plausible::Warning;
-use coordinator::run::session::{Ended, Options, fresh_run_id, run};
+use coordinator::run::session::{Ended, RunOptions, fresh_run_id, run};
 use coordinator::scenario::load::load;
 use kit::scratch::Scratch;
 
@@ -150,7 +150,7 @@ fn attempt(scene: &Path, set: &[String], runs: &Runs) -> Result<Result<Left, Err
 
 fn complete(scene: &Path, set: &[String], runs: &Runs, out: &Path) -> Result<Ended, Error> {
     let loaded = load(&scene.display().to_string(), set)?;
-    let options = Options {
+    let options = RunOptions {
         out: Some(out),
         threads: runs.threads,
         registry: runs.registry,
@@ -158,7 +158,7 @@ fn complete(scene: &Path, set: &[String], runs: &Runs, out: &Path) -> Result<End
         watch: runs.watch.clone(),
         progress: false,
         strict: false,
-        rehearsal: false,
+        dry_run: false,
         budget: None,
     };
     let mut ended = run(&loaded, &options)?;

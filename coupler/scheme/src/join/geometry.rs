@@ -8,12 +8,12 @@ use super::super::group::Offset;
 use super::super::mapping::Mapping;
 
 /// The reason to refuse two sets with these outward normals: they must face each other.
-pub(super) fn same_side((continuum, wall): (&[f64; 2], &[f64; 2])) -> Option<String> {
-    let along = continuum[0] * wall[0] + continuum[1] * wall[1];
+pub(super) fn same_side((continuum, motion_driven): (&[f64; 2], &[f64; 2])) -> Option<String> {
+    let along = continuum[0] * motion_driven[0] + continuum[1] * motion_driven[1];
     (along > 0.0).then(|| {
         format!(
             "both sets face the same way, with outward normals ({:.3}, {:.3}) and ({:.3}, {:.3}): they would lie inside each other; join the set on the other side, or exchange the sets of two interfaces",
-            continuum[0], continuum[1], wall[0], wall[1]
+            continuum[0], continuum[1], motion_driven[0], motion_driven[1]
         )
     })
 }
@@ -26,8 +26,8 @@ const SAME_PERIOD: f64 = 1e-9;
 
 /// The length (m) after which both sides repeat along x, from what each told; none where both have ends. `Err` is the reason to
 /// refuse sides that do not repeat alike.
-pub(super) fn common_period(sides: [(&str, Option<f64>); 2]) -> Result<Option<f64>, String> {
-    let same = match sides.map(|(_, period)| period) {
+pub(super) fn common_period(sides: [(String, Option<f64>); 2]) -> Result<Option<f64>, String> {
+    let same = match [sides[0].1, sides[1].1] {
         [None, None] => true,
         [Some(a), Some(b)] => (a - b).abs() <= SAME_PERIOD * a.max(b),
         _ => false,
@@ -135,8 +135,8 @@ mod tests {
     fn a_wave_on_a_flat_surface_that_repeats_is_found() {
         let nodes: Vec<[f64; 2]> = (0..9).map(|i| [f64::from(i) * 6.0 / 9.0, 0.0]).collect();
         let off = |c: f64, shift: f64| {
-            let place = |i: i32| 0.5 * f64::from(i) + shift + 6.0 * f64::from(i % 2);
-            let points = (0..12).map(|i| [place(i), 2.0 + c * (PI * place(i) / 3.0).cos()]);
+            let position = |i: i32| 0.5 * f64::from(i) + shift + 6.0 * f64::from(i % 2);
+            let points = (0..12).map(|i| [position(i), 2.0 + c * (PI * position(i) / 3.0).cos()]);
             let points: Vec<[f64; 2]> = points.collect();
             let linear = Mapping::repeating(MappingKind::Linear, &nodes, &points, 6.0);
             offset(&linear.expect("it fits"), &nodes, &points, Some(6.0))
@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn both_sides_repeat_alike_or_neither_does() {
-        let told = |a, b| common_period([("rail.top", a), ("layer.base", b)]);
+        let told = |a, b| common_period([("rail.top".into(), a), ("layer.base".into(), b)]);
         assert_eq!(told(None, None), Ok(None));
         assert_eq!(told(Some(2.0), Some(2.0 + 1e-9)), Ok(Some(2.0)));
         let cases = [

@@ -1,27 +1,30 @@
-//! Masses of the points on the wall, which the continuum needs to be the side that follows: one for each node to move by.
+//! Masses of the points on the boundary, which the continuum needs to be the side that follows: one for each node to move by.
 
 use protocol::{Description, Surface};
 
-use crate::error::{SchemeError, Unfit};
+use crate::error::{Result, Unfit};
 use crate::keys::Interface;
 use crate::mapping::Mapping;
 use crate::nodal_mass::{massless_node, nodal_mass};
 
-/// The masses (kg) that the solver on the wall told of the points of a set, all of them positive.
+/// The key and its value, as messages name them.
+const KEY: &str = "dirichlet = \"continuum\"";
+
+/// The masses (kg) that the solver on the boundary told of the points of a set, all of them positive.
 pub(super) fn point_masses(
     interface: &Interface,
     participant: &str,
     set: &str,
-    wall: &Description,
+    motion_driven: &Description,
     points: usize,
-) -> Result<Vec<f64>, SchemeError> {
+) -> Result<Vec<f64>> {
     let refuse = |why: String| {
         let problem = format!(
             "pushes the points of participant `{participant}` by forces and needs their masses, and {why}; take dirichlet = \"wall\", or scheme = \"velocity\""
         );
-        Err(Unfit::key(key(interface), problem).into())
+        Err(Unfit::interface_key(interface, KEY, problem).into())
     };
-    let Some(masses) = wall.point_mass_kg.get(set) else {
+    let Some(masses) = motion_driven.point_mass_kg.get(set) else {
         return refuse(format!("it tells of none for its set `{set}`"));
     };
     if masses.len() != points {
@@ -46,7 +49,7 @@ pub(super) fn refuse_massless(
     mapping: &Mapping,
     nodes: &Surface,
     points: &Surface,
-) -> Result<(), SchemeError> {
+) -> Result<()> {
     let masses = nodal_mass(mapping, &points.mass_kg, &(0..nodes.len()));
     match massless_node(&masses) {
         None => Ok(()),
@@ -58,14 +61,9 @@ pub(super) fn refuse_massless(
                 points.len(),
                 nodes.len()
             );
-            Err(Unfit::key(key(interface), problem).into())
+            Err(Unfit::interface_key(interface, KEY, problem).into())
         }
     }
-}
-
-/// The key and its value, as messages name them.
-fn key(interface: &Interface) -> String {
-    format!("interface.{}.dirichlet = \"continuum\"", interface.name)
 }
 
 #[cfg(test)]
@@ -83,7 +81,9 @@ mod tests {
     fn masses_that_are_missing_or_nonsense_are_refused_by_name() {
         let text = "name = \"glue\"\nbetween = [\"a.x\", \"b.base\"]\nscheme = \"fixed-point-serial\"\nsubsteps = 2\ntolerance_rel = 1e-5\ndirichlet = \"continuum\"";
         let interface: Interface = toml::from_str(text).expect("the keys are valid");
-        let masses = |wall: &Description| point_masses(&interface, "layer", "base", wall, 2);
+        let masses = |motion_driven: &Description| {
+            point_masses(&interface, "layer", "base", motion_driven, 2)
+        };
         assert_eq!(masses(&told(&[1.0, 2.0])).expect("sound"), [1.0, 2.0]);
         let cases = [
             (Description::default(), "none for its set `base`"),
@@ -92,8 +92,10 @@ mod tests {
             (told(&[f64::NAN, 1.0]), "point 0"),
             (told(&[1.0, -1.0]), "-1e0 kg"),
         ];
-        for (wall, said) in cases {
-            let error = masses(&wall).expect_err("it must be refused").to_string();
+        for (motion_driven, said) in cases {
+            let error = masses(&motion_driven)
+                .expect_err("it must be refused")
+                .to_string();
             for said in [said, "interface.glue.dirichlet", "`layer`"] {
                 assert!(error.contains(said), "no {said} in {error}");
             }

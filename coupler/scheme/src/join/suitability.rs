@@ -2,40 +2,48 @@
 
 use protocol::Description;
 
-use crate::error::{SchemeError, Unfit};
+use crate::error::{Result, Unfit};
 use crate::keys::{Dirichlet, Interface, Policy, Scheme};
-use crate::source::Source;
+use crate::source::ComplianceSource;
+
+/// Refuses a scheme that one of the sides, each with its name, cannot follow.
+pub(super) fn refuse_unsuited(
+    interface: &Interface,
+    continuum: (&str, &Description),
+    layer: (&str, &Description),
+) -> Result<()> {
+    refuse_finer_than_solver(interface, layer)?;
+    refuse_without_prescribed_velocity(interface, continuum)?;
+    refuse_what_is_not_offered(interface, [continuum, layer])
+}
 
 /// A fixed point goes through the answers of the contact solver, and cannot come closer than these are true. The other
 /// schemes close the gap whatever the contact solver left over.
-pub(super) fn refuse_finer_than_solver(
+fn refuse_finer_than_solver(
     interface: &Interface,
-    wall_name: &str,
-    wall: &Description,
-) -> Result<(), SchemeError> {
+    (name, layer): (&str, &Description),
+) -> Result<()> {
     let through_answers = matches!(interface.scheme, Scheme::FixedPoint { .. });
-    match &wall.tolerance {
+    match &layer.tolerance {
         Some(own) if through_answers && interface.tolerance_rel < own.value => {
             let problem = format!(
-                "is {:e}, below participant.{wall_name}.config.{} of {:e}: a fixed point goes through the solver's answers and cannot be closer than they are; raise the first, lower the second, or take scheme = \"dual-schur\"",
+                "is {:e}, below participant.{name}.config.{} of {:e}: a fixed point goes through the solver's answers and cannot be closer than they are; raise the first, lower the second, or take scheme = \"dual-schur\"",
                 interface.tolerance_rel, own.key, own.value
             );
-            let key = format!("interface.{}.tolerance_rel", interface.name);
-            Err(Unfit::key(key, problem).into())
+            Err(Unfit::interface_key(interface, "tolerance_rel", problem).into())
         }
         _ => Ok(()),
     }
 }
 
 /// Refuses a continuum whose velocity cannot be prescribed where the scheme does.
-pub(super) fn refuse_without_prescribed_velocity(
+fn refuse_without_prescribed_velocity(
     interface: &Interface,
-    name: &str,
-    continuum: &Description,
-) -> Result<(), SchemeError> {
+    (name, continuum): (&str, &Description),
+) -> Result<()> {
     let key = match interface.scheme {
         Scheme::Velocity { .. } => "scheme = \"velocity\"",
-        _ if interface.scheme.dirichlet() == Dirichlet::Continuum => "dirichlet = \"continuum\"",
+        _ if interface.scheme.dirichlet() == Dirichlet::ForceDriven => "dirichlet = \"continuum\"",
         _ => return Ok(()),
     };
     if continuum.capabilities.prescribed_velocity {
@@ -44,42 +52,37 @@ pub(super) fn refuse_without_prescribed_velocity(
     let problem = format!(
         "prescribes the velocity of participant `{name}`, which cannot follow one: a shipped continuum can if its material is elastic and small-strain; take scheme = \"dual-schur\", or \"dual-schur-secant\" for a continuum that is not linear"
     );
-    Err(Unfit::key(format!("interface.{}.{key}", interface.name), problem).into())
+    Err(Unfit::interface_key(interface, key, problem).into())
 }
 
 /// Refuses a scheme that would ask one of the sides, each with its name, for what it does not offer.
-pub(super) fn refuse_what_is_not_offered(
+fn refuse_what_is_not_offered(
     interface: &Interface,
-    [continuum, wall]: [(&str, &Description); 2],
-) -> Result<(), SchemeError> {
-    let refuse = |key: &str, problem: String| {
-        let key = format!("interface.{}.{key}", interface.name);
-        Err(Unfit::key(key, problem).into())
-    };
-    let mut sides = [continuum, wall].into_iter();
+    [continuum, layer]: [(&str, &Description); 2],
+) -> Result<()> {
+    let refuse = |key, problem| Err(Unfit::interface_key(interface, key, problem).into());
+    let mut sides = [continuum, layer].into_iter();
     if let Some((name, _)) = sides.find(|(_, told)| !told.capabilities.rollback) {
         let why =
             format!("repeats windows, which participant `{name}` cannot (it has no `checkpoint`)");
         if !matches!(interface.scheme, Scheme::Staggered { .. }) {
-            return refuse(
-                "scheme",
-                format!("{why}: take scheme = \"staggered-serial\""),
-            );
+            let problem = format!("{why}: take scheme = \"staggered-serial\"");
+            return refuse("scheme", problem);
         }
         if interface.on_not_converged == Policy::Halve {
             let problem = format!("= \"halve\" {why}: take \"stop\" or \"accept\"");
             return refuse("on_not_converged", problem);
         }
     }
-    let source = Source::of(&interface.scheme);
-    let ((continuum, gives), (wall, takes)) = (continuum, wall);
-    if source != Source::Rigid && !takes.capabilities.compliant_boundary {
+    let source = ComplianceSource::of(&interface.scheme);
+    let ((continuum, gives), (layer, takes)) = (continuum, layer);
+    if source != ComplianceSource::Rigid && !takes.capabilities.compliant_boundary {
         let problem = format!(
-            "moves the points of participant `{wall}` by the compliance of what they are glued to, and it takes a rigid boundary only: take scheme = \"fixed-point-serial\" or \"staggered-serial\", with dirichlet = \"wall\""
+            "moves the points of participant `{layer}` by the compliance of what they are glued to, and it takes a rigid boundary only: take scheme = \"fixed-point-serial\" or \"staggered-serial\", with dirichlet = \"wall\""
         );
         return refuse("scheme", problem);
     }
-    if source == Source::Columns && !gives.capabilities.columns {
+    if source == ComplianceSource::Columns && !gives.capabilities.columns {
         let problem = format!(
             "= \"columns\" asks participant `{continuum}` for columns of its compliance, which it does not offer: set compliance = \"mass\", or take scheme = \"fixed-point-serial\""
         );
@@ -93,8 +96,8 @@ pub(super) fn refuse_weightless(
     interface: &Interface,
     continuum: &str,
     mass_kg: &[f64],
-) -> Result<(), SchemeError> {
-    let by_mass = Source::of(&interface.scheme) == Source::Mass;
+) -> Result<()> {
+    let by_mass = ComplianceSource::of(&interface.scheme) == ComplianceSource::Mass;
     let weightless = mass_kg.iter().position(|mass| *mass == 0.0);
     let Some(point) = weightless.filter(|_| by_mass) else {
         return Ok(());
@@ -102,8 +105,7 @@ pub(super) fn refuse_weightless(
     let problem = format!(
         "= \"mass\" divides by the masses of the points of participant `{continuum}`, and point {point} of those that are exchanged has none: give it one, set compliance = \"columns\", or take scheme = \"fixed-point-serial\""
     );
-    let key = format!("interface.{}.compliance", interface.name);
-    Err(Unfit::key(key, problem).into())
+    Err(Unfit::interface_key(interface, "compliance", problem).into())
 }
 
 #[cfg(test)]
@@ -119,19 +121,19 @@ mod tests {
 
     #[test]
     fn a_fixed_point_is_not_asked_for_more_than_the_solver_gives() {
-        let wall = Description {
+        let motion_driven = Description {
             tolerance: Some(protocol::Tolerance {
                 key: "solver.tolerance".into(),
                 value: 1e-4,
             }),
             ..Description::default()
         };
-        let refused = |scheme: &str, tolerance_rel: f64, wall: &Description| {
+        let refused = |scheme: &str, tolerance_rel: f64, motion_driven: &Description| {
             let interface = interface(scheme, tolerance_rel);
-            refuse_finer_than_solver(&interface, "layer", wall).err()
+            refuse_finer_than_solver(&interface, ("layer", motion_driven)).err()
         };
         for scheme in ["fixed-point-serial", "fixed-point-parallel"] {
-            let error = refused(scheme, 0.99e-4, &wall)
+            let error = refused(scheme, 0.99e-4, &motion_driven)
                 .expect("it is below")
                 .to_string();
             for said in [
@@ -140,9 +142,9 @@ mod tests {
             ] {
                 assert!(error.contains(said), "{error}");
             }
-            assert!(refused(scheme, 1e-4, &wall).is_none());
+            assert!(refused(scheme, 1e-4, &motion_driven).is_none());
             assert!(refused(scheme, 1e-9, &Description::default()).is_none());
         }
-        assert!(refused("dual-schur", 1e-9, &wall).is_none());
+        assert!(refused("dual-schur", 1e-9, &motion_driven).is_none());
     }
 }

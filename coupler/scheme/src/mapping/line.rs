@@ -1,15 +1,15 @@
-//! The surface line, and the weights of its nodes in a place on it.
+//! The surface line, and the weights of its nodes in a position on it.
 
 use super::error::MappingError;
 
-/// Distance of two places that are one, over the length of the line.
+/// Distance of two positions that are one, over the length of the line.
 const SAME_PLACE: f64 = 1e-12;
 
 /// The surface line with its nodes in order along the chord.
 pub(super) struct Line {
     origin: [f64; 2],
     chord: [f64; 2],
-    /// Node index and place along the chord (m), ascending; with images of the nodes where the line repeats.
+    /// Node index and position along the chord (m), ascending; with images of the nodes where the line repeats.
     nodes: Vec<(usize, f64)>,
     /// The period where the line repeats.
     period: Option<Period>,
@@ -18,7 +18,7 @@ pub(super) struct Line {
 /// A stretch along x after which a line repeats.
 #[derive(Clone, Copy)]
 struct Period {
-    /// Place of the first node (m).
+    /// Position of the first node (m).
     first: f64,
     /// Length (m).
     length: f64,
@@ -27,10 +27,7 @@ struct Period {
 impl Line {
     pub(super) fn through(nodes: &[[f64; 2]]) -> Result<Line, MappingError> {
         let (first, last) = farthest(nodes);
-        let span = [
-            nodes[last][0] - nodes[first][0],
-            nodes[last][1] - nodes[first][1],
-        ];
+        let span = [0, 1].map(|k| nodes[last][k] - nodes[first][k]);
         let length = span[0].hypot(span[1]);
         let mut line = Line {
             origin: nodes[first],
@@ -38,7 +35,7 @@ impl Line {
             nodes: Vec::new(),
             period: None,
         };
-        line.place_in_order(nodes, length)?;
+        line.sort_along_chord(nodes, length)?;
         Ok(line)
     }
 
@@ -51,7 +48,7 @@ impl Line {
             nodes: Vec::new(),
             period: None,
         };
-        line.place_in_order(nodes, length)?;
+        line.sort_along_chord(nodes, length)?;
         let own = std::mem::take(&mut line.nodes);
         let [(first, left), (last, right)] = [own[0], own[own.len() - 1]];
         let seam = left + length - right;
@@ -66,7 +63,10 @@ impl Line {
             });
         }
         let images = [-1.0, 0.0, 1.0, 2.0].map(|k| k * length);
-        let moved = |by: f64| own.iter().map(move |(node, place)| (*node, place + by));
+        let moved = |by: f64| {
+            own.iter()
+                .map(move |(node, position)| (*node, position + by))
+        };
         line.nodes = images.into_iter().flat_map(moved).collect();
         line.period = Some(Period {
             first: left,
@@ -75,12 +75,12 @@ impl Line {
         Ok(line)
     }
 
-    fn place_in_order(&mut self, nodes: &[[f64; 2]], length: f64) -> Result<(), MappingError> {
-        let places = nodes.iter().map(|node| self.place(*node));
-        self.nodes = places.enumerate().collect();
+    fn sort_along_chord(&mut self, nodes: &[[f64; 2]], length: f64) -> Result<(), MappingError> {
+        let positions = nodes.iter().map(|node| self.position(*node));
+        self.nodes = positions.enumerate().collect();
         self.nodes.sort_by(|a, b| a.1.total_cmp(&b.1));
         for pair in self.nodes.windows(2) {
-            // A chord of zero length (all nodes in one place) gives NaN places, which also end here.
+            // A chord of zero length (all nodes in one position) gives NaN positions, which also end here.
             let spacing = pair[1].1 - pair[0].1;
             if spacing.is_nan() || spacing <= SAME_PLACE * length {
                 return Err(repeated("surface nodes", [pair[0].0, pair[1].0], nodes));
@@ -90,7 +90,7 @@ impl Line {
     }
 
     /// The place of a point along the chord (m); on a line that repeats, that of its image in the period.
-    pub(super) fn place(&self, point: [f64; 2]) -> f64 {
+    pub(super) fn position(&self, point: [f64; 2]) -> f64 {
         let s = (point[0] - self.origin[0]) * self.chord[0]
             + (point[1] - self.origin[1]) * self.chord[1];
         match self.period {
@@ -103,10 +103,10 @@ impl Line {
         (self.nodes[0].1, self.nodes[self.nodes.len() - 1].1)
     }
 
-    pub(super) fn check(&self, points: &[[f64; 2]], places: &[f64]) -> Result<(), MappingError> {
+    pub(super) fn check(&self, points: &[[f64; 2]], positions: &[f64]) -> Result<(), MappingError> {
         let (low, high) = self.ends();
         let margin = 1e-9 * (high - low);
-        match places
+        match positions
             .iter()
             .position(|s| !(*s >= low - margin && *s <= high + margin))
         {
@@ -131,7 +131,7 @@ impl Line {
         let mut row: Vec<(usize, f64)> = Vec::new();
         let start = self
             .nodes
-            .partition_point(|(_, place)| *place <= low)
+            .partition_point(|(_, position)| *position <= low)
             .saturating_sub(1);
         for pair in self.nodes[start..].windows(2) {
             let ((left, a), (right, b)) = (pair[0], pair[1]);
@@ -161,7 +161,7 @@ impl Line {
     pub(super) fn interpolation(&self, s: f64) -> Vec<(usize, f64)> {
         let right = self
             .nodes
-            .partition_point(|(_, place)| *place < s)
+            .partition_point(|(_, position)| *position < s)
             .clamp(1, self.nodes.len() - 1);
         let ((i, a), (j, b)) = (self.nodes[right - 1], self.nodes[right]);
         let share = (s - a) / (b - a);
@@ -173,27 +173,31 @@ impl Line {
     pub(super) fn segments(
         &self,
         points: &[[f64; 2]],
-        places: &[f64],
+        positions: &[f64],
     ) -> Result<Vec<(usize, f64, f64)>, MappingError> {
-        let mut order: Vec<usize> = (0..places.len()).collect();
-        order.sort_by(|a, b| places[*a].total_cmp(&places[*b]));
+        let mut order: Vec<usize> = (0..positions.len()).collect();
+        order.sort_by(|a, b| positions[*a].total_cmp(&positions[*b]));
         for pair in order.windows(2) {
-            if self.are_one(places[pair[1]] - places[pair[0]]) {
+            if self.are_one(positions[pair[1]] - positions[pair[0]]) {
                 return Err(repeated("glued points", [pair[0], pair[1]], points));
             }
         }
         let last = order.len() - 1;
-        let [left_end, right_end] = [places[order[0]], places[order[last]]];
+        let [left_end, right_end] = [positions[order[0]], positions[order[last]]];
         let beyond = |end: f64, turns: f64| self.period.map(|p| end + turns * p.length);
         let (before, after) = (beyond(right_end, -1.0), beyond(left_end, 1.0));
         if before.is_some_and(|before| self.are_one(left_end - before)) {
             return Err(repeated("glued points", [order[0], order[last]], points));
         }
-        let place = |k: usize| places[order[k]];
+        let position = |k: usize| positions[order[k]];
         let result = (0..order.len()).map(|k| {
-            let s = place(k);
-            let previous = k.checked_sub(1).map(place).or(before);
-            let next = if k < last { Some(place(k + 1)) } else { after };
+            let s = position(k);
+            let previous = k.checked_sub(1).map(position).or(before);
+            let next = if k < last {
+                Some(position(k + 1))
+            } else {
+                after
+            };
             let inner_left = previous.map(|previous| 0.5 * (s - previous));
             let inner_right = next.map(|next| 0.5 * (next - s));
             let left = inner_left.or(inner_right).unwrap_or(0.0);
@@ -203,20 +207,20 @@ impl Line {
         Ok(result.collect())
     }
 
-    /// True for a distance of two places that are one: on a line that repeats their images are rounded.
+    /// True for a distance of two positions that are one: on a line that repeats their images are rounded.
     fn are_one(&self, distance: f64) -> bool {
         let closest = self.period.map_or(0.0, |p| SAME_PLACE * p.length);
         distance <= closest
     }
 }
 
-fn repeated(what: &'static str, [a, b]: [usize; 2], places: &[[f64; 2]]) -> MappingError {
+fn repeated(what: &'static str, [a, b]: [usize; 2], positions: &[[f64; 2]]) -> MappingError {
     MappingError::Repeated {
         what,
         first: a.min(b),
         second: a.max(b),
-        x_m: places[a][0],
-        y_m: places[a][1],
+        x_m: positions[a][0],
+        y_m: positions[a][1],
     }
 }
 
@@ -234,12 +238,9 @@ fn farthest(nodes: &[[f64; 2]]) -> (usize, usize) {
     let from = |origin: usize| {
         let distance =
             |i: usize| (nodes[i][0] - nodes[origin][0]).hypot(nodes[i][1] - nodes[origin][1]);
-        (0..nodes.len()).fold(origin, |best, i| {
-            if distance(i) > distance(best) {
-                i
-            } else {
-                best
-            }
+        (0..nodes.len()).fold(origin, |best, i| match distance(i) > distance(best) {
+            true => i,
+            false => best,
         })
     };
     let one = from(0);

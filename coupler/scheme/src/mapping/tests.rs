@@ -96,20 +96,24 @@ fn mortar_keeps_a_uniform_pressure_more_even_than_the_others() {
     let points = uneven_points(80, 0.0, 0.012);
     let ripple = |kind| {
         let mapping = Mapping::new(kind, &nodes, &points).expect("regular input");
-        let mut places: Vec<f64> = points.iter().map(|p| p[0]).collect();
-        places.sort_by(f64::total_cmp);
+        let mut positions: Vec<f64> = points.iter().map(|p| p[0]).collect();
+        positions.sort_by(f64::total_cmp);
         let force: Vec<f64> = points
             .iter()
             .flat_map(|p| {
-                let k = places
+                let k = positions
                     .iter()
                     .position(|x| *x == p[0])
                     .expect("it is one of them");
-                let left = if k > 0 { places[k - 1] } else { -places[k] };
-                let right = if k + 1 < places.len() {
-                    places[k + 1]
+                let left = if k > 0 {
+                    positions[k - 1]
                 } else {
-                    0.024 - places[k]
+                    -positions[k]
+                };
+                let right = if k + 1 < positions.len() {
+                    positions[k + 1]
+                } else {
+                    0.024 - positions[k]
                 };
                 [0.5 * (right - left), 0.0]
             })

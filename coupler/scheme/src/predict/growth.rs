@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use super::linear_pair::{LinearModel, LinearPair, PairState};
 use super::sprung_mass::Masses;
 use crate::coupling::Coupling;
-use crate::error::SchemeError;
+use crate::error::Result;
 use crate::keys::{Acceleration, CompliancePrior, Dirichlet, Order, Policy, Scheme, Update};
 use crate::window::InterfaceState;
 
@@ -21,7 +21,7 @@ const CONVERGED_M: f64 = 1e-14;
 const REPEATS: u32 = 50;
 
 /// Growth a window of a scheme on two linear sides, or a repeat where the repeats of a window do not converge.
-pub fn growth(scheme: &Scheme, model: LinearModel) -> Result<f64, SchemeError> {
+pub fn growth(scheme: &Scheme, model: LinearModel) -> Result<f64> {
     match growth_of_repeats(scheme, model)? {
         Some(repeats) if repeats >= 1.0 => Ok(repeats),
         _ => Ok(spectral_radius(Probe::learnt(scheme, model)?.map()?)),
@@ -30,7 +30,7 @@ pub fn growth(scheme: &Scheme, model: LinearModel) -> Result<f64, SchemeError> {
 
 /// Factor of the residual a repeat, of a fixed point with constant relaxation; the others find their own: one unknown takes
 /// them two answers.
-pub fn growth_of_repeats(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>, SchemeError> {
+pub fn growth_of_repeats(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>> {
     let mut few = *scheme;
     let Scheme::FixedPoint {
         acceleration: Acceleration::Constant,
@@ -46,8 +46,8 @@ pub fn growth_of_repeats(scheme: &Scheme, model: LinearModel) -> Result<Option<f
     let disturbance = DVector::from_fn(probe.size(), |i, _| 1.0 + 0.5 * (i as f64).sin());
     let pair = probe.window(&disturbance)?;
     let told = match scheme.dirichlet() {
-        Dirichlet::Wall => &pair.free_velocities,
-        Dirichlet::Continuum => &pair.prescribed_velocities,
+        Dirichlet::MotionDriven => &pair.free_velocities,
+        Dirichlet::ForceDriven => &pair.prescribed_velocities,
     };
     // The first answer of a parallel window is to the motion of the window before.
     let changes: Vec<f64> = told.windows(2).skip(1).map(|two| two[1] - two[0]).collect();
@@ -63,7 +63,7 @@ pub fn forces_of_map(
     model: LinearModel,
     start: &Disturbance,
     windows: usize,
-) -> Result<Vec<f64>, SchemeError> {
+) -> Result<Vec<f64>> {
     let mut probe = Probe::learnt(scheme, model)?;
     let map = probe.map()?;
     let mut numbers = probe.numbers(start);
@@ -130,9 +130,9 @@ impl<'a> Probe<'a> {
         let speed = 1.0 / model.window_s;
         let force = 1.0 / model.response.compliance();
         let continuum = (0..n).map(|i| if i < n / 2 { 1.0 } else { speed });
-        let prescribes_velocity =
-            matches!(scheme, Scheme::Velocity { .. }) || scheme.dirichlet() == Dirichlet::Continuum;
-        // Masses (glued velocity, place, velocity), then lambda and last motion of the coupler, and its velocity and
+        let prescribes_velocity = matches!(scheme, Scheme::Velocity { .. })
+            || scheme.dirichlet() == Dirichlet::ForceDriven;
+        // Masses (glued velocity, position, velocity), then lambda and last motion of the coupler, and its velocity and
         // displacement where the scheme goes by them.
         let mut rest = vec![speed, 1.0, speed, force, 1.0];
         if prescribes_velocity {
@@ -154,7 +154,7 @@ impl<'a> Probe<'a> {
 
     /// A converged scheme after a window in which the masses arrive with their unit velocity: the compliance at its end is the one
     /// of later windows.
-    fn learnt(scheme: &Scheme, model: LinearModel<'a>) -> Result<Probe<'a>, SchemeError> {
+    fn learnt(scheme: &Scheme, model: LinearModel<'a>) -> Result<Probe<'a>> {
         let mut probe = Probe::new(&converged(scheme), model, CONVERGED_M);
         if matches!(scheme, Scheme::DualSchur { update, .. } if *update != Update::None) {
             let inner = model.response.push.len();
@@ -168,7 +168,7 @@ impl<'a> Probe<'a> {
     }
 
     /// The window as a matrix over the numbers of the state.
-    fn map(&mut self) -> Result<DMatrix<f64>, SchemeError> {
+    fn map(&mut self) -> Result<DMatrix<f64>> {
         let size = self.size();
         let mut map = DMatrix::zeros(size, size);
         for column in 0..size {
@@ -183,7 +183,7 @@ impl<'a> Probe<'a> {
     }
 
     /// A window from the state with these numbers, in its units.
-    fn window(&mut self, numbers: &DVector<f64>) -> Result<&LinearPair<'a>, SchemeError> {
+    fn window(&mut self, numbers: &DVector<f64>) -> Result<&LinearPair<'a>> {
         let state = numbers.component_mul(&self.units);
         let inner = self.model.response.push.len();
         let continuum = state.rows(0, inner).into_owned();
@@ -191,16 +191,16 @@ impl<'a> Probe<'a> {
         let (velocity, displacement) = if self.prescribes_velocity {
             (at(5), at(6))
         } else {
-            (0.0, self.model.response.place.dot(&continuum))
+            (0.0, self.model.response.interface.dot(&continuum))
         };
         self.pair.state = PairState {
             continuum,
             masses: Masses {
                 glued_velocity: at(0),
-                place: at(1),
+                position: at(1),
                 velocity: at(2),
             },
-            place: displacement,
+            position: displacement,
         };
         self.pair.free_velocities.clear();
         self.pair.prescribed_velocities.clear();
@@ -221,7 +221,7 @@ impl<'a> Probe<'a> {
         let Disturbance { pair, interface } = state;
         let rest = [
             pair.masses.glued_velocity,
-            pair.masses.place,
+            pair.masses.position,
             pair.masses.velocity,
             interface.lambda[0],
             interface.last_motion[0],

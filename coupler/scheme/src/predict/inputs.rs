@@ -3,9 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 use protocol::BoundaryInertia;
 
-use super::prediction::{Prediction, StabilityInputs, explain};
+use super::prediction::{StabilityInputs, StabilityPrediction, explain};
 use crate::coupling::Coupling;
-use crate::error::SchemeError;
+use crate::error::Result;
 use crate::group::{Group, Patch};
 use crate::keys::{Dirichlet, Scheme};
 use crate::nodal_mass::{both_components, nodal_mass};
@@ -21,7 +21,7 @@ const NEGATIVE: f64 = 1e-9;
 pub fn foresee(
     coupling: &mut Coupling,
     participants: &mut dyn Participants,
-) -> Result<Vec<(usize, Prediction)>, SchemeError> {
+) -> Result<Vec<(usize, StabilityPrediction)>> {
     let blocks = blocks(coupling, participants)?;
     let (group, scheme) = (coupling.group(), coupling.scheme());
     let patches = group.patches.iter();
@@ -44,20 +44,20 @@ fn inputs(
 ) -> StabilityInputs {
     let side = &group.force_driven[patch.force_driven];
     let continuum = participants.description(side.peer);
-    let wall = participants.description(group.motion_driven[patch.motion_driven].peer);
-    // Nonsense that a foreign solver says of itself is as good as not said.
+    let motion_driven = participants.description(group.motion_driven[patch.motion_driven].peer);
+    // A value that makes no sense, from a foreign solver, counts as missing.
     let positive = |value: &f64| *value > 0.0 && value.is_finite();
     let limit = |limit: Option<f64>, name: &str| {
         let limit = limit.filter(positive);
         limit.map(|limit| (limit, name.to_string()))
     };
-    let mut inertia = wall.boundary_inertia;
+    let mut inertia = motion_driven.boundary_inertia;
     let (compliance, point_mass_kg) = match scheme.dirichlet() {
-        Dirichlet::Wall => {
+        Dirichlet::MotionDriven => {
             let own = group.mapping.block(&patch.points, &side.range);
             (largest_eigenvalue(&own.condense(block)), 0.0)
         }
-        Dirichlet::Continuum => {
+        Dirichlet::ForceDriven => {
             let masses = &group.points.mass_kg[patch.points.clone()];
             let mean_kg = masses.iter().sum::<f64>() / masses.len() as f64;
             let mut most = 1.0;
@@ -77,7 +77,7 @@ fn inputs(
         substeps: group.clock.substeps * side.steps,
         step_limit: limit(continuum.step_limit_s, &continuum.step_limit_name),
         first_period_s: continuum.first_period_s.filter(positive),
-        window_limit: limit(wall.step_limit_s, &wall.step_limit_name),
+        window_limit: limit(motion_driven.step_limit_s, &motion_driven.step_limit_name),
         compliance,
         definite: definite(block),
         boundary_inertia: inertia.filter(|inertia| sensible(inertia, point_mass_kg)),
@@ -85,7 +85,7 @@ fn inputs(
     }
 }
 
-/// H D^-1 (m/N) of the stiffest motion of an interface against the points of its wall, `block` being the impedance D of
+/// H D^-1 (m/N) of the stiffest motion of an interface against the points of its layer, `block` being the impedance D of
 /// its continuum: the smallest eigenvalue of H D^-1 N^T w N. A point that is lighter than the mean resists in
 /// proportion, w = m / mean, and so does a heavier one whose mass may part; another one has w = 1 at most: behind it there may be
 /// no more than behind the others. Several interfaces of a continuum can add up to the sum of their impedances at most.
@@ -114,7 +114,7 @@ fn stiffest(group: &Group, patch: &Patch, block: &DMatrix<f64>, weights: &[f64])
 fn blocks(
     coupling: &mut Coupling,
     participants: &mut dyn Participants,
-) -> Result<Vec<Option<DMatrix<f64>>>, SchemeError> {
+) -> Result<Vec<Option<DMatrix<f64>>>> {
     if let Some(columns) = coupling.columns(participants)? {
         return Ok(columns.into_iter().map(Some).collect());
     }
@@ -128,9 +128,9 @@ fn blocks(
             .all(|mass| *mass > 0.0);
         let columns = participants.description(side.peer).capabilities.columns;
         blocks.push(match dirichlet {
-            Dirichlet::Continuum => Some(participants.impedance(side.peer, own, n)?),
-            Dirichlet::Wall if columns => Some(participants.compliance(side.peer, own, n)?),
-            Dirichlet::Wall => weighs.then(|| mass_only(group, side, &window)),
+            Dirichlet::ForceDriven => Some(participants.impedance(side.peer, own, n)?),
+            Dirichlet::MotionDriven if columns => Some(participants.compliance(side.peer, own, n)?),
+            Dirichlet::MotionDriven => weighs.then(|| mass_only(group, side, &window)),
         });
     }
     Ok(blocks)

@@ -8,7 +8,7 @@ use protocol::{BoundaryAnswer, BoundaryInertia, Description, Reaction, Surface, 
 use super::response::Response;
 use super::sprung_mass::{Masses, Motion, SprungMass};
 use crate::clock::Clock;
-use crate::error::{SchemeError, Unfit};
+use crate::error::{Result, SchemeError, Unfit};
 use crate::group::{Group, Offset, Patch, Side};
 use crate::keys::MappingKind;
 use crate::mapping::Mapping;
@@ -33,7 +33,7 @@ pub struct LinearModel<'a> {
 }
 
 impl LinearModel<'_> {
-    /// The same with all masses and springs on the wall this many times as large.
+    /// The same with all masses and springs on the boundary this many times as large.
     pub fn times(mut self, factor: f64) -> Self {
         self.inertia.glued_mass_kg *= factor;
         self.inertia.mass_kg *= factor;
@@ -54,13 +54,7 @@ impl LinearModel<'_> {
     /// The one node and the one point as a group whose windows are one step long. A gap (m) up to `tolerance_m` counts as
     /// closed.
     pub fn group(&self, tolerance_m: f64) -> Group {
-        let surface = |mass_kg: f64| Surface {
-            x_m: vec![0.0],
-            y_m: vec![0.0],
-            mass_kg: vec![mass_kg],
-            radius_m: vec![0.0],
-            length_m: vec![1.0],
-        };
+        let surface = |mass_kg| Surface::of_columns([0.0, 0.0, mass_kg, 0.0, 1.0].map(|x| vec![x]));
         let side = |peer: usize| Side {
             peer,
             range: 0..1,
@@ -102,8 +96,8 @@ pub struct PairState {
     pub continuum: DVector<f64>,
     /// The masses.
     pub masses: Masses,
-    /// Place of the interface as the boundary was told of it (m).
-    pub place: f64,
+    /// Position of the interface as the boundary was told of it (m).
+    pub position: f64,
 }
 
 /// A pair as participants.
@@ -130,7 +124,7 @@ impl<'a> LinearPair<'a> {
         let state = PairState {
             continuum: DVector::zeros(model.response.push.len()),
             masses,
-            place: 0.0,
+            position: 0.0,
         };
         LinearPair {
             model,
@@ -147,8 +141,8 @@ impl<'a> LinearPair<'a> {
 
     /// Motion of the interface in the window tried (m).
     fn increment(&self) -> f64 {
-        let place = &self.model.response.place;
-        place.dot(&self.trial.continuum) - place.dot(&self.state.continuum)
+        let interface = &self.model.response.interface;
+        interface.dot(&self.trial.continuum) - interface.dot(&self.state.continuum)
     }
 
     /// The moving component alone of a matrix n x n.
@@ -172,19 +166,19 @@ impl Participants for LinearPair<'_> {
         &self.description
     }
 
-    fn couple(&mut self, _peer: usize, set: &str) -> Result<Surface, SchemeError> {
+    fn couple(&mut self, _peer: usize, set: &str) -> Result<Surface> {
         Err(Unfit::interface("model", format!("no set `{set}`")).into())
     }
 
-    fn select(&mut self, _peer: usize, _points: &[usize]) -> Result<(), SchemeError> {
+    fn select(&mut self, _peer: usize, _points: &[usize]) -> Result<()> {
         Ok(())
     }
 
-    fn compliance(&mut self, _: usize, _: &Window, n: usize) -> Result<DMatrix<f64>, SchemeError> {
+    fn compliance(&mut self, _: usize, _: &Window, n: usize) -> Result<DMatrix<f64>> {
         Ok(LinearPair::moving(self.model.response.compliance(), n))
     }
 
-    fn impedance(&mut self, _: usize, _: &Window, n: usize) -> Result<DMatrix<f64>, SchemeError> {
+    fn impedance(&mut self, _: usize, _: &Window, n: usize) -> Result<DMatrix<f64>> {
         let window_s = self.model.window_s;
         let yields = self.model.response.prescribed_compliance(window_s);
         Ok(LinearPair::moving(window_s / yields, n))
@@ -196,12 +190,12 @@ impl Participants for LinearPair<'_> {
         _window: &Window,
         _window_s: f64,
         compliance: &DMatrix<f64>,
-    ) -> Result<(), SchemeError> {
+    ) -> Result<()> {
         self.compliance = compliance[(0, 0)];
         Ok(())
     }
 
-    fn begin(&mut self, _: usize, _: &Window, request: Request) -> Result<(), SchemeError> {
+    fn begin(&mut self, _: usize, _: &Window, request: Request) -> Result<()> {
         match request {
             Request::Advance(force) => self.asked = force[0],
             Request::PrescribeVelocity(velocity) => {
@@ -213,7 +207,7 @@ impl Participants for LinearPair<'_> {
         Ok(())
     }
 
-    fn finish_advance(&mut self, _: usize, _: &Window, _: usize) -> Result<Vec<f64>, SchemeError> {
+    fn finish_advance(&mut self, _: usize, _: &Window, _: usize) -> Result<Vec<f64>> {
         let response = self.model.response;
         self.trial.continuum =
             &response.carry * &self.state.continuum + &response.push * self.asked;
@@ -226,7 +220,7 @@ impl Participants for LinearPair<'_> {
         _peer: usize,
         _window: &Window,
         _n: usize,
-    ) -> Result<Reaction, SchemeError> {
+    ) -> Result<Reaction> {
         let (response, start) = (self.model.response, &self.state.continuum);
         let acceleration = (self.asked - response.speed(start)) / self.model.window_s;
         let (continuum, force) = response.prescribed(start, acceleration);
@@ -243,13 +237,13 @@ impl Participants for LinearPair<'_> {
         _peer: usize,
         _window: &Window,
         _n: usize,
-    ) -> Result<BoundaryAnswer, SchemeError> {
+    ) -> Result<BoundaryAnswer> {
         let motion = Motion {
             free: *self.free_velocities.last().expect("a solve was begun"),
             compliance: self.compliance,
         };
         let start = &self.state;
-        let solved = self.mass.window(&start.masses, start.place, motion);
+        let solved = self.mass.window(&start.masses, start.position, motion);
         self.trial.masses = solved.masses;
         Ok(BoundaryAnswer {
             force: vec![finite(solved.force)?, 0.0],
@@ -260,23 +254,23 @@ impl Participants for LinearPair<'_> {
         })
     }
 
-    fn accept(&mut self, peer: usize, _: &Window, displacement: &[f64]) -> Result<(), SchemeError> {
+    fn accept(&mut self, peer: usize, _: &Window, displacement: &[f64]) -> Result<()> {
         if peer == CONTINUUM {
             self.state.continuum.clone_from(&self.trial.continuum);
         } else {
             self.state.masses = self.trial.masses;
-            self.state.place = displacement[0];
+            self.state.position = displacement[0];
         }
         Ok(())
     }
 
-    fn report(&mut self, _peer: usize) -> Result<Vec<f64>, SchemeError> {
+    fn report(&mut self, _peer: usize) -> Result<Vec<f64>> {
         Ok(Vec::new())
     }
 }
 
 /// Refuses an answer that left the finite numbers.
-fn finite(value: f64) -> Result<f64, SchemeError> {
+fn finite(value: f64) -> Result<f64> {
     if value.is_finite() {
         return Ok(value);
     }

@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::growth::{growth, growth_of_repeats};
 use super::linear_pair::LinearModel;
-use super::response::{Bar, Response};
-use crate::error::{SchemeError, Unfit};
+use super::response::{EquivalentBar, Response};
+use crate::error::{Result, SchemeError, Unfit};
 use crate::keys::{Dirichlet, Interface, Scheme};
 
 /// Growth of a window beyond one that is not rounding: undamped schemes keep a disturbance for ever.
@@ -23,14 +23,14 @@ pub struct StabilityInputs {
     pub step_limit: Option<(f64, String)>,
     /// The continuum's first period (s).
     pub first_period_s: Option<f64>,
-    /// The longest window that the wall's solver accepts (s), and its name.
+    /// The longest window that the layer's solver accepts (s), and its name.
     pub window_limit: Option<(f64, String)>,
     /// Compliance of the interface over a window (m/N): that of its softest motion or, where the continuum takes the motion,
     /// H over the impedance of its stiffest one.
     pub compliance: f64,
     /// True if no motion of the interface has a negative compliance.
     pub definite: bool,
-    /// The masses behind a point of the wall.
+    /// The masses behind a point of the layer.
     pub boundary_inertia: Option<BoundaryInertia>,
     /// The point's own mass (kg), where the continuum takes the motion; zero otherwise.
     pub point_mass_kg: f64,
@@ -49,24 +49,25 @@ pub struct Bound {
 
 /// A prediction.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Prediction {
+pub struct StabilityPrediction {
     /// All bounds that apply.
     pub bounds: Vec<Bound>,
     /// Largest factor of a disturbance a window, or a repeat where the repeats of a window do not converge; absent
-    /// where the wall tells nothing of itself.
+    /// where the layer tells nothing of itself.
     pub growth: Option<f64>,
-    /// C S, the wall's mass over the continuum's in a window.
+    /// C S, the layer's mass over the continuum's in a window.
     pub added_mass: Option<f64>,
 }
 
-/// Predicts the stability of a scheme, and the factor by which more could stand on the wall.
-pub fn explain(inputs: &StabilityInputs, scheme: &Scheme) -> Result<Prediction, SchemeError> {
+/// Predicts the stability of a scheme, and the factor by which more could stand on the boundary.
+pub fn explain(inputs: &StabilityInputs, scheme: &Scheme) -> Result<StabilityPrediction> {
     let mut prediction = predict(inputs, scheme)?;
     if let Some(inertia) = inputs.boundary_inertia {
         let response = inputs.equivalent(scheme);
         let margin = added_mass_margin(scheme, inputs.model(&response, inertia))?;
+        let name = || "added mass".into();
         prediction.bounds.extend(margin.map(|margin| Bound {
-            name: "added mass".into(),
+            name: name(),
             margin,
             stability: true,
         }));
@@ -75,9 +76,9 @@ pub fn explain(inputs: &StabilityInputs, scheme: &Scheme) -> Result<Prediction, 
 }
 
 /// Predicts the stability of a scheme.
-pub fn predict(inputs: &StabilityInputs, scheme: &Scheme) -> Result<Prediction, SchemeError> {
+pub fn predict(inputs: &StabilityInputs, scheme: &Scheme) -> Result<StabilityPrediction> {
     let window_s = inputs.window_s();
-    let mut prediction = Prediction::default();
+    let mut prediction = StabilityPrediction::default();
     let mut add = |name: &str, margin: f64, stability: bool| {
         prediction.bounds.push(Bound {
             name: name.into(),
@@ -116,7 +117,7 @@ impl StabilityInputs {
     /// unstable side.
     fn equivalent(&self, scheme: &Scheme) -> Response {
         let limit = self.step_limit.as_ref();
-        let bar = Bar::equivalent(
+        let bar = EquivalentBar::equivalent(
             self.step_s,
             self.substeps,
             limit.map_or(self.step_s, |(limit, _)| *limit),
@@ -137,8 +138,8 @@ impl StabilityInputs {
     }
 }
 
-impl Prediction {
-    /// Stability of the scheme; `None` where the wall tells too little for its scheme.
+impl StabilityPrediction {
+    /// Stability of the scheme; `None` where the layer tells too little for its scheme.
     pub fn stable(&self) -> Option<bool> {
         let kept = self.bounds.iter().all(|b| b.margin >= 1.0 || !b.stability);
         let bounded = self.growth.map(|growth| growth <= 1.0 + NEUTRAL);
@@ -147,13 +148,12 @@ impl Prediction {
 
     /// The bound with the smallest margin.
     pub fn decides(&self) -> Option<&Bound> {
-        self.bounds
-            .iter()
-            .min_by(|a, b| a.margin.total_cmp(&b.margin))
+        let bounds = self.bounds.iter();
+        bounds.min_by(|a, b| a.margin.total_cmp(&b.margin))
     }
 
     /// Refuses a choice that will not work, unless the scenario wants to see it.
-    pub fn refuse(&self, interface: &Interface) -> Result<(), SchemeError> {
+    pub fn refuse(&self, interface: &Interface) -> Result<()> {
         if self.stable() != Some(false) || interface.unsafe_window {
             return Ok(());
         }
@@ -163,8 +163,8 @@ impl Prediction {
         });
         let growth = self.growth.unwrap_or(1.0);
         let other_way = match interface.scheme.dirichlet() {
-            Dirichlet::Wall => "",
-            Dirichlet::Continuum => ", dirichlet = \"wall\"",
+            Dirichlet::MotionDriven => "",
+            Dirichlet::ForceDriven => ", dirichlet = \"wall\"",
         };
         Err(SchemeError::from(Unfit::Unstable {
             interface: name.clone(),
@@ -208,18 +208,18 @@ impl Prediction {
     }
 }
 
-/// Factor by which more could stand on the wall, or less where the continuum takes the motion; nothing where that does not
+/// Factor by which more could stand on the boundary, or less where the continuum takes the motion; nothing where that does not
 /// matter.
-fn added_mass_margin(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>, SchemeError> {
+fn added_mass_margin(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>> {
     let late = matches!(scheme, Scheme::Staggered { .. });
     if growth_of_repeats(scheme, model)?.is_none() && !late {
         return Ok(None);
     }
     let more = match scheme.dirichlet() {
-        Dirichlet::Wall => 1.0,
-        Dirichlet::Continuum => -1.0,
+        Dirichlet::MotionDriven => 1.0,
+        Dirichlet::ForceDriven => -1.0,
     };
-    let stable = |exponent: f64| -> Result<bool, SchemeError> {
+    let stable = |exponent: f64| -> Result<bool> {
         let times = model.times(10f64.powf(more * exponent));
         Ok(growth(scheme, times)? <= 1.0 + NEUTRAL)
     };
@@ -241,7 +241,7 @@ fn added_mass_margin(scheme: &Scheme, model: LinearModel) -> Result<Option<f64>,
 /// C (m/N) of the motion that the scheme sends: that under a constant force, or H over the impedance.
 pub fn compliance(scheme: &Scheme, response: &Response, window_s: f64) -> f64 {
     match scheme.dirichlet() {
-        Dirichlet::Wall => response.compliance(),
-        Dirichlet::Continuum => response.prescribed_compliance(window_s),
+        Dirichlet::MotionDriven => response.compliance(),
+        Dirichlet::ForceDriven => response.prescribed_compliance(window_s),
     }
 }

@@ -13,8 +13,8 @@ pub struct Response {
     pub carry: DMatrix<f64>,
     /// B (1/N).
     pub push: DVector<f64>,
-    /// R.
-    pub place: DVector<f64>,
+    /// R: what takes the displacement of the interface out of a state.
+    pub interface: DVector<f64>,
     /// Mass of the interface itself (kg).
     mass_kg: f64,
     /// Internal force of the interface (N/m).
@@ -43,7 +43,7 @@ impl Response {
         Response {
             carry: window.view((0, 0), (size, size)).into_owned(),
             push: window.column(size).rows(0, size).into_owned(),
-            place: r.clone().resize_vertically(size, 0.0),
+            interface: r.clone().resize_vertically(size, 0.0),
             mass_kg,
             substeps,
             prescribed_step: one_step(step_s, &(k + b * pull.transpose()), &(b * mass_kg)),
@@ -54,7 +54,7 @@ impl Response {
 
     /// C (m/N).
     pub fn compliance(&self) -> f64 {
-        self.place.dot(&self.push)
+        self.interface.dot(&self.push)
     }
 
     /// H D^-1 (m/N) with the force D v at the end of a window in which the velocity goes from rest to v.
@@ -66,7 +66,7 @@ impl Response {
     /// Velocity of the interface (m/s).
     pub fn speed(&self, state: &DVector<f64>) -> f64 {
         let half = state.len() / 2;
-        self.place.rows(0, half).dot(&state.rows(half, half))
+        self.interface.rows(0, half).dot(&state.rows(half, half))
     }
 
     /// The end of a window in which the interface has a constant acceleration (m/s^2), and the force there (N).
@@ -113,7 +113,7 @@ fn matrix_power(base: &DMatrix<f64>, mut exponent: u32) -> DMatrix<f64> {
 /// Its modes are known in closed form: with n elements, omega_j = omega_max sin((2j - 1) pi / (4n)), and every mode
 /// takes the same share of a force on the end, u_j'' = -omega_j^2 u_j + share lambda with u = sum u_j.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bar {
+pub struct EquivalentBar {
     /// Elements.
     pub elements: usize,
     /// The upper bound of its frequencies (1/s).
@@ -125,7 +125,7 @@ pub struct Bar {
 /// Elements of an equivalent bar are kept below this: its operator is full, and more of them do not move a limit.
 const ELEMENTS_MAX: usize = 40;
 
-impl Bar {
+impl EquivalentBar {
     /// The bar that answers as a continuum does, as far as a handshake tells: with the highest frequency of its step limit (the
     /// one of an undamped step, 2/omega_max, which errs to the stiff side), its first period, and its compliance
     /// (m/N) over a window of `substeps`, which `measure` reads off a response.
@@ -136,19 +136,19 @@ impl Bar {
         period_s: Option<f64>,
         compliance: f64,
         measure: impl Fn(&Response) -> f64,
-    ) -> Bar {
+    ) -> EquivalentBar {
         let omega_max = 2.0 / limit_s;
         // Without a period: a bar that no wave returns from within two windows.
         let window_s = step_s * f64::from(substeps);
         let period_s = period_s.unwrap_or(8.0 * window_s.max(limit_s));
         let ratio = (2.0 * PI / (period_s * omega_max)).min(0.7);
         let elements = (FRAC_PI_4 / ratio.asin()).round() as usize;
-        let unit = Bar {
+        let unit = EquivalentBar {
             elements: elements.clamp(1, ELEMENTS_MAX),
             omega_max,
             share: 1.0,
         };
-        Bar {
+        EquivalentBar {
             share: compliance / measure(&unit.response(step_s, substeps)),
             ..unit
         }
@@ -171,7 +171,7 @@ mod tests {
     /// C(1) = h^2 / (2 m): the end node of a bar of ten elements of 1 kg has 0.5 kg.
     #[test]
     fn one_step_moves_the_end_node_alone() {
-        let bar = Bar {
+        let bar = EquivalentBar {
             elements: 10,
             omega_max: 2.0,
             share: 2.0 / 10.0,
@@ -184,7 +184,7 @@ mod tests {
     /// The numbers that a handshake tells of such a bar give the bar back.
     #[test]
     fn the_equivalent_of_a_bar_is_itself() {
-        let bar = Bar {
+        let bar = EquivalentBar {
             elements: 10,
             omega_max: 2.0,
             share: 0.2,
@@ -195,11 +195,13 @@ mod tests {
             let window_s = step_s * f64::from(substeps);
             let own = bar.response(step_s, substeps);
             let free = |response: &Response| response.compliance();
-            let found = Bar::equivalent(step_s, substeps, 1.0, Some(period), free(&own), free);
+            let found =
+                EquivalentBar::equivalent(step_s, substeps, 1.0, Some(period), free(&own), free);
             assert_eq!(found.elements, 10);
             assert!((found.share / bar.share - 1.0).abs() < 1e-9);
             let led = |response: &Response| response.prescribed_compliance(window_s);
-            let found = Bar::equivalent(step_s, substeps, 1.0, Some(period), led(&own), led);
+            let found =
+                EquivalentBar::equivalent(step_s, substeps, 1.0, Some(period), led(&own), led);
             assert!((found.share / bar.share - 1.0).abs() < 1e-9);
         }
     }

@@ -1,4 +1,4 @@
-//! A linear participant on a wall, in one interface motion: a glued mass, and a free one behind a spring.
+//! A linear participant on a boundary, in one interface motion: a glued mass, and a free one behind a spring.
 
 use protocol::BoundaryInertia;
 
@@ -7,8 +7,8 @@ use protocol::BoundaryInertia;
 pub struct Masses {
     /// Velocity of the glued mass (m/s).
     pub glued_velocity: f64,
-    /// Place of the free mass (m).
-    pub place: f64,
+    /// Position of the free mass (m).
+    pub position: f64,
     /// Its velocity (m/s).
     pub velocity: f64,
 }
@@ -18,7 +18,7 @@ pub struct Masses {
 pub struct Solved {
     /// The masses at its end.
     pub masses: Masses,
-    /// Force of the masses on the wall (N).
+    /// Force of the masses on the boundary (N).
     pub force: f64,
 }
 
@@ -27,7 +27,7 @@ pub struct Solved {
 pub struct Motion {
     /// a_g (m/s).
     pub free: f64,
-    /// W_g (1/kg); zero for a wall that moves as it is told.
+    /// W_g (1/kg); zero for a boundary that moves as it is told.
     pub compliance: f64,
 }
 
@@ -58,15 +58,15 @@ impl SprungMass {
         }
     }
 
-    /// One window of the theta scheme, q_0 (m) being the place of the interface at its start:
-    /// m_g (v_g - v_g0) = H k (q_1 - q_0) - p and m (v - v_0) = -H k (q_1 - q_0), both places taken at
+    /// One window of the theta scheme, q_0 (m) being the position of the interface at its start:
+    /// m_g (v_g - v_g0) = H k (q_1 - q_0) - p and m (v - v_0) = -H k (q_1 - q_0), both positions taken at
     /// q + theta H (theta v' + (1 - theta) v) for the free mass, q + theta H v_g for the glued one, and v_g = a_g + W_g p.
     ///
-    /// Without v the glued mass obeys A v_g + p = R; so solved, a wall that moves as it is told moves exactly so.
+    /// Without v the glued mass obeys A v_g + p = R; so solved, a boundary that moves as it is told moves exactly so.
     pub fn window(&self, start: &Masses, q_0: f64, motion: Motion) -> Solved {
         let (h, theta, k, m) = (self.window_s, self.theta, self.spring, self.mass);
         // The spring against the start (m), and m + (theta H)^2 k (kg).
-        let stretch = start.place + theta * (1.0 - theta) * h * start.velocity - q_0;
+        let stretch = start.position + theta * (1.0 - theta) * h * start.velocity - q_0;
         let moved = m + theta * theta * h * h * k;
         let inertia = self.glued + theta * h * h * k * m / moved;
         let drive = self.glued * start.glued_velocity
@@ -74,12 +74,13 @@ impl SprungMass {
         let p = (drive - inertia * motion.free) / (1.0 + inertia * motion.compliance);
         let v_g = motion.free + motion.compliance * p;
         let v = (m * start.velocity - h * k * stretch + theta * h * h * k * v_g) / moved;
-        // Without a spring the free mass is nobody's; at rest it does not drift.
+        // Without a spring nothing holds the free mass: it stays at rest.
         let follows = if k > 0.0 { 1.0 } else { 0.0 };
         Solved {
             masses: Masses {
                 glued_velocity: v_g,
-                place: follows * (start.place + h * (theta * v + (1.0 - theta) * start.velocity)),
+                position: follows
+                    * (start.position + h * (theta * v + (1.0 - theta) * start.velocity)),
                 velocity: follows * v,
             },
             force: p / h,

@@ -78,13 +78,10 @@ impl Services {
     pub(super) fn new(root: &Path, prefix: &str, participant: &str) -> Result<Services, LinkError> {
         quiet();
         let config = config(root, prefix)?;
-        private_folder(root).map_err(transport(format!(
-            "the folder {} cannot be used",
-            root.display()
-        )))?;
-        probe_room(prefix, ROOM).map_err(transport(format!(
-            "{ROOM} bytes more are needed and cannot be had"
-        )))?;
+        let folder = root.display();
+        private_folder(root).map_err(transport(format!("the folder {folder} cannot be used")))?;
+        let lacking = format!("{ROOM} bytes more are needed and cannot be had");
+        probe_room(prefix, ROOM).map_err(transport(lacking))?;
         let shared = SharedFile {
             root: root.into(),
             prefix: prefix.into(),
@@ -93,10 +90,7 @@ impl Services {
             .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Iox>()
-            .map_err(transport(format!(
-                "nothing can be created below {}",
-                root.display()
-            )))?;
+            .map_err(transport(format!("nothing can be created below {folder}")))?;
         Ok(Services {
             node,
             shared,
@@ -113,9 +107,9 @@ impl Services {
     }
 
     fn name(&self, way: &str) -> Result<ServiceName, LinkError> {
-        ServiceName::new(&format!("{}/{way}", self.participant)).map_err(transport(format!(
-            "`{}` cannot name a participant",
-            self.participant
+        let participant = &self.participant;
+        ServiceName::new(&format!("{participant}/{way}")).map_err(transport(format!(
+            "`{participant}` cannot name a participant"
         )))
     }
 
@@ -135,15 +129,14 @@ impl Services {
     }
 
     pub(super) fn create_data(&self, way: &str, polls: bool) -> Result<DataService, LinkError> {
-        let how = if polls { POLLS } else { SLEEPS };
+        let (how, participant) = (if polls { POLLS } else { SLEEPS }, &self.participant);
         let attributes = AttributeSpecifier::new()
             .define(&waiting()?, &how.try_into().map_err(failed)?)
             .map_err(failed)?;
         self.data(way)?
             .create_with_attributes(&attributes)
             .map_err(transport(format!(
-                "the connection to `{}` cannot be created",
-                self.participant
+                "the connection to `{participant}` cannot be created"
             )))
     }
 

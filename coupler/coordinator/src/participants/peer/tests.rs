@@ -51,7 +51,7 @@ fn second_answer(header: Header, turn: u64, empty: u32, ended: bool) -> Result<F
     let mut peer = Peer::new(
         "rail",
         Box::new(Slow { empty: 0, frames }),
-        Life::Simulated(Arc::clone(&end)),
+        OtherEnd::Simulated(Arc::clone(&end)),
     );
     let wait = Wait {
         seconds: 1.0,
@@ -59,7 +59,7 @@ fn second_answer(header: Header, turn: u64, empty: u32, ended: bool) -> Result<F
         watch: &Watch::default(),
     };
     let ask = |peer: &mut Peer| {
-        peer.send(ASKED, vec![2.0], &wait)?;
+        peer.send(ASKED, vec![2.0].into(), &wait)?;
         peer.receive(Kind::Motion, &wait)
     };
     ask(&mut peer).expect("the first is right");
@@ -105,7 +105,7 @@ fn an_answer_of_another_kind_or_protocol_is_refused() {
             empty: 0,
             frames: VecDeque::new(),
         };
-        let mut peer = Peer::new("rail", Box::new(link), Life::Tape);
+        let mut peer = Peer::new("rail", Box::new(link), OtherEnd::Tape);
         peer.open.push_back(Asked {
             header: ASKED,
             at_ns: 0,

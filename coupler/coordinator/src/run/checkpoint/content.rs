@@ -5,7 +5,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use crate::output::OutputState;
-use crate::run::position::Position;
+use crate::run::position::RunPosition;
 use scheme::coupling::CouplingState;
 
 /// Folder of the run directory.
@@ -33,7 +33,7 @@ pub struct About {
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Checkpoint {
     /// Position to go on from.
-    pub position: Position,
+    pub position: RunPosition,
     /// Blocks that were ended in the log: the handshake, then each window.
     pub log_blocks: u64,
     /// State of each participant, as [`protocol::Node::checkpoint`] gave it.

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::content::{About, Checkpoint};
-use crate::error::{Error, Refusal};
+use crate::error::{Refusal, Result};
 
 /// First bytes of the file: name and version of its format.
 pub const MAGIC: &[u8] = b"thirdbody.checkpoint/3\n";
@@ -34,7 +34,7 @@ impl fmt::Display for Unusable {
 
 /// A file by its name.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
+pub struct CheckpointFile {
     /// Windows that stand in it.
     pub window: u64,
     /// The file.
@@ -42,13 +42,13 @@ pub struct Found {
 }
 
 /// The checkpoints of a folder, oldest first. What is half-written has another ending, and is none.
-pub fn list(folder: &Path) -> Vec<Found> {
+pub fn list(folder: &Path) -> Vec<CheckpointFile> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut found: Vec<Found> = entries
+    let mut found: Vec<CheckpointFile> = entries
         .filter_map(|entry| {
             let path = entry.path();
             let window = path.file_stem()?.to_str()?.parse().ok()?;
-            (path.extension()? == ENDING).then_some(Found { window, path })
+            (path.extension()? == ENDING).then_some(CheckpointFile { window, path })
         })
         .collect();
     found.sort_by_key(|found| found.window);
@@ -61,8 +61,10 @@ pub fn path(folder: &Path, window: u64) -> PathBuf {
 }
 
 /// The bytes of a file.
-pub fn encode(about: &About, checkpoint: &Checkpoint) -> Result<Vec<u8>, Error> {
-    let broken = |error: postcard::Error| Refusal::NoState(error.to_string());
+pub fn encode(about: &About, checkpoint: &Checkpoint) -> Result<Vec<u8>> {
+    let broken = |error: postcard::Error| {
+        Refusal::checkpoint(format!("the run's state cannot be written down: {error}"))
+    };
     let mut bytes = MAGIC.to_vec();
     bytes.extend([0; HASH_BYTES]);
     bytes = postcard::to_extend(about, bytes).map_err(broken)?;
@@ -75,10 +77,9 @@ pub fn encode(about: &About, checkpoint: &Checkpoint) -> Result<Vec<u8>, Error> 
 
 /// Reads a checkpoint that must be about the same as `expected`, participants aside.
 pub fn read(path: &Path, expected: &About) -> Result<(About, Checkpoint), Unusable> {
-    let unusable = |why: String, foreign: bool| Unusable {
-        path: path.into(),
-        why,
-        foreign,
+    let unusable = |why: String, foreign: bool| {
+        let path = path.into();
+        Unusable { path, why, foreign }
     };
     let damaged = |why: &str| unusable(why.into(), false);
     let bytes = fs::read(path).map_err(|error| damaged(&error.to_string()))?;
@@ -113,14 +114,9 @@ pub fn read(path: &Path, expected: &About) -> Result<(About, Checkpoint), Unusab
 
 /// The first thing that two checkpoints are not alike about.
 fn differs(theirs: &About, ours: &About) -> Option<String> {
-    let told = |about: &About| {
-        let About {
-            software,
-            protocol,
-            scenario_hash,
-            ..
-        } = about.clone();
-        [software, scenario_hash, protocol.to_string()]
+    let told = |of: &About| {
+        let hash = of.scenario_hash.clone();
+        [of.software.clone(), hash, of.protocol.to_string()]
     };
     let verbs = [
         "was written by",
@@ -136,7 +132,7 @@ fn differs(theirs: &About, ours: &About) -> Option<String> {
 mod tests {
     use super::*;
     use crate::output::OutputState;
-    use crate::run::position::{GroupPosition, Position};
+    use crate::run::position::{GroupPosition, RunPosition};
     use crate::rundir::write_whole;
     use kit::scratch::Scratch;
 
@@ -151,7 +147,7 @@ mod tests {
 
     fn checkpoint() -> Checkpoint {
         Checkpoint {
-            position: Position {
+            position: RunPosition {
                 windows: 12,
                 t_s: 0.1,
                 groups: vec![GroupPosition {

@@ -8,11 +8,11 @@ use protocol::{Frame, Kind, PROTOCOL_VERSION};
 
 use super::content::{About, Checkpoint, EVERY_TIME, EVERY_WINDOWS, FOLDER};
 use super::file::{encode, list, path};
-use crate::error::{Error, Refusal};
+use crate::error::{Error, Refusal, Result};
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::recorded::Recorded;
-use crate::run::position::Position;
+use crate::run::position::RunPosition;
 use crate::rundir::write_whole;
 use crate::rundir::{BUILD, RunDir};
 use crate::scenario::load::Loaded;
@@ -68,35 +68,30 @@ pub fn participants(loaded: &Loaded, greeted: &[Greeted]) -> Vec<(String, String
 impl Keeper {
     /// Serves a run of these participants. A cadence that the scenario asks for needs participants that can be
     /// resumed; without one, a run of others simply has no checkpoints.
-    pub fn new(rundir: &RunDir, loaded: &Loaded, greeted: &[Greeted]) -> Result<Keeper, Error> {
+    pub fn new(rundir: &RunDir, loaded: &Loaded, greeted: &[Greeted]) -> Result<Keeper> {
         let run = &loaded.scenario.run;
-        let unable = loaded.scenario.participant.iter().zip(greeted);
-        let unable = unable
-            .filter(|(_, greeted)| !greeted.description.capabilities.resume)
-            .map(|(participant, _)| format!("`{}`", participant.name))
-            .collect::<Vec<_>>()
-            .join(" and ");
-        let asked = run.checkpoint_every_windows;
-        if !unable.is_empty() && asked.is_some_and(|every| every > 0) {
-            let problem = format!(
-                "participant {unable} cannot write a checkpoint (capability `resume`); set it to 0, or leave the key out"
-            );
-            return Err(Refusal::argument("run.checkpoint_every_windows", problem).into());
-        }
-        if !unable.is_empty() && asked.is_none() {
-            rundir.note(&format!(
-                "no checkpoints: participant {unable} cannot write one"
-            ));
-        }
-        let asked = asked.map(|windows| Cadence {
-            windows,
-            time: None,
-        });
-        let by_itself = (unable.is_empty() && run.output.exchange).then_some(Cadence {
-            windows: EVERY_WINDOWS,
-            time: Some(EVERY_TIME),
-        });
-        let cadence = asked.or(by_itself).filter(|cadence| cadence.windows > 0);
+        let both = loaded.scenario.participant.iter().zip(greeted);
+        let unable = both.filter(|(_, greeted)| !greeted.description.capabilities.resume);
+        let unable: Vec<String> = unable.map(|(of, _)| format!("`{}`", of.name)).collect();
+        let unable = unable.join(" and ");
+        let (windows, time) = match run.checkpoint_every_windows {
+            Some(windows) if windows > 0 && !unable.is_empty() => {
+                let problem = format!(
+                    "participant {unable} cannot write a checkpoint (capability `resume`); set it to 0, or leave the key out"
+                );
+                return Err(Refusal::argument("run.checkpoint_every_windows", problem).into());
+            }
+            Some(windows) => (windows, None),
+            None if !unable.is_empty() => {
+                rundir.note(&format!(
+                    "no checkpoints: participant {unable} cannot write one"
+                ));
+                (0, None)
+            }
+            None if !run.output.exchange => (0, None),
+            None => (EVERY_WINDOWS, Some(EVERY_TIME)),
+        };
+        let cadence = Some(Cadence { windows, time }).filter(|cadence| cadence.windows > 0);
         Ok(Keeper {
             folder: rundir.path().join(FOLDER),
             about: About {
@@ -116,7 +111,7 @@ impl Keeper {
 
     /// Tells if a checkpoint is to be written here: at its cadence, and when the run is interrupted. At its end a run
     /// needs none.
-    pub fn due(&self, at: &Position, interrupted: bool) -> bool {
+    pub fn due(&self, at: &RunPosition, interrupted: bool) -> bool {
         let due = |cadence: Cadence| interrupted || cadence.due(at.windows, self.last.elapsed());
         !at.over && self.cadence.is_some_and(due)
     }
@@ -126,7 +121,7 @@ impl Keeper {
         &mut self,
         recorded: &mut Recorded,
         rest: impl FnOnce(Vec<Vec<u8>>, u64) -> Checkpoint,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let communicator: &mut dyn Communicator = recorded;
         let kinds = (Kind::Checkpoint, Kind::State);
         let read = |frame: &Frame| frame.bytes().map_err(|error| error.to_string());

@@ -3,13 +3,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use protocol::{Frame, Kind, Window};
+use protocol::frame::packed;
+use protocol::{Kind, Window};
 
 use super::content::{About, Checkpoint, FOLDER};
 use super::file::{self, Unusable};
 use super::keeper::{about, participants};
-use crate::error::{Error, Refusal};
-use crate::output::collection::Moment;
+use crate::error::{Error, Refusal, Result};
+use crate::output::collection::SnapshotTime;
 use crate::participants::Communicator;
 use crate::participants::handshake::Greeted;
 use crate::participants::remote::Remote;
@@ -18,7 +19,7 @@ use crate::rundir::{RunDir, write_whole};
 use crate::scenario::load::Loaded;
 use exchange_log::{Entry, recover};
 
-/// A checkpoint that can be gone on from.
+/// A checkpoint that a run can be resumed from.
 pub struct RestartPoint {
     /// The run directory that it belongs to.
     pub run: PathBuf,
@@ -37,7 +38,7 @@ pub fn find(
     run: &Path,
     loaded: &Loaded,
     from: Option<u64>,
-) -> Result<(Option<RestartPoint>, Vec<Unusable>), Error> {
+) -> Result<(Option<RestartPoint>, Vec<Unusable>)> {
     let mut passed_over = Vec::new();
     let mut logged = None;
     let found = file::list(&run.join(FOLDER)).into_iter().rev();
@@ -48,8 +49,9 @@ pub fn find(
                 let logged = *logged.get_or_insert_with(|| blocks(&run.join("exchange.mcap")));
                 let due = checkpoint.log_blocks;
                 if logged >= due {
+                    let run = run.into();
                     let point = RestartPoint {
-                        run: run.into(),
+                        run,
                         path,
                         about,
                         checkpoint,
@@ -59,13 +61,17 @@ pub fn find(
                 let why = format!(
                     "exchange.mcap can be read for {logged} of the {due} blocks that came before it"
                 );
-                let foreign = false;
-                Unusable { path, why, foreign }
+                Unusable {
+                    path,
+                    why,
+                    foreign: false,
+                }
             }
             Err(unusable) => unusable,
         };
         if unusable.foreign {
-            return Err(Refusal::Unusable(unusable.to_string()).into());
+            let text = format!("{unusable}; resume with the build and the scenario that wrote it");
+            return Err(Refusal::checkpoint(text).into());
         }
         passed_over.push(unusable);
     }
@@ -81,12 +87,12 @@ fn blocks(log: &Path) -> u64 {
 
 impl RestartPoint {
     fn refuse(&self, problem: String) -> Error {
-        let path = self.path.clone();
-        Error::from(Refusal::Checkpoint { path, problem })
+        let path = self.path.display();
+        Refusal::checkpoint(format!("checkpoint {path}: {problem}")).into()
     }
 
     /// Refuses participants that are not those that wrote the checkpoint.
-    pub fn check(&self, loaded: &Loaded, greeted: &[Greeted]) -> Result<(), Error> {
+    pub fn check(&self, loaded: &Loaded, greeted: &[Greeted]) -> Result<()> {
         let ours = participants(loaded, greeted);
         for ((name, theirs), (_, ours)) in self.about.participants.iter().zip(&ours) {
             if theirs != ours {
@@ -113,8 +119,8 @@ impl RestartPoint {
         communicator: &mut dyn Communicator,
         greeted: &[Greeted],
         groups: &mut [GroupRun],
-    ) -> Result<(), Error> {
-        self.place(groups)?;
+    ) -> Result<()> {
+        self.restore_coupler(groups)?;
         for group in groups {
             let remote = &mut Remote::new(communicator, greeted);
             group.coupling.repeat_boundaries(remote)?;
@@ -129,17 +135,15 @@ impl RestartPoint {
         communicator: &mut dyn Communicator,
         peer: usize,
         index: usize,
-    ) -> Result<(), Error> {
-        let header = communicator
-            .peers()
-            .header(peer, Kind::Restore, &Window::default());
-        let frame = Frame::with_bytes(header, &self.checkpoint.nodes[index]);
-        communicator.send(peer, header, frame.payload)?;
-        communicator.receive(peer, Kind::Restored).map(|_| ())
+    ) -> Result<()> {
+        let kinds = (Kind::Restore, Kind::Restored);
+        let state = packed(&self.checkpoint.nodes[index]);
+        communicator.ask(peer, kinds, &Window::default(), state)?;
+        Ok(())
     }
 
     /// Gives the coupler its state back.
-    pub fn place(&self, groups: &mut [GroupRun]) -> Result<(), Error> {
+    pub fn restore_coupler(&self, groups: &mut [GroupRun]) -> Result<()> {
         let state = &self.checkpoint;
         let positions = &state.position.groups;
         if [positions.len(), state.couplings.len()] != [groups.len(); 2] {
@@ -155,23 +159,23 @@ impl RestartPoint {
     }
 
     /// Takes over the fields of the moments that had come.
-    pub fn copy_fields(&self, rundir: &RunDir, moments: &[Moment]) -> Result<(), Error> {
+    pub fn copy_fields(&self, rundir: &RunDir, snapshot_times: &[SnapshotTime]) -> Result<()> {
         let taken = self.checkpoint.outputs.snapshots_s.len();
-        let ended = &moments[..taken.min(moments.len())];
+        let ended = &snapshot_times[..taken.min(snapshot_times.len())];
         let of_ended = |file: &str| {
-            ended.iter().any(|moment| {
-                let mark = format!("-{}", moment.name);
+            ended.iter().any(|snapshot| {
+                let mark = format!("-{}", snapshot.name);
                 file.contains(&format!("{mark}.")) || file.contains(&format!("{mark}-"))
             })
         };
         copy(&self.run.join("fields"), &rundir.fields(), of_ended)?;
-        let sampled = ended.iter().any(|moment| moment.sampled);
+        let sampled = ended.iter().any(|snapshot| snapshot.sampled);
         let profile = |file: &str| sampled && file.starts_with("profile") && file.ends_with(".csv");
         copy(&self.run, rundir.path(), profile)
     }
 
     /// Puts the checkpoint itself into the new run directory: from here on that one can be resumed as well.
-    pub fn adopt(&self, rundir: &RunDir) -> Result<(), Error> {
+    pub fn adopt(&self, rundir: &RunDir) -> Result<()> {
         let folder = rundir.path().join(FOLDER);
         fs::create_dir_all(&folder).map_err(Error::output(folder.display()))?;
         let bytes = fs::read(&self.path).map_err(Error::input(self.path.display()))?;
@@ -181,7 +185,7 @@ impl RestartPoint {
 }
 
 /// Copies the files of a folder that are wanted by their names.
-fn copy(from: &Path, to: &Path, wanted: impl Fn(&str) -> bool) -> Result<(), Error> {
+fn copy(from: &Path, to: &Path, wanted: impl Fn(&str) -> bool) -> Result<()> {
     for entry in fs::read_dir(from).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
         if wanted(&name) {

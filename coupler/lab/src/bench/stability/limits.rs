@@ -51,7 +51,7 @@ pub fn limits(substeps: &[u32], cfls: &[f64]) -> Result<Vec<Limit>, Error> {
                 SchemeWord::StaggeredParallel,
                 SchemeWord::FixedPointSerial,
             ] {
-                for dirichlet in [Dirichlet::Wall, Dirichlet::Continuum] {
+                for dirichlet in [Dirichlet::MotionDriven, Dirichlet::ForceDriven] {
                     limits.push(mass_limit(scheme(word, dirichlet), *m, *cfl)?);
                 }
             }
@@ -61,7 +61,7 @@ pub fn limits(substeps: &[u32], cfls: &[f64]) -> Result<Vec<Limit>, Error> {
             SchemeWord::DualSchurSecant,
             SchemeWord::Velocity,
         ] {
-            limits.push(step_limit(scheme(word, Dirichlet::Wall), *m)?);
+            limits.push(step_limit(scheme(word, Dirichlet::MotionDriven), *m)?);
         }
     }
     Ok(limits)
@@ -78,7 +78,7 @@ fn trial(scheme: Scheme, substeps: u32, cfl: f64, mass_ratio: f64) -> Trial {
 
 /// Heavy masses make schemes grow in which the wall follows, light ones those in which the continuum does.
 fn mass_limit(scheme: Scheme, substeps: u32, cfl: f64) -> Result<Limit, Error> {
-    let at_low_end = scheme.dirichlet() == Dirichlet::Wall;
+    let at_low_end = scheme.dirichlet() == Dirichlet::MotionDriven;
     let response = bar(cfl).response(substeps);
     let foreseen = |mass_ratio: f64| -> Result<bool, Error> {
         let trial = trial(scheme, substeps, cfl, mass_ratio);

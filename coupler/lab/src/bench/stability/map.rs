@@ -39,18 +39,18 @@ pub struct Axes {
 
 /// All schemes, those with roles in both of them.
 const ALL: [(SchemeWord, Dirichlet); 12] = [
-    (SchemeWord::DualSchur, Dirichlet::Wall),
-    (SchemeWord::DualSchurSecant, Dirichlet::Wall),
-    (SchemeWord::DualSchurCheap, Dirichlet::Wall),
-    (SchemeWord::StaggeredSerial, Dirichlet::Wall),
-    (SchemeWord::StaggeredParallel, Dirichlet::Wall),
-    (SchemeWord::FixedPointSerial, Dirichlet::Wall),
-    (SchemeWord::FixedPointParallel, Dirichlet::Wall),
-    (SchemeWord::Velocity, Dirichlet::Wall),
-    (SchemeWord::StaggeredSerial, Dirichlet::Continuum),
-    (SchemeWord::StaggeredParallel, Dirichlet::Continuum),
-    (SchemeWord::FixedPointSerial, Dirichlet::Continuum),
-    (SchemeWord::FixedPointParallel, Dirichlet::Continuum),
+    (SchemeWord::DualSchur, Dirichlet::MotionDriven),
+    (SchemeWord::DualSchurSecant, Dirichlet::MotionDriven),
+    (SchemeWord::DualSchurCheap, Dirichlet::MotionDriven),
+    (SchemeWord::StaggeredSerial, Dirichlet::MotionDriven),
+    (SchemeWord::StaggeredParallel, Dirichlet::MotionDriven),
+    (SchemeWord::FixedPointSerial, Dirichlet::MotionDriven),
+    (SchemeWord::FixedPointParallel, Dirichlet::MotionDriven),
+    (SchemeWord::Velocity, Dirichlet::MotionDriven),
+    (SchemeWord::StaggeredSerial, Dirichlet::ForceDriven),
+    (SchemeWord::StaggeredParallel, Dirichlet::ForceDriven),
+    (SchemeWord::FixedPointSerial, Dirichlet::ForceDriven),
+    (SchemeWord::FixedPointParallel, Dirichlet::ForceDriven),
 ];
 
 impl Axes {

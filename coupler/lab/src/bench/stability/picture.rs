@@ -61,8 +61,8 @@ pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
 fn name(scheme: &Scheme) -> String {
     let word = word(scheme.word());
     match scheme.dirichlet() {
-        Dirichlet::Wall => word,
-        Dirichlet::Continuum => format!("{word}, swapped"),
+        Dirichlet::MotionDriven => word,
+        Dirichlet::ForceDriven => format!("{word}, swapped"),
     }
 }
 

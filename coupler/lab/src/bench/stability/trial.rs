@@ -32,7 +32,7 @@ const POINT: f64 = 0.01;
 /// Masses that arrive with 1 m/s.
 pub const MOVING: Masses = Masses {
     glued_velocity: 1.0,
-    place: 0.0,
+    position: 0.0,
     velocity: 1.0,
 };
 
@@ -63,8 +63,8 @@ impl Trial {
     /// Mass of the point (kg), where it has any.
     pub fn point_mass_kg(&self) -> f64 {
         match self.scheme.dirichlet() {
-            Dirichlet::Wall => 0.0,
-            Dirichlet::Continuum => POINT * self.boundary_inertia.mass_kg,
+            Dirichlet::MotionDriven => 0.0,
+            Dirichlet::ForceDriven => POINT * self.boundary_inertia.mass_kg,
         }
     }
 

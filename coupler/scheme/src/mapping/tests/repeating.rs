@@ -11,8 +11,8 @@ const KINDS: [MappingKind; 3] = [
 
 /// Nodes at uneven distances, none at the seam.
 fn nodes() -> Vec<[f64; 2]> {
-    let place = |i: usize| 1e-3 * (i as f64 + 0.2 * (i as f64 * 1.7).sin());
-    (0..12).map(|i| [place(i) - 0.004, 1e-4]).collect()
+    let position = |i: usize| 1e-3 * (i as f64 + 0.2 * (i as f64 * 1.7).sin());
+    (0..12).map(|i| [position(i) - 0.004, 1e-4]).collect()
 }
 
 /// Points all around, some of them in other periods.
@@ -42,9 +42,9 @@ fn dense(mapping: &Mapping) -> DMatrix<f64> {
     matrix
 }
 
-fn moved(places: &[[f64; 2]], by: impl Fn(usize) -> f64) -> Vec<[f64; 2]> {
-    let places = places.iter().enumerate();
-    places.map(|(i, [x, y])| [x + by(i), *y]).collect()
+fn moved(positions: &[[f64; 2]], by: impl Fn(usize) -> f64) -> Vec<[f64; 2]> {
+    let positions = positions.iter().enumerate();
+    positions.map(|(i, [x, y])| [x + by(i), *y]).collect()
 }
 
 #[test]
@@ -72,9 +72,9 @@ fn rows_are_those_of_the_middle_of_three_copies() {
     for (kind, count) in KINDS.into_iter().flat_map(|kind| [(kind, 5), (kind, 31)]) {
         let nodes = nodes();
         let points = uneven_points(count, -0.004, -0.004 + PERIOD);
-        let copies = |places: &[[f64; 2]]| -> Vec<[f64; 2]> {
+        let copies = |positions: &[[f64; 2]]| -> Vec<[f64; 2]> {
             let turns = [-PERIOD, 0.0, PERIOD].into_iter();
-            turns.flat_map(|by| moved(places, |_| by)).collect()
+            turns.flat_map(|by| moved(positions, |_| by)).collect()
         };
         let plain = Mapping::new(kind, &with_ends(copies(&nodes)), &copies(&points));
         let plain = dense(&plain.expect("it is regular"));
@@ -131,8 +131,8 @@ fn a_uniform_pressure_on_regular_rows_stays_uniform() {
     let nodes: Vec<[f64; 2]> = (0..10).map(|i| [4e-4 * f64::from(i), 0.0]).collect();
     for (per_node, shift) in [(1, 0.0), (1, 1.3e-4), (1, 3.9e-3), (3, 1.3e-4)] {
         let count = 10 * per_node;
-        let place = |i: i32| 4e-3 * f64::from(i) / f64::from(count) + shift;
-        let points: Vec<[f64; 2]> = (0..count).map(|i| [place(i), 0.0]).collect();
+        let position = |i: i32| 4e-3 * f64::from(i) / f64::from(count) + shift;
+        let points: Vec<[f64; 2]> = (0..count).map(|i| [position(i), 0.0]).collect();
         let mapping = Mapping::repeating(MappingKind::Mortar, &nodes, &points, 4e-3);
         let nodal = mapping
             .expect("regular")

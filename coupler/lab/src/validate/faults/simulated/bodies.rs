@@ -13,9 +13,9 @@ use protocol::{
 use serde::{Deserialize, Serialize};
 
 use coordinator::error::Error;
-use coordinator::participants::{Registry, Solver};
+use coordinator::participants::{Registry, ShippedSolver};
 use coordinator::scenario::load::{Loaded, parse};
-use coordinator::scenario::source::Source;
+use coordinator::scenario::source::ScenarioSource;
 
 /// Longest wait of a simulated run (s).
 pub const DEADLINE_S: f64 = 2.0;
@@ -39,7 +39,7 @@ const SCENES: [(&str, &str); 3] = [
 /// The scenes, each read once.
 pub fn scenes() -> Result<Vec<Loaded>, Error> {
     let texts = SCENES.iter().map(|(output, scheme)| text(output, scheme));
-    let sources = texts.map(|text| Source {
+    let sources = texts.map(|text| ScenarioSource {
         name: "simulated.toml".into(),
         text,
         overrides: Vec::new(),
@@ -65,7 +65,7 @@ fn text(output: &str, scheme: &str) -> String {
 
 /// The solvers of these scenes.
 pub fn registry() -> Registry {
-    let solver = |kind, build| Solver {
+    let solver = |kind, build| ShippedSolver {
         kind,
         check: |config, _| read_config::<NoKeys>(config).map(|_| Vec::new()),
         schema: None,

@@ -19,9 +19,9 @@ use super::bodies::{DEADLINE_S, registry, scenes};
 use super::network::{Network, Traces, Wrap};
 use super::weather::{Fault, Weather};
 use coordinator::error::Error;
-use coordinator::participants::{Launcher, Life, Peer, Peers, Watch};
+use coordinator::participants::{Launcher, OtherEnd, Peer, Peers, Watch};
 use coordinator::run::checkpoint::find;
-use coordinator::run::session::{Ended, Options, fresh_run_id, go_on_among, run};
+use coordinator::run::session::{Ended, RunOptions, fresh_run_id, run, run_among};
 use coordinator::scenario::load::Loaded;
 use kit::scratch::Scratch;
 
@@ -122,7 +122,7 @@ impl Simulation {
         let network = Network::new(Weather::fair());
         let launch = |launcher: &Launcher| start(launcher, &network, self.wrap);
         let ended = with_options(out.path(), |options| {
-            go_on_among(loaded, options, Some(&restart), &launch)
+            run_among(loaded, options, Some(&restart), &launch)
         });
         network.end();
         let ended = ended.map_err(|error| error.to_string())?;
@@ -170,7 +170,7 @@ fn attempt(
     let launch = |launcher: &Launcher| start(launcher, &network, wrap);
     let tried = catch_unwind(AssertUnwindSafe(|| {
         with_options(out.unwrap_or(scratch.path()), |options| {
-            go_on_among(loaded, options, None, &launch)
+            run_among(loaded, options, None, &launch)
         })
     }));
     let mut traces = network.end();
@@ -181,8 +181,8 @@ fn attempt(
     (ended, traces)
 }
 
-fn with_options<T>(out: &Path, go: impl FnOnce(&Options) -> T) -> T {
-    go(&Options {
+fn with_options<T>(out: &Path, go: impl FnOnce(&RunOptions) -> T) -> T {
+    go(&RunOptions {
         out: Some(out),
         threads: 1,
         registry: &registry(),
@@ -190,7 +190,7 @@ fn with_options<T>(out: &Path, go: impl FnOnce(&Options) -> T) -> T {
         watch: Watch::default(),
         progress: false,
         strict: false,
-        rehearsal: false,
+        dry_run: false,
         budget: None,
     })
 }
@@ -202,7 +202,7 @@ fn start(launcher: &Launcher, network: &Network, wrap: Wrap) -> Result<Peers, Er
         let build = launcher.registry.find(participant)?.build;
         let session = launcher.session(participant, Transport::Channel);
         let (link, end) = network.join(session, build, wrap);
-        Ok(Peer::new(&participant.name, link, Life::Simulated(end)))
+        Ok(Peer::new(&participant.name, link, OtherEnd::Simulated(end)))
     });
     let peers = peers.collect::<Result<_, Error>>()?;
     Ok(Peers::new(

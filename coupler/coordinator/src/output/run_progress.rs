@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 /// How far a run has come, and how it goes.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Facts {
+pub struct RunProgress {
     /// Name of the run.
     pub run: String,
     /// Part of the load history, and the share of it that has passed.
@@ -36,12 +36,12 @@ pub struct Facts {
 /// Characters of the bar.
 const BAR: usize = 20;
 
-impl Facts {
+impl RunProgress {
     fn done(&self) -> f64 {
         (self.t_s / self.end_s).clamp(0.0, 1.0)
     }
 
-    /// Share of the time in which the coordinator waited for nobody.
+    /// Share of the time in which the coordinator did not wait.
     fn own(&self) -> f64 {
         let waited: f64 = self.waited.iter().map(|(_, share)| share).sum();
         (1.0 - waited).max(0.0)
@@ -53,7 +53,7 @@ impl Facts {
         let [percent, clock] = [self.percent(), self.clock()];
         let mut lines = vec![
             format!("{} [{bar}] {percent}  {clock}", self.run),
-            format!("  {}", self.place().join("   ")),
+            format!("  {}", self.position().join("   ")),
         ];
         let judged = self.judged();
         if !judged.is_empty() {
@@ -66,7 +66,7 @@ impl Facts {
 
     /// The same in one line.
     pub fn line(&self) -> String {
-        let words = [vec![self.percent()], self.place(), self.judged()].concat();
+        let words = [vec![self.percent()], self.position(), self.judged()].concat();
         let [words, shares, clock] = [words.join(", "), self.shares(), self.clock()];
         format!("{}: {words}; time: {shares}; {clock}", self.run)
     }
@@ -79,62 +79,47 @@ impl Facts {
         let left = self
             .left_s
             .map(|left_s| format!(", {} left", lasting(left_s)));
-        format!(
-            "{} spent{}",
-            lasting(self.spent_s),
-            left.unwrap_or_default()
-        )
+        lasting(self.spent_s) + " spent" + &left.unwrap_or_default()
     }
 
-    fn place(&self) -> Vec<String> {
+    fn position(&self) -> Vec<String> {
         let mut words = Vec::new();
         if let Some((name, part)) = &self.phase {
             words.push(format!("{name} ({:.0} %)", (100.0 * part).floor()));
         }
-        words.push(format!(
-            "t = {:.3} of {:.3} ms",
-            1e3 * self.t_s,
-            1e3 * self.end_s
-        ));
+        let [t_ms, end_ms] = [1e3 * self.t_s, 1e3 * self.end_s];
+        words.push(format!("t = {t_ms:.3} of {end_ms:.3} ms"));
         words.push(format!("window {} of {}", self.window, self.windows));
         words
     }
 
     fn judged(&self) -> Vec<String> {
-        let mut words = Vec::new();
-        if let Some((last, mean)) = self.repeats {
-            words.push(format!("repeats {last}, mean {mean:.2}"));
-        }
-        if let Some(sn_pct) = self.sn_pct {
-            words.push(format!("Sn {sn_pct:.0} %"));
-        }
-        if let Some(friction) = self.friction_coefficient {
-            words.push(format!("F_T/F_N {friction:.3}"));
-        }
-        if let Some(defect) = self.energy_defect_rel {
-            words.push(format!("energy defect {defect:.1e}"));
-        }
-        words
+        let repeats = self.repeats;
+        let known = [
+            repeats.map(|(last, mean)| format!("repeats {last}, mean {mean:.2}")),
+            self.sn_pct.map(|sn| format!("Sn {sn:.0} %")),
+            self.friction_coefficient
+                .map(|friction| format!("F_T/F_N {friction:.3}")),
+            self.energy_defect_rel
+                .map(|defect| format!("energy defect {defect:.1e}")),
+        ];
+        known.into_iter().flatten().collect()
     }
 
     fn shares(&self) -> String {
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         let waited = self.waited.iter();
         let waited = waited.map(|(name, share)| format!("{name} {}", percent(*share)));
-        let own = percent(self.own());
-        format!(
-            "waits for {}; own work {own}",
-            waited.collect::<Vec<_>>().join(", ")
-        )
+        let waited = waited.collect::<Vec<_>>().join(", ");
+        format!("waits for {waited}; own work {}", percent(self.own()))
     }
 
     /// An object for programs, units in its keys; what is not known is left out.
     pub fn object(&self) -> Value {
-        let waited: Map<String, Value> = self
+        let waited = self
             .waited
             .iter()
-            .map(|(n, s)| (n.clone(), json!(s)))
-            .collect();
+            .map(|(name, share)| (name.clone(), json!(share)));
         let mut object = json!({
             "run": self.run,
             "done_rel": self.done(),
@@ -142,7 +127,7 @@ impl Facts {
             "end_s": self.end_s,
             "window": self.window,
             "windows": self.windows,
-            "waited_rel": waited,
+            "waited_rel": waited.collect::<Map<String, Value>>(),
             "own_rel": self.own(),
             "spent_wall_s": self.spent_s,
         });
@@ -167,13 +152,13 @@ impl Facts {
     }
 }
 
-/// A time in the unit that people take.
 /// A bar of which this share is full.
 pub(super) fn bar(share: f64) -> String {
     let done = (BAR as f64 * share.clamp(0.0, 1.0)) as usize;
     "#".repeat(done) + &"-".repeat(BAR - done)
 }
 
+/// A time in the unit that people take.
 pub(super) fn lasting(seconds: f64) -> String {
     match seconds {
         s if s < 10.0 => format!("{s:.1} s"),
@@ -187,8 +172,8 @@ pub(super) fn lasting(seconds: f64) -> String {
 mod tests {
     use super::*;
 
-    fn facts() -> Facts {
-        Facts {
+    fn run_progress() -> RunProgress {
+        RunProgress {
             run: "quick".into(),
             phase: Some(("hold".into(), 0.425)),
             t_s: 0.67e-3,
@@ -213,18 +198,18 @@ mod tests {
             "  repeats 1, mean 0.01   F_T/F_N -0.031   energy defect 3.2e-5",
             "  time: waits for rail 41 %, third-body 32 %; own work 27 %",
         ];
-        assert_eq!(facts().block(80), expected);
+        assert_eq!(run_progress().block(80), expected);
     }
 
     #[test]
     fn no_line_of_a_block_is_longer_than_the_terminal() {
-        let mut facts = facts();
-        facts
+        let mut run_progress = run_progress();
+        run_progress
             .waited
             .push(("a-participant-of-a-rather-long-name".into(), 0.1));
-        facts.run = "n".repeat(100);
+        run_progress.run = "n".repeat(100);
         for columns in [20, 80] {
-            let block = facts.block(columns);
+            let block = run_progress.block(columns);
             assert!(
                 block.iter().all(|line| line.chars().count() <= columns),
                 "{block:?}"
@@ -235,10 +220,10 @@ mod tests {
     #[test]
     fn a_line_and_an_object_tell_the_same() {
         assert_eq!(
-            facts().line(),
+            run_progress().line(),
             "quick: 38 %, hold (42 %), t = 0.670 of 1.733 ms, window 1095 of 2833, repeats 1, mean 0.01, F_T/F_N -0.031, energy defect 3.2e-5; time: waits for rail 41 %, third-body 32 %; own work 27 %; 1.2 s spent, 2 min left"
         );
-        let object = facts().object();
+        let object = run_progress().object();
         assert_eq!(
             (&object["phase"], &object["repeats"]),
             (&json!("hold"), &json!(1))
