@@ -9,8 +9,8 @@ use harness::broken::harmed;
 use harness::runs::{Scratch, program, thirdbody};
 use harness::scene::{bar, body, glue, head};
 use lab::conform::conform;
-use lab::conform::rule::{Row, Verdict};
-use lab::conform::subject::Options;
+use lab::conform::rule::{ConformRow, RuleVerdict};
+use lab::conform::subject::ConformOptions;
 
 use crate::scene::fails;
 
@@ -25,18 +25,18 @@ fn bar_and_body() -> String {
     .concat()
 }
 
-fn rows(participant: &str, harm: &str) -> Vec<Row> {
+fn rows(participant: &str, harm: &str) -> Vec<ConformRow> {
     rows_of(&bar_and_body(), [participant, harm], &[])
 }
 
-fn rows_of(text: &str, harm: [&str; 2], only: &[&str]) -> Vec<Row> {
+fn rows_of(text: &str, harm: [&str; 2], only: &[&str]) -> Vec<ConformRow> {
     let source = Source {
         name: "conform/scenario.toml".into(),
         text: harmed(text, harm),
         overrides: vec!["run.transport=channel".into()],
     };
     let loaded = parse(source).expect("it is valid");
-    let options = Options {
+    let options = ConformOptions {
         registry: &harness::registry(),
         program: std::path::PathBuf::from("not-started"),
         watch: Watch::default(),
@@ -45,8 +45,8 @@ fn rows_of(text: &str, harm: [&str; 2], only: &[&str]) -> Vec<Row> {
     conform(&loaded, harm[0], None, &options, |_| {}).expect("it can be tried")
 }
 
-fn broken(rows: &[Row]) -> Vec<&str> {
-    let broken = rows.iter().filter(|row| row.verdict == Verdict::Broken);
+fn broken(rows: &[ConformRow]) -> Vec<&str> {
+    let broken = rows.iter().filter(|row| row.verdict == RuleVerdict::Broken);
     broken.map(|row| row.rule).collect()
 }
 
@@ -56,7 +56,7 @@ fn sound_participants_break_no_rule() {
         let rows = rows(participant, "nothing");
         let broken = broken(&rows);
         assert!(broken.is_empty(), "{participant}: {rows:#?}");
-        let held = rows.iter().filter(|row| row.verdict == Verdict::Holds);
+        let held = rows.iter().filter(|row| row.verdict == RuleVerdict::Holds);
         assert!(held.count() >= 15, "{participant}: {rows:#?}");
     }
 }

@@ -61,7 +61,13 @@ fn replay(recording: &Recording, who: &str) -> Replayed {
     let watch = Watch::default();
     let replayed = match who {
         "coupler" => loop_replay::replay(recording, &launcher, &watch, None),
-        name => solver::replay(recording, &launcher, name, &watch, &solver::How::default()),
+        name => solver::replay(
+            recording,
+            &launcher,
+            name,
+            &watch,
+            &solver::ReplayOptions::default(),
+        ),
     };
     replayed.expect("the participants start")
 }

@@ -2,7 +2,7 @@
 
 use coordinator::run::check::check;
 use coordinator::scenario::load::load;
-use study::budget::Choice;
+use study::budget::SceneSettings;
 use study::plan::{Plan, runs};
 use study::stored::StoredStudy;
 
@@ -48,7 +48,7 @@ fn the_stored_study_has_settings_for_loads_and_seeds_that_it_has_not_seen() {
         load(&scenario, &sets).expect("it is valid").resolved
     };
     let at = study.place(&scene(5000.0)).expect("it is covered");
-    let choice = Choice::new(&study, &at).expect("there are scenes enough");
+    let choice = SceneSettings::new(&study, &at).expect("there are scenes enough");
     let costs = [0.05, 0.01].map(|error| {
         let chosen = choice
             .within_error(None, error)

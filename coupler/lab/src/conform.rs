@@ -6,19 +6,19 @@
 //! the plain one. What has no such twin is compared with what the wire page says: work, columns, velocities of a boundary.
 //!
 //! - [`rule`]: the rules by name, and the outcome of each;
-//! - [`subject`]: the participant with its part; [`life`]: one launch of it; [`load`]: its loads; [`trial`]: the plain life;
-//! - [`joined`], [`everybody`], [`continuum`], [`layer`], [`ending`]: the trials.
+//! - [`subject`]: the participant with its part; [`launch`]: one launch of it; [`load`]: its loads; [`plain`]: the plain life;
+//! - [`joined`], [`all_parts`], [`continuum`], [`layer`], [`ending`]: the trials.
 
+pub mod all_parts;
 pub mod continuum;
 pub mod ending;
-pub mod everybody;
 pub mod joined;
+pub mod launch;
 pub mod layer;
-pub mod life;
 pub mod load;
+pub mod plain;
 pub mod rule;
 pub mod subject;
-pub mod trial;
 
 use kit::keys::proposal;
 use protocol::Cause;
@@ -27,13 +27,17 @@ use coordinator::error::{Code, Error, Refusal};
 use coordinator::scenario::Participant;
 use coordinator::scenario::load::Loaded;
 use joined::joins;
-use life::Life;
-use rule::{Found, Row, Rule, Verdict};
-use subject::{Options, Part, Stage, Subject};
-use trial::Trial;
+use launch::Launch;
+use plain::RuleTrial;
+use rule::{ConformRow, Finding, Rule, RuleVerdict};
+use subject::{ConformOptions, Part, ScenarioLauncher, TestedParticipant};
 
 /// A rule, the parts that it concerns, and how it is tried.
-type Test = (Rule, &'static [Part], fn(&Trial) -> Result<Found, Error>);
+type Test = (
+    Rule,
+    &'static [Part],
+    fn(&RuleTrial) -> Result<Finding, Error>,
+);
 
 const ALL: &[Part] = &[Part::Alone, Part::ForceDriven, Part::MotionDriven];
 const JOINED: &[Part] = &[Part::ForceDriven, Part::MotionDriven];
@@ -42,9 +46,9 @@ const MOTION: &[Part] = &[Part::MotionDriven];
 
 /// In this order: lives that end before their time come last.
 const TESTS: [Test; 23] = [
-    (Rule::SameBits, ALL, everybody::same_bits),
-    (Rule::Repeats, JOINED, everybody::repeats),
-    (Rule::Rollback, JOINED, everybody::rollback),
+    (Rule::SameBits, ALL, all_parts::same_bits),
+    (Rule::Repeats, JOINED, all_parts::repeats),
+    (Rule::Rollback, JOINED, all_parts::rollback),
     (Rule::Early, FORCE, continuum::early),
     (Rule::Increments, FORCE, continuum::increments),
     (Rule::Substeps, FORCE, continuum::substeps),
@@ -55,12 +59,12 @@ const TESTS: [Test; 23] = [
     (Rule::Velocity, FORCE, continuum::velocity),
     (Rule::Boundary, MOTION, layer::boundary),
     (Rule::Convergence, MOTION, layer::convergence),
-    (Rule::Report, ALL, everybody::report),
-    (Rule::Work, JOINED, everybody::work),
-    (Rule::Balance, ALL, everybody::balance),
-    (Rule::Snapshot, ALL, everybody::snapshot),
-    (Rule::Checkpoint, ALL, everybody::checkpoint),
-    (Rule::Alone, JOINED, everybody::alone),
+    (Rule::Report, ALL, all_parts::report),
+    (Rule::Work, JOINED, all_parts::work),
+    (Rule::Balance, ALL, all_parts::balance),
+    (Rule::Snapshot, ALL, all_parts::snapshot),
+    (Rule::Checkpoint, ALL, all_parts::checkpoint),
+    (Rule::Alone, JOINED, all_parts::alone),
     (Rule::Farewell, ALL, ending::farewell),
     (Rule::Times, ALL, ending::times),
     (Rule::Faults, ALL, ending::faults),
@@ -72,9 +76,9 @@ pub fn conform(
     loaded: &Loaded,
     name: &str,
     command: Option<&[String]>,
-    options: &Options,
-    mut seen: impl FnMut(&Row),
-) -> Result<Vec<Row>, Error> {
+    options: &ConformOptions,
+    mut seen: impl FnMut(&ConformRow),
+) -> Result<Vec<ConformRow>, Error> {
     let participant = conforming(loaded, name, command)?;
     refuse_unknown_rules(&options.only)?;
     let wanted =
@@ -83,16 +87,16 @@ pub fn conform(
         rows: Vec::new(),
         seen: &mut seen,
     };
-    let stage = Stage::new(loaded, options);
+    let stage = ScenarioLauncher::new(loaded, options);
     let greeted = table.tried(Rule::Greeting, stage.launch(&participant, 1))?;
     let Some((peers, greeted)) = greeted else {
         return Ok(table.rows);
     };
     drop(peers);
-    let subject = Subject::new(&stage, &participant, greeted.description)?;
+    let subject = TestedParticipant::new(&stage, &participant, greeted.description)?;
     let software = format!("{} ({})", subject.told.software, subject.told.kind);
     table.add(Rule::Greeting, rule::holds(software));
-    let Some(life) = table.tried(Rule::Surface, Life::new(&subject, 1))? else {
+    let Some(life) = table.tried(Rule::Surface, Launch::new(&subject, 1))? else {
         return Ok(table.rows);
     };
     let points = life.surface.len();
@@ -103,7 +107,7 @@ pub fn conform(
     {
         table.add(Rule::Joins, found);
     }
-    let Some(trial) = table.tried(Rule::Frames, Trial::new(&subject))? else {
+    let Some(trial) = table.tried(Rule::Frames, RuleTrial::new(&subject))? else {
         return Ok(table.rows);
     };
     let concern = TESTS.into_iter();
@@ -155,18 +159,18 @@ pub fn conforming(
 }
 
 /// True if no rule is broken.
-pub fn all_hold(rows: &[Row]) -> bool {
-    rows.iter().all(|row| row.verdict != Verdict::Broken)
+pub fn all_hold(rows: &[ConformRow]) -> bool {
+    rows.iter().all(|row| row.verdict != RuleVerdict::Broken)
 }
 
 struct Table<'s> {
-    rows: Vec<Row>,
-    seen: &'s mut dyn FnMut(&Row),
+    rows: Vec<ConformRow>,
+    seen: &'s mut dyn FnMut(&ConformRow),
 }
 
 impl Table<'_> {
-    fn add(&mut self, rule: Rule, (verdict, why): Found) {
-        let row = Row {
+    fn add(&mut self, rule: Rule, (verdict, why): Finding) {
+        let row = ConformRow {
             rule: rule.word(),
             verdict,
             why,
@@ -198,7 +202,8 @@ impl Table<'_> {
             let why = format!("it breaks the rule `{}`", breaks.word());
             self.add(rule, rule::not_tested(why));
         }
-        let known = |row: &&Row| row.rule == breaks.word() && row.verdict == Verdict::Broken;
+        let known =
+            |row: &&ConformRow| row.rule == breaks.word() && row.verdict == RuleVerdict::Broken;
         if self.rows.iter().find(known).is_none() {
             self.add(breaks, rule::broken(error.to_string()));
         }

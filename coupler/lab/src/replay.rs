@@ -4,7 +4,7 @@
 //! included; the coupler is run against tapes of both participants, and every request of its is compared.
 //!
 //! - [`tape`]: the logged conversation with one participant, also as a link;
-//! - [`judge`]: the size of a mismatch; [`mod@drift`]: its growth;
+//! - [`deviation`]: the size of a mismatch; [`mod@drift`]: its growth;
 //! - [`solver`], [`coupler`]: the two kinds of replay.
 
 use std::path::Path;
@@ -19,8 +19,8 @@ use exchange_log::{Entry, Exchange, LogError, Mismatch, recover};
 use tape::turns;
 
 pub mod coupler;
+pub mod deviation;
 pub mod drift;
-pub mod judge;
 pub mod solver;
 pub mod tape;
 
@@ -63,7 +63,7 @@ impl Recording {
     }
 }
 
-/// The distance of an answer from its logged twin, see [`judge::Ruler`].
+/// The distance of an answer from its logged twin, see [`deviation::Ruler`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drift {
     /// Window.
@@ -106,7 +106,7 @@ impl Replayed {
 
     /// Compares the state that a solver ended in with the one that the run says it ended in. An answer that had departed
     /// before comes first.
-    pub fn judge_state(&mut self, logged: &str) {
+    pub fn compare_state(&mut self, logged: &str) {
         let differs = |ours: &&String| *ours != logged;
         if let Some(ours) = self.state_hash.as_ref().filter(differs) {
             let header = Header {

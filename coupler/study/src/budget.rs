@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::knobs::percent;
-use super::statistics::Prediction;
+use super::statistics::ErrorPrediction;
 use super::stored::{StoredSetting, StoredStudy, known};
+use super::varied_keys::percent;
 use coordinator::error::{Error, Refusal};
 
 /// A bound of the cost of a run, or of its error.
@@ -62,7 +62,7 @@ pub struct Candidate<'a> {
     /// The setting.
     pub setting: &'a StoredSetting,
     /// Its error by each measure.
-    pub predictions: Vec<Prediction>,
+    pub predictions: Vec<ErrorPrediction>,
 }
 
 impl Candidate<'_> {
@@ -74,7 +74,7 @@ impl Candidate<'_> {
 
 /// The settings of a study for a scene.
 #[derive(Clone, Debug)]
-pub struct Choice<'a> {
+pub struct SceneSettings<'a> {
     study: &'a StoredStudy,
     candidates: Vec<Candidate<'a>>,
 }
@@ -101,12 +101,12 @@ pub fn covering(place: Option<&Path>, resolved: &str) -> Result<(StoredStudy, Ve
     Err(Refusal::argument("--budget", problem).into())
 }
 
-impl<'a> Choice<'a> {
+impl<'a> SceneSettings<'a> {
     /// The settings of a study for the scene at this place.
     ///
     /// # Errors
     /// The study has too few scenes for a bound.
-    pub fn new(study: &'a StoredStudy, at: &[f64]) -> Result<Choice<'a>, Error> {
+    pub fn new(study: &'a StoredStudy, at: &[f64]) -> Result<SceneSettings<'a>, Error> {
         let candidate = |setting: &'a StoredSetting| {
             let measures = 0..study.measures.len();
             let predictions = measures.map(|measure| study.predict(setting, measure, at));
@@ -123,7 +123,7 @@ impl<'a> Choice<'a> {
             );
             return Err(Refusal::argument("--budget", problem).into());
         }
-        Ok(Choice { study, candidates })
+        Ok(SceneSettings { study, candidates })
     }
 
     /// The cheapest setting whose errors stay below the budget.
@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn the_cheapest_setting_within_the_error_is_taken() {
         let study = study();
-        let choice = Choice::new(&study, &[]).expect("five scenes will do");
+        let choice = SceneSettings::new(&study, &[]).expect("five scenes will do");
         let words = |error: f64| {
             let chosen = choice.within_error(None, error);
             chosen

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::file::StudyFile;
-use super::measure::{Held, Measure};
-use super::plan::{Plan, Role, Task};
-use super::task::{Stage, TaskFolder};
+use super::measure::{Measure, ReferenceNumbers};
+use super::plan::{Plan, Task, TaskRole};
+use super::task::{TaskFolder, TaskStage};
 use coordinator::error::Error;
 use runs::finished::Finished;
 
@@ -23,11 +23,11 @@ pub const COSTS: [&str; 6] = [
 
 /// A run of the study, done or not.
 #[derive(Clone, Debug)]
-pub struct Row {
+pub struct StudyRow {
     /// Its place.
     pub index: usize,
     /// Its part.
-    pub role: Role,
+    pub role: TaskRole,
     /// Number of its combination of scene keys.
     pub scene: usize,
     /// Hash of scenario and build.
@@ -58,15 +58,15 @@ pub struct Row {
     pub message: String,
 }
 
-impl Row {
+impl StudyRow {
     /// True for a run whose result is to be trusted.
-    pub fn stands(&self) -> bool {
+    pub fn is_trusted(&self) -> bool {
         self.status == "completed" && self.exit_code == Some(0)
     }
 
-    /// Its error by a measure, where it stands.
+    /// Its error by a measure, where it is to be trusted.
     pub fn error(&self, measure: usize) -> Option<f64> {
-        self.errors[measure].filter(|_| self.stands())
+        self.errors[measure].filter(|_| self.is_trusted())
     }
 
     /// The largest distance by a measure that is noise.
@@ -81,7 +81,7 @@ pub struct Results {
     /// The study.
     pub file: StudyFile,
     /// A row for each task.
-    pub rows: Vec<Row>,
+    pub rows: Vec<StudyRow>,
 }
 
 impl Results {
@@ -106,7 +106,7 @@ impl Results {
                     .count();
             let own = tasks[start..end]
                 .iter()
-                .find(|task| task.role == Role::Reference);
+                .find(|task| task.role == TaskRole::Reference);
             let own = own
                 .map(|task| finished(folder, task))
                 .transpose()?
@@ -114,9 +114,9 @@ impl Results {
             // What a run is warned of so much that it is suspect is nothing to hold others against.
             let own = own.filter(|run| run.status() == "completed");
             let held = match (&file.reference.value, own.as_ref().or(given.as_ref())) {
-                (Some(values), _) => Held::Values(values),
-                (None, Some(run)) => Held::Run(run),
-                (None, None) => Held::Nothing,
+                (Some(values), _) => ReferenceNumbers::Values(values),
+                (None, Some(run)) => ReferenceNumbers::Run(run),
+                (None, None) => ReferenceNumbers::Nothing,
             };
             let mut of_scene = Vec::new();
             for task in &tasks[start..end] {
@@ -188,17 +188,17 @@ impl Results {
     }
 
     /// The reference of a scene, where it is a run of this study.
-    pub fn reference(&self, scene: usize) -> Option<&Row> {
+    pub fn reference(&self, scene: usize) -> Option<&StudyRow> {
         let mut rows = self.rows.iter();
-        rows.find(|row| row.scene == scene && row.role == Role::Reference)
+        rows.find(|row| row.scene == scene && row.role == TaskRole::Reference)
     }
 }
 
 /// Enters floors and relative costs into the rows of a scene.
-fn relate(rows: &mut [Row], file: &StudyFile, reference: Option<&Finished>) {
+fn relate(rows: &mut [StudyRow], file: &StudyFile, reference: Option<&Finished>) {
     let perturbed = rows
         .iter()
-        .filter(|row| matches!(row.role, Role::Perturbed(_)));
+        .filter(|row| matches!(row.role, TaskRole::Perturbed(_)));
     let floors = (0..file.measure.len()).map(|place| {
         let errors: Option<Vec<f64>> = perturbed.clone().map(|row| row.error(place)).collect();
         let errors = errors.filter(|errors| !errors.is_empty())?;
@@ -207,7 +207,7 @@ fn relate(rows: &mut [Row], file: &StudyFile, reference: Option<&Finished>) {
     let floors: Vec<Option<f64>> = floors.collect();
     let unknown = perturbed
         .clone()
-        .any(|row| row.exit_code.is_some() && !row.stands());
+        .any(|row| row.exit_code.is_some() && !row.is_trusted());
     let whole = reference.map(Finished::cost).unwrap_or_default();
     for row in rows {
         row.floors.clone_from(&floors);
@@ -229,22 +229,27 @@ fn relate(rows: &mut [Row], file: &StudyFile, reference: Option<&Finished>) {
 fn finished(folder: &Path, task: &Task) -> Result<Option<Finished>, Error> {
     let of = TaskFolder::new(folder, &task.id);
     match of.stage()? {
-        Stage::Done(outcome) if ["completed", "suspect"].contains(&outcome.status.as_str()) => {
+        TaskStage::Done(outcome) if ["completed", "suspect"].contains(&outcome.status.as_str()) => {
             Finished::read(&of.run()).map(Some)
         }
         _ => Ok(None),
     }
 }
 
-fn row(task: &Task, measures: &[Measure], held: Held, folder: &Path) -> Result<Row, Error> {
+fn row(
+    task: &Task,
+    measures: &[Measure],
+    held: ReferenceNumbers,
+    folder: &Path,
+) -> Result<StudyRow, Error> {
     let of = TaskFolder::new(folder, &task.id);
     let run = finished(folder, task)?;
     let (status, exit_code, message) = match of.stage()? {
-        Stage::Waiting => ("waiting".to_string(), None, String::new()),
-        Stage::Running => ("running".to_string(), None, String::new()),
-        Stage::Done(done) => (done.status, Some(done.exit_code), done.message),
+        TaskStage::Waiting => ("waiting".to_string(), None, String::new()),
+        TaskStage::Running => ("running".to_string(), None, String::new()),
+        TaskStage::Done(done) => (done.status, Some(done.exit_code), done.message),
     };
-    let mut row = Row {
+    let mut row = StudyRow {
         index: task.index,
         role: task.role,
         scene: task.scene,

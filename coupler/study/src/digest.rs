@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use super::collect::{Results, line};
 use super::front::{Trade, front, knee};
-use super::knobs::{Knob, knobs, percent};
 use super::picture::{self, FrontPanel};
-use super::settings::{Setting, settings};
+use super::settings::{StudySetting, settings};
+use super::varied_keys::{VariedKey, knobs, percent};
 use coordinator::error::{Error, Refusal};
 
 /// A measure's settings, front and knee.
@@ -24,9 +24,9 @@ struct MeasureFront {
 #[derive(Clone, Debug)]
 pub struct Digest<'a> {
     results: &'a Results,
-    settings: Vec<Setting<'a>>,
+    settings: Vec<StudySetting<'a>>,
     fronts: Vec<MeasureFront>,
-    knobs: Vec<Knob>,
+    knobs: Vec<VariedKey>,
     measures: Vec<String>,
 }
 
@@ -42,7 +42,7 @@ impl<'a> Digest<'a> {
             .collect();
         let knobs = knobs(results, &settings);
         let fronts = measures.iter().enumerate().map(|(place, name)| {
-            let trade = |(number, setting): (usize, &Setting)| {
+            let trade = |(number, setting): (usize, &StudySetting)| {
                 Some(Trade {
                     setting: number,
                     cost: setting.price().filter(|cost| *cost > 0.0)?,
@@ -53,10 +53,10 @@ impl<'a> Digest<'a> {
             let others = settings.iter().enumerate();
             let others = others.filter(|(_, setting)| !setting.is_reference(results));
             let trades: Vec<Trade> = others.filter_map(trade).collect();
-            let fallen = |(number, setting): (usize, &Setting)| {
+            let fallen = |(number, setting): (usize, &StudySetting)| {
                 let errors: Option<Vec<f64>> =
                     setting.rows.iter().map(|row| row.errors[place]).collect();
-                (!setting.stands()).then_some(Trade {
+                (!setting.is_trusted()).then_some(Trade {
                     setting: number,
                     cost: setting.price().filter(|cost| *cost > 0.0)?,
                     error: runs::curve::median(errors?)?,
@@ -187,7 +187,7 @@ impl<'a> Digest<'a> {
             .rows
             .iter()
             .filter(|row| row.exit_code.is_some());
-        let told = rows.filter(|row| !row.stands() || !row.message.is_empty());
+        let told = rows.filter(|row| !row.is_trusted() || !row.message.is_empty());
         told.map(|row| {
             format!(
                 "task {} ({}): {}: {}",

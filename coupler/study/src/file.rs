@@ -16,7 +16,7 @@ use scenes::STUDY;
 #[serde(deny_unknown_fields)]
 pub struct StudyFile {
     /// The scenario and how it is run.
-    pub study: Subject,
+    pub study: StudyKeys,
     /// The study that `--small` makes of it.
     #[serde(default)]
     pub small: Small,
@@ -31,7 +31,7 @@ pub struct StudyFile {
 /// The scene and the manner of the sweep.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Subject {
+pub struct StudyKeys {
     /// Name of the study, and of its folder.
     pub name: String,
     /// A scenario beside the study file, or as `run` finds it.
@@ -123,7 +123,7 @@ pub struct Vary {
     /// Seeds 1, 2, ... so many.
     seeds: Option<u64>,
     /// Values that stand for overrides, or for another scenario.
-    case: Option<Vec<Case>>,
+    case: Option<Vec<NamedValue>>,
 }
 
 /// Numbers in a constant ratio.
@@ -138,7 +138,7 @@ pub struct LogRange {
 /// A value that stands for several overrides.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Case {
+pub struct NamedValue {
     /// The value, a number where there is an order.
     value: toml::Value,
     /// Its overrides.
@@ -150,7 +150,7 @@ pub struct Case {
 
 /// One value of a key.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Choice {
+pub struct KeyValue {
     /// The value, as results.csv tells it.
     pub text: String,
     /// Its overrides.
@@ -279,8 +279,8 @@ impl Vary {
     }
 
     /// The values; the error says what is wrong with them.
-    pub fn choices(&self) -> Result<Vec<Choice>, String> {
-        let choice = |value: &toml::Value| Choice {
+    pub fn choices(&self) -> Result<Vec<KeyValue>, String> {
+        let choice = |value: &toml::Value| KeyValue {
             text: told(value),
             set: vec![format!("{}={value}", self.key)],
             scenario: None,
@@ -296,7 +296,7 @@ impl Vary {
                 Ok(seeds.collect())
             }
             (None, None, None, Some(cases)) => {
-                let choices = cases.iter().map(|case| Choice {
+                let choices = cases.iter().map(|case| KeyValue {
                     text: told(&case.value),
                     set: case.set.clone(),
                     scenario: case.scenario.clone(),
@@ -362,7 +362,7 @@ norm = "at"
 at_s = 1e-3
 "#;
 
-    fn choices(vary: &str) -> Vec<Choice> {
+    fn choices(vary: &str) -> Vec<KeyValue> {
         let vary: Vary = toml::from_str(vary).expect("it is one");
         vary.choices().expect("it has values")
     }

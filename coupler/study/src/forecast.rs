@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::plan::Task;
-use super::slurm::Ask;
+use super::slurm::SlurmRequest;
 use coordinator::error::Error;
 use coordinator::run::session::{Options, fresh_run_id, run};
 use coordinator::rundir::BUILD;
@@ -73,8 +73,8 @@ impl Forecast {
     }
 
     /// Resources asked of Slurm for a task.
-    pub fn ask(&self, threads: u16) -> Ask {
-        Ask {
+    pub fn ask(&self, threads: u16) -> SlurmRequest {
+        SlurmRequest {
             wall_s: (WALL_FACTOR * self.wall_s).max(WALL_LEAST_S),
             memory_bytes: (MEMORY_FACTOR * self.memory_bytes).max(MEMORY_LEAST),
             cores: threads.max(1),

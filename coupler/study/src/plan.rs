@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::file::{Choice, Mode, StudyFile, Vary, told};
+use super::file::{KeyValue, Mode, StudyFile, Vary, told};
 use coordinator::error::{Error, Refusal};
 use coordinator::rundir::BUILD;
 use coordinator::scenario::Scenario;
@@ -14,7 +14,7 @@ use coordinator::scenario::overrides::value_at;
 /// Part of a task in its study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Role {
+pub enum TaskRole {
     /// The others are held against it.
     Reference,
     /// The same with grains, or nodes, that are displaced by next to nothing; the number is the seed of that.
@@ -23,13 +23,13 @@ pub enum Role {
     Point,
 }
 
-impl Role {
+impl TaskRole {
     /// In a word.
     pub fn word(self) -> String {
         match self {
-            Role::Reference => "reference".into(),
-            Role::Perturbed(seed) => format!("perturbed-{seed}"),
-            Role::Point => "point".into(),
+            TaskRole::Reference => "reference".into(),
+            TaskRole::Perturbed(seed) => format!("perturbed-{seed}"),
+            TaskRole::Point => "point".into(),
         }
     }
 }
@@ -37,11 +37,11 @@ impl Role {
 /// A run of the study, before its scenario is read.
 #[derive(Clone, Debug, PartialEq)]
 struct Entry {
-    role: Role,
+    role: TaskRole,
     /// Number of its combination of scene keys.
     scene: usize,
     /// The chosen value of each key, in the order of the study.
-    choices: Vec<Option<Choice>>,
+    choices: Vec<Option<KeyValue>>,
     scenario: String,
     set: Vec<String>,
     /// The part of `set` that is no scene's and not all runs'; `None` with a scenario of its own.
@@ -54,7 +54,7 @@ pub struct Task {
     /// Row of results.csv.
     pub index: usize,
     /// Its part.
-    pub role: Role,
+    pub role: TaskRole,
     /// Number of its combination of scene keys.
     pub scene: usize,
     /// Value of each key, in the order of the study, those that are not varied here as the scenario has them; empty for a name of cases
@@ -123,7 +123,7 @@ impl Plan {
             _ => Vec::new(),
         };
         for (scene, of_scene) in scenes(&file.vary, &axes).into_iter().enumerate() {
-            let entry = |role: Role, own: &[String], choices: &[Option<Choice>]| {
+            let entry = |role: TaskRole, own: &[String], choices: &[Option<KeyValue>]| {
                 let mut chosen = choices.iter().flatten();
                 let other = chosen.find_map(|choice| choice.scenario.as_deref());
                 let sets = |scene: bool| -> Vec<String> {
@@ -147,10 +147,10 @@ impl Plan {
                 }
             };
             if let Some(set) = &reference {
-                entries.push(entry(Role::Reference, set, &of_scene));
+                entries.push(entry(TaskRole::Reference, set, &of_scene));
                 for (seed, perturbed) in (1..).zip(&perturbations) {
                     let set = [&set[..], perturbed].concat();
-                    entries.push(entry(Role::Perturbed(seed), &set, &of_scene));
+                    entries.push(entry(TaskRole::Perturbed(seed), &set, &of_scene));
                 }
             }
             let base = match file.study.mode {
@@ -158,7 +158,7 @@ impl Plan {
                 Mode::OneAtATime => reference.clone().unwrap_or_default(),
             };
             for choices in points(&file.vary, &axes, &of_scene, file.study.mode) {
-                entries.push(entry(Role::Point, &base, &choices));
+                entries.push(entry(TaskRole::Point, &base, &choices));
             }
         }
         Ok(Plan {
@@ -189,7 +189,7 @@ impl Plan {
         let loaded = load(&entry.scenario, &entry.set)?;
         let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
         let own = |vary: &Vary| value_at(&table, &vary.key).map(told);
-        let value = |(vary, choice): (&Vary, &Option<Choice>)| match choice {
+        let value = |(vary, choice): (&Vary, &Option<KeyValue>)| match choice {
             Some(choice) => choice.text.clone(),
             None if vary.is_key() => own(vary).unwrap_or_default(),
             None => String::new(),
@@ -297,10 +297,10 @@ fn thinned<T: Clone>(axis: Vec<T>, limit: Option<usize>) -> Vec<T> {
 
 /// All combinations of the keys that this takes, the last changing first; the others stay as they are in `start`.
 fn combined(
-    axes: &[Vec<Choice>],
-    start: &[Option<Choice>],
+    axes: &[Vec<KeyValue>],
+    start: &[Option<KeyValue>],
     takes: impl Fn(usize) -> bool,
-) -> Vec<Vec<Option<Choice>>> {
+) -> Vec<Vec<Option<KeyValue>>> {
     let mut points = vec![start.to_vec()];
     for (place, axis) in axes.iter().enumerate().filter(|(place, _)| takes(*place)) {
         let longer = points.iter().flat_map(|point| {
@@ -316,17 +316,17 @@ fn combined(
 }
 
 /// The combinations of scene keys.
-fn scenes(vary: &[Vary], axes: &[Vec<Choice>]) -> Vec<Vec<Option<Choice>>> {
+fn scenes(vary: &[Vary], axes: &[Vec<KeyValue>]) -> Vec<Vec<Option<KeyValue>>> {
     combined(axes, &vec![None; axes.len()], |place| vary[place].scene)
 }
 
 /// The points of a scene.
 fn points(
     vary: &[Vary],
-    axes: &[Vec<Choice>],
-    scene: &[Option<Choice>],
+    axes: &[Vec<KeyValue>],
+    scene: &[Option<KeyValue>],
     mode: Mode,
-) -> Vec<Vec<Option<Choice>>> {
+) -> Vec<Vec<Option<KeyValue>>> {
     match mode {
         Mode::Grid => combined(axes, scene, |place| !vary[place].scene),
         Mode::OneAtATime => {
@@ -348,7 +348,7 @@ mod tests {
     fn told_points(mode: Mode) -> Vec<String> {
         let keys = "[[vary]]\nkey = \"run.seed\"\nscene = true\nseeds = 2\n[[vary]]\nkey = \"a\"\nvalues = [1, 2]\n[[vary]]\nkey = \"b\"\nvalues = [\"x\", \"y\"]\n";
         let file = StudyFile::parse(&format!("{HEAD}{keys}")).expect("a study");
-        let axes: Vec<Vec<Choice>> = file
+        let axes: Vec<Vec<KeyValue>> = file
             .vary
             .iter()
             .map(|vary| vary.choices().expect("values"))

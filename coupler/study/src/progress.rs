@@ -7,7 +7,7 @@ use std::time::Instant;
 use serde_json::json;
 
 use super::plan::{Task, runs};
-use super::task::{Stage, TaskFolder};
+use super::task::{TaskFolder, TaskStage};
 use coordinator::error::Error;
 use coordinator::output::stderr::{Manner, manner, tell_of};
 use coordinator::output::{Count, tell, tell_progress};
@@ -57,7 +57,7 @@ impl<'a> StudyProgress<'a> {
         let mut left = Vec::new();
         for task in runs(self.tasks) {
             match self.folder(task).stage()? {
-                Stage::Done(_) => {
+                TaskStage::Done(_) => {
                     self.done.insert(task.id.clone());
                 }
                 _ => left.push(task),
@@ -83,7 +83,7 @@ impl<'a> StudyProgress<'a> {
     /// # Errors
     /// Its folder cannot be read.
     pub fn ended(&mut self, task: &Task) -> Result<(), Error> {
-        let Stage::Done(outcome) = self.folder(task).stage()? else {
+        let TaskStage::Done(outcome) = self.folder(task).stage()? else {
             return Ok(());
         };
         if !self.done.insert(task.id.clone()) {

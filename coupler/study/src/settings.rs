@@ -3,28 +3,28 @@
 use runs::curve::median;
 use std::collections::BTreeMap;
 
-use super::collect::{Results, Row};
-use super::plan::Role;
+use super::collect::{Results, StudyRow};
+use super::plan::TaskRole;
 
 /// A setting and what came of it, scene by scene.
 #[derive(Clone, Debug)]
-pub struct Setting<'a> {
+pub struct StudySetting<'a> {
     /// Its values, by the place of the key; those that are not varied are not named.
     pub chosen: Vec<(usize, String)>,
     /// Its rows, one a scene.
-    pub rows: Vec<&'a Row>,
+    pub rows: Vec<&'a StudyRow>,
 }
 
-impl Setting<'_> {
+impl StudySetting<'_> {
     /// True where the results of all scenes are to be trusted.
-    pub fn stands(&self) -> bool {
-        self.rows.iter().all(|row| row.stands())
+    pub fn is_trusted(&self) -> bool {
+        self.rows.iter().all(|row| row.is_trusted())
     }
 
     /// True where its runs are the references themselves, or the same as they bit for bit.
     pub fn is_reference(&self, results: &Results) -> bool {
-        let same = |row: &&Row| {
-            let bits = |of: &Row| !row.hashes[1].is_empty() && of.hashes == row.hashes;
+        let same = |row: &&StudyRow| {
+            let bits = |of: &StudyRow| !row.hashes[1].is_empty() && of.hashes == row.hashes;
             let reference = results.reference(row.scene);
             reference.is_some_and(|of| of.id == row.id || bits(of))
         };
@@ -45,7 +45,7 @@ impl Setting<'_> {
 
     /// Errors by a measure, one a scene; `None` where one is missing. One below the floor of noise is no error: it is the floor.
     pub fn errors(&self, measure: usize) -> Option<Vec<f64>> {
-        let error = |row: &&Row| Some(row.error(measure)?.max(row.floor(measure)));
+        let error = |row: &&StudyRow| Some(row.error(measure)?.max(row.floor(measure)));
         self.rows.iter().map(error).collect()
     }
 
@@ -85,11 +85,11 @@ pub fn short(key: &str) -> &str {
 }
 
 /// The settings of a study: the reference, where it is a run of it, then the points in their order.
-pub fn settings(results: &Results) -> Vec<Setting<'_>> {
-    let mut all: Vec<Setting> = Vec::new();
+pub fn settings(results: &Results) -> Vec<StudySetting<'_>> {
+    let mut all: Vec<StudySetting> = Vec::new();
     let mut places: BTreeMap<Vec<(usize, String)>, usize> = BTreeMap::new();
     let rows = results.rows.iter();
-    for row in rows.filter(|row| !matches!(row.role, Role::Perturbed(_))) {
+    for row in rows.filter(|row| !matches!(row.role, TaskRole::Perturbed(_))) {
         let knobs = results.file.vary.iter().enumerate();
         let chosen = knobs.filter(|(place, vary)| row.varied[*place] && !vary.scene);
         let chosen: Vec<(usize, String)> = chosen
@@ -98,7 +98,7 @@ pub fn settings(results: &Results) -> Vec<Setting<'_>> {
         let next = all.len();
         let place = *places.entry(chosen.clone()).or_insert(next);
         if place == next {
-            all.push(Setting {
+            all.push(StudySetting {
                 chosen,
                 rows: Vec::new(),
             });

@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::patience::Patience;
+use super::heartbeats::HeartbeatWatch;
 use super::plan::Task;
-use super::pool::Exec;
+use super::pool::TaskCommand;
 use super::progress::{MOST_ATTEMPTS, StudyProgress};
-use super::task::Stage;
+use super::task::TaskStage;
 use coordinator::error::{Error, Refusal};
 use coordinator::output::tell;
 
@@ -28,7 +28,7 @@ const SHOWN: Duration = Duration::from_secs(6);
 
 /// Resources asked for a task.
 #[derive(Clone, Copy, Debug)]
-pub struct Ask {
+pub struct SlurmRequest {
     /// Wall-clock time (s).
     pub wall_s: f64,
     /// Memory (bytes).
@@ -41,7 +41,7 @@ pub struct Ask {
 #[derive(Clone, Debug)]
 pub struct Slurm {
     /// The command of a task.
-    pub exec: Exec,
+    pub exec: TaskCommand,
     /// The folder of the study.
     pub folder: PathBuf,
     /// Name that its arrays begin with.
@@ -49,7 +49,7 @@ pub struct Slurm {
     /// Tasks at a time; no limit when absent.
     pub throttle: Option<u16>,
     /// Resources asked for a task.
-    pub ask: Ask,
+    pub ask: SlurmRequest,
     /// Further arguments of `sbatch`.
     pub extra: Vec<String>,
     /// Longest silence of a task that Slurm has running.
@@ -80,14 +80,14 @@ impl Slurm {
     /// One that only looks at arrays of this name.
     pub fn looking(name: String) -> Slurm {
         Slurm {
-            exec: Exec {
+            exec: TaskCommand {
                 program: PathBuf::new(),
                 arguments: Vec::new(),
             },
             folder: PathBuf::new(),
             name,
             throttle: None,
-            ask: Ask {
+            ask: SlurmRequest {
                 wall_s: 0.0,
                 memory_bytes: 0,
                 cores: 1,
@@ -108,13 +108,13 @@ impl Slurm {
     ) -> Result<(), Error> {
         let mut left = progress.left()?;
         let mut submitted: BTreeMap<usize, Submitted> = BTreeMap::new();
-        let mut patience = Patience::new(self.silent);
+        let mut heartbeats = HeartbeatWatch::new(self.silent);
         let (mut answered, mut looked) = (Instant::now(), None::<Instant>);
         loop {
             let mut still = Vec::new();
             for task in left {
                 match progress.folder(task).stage()? {
-                    Stage::Done(_) => progress.ended(task)?,
+                    TaskStage::Done(_) => progress.ended(task)?,
                     _ => still.push(task),
                 }
             }
@@ -138,7 +138,7 @@ impl Slurm {
                     Err(_) => {}
                     Ok(queue) => {
                         answered = Instant::now();
-                        self.mend(progress, &mut left, &queue, &mut submitted, &mut patience)?;
+                        self.mend(progress, &mut left, &queue, &mut submitted, &mut heartbeats)?;
                     }
                 }
             }
@@ -154,7 +154,7 @@ impl Slurm {
         left: &mut Vec<&Task>,
         queue: &BTreeMap<usize, Queued>,
         submitted: &mut BTreeMap<usize, Submitted>,
-        patience: &mut Patience,
+        heartbeats: &mut HeartbeatWatch,
     ) -> Result<(), Error> {
         let mut again: Vec<&Task> = Vec::new();
         let mut given_up = Vec::new();
@@ -164,10 +164,10 @@ impl Slurm {
             if let Some(queued) = queue.get(&task.index) {
                 known.job = Some(queued.job.clone());
                 if queued.state == "PENDING" {
-                    patience.forget(&task.id);
+                    heartbeats.forget(&task.id);
                     continue;
                 }
-                if !patience.is_over(&task.id, folder.heartbeat()) {
+                if !heartbeats.is_over(&task.id, folder.heartbeat()) {
                     continue;
                 }
                 let _ = self.slurm("scancel", &["--signal=KILL", &queued.job]);
@@ -178,13 +178,13 @@ impl Slurm {
                 ));
             } else {
                 let fresh = known.last.is_some_and(|last| last.elapsed() < SHOWN);
-                let works = folder.stage()? != Stage::Waiting
-                    && !patience.is_over(&task.id, folder.heartbeat());
+                let works = folder.stage()? != TaskStage::Waiting
+                    && !heartbeats.is_over(&task.id, folder.heartbeat());
                 if fresh || works {
                     continue;
                 }
             }
-            patience.forget(&task.id);
+            heartbeats.forget(&task.id);
             let times = known.times.max(folder.attempts());
             if times >= MOST_ATTEMPTS {
                 progress.lost(task, &format!("it was begun {times} times and did not end"));

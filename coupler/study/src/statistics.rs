@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// A prediction of an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prediction {
+pub struct ErrorPrediction {
     /// The middle of what is to be expected.
     pub expected: f64,
     /// Value that 39 of 40 scenes stay below.
@@ -27,7 +27,7 @@ const LEAST_FREEDOM: usize = 3;
 /// Linear Regression Analysis, 2012, equation 3.54). Numbers that are the same in all scenes explain nothing and are left out.
 ///
 /// Returns `None` with fewer than p + 4 scenes, and where an error is not positive.
-pub fn predict(places: &[Vec<f64>], errors: &[f64], at: &[f64]) -> Option<Prediction> {
+pub fn predict(places: &[Vec<f64>], errors: &[f64], at: &[f64]) -> Option<ErrorPrediction> {
     let varied = |k: &usize| places.iter().any(|place| place[*k] != places[0][*k]);
     let varied: Vec<usize> = (0..at.len()).filter(varied).collect();
     let (n, p) = (places.len(), 1 + varied.len());
@@ -54,7 +54,7 @@ pub fn predict(places: &[Vec<f64>], errors: &[f64], at: &[f64]) -> Option<Predic
         .get(freedom - 1)
         .copied()
         .unwrap_or(STUDENT[STUDENT.len() - 1]);
-    Some(Prediction {
+    Some(ErrorPrediction {
         expected: middle.exp(),
         bound: (middle + t * scatter * (1.0 + h).sqrt()).exp(),
     })

@@ -10,8 +10,8 @@ use super::collect::Results;
 use super::file::told;
 use super::measure::Measure;
 use super::plan::{Plan, Task};
-use super::settings::{Setting, settings};
-use super::statistics::{Prediction, predict};
+use super::settings::{StudySetting, settings};
+use super::statistics::{ErrorPrediction, predict};
 use coordinator::error::{Error, Refusal};
 use coordinator::rundir::BUILD;
 use coordinator::scenario::overrides::{remove_at, value_at};
@@ -93,7 +93,7 @@ impl StoredStudy {
         let all = settings(results);
         let reference = all
             .first()
-            .filter(|first| first.chosen.is_empty() && first.stands());
+            .filter(|first| first.chosen.is_empty() && first.is_trusted());
         let reference = reference.ok_or("a reference did not complete")?;
         let first = &tasks[reference.rows[0].index];
         let table: toml::Table = first.loaded.resolved.parse().unwrap_or_default();
@@ -124,7 +124,7 @@ impl StoredStudy {
         let floors = floors.ok_or(
             "its floor of noise is not known, below which no budget can be kept: `reference.perturb` must be at least 1, and all of those runs must complete",
         )?;
-        let stored = |setting: &Setting| {
+        let stored = |setting: &StudySetting| {
             let task = &tasks[setting.rows[0].index];
             let own = task.fidelity.clone()?;
             let errors = (0..count).map(|measure| setting.errors(measure));
@@ -136,7 +136,7 @@ impl StoredStudy {
                 wall_s: setting.cost("wall_s")?,
             })
         };
-        let stand = all.iter().filter(|setting| setting.stands());
+        let stand = all.iter().filter(|setting| setting.is_trusted());
         let stand: Vec<StoredSetting> = stand.filter_map(stored).collect();
         let sets = stand
             .iter()
@@ -285,10 +285,10 @@ impl StoredStudy {
         setting: &StoredSetting,
         measure: usize,
         place: &[f64],
-    ) -> Option<Prediction> {
+    ) -> Option<ErrorPrediction> {
         let floor = self.floor(measure);
         if setting.set == self.reference {
-            return Some(Prediction {
+            return Some(ErrorPrediction {
                 expected: 0.0,
                 bound: floor,
             });
@@ -301,7 +301,7 @@ impl StoredStudy {
             (0..self.scenes()).map(|scene| numbers.iter().map(|of| of[scene].ln()).collect());
         let places: Vec<Vec<f64>> = places.collect();
         let found = predict(&places, &setting.errors[measure], place)?;
-        Some(Prediction {
+        Some(ErrorPrediction {
             expected: found.expected,
             bound: found.bound.max(floor),
         })

@@ -38,7 +38,7 @@ const SIGNAL_COMES: Duration = Duration::from_secs(1);
 
 /// Outcome of a task.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Outcome {
+pub struct TaskOutcome {
     /// Status of the run; `refused` where nothing was started.
     pub status: String,
     /// Its exit code.
@@ -49,13 +49,13 @@ pub struct Outcome {
 
 /// Stage of a task.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Stage {
+pub enum TaskStage {
     /// Nobody does it.
     Waiting,
     /// A process does it.
     Running,
     /// It is done.
-    Done(Outcome),
+    Done(TaskOutcome),
 }
 
 /// The folder of a task.
@@ -99,24 +99,24 @@ impl TaskFolder {
     ///
     /// # Errors
     /// Its files cannot be read.
-    pub fn stage(&self) -> Result<Stage, Error> {
+    pub fn stage(&self) -> Result<TaskStage, Error> {
         if let Some(outcome) = self.outcome() {
-            return Ok(Stage::Done(outcome));
+            return Ok(TaskStage::Done(outcome));
         }
         if !self.path.join("lock").exists() {
-            return Ok(Stage::Waiting);
+            return Ok(TaskStage::Waiting);
         }
         let free = self.lock()?.is_some() && !self.lives_elsewhere();
         // It may have ended between the two looks.
         Ok(match self.outcome() {
-            Some(outcome) => Stage::Done(outcome),
-            None if free => Stage::Waiting,
-            None => Stage::Running,
+            Some(outcome) => TaskStage::Done(outcome),
+            None if free => TaskStage::Waiting,
+            None => TaskStage::Running,
         })
     }
 
     /// Its outcome. A damaged file is none: the task is done anew.
-    fn outcome(&self) -> Option<Outcome> {
+    fn outcome(&self) -> Option<TaskOutcome> {
         let text = fs::read_to_string(self.path.join("task.json")).ok()?;
         serde_json::from_str(&text).ok()
     }
@@ -167,16 +167,16 @@ impl TaskFolder {
     ///
     /// # Errors
     /// Its folder cannot be written. A run that fails is an outcome.
-    pub fn execute(&self, task: &Task, options: &Options) -> Result<Stage, Error> {
+    pub fn execute(&self, task: &Task, options: &Options) -> Result<TaskStage, Error> {
         fs::create_dir_all(&self.path).map_err(Error::output(self.path.display()))?;
         let Some(_lock) = self.lock()? else {
-            return Ok(Stage::Running);
+            return Ok(TaskStage::Running);
         };
         if let Some(outcome) = self.outcome() {
-            return Ok(Stage::Done(outcome));
+            return Ok(TaskStage::Done(outcome));
         }
         if self.lives_elsewhere() {
-            return Ok(Stage::Running);
+            return Ok(TaskStage::Running);
         }
         let attempt = self.begin()?;
         let heart = Heart::start(self.path.join("heartbeat"));
@@ -190,12 +190,12 @@ impl TaskFolder {
         );
         drop(heart);
         let outcome = match ended {
-            Err(error) => Outcome {
+            Err(error) => TaskOutcome {
                 status: "refused".into(),
                 exit_code: error.exit_code(),
                 message: error.line(),
             },
-            Ok(ended) => Outcome {
+            Ok(ended) => TaskOutcome {
                 status: ended.summary.status().into(),
                 exit_code: ended.summary.exit_code(),
                 message: ended.error.map_or(String::new(), |error| error.line()),
@@ -203,14 +203,14 @@ impl TaskFolder {
         };
         if self.blames_circumstances(&outcome, attempt, options) {
             let _ = fs::remove_dir_all(&out);
-            return Ok(Stage::Waiting);
+            return Ok(TaskStage::Waiting);
         }
         // One that was told to stop is to be done anew, and one that was taken for dead is being done anew.
         if outcome.status == "interrupted" || self.attempts() != attempt {
             let _ = fs::remove_dir_all(&out);
             return self
                 .outcome()
-                .map_or(Ok(Stage::Waiting), |o| Ok(Stage::Done(o)));
+                .map_or(Ok(TaskStage::Waiting), |o| Ok(TaskStage::Done(o)));
         }
         if !task.keep_logs {
             // They are not measured, and many of them fill a disk. One that cannot be removed is only too large.
@@ -220,12 +220,17 @@ impl TaskFolder {
             let _ = fs::remove_dir_all(out.join("checkpoints"));
         }
         self.finish(&out, &outcome)?;
-        Ok(Stage::Done(outcome))
+        Ok(TaskStage::Done(outcome))
     }
 
     /// True where a run that lost a participant, waited in vain or could not write is to be done once more: a cluster that ends a task
     /// ends its participants too, some before the coordinator.
-    fn blames_circumstances(&self, outcome: &Outcome, attempt: usize, options: &Options) -> bool {
+    fn blames_circumstances(
+        &self,
+        outcome: &TaskOutcome,
+        attempt: usize,
+        options: &Options,
+    ) -> bool {
         if !CIRCUMSTANCES.contains(&outcome.status.as_str()) {
             return false;
         }
@@ -254,7 +259,7 @@ impl TaskFolder {
     }
 
     /// Gives the run directory its name, if a run directory came about, and writes down what came of it.
-    fn finish(&self, out: &Path, outcome: &Outcome) -> Result<(), Error> {
+    fn finish(&self, out: &Path, outcome: &TaskOutcome) -> Result<(), Error> {
         let run = self.run();
         if run.exists() {
             fs::remove_dir_all(&run).map_err(Error::output(run.display()))?;

@@ -23,7 +23,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 
 /// One row of the table.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct ExchangeRow {
     /// Doubles in the request, and as many in the answer.
     pub doubles: usize,
     /// Way in which both ends wait: `poll` or `event`.
@@ -38,14 +38,14 @@ pub struct Row {
 
 /// Measures all rows: 100, 1 000 and 10 000 doubles, both ways of waiting, two and three processes. `program` is this one,
 /// whose hidden verb `bench echo` is the other end.
-pub fn bench(program: &Path) -> Result<Vec<Row>, Error> {
+pub fn bench(program: &Path) -> Result<Vec<ExchangeRow>, Error> {
     let mut rows = Vec::new();
     for processes in [2, 3] {
         for (mode, wait) in [("poll", WaitMode::Poll), ("event", WaitMode::Event)] {
             let mut bench = Bench::start(program, processes - 1, mode, wait)?;
             for doubles in [100, 1_000, 10_000] {
                 let (p50_us, p99_us) = bench.time(doubles)?;
-                rows.push(Row {
+                rows.push(ExchangeRow {
                     doubles,
                     mode,
                     processes,

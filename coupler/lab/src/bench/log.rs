@@ -20,7 +20,7 @@ const FLUSH_EVERY: u64 = 100;
 
 /// One row of the table. MB are 10^6 bytes of payload.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct LogRow {
     /// Doubles in a message; their mantissas are random, so that nothing packs.
     pub doubles: usize,
     /// Messages.
@@ -38,7 +38,7 @@ pub struct Row {
 }
 
 /// Messages of 100, 1 000 and 10 000 doubles, in the system's temporary folder.
-pub fn bench() -> Result<Vec<Row>, Error> {
+pub fn bench() -> Result<Vec<LogRow>, Error> {
     let scratch = Scratch::new("bench-log", fresh_run_id());
     let folder = scratch.path();
     std::fs::create_dir_all(folder).map_err(Error::output(folder.display()))?;
@@ -47,7 +47,7 @@ pub fn bench() -> Result<Vec<Row>, Error> {
     sizes.map(|doubles| row(&path, doubles)).collect()
 }
 
-fn row(path: &Path, doubles: usize) -> Result<Row, Error> {
+fn row(path: &Path, doubles: usize) -> Result<LogRow, Error> {
     let frames = frames(doubles);
     let start = Instant::now();
     let stats = write(path, &frames, DOUBLES / doubles)?;
@@ -61,7 +61,7 @@ fn row(path: &Path, doubles: usize) -> Result<Row, Error> {
     }
     let messages = stats.messages as f64;
     let payload_bytes = 8.0 * messages * doubles as f64;
-    Ok(Row {
+    Ok(LogRow {
         doubles,
         messages: stats.messages,
         write_mb_per_s: 1e-6 * payload_bytes / write_s,

@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::exchange::percentiles;
 use crate::conform::conforming;
-use crate::conform::life::Life;
-use crate::conform::subject::{Options, Part, Stage, Subject};
+use crate::conform::launch::Launch;
+use crate::conform::subject::{ConformOptions, Part, ScenarioLauncher, TestedParticipant};
 use coordinator::error::{Error, Refusal};
 use coordinator::scenario::load::{Loaded, parse};
 use coordinator::scenario::source::Source;
@@ -24,7 +24,7 @@ pub const NAME: &str = "node";
 
 /// One row of the table.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct ParticipantRow {
     /// Doubles in the request.
     pub doubles: usize,
     /// Doubles in the answer.
@@ -53,16 +53,16 @@ pub fn bench(
     loaded: &Loaded,
     name: &str,
     command: Option<&[String]>,
-    options: &Options,
-) -> Result<Vec<Row>, Error> {
+    options: &ConformOptions,
+) -> Result<Vec<ParticipantRow>, Error> {
     let participant = conforming(loaded, name, command)?;
-    let stage = Stage::new(loaded, options);
+    let stage = ScenarioLauncher::new(loaded, options);
     let (peers, greeted) = stage.launch(&participant, 1)?;
     drop(peers);
     let told = greeted.description;
     let subject = if loaded.scenario.interface.is_empty() {
         let offers = told.capabilities;
-        Subject {
+        TestedParticipant {
             stage: &stage,
             participant: &participant,
             part: if offers.advance {
@@ -79,13 +79,13 @@ pub fn bench(
             boundary: OnceCell::new(),
         }
     } else {
-        Subject::new(&stage, &participant, told)?
+        TestedParticipant::new(&stage, &participant, told)?
     };
     if subject.part == Part::Alone || !subject.told.capabilities.rollback {
         let problem = "takes part in no interface, or cannot be asked for a window twice: there is no exchange to time";
         return Err(Refusal::participant(name, problem).into());
     }
-    let mut life = Life::new(&subject, 1)?;
+    let mut life = Launch::new(&subject, 1)?;
     let load = vec![0.0; life.size()];
     let window = life.window(0);
     let mut times = Vec::with_capacity(TIMED);
@@ -99,7 +99,7 @@ pub fn bench(
     }
     let (p50_us, p99_us) = percentiles(times);
     let farewell = life.finish()?.farewell;
-    Ok(vec![Row {
+    Ok(vec![ParticipantRow {
         doubles: load.len(),
         answered,
         p50_us,

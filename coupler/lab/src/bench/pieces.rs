@@ -113,7 +113,7 @@ const PIECES: [Piece; 7] = [
 
 /// A row of the table: processor time of all processes, medians of five runs in turns.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct PieceRow {
     /// The piece.
     pub piece: String,
     /// Its scene.
@@ -132,7 +132,7 @@ pub struct Row {
 ///
 /// # Errors
 /// A run does not end as it should.
-pub fn bench(registry: &Registry, program: &Path) -> Result<Vec<Row>, Error> {
+pub fn bench(registry: &Registry, program: &Path) -> Result<Vec<PieceRow>, Error> {
     let mut rows = Vec::new();
     for piece in &PIECES {
         let kinds = [
@@ -152,7 +152,7 @@ pub fn bench(registry: &Registry, program: &Path) -> Result<Vec<Row>, Error> {
         let [without, again, idle, used] = times.map(median);
         let without = without.filter(|s| *s > 0.0);
         let without = without.ok_or_else(|| Refusal::Benchmark("a run cost nothing".into()))?;
-        rows.push(Row {
+        rows.push(PieceRow {
             piece: piece.name.into(),
             scene: piece.scenario.into(),
             without_s: without,
@@ -195,7 +195,7 @@ fn cpu_s(piece: &Piece, set: &[&str], registry: &Registry, program: &Path) -> Re
 
 /// The foretelling of the cost, which every run does until its first second is over: time of its looks at the windows of such a run,
 /// over the processor time of the run (s).
-fn prediction(run_s: f64) -> Row {
+fn prediction(run_s: f64) -> PieceRow {
     const WINDOWS: u32 = 100_000;
     let mut pace = Pace::new(Vec::new());
     let start = Instant::now();
@@ -207,7 +207,7 @@ fn prediction(run_s: f64) -> Row {
     let each_s = start.elapsed().as_secs_f64() / f64::from(WINDOWS);
     // 0.6 ms in windows of 0.612 us.
     let part = 980.0 * each_s / run_s;
-    Row {
+    PieceRow {
         piece: "prediction".into(),
         scene: "quick".into(),
         without_s: run_s,

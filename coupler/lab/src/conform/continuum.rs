@@ -3,9 +3,9 @@
 use nalgebra::DVector;
 use protocol::{Kind, Window, larger};
 
-use super::life::Life;
-use super::rule::{Found, Verdict, broken, exceeds, holds, not_offered, not_tested, within};
-use super::trial::{Trial, WINDOWS, apart, dot, greatest, minus};
+use super::launch::Launch;
+use super::plain::{RuleTrial, WINDOWS, apart, dot, greatest, minus};
+use super::rule::{Finding, RuleVerdict, broken, exceeds, holds, not_offered, not_tested, within};
 use coordinator::error::Error;
 use coordinator::participants::admission::fault_of_columns;
 
@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-7;
 const LINEAR: f64 = 1e-4;
 
 /// An advance that comes early, is used, and is discarded.
-pub fn early(trial: &Trial) -> Result<Found, Error> {
+pub fn early(trial: &RuleTrial) -> Result<Finding, Error> {
     if !trial.subject.told.capabilities.rollback {
         return Ok(not_offered(
             "it cannot repeat a window, and is not asked early",
@@ -52,7 +52,7 @@ struct Pair {
     both: Vec<f64>,
 }
 
-fn pair(trial: &Trial) -> Result<Pair, Error> {
+fn pair(trial: &RuleTrial) -> Result<Pair, Error> {
     let load = trial.loads.of_window(0, 0);
     let mut life = trial.begin()?;
     let first = life.ask(&life.window(0), &load)?;
@@ -69,7 +69,7 @@ fn pair(trial: &Trial) -> Result<Pair, Error> {
 }
 
 /// The second of two windows, against the whole motion of both.
-pub fn increments(trial: &Trial) -> Result<Found, Error> {
+pub fn increments(trial: &RuleTrial) -> Result<Finding, Error> {
     let pair = pair(trial)?;
     let sum = minus(&pair.both, &pair.first);
     // A body that does not move on has increments of zero, and its totals are those of the first window.
@@ -86,7 +86,7 @@ pub fn increments(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// Two windows against one that is as long as both.
-pub fn substeps(trial: &Trial) -> Result<Found, Error> {
+pub fn substeps(trial: &RuleTrial) -> Result<Finding, Error> {
     if trial.subject.told.step_s.is_none() {
         return Ok(not_offered("it has no step of its own: a window is one"));
     }
@@ -106,7 +106,7 @@ pub fn substeps(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// The motion under a load, less that without one.
-fn response(trial: &Trial, window: &Window, load: &[f64]) -> Result<Vec<f64>, Error> {
+fn response(trial: &RuleTrial, window: &Window, load: &[f64]) -> Result<Vec<f64>, Error> {
     let mut life = trial.begin()?;
     let loaded = life.ask(window, load)?;
     if !trial.subject.told.capabilities.rollback {
@@ -117,7 +117,7 @@ fn response(trial: &Trial, window: &Window, load: &[f64]) -> Result<Vec<f64>, Er
 }
 
 /// Work of small forces on the motion that they make.
-pub fn passive(trial: &Trial) -> Result<Found, Error> {
+pub fn passive(trial: &RuleTrial) -> Result<Finding, Error> {
     let clock = &trial.subject.clock;
     let window = clock.window(0, 0, clock.substeps);
     for draw in 0..LOADS {
@@ -134,7 +134,7 @@ pub fn passive(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// Columns against the answers to forces, for whole and half windows.
-pub fn columns(trial: &Trial) -> Result<Found, Error> {
+pub fn columns(trial: &RuleTrial) -> Result<Finding, Error> {
     if !trial.subject.told.capabilities.columns {
         return Ok(not_offered("it has no columns"));
     }
@@ -163,7 +163,7 @@ pub fn columns(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// Velocities that go up in a straight line and stay.
-pub fn velocity(trial: &Trial) -> Result<Found, Error> {
+pub fn velocity(trial: &RuleTrial) -> Result<Finding, Error> {
     if !trial.subject.told.capabilities.prescribed_velocity {
         return Ok(not_offered("it follows no velocity (no `follow`)"));
     }
@@ -217,14 +217,14 @@ pub fn velocity(trial: &Trial) -> Result<Found, Error> {
         apart(&on.increment, &due(1.0)),
         ROUNDING,
     );
-    if found.0 == Verdict::Broken {
+    if found.0 == RuleVerdict::Broken {
         return Ok(found);
     }
     Ok(holds("three windows along given velocities"))
 }
 
 /// Every other point exchanged, against all of them with no load on the rest.
-pub fn select(trial: &Trial) -> Result<Found, Error> {
+pub fn select(trial: &RuleTrial) -> Result<Finding, Error> {
     let chosen = |point: usize| point.is_multiple_of(2);
     let points = trial.surface.len();
     if points < 2 {
@@ -235,7 +235,10 @@ pub fn select(trial: &Trial) -> Result<Found, Error> {
         let components = components.filter(|(i, _)| chosen(i / 2));
         components.map(|(_, value)| *value).collect()
     };
-    let (mut all, mut some) = (trial.begin()?, Life::exchanging(trial.subject, 1, chosen)?);
+    let (mut all, mut some) = (
+        trial.begin()?,
+        Launch::exchanging(trial.subject, 1, chosen)?,
+    );
     let mut worst = 0.0;
     for index in 0..2 {
         let window = all.window(index);

@@ -4,10 +4,10 @@ use std::time::Duration;
 
 use protocol::Frame;
 
-use super::life::Life;
-use super::rule::{Found, broken, exceeds, holds, not_tested};
+use super::launch::Launch;
+use super::plain::{RuleTrial, WINDOWS};
+use super::rule::{Finding, broken, exceeds, holds, not_tested};
 use super::subject::Part;
-use super::trial::{Trial, WINDOWS};
 use coordinator::error::{Error, Refusal};
 
 /// Time in which a participant ends.
@@ -20,7 +20,7 @@ const NOTICE: Duration = Duration::from_secs(3);
 const CLOCKS_S: f64 = 0.05;
 
 /// Steps and state hash of the farewell.
-pub fn farewell(trial: &Trial) -> Result<Found, Error> {
+pub fn farewell(trial: &RuleTrial) -> Result<Finding, Error> {
     let subject = trial.subject;
     let outcome = &trial.plain.death.farewell.outcome;
     let due = match (subject.part, subject.told.step_s) {
@@ -57,7 +57,7 @@ pub fn farewell(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// Times of the farewell against the life.
-pub fn times(trial: &Trial) -> Result<Found, Error> {
+pub fn times(trial: &RuleTrial) -> Result<Finding, Error> {
     let death = &trial.plain.death;
     let told = &death.farewell;
     let times = [
@@ -80,18 +80,18 @@ pub fn times(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// A request that cannot be followed: its name, and how it is made.
-type Nonsense<'t> = (&'static str, &'t dyn Fn(&mut Life) -> Result<(), Error>);
+type Nonsense<'t> = (&'static str, &'t dyn Fn(&mut Launch) -> Result<(), Error>);
 
 /// Requests that cannot be followed.
-pub fn faults(trial: &Trial) -> Result<Found, Error> {
+pub fn faults(trial: &RuleTrial) -> Result<Finding, Error> {
     let load = trial.loads.of_window(0, 0);
     let short = &load[..load.len().saturating_sub(1)];
     let poisoned: Vec<f64> = load.iter().map(|_| f64::NAN).collect();
-    let ask = |life: &mut Life, load: &[f64]| life.ask(&life.window(0), load).map(|_| ());
-    let unknown_set = |life: &mut Life| life.couple("no such set").map(|_| ());
-    let short_load = |life: &mut Life| ask(life, short);
-    let no_numbers = |life: &mut Life| ask(life, &poisoned);
-    let damaged = |life: &mut Life| {
+    let ask = |life: &mut Launch, load: &[f64]| life.ask(&life.window(0), load).map(|_| ());
+    let unknown_set = |life: &mut Launch| life.couple("no such set").map(|_| ());
+    let short_load = |life: &mut Launch| ask(life, short);
+    let no_numbers = |life: &mut Launch| ask(life, &poisoned);
+    let damaged = |life: &mut Launch| {
         let state = life.checkpoint()?;
         let bytes = state.bytes().map_err(Refusal::from)?;
         let place = life.place();
@@ -128,7 +128,7 @@ pub fn faults(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// Ends: asked to, after a farewell, and when the coordinator has gone.
-pub fn shutdown(trial: &Trial) -> Result<Found, Error> {
+pub fn shutdown(trial: &RuleTrial) -> Result<Finding, Error> {
     let mut life = trial.begin()?;
     let Some(process) = life.process() else {
         return Ok(not_tested("it is no process of its own"));

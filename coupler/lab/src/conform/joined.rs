@@ -1,14 +1,14 @@
 //! The participant beside the other sides of its interfaces.
 
-use super::rule::{Found, broken, holds, not_tested};
-use super::subject::{Part, Subject};
+use super::rule::{Finding, broken, holds, not_tested};
+use super::subject::{Part, TestedParticipant};
 use coordinator::error::Error;
 use coordinator::participants::remote::Remote;
 use coordinator::plausible;
 use scheme::join::join;
 
 /// Launches all participants of the scenario and joins their sets.
-pub fn joins(subject: &Subject) -> Result<Found, Error> {
+pub fn joins(subject: &TestedParticipant) -> Result<Finding, Error> {
     if subject.part == Part::Alone {
         return Ok(not_tested("it has no interface"));
     }

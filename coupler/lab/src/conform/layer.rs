@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 use protocol::larger;
 
-use super::rule::{Found, broken, exceeds, holds, not_tested, within};
-use super::trial::{Stiffness, Trial, WINDOWS, apart, dot, greatest};
+use super::plain::{LayerStiffness, RuleTrial, WINDOWS, apart, dot, greatest};
+use super::rule::{Finding, broken, exceeds, holds, not_tested, within};
 use coordinator::error::Error;
 
 /// Largest departure from v = a + W p, over the largest velocity.
@@ -14,8 +14,8 @@ const BOUNDARY: f64 = 1e-6;
 const TOLERANCES: f64 = 10.0;
 
 /// A faster motion into the layer against the change of the force.
-pub fn passive(trial: &Trial) -> Result<Found, Error> {
-    let Some(Stiffness { force, motion }) = &trial.stiffness else {
+pub fn passive(trial: &RuleTrial) -> Result<Finding, Error> {
+    let Some(LayerStiffness { force, motion }) = &trial.stiffness else {
         return Ok(not_tested("it is told no motion"));
     };
     if greatest(force) == 0.0 {
@@ -33,7 +33,7 @@ pub fn passive(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// v = a on a rigid boundary, v = a + W p on one that yields.
-pub fn boundary(trial: &Trial) -> Result<Found, Error> {
+pub fn boundary(trial: &RuleTrial) -> Result<Finding, Error> {
     let mut life = trial.begin()?;
     let (window_s, n) = (trial.subject.clock.window_s(), life.size());
     life.set_boundary(window_s, &DMatrix::zeros(n, n))?;
@@ -67,7 +67,7 @@ pub fn boundary(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// Compares the convergence that it claims with its residuals.
-pub fn convergence(trial: &Trial) -> Result<Found, Error> {
+pub fn convergence(trial: &RuleTrial) -> Result<Finding, Error> {
     let own = trial.subject.told.tolerance.as_ref();
     let mut worst: f64 = 0.0;
     for (index, answer) in trial.plain.answers.iter().enumerate() {

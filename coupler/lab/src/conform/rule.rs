@@ -102,7 +102,7 @@ impl Rule {
 /// Outcome of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub enum RuleVerdict {
     /// It was tried and holds.
     Holds,
     /// It was tried and does not hold.
@@ -115,40 +115,40 @@ pub enum Verdict {
 
 /// A row of the table.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct ConformRow {
     /// Name of the rule.
     pub rule: &'static str,
     /// Outcome.
-    pub verdict: Verdict,
+    pub verdict: RuleVerdict,
     /// The values that were compared, or the reason.
     pub why: String,
 }
 
 /// Outcome of a trial, and the reason.
-pub type Found = (Verdict, String);
+pub type Finding = (RuleVerdict, String);
 
 /// The rule holds.
-pub fn holds(why: impl Into<String>) -> Found {
-    (Verdict::Holds, why.into())
+pub fn holds(why: impl Into<String>) -> Finding {
+    (RuleVerdict::Holds, why.into())
 }
 
 /// The rule is broken.
-pub fn broken(why: impl Into<String>) -> Found {
-    (Verdict::Broken, why.into())
+pub fn broken(why: impl Into<String>) -> Finding {
+    (RuleVerdict::Broken, why.into())
 }
 
 /// The participant does not offer what the rule is about.
-pub fn not_offered(why: impl Into<String>) -> Found {
-    (Verdict::NotOffered, why.into())
+pub fn not_offered(why: impl Into<String>) -> Finding {
+    (RuleVerdict::NotOffered, why.into())
 }
 
 /// The rule could not be tried.
-pub fn not_tested(why: impl Into<String>) -> Found {
-    (Verdict::NotTested, why.into())
+pub fn not_tested(why: impl Into<String>) -> Finding {
+    (RuleVerdict::NotTested, why.into())
 }
 
 /// Holds if the value is at most the bound.
-pub fn within(what: &str, value: f64, bound: f64) -> Found {
+pub fn within(what: &str, value: f64, bound: f64) -> Finding {
     let said = format!("{what}: {value:.2e}, bound {bound:.0e}");
     if exceeds(value, bound) {
         broken(said)

@@ -20,7 +20,7 @@ use scheme::join::step_of;
 use scheme::keys::Interface;
 
 /// Circumstances of the trials.
-pub struct Options<'a> {
+pub struct ConformOptions<'a> {
     /// Shipped solvers.
     pub registry: &'a Registry,
     /// The program whose `node` verb serves them.
@@ -32,17 +32,17 @@ pub struct Options<'a> {
 }
 
 /// Participants of a scenario, launched one at a time.
-pub struct Stage<'a> {
+pub struct ScenarioLauncher<'a> {
     loaded: &'a Loaded,
-    options: &'a Options<'a>,
+    options: &'a ConformOptions<'a>,
     scratch: Scratch,
     launched: Cell<u64>,
 }
 
-impl<'a> Stage<'a> {
+impl<'a> ScenarioLauncher<'a> {
     /// The stage of a scenario.
-    pub fn new(loaded: &'a Loaded, options: &'a Options<'a>) -> Stage<'a> {
-        Stage {
+    pub fn new(loaded: &'a Loaded, options: &'a ConformOptions<'a>) -> ScenarioLauncher<'a> {
+        ScenarioLauncher {
             loaded,
             options,
             scratch: Scratch::new("conform", fresh_run_id()),
@@ -101,9 +101,9 @@ pub enum Part {
 }
 
 /// The participant that is tried.
-pub struct Subject<'a> {
+pub struct TestedParticipant<'a> {
     /// Launches it.
-    pub stage: &'a Stage<'a>,
+    pub stage: &'a ScenarioLauncher<'a>,
     /// Its entry in the scenario.
     pub participant: &'a Participant,
     /// Its description of itself.
@@ -118,13 +118,13 @@ pub struct Subject<'a> {
     pub boundary: OnceCell<DMatrix<f64>>,
 }
 
-impl<'a> Subject<'a> {
+impl<'a> TestedParticipant<'a> {
     /// The participant that said this of itself.
     pub fn new(
-        stage: &'a Stage<'a>,
+        stage: &'a ScenarioLauncher<'a>,
         participant: &'a Participant,
         told: Description,
-    ) -> Result<Subject<'a>, Error> {
+    ) -> Result<TestedParticipant<'a>, Error> {
         let scenario = &stage.loaded.scenario;
         let own = |interface: &&Interface| interface.participants().contains(&&*participant.name);
         let interfaces: Vec<&Interface> = scenario.interface.iter().filter(own).collect();
@@ -157,7 +157,7 @@ impl<'a> Subject<'a> {
                 }
             }
         };
-        Ok(Subject {
+        Ok(TestedParticipant {
             stage,
             participant,
             part,
@@ -171,7 +171,7 @@ impl<'a> Subject<'a> {
 
 /// The step of the continuum that a motion-driven participant is joined with; that one is launched for it.
 fn step_of_other_side(
-    stage: &Stage,
+    stage: &ScenarioLauncher,
     interface: &Interface,
     participant: &Participant,
 ) -> Result<f64, Error> {

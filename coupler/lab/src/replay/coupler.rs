@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-use super::tape::{Seen, TapeLink, turns};
+use super::tape::{TapeLink, TapeProgress, turns};
 use super::{Recording, Replayed};
 use coordinator::error::{Error, Refusal};
 use coordinator::output::Count;
@@ -29,7 +29,7 @@ pub fn replay(
 ) -> Result<Replayed, Error> {
     let greeted = greetings(recording, launcher, watch)?;
     let scenario = &recording.loaded.scenario;
-    let seen = Arc::new(Mutex::new(Seen::default()));
+    let seen = Arc::new(Mutex::new(TapeProgress::default()));
     // A run that goes on from a checkpoint joins its interfaces once more.
     let joined = from.map_or(0, |_| recording.handshake());
     let past = recording.messages_before(from);

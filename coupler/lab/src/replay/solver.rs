@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use protocol::{Frame, Header, Kind, Window};
 
-use super::judge::Ruler;
+use super::deviation::Ruler;
 use super::tape::{Turn, turns};
 use super::{Drift, Recording, Replayed};
 use coordinator::error::{Error, Refusal};
@@ -18,7 +18,7 @@ use exchange_log::mismatch::Difference;
 
 /// Conditions of a solver's replay.
 #[derive(Clone, Copy, Default)]
-pub struct How<'a> {
+pub struct ReplayOptions<'a> {
     /// Begin after this checkpoint instead of at the start.
     pub from: Option<&'a RestartPoint>,
     /// Accept answers that deviate by so much, see [`Ruler`]; every bit counts when absent.
@@ -34,7 +34,7 @@ pub fn replay(
     launcher: &Launcher,
     name: &str,
     watch: &Watch,
-    how: &How,
+    how: &ReplayOptions,
 ) -> Result<Replayed, Error> {
     let scenario = &recording.loaded.scenario;
     let index = index_of(scenario, name)?;
@@ -112,7 +112,7 @@ fn handshake_turns(past: Vec<Turn>) -> Vec<Turn> {
 struct Comparison<'a> {
     replayed: Replayed,
     ruler: Ruler,
-    how: &'a How<'a>,
+    how: &'a ReplayOptions<'a>,
 }
 
 impl Comparison<'_> {

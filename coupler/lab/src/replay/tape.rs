@@ -37,7 +37,7 @@ pub fn turns(messages: &[Exchange], participant: &str) -> Vec<Turn> {
 
 /// Requests that the tapes of a replay have seen so far; shared with whoever judges it.
 #[derive(Debug, Default)]
-pub struct Seen {
+pub struct TapeProgress {
     /// Requests that were equal to the logged ones.
     pub equal: u64,
     /// Window of the last of them.
@@ -57,12 +57,12 @@ pub struct TapeLink {
     pending: Option<Frame>,
     /// Requests that were answered.
     turn: u64,
-    seen: Arc<Mutex<Seen>>,
+    seen: Arc<Mutex<TapeProgress>>,
 }
 
 impl TapeLink {
     /// A tape of these turns; so many of them are of a window that did not end.
-    pub fn new(turns: Vec<Turn>, open: usize, seen: Arc<Mutex<Seen>>) -> TapeLink {
+    pub fn new(turns: Vec<Turn>, open: usize, seen: Arc<Mutex<TapeProgress>>) -> TapeLink {
         TapeLink {
             turns: turns.into(),
             open,

@@ -16,19 +16,19 @@
 //! | the coordinator stopped for 3 s | [`stops::coordinator_for`] |
 //! | the coordinator stopped for ever | [`stops::coordinator_for_ever`], `idle_s` + 1 s |
 //! | jitter | [`stops::jitter`] |
-//! | a full disk | [`places::disk`] |
-//! | full shared memory | [`places::shared_memory`], 1 s |
-//! | a closed terminal | [`places::terminal`], 1 s |
+//! | a full disk | [`surroundings::disk`] |
+//! | full shared memory | [`surroundings::shared_memory`], 1 s |
+//! | a closed terminal | [`surroundings::terminal`], 1 s |
 //! | a damaged log, a damaged checkpoint | [`damage::log`], [`damage::checkpoint`] |
 //! | a simulated network | [`simulated::schedule`], 500 schedules a trial |
 
 pub mod damage;
 pub mod kills;
-pub mod places;
 mod resumes;
 pub mod row;
 pub mod simulated;
 pub mod stops;
+pub mod surroundings;
 pub mod trial;
 
 use std::path::PathBuf;
@@ -36,8 +36,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use crate::random::Random;
-use row::{FaultRow, Tried, Wrong};
-use trial::{ANSWER_S, Phase, Stage, Trial};
+use row::{FaultResult, FaultRow, Wrong};
+use trial::{ANSWER_S, FaultTrial, RunPhase, UndisturbedRun};
 
 use coordinator::error::{Error, Refusal};
 use coordinator::output::tell_progress;
@@ -65,16 +65,17 @@ pub struct Campaign {
 const SIMULATED: &str = "simulated network";
 
 /// A fault: one trial of it, of this number.
-type Fault<'a> = &'a (dyn Fn(&mut Trial, &mut Random, u64) -> Tried + Sync);
+type Fault<'a> = &'a (dyn Fn(&mut FaultTrial, &mut Random, u64) -> FaultResult + Sync);
 
 /// Runs all rows.
 pub fn run_campaign(campaign: &Campaign) -> Result<Vec<FaultRow>, Error> {
-    let stage =
-        Stage::new(campaign.program.clone(), &campaign.watch).map_err(|wrong| match wrong {
+    let stage = UndisturbedRun::new(campaign.program.clone(), &campaign.watch).map_err(
+        |wrong| match wrong {
             Wrong::Campaign(error) => error,
             Wrong::Outcome(why) => Refusal::Benchmark(why).into(),
-        })?;
-    let phase = |index: u64| Phase::ALL[(index % 4) as usize];
+        },
+    )?;
+    let phase = |index: u64| RunPhase::ALL[(index % 4) as usize];
     let name = |index: u64| ["rail", "third-body"][(index / 4 % 2) as usize];
     let (soon, named) = (Some(1.0), Some(ANSWER_S + 1.0));
     let faults: [(&str, Option<f64>, Fault); 14] = [
@@ -103,12 +104,12 @@ pub fn run_campaign(campaign: &Campaign) -> Result<Vec<FaultRow>, Error> {
             stops::coordinator_for_ever(t, r, phase(i))
         }),
         ("jitter", None, &|t, r, _| stops::jitter(t, r)),
-        ("full disk", None, &|t, r, _| places::disk(t, r)),
+        ("full disk", None, &|t, r, _| surroundings::disk(t, r)),
         ("full shared memory", soon, &|t, r, _| {
-            places::shared_memory(t, r)
+            surroundings::shared_memory(t, r)
         }),
         ("closed terminal", soon, &|t, r, i| {
-            places::terminal(t, r, phase(i), i % 2 == 0)
+            surroundings::terminal(t, r, phase(i), i % 2 == 0)
         }),
         ("damaged log", None, &|t, r, i| damage::log(t, r, i)),
         ("damaged checkpoint", None, &|t, r, i| {
@@ -137,7 +138,7 @@ pub fn run_campaign(campaign: &Campaign) -> Result<Vec<FaultRow>, Error> {
 /// Runs the trials of the row at this place of the table, as many at a time as the machine has cores.
 fn run_row(
     campaign: &Campaign,
-    stage: &Stage,
+    stage: &UndisturbedRun,
     mut row: FaultRow,
     place: u64,
     fault: Fault,
@@ -171,8 +172,8 @@ fn run_row(
 }
 
 /// Runs one trial, and tells what was left of it.
-fn run_trial(stage: &Stage, fault: Fault, seed: u64, index: u64) -> (Tried, u64) {
-    match Trial::new(stage) {
+fn run_trial(stage: &UndisturbedRun, fault: Fault, seed: u64, index: u64) -> (FaultResult, u64) {
+    match FaultTrial::new(stage) {
         Ok(mut trial) => {
             let tried = fault(&mut trial, &mut Random::new(seed), index);
             let leftovers = trial.leftovers();

@@ -8,7 +8,7 @@ use protocol::larger;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::case::{Case, Number, read};
+use super::case::{Number, SuiteCase, read};
 use coordinator::error::{Error, Refusal};
 use coordinator::output::tell_progress;
 use coordinator::participants::{Registry, Watch};
@@ -22,7 +22,7 @@ type Signals = BTreeMap<String, Vec<f64>>;
 
 /// One line of the table.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub struct CaseRow {
     /// Scene, case and number.
     pub name: String,
     /// The value that came out.
@@ -36,7 +36,7 @@ pub struct Row {
 }
 
 /// Circumstances of the runs of a suite.
-pub struct Runs<'a> {
+pub struct SuiteOptions<'a> {
     /// Shipped solvers.
     pub registry: &'a Registry,
     /// The program whose `node` verb serves them.
@@ -52,7 +52,7 @@ pub struct Runs<'a> {
 }
 
 /// Runs all cases of all scenes below `folder`, in the order of their names.
-pub fn run_suite(folder: &Path, runs: &Runs) -> Result<Vec<Row>, Error> {
+pub fn run_suite(folder: &Path, runs: &SuiteOptions) -> Result<Vec<CaseRow>, Error> {
     let mut scenes: Vec<PathBuf> = std::fs::read_dir(folder)
         .map_err(Error::input(folder.display()))?
         .flatten()
@@ -85,7 +85,12 @@ fn name_of(scene: &Path) -> Cow<'_, str> {
     scene.file_name().unwrap_or_default().to_string_lossy()
 }
 
-fn run_case(name: &str, scenario: &Path, case: &Case, runs: &Runs) -> Result<Vec<Row>, Error> {
+fn run_case(
+    name: &str,
+    scenario: &Path,
+    case: &SuiteCase,
+    runs: &SuiteOptions,
+) -> Result<Vec<CaseRow>, Error> {
     tell_progress(name);
     let outcome = attempt(scenario, &case.set, runs)?;
     let mut rows = vec![ending(case, &outcome)];
@@ -107,7 +112,7 @@ fn run_case(name: &str, scenario: &Path, case: &Case, runs: &Runs) -> Result<Vec
 }
 
 /// The run that a case's open numbers are from; an end that is no result gives none.
-fn referred(scenario: &Path, case: &Case, runs: &Runs) -> Result<Option<Left>, Error> {
+fn referred(scenario: &Path, case: &SuiteCase, runs: &SuiteOptions) -> Result<Option<Left>, Error> {
     let Some(reference) = &case.reference else {
         return Ok(None);
     };
@@ -135,7 +140,11 @@ impl Left {
 }
 
 /// A run in a place of its own; the outer error ends the suite.
-fn attempt(scene: &Path, set: &[String], runs: &Runs) -> Result<Result<Left, Error>, Error> {
+fn attempt(
+    scene: &Path,
+    set: &[String],
+    runs: &SuiteOptions,
+) -> Result<Result<Left, Error>, Error> {
     let out = Scratch::new("validate", fresh_run_id());
     match complete(scene, set, runs, out.path()) {
         Err(Error::Interrupted { signal }) => Err(Error::Interrupted { signal }),
@@ -148,7 +157,7 @@ fn attempt(scene: &Path, set: &[String], runs: &Runs) -> Result<Result<Left, Err
     }
 }
 
-fn complete(scene: &Path, set: &[String], runs: &Runs, out: &Path) -> Result<Ended, Error> {
+fn complete(scene: &Path, set: &[String], runs: &SuiteOptions, out: &Path) -> Result<Ended, Error> {
     let loaded = load(&scene.display().to_string(), set)?;
     let options = Options {
         out: Some(out),
@@ -166,14 +175,14 @@ fn complete(scene: &Path, set: &[String], runs: &Runs, out: &Path) -> Result<End
 }
 
 /// The end of the run, as a row of its own.
-fn ending(case: &Case, outcome: &Result<Left, Error>) -> Row {
+fn ending(case: &SuiteCase, outcome: &Result<Left, Error>) -> CaseRow {
     let (code, message) = match outcome {
         Ok(left) => (left.ended.summary.exit_code(), String::new()),
         Err(error) => (error.exit_code(), error.to_string()),
     };
     let says_all = case.says.iter().all(|word| message.contains(word));
     let holds = code == case.exit_code && says_all;
-    Row {
+    CaseRow {
         name: "exit code".into(),
         ours: if message.is_empty() || holds {
             code.into()
@@ -187,11 +196,11 @@ fn ending(case: &Case, outcome: &Result<Left, Error>) -> Row {
 }
 
 /// The warnings of a run that came to its end.
-fn warnings(case: &Case, found: &[Warning]) -> Row {
+fn warnings(case: &SuiteCase, found: &[Warning]) -> CaseRow {
     let ours: BTreeSet<&str> = found.iter().map(|warning| warning.code.as_str()).collect();
     let expected: BTreeSet<&str> = case.warns.iter().map(String::as_str).collect();
     let lines: Vec<String> = found.iter().map(Warning::line).collect();
-    Row {
+    CaseRow {
         name: "warnings".into(),
         holds: ours == expected,
         ours: if ours == expected {
@@ -204,9 +213,9 @@ fn warnings(case: &Case, found: &[Warning]) -> Row {
     }
 }
 
-fn judged(case: &Case, number: &Number, ours: Option<f64>, expected: Option<f64>) -> Row {
+fn judged(case: &SuiteCase, number: &Number, ours: Option<f64>, expected: Option<f64>) -> CaseRow {
     let both = ours.zip(expected);
-    Row {
+    CaseRow {
         name: number.path.clone(),
         ours: ours.into(),
         expected: expected.into(),

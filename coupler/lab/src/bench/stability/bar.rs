@@ -8,7 +8,7 @@ use scheme::predict::response::Response;
 
 /// An elastic bar of unit elements, held at its far end, coupled at the other; explicit steps without damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bar {
+pub struct UnitBar {
     /// Elements.
     pub elements: usize,
     /// Step (s), 1 being the stability limit.
@@ -18,7 +18,7 @@ pub struct Bar {
 /// The end node has the half mass of its one element.
 const END_MASS_KG: f64 = 0.5;
 
-impl Bar {
+impl UnitBar {
     /// Stability limit of the step (s): omega_max is 2 for unit masses and springs.
     pub const LIMIT_S: f64 = 1.0;
 

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use super::row::{Outcome, Tried, Wrong};
-use super::trial::Trial;
+use super::row::{FaultOutcome, FaultResult, Wrong};
+use super::trial::FaultTrial;
 use crate::random::Random;
 use coordinator::error::Error;
 use coordinator::run::checkpoint::{FOLDER, file};
@@ -28,7 +28,7 @@ enum Harm {
 
 /// Flips a bit of the log of a run, cuts it off, or repeats a chunk of it. Right: `inspect`, `replay` and `resume` each end
 /// with code 6, or with what the undamaged log gives: hashes and messages as they were.
-pub fn log(trial: &mut Trial, random: &mut Random, index: u64) -> Tried {
+pub fn log(trial: &mut FaultTrial, random: &mut Random, index: u64) -> FaultResult {
     whole(trial)?;
     let path = trial.path("out/exchange.mcap");
     let harms = [Harm::Flip, Harm::Cut, Harm::Repeat];
@@ -56,16 +56,16 @@ pub fn log(trial: &mut Trial, random: &mut Random, index: u64) -> Tried {
         }
         detected |= code == Some(6);
     }
-    Ok(Outcome {
+    Ok(FaultOutcome {
         word: if detected { "detected" } else { "harmless" },
-        ..Outcome::default()
+        ..FaultOutcome::default()
     })
 }
 
 /// Flips a bit of the newest checkpoint or cuts it off, in every other trial of all. Right: `resume` takes one before it, or
 /// begins again, to the bits of the undisturbed run, and says so; or it refuses by name (code 2) what claims to be of another
 /// version.
-pub fn checkpoint(trial: &mut Trial, random: &mut Random, index: u64) -> Tried {
+pub fn checkpoint(trial: &mut FaultTrial, random: &mut Random, index: u64) -> FaultResult {
     whole(trial)?;
     let all = file::list(&trial.path("out").join(FOLDER));
     let skipped = if index.is_multiple_of(2) {
@@ -88,21 +88,21 @@ pub fn checkpoint(trial: &mut Trial, random: &mut Random, index: u64) -> Tried {
         Some(2) if named => "refused",
         _ => return Err(format!("resume ended with {code:?}: {said}").into()),
     };
-    Ok(Outcome {
+    Ok(FaultOutcome {
         word,
-        ..Outcome::default()
+        ..FaultOutcome::default()
     })
 }
 
 /// Lets a run complete, bit-equal.
-fn whole(trial: &mut Trial) -> Result<(), Wrong> {
+fn whole(trial: &mut FaultTrial) -> Result<(), Wrong> {
     trial.start(&[])?;
     trial.end()?;
     trial.is_bit_equal("out")
 }
 
 /// The hash of the whole exchange.
-fn exchange<'a>(trial: &Trial<'a>) -> &'a str {
+fn exchange<'a>(trial: &FaultTrial<'a>) -> &'a str {
     trial.stage.hashes[0].as_str().unwrap_or("none")
 }
 

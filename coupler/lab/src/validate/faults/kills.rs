@@ -5,13 +5,18 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::Signal;
 
 use super::resumes::{lost_windows, resumes};
-use super::row::{Outcome, Tried};
-use super::trial::{HANGS, Phase, Trial, send};
+use super::row::{FaultOutcome, FaultResult};
+use super::trial::{FaultTrial, HANGS, RunPhase, send};
 use crate::random::Random;
 
 /// Kills a participant. Right: the coordinator ends by itself with code 4 and the name of the participant, no other participant
 /// is left, and the run resumes bit-equal; or the run had nothing more to ask and completes bit-equal.
-pub fn participant(trial: &mut Trial, random: &mut Random, phase: Phase, name: &str) -> Tried {
+pub fn participant(
+    trial: &mut FaultTrial,
+    random: &mut Random,
+    phase: RunPhase,
+    name: &str,
+) -> FaultResult {
     trial.start(&[])?;
     trial.reach(phase, random)?;
     let pid = trial.participant(name)?;
@@ -24,16 +29,16 @@ pub fn participant(trial: &mut Trial, random: &mut Random, phase: Phase, name: &
     let detection_s = start.elapsed().as_secs_f64();
     if status.code() == Some(0) {
         trial.is_bit_equal("out")?;
-        return Ok(Outcome {
+        return Ok(FaultOutcome {
             word: "completed",
-            ..Outcome::default()
+            ..FaultOutcome::default()
         });
     }
     let said = trial.said();
     if status.code() != Some(4) || !said.contains(&format!("lost participant `{name}`")) {
         return Err(format!("`{name}` killed: {status}: {said}").into());
     }
-    Ok(Outcome {
+    Ok(FaultOutcome {
         word: "lost",
         detection_s: Some(detection_s),
         windows_lost: resumes(trial)?,
@@ -41,7 +46,7 @@ pub fn participant(trial: &mut Trial, random: &mut Random, phase: Phase, name: &
 }
 
 /// Kills the coordinator. Right: all participants end by themselves, and the run resumes bit-equal, or had not begun to write.
-pub fn coordinator(trial: &mut Trial, random: &mut Random, phase: Phase) -> Tried {
+pub fn coordinator(trial: &mut FaultTrial, random: &mut Random, phase: RunPhase) -> FaultResult {
     trial.start(&[])?;
     trial.reach(phase, random)?;
     trial.signal(Signal::SIGKILL);
@@ -51,7 +56,7 @@ pub fn coordinator(trial: &mut Trial, random: &mut Random, phase: Phase) -> Trie
 }
 
 /// Kills all processes of a run at once. Right: as for the coordinator.
-pub fn everything(trial: &mut Trial, random: &mut Random, phase: Phase) -> Tried {
+pub fn everything(trial: &mut FaultTrial, random: &mut Random, phase: RunPhase) -> FaultResult {
     trial.start(&[])?;
     trial.reach(phase, random)?;
     let participants = trial.participants();
@@ -65,12 +70,12 @@ pub fn everything(trial: &mut Trial, random: &mut Random, phase: Phase) -> Tried
 }
 
 /// Judges what a coordinator that is gone has left.
-pub fn outlived(trial: &mut Trial, completed: bool, detection_s: Option<f64>) -> Tried {
+pub fn outlived(trial: &mut FaultTrial, completed: bool, detection_s: Option<f64>) -> FaultResult {
     if completed {
         trial.is_bit_equal("out")?;
-        return Ok(Outcome {
+        return Ok(FaultOutcome {
             word: "completed",
-            ..Outcome::default()
+            ..FaultOutcome::default()
         });
     }
     if !trial.path("out/scenario.toml").is_file() {
@@ -78,13 +83,13 @@ pub fn outlived(trial: &mut Trial, completed: bool, detection_s: Option<f64>) ->
         if code != Some(2) {
             return Err(format!("nothing had begun, resume: {code:?} {}", trial.said()).into());
         }
-        return Ok(Outcome {
+        return Ok(FaultOutcome {
             word: "not begun",
             detection_s,
             windows_lost: None,
         });
     }
-    Ok(Outcome {
+    Ok(FaultOutcome {
         word: "resumed",
         detection_s,
         windows_lost: lost_windows(trial)?,

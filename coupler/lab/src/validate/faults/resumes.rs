@@ -1,10 +1,10 @@
 //! Runs that go on from what was left of them.
 
 use super::row::Wrong;
-use super::trial::Trial;
+use super::trial::FaultTrial;
 
 /// Goes on with a run that wrote its summary, to the bits of the undisturbed one; returns the windows that were lost.
-pub fn resumes(trial: &mut Trial) -> Result<Option<u64>, Wrong> {
+pub fn resumes(trial: &mut FaultTrial) -> Result<Option<u64>, Wrong> {
     let reached = trial.json("out/summary.json")["windows"].as_u64();
     let code = trial.verb(&["resume", "out", "--out", "again", "--json"])?;
     if code != Some(0) {
@@ -16,7 +16,7 @@ pub fn resumes(trial: &mut Trial) -> Result<Option<u64>, Wrong> {
 }
 
 /// The same for a run whose coordinator could not write anything any more: the log tells how far it had come.
-pub fn lost_windows(trial: &mut Trial) -> Result<Option<u64>, Wrong> {
+pub fn lost_windows(trial: &mut FaultTrial) -> Result<Option<u64>, Wrong> {
     let inspected = trial.verb(&["inspect", "out", "--recover", "--json"])?;
     let windows = trial.json("stdout")["windows"].as_u64();
     resumes(trial)?;

@@ -8,7 +8,7 @@ use coordinator::error::Error;
 
 /// A trial whose outcome was right.
 #[derive(Clone, Debug, Default)]
-pub struct Outcome {
+pub struct FaultOutcome {
     /// Its end in a word or two.
     pub word: &'static str,
     /// Time from the fault until everything of the run had ended, of a run that the fault ended (s).
@@ -39,7 +39,7 @@ impl From<String> for Wrong {
 }
 
 /// The result of a trial.
-pub type Tried = Result<Outcome, Wrong>;
+pub type FaultResult = Result<FaultOutcome, Wrong>;
 
 /// One line of the table.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -110,7 +110,7 @@ impl FaultRow {
     }
 
     /// Counts a trial; the error is one of the campaign.
-    pub fn add(&mut self, tried: Tried, leftovers: u64) -> Result<(), Error> {
+    pub fn add(&mut self, tried: FaultResult, leftovers: u64) -> Result<(), Error> {
         self.leftovers += leftovers;
         match tried {
             Ok(outcome) => {
@@ -150,7 +150,7 @@ fn percentile(sorted: &[f64], share: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    fn row(tried: impl IntoIterator<Item = (Tried, u64)>) -> FaultRow {
+    fn row(tried: impl IntoIterator<Item = (FaultResult, u64)>) -> FaultRow {
         let mut row = FaultRow::new("fault", 1, Some(1.0));
         for (tried, leftovers) in tried {
             row.add(tried, leftovers).expect("the campaign goes on");
@@ -158,8 +158,8 @@ mod tests {
         row.judged()
     }
 
-    fn found(detection_s: f64, windows_lost: u64) -> Tried {
-        Ok(Outcome {
+    fn found(detection_s: f64, windows_lost: u64) -> FaultResult {
+        Ok(FaultOutcome {
             word: "lost",
             detection_s: Some(detection_s),
             windows_lost: Some(windows_lost),

@@ -1,13 +1,13 @@
 //! Thousands of runs behind a network that delays, reorders, loses, repeats and damages messages, and whose participants crash
 //! and stall, in simulated time. The real coupler and the real serving loop speak over it; a seed gives the same schedule again.
 //!
-//! - `bodies`: the small scenes; `weather`: the faults of a schedule; [`network`]: the simulated [`Link`](protocol::Link);
+//! - `bodies`: the small scenes; `network_faults`: what befalls the messages of a schedule; [`network`]: the simulated [`Link`](protocol::Link);
 //! - [`schedule`]: one schedule and its verdict.
 
 mod bodies;
 pub mod network;
+mod network_faults;
 pub mod schedule;
-mod weather;
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -15,7 +15,7 @@ use std::thread;
 use std::time::Instant;
 
 use network::Wrap;
-use schedule::{Simulation, Verdict};
+use schedule::{ScheduleEnd, Simulation};
 
 use coordinator::participants::Watch;
 
@@ -40,11 +40,11 @@ impl Counts {
         self.completed + self.named + self.wrong.len() as u64
     }
 
-    fn add(&mut self, verdict: Result<Verdict, String>) {
+    fn add(&mut self, verdict: Result<ScheduleEnd, String>) {
         match verdict {
-            Ok(Verdict::Completed) => self.completed += 1,
-            Ok(Verdict::Named) => self.named += 1,
-            Ok(Verdict::Resumed) => {
+            Ok(ScheduleEnd::Completed) => self.completed += 1,
+            Ok(ScheduleEnd::Named) => self.named += 1,
+            Ok(ScheduleEnd::Resumed) => {
                 self.named += 1;
                 self.resumed += 1;
             }

@@ -6,37 +6,37 @@ use nix::sys::signal::Signal;
 
 use super::kills::outlived;
 use super::resumes::resumes;
-use super::row::{Outcome, Tried, Wrong};
-use super::trial::{ANSWER_S, HANGS, Phase, Trial, send};
+use super::row::{FaultOutcome, FaultResult, Wrong};
+use super::trial::{ANSWER_S, FaultTrial, HANGS, RunPhase, send};
 use crate::random::Random;
 
 /// A run that went on after a fault as if nothing had been.
-fn completed(trial: &mut Trial) -> Tried {
+fn completed(trial: &mut FaultTrial) -> FaultResult {
     let status = trial.end()?;
     trial.is_bit_equal("out")?;
     if !status.success() {
         return Err(format!("{status}: {}", trial.said()).into());
     }
-    Ok(Outcome {
+    Ok(FaultOutcome {
         word: "completed",
-        ..Outcome::default()
+        ..FaultOutcome::default()
     })
 }
 
 /// Lets time pass, unless the run ends.
-fn pause(trial: &mut Trial, time_s: f64) -> Result<(), Wrong> {
+fn pause(trial: &mut FaultTrial, time_s: f64) -> Result<(), Wrong> {
     let start = Instant::now();
     trial.until(|_| start.elapsed().as_secs_f64() >= time_s)
 }
 
 /// Stops a participant for a while. Right: the run completes bit-equal.
 pub fn participant_for(
-    trial: &mut Trial,
+    trial: &mut FaultTrial,
     random: &mut Random,
-    phase: Phase,
+    phase: RunPhase,
     name: &str,
     time_s: f64,
-) -> Tried {
+) -> FaultResult {
     trial.start(&[])?;
     trial.reach(phase, random)?;
     if let Some(pid) = trial.participant(name)? {
@@ -50,15 +50,15 @@ pub fn participant_for(
 /// Stops a participant for ever. Right: the coordinator ends with code 5 and says that the participant is stopped, no
 /// participant is left, and the run resumes bit-equal; or the run had nothing more to ask and completes bit-equal.
 pub fn participant_for_ever(
-    trial: &mut Trial,
+    trial: &mut FaultTrial,
     random: &mut Random,
-    phase: Phase,
+    phase: RunPhase,
     name: &str,
-) -> Tried {
+) -> FaultResult {
     // A set-up has a deadline of its own: the stop comes later, or that is what it meets.
     let deadlines = format!("run.deadlines.setup_s={ANSWER_S:?}");
     let sets: &[&str] = match phase {
-        Phase::Handshake => &[&deadlines],
+        RunPhase::Handshake => &[&deadlines],
         _ => &[],
     };
     trial.start(sets)?;
@@ -73,9 +73,9 @@ pub fn participant_for_ever(
     trial.deserted(Duration::from_secs(1))?;
     if status.success() {
         trial.is_bit_equal("out")?;
-        return Ok(Outcome {
+        return Ok(FaultOutcome {
             word: "completed",
-            ..Outcome::default()
+            ..FaultOutcome::default()
         });
     }
     let said = trial.said();
@@ -83,7 +83,7 @@ pub fn participant_for_ever(
     if status.code() != Some(5) || !named || !said.contains("alive but stopped") {
         return Err(format!("`{name}` stopped: {status}: {said}").into());
     }
-    Ok(Outcome {
+    Ok(FaultOutcome {
         word: "named",
         detection_s: Some(detection_s),
         windows_lost: resumes(trial)?,
@@ -92,7 +92,12 @@ pub fn participant_for_ever(
 
 /// Stops the coordinator for longer than it would wait for an answer. Right: the run completes bit-equal, it has waited for
 /// nobody.
-pub fn coordinator_for(trial: &mut Trial, random: &mut Random, phase: Phase, time_s: f64) -> Tried {
+pub fn coordinator_for(
+    trial: &mut FaultTrial,
+    random: &mut Random,
+    phase: RunPhase,
+    time_s: f64,
+) -> FaultResult {
     trial.start(&[])?;
     trial.reach(phase, random)?;
     trial.signal(Signal::SIGSTOP);
@@ -103,7 +108,11 @@ pub fn coordinator_for(trial: &mut Trial, random: &mut Random, phase: Phase, tim
 
 /// Stops the coordinator for ever. Right: the participants end by themselves once `idle_s` has passed, and the run resumes
 /// bit-equal when the coordinator was killed.
-pub fn coordinator_for_ever(trial: &mut Trial, random: &mut Random, phase: Phase) -> Tried {
+pub fn coordinator_for_ever(
+    trial: &mut FaultTrial,
+    random: &mut Random,
+    phase: RunPhase,
+) -> FaultResult {
     trial.start(&[&format!("run.deadlines.idle_s={ANSWER_S:?}")])?;
     trial.reach(phase, random)?;
     trial.signal(Signal::SIGSTOP);
@@ -114,7 +123,7 @@ pub fn coordinator_for_ever(trial: &mut Trial, random: &mut Random, phase: Phase
 }
 
 /// Stops one process after the other for 1 to 50 ms, all through the run. Right: it completes bit-equal.
-pub fn jitter(trial: &mut Trial, random: &mut Random) -> Tried {
+pub fn jitter(trial: &mut FaultTrial, random: &mut Random) -> FaultResult {
     trial.start(&[])?;
     let end = Instant::now() + HANGS / 4;
     let mut ended = false;
@@ -122,7 +131,7 @@ pub fn jitter(trial: &mut Trial, random: &mut Random) -> Tried {
         let participants = trial.participants();
         let which = random.below(1 + participants.len() as u64) as usize;
         let stopped = participants.get(which).map(|(pid, _)| *pid);
-        let signal = |trial: &Trial, signal| match stopped {
+        let signal = |trial: &FaultTrial, signal| match stopped {
             Some(pid) => send(pid, signal),
             None => trial.signal(signal),
         };

@@ -42,7 +42,7 @@ pub const HANGS: Duration = Duration::from_secs(60);
 const LOOK: Duration = Duration::from_millis(1);
 
 /// The stage of all trials: the program, and its run when nothing disturbs it.
-pub struct Stage {
+pub struct UndisturbedRun {
     /// The program.
     pub program: PathBuf,
     /// Signals that end the campaign.
@@ -57,7 +57,7 @@ pub struct Stage {
 
 /// The part of a run in which a fault comes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
+pub enum RunPhase {
     /// From the launch to the first window.
     Handshake,
     /// Anywhere in the windows.
@@ -68,20 +68,20 @@ pub enum Phase {
     Finish,
 }
 
-impl Phase {
+impl RunPhase {
     /// All of them, one trial after the other.
-    pub const ALL: [Phase; 4] = [
-        Phase::Windows,
-        Phase::Handshake,
-        Phase::Checkpoint,
-        Phase::Finish,
+    pub const ALL: [RunPhase; 4] = [
+        RunPhase::Windows,
+        RunPhase::Handshake,
+        RunPhase::Checkpoint,
+        RunPhase::Finish,
     ];
 }
 
-impl Stage {
+impl UndisturbedRun {
     /// Runs the scene undisturbed, twice: the first run also fills the caches of the machine.
-    pub fn new(program: PathBuf, watch: &Watch) -> Result<Stage, Wrong> {
-        let mut stage = Stage {
+    pub fn new(program: PathBuf, watch: &Watch) -> Result<UndisturbedRun, Wrong> {
+        let mut stage = UndisturbedRun {
             program,
             watch: watch.clone(),
             hashes: Default::default(),
@@ -90,7 +90,7 @@ impl Stage {
         };
         for _ in 0..2 {
             let start = Instant::now();
-            let mut trial = Trial::new(&stage)?;
+            let mut trial = FaultTrial::new(&stage)?;
             trial.start(&[])?;
             trial.until(|trial| trial.log().contains("windows of"))?;
             let handshake = start.elapsed();
@@ -107,21 +107,21 @@ impl Stage {
 }
 
 /// One trial. Whatever it started is killed and its folder removed when it is dropped.
-pub struct Trial<'a> {
+pub struct FaultTrial<'a> {
     /// The stage.
-    pub stage: &'a Stage,
+    pub stage: &'a UndisturbedRun,
     folder: Scratch,
     child: Option<Child>,
     /// Coordinators that were started, by their process.
     coordinators: Vec<u32>,
 }
 
-impl Trial<'_> {
+impl FaultTrial<'_> {
     /// An empty folder.
-    pub fn new(stage: &Stage) -> Result<Trial<'_>, Error> {
+    pub fn new(stage: &UndisturbedRun) -> Result<FaultTrial<'_>, Error> {
         let folder = Scratch::new("fault", fresh_run_id());
         fs::create_dir_all(folder.path()).map_err(Error::output(folder.path().display()))?;
-        Ok(Trial {
+        Ok(FaultTrial {
             stage,
             folder,
             child: None,
@@ -211,7 +211,7 @@ impl Trial<'_> {
     }
 
     /// Waits until something is seen, or the run has ended.
-    pub fn until(&mut self, mut seen: impl FnMut(&Trial) -> bool) -> Result<(), Wrong> {
+    pub fn until(&mut self, mut seen: impl FnMut(&FaultTrial) -> bool) -> Result<(), Wrong> {
         let start = Instant::now();
         while !seen(self) && self.is_running() {
             self.look(start)?;
@@ -225,16 +225,16 @@ impl Trial<'_> {
     }
 
     /// Waits until a random instant of a part of the run, or until the run has ended.
-    pub fn reach(&mut self, phase: Phase, random: &mut Random) -> Result<(), Wrong> {
+    pub fn reach(&mut self, phase: RunPhase, random: &mut Random) -> Result<(), Wrong> {
         let (handshake, whole) = (self.stage.handshake, self.stage.whole);
         let windows = whole.saturating_sub(handshake);
         let more = match phase {
-            Phase::Handshake => handshake,
-            Phase::Windows => {
+            RunPhase::Handshake => handshake,
+            RunPhase::Windows => {
                 self.until(|trial| trial.log().contains("windows of"))?;
                 windows
             }
-            Phase::Checkpoint => {
+            RunPhase::Checkpoint => {
                 let which = 1 + random.below(10);
                 self.until(|trial| {
                     let found = file::list(&trial.path("out").join(FOLDER));
@@ -244,7 +244,7 @@ impl Trial<'_> {
                 })?;
                 windows / 10
             }
-            Phase::Finish => {
+            RunPhase::Finish => {
                 let fields = self.path("out/fields");
                 self.until(|_| fs::read_dir(&fields).is_ok_and(|mut all| all.next().is_some()))?;
                 windows / 10
@@ -347,7 +347,7 @@ impl Trial<'_> {
     }
 }
 
-impl Drop for Trial<'_> {
+impl Drop for FaultTrial<'_> {
     fn drop(&mut self) {
         if let Some(child) = &mut self.child {
             let _ = child.kill();

@@ -4,7 +4,7 @@
 //! - a run that completes with the hashes of exchange and state of the undisturbed one, which went over in-process channels;
 //! - a named end: a lost participant, a broken conversation or a missed deadline (exit codes 4 and 5; 2 where the flipped bit is
 //!   in the protocol's version) whose message names a participant, told when at most a deadline has passed since the coordinator
-//!   heard something. Where there is a checkpoint, the run then goes on from it, in fair weather, to the hashes of the
+//!   heard something. Where there is a checkpoint, the run then goes on from it, without faults, to the hashes of the
 //!   undisturbed one;
 //! - and nothing but the first where the faults only took time, less than a deadline in all.
 //!
@@ -17,7 +17,7 @@ use protocol::Transport;
 
 use super::bodies::{DEADLINE_S, registry, scenes};
 use super::network::{Network, Traces, Wrap};
-use super::weather::{Fault, Weather};
+use super::network_faults::{NetworkFault, NetworkFaults};
 use coordinator::error::Error;
 use coordinator::participants::{Launcher, Life, Peer, Peers, Watch};
 use coordinator::run::checkpoint::find;
@@ -30,7 +30,7 @@ const SLACK_S: f64 = 0.1;
 
 /// The end of a schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum ScheduleEnd {
     /// It completed, bit-equal.
     Completed,
     /// It ended early and said so.
@@ -53,7 +53,7 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Runs each scene undisturbed, over in-process channels and behind a network in fair weather: these must be equal.
+    /// Runs each scene undisturbed, over in-process channels and behind a network without faults: these must be equal.
     pub fn new(wrap: Wrap) -> Result<Simulation, String> {
         let loaded = scenes().map_err(|error| error.to_string())?;
         let references = loaded.into_iter().map(|loaded| {
@@ -65,7 +65,7 @@ impl Simulation {
                 end,
                 messages: 0,
             };
-            let (ended, traces) = attempt(&reference.loaded, Weather::fair(), wrap, None);
+            let (ended, traces) = attempt(&reference.loaded, NetworkFaults::none(), wrap, None);
             reference.messages = traces.messages;
             let simulated = hashes(&ended.map_err(|error| error.to_string())?)?;
             if simulated != reference.end {
@@ -80,11 +80,16 @@ impl Simulation {
     }
 
     /// Runs the schedule of a seed; the error says what is wrong with its end.
-    pub fn schedule(&self, seed: u64) -> Result<Verdict, String> {
+    pub fn schedule(&self, seed: u64) -> Result<ScheduleEnd, String> {
         let reference = &self.references[(seed % self.references.len() as u64) as usize];
-        let weather = Weather::new(seed, reference.messages);
+        let network_faults = NetworkFaults::new(seed, reference.messages);
         let out = Scratch::in_memory("schedule", fresh_run_id());
-        let (ended, traces) = attempt(&reference.loaded, weather, self.wrap, Some(out.path()));
+        let (ended, traces) = attempt(
+            &reference.loaded,
+            network_faults,
+            self.wrap,
+            Some(out.path()),
+        );
         let judged = self.judge(reference, ended, &traces, out.path());
         judged.map_err(|why| format!("schedule {seed}, faults {:?}: {why}", traces.faults))
     }
@@ -95,7 +100,7 @@ impl Simulation {
         ended: Result<Ended, Error>,
         traces: &Traces,
         out: &Path,
-    ) -> Result<Verdict, String> {
+    ) -> Result<ScheduleEnd, String> {
         if let Some(broken) = &traces.broken {
             return Err(broken.clone());
         }
@@ -104,7 +109,7 @@ impl Simulation {
             Ok(Ended {
                 error: Some(error), ..
             }) => error,
-            Ok(ended) if hashes(&ended)? == reference.end => return Ok(Verdict::Completed),
+            Ok(ended) if hashes(&ended)? == reference.end => return Ok(ScheduleEnd::Completed),
             Ok(_) => return Err("it completed with other hashes".into()),
         };
         named(&error, traces)?;
@@ -112,14 +117,14 @@ impl Simulation {
     }
 
     /// Goes on from what an ended run left, if it left a checkpoint.
-    fn resumed(&self, reference: &Reference, left: &Path) -> Result<Verdict, String> {
+    fn resumed(&self, reference: &Reference, left: &Path) -> Result<ScheduleEnd, String> {
         let loaded = &reference.loaded;
         let found = find(left, loaded, None).map_err(|error| error.to_string())?;
         let Some(restart) = found.0 else {
-            return Ok(Verdict::Named);
+            return Ok(ScheduleEnd::Named);
         };
         let out = Scratch::in_memory("resumed", fresh_run_id());
-        let network = Network::new(Weather::fair());
+        let network = Network::new(NetworkFaults::none());
         let launch = |launcher: &Launcher| start(launcher, &network, self.wrap);
         let ended = with_options(out.path(), |options| {
             go_on_among(loaded, options, Some(&restart), &launch)
@@ -129,14 +134,14 @@ impl Simulation {
         if hashes(&ended)? != reference.end {
             return Err("it went on from a checkpoint to other hashes".into());
         }
-        Ok(Verdict::Resumed)
+        Ok(ScheduleEnd::Resumed)
     }
 }
 
 /// Refuses an error that does not say what happened, or too late, or without cause.
 fn named(error: &Error, traces: &Traces) -> Result<(), String> {
     let faults = || traces.faults.iter().map(|(_, fault)| *fault);
-    let flipped = faults().any(|fault| matches!(fault, Fault::Flipped(_)));
+    let flipped = faults().any(|fault| matches!(fault, NetworkFault::Flipped(_)));
     let code = error.exit_code();
     let said = error.to_string();
     let names = ["block", "left", "right"];
@@ -148,7 +153,7 @@ fn named(error: &Error, traces: &Traces) -> Result<(), String> {
         return Err(format!("{said}, but only after {} s", traces.unheard_s));
     }
     let takes = |fault| match fault {
-        Fault::Late(time_s) | Fault::Stall(time_s) => time_s,
+        NetworkFault::Late(time_s) | NetworkFault::Stall(time_s) => time_s,
         _ => f64::INFINITY,
     };
     let lost_s: f64 = faults().map(takes).sum();
@@ -161,11 +166,11 @@ fn named(error: &Error, traces: &Traces) -> Result<(), String> {
 /// A run behind a network, its directory at `out` or nowhere.
 fn attempt(
     loaded: &Loaded,
-    weather: Weather,
+    network_faults: NetworkFaults,
     wrap: Wrap,
     out: Option<&Path>,
 ) -> (Result<Ended, Error>, Traces) {
-    let network = Network::new(weather);
+    let network = Network::new(network_faults);
     let scratch = Scratch::in_memory("fair", fresh_run_id());
     let launch = |launcher: &Launcher| start(launcher, &network, wrap);
     let tried = catch_unwind(AssertUnwindSafe(|| {

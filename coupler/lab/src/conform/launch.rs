@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use protocol::serve::Farewell;
 use protocol::{Frame, Kind, NodeError, Reaction, Surface, Window};
 
-use super::subject::{Part, Subject};
+use super::subject::{Part, TestedParticipant};
 use coordinator::error::Error;
 use coordinator::participants::farewell::read_farewell;
 use coordinator::participants::handshake::Greeted;
@@ -20,8 +20,8 @@ use scheme::participants::{Participants, Request};
 const IT: usize = 0;
 
 /// A participant that is joined and ready for its first window.
-pub struct Life<'a> {
-    subject: &'a Subject<'a>,
+pub struct Launch<'a> {
+    subject: &'a TestedParticipant<'a>,
     peers: Peers,
     greeted: Vec<Greeted>,
     /// Its points, set after set.
@@ -34,28 +34,28 @@ pub struct Life<'a> {
 }
 
 /// The end of a life.
-pub struct Death {
+pub struct LaunchEnd {
     /// Its last words.
     pub farewell: Farewell,
     /// Time from its launch to the farewell.
     pub lived: Duration,
 }
 
-impl<'a> Life<'a> {
+impl<'a> Launch<'a> {
     /// Launches the participant and couples its sets, all points of them.
-    pub fn new(subject: &'a Subject<'a>, threads: usize) -> Result<Life<'a>, Error> {
-        Life::exchanging(subject, threads, |_| true)
+    pub fn new(subject: &'a TestedParticipant<'a>, threads: usize) -> Result<Launch<'a>, Error> {
+        Launch::exchanging(subject, threads, |_| true)
     }
 
     /// The same with some of its points only.
     pub fn exchanging(
-        subject: &'a Subject<'a>,
+        subject: &'a TestedParticipant<'a>,
         threads: usize,
         chosen: impl Fn(usize) -> bool,
-    ) -> Result<Life<'a>, Error> {
+    ) -> Result<Launch<'a>, Error> {
         let born = Instant::now();
         let (peers, greeted) = subject.stage.launch(subject.participant, threads)?;
-        let mut life = Life {
+        let mut life = Launch {
             subject,
             peers,
             greeted: vec![greeted],
@@ -219,7 +219,7 @@ impl<'a> Life<'a> {
     }
 
     /// Says farewell.
-    pub fn finish(&mut self) -> Result<Death, Error> {
+    pub fn finish(&mut self) -> Result<LaunchEnd, Error> {
         let window = Window::default();
         self.speak().tell(IT, Kind::Finish, &window, Vec::new())?;
         let frame = self.speak().receive(IT, Kind::Finished)?;
@@ -227,7 +227,7 @@ impl<'a> Life<'a> {
             let why = format!("sent an outcome that cannot be read: {why}");
             self.peers.protocol_error(IT, why)
         })?;
-        Ok(Death {
+        Ok(LaunchEnd {
             farewell,
             lived: self.born.elapsed(),
         })

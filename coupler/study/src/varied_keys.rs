@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 
 use super::collect::Results;
 use super::measure::Norm;
-use super::settings::{Setting, short};
+use super::settings::{StudySetting, short};
 
 /// A value of a knob: the middle over all combinations of the others and over all scenes.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Position {
+pub struct ValueEffect {
     /// The value.
     pub value: String,
     /// Its cost.
@@ -30,13 +30,13 @@ pub struct Position {
 
 /// A key that is varied, and its values from the one that is farthest from the reference's to the nearest.
 #[derive(Clone, Debug)]
-pub struct Knob {
+pub struct VariedKey {
     /// The key.
     pub key: String,
     /// Note of the study about it.
     pub note: String,
     /// The values. Those without an order are in that of the study.
-    pub positions: Vec<Position>,
+    pub positions: Vec<ValueEffect>,
     /// True where the values are positive numbers.
     pub numeric: bool,
     /// Floor of noise by each measure: the middle over the scenes.
@@ -45,7 +45,7 @@ pub struct Knob {
 
 /// A word on the errors along a knob by one measure.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Trend {
+pub enum ErrorTrend {
     /// They fall towards the reference; rises below the floor of noise do not count.
     Falls,
     /// All of them are noise.
@@ -59,7 +59,7 @@ pub enum Trend {
 /// Part by which the work of runs differs that do the same.
 const SAME_WORK: f64 = 0.02;
 
-impl Knob {
+impl VariedKey {
     /// True where the values are ordered by their distance from the reference's.
     pub fn is_ordered(&self) -> bool {
         self.positions
@@ -68,16 +68,16 @@ impl Knob {
     }
 
     /// The trend by a measure, on either side of the reference.
-    pub fn trend(&self, measure: usize) -> Trend {
+    pub fn trend(&self, measure: usize) -> ErrorTrend {
         let floor = self.floors[measure];
         let errors: Vec<(usize, f64, f64)> = (self.positions.iter().enumerate())
             .filter_map(|(place, p)| Some((place, p.errors[measure]?, p.distance?)))
             .collect();
         if !self.is_ordered() || errors.len() < 2 {
-            return Trend::None;
+            return ErrorTrend::None;
         }
         if errors.iter().all(|(_, error, _)| *error <= floor) {
-            return Trend::Noise;
+            return ErrorTrend::Noise;
         }
         for side in [1.0, -1.0] {
             let of_side = errors
@@ -88,10 +88,10 @@ impl Knob {
                 .windows(2)
                 .find(|pair| pair[1].1 > pair[0].1 + floor);
             if let Some(pair) = rises {
-                return Trend::Rises(pair[0].0, pair[1].0);
+                return ErrorTrend::Rises(pair[0].0, pair[1].0);
             }
         }
-        Trend::Falls
+        ErrorTrend::Falls
     }
 
     /// The trend in words.
@@ -102,13 +102,13 @@ impl Knob {
             format!("{} ({error} %)", position.value)
         };
         match self.trend(measure) {
-            Trend::Falls => "falls towards the reference".into(),
-            Trend::Noise => format!("is noise (floor {} %)", percent(self.floors[measure])),
-            Trend::Rises(a, b) => {
+            ErrorTrend::Falls => "falls towards the reference".into(),
+            ErrorTrend::Noise => format!("is noise (floor {} %)", percent(self.floors[measure])),
+            ErrorTrend::Rises(a, b) => {
                 let why = self.why(measure, a, b);
                 format!("does not fall from {} to {}{why}", at(a), at(b))
             }
-            Trend::None => "has too few values to fall".into(),
+            ErrorTrend::None => "has too few values to fall".into(),
         }
     }
 
@@ -133,8 +133,9 @@ impl Knob {
             (Some(a), Some(b)) => (a - b).abs() <= SAME_WORK * a.max(b),
             (a, b) => a.is_none() && b.is_none(),
         };
-        let alike =
-            |a: &Position, b: &Position| a.work.iter().zip(&b.work).all(|(a, b)| same((*a, *b)));
+        let alike = |a: &ValueEffect, b: &ValueEffect| {
+            a.work.iter().zip(&b.work).all(|(a, b)| same((*a, *b)))
+        };
         // Of a knob that never changes the work that is no reason.
         if alike(a, b) && self.positions.iter().any(|other| !alike(a, other)) {
             return ": both do the same work within 2 %";
@@ -148,7 +149,7 @@ impl Knob {
             return vec![self.sentence(measures)];
         }
         let head = format!("{}:", short(&self.key));
-        let line = |position: &Position| {
+        let line = |position: &ValueEffect| {
             if position.fell {
                 return format!("  {}: not completed without suspicion", position.value);
             }
@@ -168,7 +169,7 @@ impl Knob {
     /// Ratio of the costs of the nearest value and the farthest, and the errors of both.
     fn sentence(&self, measures: &[String]) -> String {
         let stand = self.positions.iter().filter(|position| !position.fell);
-        let stand: Vec<&Position> = stand.collect();
+        let stand: Vec<&ValueEffect> = stand.collect();
         let (Some(far), Some(near)) = (stand.first(), stand.last()) else {
             return format!("{}: no run with it completed", short(&self.key));
         };
@@ -210,7 +211,7 @@ pub fn percent(part: f64) -> String {
 }
 
 /// The knobs of a study in its order.
-pub fn knobs(results: &Results, settings: &[Setting]) -> Vec<Knob> {
+pub fn knobs(results: &Results, settings: &[StudySetting]) -> Vec<VariedKey> {
     let keys = results.file.vary.iter().enumerate();
     let knobs = keys.filter(|(_, vary)| !vary.scene);
     knobs
@@ -218,11 +219,11 @@ pub fn knobs(results: &Results, settings: &[Setting]) -> Vec<Knob> {
         .collect()
 }
 
-fn knob(results: &Results, settings: &[Setting], place: usize) -> Knob {
+fn knob(results: &Results, settings: &[StudySetting], place: usize) -> VariedKey {
     let vary = &results.file.vary[place];
     let count = results.file.measure.len();
     let mut values: Vec<String> = Vec::new();
-    let mut with: BTreeMap<String, Vec<&Setting>> = BTreeMap::new();
+    let mut with: BTreeMap<String, Vec<&StudySetting>> = BTreeMap::new();
     for setting in settings {
         let Some((_, value)) = setting.chosen.iter().find(|(at, _)| *at == place) else {
             continue;
@@ -239,20 +240,20 @@ fn knob(results: &Results, settings: &[Setting], place: usize) -> Knob {
     }
     let position = |value: &String| {
         let same = &with[value];
-        let each = |of: &dyn Fn(&Setting) -> Option<f64>| {
+        let each = |of: &dyn Fn(&StudySetting) -> Option<f64>| {
             median(same.iter().filter_map(|setting| of(setting)).collect())
         };
-        let raw = |measure: usize, setting: &Setting| {
+        let raw = |measure: usize, setting: &StudySetting| {
             let errors = setting.rows.iter().map(|row| row.error(measure));
             errors.collect::<Option<Vec<f64>>>().and_then(median)
         };
-        let signed = |measure: usize, setting: &Setting| {
+        let signed = |measure: usize, setting: &StudySetting| {
             let of = &results.file.measure[measure];
             let deviations = setting.rows.iter().map(|row| row.deviations[measure]);
             let deviations = deviations.collect::<Option<Vec<f64>>>().and_then(median);
             deviations.filter(|_| of.norm == Norm::At)
         };
-        Position {
+        ValueEffect {
             value: value.clone(),
             cost: each(&|setting| setting.price()),
             errors: (0..count)
@@ -265,14 +266,14 @@ fn knob(results: &Results, settings: &[Setting], place: usize) -> Knob {
                 .map(|name| each(&|setting| setting.cost(name))),
             distance: order.as_ref().map(|order| order[value]),
             reference: same.iter().all(|setting| setting.is_reference(results)),
-            fell: !same.iter().any(|setting| setting.stands()),
+            fell: !same.iter().any(|setting| setting.is_trusted()),
         }
     };
     let floor = |measure: usize| {
         let floors = results.rows.iter().filter_map(|row| row.floors[measure]);
         median(floors.collect()).unwrap_or(0.0)
     };
-    Knob {
+    VariedKey {
         key: vary.key.clone(),
         note: vary.note.clone(),
         numeric: values.iter().all(|value| number(value).is_some()),
@@ -292,7 +293,7 @@ fn number(value: &str) -> Option<f64> {
 /// the one that it has for the key, or the one with which a point is the same run as the reference.
 fn order(
     results: &Results,
-    with: &BTreeMap<String, Vec<&Setting>>,
+    with: &BTreeMap<String, Vec<&StudySetting>>,
     values: &[String],
     place: usize,
 ) -> Option<BTreeMap<String, f64>> {
@@ -315,8 +316,8 @@ fn order(
 mod tests {
     use super::*;
 
-    fn knob(errors: &[f64], floor: f64) -> Knob {
-        let position = |(k, error): (usize, &f64)| Position {
+    fn knob(errors: &[f64], floor: f64) -> VariedKey {
+        let position = |(k, error): (usize, &f64)| ValueEffect {
             value: format!("{k}"),
             cost: Some(1.0 + k as f64),
             errors: vec![Some(*error)],
@@ -326,7 +327,7 @@ mod tests {
             reference: false,
             distance: Some((errors.len() - k) as f64),
         };
-        Knob {
+        VariedKey {
             key: "interface.a.substeps".into(),
             note: String::new(),
             positions: errors.iter().enumerate().map(position).collect(),
@@ -337,18 +338,21 @@ mod tests {
 
     #[test]
     fn trends_are_judged_beyond_the_noise() {
-        assert_eq!(knob(&[0.3, 0.1, 0.0], 0.0).trend(0), Trend::Falls);
-        assert_eq!(knob(&[0.3, 0.1, 0.12], 0.05).trend(0), Trend::Falls);
-        assert_eq!(knob(&[0.3, 0.1, 0.2], 0.05).trend(0), Trend::Rises(1, 2));
-        assert_eq!(knob(&[0.03, 0.01, 0.02], 0.05).trend(0), Trend::Noise);
+        assert_eq!(knob(&[0.3, 0.1, 0.0], 0.0).trend(0), ErrorTrend::Falls);
+        assert_eq!(knob(&[0.3, 0.1, 0.12], 0.05).trend(0), ErrorTrend::Falls);
+        assert_eq!(
+            knob(&[0.3, 0.1, 0.2], 0.05).trend(0),
+            ErrorTrend::Rises(1, 2)
+        );
+        assert_eq!(knob(&[0.03, 0.01, 0.02], 0.05).trend(0), ErrorTrend::Noise);
         let mut loose = knob(&[0.3, 0.1], 0.0);
         loose.positions[0].distance = None;
-        assert_eq!(loose.trend(0), Trend::None);
+        assert_eq!(loose.trend(0), ErrorTrend::None);
         // 0.2 lies on one side of the reference, and 0.3 and 0.1 on the other.
         let mut sides = knob(&[0.3, 0.2, 0.25, 0.1], 0.0);
-        assert_eq!(sides.trend(0), Trend::Rises(1, 2));
+        assert_eq!(sides.trend(0), ErrorTrend::Rises(1, 2));
         sides.positions[1].distance = Some(-3.0);
-        assert_eq!(sides.trend(0), Trend::Falls);
+        assert_eq!(sides.trend(0), ErrorTrend::Falls);
     }
 
     #[test]
@@ -363,7 +367,7 @@ mod tests {
             rising.trend_words(0),
             "does not fall from 0 (10 %) to 1 (30 %)"
         );
-        rising.positions.push(Position {
+        rising.positions.push(ValueEffect {
             work: [Some(3.0), None],
             errors: vec![None],
             ..rising.positions[0].clone()

@@ -3,10 +3,10 @@
 use nalgebra::DMatrix;
 use protocol::{Role, Surface, Window};
 
-use super::life::{Death, Life};
-use super::load::{Loads, into};
-use super::rule::{Found, Verdict, broken, holds};
-use super::subject::{Part, Subject};
+use super::launch::{Launch, LaunchEnd};
+use super::load::{TrialLoads, into};
+use super::rule::{Finding, RuleVerdict, broken, holds};
+use super::subject::{Part, TestedParticipant};
 use coordinator::error::Error;
 
 /// Part of a motion by which a compliant boundary yields.
@@ -16,35 +16,36 @@ const YIELDS: f64 = 0.1;
 pub const WINDOWS: u64 = 12;
 
 /// A participant with the loads of its trials, and what it answers when it is asked for each window once.
-pub struct Trial<'a> {
+pub struct RuleTrial<'a> {
     /// The participant.
-    pub subject: &'a Subject<'a>,
+    pub subject: &'a TestedParticipant<'a>,
     /// Its points.
     pub surface: Surface,
     /// Its loads.
-    pub loads: Loads,
+    pub loads: TrialLoads,
     /// Its answer to a change of motion, if it is told one.
-    pub stiffness: Option<Stiffness>,
+    pub stiffness: Option<LayerStiffness>,
     /// Its plain life.
-    pub plain: Record,
+    pub plain: LaunchRecord,
 }
 
 /// Answers and reports of a life, window by window.
-pub struct Record {
+pub struct LaunchRecord {
     /// Answers to the windows that were accepted.
     pub answers: Vec<Vec<f64>>,
     /// Reports of these windows.
     pub reports: Vec<Vec<f64>>,
     /// Its end.
-    pub death: Death,
+    pub death: LaunchEnd,
 }
 
 /// A trial of something between the windows of a life: it returns the answer that is accepted, and its window.
-pub type Ask<'t> = dyn FnMut(&mut Life, &Window, &[f64]) -> Result<(Window, Vec<f64>), Error> + 't;
+pub type AskWindow<'t> =
+    dyn FnMut(&mut Launch, &Window, &[f64]) -> Result<(Window, Vec<f64>), Error> + 't;
 
-impl<'a> Trial<'a> {
+impl<'a> RuleTrial<'a> {
     /// Finds loads that fit the participant, and lives its plain life.
-    pub fn new(subject: &'a Subject<'a>) -> Result<Trial<'a>, Error> {
+    pub fn new(subject: &'a TestedParticipant<'a>) -> Result<RuleTrial<'a>, Error> {
         let (surface, loads) = loads(subject)?;
         let stiffness = match subject.part {
             Part::MotionDriven => Some(stiffness(subject, &loads)?),
@@ -57,7 +58,7 @@ impl<'a> Trial<'a> {
             boundary.map(|boundary| subject.boundary.set(boundary));
         }
         let plain = record(subject, &loads, 1, &mut ask_once)?;
-        Ok(Trial {
+        Ok(RuleTrial {
             subject,
             surface,
             loads,
@@ -67,17 +68,17 @@ impl<'a> Trial<'a> {
     }
 
     /// A life in which windows are asked for in this way.
-    pub fn live(&self, threads: usize, ask: &mut Ask) -> Result<Record, Error> {
+    pub fn live(&self, threads: usize, ask: &mut AskWindow) -> Result<LaunchRecord, Error> {
         record(self.subject, &self.loads, threads, ask)
     }
 
     /// A new life.
-    pub fn begin(&self) -> Result<Life<'a>, Error> {
-        Life::new(self.subject, 1)
+    pub fn begin(&self) -> Result<Launch<'a>, Error> {
+        Launch::new(self.subject, 1)
     }
 
     /// Compares answers and reports from window `first` on with those of the plain life.
-    pub fn compare(&self, first: usize, answers: &[Vec<f64>], reports: &[Vec<f64>]) -> Found {
+    pub fn compare(&self, first: usize, answers: &[Vec<f64>], reports: &[Vec<f64>]) -> Finding {
         let pairs = [
             ("answer", &self.plain.answers, answers),
             ("report", &self.plain.reports, reports),
@@ -94,10 +95,10 @@ impl<'a> Trial<'a> {
     }
 
     /// The same of a whole life, and of its state at the end.
-    pub fn compare_life(&self, other: &Record) -> Found {
+    pub fn compare_life(&self, other: &LaunchRecord) -> Finding {
         let found = self.compare(0, &other.answers, &other.reports);
-        let hash = |record: &Record| record.death.farewell.outcome.state_hash.clone();
-        if found.0 == Verdict::Holds && hash(&self.plain) != hash(other) {
+        let hash = |record: &LaunchRecord| record.death.farewell.outcome.state_hash.clone();
+        if found.0 == RuleVerdict::Holds && hash(&self.plain) != hash(other) {
             return broken("the answers are the same, the state hashes at the end are not");
         }
         found
@@ -125,7 +126,7 @@ impl<'a> Trial<'a> {
 
 /// Asks for the window once.
 pub fn ask_once(
-    life: &mut Life,
+    life: &mut Launch,
     window: &Window,
     load: &[f64],
 ) -> Result<(Window, Vec<f64>), Error> {
@@ -133,12 +134,12 @@ pub fn ask_once(
 }
 
 fn record(
-    subject: &Subject,
-    loads: &Loads,
+    subject: &TestedParticipant,
+    loads: &TrialLoads,
     threads: usize,
-    ask: &mut Ask,
-) -> Result<Record, Error> {
-    let mut life = Life::new(subject, threads)?;
+    ask: &mut AskWindow,
+) -> Result<LaunchRecord, Error> {
+    let mut life = Launch::new(subject, threads)?;
     let (mut answers, mut reports) = (Vec::new(), Vec::new());
     for index in 0..WINDOWS {
         let window = life.window(index);
@@ -146,7 +147,7 @@ fn record(
         reports.push(life.accept(&window, &answer)?);
         answers.push(answer);
     }
-    Ok(Record {
+    Ok(LaunchRecord {
         answers,
         reports,
         death: life.finish()?,
@@ -154,7 +155,7 @@ fn record(
 }
 
 /// Change of the forces (N) of a layer between two motions of a window on a rigid boundary, and of the motion (m/s).
-pub struct Stiffness {
+pub struct LayerStiffness {
     /// Of the forces.
     pub force: Vec<f64>,
     /// Of the motion.
@@ -162,7 +163,10 @@ pub struct Stiffness {
 }
 
 /// A boundary that yields to the layer by a part of what it is told to do; `None` where no force was seen.
-fn yielding(window_s: f64, Stiffness { force, motion }: &Stiffness) -> Option<DMatrix<f64>> {
+fn yielding(
+    window_s: f64,
+    LayerStiffness { force, motion }: &LayerStiffness,
+) -> Option<DMatrix<f64>> {
     let impedance = window_s * greatest(force) / greatest(motion);
     let yields = |i: usize, j: usize| match i.abs_diff(j) {
         0 => YIELDS / impedance,
@@ -173,12 +177,12 @@ fn yielding(window_s: f64, Stiffness { force, motion }: &Stiffness) -> Option<DM
 }
 
 /// Presses it for a life, then in the next window by one motion and by a faster one.
-fn stiffness(subject: &Subject, loads: &Loads) -> Result<Stiffness, Error> {
+fn stiffness(subject: &TestedParticipant, loads: &TrialLoads) -> Result<LayerStiffness, Error> {
     let one = loads.of_window(WINDOWS, 0);
     let other: Vec<f64> = one.iter().map(|v| 1.5 * v).collect();
     let mut forces = Vec::new();
     for velocity in [&one, &other] {
-        let mut life = Life::new(subject, 1)?;
+        let mut life = Launch::new(subject, 1)?;
         for index in 0..WINDOWS {
             let window = life.window(index);
             let answer = life.ask(&window, &loads.of_window(index, 0))?;
@@ -188,27 +192,27 @@ fn stiffness(subject: &Subject, loads: &Loads) -> Result<Stiffness, Error> {
         let answer = life.ask(&window, velocity)?;
         forces.push(answer[..velocity.len()].to_vec());
     }
-    Ok(Stiffness {
+    Ok(LayerStiffness {
         force: minus(&forces[1], &forces[0]),
         motion: minus(&other, &one),
     })
 }
 
 /// Loads under which it moves, or resists, by amounts that can be compared.
-fn loads(subject: &Subject) -> Result<(Surface, Loads), Error> {
-    let mut life = Life::new(subject, 1)?;
+fn loads(subject: &TestedParticipant) -> Result<(Surface, TrialLoads), Error> {
+    let mut life = Launch::new(subject, 1)?;
     let surface = life.surface.clone();
     let points = surface.len();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / points.max(1) as f64;
     let spacing_m = mean(&surface.length_m);
     let loads = match subject.part {
-        Part::Alone => Loads::forces(0, 1.0, 1.0),
+        Part::Alone => TrialLoads::forces(0, 1.0, 1.0),
         Part::ForceDriven => {
             let window = life.window(0);
             let unloaded = life.ask(&window, &vec![0.0; 2 * points])?;
-            let loaded = Life::new(subject, 1)?.ask(&window, &vec![1.0; 2 * points])?;
+            let loaded = Launch::new(subject, 1)?.ask(&window, &vec![1.0; 2 * points])?;
             let softest = greatest(&minus(&loaded, &unloaded));
-            Loads::forces(points, spacing_m, softest)
+            TrialLoads::forces(points, spacing_m, softest)
         }
         Part::MotionDriven => {
             let radius_m = mean(&surface.radius_m);
@@ -218,7 +222,7 @@ fn loads(subject: &Subject) -> Result<(Surface, Loads), Error> {
                 spacing_m
             };
             let direction = into(subject).unwrap_or([0.0, 1.0]);
-            Loads::velocities(points, size_m, direction, subject.clock.window_s())
+            TrialLoads::velocities(points, size_m, direction, subject.clock.window_s())
         }
     };
     Ok((surface, loads))

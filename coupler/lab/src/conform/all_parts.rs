@@ -4,9 +4,9 @@ use std::cell::OnceCell;
 
 use protocol::{Role, Window};
 
-use super::rule::{Found, Verdict, broken, exceeds, holds, not_offered, not_tested, within};
-use super::subject::{Part, Subject};
-use super::trial::{Trial, WINDOWS, ask_once, difference};
+use super::plain::{RuleTrial, WINDOWS, ask_once, difference};
+use super::rule::{Finding, RuleVerdict, broken, exceeds, holds, not_offered, not_tested, within};
+use super::subject::{Part, TestedParticipant};
 use coordinator::error::Error;
 
 /// Largest difference of a work that is summed up on both sides, over the sum of its sizes: rounding leaves 1e-12.
@@ -18,13 +18,13 @@ const BALANCE: f64 = 0.1;
 const SLOW_WINDOWS: u64 = 200;
 
 /// Two lives, the second with two threads.
-pub fn same_bits(trial: &Trial) -> Result<Found, Error> {
+pub fn same_bits(trial: &RuleTrial) -> Result<Finding, Error> {
     let other = trial.live(2, &mut ask_once)?;
     Ok(trial.compare_life(&other))
 }
 
 /// Every window is asked for three times.
-pub fn repeats(trial: &Trial) -> Result<Found, Error> {
+pub fn repeats(trial: &RuleTrial) -> Result<Finding, Error> {
     if let Some(why) = cannot_repeat(trial) {
         return Ok(why);
     }
@@ -47,7 +47,7 @@ pub fn repeats(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// Every window is asked for under another load first, and half as long.
-pub fn rollback(trial: &Trial) -> Result<Found, Error> {
+pub fn rollback(trial: &RuleTrial) -> Result<Finding, Error> {
     if let Some(why) = cannot_repeat(trial) {
         return Ok(why);
     }
@@ -64,7 +64,7 @@ pub fn rollback(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// The first half of a window, where it has one.
-fn half(trial: &Trial, window: &Window) -> Option<Window> {
+fn half(trial: &RuleTrial, window: &Window) -> Option<Window> {
     let substeps = window.substeps / 2;
     let half = trial
         .subject
@@ -80,14 +80,14 @@ fn repeat(window: &Window, iteration: u32) -> Window {
     }
 }
 
-fn cannot_repeat(trial: &Trial) -> Option<Found> {
+fn cannot_repeat(trial: &RuleTrial) -> Option<Finding> {
     let subject = trial.subject;
     let offers = subject.told.capabilities.rollback;
     (!offers).then(|| not_offered("it cannot repeat a window (no `checkpoint`)"))
 }
 
 /// Lengths of reports, and numbers in them.
-pub fn report(trial: &Trial) -> Result<Found, Error> {
+pub fn report(trial: &RuleTrial) -> Result<Finding, Error> {
     let told = &trial.subject.told;
     let due = told.signals.len() + told.ledger.len();
     let terms = told.ledger.iter().map(|term| &term.name);
@@ -109,7 +109,7 @@ pub fn report(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// The work that it books against the work that was exchanged.
-pub fn work(trial: &Trial) -> Result<Found, Error> {
+pub fn work(trial: &RuleTrial) -> Result<Finding, Error> {
     let booked = |role: &Role| trial.subject.told.ledger.iter().any(|t| t.role == *role);
     if !booked(&Role::InterfaceWork) {
         return Ok(not_offered("its ledger has no term `interface_work`"));
@@ -137,7 +137,7 @@ pub fn work(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// The balance of the ledger over a load that comes and goes slowly.
-pub fn balance(trial: &Trial) -> Result<Found, Error> {
+pub fn balance(trial: &RuleTrial) -> Result<Finding, Error> {
     let part = trial.subject.part;
     if trial.subject.told.ledger.is_empty() {
         return Ok(not_offered("it keeps no ledger"));
@@ -168,7 +168,7 @@ pub fn balance(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// Fields are written in the middle of a life.
-pub fn snapshot(trial: &Trial) -> Result<Found, Error> {
+pub fn snapshot(trial: &RuleTrial) -> Result<Finding, Error> {
     let other = trial.live(1, &mut |life, window, load| {
         if window.index == WINDOWS / 2 {
             life.snapshot("conform")?;
@@ -179,7 +179,7 @@ pub fn snapshot(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// A checkpoint in the middle of a life, which another life takes up.
-pub fn checkpoint(trial: &Trial) -> Result<Found, Error> {
+pub fn checkpoint(trial: &RuleTrial) -> Result<Finding, Error> {
     if !trial.subject.told.capabilities.resume {
         return Ok(not_offered("it writes no checkpoints (no `resume`)"));
     }
@@ -192,7 +192,7 @@ pub fn checkpoint(trial: &Trial) -> Result<Found, Error> {
     })?;
     let found = trial.compare_life(&kept);
     let (state, place) = saved.expect("the window came");
-    if found.0 == Verdict::Broken {
+    if found.0 == RuleVerdict::Broken {
         return Ok(broken(format!("after a checkpoint, {}", found.1)));
     }
     let mut life = trial.begin()?;
@@ -207,7 +207,7 @@ pub fn checkpoint(trial: &Trial) -> Result<Found, Error> {
     }
     let hash = life.finish()?.farewell.outcome.state_hash;
     let found = trial.compare((WINDOWS / 2) as usize, &answers, &reports);
-    if found.0 == Verdict::Holds && hash != trial.plain.death.farewell.outcome.state_hash {
+    if found.0 == RuleVerdict::Holds && hash != trial.plain.death.farewell.outcome.state_hash {
         return Ok(broken(
             "a new life that took up the checkpoint answers the same and ends with another state hash",
         ));
@@ -216,7 +216,7 @@ pub fn checkpoint(trial: &Trial) -> Result<Found, Error> {
 }
 
 /// Windows without an interface.
-pub fn alone(trial: &Trial) -> Result<Found, Error> {
+pub fn alone(trial: &RuleTrial) -> Result<Finding, Error> {
     let told = &trial.subject.told;
     if !told.capabilities.alone {
         return Ok(not_offered("it cannot run alone"));
@@ -224,7 +224,7 @@ pub fn alone(trial: &Trial) -> Result<Found, Error> {
     if told.step_s.is_none() {
         return Ok(not_tested("it has no step of its own here"));
     }
-    let alone = Subject {
+    let alone = TestedParticipant {
         stage: trial.subject.stage,
         participant: trial.subject.participant,
         part: Part::Alone,
@@ -233,10 +233,10 @@ pub fn alone(trial: &Trial) -> Result<Found, Error> {
         clock: trial.subject.clock,
         boundary: OnceCell::new(),
     };
-    let trial = Trial::new(&alone)?;
+    let trial = RuleTrial::new(&alone)?;
     let found = report(&trial)?;
     Ok(match found.0 {
-        Verdict::Broken => found,
+        RuleVerdict::Broken => found,
         _ => holds(format!("{WINDOWS} windows, {}", found.1)),
     })
 }

@@ -2,7 +2,7 @@
 
 use protocol::{BoundaryInertia, larger};
 
-use super::bar::Bar;
+use super::bar::UnitBar;
 use scheme::coupling::Coupling;
 use scheme::error::SchemeError;
 use scheme::keys::{Acceleration, Dirichlet, Policy, Scheme, SchemeKeys, SchemeWord};
@@ -13,9 +13,9 @@ use scheme::predict::sprung_mass::Masses;
 
 /// One set-up.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Trial {
+pub struct Setup {
     /// The continuum.
-    pub bar: Bar,
+    pub bar: UnitBar,
     /// Steps in a window.
     pub substeps: u32,
     /// The scheme; a fixed point has the constant relaxation [`RELAXATION`].
@@ -48,9 +48,9 @@ pub fn scheme(word: SchemeWord, dirichlet: Dirichlet) -> Scheme {
     .scheme()
 }
 
-/// Outcome of a trial.
+/// The windows that were run.
 #[derive(Debug, Default)]
-pub struct Run {
+pub struct SetupRun {
     /// Interface force (N) in each accepted window.
     pub forces: Vec<f64>,
     /// State of both sides after the first window.
@@ -59,7 +59,7 @@ pub struct Run {
     pub error: Option<SchemeError>,
 }
 
-impl Trial {
+impl Setup {
     /// Mass of the point (kg), where it has any.
     pub fn point_mass_kg(&self) -> f64 {
         match self.scheme.dirichlet() {
@@ -89,11 +89,11 @@ impl Trial {
     }
 
     /// Runs windows from masses that start with 1 m/s, to a gap (m).
-    pub fn run(&self, response: &Response, windows: u64, gap_m: f64) -> Run {
+    pub fn run(&self, response: &Response, windows: u64, gap_m: f64) -> SetupRun {
         let model = self.model(response);
         let mut coupling = Coupling::new("glue", self.scheme, Policy::Stop, model.group(gap_m));
         let mut pair = LinearPair::new(model, MOVING);
-        let mut run = Run::default();
+        let mut run = SetupRun::default();
         for index in 0..windows {
             let window = coupling.group().clock.window(index, index, 1);
             match coupling.window(&mut pair, window, |_| None) {
