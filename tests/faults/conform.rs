@@ -10,7 +10,7 @@ use harness::runs::{Scratch, program, thirdbody};
 use harness::scene::{bar, body, glue, head};
 use lab::conform::conform;
 use lab::conform::rule::{ConformRow, RuleVerdict};
-use lab::conform::subject::ConformOptions;
+use lab::conform::tested::ConformOptions;
 
 use crate::scene::fails;
 
@@ -45,9 +45,9 @@ fn rows_of(text: &str, harm: [&str; 2], only: &[&str]) -> Vec<ConformRow> {
     conform(&loaded, harm[0], None, &options, |_| {}).expect("it can be tried")
 }
 
-fn broken(rows: &[ConformRow]) -> Vec<&str> {
+fn broken(rows: &[ConformRow]) -> Vec<String> {
     let broken = rows.iter().filter(|row| row.verdict == RuleVerdict::Broken);
-    broken.map(|row| row.rule).collect()
+    broken.map(|row| row.rule.to_string()).collect()
 }
 
 #[test]
@@ -103,7 +103,10 @@ fn a_harm_is_rejected_by_the_name_of_its_rule() {
         let rows = rows(participant, harm);
         let broken = broken(&rows);
         println!("{participant} {harm}: {broken:?}");
-        assert!(broken.contains(&rule), "{participant} {harm}: {rows:#?}");
+        assert!(
+            broken.contains(&rule.to_string()),
+            "{participant} {harm}: {rows:#?}"
+        );
     }
 }
 

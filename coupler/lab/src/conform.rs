@@ -6,7 +6,7 @@
 //! the plain one. What has no such twin is compared with what the wire page says: work, columns, velocities of a boundary.
 //!
 //! - [`rule`]: the rules by name, and the outcome of each;
-//! - [`subject`]: the participant with its part; [`launch`]: one launch of it; [`load`]: its loads; [`plain`]: the plain life;
+//! - [`tested`]: the participant with its part; [`launch`]: one launch of it; [`load`]: its loads; [`plain`]: the plain life;
 //! - [`joined`], [`all_parts`], [`continuum`], [`layer`], [`ending`]: the trials.
 
 pub mod all_parts;
@@ -18,7 +18,7 @@ pub mod layer;
 pub mod load;
 pub mod plain;
 pub mod rule;
-pub mod subject;
+pub mod tested;
 
 use kit::keys::proposal;
 use protocol::Cause;
@@ -29,15 +29,11 @@ use coordinator::scenario::load::Loaded;
 use joined::joins;
 use launch::Launch;
 use plain::RuleTrial;
-use rule::{ConformRow, Finding, Rule, RuleVerdict};
-use subject::{ConformOptions, Part, ScenarioLauncher, TestedParticipant};
+use rule::{ConformRow, Finding, Rule, RuleVerdict, Stop};
+use tested::{ConformOptions, Part, ScenarioLauncher, TestedParticipant};
 
 /// A rule, the parts that it concerns, and how it is tried.
-type Test = (
-    Rule,
-    &'static [Part],
-    fn(&RuleTrial) -> Result<Finding, Error>,
-);
+type Test = (Rule, &'static [Part], fn(&RuleTrial) -> Finding);
 
 const ALL: &[Part] = &[Part::Alone, Part::ForceDriven, Part::MotionDriven];
 const JOINED: &[Part] = &[Part::ForceDriven, Part::MotionDriven];
@@ -81,45 +77,43 @@ pub fn conform(
 ) -> Result<Vec<ConformRow>, Error> {
     let participant = conforming(loaded, name, command)?;
     refuse_unknown_rules(&options.only)?;
-    let wanted =
-        |rule: Rule| options.only.is_empty() || options.only.iter().any(|word| word == rule.word());
+    let wanted = |rule: Rule| {
+        options.only.is_empty() || options.only.iter().any(|word| *word == rule.to_string())
+    };
     let mut table = Table {
         rows: Vec::new(),
         seen: &mut seen,
     };
-    let stage = ScenarioLauncher::new(loaded, options);
-    let greeted = table.tried(Rule::Greeting, stage.launch(&participant, 1))?;
+    let launcher = ScenarioLauncher::new(loaded, options);
+    let greeted = table.tried(Rule::Greeting, launcher.launch(&participant, 1))?;
     let Some((peers, greeted)) = greeted else {
         return Ok(table.rows);
     };
     drop(peers);
-    let subject = TestedParticipant::new(&stage, &participant, greeted.description)?;
-    let software = format!("{} ({})", subject.told.software, subject.told.kind);
-    table.add(Rule::Greeting, rule::holds(software));
-    let Some(life) = table.tried(Rule::Surface, Launch::new(&subject, 1))? else {
+    let tested = TestedParticipant::new(&launcher, &participant, greeted.description)?;
+    let description = &tested.description;
+    let software = format!("{} ({})", description.software, description.kind);
+    table.add(Rule::Greeting, RuleVerdict::Holds, software);
+    let Some(launch) = table.tried(Rule::Surface, Launch::new(&tested, 1))? else {
         return Ok(table.rows);
     };
-    let points = life.surface.len();
-    drop(life);
-    table.add(Rule::Surface, rule::holds(format!("{points} points")));
-    if wanted(Rule::Joins)
-        && let Some(found) = table.tried(Rule::Joins, joins(&subject))?
-    {
-        table.add(Rule::Joins, found);
+    let points = format!("{} points", launch.surface.len());
+    drop(launch);
+    table.add(Rule::Surface, RuleVerdict::Holds, points);
+    if wanted(Rule::Joins) {
+        table.enter(Rule::Joins, joins(&tested))?;
     }
-    let Some(trial) = table.tried(Rule::Frames, RuleTrial::new(&subject))? else {
+    let Some(trial) = table.tried(Rule::Frames, RuleTrial::new(&tested))? else {
         return Ok(table.rows);
     };
-    let concern = TESTS.into_iter();
-    let concern = concern.filter(|(_, parts, _)| parts.contains(&subject.part));
-    for (rule, _, test) in concern.filter(|(rule, ..)| wanted(*rule)) {
-        if let Some(found) = table.tried(rule, test(&trial))? {
-            table.add(rule, found);
+    for (rule, parts, test) in TESTS {
+        if parts.contains(&tested.part) && wanted(rule) {
+            table.enter(rule, test(&trial))?;
         }
     }
     for rule in [Rule::Frames, Rule::Finite, Rule::Lives] {
-        if table.rows.iter().all(|row| row.rule != rule.word()) {
-            table.add(rule, rule::holds("in all lives"));
+        if table.rows.iter().all(|row| row.rule != rule) {
+            table.add(rule, RuleVerdict::Holds, "in all lives".into());
         }
     }
     Ok(table.rows)
@@ -127,12 +121,13 @@ pub fn conform(
 
 /// Refuses names that no rule has.
 fn refuse_unknown_rules(only: &[String]) -> Result<(), Error> {
-    let mut known: Vec<&str> = TESTS.iter().map(|(rule, ..)| rule.word()).collect();
-    known.push(Rule::Joins.word());
+    let rules = TESTS.iter().map(|(rule, ..)| *rule).chain([Rule::Joins]);
+    let mut known: Vec<String> = rules.map(|rule| rule.to_string()).collect();
     known.dedup();
-    let Some(word) = only.iter().find(|word| !known.contains(&word.as_str())) else {
+    let Some(word) = only.iter().find(|word| !known.contains(word)) else {
         return Ok(());
     };
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
     let problem = format!("no such rule; {}", proposal(word, "rules", &known));
     Err(Refusal::argument(format!("--only {word}"), problem).into())
 }
@@ -169,23 +164,32 @@ struct Table<'s> {
 }
 
 impl Table<'_> {
-    fn add(&mut self, rule: Rule, (verdict, why): Finding) {
-        let row = ConformRow {
-            rule: rule.word(),
-            verdict,
-            why,
-        };
+    fn add(&mut self, rule: Rule, verdict: RuleVerdict, why: String) {
+        let row = ConformRow { rule, verdict, why };
         (self.seen)(&row);
         self.rows.push(row);
     }
 
-    /// The value of a trial that came to its end. An error that is the participant's is entered under the rule that it breaks; one
-    /// that is not is returned.
+    /// Enters what came of a trial.
+    fn enter(&mut self, rule: Rule, finding: Finding) -> Result<(), Error> {
+        match finding {
+            Ok(why) => self.add(rule, RuleVerdict::Holds, why),
+            Err(Stop::Verdict(verdict, why)) => self.add(rule, verdict, why),
+            Err(Stop::Failed(error)) => self.failed(rule, error)?,
+        }
+        Ok(())
+    }
+
+    /// The value of something that came to its end; an error is entered.
     fn tried<T>(&mut self, rule: Rule, result: Result<T, Error>) -> Result<Option<T>, Error> {
-        let error = match result {
-            Ok(value) => return Ok(Some(value)),
-            Err(error) => error,
-        };
+        match result {
+            Ok(value) => Ok(Some(value)),
+            Err(error) => self.failed(rule, error).map(|()| None),
+        }
+    }
+
+    /// Enters an error that is the participant's under the rule that it breaks; returns one that is not.
+    fn failed(&mut self, rule: Rule, error: Error) -> Result<(), Error> {
         let breaks = match &error {
             Error::Interrupted { .. } | Error::Input { .. } | Error::Scenario(_) => {
                 return Err(error);
@@ -199,14 +203,13 @@ impl Table<'_> {
             _ => rule,
         };
         if breaks != rule {
-            let why = format!("it breaks the rule `{}`", breaks.word());
-            self.add(rule, rule::not_tested(why));
+            let why = format!("it breaks the rule `{breaks}`");
+            self.add(rule, RuleVerdict::NotTested, why);
         }
-        let known =
-            |row: &&ConformRow| row.rule == breaks.word() && row.verdict == RuleVerdict::Broken;
-        if self.rows.iter().find(known).is_none() {
-            self.add(breaks, rule::broken(error.to_string()));
+        let known = |row: &ConformRow| row.rule == breaks && row.verdict == RuleVerdict::Broken;
+        if !self.rows.iter().any(known) {
+            self.add(breaks, RuleVerdict::Broken, error.to_string());
         }
-        Ok(None)
+        Ok(())
     }
 }

@@ -10,7 +10,7 @@ use coordinator::error::{CHECK_FAILED, Error, Refusal};
 use coordinator::participants::Registry;
 use coordinator::scenario::load::load;
 use lab::bench::{exchange, log, mapping, participant, pieces, stability};
-use lab::conform::subject::ConformOptions;
+use lab::conform::tested::ConformOptions;
 
 /// Arguments of `bench`.
 #[derive(Debug, clap::Args)]

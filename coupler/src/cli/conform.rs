@@ -8,7 +8,7 @@ use coordinator::participants::Registry;
 use coordinator::run::check::check;
 use coordinator::scenario::load::load;
 use lab::conform::rule::{ConformRow, RuleVerdict};
-use lab::conform::subject::ConformOptions;
+use lab::conform::tested::ConformOptions;
 use lab::conform::{all_hold, conform as try_rules};
 
 /// Arguments of `conform`.
@@ -58,7 +58,7 @@ pub fn conform(arguments: &ConformArguments, registry: &Registry) -> VerbResult 
     };
     let rows = try_rules(&loaded, &arguments.participant, command, &options, seen)?;
     let broken = rows.iter().filter(|row| row.verdict == RuleVerdict::Broken);
-    let broken: Vec<&str> = broken.map(|row| row.rule).collect();
+    let broken: Vec<String> = broken.map(|row| row.rule.to_string()).collect();
     print_either(
         arguments.json,
         || serde_json::json!({ "results": rows }).to_string(),
@@ -77,7 +77,7 @@ fn line(row: &ConformRow) -> String {
     format!("{:<12} {verdict:<12} {}", row.rule, row.why)
 }
 
-fn conclusion(participant: &str, broken: &[&str]) -> String {
+fn conclusion(participant: &str, broken: &[String]) -> String {
     match broken {
         [] => format!("`{participant}` breaks no rule that was tried"),
         _ => format!("`{participant}` breaks: {}", broken.join(", ")),

@@ -1,13 +1,10 @@
 //! Rules for every participant: bits, reports, energies, checkpoints.
 
-use std::cell::OnceCell;
-
 use protocol::{Role, Window};
 
-use super::plain::{RuleTrial, WINDOWS, ask_once, difference};
-use super::rule::{Finding, RuleVerdict, broken, exceeds, holds, not_offered, not_tested, within};
-use super::subject::{Part, TestedParticipant};
-use coordinator::error::Error;
+use super::plain::{RuleTrial, WINDOWS, ask_once, difference, record};
+use super::rule::{Finding, Stop, broken, exceeds, not_tested, offered, within};
+use super::tested::{Part, TestedParticipant};
 
 /// Largest difference of a work that is summed up on both sides, over the sum of its sizes: rounding leaves 1e-12.
 const WORK: f64 = 1e-6;
@@ -18,58 +15,52 @@ const BALANCE: f64 = 0.1;
 const SLOW_WINDOWS: u64 = 200;
 
 /// Two lives, the second with two threads.
-pub fn same_bits(trial: &RuleTrial) -> Result<Finding, Error> {
+pub fn same_bits(trial: &RuleTrial) -> Finding {
     let other = trial.live(2, &mut ask_once)?;
-    Ok(trial.compare_life(&other))
+    trial.compare_life(&other)
 }
 
 /// Every window is asked for three times.
-pub fn repeats(trial: &RuleTrial) -> Result<Finding, Error> {
-    if let Some(why) = cannot_repeat(trial) {
-        return Ok(why);
-    }
+pub fn repeats(trial: &RuleTrial) -> Finding {
+    repeats_offered(trial)?;
     let mut first = Vec::new();
-    let last = trial.live(1, &mut |life, window, load| {
-        first.push(life.ask(window, load)?);
-        first.push(life.ask(&repeat(window, 1), load)?);
+    let last = trial.live(1, &mut |launch, window, load| {
+        first.push(launch.ask(window, load)?);
+        first.push(launch.ask(&repeat(window, 1), load)?);
         let window = repeat(window, 2);
-        Ok((window, life.ask(&window, load)?))
+        Ok((window, launch.ask(&window, load)?))
     })?;
     for (index, answer) in first.iter().enumerate() {
         let (window, repeat) = (index / 2, index % 2);
         if let Some(why) = difference(&trial.plain.answers[window], answer) {
-            return Ok(broken(format!(
+            return broken(format!(
                 "window {window}, iteration {repeat}: the answer {why}"
-            )));
+            ));
         }
     }
-    Ok(trial.compare_life(&last))
+    trial.compare_life(&last)
 }
 
 /// Every window is asked for under another load first, and half as long.
-pub fn rollback(trial: &RuleTrial) -> Result<Finding, Error> {
-    if let Some(why) = cannot_repeat(trial) {
-        return Ok(why);
-    }
-    let other = trial.live(1, &mut |life, window, load| {
-        life.ask(window, &trial.loads.of_window(window.index, 1))?;
-        if let Some(half) = half(trial, window).filter(|_| trial.subject.part == Part::ForceDriven)
-        {
-            life.ask(&repeat(&half, 1), load)?;
+pub fn rollback(trial: &RuleTrial) -> Finding {
+    repeats_offered(trial)?;
+    let other = trial.live(1, &mut |launch, window, load| {
+        launch.ask(window, &trial.loads.of_window(window.index, 1))?;
+        let half = half(trial, window).filter(|_| trial.tested.part == Part::ForceDriven);
+        if let Some(half) = half {
+            launch.ask(&repeat(&half, 1), load)?;
         }
         let window = repeat(window, 2);
-        Ok((window, life.ask(&window, load)?))
+        Ok((window, launch.ask(&window, load)?))
     })?;
-    Ok(trial.compare_life(&other))
+    trial.compare_life(&other)
 }
 
 /// The first half of a window, where it has one.
 fn half(trial: &RuleTrial, window: &Window) -> Option<Window> {
     let substeps = window.substeps / 2;
-    let half = trial
-        .subject
-        .clock
-        .window(window.index, window.step, substeps);
+    let clock = &trial.tested.clock;
+    let half = clock.window(window.index, window.step, substeps);
     (substeps > 0).then_some(half)
 }
 
@@ -80,78 +71,75 @@ fn repeat(window: &Window, iteration: u32) -> Window {
     }
 }
 
-fn cannot_repeat(trial: &RuleTrial) -> Option<Finding> {
-    let subject = trial.subject;
-    let offers = subject.told.capabilities.rollback;
-    (!offers).then(|| not_offered("it cannot repeat a window (no `checkpoint`)"))
+fn repeats_offered(trial: &RuleTrial) -> Result<(), Stop> {
+    let offers = trial.tested.description.capabilities.rollback;
+    offered(offers, "it cannot repeat a window (no `checkpoint`)")
 }
 
 /// Lengths of reports, and numbers in them.
-pub fn report(trial: &RuleTrial) -> Result<Finding, Error> {
-    let told = &trial.subject.told;
-    let due = told.signals.len() + told.ledger.len();
-    let terms = told.ledger.iter().map(|term| &term.name);
-    let names: Vec<&String> = told.signals.iter().chain(terms).collect();
+pub fn report(trial: &RuleTrial) -> Finding {
+    let own = &trial.tested.description;
+    let terms = own.ledger.iter().map(|term| &term.name);
+    let names: Vec<&String> = own.signals.iter().chain(terms).collect();
+    let due = names.len();
     for (window, report) in trial.plain.reports.iter().enumerate() {
         if report.len() != due {
-            return Ok(broken(format!(
+            return broken(format!(
                 "window {window}: {} values, {due} were announced",
                 report.len()
-            )));
+            ));
         }
         if let Some(at) = report.iter().position(|value| !value.is_finite()) {
             let (name, value) = (names[at], report[at]);
-            return Ok(broken(format!("window {window}: `{name}` is {value}")));
+            return broken(format!("window {window}: `{name}` is {value}"));
         }
     }
-    let (signals, terms) = (told.signals.len(), told.ledger.len());
-    Ok(holds(format!("{signals} signals, {terms} energies")))
+    let (signals, terms) = (own.signals.len(), own.ledger.len());
+    Ok(format!("{signals} signals, {terms} energies"))
 }
 
 /// The work that it books against the work that was exchanged.
-pub fn work(trial: &RuleTrial) -> Result<Finding, Error> {
-    let booked = |role: &Role| trial.subject.told.ledger.iter().any(|t| t.role == *role);
-    if !booked(&Role::InterfaceWork) {
-        return Ok(not_offered("its ledger has no term `interface_work`"));
-    }
+pub fn work(trial: &RuleTrial) -> Finding {
+    let booked = |role: &Role| {
+        trial
+            .tested
+            .description
+            .ledger
+            .iter()
+            .any(|t| t.role == *role)
+    };
+    let offers = booked(&Role::InterfaceWork);
+    offered(offers, "its ledger has no term `interface_work`")?;
     let (mut exchanged, mut sizes, mut worst) = (0.0, 0.0, (0.0, 0));
     for (index, answer) in trial.plain.answers.iter().enumerate() {
         let joules = trial.work(&trial.loads.of_window(index as u64, 0), answer);
         exchanged += joules;
         sizes += f64::abs(joules);
-        let report = trial
-            .plain
-            .reports
-            .get(index)
-            .map_or(&[][..], |report| report);
+        let report = trial.plain.reports.get(index);
+        let report = report.map_or(&[][..], |report| report);
         let off = (trial.energy(report, Role::InterfaceWork) - exchanged).abs() / sizes;
         if sizes > 0.0 && exceeds(off, worst.0) {
             worst = (off, index);
         }
     }
     if sizes == 0.0 {
-        return Ok(not_tested("no work was done at the interface"));
+        return not_tested("no work was done at the interface");
     }
     let what = format!("interface work in window {} off by", worst.1);
-    Ok(within(&what, worst.0, WORK))
+    within(&what, worst.0, WORK)
 }
 
 /// The balance of the ledger over a load that comes and goes slowly.
-pub fn balance(trial: &RuleTrial) -> Result<Finding, Error> {
-    let part = trial.subject.part;
-    if trial.subject.told.ledger.is_empty() {
-        return Ok(not_offered("it keeps no ledger"));
-    }
-    let mut life = trial.begin()?;
+pub fn balance(trial: &RuleTrial) -> Finding {
+    let part = trial.tested.part;
+    let offers = !trial.tested.description.ledger.is_empty();
+    offered(offers, "it keeps no ledger")?;
+    let mut launch = trial.begin()?;
     let (mut gross, mut stored, mut defect) = (0.0, 0.0, 0.0);
     let mut work = 0.0;
     for index in 0..SLOW_WINDOWS {
-        let (window, load) = (
-            life.window(index),
-            trial.loads.slow(index, SLOW_WINDOWS, part),
-        );
-        let answer = life.ask(&window, &load)?;
-        let report = life.accept(&window, &answer)?;
+        let load = trial.loads.slow(index, SLOW_WINDOWS, part);
+        let (_, report) = launch.go(&launch.window(index), &load)?;
         let of = |role| trial.energy(&report, role);
         let now = of(Role::InterfaceWork) + of(Role::Work);
         gross += f64::abs(now - work);
@@ -161,82 +149,60 @@ pub fn balance(trial: &RuleTrial) -> Result<Finding, Error> {
     }
     let scale = gross.max(stored);
     if scale == 0.0 {
-        return Ok(not_tested("no work was done"));
+        return not_tested("no work was done");
     }
     let what = format!("largest defect in {SLOW_WINDOWS} windows over the work done");
-    Ok(within(&what, defect / scale, BALANCE))
+    within(&what, defect / scale, BALANCE)
 }
 
-/// Fields are written in the middle of a life.
-pub fn snapshot(trial: &RuleTrial) -> Result<Finding, Error> {
-    let other = trial.live(1, &mut |life, window, load| {
+/// Fields are written in the middle of a launch.
+pub fn snapshot(trial: &RuleTrial) -> Finding {
+    let other = trial.live(1, &mut |launch, window, load| {
         if window.index == WINDOWS / 2 {
-            life.snapshot("conform")?;
+            launch.snapshot("conform")?;
         }
-        ask_once(life, window, load)
+        ask_once(launch, window, load)
     })?;
-    Ok(trial.compare_life(&other))
+    trial.compare_life(&other)
 }
 
 /// A checkpoint in the middle of a life, which another life takes up.
-pub fn checkpoint(trial: &RuleTrial) -> Result<Finding, Error> {
-    if !trial.subject.told.capabilities.resume {
-        return Ok(not_offered("it writes no checkpoints (no `resume`)"));
-    }
+pub fn checkpoint(trial: &RuleTrial) -> Finding {
+    let offers = trial.tested.description.capabilities.resume;
+    offered(offers, "it writes no checkpoints (no `resume`)")?;
+    let half = WINDOWS / 2;
     let mut saved = None;
-    let kept = trial.live(1, &mut |life, window, load| {
-        if window.index == WINDOWS / 2 {
-            saved = Some((life.checkpoint()?, life.place()));
+    let kept = trial.live(1, &mut |launch, window, load| {
+        if window.index == half {
+            saved = Some((launch.checkpoint()?, launch.displacement()));
         }
-        ask_once(life, window, load)
+        ask_once(launch, window, load)
     })?;
-    let found = trial.compare_life(&kept);
-    let (state, place) = saved.expect("the window came");
-    if found.0 == RuleVerdict::Broken {
-        return Ok(broken(format!("after a checkpoint, {}", found.1)));
+    let (state, displacement) = saved.expect("the window came");
+    if let Err(Stop::Verdict(_, why)) = trial.compare_life(&kept) {
+        return broken(format!("after a checkpoint, {why}"));
     }
-    let mut life = trial.begin()?;
-    life.restore(&state, &place)?;
-    life.repeat_boundary()?;
-    let (mut answers, mut reports) = (Vec::new(), Vec::new());
-    for index in WINDOWS / 2..WINDOWS {
-        let window = life.window(index);
-        let answer = life.ask(&window, &trial.loads.of_window(index, 0))?;
-        reports.push(life.accept(&window, &answer)?);
-        answers.push(answer);
-    }
-    let hash = life.finish()?.farewell.outcome.state_hash;
-    let found = trial.compare((WINDOWS / 2) as usize, &answers, &reports);
-    if found.0 == RuleVerdict::Holds && hash != trial.plain.death.farewell.outcome.state_hash {
-        return Ok(broken(
-            "a new life that took up the checkpoint answers the same and ends with another state hash",
-        ));
-    }
-    Ok(found)
+    let mut launch = trial.begin()?;
+    launch.restore(&state, &displacement)?;
+    launch.repeat_boundary()?;
+    let resumed = record(launch, &trial.loads, half, &mut ask_once)?;
+    let otherwise =
+        "a new life that took up the checkpoint answers the same and ends with another state hash";
+    trial.compare_to_end(half, &resumed, otherwise)
 }
 
 /// Windows without an interface.
-pub fn alone(trial: &RuleTrial) -> Result<Finding, Error> {
-    let told = &trial.subject.told;
-    if !told.capabilities.alone {
-        return Ok(not_offered("it cannot run alone"));
-    }
-    if told.step_s.is_none() {
-        return Ok(not_tested("it has no step of its own here"));
+pub fn alone(trial: &RuleTrial) -> Finding {
+    let own = &trial.tested.description;
+    offered(own.capabilities.alone, "it cannot run alone")?;
+    if own.step_s.is_none() {
+        return not_tested("it has no step of its own here");
     }
     let alone = TestedParticipant {
-        stage: trial.subject.stage,
-        participant: trial.subject.participant,
         part: Part::Alone,
         sets: Vec::new(),
-        told: told.clone(),
-        clock: trial.subject.clock,
-        boundary: OnceCell::new(),
+        ..trial.tested.clone()
     };
-    let trial = RuleTrial::new(&alone)?;
-    let found = report(&trial)?;
-    Ok(match found.0 {
-        RuleVerdict::Broken => found,
-        _ => holds(format!("{WINDOWS} windows, {}", found.1)),
-    })
+    let reported = report(&RuleTrial::new(&alone)?)?;
+    Ok(format!("{WINDOWS} windows, {reported}"))
 }

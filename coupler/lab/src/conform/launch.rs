@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use protocol::serve::Farewell;
 use protocol::{Frame, Kind, NodeError, Reaction, Surface, Window};
 
-use super::subject::{Part, TestedParticipant};
+use super::tested::{Part, TestedParticipant};
 use coordinator::error::Error;
 use coordinator::participants::farewell::read_farewell;
 use coordinator::participants::handshake::Greeted;
@@ -21,7 +21,7 @@ const IT: usize = 0;
 
 /// A participant that is joined and ready for its first window.
 pub struct Launch<'a> {
-    subject: &'a TestedParticipant<'a>,
+    tested: &'a TestedParticipant<'a>,
     peers: Peers,
     greeted: Vec<Greeted>,
     /// Its points, set after set.
@@ -29,11 +29,11 @@ pub struct Launch<'a> {
     /// Number of those that are exchanged.
     exchanged: usize,
     /// Displacement (m) of points whose motion it is told.
-    place: Vec<f64>,
-    born: Instant,
+    displacement: Vec<f64>,
+    launched: Instant,
 }
 
-/// The end of a life.
+/// The end of a launch.
 pub struct LaunchEnd {
     /// Its last words.
     pub farewell: Farewell,
@@ -43,42 +43,42 @@ pub struct LaunchEnd {
 
 impl<'a> Launch<'a> {
     /// Launches the participant and couples its sets, all points of them.
-    pub fn new(subject: &'a TestedParticipant<'a>, threads: usize) -> Result<Launch<'a>, Error> {
-        Launch::exchanging(subject, threads, |_| true)
+    pub fn new(tested: &'a TestedParticipant<'a>, threads: usize) -> Result<Launch<'a>, Error> {
+        Launch::exchanging(tested, threads, |_| true)
     }
 
     /// The same with some of its points only.
     pub fn exchanging(
-        subject: &'a TestedParticipant<'a>,
+        tested: &'a TestedParticipant<'a>,
         threads: usize,
         chosen: impl Fn(usize) -> bool,
     ) -> Result<Launch<'a>, Error> {
-        let born = Instant::now();
-        let (peers, greeted) = subject.stage.launch(subject.participant, threads)?;
-        let mut life = Launch {
-            subject,
+        let launched = Instant::now();
+        let (peers, greeted) = tested.launcher.launch(tested.participant, threads)?;
+        let mut launch = Launch {
+            tested,
             peers,
             greeted: vec![greeted],
             surface: Surface::default(),
             exchanged: 0,
-            place: Vec::new(),
-            born,
+            displacement: Vec::new(),
+            launched,
         };
-        for set in &subject.sets {
-            let surface = life.remote().couple(IT, set)?;
-            append(&mut life.surface, &surface);
+        for set in &tested.sets {
+            let surface = launch.remote().couple(IT, set)?;
+            append(&mut launch.surface, &surface);
         }
-        if subject.part != Part::Alone {
-            let points = (0..life.surface.len()).filter(|point| chosen(*point));
+        if tested.part != Part::Alone {
+            let points = (0..launch.surface.len()).filter(|point| chosen(*point));
             let points: Vec<usize> = points.collect();
-            life.exchanged = points.len();
-            life.remote().select(IT, &points)?;
+            launch.exchanged = points.len();
+            launch.remote().select(IT, &points)?;
         }
-        if subject.part == Part::MotionDriven {
-            life.place = vec![0.0; life.size()];
+        if tested.part == Part::MotionDriven {
+            launch.displacement = vec![0.0; launch.size()];
         }
-        life.repeat_boundary()?;
-        Ok(life)
+        launch.repeat_boundary()?;
+        Ok(launch)
     }
 
     /// The participant behind the port that schemes use.
@@ -97,7 +97,7 @@ impl<'a> Launch<'a> {
 
     /// Window `index` of the scenario's length.
     pub fn window(&self, index: u64) -> Window {
-        let clock = &self.subject.clock;
+        let clock = &self.tested.clock;
         clock.window(index, index * u64::from(clock.substeps), clock.substeps)
     }
 
@@ -113,7 +113,7 @@ impl<'a> Launch<'a> {
     /// (m), or forces (N), velocities (m/s), iterations, residual and convergence.
     pub fn ask(&mut self, window: &Window, load: &[f64]) -> Result<Vec<f64>, Error> {
         let size = self.size();
-        let (kind, answer, length) = match self.subject.part {
+        let (kind, answer, length) = match self.tested.part {
             Part::Alone => return Ok(Vec::new()),
             Part::ForceDriven => (Kind::Advance, Kind::Motion, size),
             Part::MotionDriven => (Kind::Solve, Kind::Force, 2 * size + 3),
@@ -122,9 +122,16 @@ impl<'a> Launch<'a> {
         self.speak().hear_exactly(IT, answer, window, length)
     }
 
+    /// Asks for a window and accepts it; returns answer and report.
+    pub fn go(&mut self, window: &Window, load: &[f64]) -> Result<(Vec<f64>, Vec<f64>), Error> {
+        let answer = self.ask(window, load)?;
+        let report = self.accept(window, &answer)?;
+        Ok((answer, report))
+    }
+
     /// Accepts the window that this was the answer for, and returns the report. One that runs alone is asked for its window here.
     pub fn accept(&mut self, window: &Window, answer: &[f64]) -> Result<Vec<f64>, Error> {
-        if self.subject.part == Part::Alone {
+        if self.tested.part == Part::Alone {
             let kinds = (Kind::AdvanceAlone, Kind::Report);
             return self.speak().ask(IT, kinds, window, Vec::new());
         }
@@ -134,13 +141,13 @@ impl<'a> Launch<'a> {
 
     /// The same, the report being read later.
     pub fn accept_without_reading(&mut self, window: &Window, answer: &[f64]) -> Result<(), Error> {
-        let (size, length) = (self.place.len(), window.t1_s - window.t0_s);
+        let (size, length) = (self.displacement.len(), window.t1_s - window.t0_s);
         let velocities = answer.get(size..2 * size).unwrap_or_default();
-        for (place, velocity) in self.place.iter_mut().zip(velocities) {
-            *place += length * velocity;
+        for (displacement, velocity) in self.displacement.iter_mut().zip(velocities) {
+            *displacement += length * velocity;
         }
-        let place = self.place.clone();
-        Ok(self.remote().accept(IT, window, &place)?)
+        let displacement = self.displacement.clone();
+        Ok(self.remote().accept(IT, window, &displacement)?)
     }
 
     /// Reads the report of the window that was accepted.
@@ -155,9 +162,8 @@ impl<'a> Launch<'a> {
         window: &Window,
     ) -> Result<DMatrix<f64>, Error> {
         let size = self.size();
-        let speak = self.speak();
-        speak.tell(IT, kind, window, Vec::new())?;
-        let numbers = speak.hear_exactly(IT, answer, window, size * size)?;
+        self.speak().tell(IT, kind, window, Vec::new())?;
+        let numbers = self.speak().hear_exactly(IT, answer, window, size * size)?;
         Ok(DMatrix::from_vec(size, size, numbers))
     }
 
@@ -181,36 +187,37 @@ impl<'a> Launch<'a> {
         self.speak().receive(IT, Kind::Saved).map(|_| ())
     }
 
+    /// Its answer of this kind to a request that has no window.
+    fn request(&mut self, (kind, answer): (Kind, Kind), payload: Vec<f64>) -> Result<Frame, Error> {
+        self.speak().tell(IT, kind, &Window::default(), payload)?;
+        self.speak().receive(IT, answer)
+    }
+
     /// Its committed state.
     pub fn checkpoint(&mut self) -> Result<Frame, Error> {
-        let window = Window::default();
-        self.speak()
-            .tell(IT, Kind::Checkpoint, &window, Vec::new())?;
-        self.speak().receive(IT, Kind::State)
+        self.request((Kind::Checkpoint, Kind::State), Vec::new())
     }
 
     /// Makes a state of another life the committed one, its points being where those were.
-    pub fn restore(&mut self, state: &Frame, place: &[f64]) -> Result<(), Error> {
-        self.place = place.to_vec();
-        let window = Window::default();
-        let payload = state.payload.clone();
-        self.speak().tell(IT, Kind::Restore, &window, payload)?;
-        self.speak().receive(IT, Kind::Restored).map(|_| ())
+    pub fn restore(&mut self, state: &Frame, displacement: &[f64]) -> Result<(), Error> {
+        self.displacement = displacement.to_vec();
+        let kinds = (Kind::Restore, Kind::Restored);
+        self.request(kinds, state.payload.clone()).map(|_| ())
     }
 
     /// Announces the boundary; once more as the coordinator does after a restart.
     pub fn repeat_boundary(&mut self) -> Result<(), Error> {
-        if self.subject.part != Part::MotionDriven {
+        if self.tested.part != Part::MotionDriven {
             return Ok(());
         }
         let rigid = DMatrix::zeros(self.size(), self.size());
-        let boundary = self.subject.boundary.get().unwrap_or(&rigid);
-        self.set_boundary(self.subject.clock.window_s(), boundary)
+        let boundary = self.tested.boundary.get().unwrap_or(&rigid);
+        self.set_boundary(self.tested.clock.window_s(), boundary)
     }
 
     /// Displacement (m) of points whose motion it is told.
-    pub fn place(&self) -> Vec<f64> {
-        self.place.clone()
+    pub fn displacement(&self) -> Vec<f64> {
+        self.displacement.clone()
     }
 
     /// Couples a set, whether there is one of this name or not.
@@ -220,22 +227,25 @@ impl<'a> Launch<'a> {
 
     /// Says farewell.
     pub fn finish(&mut self) -> Result<LaunchEnd, Error> {
-        let window = Window::default();
-        self.speak().tell(IT, Kind::Finish, &window, Vec::new())?;
-        let frame = self.speak().receive(IT, Kind::Finished)?;
+        let frame = self.request((Kind::Finish, Kind::Finished), Vec::new())?;
         let farewell = read_farewell(&frame).map_err(|why| {
             let why = format!("sent an outcome that cannot be read: {why}");
             self.peers.protocol_error(IT, why)
         })?;
         Ok(LaunchEnd {
             farewell,
-            lived: self.born.elapsed(),
+            lived: self.launched.elapsed(),
         })
     }
 
-    /// Its process, unless it lives in this one.
+    /// Its process, unless it runs in this one.
     pub fn process(&mut self) -> Option<&mut Process> {
         self.peers.peer(IT).process()
+    }
+
+    /// True if its process does not end within a time.
+    pub fn outlives(&mut self, time: Duration) -> bool {
+        self.process().is_some_and(|it| !it.ends_within(time))
     }
 
     /// Goes away without a word, as a coordinator does that is killed.

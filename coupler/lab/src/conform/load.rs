@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::subject::{Part, TestedParticipant};
+use super::tested::{Part, TestedParticipant};
 use crate::random::Random;
 
 /// Motion of a window under a load, over the distance between the points: small enough for every law to be linear in it.
@@ -73,7 +73,7 @@ impl TrialLoads {
 }
 
 /// The direction into the layer, which faces this way: against the outward normal of its first set.
-pub fn into(subject: &TestedParticipant) -> Option<[f64; 2]> {
-    let outward = subject.told.outward.get(subject.sets.first()?)?;
+pub fn into(tested: &TestedParticipant) -> Option<[f64; 2]> {
+    let outward = tested.description.outward.get(tested.sets.first()?)?;
     Some(outward.map(|component| -component))
 }

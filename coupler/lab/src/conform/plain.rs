@@ -5,27 +5,27 @@ use protocol::{Role, Surface, Window};
 
 use super::launch::{Launch, LaunchEnd};
 use super::load::{TrialLoads, into};
-use super::rule::{Finding, RuleVerdict, broken, holds};
-use super::subject::{Part, TestedParticipant};
+use super::rule::{Finding, broken};
+use super::tested::{Part, TestedParticipant};
 use coordinator::error::Error;
 
 /// Part of a motion by which a compliant boundary yields.
 const YIELDS: f64 = 0.1;
 
-/// Windows of a life.
+/// Windows of a launch.
 pub const WINDOWS: u64 = 12;
 
 /// A participant with the loads of its trials, and what it answers when it is asked for each window once.
 pub struct RuleTrial<'a> {
     /// The participant.
-    pub subject: &'a TestedParticipant<'a>,
+    pub tested: &'a TestedParticipant<'a>,
     /// Its points.
     pub surface: Surface,
     /// Its loads.
     pub loads: TrialLoads,
     /// Its answer to a change of motion, if it is told one.
     pub stiffness: Option<LayerStiffness>,
-    /// Its plain life.
+    /// Its plain launch.
     pub plain: LaunchRecord,
 }
 
@@ -36,7 +36,14 @@ pub struct LaunchRecord {
     /// Reports of these windows.
     pub reports: Vec<Vec<f64>>,
     /// Its end.
-    pub death: LaunchEnd,
+    pub end: LaunchEnd,
+}
+
+impl LaunchRecord {
+    /// Hash of its state at the end.
+    pub fn state_hash(&self) -> &str {
+        &self.end.farewell.outcome.state_hash
+    }
 }
 
 /// A trial of something between the windows of a life: it returns the answer that is accepted, and its window.
@@ -44,22 +51,22 @@ pub type AskWindow<'t> =
     dyn FnMut(&mut Launch, &Window, &[f64]) -> Result<(Window, Vec<f64>), Error> + 't;
 
 impl<'a> RuleTrial<'a> {
-    /// Finds loads that fit the participant, and lives its plain life.
-    pub fn new(subject: &'a TestedParticipant<'a>) -> Result<RuleTrial<'a>, Error> {
-        let (surface, loads) = loads(subject)?;
-        let stiffness = match subject.part {
-            Part::MotionDriven => Some(stiffness(subject, &loads)?),
+    /// Finds loads that fit the participant, and lives its plain launch.
+    pub fn new(tested: &'a TestedParticipant<'a>) -> Result<RuleTrial<'a>, Error> {
+        let (surface, loads) = loads(tested)?;
+        let stiffness = match tested.part {
+            Part::MotionDriven => Some(stiffness(tested, &loads)?),
             Part::Alone | Part::ForceDriven => None,
         };
         if let Some(stiffness) = stiffness.as_ref()
-            && subject.told.capabilities.compliant_boundary
+            && tested.description.capabilities.compliant_boundary
         {
-            let boundary = yielding(subject.clock.window_s(), stiffness);
-            boundary.map(|boundary| subject.boundary.set(boundary));
+            let boundary = yielding(tested.clock.window_s(), stiffness);
+            boundary.map(|boundary| tested.boundary.set(boundary));
         }
-        let plain = record(subject, &loads, 1, &mut ask_once)?;
+        let plain = record(Launch::new(tested, 1)?, &loads, 0, &mut ask_once)?;
         Ok(RuleTrial {
-            subject,
+            tested,
             surface,
             loads,
             stiffness,
@@ -69,16 +76,17 @@ impl<'a> RuleTrial<'a> {
 
     /// A life in which windows are asked for in this way.
     pub fn live(&self, threads: usize, ask: &mut AskWindow) -> Result<LaunchRecord, Error> {
-        record(self.subject, &self.loads, threads, ask)
+        record(Launch::new(self.tested, threads)?, &self.loads, 0, ask)
     }
 
-    /// A new life.
+    /// A new launch.
     pub fn begin(&self) -> Result<Launch<'a>, Error> {
-        Launch::new(self.subject, 1)
+        Launch::new(self.tested, 1)
     }
 
-    /// Compares answers and reports from window `first` on with those of the plain life.
-    pub fn compare(&self, first: usize, answers: &[Vec<f64>], reports: &[Vec<f64>]) -> Finding {
+    /// Compares answers and reports from window `first` on with those of the plain launch.
+    pub fn compare(&self, first: u64, answers: &[Vec<f64>], reports: &[Vec<f64>]) -> Finding {
+        let first = first as usize;
         let pairs = [
             ("answer", &self.plain.answers, answers),
             ("report", &self.plain.reports, reports),
@@ -91,23 +99,28 @@ impl<'a> RuleTrial<'a> {
                 }
             }
         }
-        holds(format!("{} windows, the same bits", answers.len()))
+        Ok(format!("{} windows, the same bits", answers.len()))
     }
 
-    /// The same of a whole life, and of its state at the end.
-    pub fn compare_life(&self, other: &LaunchRecord) -> Finding {
-        let found = self.compare(0, &other.answers, &other.reports);
-        let hash = |record: &LaunchRecord| record.death.farewell.outcome.state_hash.clone();
-        if found.0 == RuleVerdict::Holds && hash(&self.plain) != hash(other) {
-            return broken("the answers are the same, the state hashes at the end are not");
+    /// The same of a life from window `first` to its end, and of its state there.
+    pub fn compare_to_end(&self, first: u64, other: &LaunchRecord, otherwise: &str) -> Finding {
+        let same = self.compare(first, &other.answers, &other.reports)?;
+        if self.plain.state_hash() != other.state_hash() {
+            return broken(otherwise);
         }
-        found
+        Ok(same)
+    }
+
+    /// The same of a whole launch.
+    pub fn compare_life(&self, other: &LaunchRecord) -> Finding {
+        let otherwise = "the answers are the same, the state hashes at the end are not";
+        self.compare_to_end(0, other, otherwise)
     }
 
     /// Energies (J) of one role at the end of a report, summed.
     pub fn energy(&self, report: &[f64], role: Role) -> f64 {
-        let told = &self.subject.told;
-        let terms = report.iter().skip(told.signals.len()).zip(&told.ledger);
+        let own = &self.tested.description;
+        let terms = report.iter().skip(own.signals.len()).zip(&own.ledger);
         terms
             .filter(|(_, term)| term.role == role)
             .map(|(joules, _)| joules)
@@ -117,8 +130,8 @@ impl<'a> RuleTrial<'a> {
     /// Work (J) that a window does at the interface: force times increment, or what a layer is given.
     pub fn work(&self, load: &[f64], answer: &[f64]) -> f64 {
         let n = load.len();
-        match self.subject.part {
-            Part::MotionDriven => -self.subject.clock.window_s() * dot(&answer[..n], &answer[n..]),
+        match self.tested.part {
+            Part::MotionDriven => -self.tested.clock.window_s() * dot(&answer[..n], &answer[n..]),
             _ => dot(load, answer),
         }
     }
@@ -126,31 +139,31 @@ impl<'a> RuleTrial<'a> {
 
 /// Asks for the window once.
 pub fn ask_once(
-    life: &mut Launch,
+    launch: &mut Launch,
     window: &Window,
     load: &[f64],
 ) -> Result<(Window, Vec<f64>), Error> {
-    Ok((*window, life.ask(window, load)?))
+    Ok((*window, launch.ask(window, load)?))
 }
 
-fn record(
-    subject: &TestedParticipant,
+/// Lives from window `first` to the end.
+pub fn record(
+    mut launch: Launch,
     loads: &TrialLoads,
-    threads: usize,
+    first: u64,
     ask: &mut AskWindow,
 ) -> Result<LaunchRecord, Error> {
-    let mut life = Launch::new(subject, threads)?;
     let (mut answers, mut reports) = (Vec::new(), Vec::new());
-    for index in 0..WINDOWS {
-        let window = life.window(index);
-        let (window, answer) = ask(&mut life, &window, &loads.of_window(index, 0))?;
-        reports.push(life.accept(&window, &answer)?);
+    for index in first..WINDOWS {
+        let window = launch.window(index);
+        let (window, answer) = ask(&mut launch, &window, &loads.of_window(index, 0))?;
+        reports.push(launch.accept(&window, &answer)?);
         answers.push(answer);
     }
     Ok(LaunchRecord {
         answers,
         reports,
-        death: life.finish()?,
+        end: launch.finish()?,
     })
 }
 
@@ -177,19 +190,17 @@ fn yielding(
 }
 
 /// Presses it for a life, then in the next window by one motion and by a faster one.
-fn stiffness(subject: &TestedParticipant, loads: &TrialLoads) -> Result<LayerStiffness, Error> {
+fn stiffness(tested: &TestedParticipant, loads: &TrialLoads) -> Result<LayerStiffness, Error> {
     let one = loads.of_window(WINDOWS, 0);
     let other: Vec<f64> = one.iter().map(|v| 1.5 * v).collect();
     let mut forces = Vec::new();
     for velocity in [&one, &other] {
-        let mut life = Launch::new(subject, 1)?;
+        let mut launch = Launch::new(tested, 1)?;
         for index in 0..WINDOWS {
-            let window = life.window(index);
-            let answer = life.ask(&window, &loads.of_window(index, 0))?;
-            life.accept(&window, &answer)?;
+            launch.go(&launch.window(index), &loads.of_window(index, 0))?;
         }
-        let window = life.window(WINDOWS);
-        let answer = life.ask(&window, velocity)?;
+        let window = launch.window(WINDOWS);
+        let answer = launch.ask(&window, velocity)?;
         forces.push(answer[..velocity.len()].to_vec());
     }
     Ok(LayerStiffness {
@@ -199,18 +210,18 @@ fn stiffness(subject: &TestedParticipant, loads: &TrialLoads) -> Result<LayerSti
 }
 
 /// Loads under which it moves, or resists, by amounts that can be compared.
-fn loads(subject: &TestedParticipant) -> Result<(Surface, TrialLoads), Error> {
-    let mut life = Launch::new(subject, 1)?;
-    let surface = life.surface.clone();
+fn loads(tested: &TestedParticipant) -> Result<(Surface, TrialLoads), Error> {
+    let mut launch = Launch::new(tested, 1)?;
+    let surface = launch.surface.clone();
     let points = surface.len();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / points.max(1) as f64;
     let spacing_m = mean(&surface.length_m);
-    let loads = match subject.part {
+    let loads = match tested.part {
         Part::Alone => TrialLoads::forces(0, 1.0, 1.0),
         Part::ForceDriven => {
-            let window = life.window(0);
-            let unloaded = life.ask(&window, &vec![0.0; 2 * points])?;
-            let loaded = Launch::new(subject, 1)?.ask(&window, &vec![1.0; 2 * points])?;
+            let window = launch.window(0);
+            let unloaded = launch.ask(&window, &vec![0.0; 2 * points])?;
+            let loaded = Launch::new(tested, 1)?.ask(&window, &vec![1.0; 2 * points])?;
             let softest = greatest(&minus(&loaded, &unloaded));
             TrialLoads::forces(points, spacing_m, softest)
         }
@@ -221,8 +232,8 @@ fn loads(subject: &TestedParticipant) -> Result<(Surface, TrialLoads), Error> {
             } else {
                 spacing_m
             };
-            let direction = into(subject).unwrap_or([0.0, 1.0]);
-            TrialLoads::velocities(points, size_m, direction, subject.clock.window_s())
+            let direction = into(tested).unwrap_or([0.0, 1.0]);
+            TrialLoads::velocities(points, size_m, direction, tested.clock.window_s())
         }
     };
     Ok((surface, loads))

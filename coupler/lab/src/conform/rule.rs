@@ -1,9 +1,14 @@
 //! Rules by name, and the outcome of each.
 
+use std::fmt;
+
 use serde::Serialize;
 
+use coordinator::error::Error;
+
 /// A rule that a participant must keep.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Rule {
     /// It welcomes the coordinator, and what it says of itself can be.
     Greeting,
@@ -63,39 +68,10 @@ pub enum Rule {
     Shutdown,
 }
 
-impl Rule {
-    /// Its name.
-    pub fn word(self) -> &'static str {
-        match self {
-            Rule::Greeting => "greeting",
-            Rule::Surface => "surface",
-            Rule::Joins => "joins",
-            Rule::Frames => "frames",
-            Rule::Finite => "finite",
-            Rule::Lives => "lives",
-            Rule::SameBits => "same-bits",
-            Rule::Repeats => "repeats",
-            Rule::Rollback => "rollback",
-            Rule::Early => "early",
-            Rule::Increments => "increments",
-            Rule::Substeps => "substeps",
-            Rule::Passive => "passive",
-            Rule::Select => "select",
-            Rule::Columns => "columns",
-            Rule::Velocity => "velocity",
-            Rule::Boundary => "boundary",
-            Rule::Convergence => "convergence",
-            Rule::Report => "report",
-            Rule::Work => "work",
-            Rule::Balance => "balance",
-            Rule::Snapshot => "snapshot",
-            Rule::Checkpoint => "checkpoint",
-            Rule::Alone => "alone",
-            Rule::Farewell => "farewell",
-            Rule::Times => "times",
-            Rule::Faults => "faults",
-            Rule::Shutdown => "shutdown",
-        }
+impl fmt::Display for Rule {
+    /// Its name, the one that serde writes.
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        self.serialize(formatter)
     }
 }
 
@@ -116,35 +92,46 @@ pub enum RuleVerdict {
 /// A row of the table.
 #[derive(Clone, Debug, Serialize)]
 pub struct ConformRow {
-    /// Name of the rule.
-    pub rule: &'static str,
+    /// The rule.
+    pub rule: Rule,
     /// Outcome.
     pub verdict: RuleVerdict,
     /// The values that were compared, or the reason.
     pub why: String,
 }
 
-/// Outcome of a trial, and the reason.
-pub type Finding = (RuleVerdict, String);
+/// Outcome of a trial: the values that were compared, where the rule holds.
+pub type Finding = Result<String, Stop>;
 
-/// The rule holds.
-pub fn holds(why: impl Into<String>) -> Finding {
-    (RuleVerdict::Holds, why.into())
+/// Why a trial ends without saying that its rule holds.
+#[derive(Debug)]
+pub enum Stop {
+    /// The rule does not hold, or was not tried.
+    Verdict(RuleVerdict, String),
+    /// The participant, or the trial itself, failed.
+    Failed(Error),
+}
+
+impl From<Error> for Stop {
+    fn from(error: Error) -> Stop {
+        Stop::Failed(error)
+    }
 }
 
 /// The rule is broken.
-pub fn broken(why: impl Into<String>) -> Finding {
-    (RuleVerdict::Broken, why.into())
-}
-
-/// The participant does not offer what the rule is about.
-pub fn not_offered(why: impl Into<String>) -> Finding {
-    (RuleVerdict::NotOffered, why.into())
+pub fn broken<T>(why: impl Into<String>) -> Result<T, Stop> {
+    Err(Stop::Verdict(RuleVerdict::Broken, why.into()))
 }
 
 /// The rule could not be tried.
-pub fn not_tested(why: impl Into<String>) -> Finding {
-    (RuleVerdict::NotTested, why.into())
+pub fn not_tested<T>(why: impl Into<String>) -> Result<T, Stop> {
+    Err(Stop::Verdict(RuleVerdict::NotTested, why.into()))
+}
+
+/// Ends the trial where the participant does not offer what the rule is about.
+pub fn offered(offers: bool, otherwise: &str) -> Result<(), Stop> {
+    let stop = || Stop::Verdict(RuleVerdict::NotOffered, otherwise.into());
+    offers.then_some(()).ok_or_else(stop)
 }
 
 /// Holds if the value is at most the bound.
@@ -153,7 +140,7 @@ pub fn within(what: &str, value: f64, bound: f64) -> Finding {
     if exceeds(value, bound) {
         broken(said)
     } else {
-        holds(said)
+        Ok(said)
     }
 }
 

@@ -40,7 +40,7 @@ pub struct ScenarioLauncher<'a> {
 }
 
 impl<'a> ScenarioLauncher<'a> {
-    /// The stage of a scenario.
+    /// The launcher of a scenario's participants.
     pub fn new(loaded: &'a Loaded, options: &'a ConformOptions<'a>) -> ScenarioLauncher<'a> {
         ScenarioLauncher {
             loaded,
@@ -100,14 +100,26 @@ pub enum Part {
     Alone,
 }
 
+impl Part {
+    /// The part of a participant that is joined with others.
+    pub fn joined(description: &Description) -> Part {
+        if description.capabilities.advance {
+            Part::ForceDriven
+        } else {
+            Part::MotionDriven
+        }
+    }
+}
+
 /// The participant that is tried.
+#[derive(Clone)]
 pub struct TestedParticipant<'a> {
     /// Launches it.
-    pub stage: &'a ScenarioLauncher<'a>,
+    pub launcher: &'a ScenarioLauncher<'a>,
     /// Its entry in the scenario.
     pub participant: &'a Participant,
     /// Its description of itself.
-    pub told: Description,
+    pub description: Description,
     /// Its part.
     pub part: Part,
     /// Its sets that interfaces name, in their order.
@@ -119,51 +131,45 @@ pub struct TestedParticipant<'a> {
 }
 
 impl<'a> TestedParticipant<'a> {
-    /// The participant that said this of itself.
+    /// The participant that described itself like this.
     pub fn new(
-        stage: &'a ScenarioLauncher<'a>,
+        launcher: &'a ScenarioLauncher<'a>,
         participant: &'a Participant,
-        told: Description,
+        description: Description,
     ) -> Result<TestedParticipant<'a>, Error> {
-        let scenario = &stage.loaded.scenario;
+        let scenario = launcher.scenario();
         let own = |interface: &&Interface| interface.participants().contains(&&*participant.name);
         let interfaces: Vec<&Interface> = scenario.interface.iter().filter(own).collect();
-        let offers = told.capabilities;
-        let part = match (interfaces.is_empty(), offers.advance) {
-            (true, _) => Part::Alone,
-            (false, true) => Part::ForceDriven,
-            (false, false) => Part::MotionDriven,
+        let (part, clock) = match interfaces.first() {
+            None => {
+                let problem = "has no step of its own, so that there is no window to try it with";
+                let missing = || Refusal::participant(&participant.name, problem);
+                let clock = Clock {
+                    step_s: description.step_s.ok_or_else(missing)?,
+                    substeps: scenario.run.output.alone_steps,
+                };
+                (Part::Alone, clock)
+            }
+            Some(interface) => {
+                let part = Part::joined(&description);
+                let step_s = match part {
+                    Part::MotionDriven => step_of_other_side(launcher, interface, participant)?,
+                    _ => step_of(interface, &participant.name, description.step_s)?,
+                };
+                let substeps = interface.substeps;
+                (part, Clock { step_s, substeps })
+            }
         };
         let sets = interfaces.iter().flat_map(|interface| &interface.between);
         let sets = sets.filter_map(|side| side.split_once('.'));
         let sets = sets.filter(|(name, _)| *name == participant.name);
-        let clock = match interfaces.first() {
-            None => Clock {
-                step_s: told.step_s.ok_or_else(|| {
-                    let problem =
-                        "has no step of its own, so that there is no window to try it with";
-                    Refusal::participant(&participant.name, problem)
-                })?,
-                substeps: scenario.run.output.alone_steps,
-            },
-            Some(interface) => {
-                let step_s = match part {
-                    Part::MotionDriven => step_of_other_side(stage, interface, participant)?,
-                    _ => step_of(interface, &participant.name, told.step_s)?,
-                };
-                Clock {
-                    step_s,
-                    substeps: interface.substeps,
-                }
-            }
-        };
         Ok(TestedParticipant {
-            stage,
+            launcher,
             participant,
             part,
             sets: sets.map(|(_, set)| set.to_string()).collect(),
             clock,
-            told,
+            description,
             boundary: OnceCell::new(),
         })
     }
@@ -171,15 +177,15 @@ impl<'a> TestedParticipant<'a> {
 
 /// The step of the continuum that a motion-driven participant is joined with; that one is launched for it.
 fn step_of_other_side(
-    stage: &ScenarioLauncher,
+    launcher: &ScenarioLauncher,
     interface: &Interface,
     participant: &Participant,
 ) -> Result<f64, Error> {
-    let mut all = stage.loaded.scenario.participant.iter();
+    let mut all = launcher.scenario().participant.iter();
     let names = interface.participants();
     let other = all.find(|other| other.name != participant.name && names.contains(&&*other.name));
     let other = other
         .ok_or_else(|| Refusal::from(Unfit::interface(&interface.name, "joins one participant")))?;
-    let (_, greeted) = stage.launch(other, 1)?;
+    let (_, greeted) = launcher.launch(other, 1)?;
     Ok(step_of(interface, &other.name, greeted.description.step_s)?)
 }
